@@ -1,0 +1,125 @@
+//! What any CAN node is, whatever it speaks.
+//!
+//! A [`Node`] is driven from outside: frames, samples, bus events and store results are handed in with the time at which they
+//! came, and what the node wants done comes out of [`Node::poll`] and [`Node::transmit`]. It performs no I/O and reads no clock,
+//! so the same code runs on a board, in a test and in the virtual sensor.
+
+use crate::can::{BitRate, Filters, Frame};
+use crate::measure::Reading;
+use crate::store::{Payload, StoreError};
+use crate::time::Instant;
+
+/// What a node asks of the hardware around it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Action {
+    /// Go to this bit rate and mode, dropping whatever waits in the transmit mailboxes. In [`BusMode::Normal`], accept what
+    /// [`Node::filters`] lets pass; in [`BusMode::Listen`], accept everything.
+    Bus(BusMode, BitRate),
+    /// Leave bus-off: start the recovery sequence of 128 times 11 recessive bits.
+    Recover,
+    /// Show this on the status LEDs.
+    Leds(Leds),
+    /// Write [`Node::image`] to nonvolatile memory and report through [`Node::stored`]. Take the image at once, before the
+    /// node is given anything else.
+    Save,
+    /// Restart the device as after power-up, once the mailboxes have been sent.
+    Restart,
+}
+
+/// How the CAN controller takes part in the bus.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BusMode {
+    /// Listen only: never sends a dominant bit, neither acknowledge nor error flag.
+    Listen,
+    /// Full participation.
+    Normal,
+}
+
+/// The fault confinement state of the CAN controller (ISO 11898-1).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BusState {
+    /// Error active, both error counters below 96.
+    Active,
+    /// An error counter has reached the warning limit of 96.
+    Warning,
+    /// An error counter has passed 127.
+    Passive,
+    /// The transmit error counter has passed 255: off the bus.
+    BusOff,
+}
+
+/// Something that the CAN controller noticed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum BusEvent {
+    /// The fault confinement state changed.
+    State(BusState),
+    /// A bus error was seen (stuff, form, CRC, ...); of interest while listening for the bit rate.
+    Error,
+    /// Received frames were lost because nobody fetched them in time.
+    Overrun,
+}
+
+/// The two status LEDs.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Leds {
+    /// The run LED (green).
+    pub run: bool,
+    /// The error LED (red).
+    pub error: bool,
+}
+
+/// The inclination as the node reports it, for displays on a PC.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Readout {
+    /// The angle of a 1-axis sensor, or X, in 0.01 deg, zero offset included.
+    pub x: i32,
+    /// Y in 0.01 deg; None on a 1-axis sensor.
+    pub y: Option<i32>,
+}
+
+/// A CAN sensor, driven from outside.
+///
+/// After each call that hands something in, call [`poll`](Self::poll) until it returns None, then fetch frames with
+/// [`transmit`](Self::transmit) while a mailbox is free. Nothing changes by itself before [`deadline`](Self::deadline).
+pub trait Node {
+    /// Whether a further received frame may be handed in. While false, leave frames in the receive queue: there is no room for
+    /// a reply, or a save or restart must come to its end first.
+    fn ready(&self) -> bool;
+
+    /// A frame came from the bus. Frames that [`filters`](Self::filters) would refuse are tolerated and ignored.
+    fn receive(&mut self, now: Instant, frame: &Frame);
+
+    /// A reading came from the accelerometer, every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD).
+    fn sample(&mut self, now: Instant, reading: &Reading);
+
+    /// The CAN controller noticed something.
+    fn bus(&mut self, now: Instant, event: BusEvent);
+
+    /// The save that [`Action::Save`] asked for has ended.
+    fn stored(&mut self, now: Instant, result: Result<(), StoreError>);
+
+    /// What is to be done now; None when there is nothing left. The answer can change after each call that hands something in
+    /// and when the deadline comes.
+    fn poll(&mut self, now: Instant) -> Option<Action>;
+
+    /// The next frame to send; ask only when a mailbox can take it. The node keeps frames back in its queue while the bus is
+    /// busy, so that a newer cyclic value can still replace an older one.
+    fn transmit(&mut self, now: Instant) -> Option<Frame>;
+
+    /// When to poll again at the latest; None: only after new input.
+    fn deadline(&self) -> Option<Instant>;
+
+    /// The acceptance filters in force in [`BusMode::Normal`].
+    fn filters(&self) -> Filters;
+
+    /// The payload of the image that [`Action::Save`] wants written.
+    fn image(&self) -> Payload;
+
+    /// The inclination as last reported.
+    fn readout(&self) -> Readout;
+}

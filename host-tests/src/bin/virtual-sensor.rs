@@ -1,0 +1,2 @@
+//! A sensor without hardware.
+fn main() {}

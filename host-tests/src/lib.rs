@@ -1,0 +1,1 @@
+//! Everything a PC does with Plumbline's core.
