@@ -11,6 +11,7 @@
     )
 )]
 
+pub mod angle;
 pub mod can;
 pub mod measure;
 pub mod node;
