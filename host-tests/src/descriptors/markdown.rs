@@ -50,7 +50,7 @@ fn range(field: &Field) -> String {
     let names: Vec<_> = field
         .meanings
         .iter()
-        .map(|(number, name)| format!("{number} {name}"))
+        .map(|(number, name)| format!("{number} = {name}"))
         .collect();
     names.join(", ")
 }
