@@ -3,7 +3,6 @@
 //! One unit is 8.4e-8 deg. [`Angle::atan2`] is off by at most [`ATAN2_ERROR`]'s 1.3e-5 deg; it uses a table of 65 arc tangents,
 //! 32-bit multiplications and the hardware divider, nothing else.
 
-use core::num::NonZeroU32;
 use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 
 /// An angle modulo 360 deg, in units of 360 deg / 2^32.
@@ -86,12 +85,9 @@ impl Angle {
     pub(crate) fn first_quadrant(y: u32, x: u32) -> Self {
         let steep = y > x;
         let (a, b) = if steep { (y, x) } else { (x, y) };
-        let Some(a) = NonZeroU32::new(a) else {
-            return Self::ZERO;
-        };
-        // 24 bits, so that 64 a + k b stays below 2^31. The bit that is set tells the compiler that `a` is not zero.
+        // 24 bits, so that 64 a + k b stays below 2^31. The bit that is set is set already, except in the origin.
         let shift = a.leading_zeros();
-        let a = (a.get().wrapping_shl(shift) >> 8) | (1 << 23);
+        let a = (a.wrapping_shl(shift) >> 8) | (1 << 23);
         let b = b.wrapping_shl(shift) >> 8;
 
         let k = (64 * b + a / 2) / a;
