@@ -1,6 +1,6 @@
 //! The measurement path of the core against reference vectors that were computed independently (`vectors/generate.py`).
 
-use plumbline::angle::{ATAN2_ERROR, Angle};
+use plumbline::angle::Angle;
 use plumbline::measure::definition::{self, cross_slope, perpendicular, rotation};
 use plumbline::measure::low_pass::{Kind, LowPass};
 use plumbline::measure::{Calibration, I32x3, Inclinometer, ONE_G, Reading, zero};
@@ -24,9 +24,12 @@ fn number<T: std::str::FromStr<Err: std::fmt::Debug>>(field: &str) -> T {
     field.parse().unwrap()
 }
 
+/// The unit of an `Angle` in deg.
+const UNIT: f64 = 360.0 / 4_294_967_296.0;
+
 /// The difference of an angle and a number of degrees, in deg.
 fn difference(angle: Angle, degrees: f64) -> f64 {
-    let difference = f64::from(angle.0) * (360.0 / 4_294_967_296.0) - degrees;
+    let difference = f64::from(angle.0) * UNIT - degrees;
     (difference - (difference / 360.0).round() * 360.0).abs()
 }
 
@@ -65,7 +68,10 @@ fn arc_tangents_are_within_the_stated_error() {
     for row in rows("atan2.csv") {
         let (y, x) = (number(&row[0]), number(&row[1]));
         let error = difference(Angle::atan2(y, x), number(&row[2]));
-        assert!(error <= ATAN2_ERROR, "atan2({y}, {x}): {error:e} deg");
+        assert!(
+            error <= f64::from(Angle::ATAN2_ERROR.0) * UNIT,
+            "atan2({y}, {x}): {error:e} deg"
+        );
     }
 }
 
@@ -81,7 +87,10 @@ fn the_angles_of_both_kinds_of_sensor_are_within_the_stated_error() {
         let angles = [two_axis.x, two_axis.y, rotation(up), cross_slope(up)];
         for (angle, truth) in angles.into_iter().zip(&row[3..]) {
             let error = difference(angle, number(truth));
-            assert!(error <= definition::ERROR, "{row:?}: {error:e} deg");
+            assert!(
+                error <= f64::from(definition::ERROR.0) * UNIT,
+                "{row:?}: {error:e} deg"
+            );
         }
     }
 }

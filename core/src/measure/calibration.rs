@@ -116,29 +116,32 @@ impl Calibration {
     /// The calibration in bytes, as the byte map says.
     pub fn encode(&self) -> [u8; SIZE] {
         let mut bytes = [0; SIZE];
-        let offset = self.offset.iter().flat_map(|v| v.to_le_bytes());
-        let rest = self.deviation.iter().flatten().chain(&self.drift);
-        let rest = rest.flat_map(|v| v.to_le_bytes());
-        for (byte, value) in bytes.iter_mut().zip(offset.chain(rest)) {
-            *byte = value;
+        if let Some((offset, rest)) = bytes.split_first_chunk_mut::<12>() {
+            for (place, value) in offset.as_chunks_mut().0.iter_mut().zip(self.offset) {
+                *place = value.to_le_bytes();
+            }
+            let values = self.deviation.as_flattened().iter().chain(&self.drift);
+            for (place, value) in rest.as_chunks_mut().0.iter_mut().zip(values) {
+                *place = value.to_le_bytes();
+            }
         }
         bytes
     }
 
     /// The calibration that [`encode`](Self::encode) wrote; None when a number is out of its range.
     pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
-        let (offset, rest) = bytes.split_first_chunk::<12>()?;
-        let mut offsets = [0; 3];
-        for (value, &bytes) in offsets.iter_mut().zip(offset.as_chunks().0) {
-            *value = i32::from_le_bytes(bytes);
+        let (offsets, rest) = bytes.split_first_chunk::<12>()?;
+        let mut offset = [0; 3];
+        for (value, &place) in offset.iter_mut().zip(offsets.as_chunks().0) {
+            *value = i32::from_le_bytes(place);
         }
         let mut deviation = [[0; 3]; 3];
         let mut drift = [0; 3];
-        let targets = deviation.iter_mut().flatten().chain(&mut drift);
-        for (value, &bytes) in targets.zip(rest.as_chunks().0) {
-            *value = i16::from_le_bytes(bytes);
+        let values = deviation.as_flattened_mut().iter_mut().chain(&mut drift);
+        for (value, &place) in values.zip(rest.as_chunks().0) {
+            *value = i16::from_le_bytes(place);
         }
-        Self::new(offsets, deviation, drift)
+        Self::new(offset, deviation, drift)
     }
 }
 
