@@ -1,6 +1,8 @@
 //! The models by name.
 
-use plumbline::node::Node;
+use plumbline::fsc::{self, Product, Sensor};
+use plumbline::model::{is1, is1d, is2, is2d};
+use plumbline::node::{Boot, Node};
 use plumbline::store::{ImageId, Loaded};
 use plumbline::time::Instant;
 
@@ -18,7 +20,42 @@ pub struct Model {
 }
 
 /// Every model.
-pub const MODELS: &[Model] = &[];
+pub const MODELS: &[Model] = &[
+    model::<is1::OneAxis>("is1", &is1::BP_CL, |now, loaded, serial| {
+        Box::new(is1::Is1::new(&is1::BP_CL, now, Boot { loaded, serial }))
+    }),
+    model::<is2::TwoAxes>("is2", &is2::BP_CL, |now, loaded, serial| {
+        Box::new(is2::Is2::new(&is2::BP_CL, now, Boot { loaded, serial }))
+    }),
+    model::<is1::OneAxis>("is1d", &is1d::PLASTIC, |now, loaded, serial| {
+        Box::new(is1d::Is1d::new(
+            &is1d::PLASTIC,
+            now,
+            Boot { loaded, serial },
+        ))
+    }),
+    model::<is2::TwoAxes>("is2d", &is2d::PLASTIC, |now, loaded, serial| {
+        Box::new(is2d::Is2d::new(
+            &is2d::PLASTIC,
+            now,
+            Boot { loaded, serial },
+        ))
+    }),
+];
+
+/// A product of an FSC model.
+const fn model<M: fsc::Model>(
+    name: &'static str,
+    product: &'static Product,
+    boot: fn(Instant, Loaded, u32) -> Box<dyn Node>,
+) -> Model {
+    Model {
+        name,
+        image: product.image,
+        payload: Sensor::<M>::PAYLOAD,
+        boot,
+    }
+}
 
 /// The model of this name.
 pub fn find(name: &str) -> Option<&'static Model> {
