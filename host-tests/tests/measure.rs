@@ -160,10 +160,12 @@ fn frequency_responses_are_within_a_thousandth_of_a_db() {
 
 #[test]
 fn a_sample_goes_all_the_way_through_the_path() {
-    // Nose down by 30.00 deg and an accelerometer with an offset of 0.1 g in z.
+    // Nose down by 30.00 deg. The accelerometer has an offset of 0.1 g in z and, 5 K above 25 degC, drifts by 5 times
+    // 0.6 mg in x (10066 * 2^-24 g/K), which would be 0.17 deg.
     let offset = ONE_G / 10;
+    let drift = ONE_G / 1000 * 3;
     let mut inclinometer = Inclinometer {
-        calibration: Calibration::new([0, 0, offset], [[0; 3]; 3], [0; 3]).unwrap(),
+        calibration: Calibration::new([0, 0, offset], [[0; 3]; 3], [10_066, 0, 0]).unwrap(),
         ..Default::default()
     };
     inclinometer
@@ -173,7 +175,7 @@ fn a_sample_goes_all_the_way_through_the_path() {
     let g = f64::from(ONE_G);
     let reading = |degrees: f64| Reading {
         acceleration: I32x3 {
-            x: (-degrees.to_radians().sin() * g) as i32,
+            x: (-degrees.to_radians().sin() * g) as i32 + drift,
             y: 0,
             z: (degrees.to_radians().cos() * g) as i32 + offset,
         },
