@@ -56,7 +56,7 @@ impl Node for Dummy {
             _ => 0,
         };
         match id {
-            0x7F0 => {
+            0x7F0 | 0x300 if id == 0x7F0 || frame.bytes().get(1..) == Some(&[0, 0xEE]) => {
                 let rate = frame
                     .bytes()
                     .first()
@@ -131,9 +131,6 @@ impl Node for Dummy {
         p
     }
     fn readout(&self) -> Readout {
-        Readout {
-            x: self.x,
-            y: None,
-        }
+        Readout { x: self.x, y: None }
     }
 }

@@ -11,7 +11,9 @@ use crate::counts::{self, Mounting};
 use embedded_hal::delay::DelayNs;
 use embedded_hal::spi::SpiDevice;
 use ism330dhcx_rs::blocking::prelude::{FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl};
-use ism330dhcx_rs::blocking::{Error, ISM330DHCX_ID, Ism330dhcx, PROPERTY_DISABLE, PROPERTY_ENABLE};
+use ism330dhcx_rs::blocking::{
+    Error, ISM330DHCX_ID, Ism330dhcx, PROPERTY_DISABLE, PROPERTY_ENABLE,
+};
 use plumbline::measure::Reading;
 use plumbline::time::{Instant, after, millis, reached};
 use st_mems_bus::blocking::MemBankFunctions;

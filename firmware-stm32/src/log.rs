@@ -5,13 +5,13 @@ macro_rules! level {
     ($dollar:tt $name:ident) => {
         #[allow(unused_macros)]
         macro_rules! $name {
-            ($dollar format:literal $dollar(, $dollar argument:expr)* $dollar(,)?) => {{
-                #[cfg(feature = "defmt")]
-                defmt::$name!($dollar format $dollar(, $dollar argument)*);
-                #[cfg(not(feature = "defmt"))]
-                { $dollar(let _ = &$dollar argument;)* }
-            }};
-        }
+                    ($dollar format:literal $dollar(, $dollar argument:expr)* $dollar(,)?) => {{
+                        #[cfg(feature = "defmt")]
+                        defmt::$name!($dollar format $dollar(, $dollar argument)*);
+                        #[cfg(not(feature = "defmt"))]
+                        { $dollar(let _ = &$dollar argument;)* }
+                    }};
+                }
     };
 }
 

@@ -51,11 +51,7 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
 /// The accelerometer's SPI.
-pub type ImuSpi = ExclusiveDevice<
-    Spi<pac::SPI1, u8>,
-    stm32f1xx_hal::gpio::PA4<Output>,
-    Delay,
->;
+pub type ImuSpi = ExclusiveDevice<Spi<pac::SPI1, u8>, stm32f1xx_hal::gpio::PA4<Output>, Delay>;
 
 /// What the firmware uses of the board, ready for use.
 pub struct Board {
@@ -116,7 +112,9 @@ impl Board {
             .pa4
             .into_push_pull_output_with_state(&mut gpioa.crl, PinState::High);
         let pins = (Some(gpioa.pa5), Some(gpioa.pa6), Some(gpioa.pa7));
-        let spi = device.SPI1.spi(pins, MODE_0.into(), SPI_CLOCK_HZ.Hz(), &mut rcc);
+        let spi = device
+            .SPI1
+            .spi(pins, MODE_0.into(), SPI_CLOCK_HZ.Hz(), &mut rcc);
         let Ok(imu) = ExclusiveDevice::new(spi, select, Delay);
 
         Some(Self {

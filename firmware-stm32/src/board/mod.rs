@@ -31,7 +31,7 @@ pub struct Delay;
 
 impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
-        let cycles = u64::from(ns) * u64::from(CORE_CLOCK / 1_000_000) / 1000 + 1;
-        cortex_m::asm::delay(u32::try_from(cycles).unwrap_or(u32::MAX));
+        // In whole microseconds, to spare a division of 64 bits.
+        cortex_m::asm::delay(ns.div_ceil(1000).saturating_mul(CORE_CLOCK / 1_000_000));
     }
 }

@@ -98,9 +98,10 @@ impl Board {
 
         // The controller drives TXD recessive before the pin is connected to it.
         CanPeripheral::enable(&mut rcc);
-        gpioa.pa11.into_alternate::<9>().set_internal_resistor(
-            stm32f4xx_hal::gpio::Pull::Up,
-        );
+        gpioa
+            .pa11
+            .into_alternate::<9>()
+            .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
         gpioa.pa12.into_alternate::<9>();
 
         let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
