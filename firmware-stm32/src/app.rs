@@ -2,6 +2,8 @@
 //!
 //! Boot order: watchdog, clocks and pins, then the parameters, whose memory is erased ahead while that disturbs nobody, then the
 //! accelerometer, the node, and with its first action the bus.
+//!
+//! SysTick wakes the loop every millisecond, which is how precisely it keeps the node's deadlines; it does not ask for them.
 
 use crate::board::{self, Board, ImuSpi, StatusLeds};
 use crate::can::Bus;

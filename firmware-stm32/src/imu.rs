@@ -45,6 +45,8 @@ pub struct Imu<S: SpiDevice> {
     part: Ism330dhcx<SpiBus<S>, Delay, MainBank>,
     mounting: Mounting,
     state: State,
+    /// The log knows that it is missing.
+    reported: bool,
 }
 
 impl<S: SpiDevice> Imu<S> {
@@ -56,6 +58,7 @@ impl<S: SpiDevice> Imu<S> {
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
+            reported: false,
         }
     }
 
@@ -79,17 +82,18 @@ impl<S: SpiDevice> Imu<S> {
                         settling,
                         misses: misses + 1,
                     },
-                    None => {
-                        warn!("accelerometer lost");
-                        self.absent(now)
-                    }
+                    None => self.absent(now),
                 };
                 reading.filter(|_| settling == 0)
             }
         }
     }
 
-    fn absent(&self, now: Instant) -> State {
+    fn absent(&mut self, now: Instant) -> State {
+        if !self.reported {
+            warn!("no accelerometer");
+            self.reported = true;
+        }
         State::Absent {
             retry: after(now, millis(RETRY_MS)),
         }
@@ -100,15 +104,13 @@ impl<S: SpiDevice> Imu<S> {
         match self.set_up() {
             Ok(true) => {
                 info!("accelerometer found");
+                self.reported = false;
                 State::Running {
                     settling: SETTLING_SAMPLES,
                     misses: 0,
                 }
             }
-            _ => {
-                warn!("no accelerometer");
-                self.absent(now)
-            }
+            _ => self.absent(now),
         }
     }
 

@@ -7,8 +7,15 @@
 //! cargo build --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free
 //! ```
 //!
-//! When it does not link ("undefined symbol: panic_path_in_core"), the linker names the functions that can panic. Only a release
-//! build proves anything: one with debug assertions checks for overflow, and defmt has panic paths of its own.
+//! When it does not ("undefined symbol: panic_path_in_core"), this makes it link all the same, and the callers of the panic
+//! functions in its disassembly are the culprits:
+//!
+//! ```text
+//! cargo rustc --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free -- -C link-arg=--defsym=panic_path_in_core=0
+//! llvm-objdump -d --demangle target/thumbv7m-none-eabi/release/panic-free
+//! ```
+//!
+//! Only a release build proves anything: debug assertions add checks for overflow, and defmt has panic paths of its own.
 #![no_std]
 #![no_main]
 

@@ -173,8 +173,8 @@ impl Sectors for Flash {
 }
 
 /// The 96-bit unique device identifier (RM0008, device electronic signature).
-fn unique_id() -> [u8; 12] {
-    const ADDRESS: *const [u8; 12] = 0x1FFF_F7E8 as *const _;
+fn unique_id() -> [u32; 3] {
+    const ADDRESS: *const [u32; 3] = 0x1FFF_F7E8 as *const _;
     // SAFETY: system memory that every F103 has, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
 }

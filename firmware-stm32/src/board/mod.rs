@@ -22,8 +22,13 @@ const WATCHDOG_PERIOD_MS: u32 = 2000;
 const SPI_CLOCK_HZ: u32 = 4_000_000;
 
 /// The serial number: CRC-32 of the 96-bit unique device identifier, so that parts of one wafer get different ones.
-fn serial(unique_id: [u8; 12]) -> u32 {
-    Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC).checksum(&unique_id)
+fn serial(unique_id: [u32; 3]) -> u32 {
+    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
+    let mut digest = crc.digest();
+    for word in unique_id {
+        digest.update(&word.to_le_bytes());
+    }
+    digest.finalize()
 }
 
 /// Waits by counting instructions, at least as long as asked.

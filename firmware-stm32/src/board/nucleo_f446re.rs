@@ -212,8 +212,8 @@ impl Flash {
 const ERRORS: u32 = 0xF2;
 
 /// The 96-bit unique device identifier (RM0390, device electronic signature).
-fn unique_id() -> [u8; 12] {
-    const ADDRESS: *const [u8; 12] = 0x1FFF_7A10 as *const _;
+fn unique_id() -> [u32; 3] {
+    const ADDRESS: *const [u32; 3] = 0x1FFF_7A10 as *const _;
     // SAFETY: system memory that every F446 has, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
 }
