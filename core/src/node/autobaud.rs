@@ -40,12 +40,19 @@ pub struct Autobaud {
 impl Autobaud {
     /// Begins to listen at the first candidate.
     pub fn start(now: Instant) -> Self {
-        Self { candidate: 0, extra: 0, until: after(now, DWELL_MIN) }
+        Self {
+            candidate: 0,
+            extra: 0,
+            until: after(now, DWELL_MIN),
+        }
     }
 
     /// The rate to listen at.
     pub fn rate(&self) -> BitRate {
-        CANDIDATES.get(usize::from(self.candidate)).copied().unwrap_or(BitRate::K250)
+        CANDIDATES
+            .get(usize::from(self.candidate))
+            .copied()
+            .unwrap_or(BitRate::K250)
     }
 
     /// A bus error was seen: on to the next candidate.
@@ -84,7 +91,13 @@ mod tests {
     #[test]
     fn every_rate_is_a_candidate_once() {
         for rate in BitRate::ALL {
-            assert_eq!(CANDIDATES.iter().filter(|&&candidate| candidate == rate).count(), 1);
+            assert_eq!(
+                CANDIDATES
+                    .iter()
+                    .filter(|&&candidate| candidate == rate)
+                    .count(),
+                1
+            );
         }
     }
 
@@ -131,7 +144,10 @@ mod tests {
     #[test]
     fn no_frame_period_hides_a_rate() {
         for rate in BitRate::ALL {
-            assert!(frames_until_found(rate, 10) <= 10, "a busy bus is found within ten frames");
+            assert!(
+                frames_until_found(rate, 10) <= 10,
+                "a busy bus is found within ten frames"
+            );
             for period in (20..25_000).step_by(7).chain([900, 950, 999, 1000, 20_970]) {
                 assert!(frames_until_found(rate, period) <= 200);
             }

@@ -40,7 +40,11 @@ impl Led {
     fn show(&mut self, now: Instant, pattern: Pattern) {
         if self.pattern != pattern {
             let until = pattern.times().map(|(on, _)| after(now, millis(on)));
-            *self = Self { pattern, lit: pattern != Pattern::Off, until };
+            *self = Self {
+                pattern,
+                lit: pattern != Pattern::Off,
+                until,
+            };
         }
     }
 
@@ -53,7 +57,11 @@ impl Led {
             let time = millis(if self.lit { on } else { off });
             // In step with the pattern's own clock, unless the caller was away for longer than a state.
             let next = after(until, time);
-            self.until = Some(if reached(now, next) { after(now, time) } else { next });
+            self.until = Some(if reached(now, next) {
+                after(now, time)
+            } else {
+                next
+            });
         }
     }
 }
@@ -76,7 +84,10 @@ impl Indicator {
     pub fn poll(&mut self, now: Instant) -> Leds {
         self.run.poll(now);
         self.error.poll(now);
-        Leds { run: self.run.lit, error: self.error.lit }
+        Leds {
+            run: self.run.lit,
+            error: self.error.lit,
+        }
     }
 
     /// When an LED changes next.
@@ -113,8 +124,14 @@ mod tests {
     fn patterns_keep_the_times_of_the_led_table() {
         assert_eq!(changes(Pattern::Off, 5000), []);
         assert_eq!(changes(Pattern::On, 5000), [(0, true)]);
-        assert_eq!(changes(Pattern::Flickering, 150), [(0, true), (50, false), (100, true), (150, false)]);
-        assert_eq!(changes(Pattern::SingleFlash, 1400), [(0, true), (200, false), (1200, true), (1400, false)]);
+        assert_eq!(
+            changes(Pattern::Flickering, 150),
+            [(0, true), (50, false), (100, true), (150, false)]
+        );
+        assert_eq!(
+            changes(Pattern::SingleFlash, 1400),
+            [(0, true), (200, false), (1200, true), (1400, false)]
+        );
     }
 
     #[test]

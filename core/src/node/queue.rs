@@ -34,12 +34,18 @@ impl TransmitQueue {
     /// Appends a reply. The caller has seen [`has_room`](Self::has_room) before it took the request in.
     pub fn reply(&mut self, frame: Frame) {
         // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
-        let _ = self.entries.push_back(Entry { frame, cyclic: false });
+        let _ = self.entries.push_back(Entry {
+            frame,
+            cyclic: false,
+        });
     }
 
     /// Appends a cyclic value, or puts it in the place of the one that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
-        let entry = Entry { frame, cyclic: true };
+        let entry = Entry {
+            frame,
+            cyclic: true,
+        };
         match self.entries.iter_mut().find(|entry| entry.cyclic) {
             Some(stale) => *stale = entry,
             None => {
