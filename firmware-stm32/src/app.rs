@@ -5,27 +5,22 @@
 //!
 //! SysTick wakes the loop every millisecond, which is how precisely it keeps the node's deadlines; it does not ask for them.
 
-use crate::board::{self, Board, ImuSpi, StatusLeds};
+use crate::board::{self, Board, ImuWires, StatusLeds};
 use crate::can::Bus;
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::{clock, sleep};
 use cortex_m::peripheral::SCB;
 use plumbline::measure::SAMPLE_PERIOD;
-use plumbline::node::{Action, Node};
-use plumbline::store::{ImageId, Loaded, Store};
+use plumbline::node::{Action, Boot, Node};
+use plumbline::store::{ImageId, Store};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
 /// How long a restart waits for the last frames: four, one of them waiting for a mailbox, of 16 ms each at 10 kbit/s.
 const RESTART_LIMIT: Duration = millis(100);
 
-/// Runs a node for ever. `id` and `payload` describe its image, and `node` makes it out of the time, what was found in memory and
-/// the serial number.
-pub fn run<N: Node>(
-    id: ImageId,
-    payload: usize,
-    node: impl FnOnce(Instant, Loaded, u32) -> N,
-) -> ! {
+/// Runs a node for ever. `image` and `payload` say how it is stored, and `node` starts it.
+pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, Boot) -> N) -> ! {
     let Some(board) = Board::take() else {
         // Only a second call gets here.
         SCB::sys_reset()
@@ -33,7 +28,7 @@ pub fn run<N: Node>(
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
-    let (mut store, loaded) = Store::open(board.flash, id, payload);
+    let (mut store, loaded) = Store::open(board.flash, image, payload);
     if loaded.damaged {
         warn!("stored parameters are damaged");
     }
@@ -49,9 +44,13 @@ pub fn run<N: Node>(
         SCB::sys_reset()
     };
     info!("serial number {=u32}", board.serial);
+    let boot = Boot {
+        loaded,
+        serial: board.serial,
+    };
     let now = clock::now();
     let mut app = App {
-        node: node(now, loaded, board.serial),
+        node: node(now, boot),
         bus,
         imu,
         store,
@@ -71,7 +70,7 @@ pub fn run<N: Node>(
 struct App<N> {
     node: N,
     bus: Bus,
-    imu: Imu<ImuSpi>,
+    imu: Imu<ImuWires>,
     store: Store<ParameterFlash<board::Flash>>,
     leds: StatusLeds,
     sample_due: Instant,

@@ -8,16 +8,17 @@
 
 use crate::board::Delay;
 use crate::counts::{self, Mounting};
+use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
-use embedded_hal::spi::SpiDevice;
-use ism330dhcx_rs::blocking::prelude::{FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl};
-use ism330dhcx_rs::blocking::{
-    Error, ISM330DHCX_ID, Ism330dhcx, PROPERTY_DISABLE, PROPERTY_ENABLE,
+use embedded_hal::digital::OutputPin;
+use embedded_hal::spi::SpiBus;
+use ism330dhcx_rs::blocking::prelude::{
+    Ctrl1Xl, Ctrl3C, Ctrl8Xl, Ctrl9Xl, FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl,
 };
+use ism330dhcx_rs::blocking::{Error, ISM330DHCX_ID, Ism330dhcx};
 use plumbline::measure::Reading;
 use plumbline::time::{Instant, after, millis, reached};
-use st_mems_bus::blocking::MemBankFunctions;
-use st_mems_bus::blocking::spi::SpiBus;
+use st_mems_bus::blocking::{BusOperation, MemBankFunctions, RegisterOperation};
 
 /// Between attempts to find the part.
 const RETRY_MS: u32 = 1000;
@@ -40,20 +41,20 @@ enum State {
     Running { settling: u8, misses: u8 },
 }
 
-/// The accelerometer on its SPI.
-pub struct Imu<S: SpiDevice> {
-    part: Ism330dhcx<SpiBus<S>, Delay, MainBank>,
+/// The accelerometer.
+pub struct Imu<W: BusOperation> {
+    part: Ism330dhcx<W, Delay, MainBank>,
     mounting: Mounting,
     state: State,
     /// The log knows that it is missing.
     reported: bool,
 }
 
-impl<S: SpiDevice> Imu<S> {
-    /// The part on this SPI, not looked for yet.
-    pub fn new(spi: S, mounting: Mounting) -> Self {
+impl<W: BusOperation> Imu<W> {
+    /// The part at the end of these wires, not looked for yet.
+    pub fn new(wires: W, mounting: Mounting) -> Self {
         Self {
-            part: Ism330dhcx::new_spi(spi, Delay),
+            part: Ism330dhcx::from_bus(wires, Delay),
             mounting,
             state: State::Absent {
                 retry: Instant::from_ticks(0),
@@ -115,16 +116,19 @@ impl<S: SpiDevice> Imu<S> {
     }
 
     /// Resets the part and sets it up; false when something else, or nothing, answers.
-    fn set_up(&mut self) -> Result<bool, Error<S::Error>> {
+    ///
+    /// The registers have their reset values, so each is written whole, through the driver's register types. Its setters would
+    /// read, modify and write, and look after the part's state machine and learning core, which are off.
+    fn set_up(&mut self) -> Result<bool, Error<W::Error>> {
         let part = &mut self.part;
         // A disturbance may have left another register bank selected, in which even the identifier is out of reach.
         part.mem_bank_set(MemBank::UserBank)?;
         if part.device_id_get()? != ISM330DHCX_ID {
             return Ok(false);
         }
-        part.reset_set(PROPERTY_ENABLE)?;
+        Ctrl3C::new().with_sw_reset(1).write(part)?;
         let mut attempts = 0;
-        while part.reset_get()? != PROPERTY_DISABLE {
+        while Ctrl3C::read(part)?.sw_reset() != 0 {
             // The datasheet gives it 50 us.
             Delay.delay_us(50);
             attempts += 1;
@@ -132,17 +136,22 @@ impl<S: SpiDevice> Imu<S> {
                 return Ok(false);
             }
         }
-        part.device_conf_set(PROPERTY_ENABLE)?;
-        part.block_data_update_set(PROPERTY_ENABLE)?;
-        part.xl_full_scale_set(FsXl::_2g)?;
-        part.xl_filter_lp2_set(PROPERTY_ENABLE)?;
-        part.xl_hp_path_on_out_set(HpSlopeXlEn::LpOdrDiv20)?;
-        part.xl_data_rate_set(OdrXl::_416hz)?;
+        Ctrl9Xl::new().with_device_conf(1).write(part)?;
+        // Block data update: the two bytes of a value belong together.
+        Ctrl3C::new().with_bdu(1).write(part)?;
+        Ctrl8Xl::new()
+            .with_hpcf_xl(HpSlopeXlEn::LpOdrDiv20 as u8)
+            .write(part)?;
+        Ctrl1Xl::new()
+            .with_lpf2_xl_en(1)
+            .with_fs_xl(FsXl::_2g as u8)
+            .with_odr_xl(OdrXl::_416hz as u8)
+            .write(part)?;
         Ok(true)
     }
 
     /// Reads the part out; None when it has nothing new or does not answer like itself.
-    fn fetch(&mut self) -> Result<Option<Reading>, Error<S::Error>> {
+    fn fetch(&mut self) -> Result<Option<Reading>, Error<W::Error>> {
         let status = self.part.status_reg_get()?.into_bits();
         if status & ALIVE_MASK != ALIVE {
             return Ok(None);
@@ -155,4 +164,62 @@ impl<S: SpiDevice> Imu<S> {
             self.mounting,
         )))
     }
+}
+
+/// The part's SPI (mode 0 or 3, at most 10 MHz) and its chip select.
+pub struct Wires<S, C> {
+    spi: S,
+    select: C,
+}
+
+impl<S: SpiBus, C: OutputPin<Error = Infallible>> Wires<S, C> {
+    /// The part's bus and its chip select, which is high.
+    pub fn new(spi: S, select: C) -> Self {
+        Self { spi, select }
+    }
+
+    /// One transfer of the part: its chip select low around what `f` does.
+    fn select(&mut self, f: impl FnOnce(&mut S) -> Result<(), S::Error>) -> Result<(), S::Error> {
+        let Ok(()) = self.select.set_low();
+        let result = f(&mut self.spi).and_then(|()| self.spi.flush());
+        let Ok(()) = self.select.set_high();
+        result
+    }
+}
+
+impl<S: SpiBus, C: OutputPin<Error = Infallible>> BusOperation for Wires<S, C> {
+    type Error = S::Error;
+
+    fn read_bytes(&mut self, bytes: &mut [u8]) -> Result<(), S::Error> {
+        self.select(|spi| spi.transfer_in_place(bytes))
+    }
+
+    fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), S::Error> {
+        self.select(|spi| write(spi, bytes))
+    }
+
+    fn write_byte_read_bytes(&mut self, byte: &[u8; 1], bytes: &mut [u8]) -> Result<(), S::Error> {
+        /// The upper bit of the address byte.
+        const READ: u8 = 0x80;
+        let [register] = byte;
+        self.select(|spi| {
+            spi.transfer_in_place(&mut [register | READ])?;
+            spi.transfer_in_place(bytes)
+        })
+    }
+
+    // The default copies into a buffer of 257 bytes on the stack.
+    fn write_to_register(&mut self, register: u8, bytes: &[u8]) -> Result<(), S::Error> {
+        self.select(|spi| {
+            spi.transfer_in_place(&mut [register])?;
+            write(spi, bytes)
+        })
+    }
+}
+
+/// Writes through the one operation that reading needs too.
+fn write<S: SpiBus>(spi: &mut S, bytes: &[u8]) -> Result<(), S::Error> {
+    bytes
+        .iter()
+        .try_for_each(|&byte| spi.transfer_in_place(&mut [byte]))
 }

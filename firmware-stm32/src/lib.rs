@@ -36,8 +36,6 @@ pub mod can;
 #[cfg(board)]
 pub mod clock;
 #[cfg(board)]
-pub mod dummy;
-#[cfg(board)]
 pub mod flash;
 #[cfg(board)]
 pub mod imu;

@@ -465,10 +465,13 @@ impl<M: Model> Node for Sensor<M> {
             Some(Saving::Factory) => Values::factory(M::RULES),
             _ => self.values,
         };
-        values
-            .encode(M::RULES)
-            .chain(self.inclinometer.calibration.encode())
-            .collect()
+        let calibration = self.inclinometer.calibration.encode();
+        let mut payload = Payload::new();
+        for byte in values.encode(M::RULES).chain(calibration) {
+            // There is room: collect() would panic without.
+            let _ = payload.push(byte);
+        }
+        payload
     }
 
     fn readout(&self) -> Readout {

@@ -1,6 +1,6 @@
 //! A proof, not a firmware: core cannot panic, whatever it is given. A panic is a link error.
 //!
-//! The program calls every method of every node and of the store with values that the compiler must not look into, and its panic
+//! The program calls every method of every node (the older types are the same code with other constants) and of the store with values that the compiler must not look into, and its panic
 //! handler calls a function that does not exist. It links only if the optimizer has found every panic path of core impossible:
 //!
 //! ```text
@@ -23,7 +23,11 @@ use core::hint::black_box;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use plumbline::can::{Frame, extended, standard};
 use plumbline::measure::{I32x3, Reading};
-use plumbline::node::{BusEvent, Node};
+use plumbline::model::{
+    is1::{self, Is1},
+    is2::{self, Is2},
+};
+use plumbline::node::{Boot, BusEvent, Node};
 use plumbline::store::{ImageId, Store, StoreError};
 use plumbline::time::Instant;
 
@@ -35,13 +39,15 @@ use stm32f1xx_hal as _;
 #[cfg(feature = "nucleo-f446re")]
 use stm32f4xx_hal as _;
 
-#[path = "../dummy.rs"]
-mod dummy;
-
 #[cortex_m_rt::entry]
 fn main() -> ! {
-    exercise(dummy::IMAGE, dummy::PAYLOAD, |now, loaded, serial| {
-        dummy::Dummy::new(now, loaded, serial)
+    let is1 = black_box(&is1::BP_CL);
+    exercise(is1.image, Is1::PAYLOAD, |now, boot| {
+        Is1::new(is1, now, boot)
+    });
+    let is2 = black_box(&is2::BP_CL);
+    exercise(is2.image, Is2::PAYLOAD, |now, boot| {
+        Is2::new(is2, now, boot)
     });
     loop {
         cortex_m::asm::wfi();
@@ -49,14 +55,10 @@ fn main() -> ! {
 }
 
 /// Stores and runs a node with opaque inputs, in any order of calls.
-#[inline(never)]
-fn exercise<N: Node>(
-    id: ImageId,
-    payload: usize,
-    node: impl FnOnce(Instant, plumbline::store::Loaded, u32) -> N,
-) {
-    let (mut store, loaded) = Store::open(Memory, id, black_box(payload));
-    let mut node = node(now(), loaded, black_box(0));
+fn exercise<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, Boot) -> N) {
+    let (mut store, loaded) = Store::open(Memory, image, black_box(payload));
+    let serial = black_box(0);
+    let mut node = node(now(), Boot { loaded, serial });
     while black_box(true) {
         match black_box(0) {
             0 => {

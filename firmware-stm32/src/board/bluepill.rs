@@ -15,17 +15,17 @@
 //! dominant time-out that a bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 64 MHz instead of 72 so that APB1
 //! runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
 
-use super::{Delay, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use super::{SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
+use crate::imu::Wires;
 use cortex_m::peripheral::SYST;
 use embedded_hal::spi::MODE_0;
-use embedded_hal_bus::spi::ExclusiveDevice;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f1xx_hal::flash::{self, FlashSize, SectorSize};
-use stm32f1xx_hal::gpio::{Output, PB12, PC13, PinState};
+use stm32f1xx_hal::gpio::{Output, PA4, PB12, PC13, PinState};
 use stm32f1xx_hal::pac::{self, interrupt};
 use stm32f1xx_hal::prelude::*;
 use stm32f1xx_hal::rcc::{self, Enable};
@@ -50,8 +50,8 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX
 /// How the accelerometer is mounted.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
-/// The accelerometer's SPI.
-pub type ImuSpi = ExclusiveDevice<Spi<pac::SPI1, u8>, stm32f1xx_hal::gpio::PA4<Output>, Delay>;
+/// The accelerometer's SPI and chip select.
+pub type ImuWires = Wires<Spi<pac::SPI1, u8>, PA4<Output>>;
 
 /// What the firmware uses of the board, ready for use.
 pub struct Board {
@@ -63,8 +63,8 @@ pub struct Board {
     pub leds: StatusLeds,
     /// The CAN controller, with its clock and pins, still in reset state.
     pub can: CanPeripheral,
-    /// The accelerometer's SPI.
-    pub imu: ImuSpi,
+    /// The accelerometer's SPI and chip select.
+    pub imu: ImuWires,
     /// The parameter memory.
     pub flash: ParameterFlash<Flash>,
     /// The serial number.
@@ -115,14 +115,13 @@ impl Board {
         let spi = device
             .SPI1
             .spi(pins, MODE_0.into(), SPI_CLOCK_HZ.Hz(), &mut rcc);
-        let Ok(imu) = ExclusiveDevice::new(spi, select, Delay);
 
         Some(Self {
             systick: core.SYST,
             watchdog,
             leds,
             can: device.CAN,
-            imu,
+            imu: Wires::new(spi, select),
             flash: ParameterFlash(Flash(flash)),
             serial: super::serial(unique_id()),
         })

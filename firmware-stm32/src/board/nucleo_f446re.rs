@@ -15,13 +15,13 @@
 //! bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 128 MHz so that a quarter of it is APB1's 32 MHz
 //! ([`bit_timing`](crate::bit_timing)).
 
-use super::{Delay, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use super::{SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
+use crate::imu::Wires;
 use cortex_m::peripheral::SYST;
 use embedded_hal::spi::MODE_0;
-use embedded_hal_bus::spi::ExclusiveDevice;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f4xx_hal::gpio::{Output, PA5, PB10, PB12, PinState};
@@ -49,8 +49,8 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 /// How the accelerometer is mounted.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
-/// The accelerometer's SPI.
-pub type ImuSpi = ExclusiveDevice<Spi<pac::SPI2>, PB12<Output>, Delay>;
+/// The accelerometer's SPI and chip select.
+pub type ImuWires = Wires<Spi<pac::SPI2>, PB12<Output>>;
 
 /// What the firmware uses of the board, ready for use.
 pub struct Board {
@@ -62,8 +62,8 @@ pub struct Board {
     pub leds: StatusLeds,
     /// The CAN controller, with its clock and pins, still in reset state.
     pub can: CanPeripheral,
-    /// The accelerometer's SPI.
-    pub imu: ImuSpi,
+    /// The accelerometer's SPI and chip select.
+    pub imu: ImuWires,
     /// The parameter memory.
     pub flash: ParameterFlash<Flash>,
     /// The serial number.
@@ -107,14 +107,13 @@ impl Board {
         let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
         let pins = (Some(gpiob.pb13), Some(gpiob.pb14), Some(gpiob.pb15));
         let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);
-        let Ok(imu) = ExclusiveDevice::new(spi, select, Delay);
 
         Some(Self {
             systick: core.SYST,
             watchdog,
             leds,
             can: device.CAN1,
-            imu,
+            imu: Wires::new(spi, select),
             flash: ParameterFlash(Flash(device.FLASH)),
             serial: super::serial(unique_id()),
         })
