@@ -15,6 +15,7 @@ use crate::{clock, sleep};
 use bxcan::filter::Mask32;
 use bxcan::{ExtendedId, Fifo, Interrupts, StandardId};
 use core::cell::RefCell;
+use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use critical_section::Mutex;
@@ -37,7 +38,8 @@ const LEC_SEEN: u8 = 7;
 /// The CAN controller of the board, for the bxcan crate.
 struct Controller(CanPeripheral);
 
-// SAFETY: owning the PAC's peripheral is owning the registers at this address; this file uses them in critical sections only.
+// SAFETY: owning the PAC's peripheral is owning the registers at this address. The interrupts reach around it, but only to registers
+// that the main loop leaves alone.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
 }
@@ -47,43 +49,36 @@ unsafe impl bxcan::FilterOwner for Controller {
     const NUM_FILTER_BANKS: u8 = board::FILTER_BANKS;
 }
 
-/// What the main loop shares with the interrupts.
-struct Shared {
-    can: bxcan::Can<Controller>,
-    received: Producer<'static, Frame>,
-    /// Frames were lost, in the controller's FIFO or because the queue was full.
-    overrun: bool,
+/// The receiving half, which belongs to the receive interrupt.
+struct Receiver {
+    registers: CanPeripheral,
+    queue: Producer<'static, Frame>,
 }
 
-static SHARED: Mutex<RefCell<Option<Shared>>> = Mutex::new(RefCell::new(None));
+static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
-/// Runs `f` with interrupts masked; None before [`Bus::new`].
-fn with_shared<R>(f: impl FnOnce(&mut Shared) -> R) -> Option<R> {
-    critical_section::with(|cs| SHARED.borrow_ref_mut(cs).as_mut().map(f))
-}
+/// Frames were lost, in the controller's FIFO or because the queue was full.
+static OVERRUN: AtomicBool = AtomicBool::new(false);
 
-impl Shared {
-    fn registers(&mut self) -> &mut CanPeripheral {
-        &mut self.can.instance().0
-    }
-
+impl Receiver {
     /// Empties receive FIFO 0 into the queue.
     fn fetch(&mut self) {
+        let fifo = self.registers.rfr(0);
         loop {
-            let registers = self.registers();
-            let fifo = registers.rfr(0).read();
-            if fifo.fovr().bit_is_set() {
-                registers.rfr(0).write(|w| w.fovr().clear());
-                self.overrun = true;
+            let status = fifo.read();
+            if status.fovr().bit_is_set() {
+                fifo.write(|w| w.fovr().clear());
+                OVERRUN.store(true, Ordering::Relaxed);
             }
-            if fifo.fmp().bits() == 0 {
+            if status.fmp().bits() == 0 {
                 return;
             }
-            let registers = self.registers();
-            let frame = read_fifo(registers);
-            registers.rfr(0).write(|w| w.rfom().release());
-            let queued = frame.is_some_and(|frame| self.received.enqueue(frame).is_ok());
-            self.overrun |= !queued;
+            let frame = read_fifo(&self.registers);
+            fifo.write(|w| w.rfom().release());
+            let queued = frame.is_some_and(|frame| self.queue.enqueue(frame).is_ok());
+            if !queued {
+                OVERRUN.store(true, Ordering::Relaxed);
+            }
         }
     }
 }
@@ -109,19 +104,23 @@ fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
 
 /// The receive interrupt.
 pub fn on_received() {
-    with_shared(Shared::fetch);
+    critical_section::with(|cs| {
+        if let Some(receiver) = RECEIVER.borrow_ref_mut(cs).as_mut() {
+            receiver.fetch();
+        }
+    });
     sleep::wake();
 }
 
 /// The transmit interrupt: a mailbox has become free.
 pub fn on_transmitted() {
-    with_shared(|shared| {
-        // RQCP, with it TXOK, ALST and TERR; writing 0 elsewhere changes nothing.
-        shared.registers().tsr().write(|w| {
-            w.rqcp0().set_bit();
-            w.rqcp1().set_bit();
-            w.rqcp2().set_bit()
-        });
+    // SAFETY: only the request-completed flags of CAN_TSR are touched, which nobody else uses. They are cleared by writing 1, and
+    // writing 0 to the rest changes nothing, so this cannot disturb what the main loop does with the register.
+    let registers = unsafe { CanPeripheral::steal() };
+    registers.tsr().write(|w| {
+        w.rqcp0().set_bit();
+        w.rqcp1().set_bit();
+        w.rqcp2().set_bit()
     });
     sleep::wake();
 }
@@ -148,8 +147,9 @@ struct Settings {
     filters: Filters,
 }
 
-/// The CAN controller as the main loop sees it.
+/// The CAN controller as the main loop sees it: everything but the receive FIFO.
 pub struct Bus {
+    can: bxcan::Can<Controller>,
     received: Consumer<'static, Frame>,
     /// A frame that no mailbox could take without overtaking or being overtaken.
     waiting: Option<bxcan::Frame>,
@@ -169,12 +169,12 @@ impl Bus {
         let (producer, consumer) = queue.split();
         // From sleep to initialization mode and back the controller does not look at the bus: no endless wait here.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
-        let shared = Shared {
-            can,
-            received: producer,
-            overrun: false,
+        let receiver = Receiver {
+            // SAFETY: the receiver uses the receive FIFO's registers only, and nobody else does.
+            registers: unsafe { CanPeripheral::steal() },
+            queue: producer,
         };
-        critical_section::with(|cs| SHARED.replace(cs, Some(shared)));
+        critical_section::with(|cs| RECEIVER.replace(cs, Some(receiver)));
         // SAFETY: the handlers cope with any state of the controller, and no code relies on these interrupts being masked except
         // through critical sections.
         unsafe {
@@ -182,6 +182,7 @@ impl Bus {
             NVIC::unmask(board::CAN_TRANSMIT_INTERRUPT);
         }
         Some(Self {
+            can,
             received: consumer,
             waiting: None,
             settings: None,
@@ -200,7 +201,7 @@ impl Bus {
             filters,
         });
         self.waiting = None;
-        with_shared(|shared| abort_all(shared.registers()));
+        abort_all(self.registers());
         self.leave();
     }
 
@@ -214,7 +215,7 @@ impl Bus {
 
     /// Asks for initialization mode.
     fn leave(&mut self) {
-        with_shared(|shared| request_initialization(shared.registers()));
+        request_initialization(self.registers());
         let limit = after(clock::now(), LEAVE_LIMIT);
         self.change = Change::Leaving { limit };
     }
@@ -224,33 +225,48 @@ impl Bus {
         match self.change {
             Change::Done => {}
             Change::Leaving { limit } => {
-                let Some(settings) = &self.settings else {
-                    return;
-                };
-                let initializing =
-                    with_shared(|shared| shared.registers().msr().read().inak().bit_is_set());
-                if initializing == Some(true) {
-                    with_shared(|shared| apply(shared, settings));
-                    self.change = Change::Joining;
+                if self.registers().msr().read().inak().bit_is_set() {
+                    self.join();
                 } else if reached(clock::now(), limit) {
                     // At a wrong bit rate the end of a frame may never be seen. Off the bus by force, into sleep.
-                    with_shared(|shared| shared.registers().mcr().write(|w| w.reset().set_bit()));
+                    self.registers().mcr().write(|w| w.reset().set_bit());
                     self.leave();
                 }
             }
             Change::Joining => {
-                let status = with_shared(|shared| shared.registers().msr().read().bits());
-                const INAK_OR_SLAK: u32 = 0b11;
-                if status.is_some_and(|status| status & INAK_OR_SLAK == 0) {
+                let status = self.registers().msr().read();
+                if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                     self.change = Change::Done;
                 }
             }
         }
     }
 
+    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus.
+    fn join(&mut self) {
+        let Some(settings) = &self.settings else {
+            return;
+        };
+        let silent = u32::from(settings.mode == BusMode::Listen) << 31;
+        let timing = btr(settings.rate) | silent;
+        set_filters(&mut self.can, settings);
+        // SAFETY: timing fields from the table, which is tested, and the silent bit; loop back stays off.
+        self.registers().btr().write(|w| unsafe { w.bits(timing) });
+        self.can.enable_interrupts(
+            Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY,
+        );
+        self.registers().mcr().modify(|_, w| {
+            w.abom().clear_bit();
+            w.sleep().clear_bit();
+            w.inrq().clear_bit()
+        });
+        self.change = Change::Joining;
+    }
+
     /// What the controller has noticed since the last call; call until None.
     pub fn event(&mut self) -> Option<BusEvent> {
-        if with_shared(|shared| core::mem::take(&mut shared.overrun)) == Some(true) {
+        if OVERRUN.load(Ordering::Relaxed) {
+            OVERRUN.store(false, Ordering::Relaxed);
             self.overruns = self.overruns.saturating_add(1);
             warn!("received frames lost, {=u32} times", self.overruns);
             return Some(BusEvent::Overrun);
@@ -262,32 +278,29 @@ impl Bus {
             .settings
             .as_ref()
             .is_some_and(|settings| settings.mode == BusMode::Listen);
-        let (state, error) = with_shared(|shared| {
-            let registers = shared.registers();
-            let status = registers.esr().read();
-            let code = status.lec().bits();
-            if listening && code != LEC_SEEN {
-                // SAFETY: 7 is the value that the manual gives to software.
-                registers
-                    .esr()
-                    .modify(|_, w| unsafe { w.bits(u32::from(LEC_SEEN) << 4) });
-            }
-            let state = if status.boff().bit_is_set() {
-                BusState::BusOff
-            } else if status.epvf().bit_is_set() {
-                BusState::Passive
-            } else if status.ewgf().bit_is_set() {
-                BusState::Warning
-            } else {
-                BusState::Active
-            };
-            (state, listening && code != 0 && code != LEC_SEEN)
-        })?;
+        let status = self.registers().esr().read();
+        let state = if status.boff().bit_is_set() {
+            BusState::BusOff
+        } else if status.epvf().bit_is_set() {
+            BusState::Passive
+        } else if status.ewgf().bit_is_set() {
+            BusState::Warning
+        } else {
+            BusState::Active
+        };
         if state != self.state {
             self.state = state;
             return Some(BusEvent::State(state));
         }
-        error.then_some(BusEvent::Error)
+        let code = status.lec().bits();
+        if !listening || code == LEC_SEEN {
+            return None;
+        }
+        self.registers()
+            .esr()
+            // SAFETY: 7 is the value that the manual gives to software; the other bits are read-only.
+            .write(|w| unsafe { w.bits(u32::from(LEC_SEEN) << 4) });
+        (code != 0).then_some(BusEvent::Error)
     }
 
     /// The oldest received frame that has not been taken.
@@ -300,9 +313,7 @@ impl Bus {
         if let Some(frame) = self.waiting.take() {
             self.place(frame);
         }
-        self.waiting.is_none()
-            && self.is_normal()
-            && with_shared(|shared| mailbox_free(shared.registers())) == Some(true)
+        self.waiting.is_none() && self.is_normal() && mailbox_free(self.registers())
     }
 
     /// Sends a frame. Frames of the same identifier leave in the order of the calls.
@@ -314,8 +325,7 @@ impl Bus {
 
     /// True when every frame has left, or none ever will.
     pub fn sent(&mut self) -> bool {
-        let idle = with_shared(|shared| shared.can.is_transmitter_idle());
-        self.waiting.is_none() && idle != Some(false)
+        self.waiting.is_none() && self.can.is_transmitter_idle()
     }
 
     /// True when frames can be sent: not listening only, and no change of mode under way.
@@ -330,21 +340,19 @@ impl Bus {
     /// Puts the frame into a mailbox, or keeps it waiting: bxcan takes a frame only if it has a higher priority than all that are
     /// pending, because the controller sends equal ones in the order of the mailboxes, not of the requests.
     fn place(&mut self, frame: bxcan::Frame) {
-        if !self.is_normal() {
+        // With three pending mailboxes bxcan would take the lowest one back, and wait for its end if it is on the bus.
+        if !self.is_normal() || !mailbox_free(self.registers()) {
             self.waiting = Some(frame);
             return;
         }
-        self.waiting = with_shared(|shared| {
-            // With three pending mailboxes bxcan would take the lowest one back, and wait for its end if it is on the bus.
-            if !mailbox_free(shared.registers()) {
-                return Some(frame);
-            }
-            match shared.can.transmit(&frame) {
-                Ok(status) => status.dequeued_frame().cloned(),
-                Err(_) => Some(frame),
-            }
-        })
-        .flatten();
+        self.waiting = match self.can.transmit(&frame) {
+            Ok(status) => status.dequeued_frame().cloned(),
+            Err(_) => Some(frame),
+        };
+    }
+
+    fn registers(&mut self) -> &mut CanPeripheral {
+        &mut self.can.instance().0
     }
 }
 
@@ -369,26 +377,6 @@ fn abort_all(registers: &CanPeripheral) {
 fn mailbox_free(registers: &CanPeripheral) -> bool {
     let status = registers.tsr().read();
     status.tme0().bit_is_set() || status.tme1().bit_is_set() || status.tme2().bit_is_set()
-}
-
-/// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus.
-fn apply(shared: &mut Shared, settings: &Settings) {
-    let listen = settings.mode == BusMode::Listen;
-    let silent = u32::from(listen) << 31;
-    // SAFETY: timing fields from the table, which is tested, and the silent bit; loop back stays off.
-    shared
-        .registers()
-        .btr()
-        .write(|w| unsafe { w.bits(btr(settings.rate) | silent) });
-    set_filters(&mut shared.can, settings);
-    shared
-        .can
-        .enable_interrupts(Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY);
-    shared.registers().mcr().modify(|_, w| {
-        w.abom().clear_bit();
-        w.sleep().clear_bit();
-        w.inrq().clear_bit()
-    });
 }
 
 /// Gives each filter a bank of its own, all of them 32 bits wide, in mask mode and for FIFO 0: so none outranks another and a
