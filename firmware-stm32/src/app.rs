@@ -36,7 +36,7 @@ pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, B
     store.prepare();
     watchdog.feed();
 
-    let mut imu = Imu::new(board.imu, board::MOUNTING);
+    let mut imu = Imu::new(board.imu);
     // Whether it is there or not, it is set up now; the next call asks for a sample.
     imu.read(clock::now());
 

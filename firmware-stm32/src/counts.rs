@@ -45,6 +45,7 @@ const fn temperature(count: i16) -> i16 {
 }
 
 /// The reading that these counts mean.
+#[inline]
 pub fn reading(counts: [i16; 3], temperature_count: i16, mounting: Mounting) -> Reading {
     let [x, y, z] = counts.map(acceleration);
     let along = |axis| match axis {

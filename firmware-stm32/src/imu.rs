@@ -6,8 +6,8 @@
 //!
 //! A part that is missing or fails costs nothing but samples: it is tried again every second.
 
-use crate::board::Delay;
-use crate::counts::{self, Mounting};
+use crate::board::{Delay, MOUNTING};
+use crate::counts;
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
@@ -44,7 +44,6 @@ enum State {
 /// The accelerometer.
 pub struct Imu<W: BusOperation> {
     part: Ism330dhcx<W, Delay, MainBank>,
-    mounting: Mounting,
     state: State,
     /// The log knows that it is missing.
     reported: bool,
@@ -52,10 +51,9 @@ pub struct Imu<W: BusOperation> {
 
 impl<W: BusOperation> Imu<W> {
     /// The part at the end of these wires, not looked for yet.
-    pub fn new(wires: W, mounting: Mounting) -> Self {
+    pub fn new(wires: W) -> Self {
         Self {
             part: Ism330dhcx::from_bus(wires, Delay),
-            mounting,
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
@@ -158,11 +156,7 @@ impl<W: BusOperation> Imu<W> {
         }
         let temperature = self.part.temperature_raw_get()?;
         let acceleration = self.part.acceleration_raw_get()?;
-        Ok(Some(counts::reading(
-            acceleration,
-            temperature,
-            self.mounting,
-        )))
+        Ok(Some(counts::reading(acceleration, temperature, MOUNTING)))
     }
 }
 
