@@ -1,6 +1,13 @@
 //! How frames end, and what disturbs them.
 
-use super::*;
+use super::{Bus, DeviceId, ERROR_FRAME, LOG_MAX, Logged, Source, Transmission, bit_time, nanos};
+use crate::bench::controller::{Failure, Hearing};
+use crate::bench::frame_length::INTERMISSION;
+use plumbline::can::BitRate;
+use plumbline::node::BusState;
+
+/// The bits that an error passive node waits after its own frame.
+const SUSPEND: u32 = 8;
 
 impl Bus {
     /// A frame, or the error frame that destroyed it, has ended: everybody learns what came of it.
@@ -108,24 +115,6 @@ impl Bus {
             if hearing == Hearing::Garbled {
                 attached.device.disturbed(now, hearing);
             }
-        }
-    }
-
-    /// On a wire that follows its device: leads a detecting device to 250 kbit/s before an adapter's frame starts.
-    pub(super) fn lead_to_follow_rate(&mut self) {
-        if self.rate != BusRate::Follow {
-            return;
-        }
-        let now = self.now;
-        let Some(first) = self.devices.first_mut() else {
-            return;
-        };
-        for _ in 0..FOLLOW_TRIES {
-            let device = &mut first.device;
-            if device.mode() != Some(BusMode::Listen) || device.rate() == Some(FOLLOW_RATE) {
-                return;
-            }
-            device.disturbed(now, Hearing::Garbled);
         }
     }
 }
