@@ -15,7 +15,7 @@ SEED = 49152
 def bit_rates(context: Context) -> None:
     """Automatic detection and fixed rates on a bus with a rate of its own (9.10.3)."""
     every = context.model.name == "is2"
-    for code, rate in p.BAUD_CODES.items():
+    for rate in p.BAUD_CODES.values():
         if (every or rate in (125_000, 250_000)) and rate != 62_500:
             options = {"bus_rate": f"{rate // 1000}", "bitrate": rate}
             with context.session(wake=False, **options) as session:
