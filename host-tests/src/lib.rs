@@ -1,1 +1,8 @@
 //! Everything a PC does with Plumbline's core.
+
+pub mod bench;
+pub mod descriptors;
+pub mod fuzz;
+pub mod image;
+pub mod models;
+pub mod motion;
