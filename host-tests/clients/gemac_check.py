@@ -23,7 +23,7 @@ def main() -> int:
     options = runner.parser(__doc__.splitlines()[0], GROUPS, SLOW_GROUPS).parse_args()
     every = GROUPS | SLOW_GROUPS
     plan = [(model, every[name]) for model in options.model or MODELS for name in options.only or GROUPS]
-    return runner.run(options.virtual_sensor, plan)
+    return runner.run(options, plan)
 
 
 if __name__ == "__main__":

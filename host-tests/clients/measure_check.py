@@ -29,7 +29,7 @@ def main() -> int:
         for group in groups
         if group.__name__ in (options.only or GROUPS)
     ]
-    return runner.run(options.virtual_sensor, plan)
+    return runner.run(options, plan)
 
 
 if __name__ == "__main__":

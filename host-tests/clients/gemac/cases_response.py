@@ -5,6 +5,7 @@ import math
 import random
 import time
 from collections.abc import Callable
+from functools import partial
 
 from . import filters, scenes
 from . import protocol as p
@@ -101,9 +102,7 @@ def step_response(context: Context) -> None:
         with context.session(scene=path) as session:
             setting = p.filter_value(round(1000 * cutoff), kind)
             recording, switched_on = record(session, setting, at + 1.0 + 4.0 / cutoff)
-            check_step(
-                session, f"{name} {cutoff:g} Hz", recording, switched_on, lambda t, k=kind, c=cutoff: filters.step(k, c, t)
-            )
+            check_step(session, f"{name} {cutoff:g} Hz", recording, switched_on, partial(filters.step, kind, cutoff))
 
 
 def check_step(session: Session, name: str, recording: Recording, switched_on: float, unit: Callable[[float], float]) -> None:
@@ -128,7 +127,7 @@ def check_step(session: Session, name: str, recording: Recording, switched_on: f
     origin = min((origin + 0.0005 * n for n in range(-10, 11)), key=error)
     report.within(f"{name}: delay beyond the filter's, process start included, in s", -0.01, 0.12, origin - expected_origin)
     worst = max(abs(truth(t - origin) - angle) for t, angle in points)
-    report.within(f"{name}: worst difference from the curve in deg", 0, 0.02 * height, worst)
+    report.within(f"{name}: worst difference from the curve in deg", 0, 0.012 * height, worst)
     angles = [angle for _, angle in points]
     report.within(f"{name}: final value in deg", height - 0.0101, height + 0.0101, angles[-1])
     peak = max(truth(0.002 * n) for n in range(1500))
@@ -170,7 +169,7 @@ def check_tones(session: Session, kind: int, name: str, recording: Recording) ->
         turn = -2j * math.pi * frequency * PERIOD
         amplitude = abs(sum(pull * cmath.exp(turn * n) for n, pull in enumerate(pulls))) * 2 / count
         expected = filters.gain_db(kind, 2.0, frequency)
-        slack = 0.15 if expected > -10 else 0.6
+        slack = 0.05 if expected > -10 else 0.4
         got = 20 * math.log10(max(amplitude, 1e-9) / size)
         report.within(f"{name} 2 Hz: gain at {frequency:g} Hz in dB", expected - slack, expected + slack, got)
 

@@ -1,8 +1,10 @@
 """The virtual sensor as a process, and a CAN adapter to talk to it."""
 
+import contextlib
 import re
 import subprocess
 import tempfile
+import threading
 import time
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,7 +14,6 @@ import can
 from .protocol import EXTENDED
 
 REPLY_TIMEOUT = 0.4  # a reply takes well under a millisecond; this is for a busy machine
-START_TIMEOUT = 10.0
 
 
 class SensorGone(Exception):
@@ -89,7 +90,12 @@ class Tester:
 
     def close(self) -> None:
         """Closes the adapter (C) and its connection."""
-        self._bus.shutdown()
+        # pyserial sleeps 0.3 s when it closes a socket; nobody needs to wait for that.
+        threading.Thread(target=self._shutdown, daemon=True).start()
+
+    def _shutdown(self) -> None:
+        with contextlib.suppress(can.CanError, OSError):  # the sensor may have lost its supply already
+            self._bus.shutdown()
 
     def send(self, identifier: int, data: bytes = b"", *, remote: bool = False, dlc: int | None = None) -> None:
         """Sends one frame; `dlc` is for remote frames."""
@@ -127,6 +133,14 @@ class Tester:
         while (left := end - time.monotonic()) > 0:
             if frame := self.receive(left):
                 frames.append(frame)
+        return frames
+
+    def collect_until_quiet(self, pause: float = 0.15, limit: float = 15.0) -> list[Frame]:
+        """Everything that comes until nothing has come for `pause` s, or the limit is reached."""
+        end = time.monotonic() + limit
+        frames = []
+        while time.monotonic() < end and (frame := self.receive(pause)):
+            frames.append(frame)
         return frames
 
     def take(self, count: int, timeout: float) -> list[Frame]:

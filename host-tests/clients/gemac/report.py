@@ -2,17 +2,18 @@
 
 
 class Report:
-    """Prints and counts checks."""
+    """Collects checks: their lines, and how many passed and failed."""
 
-    def __init__(self) -> None:
+    def __init__(self, subject: str) -> None:
+        self.subject = subject
+        self.lines: list[str] = []
         self.passed = 0
         self.failed = 0
-        self.subject = ""
 
     def verdict(self, good: bool, name: str, expected: object, got: object) -> bool:
-        """Prints one check whose judgement is already known."""
+        """One check whose judgement is already known."""
         word = "PASS" if good else "FAIL"
-        print(f"{word} {self.subject}: {name}: expected {expected}, got {got}", flush=not good)
+        self.lines.append(f"{word} {self.subject}: {name}: expected {expected}, got {got}")
         if good:
             self.passed += 1
         else:
@@ -26,8 +27,3 @@ class Report:
     def within(self, name: str, low: float, high: float, got: float) -> bool:
         """Checks that a number lies in a closed range."""
         return self.verdict(low <= got <= high, name, f"{low:.6g}..{high:.6g}", f"{got:.6g}")
-
-    def close(self) -> int:
-        """Prints the closing line; the exit code."""
-        print(f"{self.passed} passed, {self.failed} failed", flush=True)
-        return 1 if self.failed or not self.passed else 0
