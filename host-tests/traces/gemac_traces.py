@@ -181,7 +181,6 @@ def modes(model: str, scene: str) -> Trace:
         f"{model}-modes",
         f"{MANUAL}, section 9.9 (tables 20 to 22), counter in cyclic mode",
         scene=scene,
-        tolerance_us=1000,
     )
     book = trace.book
     trace.boot()

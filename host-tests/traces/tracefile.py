@@ -11,7 +11,7 @@ FOREIGN = 0x7FE
 class Trace:
     """Frames in the order of time. `book` foretells what the sensor answers."""
 
-    def __init__(self, name: str, origin: str, *, scene: str, tolerance_us: int = 600, serial: int = 1) -> None:
+    def __init__(self, name: str, origin: str, *, scene: str, tolerance_us: int = 300, serial: int = 1) -> None:
         self.name = name
         self.model = p.MODELS[name.split("-")[0]]
         self.book = Book(self.model)
