@@ -1,9 +1,8 @@
 //! Binary angles: a full turn is 2^32, so that wrapping around is what the integers do by themselves.
 //!
-//! One unit is 8.4e-8 deg. [`Angle::atan2`] is off by at most [`ATAN2_ERROR`]'s 1.3e-5 deg; it uses a table of 65 arc tangents,
-//! 32-bit multiplications and the hardware divider, nothing else.
+//! One unit is 8.4e-8 deg. [`Angle::atan2`] is off by at most 1.3e-5 deg ([`Angle::ATAN2_ERROR`]); all it takes is a table of 65
+//! arc tangents, a few multiplications and three 32-bit divisions.
 
-use core::num::NonZeroU32;
 use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 
 /// An angle modulo 360 deg, in units of 360 deg / 2^32.
@@ -20,9 +19,6 @@ use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Angle(pub u32);
 
-/// The largest error of [`Angle::atan2`], in deg. The tests hold it to this.
-pub const ATAN2_ERROR: f64 = 1.3e-5;
-
 impl Angle {
     /// 0 deg.
     pub const ZERO: Self = Self(0);
@@ -32,6 +28,9 @@ impl Angle {
     pub const HALF: Self = Self(1 << 31);
     /// 270 deg, three quarters of a turn.
     pub const THREE_QUARTERS: Self = Self(3 << 30);
+
+    /// The largest error of [`atan2`](Self::atan2): 1.3e-5 deg. The tests hold it to this.
+    pub const ATAN2_ERROR: Self = Self(155);
 
     /// The angle of `value` * 0.01 deg, rounded to the nearest unit. Every value is allowed; whole turns drop out.
     pub const fn from_centidegrees(value: i32) -> Self {
@@ -86,12 +85,9 @@ impl Angle {
     pub(crate) fn first_quadrant(y: u32, x: u32) -> Self {
         let steep = y > x;
         let (a, b) = if steep { (y, x) } else { (x, y) };
-        let Some(a) = NonZeroU32::new(a) else {
-            return Self::ZERO;
-        };
-        // 24 bits, so that 64 a + k b stays below 2^31. The bit that is set tells the compiler that `a` is not zero.
+        // 24 bits, so that 64 a + k b stays below 2^31. The bit that is set is set already, except in the origin.
         let shift = a.leading_zeros();
-        let a = (a.get().wrapping_shl(shift) >> 8) | (1 << 23);
+        let a = (a.wrapping_shl(shift) >> 8) | (1 << 23);
         let b = b.wrapping_shl(shift) >> 8;
 
         let k = (64 * b + a / 2) / a;
@@ -223,27 +219,35 @@ mod tests {
     use core::f64::consts::TAU;
     use proptest::prelude::*;
 
-    const UNIT: f64 = 360.0 / 4_294_967_296.0;
+    const TURN: f64 = 4_294_967_296.0;
+    /// In deg.
+    const UNIT: f64 = 360.0 / TURN;
 
-    /// How far `Angle::atan2(y, x)` is off, in deg. f64's own error is 3e-14 deg.
+    /// How far `Angle::atan2(y, x)` is off, in units. f64's own error is below 1e-6 of a unit.
     fn error(y: i32, x: i32) -> f64 {
         let truth = f64::from(y).atan2(f64::from(x)).to_degrees() / UNIT;
-        let difference = f64::from(Angle::atan2(y, x).0) - truth;
-        (difference - (difference * UNIT / 360.0).round() * 360.0 / UNIT).abs() * UNIT
+        let difference = (f64::from(Angle::atan2(y, x).0) - truth) / TURN;
+        (difference - difference.round()).abs() * TURN
     }
 
     fn check(y: i32, x: i32) {
         let error = error(y, x);
-        assert!(error <= ATAN2_ERROR, "atan2({y}, {x}) is off by {error:e}");
+        let limit = f64::from(Angle::ATAN2_ERROR.0);
+        assert!(error <= limit, "atan2({y}, {x}) is off by {error} units");
+    }
+
+    #[test]
+    fn the_stated_error_is_1_3e_5_deg() {
+        assert!(f64::from(Angle::ATAN2_ERROR.0) * UNIT <= 1.3e-5);
     }
 
     #[test]
     fn the_table_holds_arc_tangents() {
         for (k, &entry) in ATAN.iter().enumerate() {
-            let truth = (k as f64 / 64.0).atan() / TAU * 4_294_967_296.0;
+            let truth = (k as f64 / 64.0).atan() / TAU * TURN;
             assert!((f64::from(entry) - truth).abs() <= 0.5, "{k}");
         }
-        let units = 4_294_967_296.0 / TAU * (1.0 - 1.0 / 65_536.0) * 2.0;
+        let units = TURN / TAU * (1.0 - 1.0 / 65_536.0) * 2.0;
         assert!((UNITS_PER_RADIAN as f64 - units).abs() <= 0.5, "{units}");
     }
 

@@ -1,1 +1,45 @@
-//! x
+//! Plumbline's nodes on real pins: an STM32 with bxCAN and an ISM330DHCX accelerometer on SPI.
+//!
+//! The path of a frame: receive interrupt -> queue -> [`Node`](plumbline::node::Node) -> mailbox. The path of a sample: every
+//! 5 ms from the accelerometer into the node. [`app`] turns the crank; [`can`], [`imu`], [`flash`] and [`clock`] are what it
+//! turns; [`board`] knows the pins; and a file in `src/bin` names the model.
+//!
+//! A board is a feature (`bluepill`, `nucleo-f446re`), and so is the log (`defmt`). On a PC only the parts without hardware
+//! exist, for their tests: [`bit_timing`] and [`counts`].
+#![cfg_attr(target_os = "none", no_std)]
+
+#[cfg(all(
+    target_os = "none",
+    not(any(feature = "bluepill", feature = "nucleo-f446re"))
+))]
+compile_error!("choose a board: feature `bluepill` (the default) or `nucleo-f446re`");
+
+#[cfg(all(feature = "bluepill", feature = "nucleo-f446re"))]
+compile_error!("one board only: `nucleo-f446re` goes with --no-default-features");
+
+#[cfg(all(target_os = "none", target_abi = "eabihf", feature = "bluepill"))]
+compile_error!("the Blue Pill has no FPU: build it with --target thumbv7m-none-eabi");
+
+pub mod bit_timing;
+pub mod counts;
+
+#[macro_use]
+mod log;
+
+// `board` is set by the build script: the target has no operating system and one board is chosen.
+#[cfg(board)]
+pub mod app;
+#[cfg(board)]
+pub mod board;
+#[cfg(board)]
+pub mod can;
+#[cfg(board)]
+pub mod clock;
+#[cfg(board)]
+pub mod flash;
+#[cfg(board)]
+pub mod imu;
+#[cfg(board)]
+mod reset;
+#[cfg(board)]
+mod sleep;

@@ -15,7 +15,7 @@ pub(super) struct Cyclic {
 impl Cyclic {
     /// Switched on: the counter is 0, the first period ends one cyclic time (in ms) from now.
     pub fn start(now: Instant, period_ms: u32) -> Self {
-        let period = millis(period_ms.max(1));
+        let period = millis(period_ms.clamp(1, 65_535));
         Self {
             counter: 0,
             period,
@@ -36,24 +36,21 @@ impl Cyclic {
         if !reached(now, self.due) {
             return false;
         }
-        self.expire();
-        if reached(now, self.due) {
-            // Several periods late: count them all at once.
-            let late = now.ticks() - self.due.ticks();
-            let periods = late / self.period.ticks().max(1);
-            self.counter = self.counter.wrapping_add(periods as u16);
-            self.due = after(
-                self.due,
-                Duration::from_ticks(periods * self.period.ticks()),
-            );
-            self.expire();
+        // Mostly one period; after a pause many, all counted at once: a division bit by bit, because the compiler's 64-bit one is
+        // large. A period is shorter than 2^26 us, so no step overflows.
+        let late = now.ticks().saturating_sub(self.due.ticks());
+        let mut rest = late.saturating_add(self.period.ticks());
+        for shift in (0..=36).rev() {
+            let step = self.period.ticks() << shift;
+            if rest >= step {
+                rest -= step;
+                self.due = after(self.due, Duration::from_ticks(step));
+                self.counter = self
+                    .counter
+                    .wrapping_add(1_u16.checked_shl(shift).unwrap_or(0));
+            }
         }
         true
-    }
-
-    fn expire(&mut self) {
-        self.counter = self.counter.wrapping_add(1);
-        self.due = after(self.due, self.period);
     }
 
     /// The number of expired periods.

@@ -14,7 +14,7 @@ use crate::measure::calibration::{self, Calibration};
 use crate::measure::{Inclinometer, Reading};
 use crate::node::{Action, Autobaud, Boot, BusEvent, BusMode, BusState, Indicator, Leds, Node};
 use crate::node::{Pattern, Readout, TransmitQueue};
-use crate::store::{Payload, StoreError};
+use crate::store::{PAYLOAD_MAX, Payload, StoreError};
 use crate::time::{Duration, Instant, after, earlier, millis, reached};
 use core::marker::PhantomData;
 use embedded_can::Id;
@@ -107,7 +107,11 @@ pub struct Sensor<M> {
 
 impl<M: Model> Sensor<M> {
     /// The size in bytes of the payload of an image: the values, then the calibration.
-    pub const PAYLOAD: usize = values_size(M::RULES) + calibration::SIZE;
+    pub const PAYLOAD: usize = {
+        let size = values_size(M::RULES) + calibration::SIZE;
+        assert!(size <= PAYLOAD_MAX);
+        size
+    };
 
     /// A sensor after power-up or a restart. An image that does not decode as a whole gives factory values and EEPROMError.
     pub fn new(product: &'static Product, now: Instant, boot: Boot) -> Self {
@@ -465,10 +469,13 @@ impl<M: Model> Node for Sensor<M> {
             Some(Saving::Factory) => Values::factory(M::RULES),
             _ => self.values,
         };
-        values
-            .encode(M::RULES)
-            .chain(self.inclinometer.calibration.encode())
-            .collect()
+        let mut payload = Payload::new();
+        let calibration = self.inclinometer.calibration.encode();
+        for byte in values.encode(M::RULES).chain(calibration) {
+            // PAYLOAD bytes, and PAYLOAD_MAX is more: see the assertion there.
+            let _ = payload.push(byte);
+        }
+        payload
     }
 
     fn readout(&self) -> Readout {

@@ -44,7 +44,7 @@
 //! Gravity drops out of the offset, and a surface that is out of level by a small angle e spoils the gain by e^2/2 only.
 //! For `drift`, repeat the measurement at a cold and a hot temperature `T1` and `T2`; the offset stays the one at 25 degC.
 
-use super::{I32x3, ONE_G};
+use super::{I32x3, ONE_G, saturated};
 
 /// The length of an encoded [`Calibration`] in bytes.
 pub const SIZE: usize = 36;
@@ -53,14 +53,11 @@ const OFFSET_LIMIT: i32 = ONE_G / 4;
 const DEVIATION_LIMIT: i16 = 26_214;
 const DRIFT_LIMIT: i16 = 16_777;
 
-/// What a corrected acceleration is held within, in both directions: 2 g.
-const ACCELERATION_LIMIT: i32 = 2 * ONE_G;
-
 /// The temperature at which the drift is nil, in 0.01 degC.
-const REFERENCE: i32 = 25_00;
+const REFERENCE: i32 = 2_500;
 
 /// The temperatures for which the drift is taken into account, in 0.01 degC; beyond, the nearer end counts.
-const TEMPERATURES: (i32, i32) = (-55_00, 125_00);
+const TEMPERATURES: (i32, i32) = (-5_500, 12_500);
 
 /// The calibration of one unit; always within the ranges above.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -99,49 +96,52 @@ impl Calibration {
     }
 
     /// The corrected acceleration of a raw one at `temperature` (0.01 degC), 1 g = 2^28, rounded to nearest and held within
-    /// +-2 g in each axis. A raw acceleration of more than +-2 g counts as 2 g.
+    /// -2 g..2 g in each axis. A raw acceleration beyond that counts as -2 g or 2 g.
     pub fn apply(&self, acceleration: I32x3, temperature: i16) -> I32x3 {
         let (coldest, hottest) = TEMPERATURES;
         let warmth = i32::from(temperature).clamp(coldest, hottest) - REFERENCE;
         let [ox, oy, oz] = self.offset;
         let [dx, dy, dz] = self.drift;
-        let x = clamp(acceleration.x) - ox - drift(dx, warmth);
-        let y = clamp(acceleration.y) - oy - drift(dy, warmth);
-        let z = clamp(acceleration.z) - oz - drift(dz, warmth);
+        let x = saturated(acceleration.x) - ox - drift(dx, warmth);
+        let y = saturated(acceleration.y) - oy - drift(dy, warmth);
+        let z = saturated(acceleration.z) - oz - drift(dz, warmth);
         let [xs, ys, zs] = &self.deviation;
         I32x3 {
-            x: clamp(x + deviation(xs, x, y, z)),
-            y: clamp(y + deviation(ys, x, y, z)),
-            z: clamp(z + deviation(zs, x, y, z)),
+            x: saturated(x + deviation(xs, x, y, z)),
+            y: saturated(y + deviation(ys, x, y, z)),
+            z: saturated(z + deviation(zs, x, y, z)),
         }
     }
 
     /// The calibration in bytes, as the byte map says.
     pub fn encode(&self) -> [u8; SIZE] {
         let mut bytes = [0; SIZE];
-        let offset = self.offset.iter().flat_map(|v| v.to_le_bytes());
-        let rest = self.deviation.iter().flatten().chain(&self.drift);
-        let rest = rest.flat_map(|v| v.to_le_bytes());
-        for (byte, value) in bytes.iter_mut().zip(offset.chain(rest)) {
-            *byte = value;
+        if let Some((offset, rest)) = bytes.split_first_chunk_mut::<12>() {
+            for (place, value) in offset.as_chunks_mut().0.iter_mut().zip(self.offset) {
+                *place = value.to_le_bytes();
+            }
+            let values = self.deviation.as_flattened().iter().chain(&self.drift);
+            for (place, value) in rest.as_chunks_mut().0.iter_mut().zip(values) {
+                *place = value.to_le_bytes();
+            }
         }
         bytes
     }
 
     /// The calibration that [`encode`](Self::encode) wrote; None when a number is out of its range.
     pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
-        let (offset, rest) = bytes.split_first_chunk::<12>()?;
-        let mut offsets = [0; 3];
-        for (value, &bytes) in offsets.iter_mut().zip(offset.as_chunks().0) {
-            *value = i32::from_le_bytes(bytes);
+        let (offsets, rest) = bytes.split_first_chunk::<12>()?;
+        let mut offset = [0; 3];
+        for (value, &place) in offset.iter_mut().zip(offsets.as_chunks().0) {
+            *value = i32::from_le_bytes(place);
         }
         let mut deviation = [[0; 3]; 3];
         let mut drift = [0; 3];
-        let targets = deviation.iter_mut().flatten().chain(&mut drift);
-        for (value, &bytes) in targets.zip(rest.as_chunks().0) {
-            *value = i16::from_le_bytes(bytes);
+        let values = deviation.as_flattened_mut().iter_mut().chain(&mut drift);
+        for (value, &place) in values.zip(rest.as_chunks().0) {
+            *value = i16::from_le_bytes(place);
         }
-        Self::new(offsets, deviation, drift)
+        Self::new(offset, deviation, drift)
     }
 }
 
@@ -149,10 +149,6 @@ impl Default for Calibration {
     fn default() -> Self {
         Self::IDENTITY
     }
-}
-
-fn clamp(value: i32) -> i32 {
-    value.clamp(-ACCELERATION_LIMIT, ACCELERATION_LIMIT)
 }
 
 /// `per_kelvin` (2^-24 g/K) times `warmth` (0.01 K) in 2^-28 g: the product times 2^4/100, rounded to nearest. At most 2^25.
@@ -179,7 +175,7 @@ mod tests {
 
     #[test]
     fn identity_changes_nothing() {
-        for v in [-2 * ONE_G, -1, 0, 1, 12_345, ONE_G, 2 * ONE_G] {
+        for v in [1 - 2 * ONE_G, -1, 0, 1, 12_345, ONE_G, 2 * ONE_G - 1] {
             for temperature in [i16::MIN, -4000, 0, 2500, i16::MAX] {
                 let a = vector(v, -v, v / 2);
                 assert_eq!(Calibration::IDENTITY.apply(a, temperature), a);
@@ -260,7 +256,7 @@ mod tests {
         let end = 2 * ONE_G;
         assert_eq!(
             c.apply(vector(i32::MAX, i32::MAX, i32::MAX), 2500),
-            vector(end, end, end)
+            vector(end - 1, end - 1, end - 1)
         );
         let c = Calibration::new([OFFSET_LIMIT; 3], [[DEVIATION_LIMIT; 3]; 3], [0; 3]).unwrap();
         assert_eq!(
@@ -288,9 +284,9 @@ mod tests {
         let mut s = [[0.0; 3]; 3];
         for axis in 0..3 {
             let (p, n) = (side(axis, 1.0), side(axis, -1.0));
-            for i in 0..3 {
-                offset[i] += (p[i] + n[i]) / 6.0;
-                s[i][axis] = (p[i] - n[i]) / 2.0;
+            for (i, (offset, row)) in offset.iter_mut().zip(&mut s).enumerate() {
+                *offset += (p[i] + n[i]) / 6.0;
+                row[axis] = (p[i] - n[i]) / 2.0;
             }
         }
         // The inverse by Cramer's rule.
@@ -341,12 +337,12 @@ mod tests {
             let end = f64::from(2 * ONE_G);
             let kelvin = f64::from(temperature.clamp(-5500, 12500)) / 100.0 - 25.0;
             let d: [f64; 3] = core::array::from_fn(|i| {
-                f64::from(a[i]).clamp(-end, end) - f64::from(c.offset[i]) - f64::from(c.drift[i]) * 16.0 * kelvin
+                f64::from(a[i]).clamp(-end, end - 1.0) - f64::from(c.offset[i]) - f64::from(c.drift[i]) * 16.0 * kelvin
             });
             for (i, got) in [got.x, got.y, got.z].into_iter().enumerate() {
                 let sum: f64 = (0..3).map(|j| f64::from(c.deviation[i][j]) / 262_144.0 * d[j]).sum();
                 // Half a unit for each of the two roundings, the first of them through the matrix.
-                prop_assert!((f64::from(got) - (d[i] + sum).clamp(-end, end)).abs() <= 1.2);
+                prop_assert!((f64::from(got) - (d[i] + sum).clamp(-end, end - 1.0)).abs() <= 1.2);
             }
         }
     }

@@ -119,9 +119,20 @@ fn high(a: u32, b: u32) -> u32 {
     ((u64::from(a) * u64::from(b)) >> 32) as u32
 }
 
-/// `a` / `b` in Q32, for `a` below `b`.
+/// `a` / `b` in Q32, for `a` below `b`; cut off. Bit by bit: the 64-bit division of the compiler would be larger than all the
+/// rest of this file.
 fn ratio(a: u32, b: u32) -> u32 {
-    (u64::from(a) << 32).checked_div(b.into()).unwrap_or(0) as u32
+    let (mut rest, mut quotient) = (a, 0);
+    for _ in 0..32 {
+        let carry = rest >> 31 != 0;
+        rest <<= 1;
+        quotient <<= 1;
+        if carry || rest >= b {
+            rest = rest.wrapping_sub(b);
+            quotient |= 1;
+        }
+    }
+    quotient
 }
 
 #[cfg(test)]

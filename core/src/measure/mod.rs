@@ -57,6 +57,18 @@ pub struct Reading {
 /// 1 g in a [`Reading`].
 pub const ONE_G: i32 = 1 << 28;
 
+/// `component` held within -2 g..2 g, the upper end not included: a range that ends at powers of two is one instruction.
+pub(crate) const fn saturated(component: i32) -> i32 {
+    const END: i32 = 2 * ONE_G;
+    if component < -END {
+        -END
+    } else if component >= END {
+        END - 1
+    } else {
+        component
+    }
+}
+
 /// The steps of the path that have a state: calibration and low-pass.
 #[derive(Clone, Debug, Default)]
 pub struct Inclinometer {

@@ -41,6 +41,17 @@ struct Save {
     state: State,
 }
 
+/// What there is in one slot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Survey {
+    /// The place behind the last one that is not blank.
+    used: usize,
+    /// The last place that is neither blank nor whole.
+    unusable: Option<usize>,
+    /// The newest whole image: sequence number and place.
+    newest: Option<(u32, usize)>,
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum State {
     Erase,
@@ -55,6 +66,9 @@ pub struct Store<M> {
     memory: M,
     id: ImageId,
     payload: usize,
+    /// The newest whole image; its slot is never erased.
+    newest: Option<Place>,
+    /// Where the next image goes; behind the last place when the slot is full.
     next: Place,
     sequence: u32,
     save: Option<Save>,
@@ -74,6 +88,7 @@ impl<M: NorFlash> Store<M> {
             memory,
             id,
             payload,
+            newest: None,
             next,
             sequence: 0,
             save: None,
@@ -92,27 +107,29 @@ impl<M: NorFlash> Store<M> {
         &mut self.memory
     }
 
-    /// Erases ahead: call it at boot, before the node takes part in the bus. The other slot is erased when the current one is
-    /// more than half full, so that at least half a slot of saves never has to erase; until then the older images stay.
+    /// Erases ahead: call it at boot, before the node takes part in the bus. The spare slot is erased when the other one is more
+    /// than half full, so that at least half a slot of saves never has to erase; until then the older images stay.
     pub fn prepare(&mut self) {
-        let other = 1 - self.next.slot.min(1);
-        let full = self.next.index >= self.places();
-        let roomy = !full && self.next.index <= self.places() / 2;
-        if !roomy && !self.blank(other) {
+        let spare = self.spare();
+        let roomy = self.next.slot != spare && self.next.index <= self.places() / 2;
+        if !roomy && !self.blank(spare) {
             // A failure shows again, and is reported, when the slot is needed.
-            let _ = self.erase(other);
+            let _ = self.erase(spare);
         }
     }
 
     /// Begins to save `payload`; carry it out with [`step`](Self::step). A save under way is given up.
     pub fn save(&mut self, payload: &[u8]) {
+        if let Some(given_up) = self.save.take() {
+            self.pass(given_up.place);
+        }
         let image = (payload.len() == self.payload)
             .then(|| image::encode(self.id, self.sequence.wrapping_add(1), payload))
             .flatten();
         let mut place = self.next;
         if place.index >= self.places() {
             place = Place {
-                slot: 1 - place.slot.min(1),
+                slot: self.spare(),
                 index: 0,
             };
         }
@@ -153,90 +170,88 @@ impl<M: NorFlash> Store<M> {
             }
             Ok(None) => {
                 self.sequence = self.sequence.wrapping_add(1);
-                self.next = Place {
-                    index: save.place.index + 1,
-                    ..save.place
-                };
+                self.newest = Some(save.place);
+                self.pass(save.place);
                 Some(Ok(()))
             }
             Err(StoreError) => {
-                // The place is spoilt, if it was programmed at all: the next save takes the one after it. The slot must not
-                // change over to one that could not be erased.
-                if save.state != State::Erase {
-                    self.next = Place {
-                        index: save.place.index + 1,
-                        ..save.place
-                    };
-                }
+                self.pass(save.place);
                 Some(Err(StoreError))
             }
         }
     }
 
+    /// The slot that may be erased: the one without the newest image.
+    fn spare(&self) -> usize {
+        1 - self.newest.unwrap_or(self.next).slot.min(1)
+    }
+
+    /// The next image goes behind `place`, unless that is still, or again, erased.
+    fn pass(&mut self, place: Place) {
+        let used = self.judge(place) != Content::Blank;
+        let index = place.index + usize::from(used);
+        self.next = Place { index, ..place };
+    }
+
     /// Finds the newest whole image and the place for the next one.
     fn scan(&mut self) -> Loaded {
-        let places = self.places();
-        // For each slot: the place after the last one that is not blank, and the last one that is unusable.
-        let mut used = [0; 2];
-        let mut unusable = [None; 2];
-        let mut newest: Option<(u32, Place)> = None;
-        let slots = used.iter_mut().zip(unusable.iter_mut()).enumerate();
-        for (slot, (used, unusable)) in slots {
-            for index in 0..places {
-                let place = Place { slot, index };
-                match self.judge(place) {
-                    Content::Blank => continue,
-                    Content::Unusable => *unusable = Some(index),
-                    Content::Whole(sequence) => {
-                        if newest.is_none_or(|(best, _)| sequence.wrapping_sub(best) < 1 << 31) {
-                            newest = Some((sequence, place));
-                        }
-                    }
-                }
-                *used = index + 1;
-            }
-        }
-        let [used0, used1] = used;
-        let [unusable0, unusable1] = unusable;
-        let Some((sequence, place)) = newest else {
-            let index = if self.tail_blank(0, used0) {
-                used0
-            } else {
-                places
-            };
-            self.next = Place { slot: 0, index };
-            return Loaded {
-                payload: None,
-                damaged: unusable0.is_some() || unusable1.is_some(),
-            };
+        let first = self.survey(0);
+        let second = self.survey(1);
+        let second_is_newer = match (first.newest, second.newest) {
+            (Some((a, _)), Some((b, _))) => b.wrapping_sub(a) < 1 << 31,
+            (first, _) => first.is_none(),
         };
-        let (used, here, there) = if place.slot == 0 {
-            (used0, unusable0, unusable1)
+        let (slot, own, other) = if second_is_newer && second.newest.is_some() {
+            (1, second, first)
         } else {
-            (used1, unusable1, unusable0)
-        };
-        // In its own slot everything behind the newest image is newer; the other slot is newer only when this one is full.
-        let full = place.index + 1 >= places;
-        let damaged = here.is_some_and(|index| index > place.index) || (full && there.is_some());
-        let index = if self.tail_blank(place.slot, used) {
-            used
-        } else {
-            places
+            (0, first, second)
         };
         self.next = Place {
-            slot: place.slot,
-            index,
+            slot,
+            index: own.used,
         };
+        let Some((sequence, index)) = own.newest else {
+            return Loaded {
+                payload: None,
+                damaged: own.unusable.is_some() || other.unusable.is_some(),
+            };
+        };
+        let place = Place { slot, index };
+        self.newest = Some(place);
         self.sequence = sequence;
+        // In its own slot everything behind the newest image is newer. The other slot is newer only when this one is full, and not
+        // when it has a whole image, which would then be the newest.
+        let full = index + 1 >= self.places();
+        let damaged = own.unusable.is_some_and(|unusable| unusable > index)
+            || (full && other.unusable.is_some() && other.newest.is_none());
         let payload = self
             .load(place)
             .and_then(|bytes| image::payload(&bytes, self.payload));
         Loaded { payload, damaged }
     }
 
+    /// Looks through one slot.
+    fn survey(&mut self, slot: usize) -> Survey {
+        let mut survey = Survey::default();
+        for index in 0..self.places() {
+            match self.judge(Place { slot, index }) {
+                Content::Blank => continue,
+                Content::Unusable => survey.unusable = Some(index),
+                Content::Whole(sequence) => {
+                    let newer = |(best, _): (u32, usize)| sequence.wrapping_sub(best) < 1 << 31;
+                    if survey.newest.is_none_or(newer) {
+                        survey.newest = Some((sequence, index));
+                    }
+                }
+            }
+            survey.used = index + 1;
+        }
+        survey
+    }
+
     /// Places for images in one slot.
     fn places(&self) -> usize {
-        self.slot_size() / self.place_size()
+        self.slot_size().checked_div(self.place_size()).unwrap_or(0)
     }
 
     fn slot_size(&self) -> usize {
@@ -265,11 +280,6 @@ impl<M: NorFlash> Store<M> {
             return Content::Unusable;
         };
         image::judge(&bytes, self.id, self.payload)
-    }
-
-    /// True when every place from `index` on is blank.
-    fn tail_blank(&mut self, slot: usize, index: usize) -> bool {
-        (index..self.places()).all(|index| self.judge(Place { slot, index }) == Content::Blank)
     }
 
     /// True when the whole slot is erased, also the rest behind the last place.

@@ -2,9 +2,11 @@
 //! with reference vectors in the host tests.
 
 use super::*;
+use crate::measure::ONE_G;
 use proptest::prelude::*;
 
-const FULL: i32 = 2 * ONE_G;
+/// The largest signal; the lowest is one unit further out.
+const FULL: i32 = 2 * ONE_G - 1;
 
 /// Cut-off frequencies all over the range, in mHz.
 const CUTOFFS: [u16; 12] = [
@@ -56,7 +58,7 @@ enum ModelChain {
 impl Model {
     fn settled(kind: Kind, cutoff: u16, rest: i32) -> Self {
         let zero = 1i128 << 31;
-        let rest = (i128::from(rest.clamp(-FULL, FULL)) << 32) + zero;
+        let rest = (i128::from(rest.clamp(-FULL - 1, FULL)) << 32) + zero;
         let chain = match kind {
             Kind::Butterworth => {
                 ModelChain::Butterworth(design::butterworth(cutoff), [(0, rest); 4])
@@ -79,7 +81,7 @@ impl Model {
     }
 
     fn step(&mut self, input: i32) -> i32 {
-        let mut signal = i128::from(input.clamp(-FULL, FULL));
+        let mut signal = i128::from(input.clamp(-FULL - 1, FULL));
         let mut chain = std::mem::replace(&mut self.chain, ModelChain::Critical(0, [0; 8]));
         match &mut chain {
             ModelChain::Butterworth(filter, states) => {
@@ -116,7 +118,7 @@ impl Model {
 fn impulse_responses(cutoff: u16, length: usize) -> Vec<Vec<f64>> {
     let filter = design::butterworth(cutoff);
     let q32 = 2f64.powi(-32);
-    let mut nodes = vec![Vec::with_capacity(length); 20];
+    let mut nodes = vec![Vec::new(); 20];
     let mut states = [(0.0, 0.0); 4];
     for n in 0..length {
         let mut signal = if n == 0 { 1.0 } else { 0.0 };
@@ -149,7 +151,7 @@ fn off_passes_the_vector_and_holds_it_within_two_g() {
         assert_eq!(filter.step(v), v);
     }
     let over = vector(i32::MAX, i32::MIN, FULL + 1);
-    assert_eq!(filter.step(over), vector(FULL, -FULL, FULL));
+    assert_eq!(filter.step(over), vector(FULL, -FULL - 1, FULL));
 }
 
 #[test]
@@ -317,7 +319,7 @@ fn the_worst_input_of_every_signal_inside_overflows_nothing() {
             let mut model: Option<Model> = None;
             let mut filter = tuned(Kind::Butterworth, cutoff);
             for &weight in response.iter().rev() {
-                let input = if weight < 0.0 { -FULL } else { FULL };
+                let input = if weight < 0.0 { -FULL - 1 } else { FULL };
                 let model =
                     model.get_or_insert_with(|| Model::settled(Kind::Butterworth, cutoff, input));
                 assert_eq!(

@@ -1,0 +1,185 @@
+//! A proof, not a firmware: core cannot panic, whatever it is given. A panic is a link error.
+//!
+//! The program calls every method of every node (the older types are the same code with other constants) and of the store with values that the compiler must not look into, and its panic
+//! handler calls a function that does not exist. It links only if the optimizer has found every panic path of core impossible:
+//!
+//! ```text
+//! cargo build --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free
+//! ```
+//!
+//! When it does not ("undefined symbol: panic_path_in_core"), this makes it link all the same, and the callers of the panic
+//! functions in its disassembly are the culprits:
+//!
+//! ```text
+//! cargo rustc --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free -- -C link-arg=--defsym=panic_path_in_core=0
+//! llvm-objdump -d --demangle target/thumbv7m-none-eabi/release/panic-free
+//! ```
+//!
+//! Only a release build proves anything: debug assertions add checks for overflow, and defmt has panic paths of its own.
+#![no_std]
+#![no_main]
+
+use core::hint::black_box;
+use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
+use plumbline::can::{Frame, extended, standard};
+use plumbline::measure::{I32x3, Reading};
+use plumbline::model::{
+    is1::{self, Is1},
+    is2::{self, Is2},
+};
+use plumbline::node::{Boot, BusEvent, Node};
+use plumbline::store::{ImageId, Store, StoreError};
+use plumbline::time::Instant;
+
+// For the vector table, and defmt's transport; nothing else of them is used.
+#[cfg(feature = "defmt")]
+use defmt_rtt as _;
+#[cfg(feature = "bluepill")]
+use stm32f1xx_hal as _;
+#[cfg(feature = "nucleo-f446re")]
+use stm32f4xx_hal as _;
+
+#[cortex_m_rt::entry]
+fn main() -> ! {
+    let is1 = black_box(&is1::BP_CL);
+    exercise(is1.image, Is1::PAYLOAD, |now, boot| {
+        Is1::new(is1, now, boot)
+    });
+    let is2 = black_box(&is2::BP_CL);
+    exercise(is2.image, Is2::PAYLOAD, |now, boot| {
+        Is2::new(is2, now, boot)
+    });
+    loop {
+        cortex_m::asm::wfi();
+    }
+}
+
+/// Stores and runs a node with opaque inputs, in any order of calls.
+fn exercise<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, Boot) -> N) {
+    let (mut store, loaded) = Store::open(Memory, image, black_box(payload));
+    let serial = black_box(0);
+    let mut node = node(now(), Boot { loaded, serial });
+    while black_box(true) {
+        match black_box(0) {
+            0 => {
+                black_box(node.ready());
+            }
+            1 => node.receive(now(), &frame()),
+            2 => node.sample(now(), &reading()),
+            3 => node.bus(now(), black_box(BusEvent::Error)),
+            4 => node.stored(now(), black_box(Err(StoreError))),
+            5 => {
+                black_box(node.poll(now()));
+            }
+            6 => {
+                black_box(node.transmit(now()));
+            }
+            7 => {
+                black_box(node.deadline());
+            }
+            8 => {
+                black_box(node.filters());
+            }
+            9 => {
+                black_box(node.image());
+            }
+            10 => {
+                black_box(node.readout());
+            }
+            11 => store.prepare(),
+            12 => store.save(&node.image()),
+            13 => {
+                black_box(store.busy());
+            }
+            _ => {
+                black_box(store.step());
+            }
+        }
+    }
+}
+
+fn now() -> Instant {
+    Instant::from_ticks(black_box(0))
+}
+
+fn frame() -> Frame {
+    let id = if black_box(false) {
+        extended(black_box(0))
+    } else {
+        standard(black_box(0))
+    };
+    let frame = if black_box(false) {
+        Frame::remote(id, black_box(0))
+    } else {
+        Frame::data(id, &black_box([0; 8])[..black_box(0_usize).min(8)])
+    };
+    loop {
+        if let Some(frame) = frame {
+            return frame;
+        }
+    }
+}
+
+fn reading() -> Reading {
+    let vector = || I32x3 {
+        x: black_box(0),
+        y: black_box(0),
+        z: black_box(0),
+    };
+    Reading {
+        acceleration: vector(),
+        angular_rate: vector(),
+        temperature: black_box(0),
+        clipped: black_box(false),
+    }
+}
+
+/// Flash of which nothing is known but its geometry, the Blue Pill's.
+struct Memory;
+
+impl ErrorType for Memory {
+    type Error = NorFlashErrorKind;
+}
+
+impl ReadNorFlash for Memory {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, _offset: u32, bytes: &mut [u8]) -> Result<(), Self::Error> {
+        bytes.fill(black_box(0));
+        black_box(Ok(()))
+    }
+
+    fn capacity(&self) -> usize {
+        2048
+    }
+}
+
+impl NorFlash for Memory {
+    const WRITE_SIZE: usize = 2;
+    const ERASE_SIZE: usize = 1024;
+
+    fn erase(&mut self, _from: u32, _to: u32) -> Result<(), Self::Error> {
+        black_box(Ok(()))
+    }
+
+    fn write(&mut self, _offset: u32, bytes: &[u8]) -> Result<(), Self::Error> {
+        black_box(bytes);
+        black_box(Ok(()))
+    }
+}
+
+#[panic_handler]
+fn panic(_: &core::panic::PanicInfo) -> ! {
+    #[cfg(not(any(debug_assertions, feature = "defmt")))]
+    {
+        unsafe extern "C" {
+            fn panic_path_in_core() -> !;
+        }
+        // SAFETY: no such function exists, so no program in which this line can be reached does.
+        unsafe { panic_path_in_core() }
+    }
+    #[cfg(any(debug_assertions, feature = "defmt"))]
+    loop {
+        cortex_m::asm::wfi();
+    }
+}

@@ -1,0 +1,189 @@
+//! Blue Pill: STM32F103C8, 64 KiB flash, 20 KiB RAM, crystal of 8 MHz.
+//!
+//! | pin  | goes to                                                      |
+//! |------|--------------------------------------------------------------|
+//! | PB8  | CAN transceiver RXD                                          |
+//! | PB9  | CAN transceiver TXD                                          |
+//! | PA4  | ISM330DHCX CS                                                |
+//! | PA5  | ISM330DHCX SCL (SPC)                                         |
+//! | PA6  | ISM330DHCX SDO                                               |
+//! | PA7  | ISM330DHCX SDA (SDI)                                         |
+//! | PC13 | run LED: the one on the board, lit when low                  |
+//! | PB12 | error LED with its resistor to ground, lit when high         |
+//!
+//! CAN is remapped to PB8 and PB9 because the board's USB socket pulls PA12 up. The transceiver runs at 3.3 V and must have no
+//! dominant time-out that a bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 64 MHz instead of 72 so that APB1
+//! runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
+
+use super::{SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use crate::can;
+use crate::counts::Mounting;
+use crate::flash::{ParameterFlash, Sectors};
+use crate::imu::Wires;
+use cortex_m::peripheral::SYST;
+use embedded_hal::spi::MODE_0;
+use embedded_storage::nor_flash::NorFlashErrorKind;
+use plumbline::node::Leds;
+use stm32f1xx_hal::flash::{self, FlashSize, SectorSize};
+use stm32f1xx_hal::gpio::{Output, PA4, PB12, PC13, PinState};
+use stm32f1xx_hal::pac::{self, interrupt};
+use stm32f1xx_hal::prelude::*;
+use stm32f1xx_hal::rcc::{self, Enable};
+use stm32f1xx_hal::spi::Spi;
+use stm32f1xx_hal::watchdog::IndependentWatchdog;
+
+/// The core clock in Hz.
+pub const CORE_CLOCK: u32 = 64_000_000;
+
+/// The CAN controller.
+pub type CanPeripheral = pac::CAN;
+
+/// The CAN controller's filter banks (medium-density devices; the HAL says 28 for all).
+pub const FILTER_BANKS: u8 = 14;
+
+/// Receive FIFO 0 holds a frame.
+pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_LP_CAN_RX0;
+
+/// A transmit mailbox has become free.
+pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX;
+
+/// How the accelerometer is mounted.
+pub const MOUNTING: Mounting = Mounting::ALIGNED;
+
+/// The accelerometer's SPI and chip select.
+pub type ImuWires = Wires<Spi<pac::SPI1, u8>, PA4<Output>>;
+
+/// What the firmware uses of the board, ready for use.
+pub struct Board {
+    /// The time base's timer.
+    pub systick: SYST,
+    /// The independent watchdog, running.
+    pub watchdog: IndependentWatchdog,
+    /// The status LEDs, off.
+    pub leds: StatusLeds,
+    /// The CAN controller, with its clock and pins, still in reset state.
+    pub can: CanPeripheral,
+    /// The accelerometer's SPI and chip select.
+    pub imu: ImuWires,
+    /// The parameter memory.
+    pub flash: ParameterFlash<Flash>,
+    /// The serial number.
+    pub serial: u32,
+}
+
+impl Board {
+    /// Sets up watchdog, clocks and pins; None when called a second time.
+    pub fn take() -> Option<Self> {
+        let core = cortex_m::Peripherals::take()?;
+        let device = pac::Peripherals::take()?;
+
+        // First, so that a crystal that does not start is tried again.
+        let mut watchdog = IndependentWatchdog::new(device.IWDG);
+        watchdog.stop_on_debug(&device.DBGMCU, true);
+        watchdog.start(WATCHDOG_PERIOD_MS.millis());
+
+        let mut flash = device.FLASH.constrain();
+        let clocks = rcc::Config::hse(8.MHz()).sysclk(64.MHz()).pclk1(32.MHz());
+        let mut rcc = device.RCC.freeze(clocks, &mut flash.acr);
+
+        let mut gpioa = device.GPIOA.split(&mut rcc);
+        let mut gpiob = device.GPIOB.split(&mut rcc);
+        let mut gpioc = device.GPIOC.split(&mut rcc);
+
+        let leds = StatusLeds {
+            run: gpioc
+                .pc13
+                .into_push_pull_output_with_state(&mut gpioc.crh, PinState::High),
+            error: gpiob
+                .pb12
+                .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
+        };
+
+        // The controller drives TXD recessive before the pin is connected to it.
+        CanPeripheral::enable(&mut rcc);
+        let mut afio = device.AFIO.constrain(&mut rcc);
+        // SAFETY: 2 is the mapping to PB8 and PB9 (RM0008, AFIO_MAPR).
+        afio.mapr
+            .modify_mapr(|_, w| unsafe { w.can_remap().bits(2) });
+        gpiob.pb8.into_pull_up_input(&mut gpiob.crh);
+        gpiob.pb9.into_alternate_push_pull(&mut gpiob.crh);
+
+        let select = gpioa
+            .pa4
+            .into_push_pull_output_with_state(&mut gpioa.crl, PinState::High);
+        let pins = (Some(gpioa.pa5), Some(gpioa.pa6), Some(gpioa.pa7));
+        let spi = device
+            .SPI1
+            .spi(pins, MODE_0.into(), SPI_CLOCK_HZ.Hz(), &mut rcc);
+
+        Some(Self {
+            systick: core.SYST,
+            watchdog,
+            leds,
+            can: device.CAN,
+            imu: Wires::new(spi, select),
+            flash: ParameterFlash(Flash(flash)),
+            serial: super::serial(unique_id()),
+        })
+    }
+}
+
+/// The status LEDs.
+pub struct StatusLeds {
+    run: PC13<Output>,
+    error: PB12<Output>,
+}
+
+impl StatusLeds {
+    /// Shows `leds`.
+    pub fn show(&mut self, leds: Leds) {
+        self.run.set_state((!leds.run).into());
+        self.error.set_state(leds.error.into());
+    }
+}
+
+/// The last two pages of the flash; memory.x keeps the program out of them.
+pub struct Flash(flash::Parts);
+
+/// The start of the flash, from which the HAL counts.
+const FLASH_START: usize = 0x0800_0000;
+
+impl Sectors for Flash {
+    const START: usize = 0x0800_F800;
+    const SIZE: usize = 1024;
+    const COUNT: usize = 2;
+    const WRITE_SIZE: usize = 2;
+
+    fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
+        let offset = Self::START - FLASH_START + sector * Self::SIZE;
+        self.0
+            .writer(SectorSize::Sz1K, FlashSize::Sz64K)
+            .page_erase(offset as u32)
+            .map_err(|_| NorFlashErrorKind::Other)
+    }
+
+    fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let offset = Self::START - FLASH_START + offset;
+        self.0
+            .writer(SectorSize::Sz1K, FlashSize::Sz64K)
+            .write(offset as u32, bytes)
+            .map_err(|_| NorFlashErrorKind::Other)
+    }
+}
+
+/// The 96-bit unique device identifier (RM0008, device electronic signature).
+fn unique_id() -> [u32; 3] {
+    const ADDRESS: *const [u32; 3] = 0x1FFF_F7E8 as *const _;
+    // SAFETY: system memory that every F103 has, always readable, never written.
+    unsafe { ADDRESS.read_volatile() }
+}
+
+#[interrupt]
+fn USB_LP_CAN_RX0() {
+    can::on_received();
+}
+
+#[interrupt]
+fn USB_HP_CAN_TX() {
+    can::on_transmitted();
+}

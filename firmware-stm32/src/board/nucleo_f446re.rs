@@ -1,0 +1,228 @@
+//! Nucleo-F446RE: STM32F446RE, 512 KiB flash, 128 KiB RAM, 8 MHz from the ST-LINK.
+//!
+//! | pin  | goes to                                                      |
+//! |------|--------------------------------------------------------------|
+//! | PA11 | CAN transceiver RXD                                          |
+//! | PA12 | CAN transceiver TXD                                          |
+//! | PB12 | ISM330DHCX CS                                                |
+//! | PB13 | ISM330DHCX SCL (SPC)                                         |
+//! | PB14 | ISM330DHCX SDO                                               |
+//! | PB15 | ISM330DHCX SDA (SDI)                                         |
+//! | PA5  | run LED: LD2 on the board, lit when high                     |
+//! | PB10 | error LED with its resistor to ground, lit when high         |
+//!
+//! SPI2 is used because SPI1's clock is on PA5, the LED. The transceiver runs at 3.3 V and must have no dominant time-out that a
+//! bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 128 MHz so that a quarter of it is APB1's 32 MHz
+//! ([`bit_timing`](crate::bit_timing)).
+
+use super::{SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use crate::can;
+use crate::counts::Mounting;
+use crate::flash::{ParameterFlash, Sectors};
+use crate::imu::Wires;
+use cortex_m::peripheral::SYST;
+use embedded_hal::spi::MODE_0;
+use embedded_storage::nor_flash::NorFlashErrorKind;
+use plumbline::node::Leds;
+use stm32f4xx_hal::gpio::{Output, PA5, PB10, PB12, PinState};
+use stm32f4xx_hal::pac::{self, interrupt};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{self, Enable};
+use stm32f4xx_hal::spi::Spi;
+use stm32f4xx_hal::watchdog::IndependentWatchdog;
+
+/// The core clock in Hz.
+pub const CORE_CLOCK: u32 = 128_000_000;
+
+/// The CAN controller.
+pub type CanPeripheral = pac::CAN1;
+
+/// The filter banks that CAN1 and CAN2 share; the first 14 are CAN1's.
+pub const FILTER_BANKS: u8 = 28;
+
+/// Receive FIFO 0 holds a frame.
+pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_RX0;
+
+/// A transmit mailbox has become free.
+pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
+
+/// How the accelerometer is mounted.
+pub const MOUNTING: Mounting = Mounting::ALIGNED;
+
+/// The accelerometer's SPI and chip select.
+pub type ImuWires = Wires<Spi<pac::SPI2>, PB12<Output>>;
+
+/// What the firmware uses of the board, ready for use.
+pub struct Board {
+    /// The time base's timer.
+    pub systick: SYST,
+    /// The independent watchdog, running.
+    pub watchdog: IndependentWatchdog,
+    /// The status LEDs, off.
+    pub leds: StatusLeds,
+    /// The CAN controller, with its clock and pins, still in reset state.
+    pub can: CanPeripheral,
+    /// The accelerometer's SPI and chip select.
+    pub imu: ImuWires,
+    /// The parameter memory.
+    pub flash: ParameterFlash<Flash>,
+    /// The serial number.
+    pub serial: u32,
+}
+
+impl Board {
+    /// Sets up watchdog, clocks and pins; None when called a second time.
+    pub fn take() -> Option<Self> {
+        let core = cortex_m::Peripherals::take()?;
+        let device = pac::Peripherals::take()?;
+
+        // First, so that a clock that does not start is tried again.
+        let mut watchdog = IndependentWatchdog::new(device.IWDG);
+        watchdog.stop_on_debug(&device.DBGMCU, true);
+        watchdog.start(WATCHDOG_PERIOD_MS.millis());
+
+        let clocks = rcc::Config::hse(8.MHz())
+            .bypass_hse_oscillator()
+            .sysclk(128.MHz())
+            .pclk1(32.MHz())
+            .pclk2(64.MHz());
+        let mut rcc = device.RCC.freeze(clocks);
+
+        let gpioa = device.GPIOA.split(&mut rcc);
+        let gpiob = device.GPIOB.split(&mut rcc);
+
+        let leds = StatusLeds {
+            run: gpioa.pa5.into_push_pull_output_in_state(PinState::Low),
+            error: gpiob.pb10.into_push_pull_output_in_state(PinState::Low),
+        };
+
+        // The controller drives TXD recessive before the pin is connected to it.
+        CanPeripheral::enable(&mut rcc);
+        gpioa
+            .pa11
+            .into_alternate::<9>()
+            .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
+        gpioa.pa12.into_alternate::<9>();
+
+        let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
+        let pins = (Some(gpiob.pb13), Some(gpiob.pb14), Some(gpiob.pb15));
+        let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);
+
+        Some(Self {
+            systick: core.SYST,
+            watchdog,
+            leds,
+            can: device.CAN1,
+            imu: Wires::new(spi, select),
+            flash: ParameterFlash(Flash(device.FLASH)),
+            serial: super::serial(unique_id()),
+        })
+    }
+}
+
+/// The status LEDs.
+pub struct StatusLeds {
+    run: PA5<Output>,
+    error: PB10<Output>,
+}
+
+impl StatusLeds {
+    /// Shows `leds`.
+    pub fn show(&mut self, leds: Leds) {
+        self.run.set_state(leds.run.into());
+        self.error.set_state(leds.error.into());
+    }
+}
+
+/// Sectors 2 and 3 of the flash; memory.x keeps the program out of them.
+///
+/// By registers, since the HAL erases 128 KiB at a time, programs by the byte and leaves the data cache as it was.
+pub struct Flash(pac::FLASH);
+
+/// The number of the first sector.
+const FIRST_SECTOR: u8 = 2;
+
+impl Sectors for Flash {
+    const START: usize = 0x0800_8000;
+    const SIZE: usize = 16 * 1024;
+    const COUNT: usize = 2;
+    const WRITE_SIZE: usize = 4;
+
+    fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
+        self.unlock();
+        self.0.cr().write(|w| {
+            w.psize().psize32();
+            w.ser().set_bit();
+            // SAFETY: sectors 0 to 7 exist, and this is 2 or 3.
+            unsafe { w.snb().bits(FIRST_SECTOR + sector as u8) }
+        });
+        self.0.cr().modify(|_, w| w.strt().set_bit());
+        let result = self.finish();
+        // The data cache still holds what was there; it may be reset only while it is off (RM0390, FLASH_ACR).
+        self.0.acr().modify(|_, w| w.dcen().clear_bit());
+        self.0.acr().modify(|_, w| w.dcrst().set_bit());
+        self.0.acr().modify(|_, w| w.dcrst().clear_bit());
+        self.0.acr().modify(|_, w| w.dcen().set_bit());
+        result
+    }
+
+    fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
+        let (words, _) = bytes.as_chunks::<4>();
+        for (index, word) in words.iter().enumerate() {
+            self.unlock();
+            self.0.cr().write(|w| w.psize().psize32().pg().set_bit());
+            let address = (Self::START + offset + 4 * index) as *mut u32;
+            // SAFETY: the caller has checked that the word is aligned and inside the parameter area, where nothing else lives;
+            // with PG set, a store there programs the flash.
+            unsafe { address.write_volatile(u32::from_ne_bytes(*word)) };
+            self.finish()?;
+        }
+        Ok(())
+    }
+}
+
+impl Flash {
+    /// Opens the control register and forgets earlier errors, which would count as this operation's.
+    fn unlock(&mut self) {
+        if self.0.cr().read().lock().bit_is_set() {
+            // SAFETY: the two unlock keys of RM0390 in their order.
+            self.0.keyr().write(|w| unsafe { w.bits(0x4567_0123) });
+            // SAFETY: as above.
+            self.0.keyr().write(|w| unsafe { w.bits(0xCDEF_89AB) });
+        }
+        // SAFETY: the error flags (bits 1 and 4 to 7) are cleared by writing 1.
+        self.0.sr().write(|w| unsafe { w.bits(ERRORS) });
+    }
+
+    /// Waits for the end of the operation and locks the control register.
+    fn finish(&mut self) -> Result<(), NorFlashErrorKind> {
+        cortex_m::asm::dsb();
+        while self.0.sr().read().bsy().bit_is_set() {}
+        self.0.cr().write(|w| w.lock().set_bit());
+        if self.0.sr().read().bits() & ERRORS == 0 {
+            Ok(())
+        } else {
+            Err(NorFlashErrorKind::Other)
+        }
+    }
+}
+
+/// FLASH_SR: OPERR, WRPERR, PGAERR, PGPERR and PGSERR.
+const ERRORS: u32 = 0xF2;
+
+/// The 96-bit unique device identifier (RM0390, device electronic signature).
+fn unique_id() -> [u32; 3] {
+    const ADDRESS: *const [u32; 3] = 0x1FFF_7A10 as *const _;
+    // SAFETY: system memory that every F446 has, always readable, never written.
+    unsafe { ADDRESS.read_volatile() }
+}
+
+#[interrupt]
+fn CAN1_RX0() {
+    can::on_received();
+}
+
+#[interrupt]
+fn CAN1_TX() {
+    can::on_transmitted();
+}

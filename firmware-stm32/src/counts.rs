@@ -1,0 +1,122 @@
+//! From the counts of the ISM330DHCX to a [`Reading`].
+//!
+//! Acceleration at +-2 g: 61 ug per count (datasheet, LA_So). With 1 g = 2^28 that is 61e-6 * 2^28 = 16374.562816 units per
+//! count, computed as 16374 + 36885/65536 = 16374.562820; the difference is below 0.15 unit at full scale, so that the result is
+//! within one unit (4 ng) of the exact product. Temperature: 256 counts per degree, 0 at 25 degC.
+
+use plumbline::measure::{I32x3, Reading};
+
+/// Which axis of the part a sensor axis is, and in which direction.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Axis {
+    /// Along the part's X.
+    X,
+    /// Along the part's Y.
+    Y,
+    /// Along the part's Z.
+    Z,
+    /// Against the part's X.
+    NegativeX,
+    /// Against the part's Y.
+    NegativeY,
+    /// Against the part's Z.
+    NegativeZ,
+}
+
+/// How the part is mounted: the sensor's X, Y and Z in terms of the part's axes, a right-handed set.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Mounting(pub [Axis; 3]);
+
+impl Mounting {
+    /// The part's axes are the sensor's.
+    pub const ALIGNED: Self = Self([Axis::X, Axis::Y, Axis::Z]);
+}
+
+/// A count of acceleration in units of 2^-28 g.
+const fn acceleration(count: i16) -> i32 {
+    let count = count as i32;
+    count * 16374 + ((count * 36885 + 0x8000) >> 16)
+}
+
+/// A count of temperature in 0.01 degC, rounded towards zero degrees from 25.
+const fn temperature(count: i16) -> i16 {
+    // 100 / 256 = 25 / 64; the result is within -10300..=15299.
+    (2500 + count as i32 * 25 / 64) as i16
+}
+
+/// The reading that these counts mean.
+#[inline]
+pub fn reading(counts: [i16; 3], temperature_count: i16, mounting: Mounting) -> Reading {
+    let [x, y, z] = counts.map(acceleration);
+    let along = |axis| match axis {
+        Axis::X => x,
+        Axis::Y => y,
+        Axis::Z => z,
+        Axis::NegativeX => -x,
+        Axis::NegativeY => -y,
+        Axis::NegativeZ => -z,
+    };
+    let [sensor_x, sensor_y, sensor_z] = mounting.0.map(along);
+    Reading {
+        acceleration: I32x3 {
+            x: sensor_x,
+            y: sensor_y,
+            z: sensor_z,
+        },
+        angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+        temperature: temperature(temperature_count),
+        clipped: counts.iter().any(|count| count.unsigned_abs() >= 0x7FFF),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline::measure::ONE_G;
+
+    #[test]
+    fn every_count_is_within_one_unit_of_61_micro_g() {
+        for count in i16::MIN..=i16::MAX {
+            // count * 61e-6 * 2^28, exactly, in millionths of a unit
+            let exact = i128::from(count) * 61 * i128::from(ONE_G);
+            let error = i128::from(acceleration(count)) * 1_000_000 - exact;
+            assert!(error.abs() <= 1_000_000, "{count}: {error}");
+        }
+    }
+
+    #[test]
+    fn one_g_is_16393_counts() {
+        // 1 / 61e-6 = 16393.4
+        assert!(acceleration(16393) < ONE_G && acceleration(16394) > ONE_G);
+    }
+
+    #[test]
+    fn temperature_has_256_counts_per_degree_from_25() {
+        assert_eq!(temperature(0), 2500);
+        assert_eq!(temperature(256), 2600);
+        assert_eq!(temperature(-25 * 256), 0);
+        assert_eq!(temperature(-65 * 256), -4000);
+        assert_eq!(temperature(i16::MAX), 15299);
+        assert_eq!(temperature(i16::MIN), -10300);
+    }
+
+    #[test]
+    fn only_the_ends_of_the_range_are_clipped() {
+        let clipped = |counts| reading(counts, 0, Mounting::ALIGNED).clipped;
+        assert!(!clipped([0x7FFE, -0x7FFE, 0]));
+        assert!(clipped([0x7FFF, 0, 0]));
+        assert!(clipped([0, -0x7FFF, 0]));
+        assert!(clipped([0, 0, -0x8000]));
+    }
+
+    #[test]
+    fn the_mounting_turns_the_axes() {
+        // The part turned by 90 deg about Z: its Y points along the sensor's X, its X against the sensor's Y.
+        let mounting = Mounting([Axis::Y, Axis::NegativeX, Axis::Z]);
+        let turned = reading([100, 200, 300], 0, mounting).acceleration;
+        let straight = reading([100, 200, 300], 0, Mounting::ALIGNED).acceleration;
+        assert_eq!(turned.x, straight.y);
+        assert_eq!(turned.y, -straight.x);
+        assert_eq!(turned.z, straight.z);
+    }
+}

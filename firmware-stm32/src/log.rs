@@ -1,0 +1,23 @@
+//! Log messages: through defmt with feature `defmt`, otherwise nothing.
+
+/// Defines a macro that hands its arguments to defmt's macro of the same name.
+macro_rules! level {
+    ($dollar:tt $name:ident) => {
+        #[allow(unused_macros)]
+        macro_rules! $name {
+                    ($dollar format:literal $dollar(, $dollar argument:expr)* $dollar(,)?) => {{
+                        #[cfg(feature = "defmt")]
+                        defmt::$name!($dollar format $dollar(, $dollar argument)*);
+                        #[cfg(not(feature = "defmt"))]
+                        { $dollar(let _ = &$dollar argument;)* }
+                    }};
+                }
+    };
+}
+
+level!($ info);
+level!($ warn);
+level!($ error);
+
+#[cfg(all(board, feature = "defmt"))]
+use defmt_rtt as _;

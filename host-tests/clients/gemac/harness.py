@@ -1,0 +1,153 @@
+"""The virtual sensor as a process, and a CAN adapter to talk to it."""
+
+import contextlib
+import re
+import subprocess
+import tempfile
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import can
+
+from .protocol import EXTENDED
+
+REPLY_TIMEOUT = 0.4  # a reply takes well under a millisecond; this is for a busy machine
+
+
+class SensorGone(Exception):
+    """The sensor does not answer any more, or did not start."""
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A received CAN frame. Bit 31 of `id` marks the 29-bit format, as in table 23."""
+
+    id: int
+    data: bytes
+    remote: bool = False
+    at: float = field(default=0.0, compare=False)
+
+    def __str__(self) -> str:
+        number = f"{self.id & 0x1FFF_FFFF:08X}" if self.id & EXTENDED else f"{self.id:03X}"
+        return f"{number}#{'R' if self.remote else self.data.hex().upper()}"
+
+
+class Sensor:
+    """A running virtual-sensor process."""
+
+    def __init__(self, binary: Path, model: str, **options: object) -> None:
+        command = [str(binary), "--model", model, "--listen", "127.0.0.1:0"]
+        for name, value in options.items():
+            if value is not None:
+                command += [f"--{name.replace('_', '-')}", str(value)]
+        self._errors = tempfile.TemporaryFile()
+        self.started = time.monotonic()
+        self._process = subprocess.Popen(
+            command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, text=True
+        )
+        self.port = self._read_port(command)
+
+    def _read_port(self, command: list[str]) -> int:
+        # readline returns when the process ends, too.
+        line = self._process.stdout.readline()
+        match = re.fullmatch(r"slcan socket://127\.0\.0\.1:(\d+)\s*", line)
+        if not match:
+            self.kill()
+            raise SensorGone(f"{' '.join(command)} began with {line!r}; {self.errors()}")
+        return int(match[1])
+
+    @property
+    def running(self) -> bool:
+        """True while the process lives."""
+        return self._process.poll() is None
+
+    def errors(self) -> str:
+        """What it wrote to standard error."""
+        self._errors.seek(0)
+        return self._errors.read().decode(errors="replace").strip()
+
+    def kill(self) -> None:
+        """Ends it without a chance to tidy up: the supply is cut."""
+        self._process.kill()
+        self._process.wait()
+        self._process.stdout.close()
+
+
+class Tester:
+    """A CAN adapter on the sensor's bus: python-can's slcan driver over TCP."""
+
+    def __init__(self, port: int, bitrate: int | None = None, timing: can.BitTiming | None = None) -> None:
+        options = {}
+        if bitrate is not None:
+            # The driver calls S7 750 kbit/s; in the LAWICEL protocol it is 800 kbit/s.
+            options["bitrate"] = 750_000 if bitrate == 800_000 else bitrate
+        if timing is not None:
+            options["timing"] = timing
+        self._bus = can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{port}", sleep_after_open=0, **options)
+        self._missed = 0
+
+    def close(self) -> None:
+        """Closes the adapter (C) and its connection."""
+        # pyserial sleeps 0.3 s when it closes a socket; nobody needs to wait for that.
+        threading.Thread(target=self._shutdown, daemon=True).start()
+
+    def _shutdown(self) -> None:
+        with contextlib.suppress(can.CanError, OSError):  # the sensor may have lost its supply already
+            self._bus.shutdown()
+
+    def send(self, identifier: int, data: bytes = b"", *, remote: bool = False, dlc: int | None = None) -> None:
+        """Sends one frame; `dlc` is for remote frames."""
+        self._bus.send(
+            can.Message(
+                arbitration_id=identifier & 0x1FFF_FFFF,
+                is_extended_id=bool(identifier & EXTENDED),
+                is_remote_frame=remote,
+                data=None if remote else data,
+                dlc=dlc,
+            )
+        )
+
+    def receive(self, timeout: float = REPLY_TIMEOUT) -> Frame | None:
+        """The next frame from the bus, or None when none came in time."""
+        message = self._bus.recv(timeout)
+        if message is None:
+            return None
+        identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
+        return Frame(identifier, bytes(message.data), message.is_remote_frame, time.monotonic())
+
+    def request(self, identifier: int, data: bytes) -> Frame | None:
+        """Sends a request and returns the next frame on the bus."""
+        self.send(identifier, data)
+        frame = self.receive()
+        self._missed = 0 if frame else self._missed + 1
+        if self._missed > 20:
+            raise SensorGone("20 requests in a row were not answered")
+        return frame
+
+    def collect(self, seconds: float) -> list[Frame]:
+        """Everything that comes within a time."""
+        end = time.monotonic() + seconds
+        frames = []
+        while (left := end - time.monotonic()) > 0:
+            if frame := self.receive(left):
+                frames.append(frame)
+        return frames
+
+    def collect_until_quiet(self, pause: float = 0.15, limit: float = 15.0) -> list[Frame]:
+        """Everything that comes until nothing has come for `pause` s, or the limit is reached."""
+        end = time.monotonic() + limit
+        frames = []
+        while time.monotonic() < end and (frame := self.receive(pause)):
+            frames.append(frame)
+        return frames
+
+    def take(self, count: int, timeout: float) -> list[Frame]:
+        """The next `count` frames, or fewer when the time is over."""
+        end = time.monotonic() + timeout
+        frames: list[Frame] = []
+        while len(frames) < count and (left := end - time.monotonic()) > 0:
+            if frame := self.receive(left):
+                frames.append(frame)
+        return frames

@@ -1,0 +1,56 @@
+"""Runs groups of checks for models and prints the count."""
+
+import argparse
+import itertools
+import tempfile
+import traceback
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+
+from .context import Context
+from .protocol import MODELS
+from .report import Report
+
+Group = Callable[[Context], None]
+
+
+def parser(description: str, groups: Iterable[str], on_request: Iterable[str] = ()) -> argparse.ArgumentParser:
+    """The command line that the checks share."""
+    listing = ", ".join(groups)
+    if slow := ", ".join(on_request):
+        listing += f"; only on request: {slow}"
+    options = argparse.ArgumentParser(description=description, epilog=f"Groups: {listing}.")
+    options.add_argument("--virtual-sensor", type=Path, required=True, metavar="PATH", help="the program to check")
+    options.add_argument("--model", action="append", choices=list(MODELS), help="only this model (repeatable)")
+    options.add_argument(
+        "--only", action="append", choices=[*groups, *on_request], metavar="GROUP", help="only this group (repeatable)"
+    )
+    options.add_argument("--jobs", type=int, default=4, metavar="N", help="groups at the same time (default: 4)")
+    return options
+
+
+def run(options: argparse.Namespace, plan: list[tuple[str, Group]]) -> int:
+    """Runs (model, group) pairs and prints every check in the order of the plan; the exit code."""
+    passed = failed = 0
+    binary = options.virtual_sensor.resolve()
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for report in pool.map(run_group, itertools.repeat(binary), *zip(*plan, strict=True)):
+            for line in report.lines:
+                print(line)
+            passed += report.passed
+            failed += report.failed
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+def run_group(binary: Path, model: str, group: Group) -> Report:
+    """Runs one group in an empty folder."""
+    report = Report(f"{model} {group.__name__}")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            group(Context(report, binary, MODELS[model], Path(folder)))
+        except Exception as error:  # one broken group must not hide the others
+            place = traceback.extract_tb(error.__traceback__)[-1]
+            report.verdict(False, "group", "to run through", f"{error!r} at {place.name}:{place.lineno}")
+    return report

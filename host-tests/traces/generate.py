@@ -1,0 +1,41 @@
+#!/usr/bin/env python3
+"""Writes the traces of the GEMAC sensors from the tables of the manual: what a tester sends and what the sensor must answer.
+
+    python generate.py            write the *.log files beside this script
+    python generate.py --check    exit code 1 when one differs from what the manual says
+
+The format is that of `candump -L`, with T for frames of the tester and R for frames of the sensor. A T line carries the time at
+which the frame begins on the bus, an R line the time at which the expected frame has ended; time 0 is power-up. Lines that begin
+with '#' describe the trace (origin, model, scene, bitrate, tolerance-us, serial) or act between frames (power-cycle, scene,
+corrupt newest-image, fail-writes).
+
+Requests are answered on reception, so the time of a reply is exact: the request's bits, three bits of intermission, the reply's
+bits, stuff bits included.
+"""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "clients"))
+
+import gemac_traces  # noqa: E402
+
+
+def main() -> int:
+    """Writes or compares; the exit code."""
+    folder = Path(__file__).parent
+    differing = []
+    for trace in gemac_traces.all_traces():
+        path = folder / f"{trace.name}.log"
+        if "--check" in sys.argv[1:]:
+            if not path.exists() or path.read_text() != trace.text():
+                differing.append(path.name)
+        else:
+            path.write_text(trace.text(), newline="\n")
+    for name in differing:
+        print(f"{name} differs")
+    return 1 if differing else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
