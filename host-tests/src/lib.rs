@@ -6,3 +6,5 @@ pub mod fuzz;
 pub mod image;
 pub mod models;
 pub mod motion;
+#[cfg(target_os = "linux")]
+pub mod trace;

@@ -7,12 +7,12 @@ use super::{
 use crate::bench::adapter::Adapter;
 use crate::bench::controller::{Failure, Hearing};
 use crate::bench::frame_length::{END_OF_FRAME, arbitration, frame_bits};
-use plumbline::can::Frame;
+use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, BusState};
 use plumbline::time::Instant;
 
-/// How often the bus lets a detecting device try another rate before a frame.
-const FOLLOW_TRIES: usize = 64;
+/// How many bus errors a detecting device gets at most before it must have come to a rate.
+const LEAD_TRIES: usize = 64;
 
 impl Bus {
     /// True when somebody acknowledges a frame of device `sender` that starts at `start`.
@@ -125,16 +125,24 @@ impl Bus {
 
     /// On a wire that follows its device: leads a detecting device to 250 kbit/s before an adapter's frame starts.
     fn lead_to_follow_rate(&mut self) {
-        if self.rate != BusRate::Follow {
-            return;
+        if self.rate == BusRate::Follow && !self.devices.is_empty() {
+            self.lead(0, FOLLOW_RATE);
         }
+    }
+
+    /// Gives every detecting device bus errors until it listens at the rate of the wire, as earlier traffic would have done. On a
+    /// wire that follows its device this happens by itself.
+    pub fn lead_detection(&mut self) {
+        if let BusRate::Fixed(rate) = self.rate {
+            (0..self.devices.len()).for_each(|index| self.lead(index, rate));
+        }
+    }
+
+    fn lead(&mut self, index: usize, rate: BitRate) {
         let now = self.now;
-        let Some(first) = self.devices.first_mut() else {
-            return;
-        };
-        for _ in 0..FOLLOW_TRIES {
-            let device = &mut first.device;
-            if device.mode() != Some(BusMode::Listen) || device.rate() == Some(FOLLOW_RATE) {
+        let device = &mut self.devices[index].device;
+        for _ in 0..LEAD_TRIES {
+            if device.mode() != Some(BusMode::Listen) || device.rate() == Some(rate) {
                 return;
             }
             device.disturbed(now, Hearing::Garbled);

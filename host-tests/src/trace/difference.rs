@@ -1,0 +1,232 @@
+//! What a sensor sent beside what a trace expects, readable.
+
+use super::{Trace, What};
+use plumbline::can::Frame;
+use plumbline::time::Instant;
+use std::fmt;
+
+/// Lines shown around one that differs.
+const CONTEXT: usize = 2;
+
+/// What it costs to read the two sides in a certain way; the cheapest reading is shown.
+mod cost {
+    /// The same frame outside the tolerance.
+    pub const OTHER_TIME: u32 = 3;
+    /// Another frame at the right time.
+    pub const OTHER_FRAME: u32 = 3;
+    /// A frame on one side only. Two of these are cheaper than another frame at another time.
+    pub const ONE_SIDED: u32 = 2;
+}
+
+/// A frame and its time.
+type Timed = (Instant, Frame);
+
+/// The frames of a trace beside those that came, with at least one that differs.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Difference {
+    rows: Vec<Row>,
+}
+
+/// One line of the comparison.
+#[derive(Clone, PartialEq, Debug)]
+struct Row {
+    /// The line of the trace.
+    line: Option<usize>,
+    /// What the tester sent; nothing is compared then.
+    sent: Option<Timed>,
+    expected: Option<Timed>,
+    came: Option<Timed>,
+    verdict: Verdict,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Verdict {
+    Same,
+    Wrong,
+    Missing,
+    Extra,
+    /// Microseconds too late, or too early when negative.
+    Late(i64),
+}
+
+impl Difference {
+    /// Compares the sensor's frames; None when they are as the trace expects.
+    pub(super) fn between(trace: &Trace, came: &[Timed]) -> Option<Self> {
+        let expected: Vec<(usize, Timed)> = trace
+            .steps
+            .iter()
+            .filter_map(|step| match step.what {
+                What::Expect(at, frame) => Some((step.line, (at, frame))),
+                _ => None,
+            })
+            .collect();
+        let rows = align(&expected, came, trace.tolerance.ticks());
+        if rows.iter().all(|row| row.verdict == Verdict::Same) {
+            return None;
+        }
+        Some(Self {
+            rows: with_sent(trace, rows),
+        })
+    }
+
+    /// How many lines differ.
+    pub fn count(&self) -> usize {
+        let differs = |row: &&Row| row.verdict != Verdict::Same;
+        self.rows.iter().filter(differs).count()
+    }
+}
+
+/// Microseconds from one time to another.
+fn late(expected: Instant, came: Instant) -> i64 {
+    came.ticks() as i64 - expected.ticks() as i64
+}
+
+fn judge(expected: Timed, came: Timed, tolerance: u64) -> (u32, Verdict) {
+    let late = late(expected.0, came.0);
+    let in_time = late.unsigned_abs() <= tolerance;
+    match (expected.1 == came.1, in_time) {
+        (true, true) => (0, Verdict::Same),
+        (true, false) => (cost::OTHER_TIME, Verdict::Late(late)),
+        (false, true) => (cost::OTHER_FRAME, Verdict::Wrong),
+        (false, false) => (2 * cost::OTHER_FRAME, Verdict::Wrong),
+    }
+}
+
+/// Lays the two sides beside each other so that as little as possible differs (an edit distance).
+fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row> {
+    let width = came.len() + 1;
+    // best[e * width + c]: the least cost of what follows after the first e and c frames.
+    let mut best = vec![0; (expected.len() + 1) * width];
+    for e in (0..=expected.len()).rev() {
+        for c in (0..=came.len()).rev() {
+            let one_sided = |at: usize| best[at] + cost::ONE_SIDED;
+            let options = [
+                (e < expected.len()).then(|| one_sided((e + 1) * width + c)),
+                (c < came.len()).then(|| one_sided(e * width + c + 1)),
+                (e < expected.len() && c < came.len()).then(|| {
+                    let (cost, _) = judge(expected[e].1, came[c], tolerance);
+                    best[(e + 1) * width + c + 1] + cost
+                }),
+            ];
+            best[e * width + c] = options.into_iter().flatten().min().unwrap_or(0);
+        }
+    }
+    let mut rows = Vec::new();
+    let (mut e, mut c) = (0, 0);
+    while e < expected.len() || c < came.len() {
+        let here = best[e * width + c];
+        let (left, right) = (expected.get(e).copied(), came.get(c).copied());
+        if let (Some((line, left)), Some(right)) = (left, right) {
+            let (cost, verdict) = judge(left, right, tolerance);
+            if here == best[(e + 1) * width + c + 1] + cost {
+                rows.push(Row::new(Some(line), Some(left), Some(right), verdict));
+                (e, c) = (e + 1, c + 1);
+                continue;
+            }
+        }
+        if let Some((line, left)) = left
+            && here == best[(e + 1) * width + c] + cost::ONE_SIDED
+        {
+            rows.push(Row::new(Some(line), Some(left), None, Verdict::Missing));
+            e += 1;
+        } else {
+            rows.push(Row::new(None, None, right, Verdict::Extra));
+            c += 1;
+        }
+    }
+    rows
+}
+
+/// Puts the tester's frames between the rows, by time.
+fn with_sent(trace: &Trace, rows: Vec<Row>) -> Vec<Row> {
+    let mut sent = trace
+        .steps
+        .iter()
+        .filter_map(|step| match step.what {
+            What::Send(at, frame) => Some((step.line, (at, frame))),
+            _ => None,
+        })
+        .peekable();
+    let mut all = Vec::new();
+    for row in rows {
+        let at = row.expected.or(row.came).map(|(at, _)| at);
+        while let Some((line, timed)) = sent.next_if(|(_, timed)| Some(timed.0) <= at) {
+            all.push(Row {
+                sent: Some(timed),
+                ..Row::new(Some(line), None, None, Verdict::Same)
+            });
+        }
+        all.push(row);
+    }
+    all
+}
+
+impl Row {
+    fn new(
+        line: Option<usize>,
+        expected: Option<Timed>,
+        came: Option<Timed>,
+        verdict: Verdict,
+    ) -> Self {
+        Self {
+            line,
+            sent: None,
+            expected,
+            came,
+            verdict,
+        }
+    }
+}
+
+impl fmt::Display for Difference {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "  line  {:<38}  came", "expected")?;
+        let mut skipped = false;
+        for (index, row) in self.rows.iter().enumerate() {
+            let near = index.saturating_sub(CONTEXT)..(index + CONTEXT + 1).min(self.rows.len());
+            let shown = self.rows[near]
+                .iter()
+                .any(|row| row.verdict != Verdict::Same);
+            if shown {
+                row.fmt(f)?;
+            } else if !skipped {
+                writeln!(f, "   ...")?;
+            }
+            skipped = !shown;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Row {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let line = self.line.map_or(String::new(), |line| line.to_string());
+        if let Some(sent) = self.sent {
+            return writeln!(f, "  {line:>4}  {} (sent)", text(Some(sent)).trim_end());
+        }
+        let mark = if self.verdict == Verdict::Same {
+            ' '
+        } else {
+            '!'
+        };
+        let (expected, came) = (text(self.expected), text(self.came));
+        let verdict = match self.verdict {
+            Verdict::Same => String::new(),
+            Verdict::Wrong => "wrong".to_owned(),
+            Verdict::Missing => "missing".to_owned(),
+            Verdict::Extra => "not expected".to_owned(),
+            Verdict::Late(us) if us > 0 => format!("{us} us late"),
+            Verdict::Late(us) => format!("{} us early", -us),
+        };
+        let row = format!("{mark} {line:>4}  {expected:<38}  {came:<38}  {verdict}");
+        writeln!(f, "{}", row.trim_end())
+    }
+}
+
+/// A frame with its time, as candump writes it: `0.100672 301#FF03000300004403`.
+fn text(timed: Option<Timed>) -> String {
+    timed.map_or("-".to_owned(), |(at, frame)| {
+        let us = at.ticks();
+        format!("{:>4}.{:06} {frame:?}", us / 1_000_000, us % 1_000_000)
+    })
+}

@@ -1,0 +1,142 @@
+//! Runs a trace against a simulated sensor.
+
+use super::{Difference, Trace, TraceError, What};
+use crate::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
+use crate::models::Model;
+use crate::motion::Motion;
+use plumbline::can::Frame;
+use plumbline::time::{Duration, Instant, after};
+use std::fmt;
+
+/// Turns the text of a `# scene:` line into a motion of this model, or says what is wrong with it.
+pub type Scenes = dyn Fn(&Model, &str) -> Result<Box<dyn Motion>, String>;
+
+/// Why a replay failed.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Failure {
+    /// The trace asks for what cannot be done.
+    Trace(TraceError),
+    /// The sensor sent something else.
+    Differs(Difference),
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Trace(error) => error.fmt(f),
+            Self::Differs(difference) => difference.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for Failure {}
+
+impl Trace {
+    /// Replays the trace against a sensor of `model` with a blank memory.
+    ///
+    /// # Errors
+    /// What the sensor sent differs from the trace, or a scene is not understood.
+    pub fn replay(&self, model: &Model, scenes: &Scenes) -> Result<(), Failure> {
+        let mut replay = Replay::new(self, model, scenes)?;
+        for step in &self.steps {
+            replay
+                .step(&step.what, model, scenes)
+                .map_err(|message| trace_error(step.line, message))?;
+        }
+        let end = after(replay.last, self.tolerance);
+        replay.bus.run_until(end);
+        replay.collect();
+        match Difference::between(self, &replay.came) {
+            Some(difference) => Err(Failure::Differs(difference)),
+            None => Ok(()),
+        }
+    }
+}
+
+fn trace_error(line: usize, message: String) -> Failure {
+    Failure::Trace(TraceError { line, message })
+}
+
+struct Replay {
+    bus: Bus,
+    device: DeviceId,
+    tester: AdapterId,
+    tolerance: Duration,
+    /// The time of the last frame line.
+    last: Instant,
+    /// Frames of the sensor that should have come by then.
+    expected: usize,
+    came: Vec<(Instant, Frame)>,
+}
+
+impl Replay {
+    fn new(trace: &Trace, model: &Model, scenes: &Scenes) -> Result<Self, Failure> {
+        let scene = trace.scene.as_deref().unwrap_or("tilt=0,0");
+        let motion = scenes(model, scene).map_err(|message| trace_error(0, message))?;
+        let device = Device::new(model, trace.serial, Flash::default(), motion);
+        let mut bus = Bus::new(trace.bit_rate.map_or(BusRate::Follow, BusRate::Fixed));
+        let device = bus.attach(device);
+        let tester = bus.adapter();
+        bus.open(tester, None, false);
+        Ok(Self {
+            bus,
+            device,
+            tester,
+            tolerance: trace.tolerance,
+            last: Instant::from_ticks(0),
+            expected: 0,
+            came: Vec::new(),
+        })
+    }
+
+    fn step(&mut self, what: &What, model: &Model, scenes: &Scenes) -> Result<(), String> {
+        match what {
+            What::Send(at, frame) => {
+                self.bus.run_until(*at);
+                self.bus.lead_detection();
+                self.bus.send(self.tester, *frame);
+                self.last = *at;
+                return Ok(());
+            }
+            What::Expect(at, _) => {
+                self.expected += 1;
+                self.last = *at;
+                return Ok(());
+            }
+            _ => self.catch_up(),
+        }
+        let now = self.bus.now();
+        let device = self.bus.device_mut(self.device);
+        match what {
+            What::PowerCycle => device.power_cycle(now),
+            What::CorruptNewest if !device.flash().corrupt_newest() => {
+                return Err("no image has been written yet".to_owned());
+            }
+            What::FailWrites(fail) => {
+                device.flash().fail_writes(*fail);
+                device.flash().fail_erases(*fail);
+            }
+            What::Scene(text) => device.set_motion(scenes(model, text)?),
+            What::CorruptNewest | What::Send(..) | What::Expect(..) => {}
+        }
+        Ok(())
+    }
+
+    /// Lets the frame of the line before come to its end, as long as the tolerance lets it.
+    fn catch_up(&mut self) {
+        self.bus.run_until(self.last);
+        self.collect();
+        let patience = after(self.last, self.tolerance);
+        while self.bus.queued(self.tester) > 0 || self.came.len() < self.expected {
+            let Some(next) = self.bus.next_event().filter(|at| *at <= patience) else {
+                return;
+            };
+            self.bus.run_until(next);
+            self.collect();
+        }
+    }
+
+    fn collect(&mut self) {
+        self.came.extend(self.bus.take_received(self.tester));
+    }
+}

@@ -1,0 +1,233 @@
+//! The replayer of traces itself: does it catch what it is there to catch?
+#![cfg(target_os = "linux")]
+
+mod common;
+
+use common::{FIXED, LEVEL};
+use host_tests::models::Model;
+use host_tests::motion::Motion;
+use host_tests::trace::{Difference, Failure, Trace};
+
+/// What the scripted node 1 does: the boot-up frame `101#FF00` with a blank memory, echoes, saves.
+///
+/// At 250 kbit/s a bit takes 4 us; the frames have 65 (101#FF00), 55 (201#01), 56 (301#01) bits and so on.
+const GOOD: &str = "\
+# origin: written for this test
+# model: fixed
+# bitrate: 250000
+# tolerance-us: 20
+
+(0.000260) can0 101#FF00 R
+# -- Two echoes.
+(0.100000) can0 201#01 T
+(0.100456) can0 301#01 R
+(0.200000) can0 201#0102 T
+(0.200524) can0 301#0102 R
+";
+
+fn level(_: &Model, text: &str) -> Result<Box<dyn Motion>, String> {
+    match text {
+        "tilt=0,0" => Ok(Box::new(LEVEL)),
+        _ => Err("only level".to_owned()),
+    }
+}
+
+fn replay(text: &str) -> Result<(), Failure> {
+    let trace: Trace = text.parse().map_err(Failure::Trace)?;
+    trace.replay(&FIXED, &level)
+}
+
+fn difference(text: &str) -> Difference {
+    match replay(text) {
+        Err(Failure::Differs(difference)) => difference,
+        other => panic!("{other:?}"),
+    }
+}
+
+/// The shown line that is marked; there must be exactly one.
+fn marked(text: &str) -> String {
+    let difference = difference(text);
+    assert_eq!(difference.count(), 1, "{difference}");
+    let shown = difference.to_string();
+    let marked: Vec<&str> = shown.lines().filter(|line| line.starts_with('!')).collect();
+    assert_eq!(marked.len(), 1, "{shown}");
+    marked[0].split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn a_good_trace_passes() {
+    replay(GOOD).unwrap_or_else(|failure| panic!("{failure}"));
+}
+
+#[test]
+fn a_wrong_byte_is_caught() {
+    let text = GOOD.replace("(0.100456) can0 301#01 R", "(0.100456) can0 301#03 R");
+    assert_eq!(marked(&text), "! 9 0.100456 301#03 0.100456 301#01 wrong");
+}
+
+#[test]
+fn a_wrong_identifier_format_or_length_is_caught() {
+    for wrong in ["00000301#01", "301#0100", "301#", "301#R1", "302#01"] {
+        let text = GOOD.replace("301#01 R", &format!("{wrong} R"));
+        assert!(marked(&text).ends_with("wrong"), "{wrong}");
+    }
+}
+
+#[test]
+fn a_missing_frame_is_caught() {
+    let text = GOOD.replace("(0.2000", "(0.150000) can0 301#01 R\n(0.2000");
+    assert_eq!(marked(&text), "! 10 0.150000 301#01 - missing");
+}
+
+#[test]
+fn an_extra_frame_is_caught() {
+    let text = GOOD.replace("(0.100456) can0 301#01 R\n", "");
+    assert_eq!(marked(&text), "! - 0.100456 301#01 not expected");
+    let text = GOOD.replace("(0.200524) can0 301#0102 R\n", "(0.300000) can0 7FF# T\n");
+    assert_eq!(marked(&text), "! - 0.200524 301#0102 not expected");
+}
+
+#[test]
+fn a_late_and_an_early_frame_are_caught() {
+    let text = GOOD.replace("0.100456", "0.100435");
+    assert_eq!(
+        marked(&text),
+        "! 9 0.100435 301#01 0.100456 301#01 21 us late"
+    );
+    let text = GOOD.replace("0.100456", "0.100477");
+    assert!(marked(&text).ends_with("21 us early"));
+    for within in ["0.100436", "0.100476"] {
+        replay(&GOOD.replace("0.100456", within)).unwrap();
+    }
+}
+
+#[test]
+fn frames_in_another_order_are_caught() {
+    let swapped = GOOD
+        .replace("301#01 R", "301#x R")
+        .replace("301#0102 R", "301#01 R")
+        .replace("301#x R", "301#0102 R");
+    assert_eq!(difference(&swapped).count(), 2);
+}
+
+#[test]
+fn the_difference_shows_what_was_sent_before() {
+    let shown = difference(&GOOD.replace("301#0102 R", "301#0103 R")).to_string();
+    let expected = "  line  expected                                came
+   ...
+     9     0.100456 301#01                         0.100456 301#01
+    10     0.200000 201#0102 (sent)
+!   11     0.200524 301#0103                       0.200524 301#0102                    wrong
+";
+    assert_eq!(shown, expected, "\n{shown}");
+}
+
+/// A save of 07h takes 28 half-words of 52 us after its frame of 64 bits; the reply has 55 bits.
+const SAVED: &str = "\
+# origin: written for this test
+# model: fixed
+# bitrate: 250000
+# tolerance-us: 2000
+(0.000260) can0 101#FF00 R
+(0.100000) can0 201#0207 T
+(0.101932) can0 301#00 R
+";
+
+#[test]
+fn power_cycles_keep_what_was_saved() {
+    replay(&format!(
+        "{SAVED}# power-cycle\n(0.102204) can0 101#0700 R\n"
+    ))
+    .unwrap();
+    let lost = format!("{SAVED}# power-cycle\n(0.102204) can0 101#FF00 R\n");
+    assert!(marked(&lost).ends_with("wrong"));
+}
+
+#[test]
+fn the_newest_image_can_be_corrupted() {
+    replay(&format!(
+        "{SAVED}# corrupt newest-image\n# power-cycle\n(0.102204) can0 101#FF01 R\n"
+    ))
+    .unwrap();
+    let nothing = "# origin: x\n# model: fixed\n# corrupt newest-image\n";
+    let failure = replay(nothing).unwrap_err();
+    assert_eq!(failure.to_string(), "line 3: no image has been written yet");
+}
+
+#[test]
+fn writing_can_fail_and_work_again() {
+    replay(&format!(
+        "{SAVED}# fail-writes on
+(0.200000) can0 201#0208 T
+(0.200500) can0 301#FF R
+# fail-writes off
+(0.300000) can0 201#0209 T
+(0.301932) can0 301#00 R
+# power-cycle
+(0.302204) can0 101#0900 R
+"
+    ))
+    .unwrap();
+}
+
+#[test]
+fn a_detecting_sensor_is_led_to_the_bit_rate() {
+    let text = "\
+# origin: written for this test
+# model: detecting
+# bitrate: 62500
+# tolerance-us: 200
+(0.100000) can0 7FF#R4 T
+(0.101840) can0 101#FF00 R
+";
+    let trace: Trace = text.parse().unwrap();
+    trace.replay(&common::DETECTING, &level).unwrap();
+}
+
+#[test]
+fn mistakes_in_a_trace_are_named_with_their_line() {
+    let head = "# origin: x\n# model: fixed\n";
+    for (text, message) in [
+        (
+            "# model: fixed\n".to_owned(),
+            "there is no line \"# origin: ...\"",
+        ),
+        (
+            "# origin: x\n".to_owned(),
+            "there is no line \"# model: ...\"",
+        ),
+        (
+            format!("{head}# powercycle\n"),
+            "line 3: this says nothing: # powercycle",
+        ),
+        (
+            format!("{head}# speed: 1\n"),
+            "line 3: an unknown key: # speed: 1",
+        ),
+        (
+            format!("{head}# bitrate: 300000\n"),
+            "line 3: not one of the ten bit rates: # bitrate: 300000",
+        ),
+        (
+            format!("{head}(0.100000) can0 7FF# T\n# serial: 1\n"),
+            "line 4: this belongs before the first frame: # serial: 1",
+        ),
+        (
+            format!("{head}(0.100000) can0 7FF#\n"),
+            "line 3: there is no direction, T or R, at the end: (0.100000) can0 7FF#",
+        ),
+        (
+            format!("{head}(0.200000) can0 7FF# T\n(0.100000) can0 7FF# T\n"),
+            "line 4: time runs backwards: (0.100000) can0 7FF# T",
+        ),
+        (
+            format!("{head}(0.200000) can0 7FF##1 T\n"),
+            "line 3: not a classic data or remote frame: (0.200000) can0 7FF##1 T",
+        ),
+        (format!("{head}# scene: upside down\n"), "only level"),
+    ] {
+        assert_eq!(replay(&text).unwrap_err().to_string(), message);
+    }
+    assert!(replay(&format!("{head}(0.2) can0 7FF# T\n")).is_err());
+    assert!(replay(&format!("{head}(0.200000) can0 7FF#1 T\n")).is_err());
+}
