@@ -1,1 +1,5 @@
 //! Everything a PC does with Plumbline's core.
+
+pub mod motion;
+pub mod scene;
+pub mod slcan;
