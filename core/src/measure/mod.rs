@@ -1,6 +1,41 @@
 //! The path of a sample, one file per step.
+//!
+//! A [`Reading`] comes from the accelerometer every [`SAMPLE_PERIOD`]. Then, in this order:
+//!
+//! 1. [`calibration`] corrects offset, gain, cross axes and temperature drift of the unit;
+//! 2. [`low_pass`] takes the vibration out of the vector, component by component. Filtering the angle instead would go wrong
+//!    around 0/360 deg and turn vibration into a bias;
+//! 3. [`definition`] makes angles of the vector;
+//! 4. [`Angle`](crate::angle::Angle) rounds them to 0.01 deg;
+//! 5. [`zero`] adds the zero offset.
+//!
+//! [`Inclinometer`] is the first two steps, which have a state; the others are functions that each product composes as its
+//! manual says.
+//!
+//! ```
+//! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
+//!
+//! let mut inclinometer = Inclinometer::default();
+//! let reading = Reading {
+//!     acceleration: I32x3 { x: 0, y: ONE_G / 2, z: ONE_G / 2 },
+//!     angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+//!     temperature: 21_50,
+//!     clipped: false,
+//! };
+//! let up = inclinometer.sample(&reading);
+//! let angles = definition::perpendicular(up);
+//! assert_eq!(zero::two_axis(angles.y.centidegrees(), -5_00), 40_00);
+//! ```
+
+pub mod calibration;
+pub mod definition;
+pub mod low_pass;
+mod low_pass_design;
+pub mod zero;
 
 use crate::time::{Duration, millis};
+pub use calibration::Calibration;
+pub use low_pass::LowPass;
 pub use micromath::vector::I32x3;
 
 /// The period of the internal sampling: 200 Hz, above the 160 Hz below which the critically damped filter would overshoot.
@@ -21,3 +56,34 @@ pub struct Reading {
 
 /// 1 g in a [`Reading`].
 pub const ONE_G: i32 = 1 << 28;
+
+/// `component` held within -2 g..2 g, the upper end not included: a range that ends at powers of two is one instruction.
+pub(crate) const fn saturated(component: i32) -> i32 {
+    const END: i32 = 2 * ONE_G;
+    if component < -END {
+        -END
+    } else if component >= END {
+        END - 1
+    } else {
+        component
+    }
+}
+
+/// The steps of the path that have a state: calibration and low-pass.
+#[derive(Clone, Debug, Default)]
+pub struct Inclinometer {
+    /// The calibration of the unit.
+    pub calibration: Calibration,
+    /// The digital filter.
+    pub low_pass: LowPass,
+}
+
+impl Inclinometer {
+    /// Takes a reading in and returns the filtered up vector, 1 g = 2^28.
+    pub fn sample(&mut self, reading: &Reading) -> I32x3 {
+        let corrected = self
+            .calibration
+            .apply(reading.acceleration, reading.temperature);
+        self.low_pass.step(corrected)
+    }
+}

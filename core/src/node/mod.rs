@@ -4,10 +4,27 @@
 //! came, and what the node wants done comes out of [`Node::poll`] and [`Node::transmit`]. It performs no I/O and reads no clock,
 //! so the same code runs on a board, in a test and in the virtual sensor.
 
+mod autobaud;
+mod led;
+mod queue;
+
+pub use autobaud::{Autobaud, CANDIDATES, DWELL_MAX, DWELL_MIN};
+pub use led::{Indicator, Pattern};
+pub use queue::TransmitQueue;
+
 use crate::can::{BitRate, Filters, Frame};
 use crate::measure::Reading;
-use crate::store::{Payload, StoreError};
+use crate::store::{Loaded, Payload, StoreError};
 use crate::time::Instant;
+
+/// What a node starts from after power-up or a restart.
+#[derive(Clone, Debug, Default)]
+pub struct Boot {
+    /// What the nonvolatile memory held.
+    pub loaded: Loaded,
+    /// The serial number of this unit.
+    pub serial: u32,
+}
 
 /// What a node asks of the hardware around it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

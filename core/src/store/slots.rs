@@ -236,7 +236,7 @@ impl<M: NorFlash> Store<M> {
 
     /// Places for images in one slot.
     fn places(&self) -> usize {
-        self.slot_size() / self.place_size()
+        self.slot_size().checked_div(self.place_size()).unwrap_or(0)
     }
 
     fn slot_size(&self) -> usize {

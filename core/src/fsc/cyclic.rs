@@ -1,0 +1,116 @@
+//! Cyclic mode (section 9.9.3): a timer without drift and a 16-bit counter of expired periods.
+//!
+//! The counter starts at 0 and counts every period, whether its frame could be sent or not; it wraps after 65535.
+
+use crate::time::{Duration, Instant, after, millis, reached};
+
+/// Cyclic mode while it is on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Cyclic {
+    counter: u16,
+    period: Duration,
+    due: Instant,
+}
+
+impl Cyclic {
+    /// Switched on: the counter is 0, the first period ends one cyclic time (in ms) from now.
+    pub fn start(now: Instant, period_ms: u32) -> Self {
+        let period = millis(period_ms.clamp(1, 65_535));
+        Self {
+            counter: 0,
+            period,
+            due: after(now, period),
+        }
+    }
+
+    /// A new cyclic time acts at once; the counter goes on.
+    pub fn set_period(&mut self, now: Instant, period_ms: u32) {
+        *self = Self {
+            counter: self.counter,
+            ..Self::start(now, period_ms)
+        };
+    }
+
+    /// Counts the periods that have expired; true when there was one, so that a value is due.
+    pub fn poll(&mut self, now: Instant) -> bool {
+        if !reached(now, self.due) {
+            return false;
+        }
+        // Mostly one period; after a pause many, all counted at once: a division bit by bit, because the compiler's 64-bit one is
+        // large. A period is shorter than 2^26 us, so no step overflows.
+        let late = now.ticks().saturating_sub(self.due.ticks());
+        let mut rest = late.saturating_add(self.period.ticks());
+        for shift in (0..=36).rev() {
+            let step = self.period.ticks() << shift;
+            if rest >= step {
+                rest -= step;
+                self.due = after(self.due, Duration::from_ticks(step));
+                self.counter = self
+                    .counter
+                    .wrapping_add(1_u16.checked_shl(shift).unwrap_or(0));
+            }
+        }
+        true
+    }
+
+    /// The number of expired periods.
+    pub fn counter(&self) -> u16 {
+        self.counter
+    }
+
+    /// The end of the running period.
+    pub fn deadline(&self) -> Instant {
+        self.due
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_ticks(ms * 1000)
+    }
+
+    #[test]
+    fn the_first_value_comes_after_a_full_period_and_carries_1() {
+        let mut cyclic = Cyclic::start(at(3), 250);
+        assert!(!cyclic.poll(at(252)));
+        assert_eq!(cyclic.counter(), 0);
+        assert!(cyclic.poll(at(253)));
+        assert_eq!(cyclic.counter(), 1);
+        assert!(!cyclic.poll(at(253)));
+    }
+
+    #[test]
+    fn late_polls_do_not_shift_the_period() {
+        let mut cyclic = Cyclic::start(at(0), 10);
+        for period in 1..=1000 {
+            assert!(cyclic.poll(at(period * 10 + period % 10)));
+            assert_eq!(u64::from(cyclic.counter()), period);
+            assert_eq!(cyclic.deadline(), at((period + 1) * 10));
+        }
+    }
+
+    #[test]
+    fn every_missed_period_counts_and_the_counter_wraps() {
+        let mut cyclic = Cyclic::start(at(0), 1);
+        assert!(cyclic.poll(at(65_535)));
+        assert_eq!(cyclic.counter(), 65_535);
+        assert!(cyclic.poll(at(65_536)));
+        assert_eq!(cyclic.counter(), 0);
+        assert!(cyclic.poll(at(65_536 * 4 + 7)));
+        assert_eq!(cyclic.counter(), 7);
+        assert_eq!(cyclic.deadline(), at(65_536 * 4 + 8));
+    }
+
+    #[test]
+    fn a_new_period_acts_at_once_and_the_counter_goes_on() {
+        let mut cyclic = Cyclic::start(at(0), 100);
+        assert!(cyclic.poll(at(100)));
+        cyclic.set_period(at(150), 20);
+        assert!(!cyclic.poll(at(169)));
+        assert!(cyclic.poll(at(170)));
+        assert_eq!(cyclic.counter(), 2);
+    }
+}

@@ -1,0 +1,125 @@
+//! Requests on the Set-Parameter-ID (table 17) and what each one does (sections 9.7 to 9.10).
+//!
+//! A refused request is answered with its code and the status, CmdParamError set, and changes nothing.
+
+use super::code;
+use super::sensor::{Saving, Sensor};
+use super::status::Status;
+use super::table::{Model, Rule};
+use super::values::Key;
+use super::wire::{self, Reply};
+use crate::time::Instant;
+
+/// A request that must wait for the running save to end.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Deferred {
+    Load,
+    Save,
+    Reset,
+}
+
+impl<M: Model> Sensor<M> {
+    /// Answers the request in `bytes`.
+    pub(super) fn request(&mut self, now: Instant, bytes: &[u8]) {
+        let Some((&fsc, data)) = bytes.split_first() else {
+            // There is no code to echo, so there is no reply.
+            self.status.raise(Status::CMD_PARAM_ERROR);
+            return;
+        };
+        match fsc {
+            code::INCLINATION => self.send(self.inclination()),
+            code::STATUS => {
+                self.reply(fsc);
+                self.status.replace(Status::STICKY, 0);
+            }
+            code::PRODUCT => self.reply_product(),
+            code::SERIAL => self.reply_serial(),
+            code::LOAD if data.starts_with(code::LOAD_SIGNATURE) => {
+                self.when_saved(now, Deferred::Load);
+            }
+            code::SAVE if data.starts_with(code::SAVE_SIGNATURE) => {
+                self.when_saved(now, Deferred::Save);
+            }
+            code::ALIVE if data.starts_with(code::RESET_SIGNATURE) => {
+                self.when_saved(now, Deferred::Reset);
+            }
+            code::ALIVE => {
+                if !data.is_empty() {
+                    self.status.raise(Status::CMD_PARAM_ERROR);
+                }
+                self.reply_alive();
+            }
+            _ => self.parameter(now, fsc, data),
+        }
+    }
+
+    /// Reads or writes a parameter; any other code is invalid.
+    fn parameter(&mut self, now: Instant, fsc: u8, data: &[u8]) {
+        let row = usize::from(fsc & 0x0F);
+        match (fsc & 0xF0, M::RULES.get(row)) {
+            (code::READ, Some(rule)) => {
+                let reply = Reply::new(fsc, self.status.0);
+                self.send(reply.with(self.values.at(row), rule.size));
+            }
+            (code::WRITE, Some(rule)) => {
+                let written = self.write(now, row, rule, data);
+                if written.is_none() {
+                    self.status.raise(Status::CMD_PARAM_ERROR);
+                }
+                self.reply(fsc);
+            }
+            _ => {
+                self.status.raise(Status::CMD_PARAM_ERROR);
+                self.reply(fsc);
+            }
+        }
+    }
+
+    /// Writes a parameter if its value is permitted and puts it into force, if it is not one that waits for a restart.
+    fn write(&mut self, now: Instant, row: usize, rule: &Rule, data: &[u8]) -> Option<()> {
+        let zero_x = row == Key::ZeroX as usize;
+        let zero_y = row == Key::ZeroY as usize;
+        let value = match data {
+            // Without data: automatic zero point adjustment (section 9.2).
+            [] if zero_x => M::zero_for(self.measured.x),
+            [] if zero_y => M::zero_for(self.measured.y),
+            _ => wire::number(data, rule.size)?,
+        };
+        if !self.values.permits(row, rule, value) {
+            return None;
+        }
+        let was_cyclic = self.values.is_cyclic();
+        self.values.set(row, value);
+        if row == Key::Filter as usize {
+            self.retune();
+        } else if row == Key::CyclicMode as usize && was_cyclic != self.values.is_cyclic() {
+            self.restart_cyclic(now);
+        } else if row == Key::CyclicTime as usize
+            && let Some(cyclic) = &mut self.cyclic
+        {
+            cyclic.set_period(now, value);
+        }
+        self.update_status();
+        Some(())
+    }
+
+    /// Carries `request` out, after the running save if there is one.
+    fn when_saved(&mut self, now: Instant, request: Deferred) {
+        if self.saving.is_some() {
+            self.deferred = Some(request);
+            return;
+        }
+        match request {
+            Deferred::Load => self.begin_save(Saving::Factory),
+            Deferred::Save => self.begin_save(Saving::Parameters),
+            Deferred::Reset => self.restart(now),
+        }
+    }
+
+    /// Carries the request out that waited for the save which has ended.
+    pub(super) fn resume(&mut self, now: Instant) {
+        if let Some(request) = self.deferred.take() {
+            self.when_saved(now, request);
+        }
+    }
+}

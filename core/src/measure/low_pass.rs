@@ -1,0 +1,248 @@
+//! The digital low-pass filter of order 8 on the up vector (GEMAC manual 9.1).
+//!
+//! Both filters are chains of trapezoidal integrators (state-variable form), with coefficients apart from state: a Butterworth
+//! filter is four second-order sections, a critically damped one eight equal first-order sections. Each section feeds back the
+//! difference between its input and its own output and integrates it in 64 bits, so that it settles exactly at its input: the DC
+//! gain is 1 whatever the rounding of the coefficients, and there is no limit cycle.
+//!
+//! Scaling: signals are i32 within +-2^29 (+-2 g, 1 g = 2^28), states i64 with 32 more fractional bits. States that are outputs
+//! have an offset of 1/2, which turns "take the upper half" into "round to nearest". Whatever the input, no signal and no state
+//! inside comes to 2^30 (the tests drive each with its worst input), so the difference of two fits.
+
+use super::low_pass_design::{self as design, BUTTERWORTH_MAX, Butterworth, Section};
+use super::{I32x3, saturated};
+use core::ops::RangeInclusive;
+
+/// Which filter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum Kind {
+    /// None: the vector passes unchanged.
+    #[default]
+    Off,
+    /// Butterworth of order 8: flat pass band, steep, overshoots by 16 to 18 %.
+    Butterworth,
+    /// Critically damped of order 8: never overshoots.
+    CriticallyDamped,
+}
+
+impl Kind {
+    /// The cut-off frequencies (-3 dB) that go with this kind, in mHz. The filter that is off has a setting too.
+    pub const fn cutoffs(self) -> RangeInclusive<u16> {
+        match self {
+            Self::Off | Self::Butterworth => 100..=BUTTERWORTH_MAX,
+            Self::CriticallyDamped => 100..=8_000,
+        }
+    }
+}
+
+/// A cut-off frequency was not within [`Kind::cutoffs`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct OutOfRange;
+
+/// The low-pass filter on the three components of the up vector.
+///
+/// It starts settled at the first vector that it gets, and after [`tune`](Self::tune) at the vector that it gave last.
+///
+/// ```
+/// use plumbline::measure::{I32x3, ONE_G, low_pass::{Kind, LowPass}};
+///
+/// let mut filter = LowPass::new();
+/// filter.tune(Kind::CriticallyDamped, 2_000)?;
+/// let level = I32x3 { x: 0, y: 0, z: ONE_G };
+/// assert_eq!(filter.step(level), level);
+/// # Ok::<(), plumbline::measure::low_pass::OutOfRange>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct LowPass {
+    kind: Kind,
+    cutoff: u16,
+    chain: Chain,
+    /// What the filter gave last; None before the first step.
+    output: Option<I32x3>,
+}
+
+/// The coefficients in force and the state of each axis.
+#[derive(Clone, Debug)]
+enum Chain {
+    Off,
+    Butterworth(Butterworth, [[Integrators; 4]; 3]),
+    /// The gain in Q32; an integrator is its section's only state.
+    CriticallyDamped(i32, [[i64; 8]; 3]),
+}
+
+/// The state of one second-order section.
+#[derive(Clone, Copy, Debug)]
+struct Integrators {
+    /// Band-pass: 0 at rest.
+    band: i64,
+    /// Low-pass: the output.
+    low: i64,
+}
+
+impl LowPass {
+    /// A filter that is off.
+    pub const fn new() -> Self {
+        Self {
+            kind: Kind::Off,
+            cutoff: 100,
+            chain: Chain::Off,
+            output: None,
+        }
+    }
+
+    /// Sets kind and cut-off frequency in mHz. The output goes on from where it is, without a jump; to set again what is set
+    /// changes nothing. On an error nothing changes either.
+    ///
+    /// Costs about as much as five steps.
+    pub fn tune(&mut self, kind: Kind, cutoff: u16) -> Result<(), OutOfRange> {
+        if !kind.cutoffs().contains(&cutoff) {
+            return Err(OutOfRange);
+        }
+        if (kind, cutoff) == (self.kind, self.cutoff) {
+            return Ok(());
+        }
+        self.kind = kind;
+        self.cutoff = cutoff;
+        self.chain = match kind {
+            Kind::Off => Chain::Off,
+            Kind::Butterworth => {
+                let rest = Integrators { band: 0, low: 0 };
+                Chain::Butterworth(design::butterworth(cutoff), [[rest; 4]; 3])
+            }
+            Kind::CriticallyDamped => {
+                Chain::CriticallyDamped(design::critically_damped(cutoff), [[0; 8]; 3])
+            }
+        };
+        if let Some(output) = self.output {
+            self.settle(output);
+        }
+        Ok(())
+    }
+
+    /// Takes the vector of one [`SAMPLE_PERIOD`](super::SAMPLE_PERIOD) in and returns the filtered one, rounded to nearest.
+    /// A component beyond +-2 g counts as 2 g. The Butterworth filter can overshoot: its output can be up to 1.81 times 2 g.
+    pub fn step(&mut self, input: I32x3) -> I32x3 {
+        let input = limit(input);
+        if self.output.is_none() {
+            self.settle(input);
+        }
+        let I32x3 { x, y, z } = input;
+        let output = match &mut self.chain {
+            Chain::Off => input,
+            Chain::Butterworth(filter, [ax, ay, az]) => I32x3 {
+                x: butterworth(filter, ax, x),
+                y: butterworth(filter, ay, y),
+                z: butterworth(filter, az, z),
+            },
+            Chain::CriticallyDamped(gain, [ax, ay, az]) => I32x3 {
+                x: critical(*gain, ax, x),
+                y: critical(*gain, ay, y),
+                z: critical(*gain, az, z),
+            },
+        };
+        self.output = Some(output);
+        output
+    }
+
+    /// Puts the filter into the state in which a constant input of `rest` would have left it.
+    ///
+    /// A rest beyond +-2 g could not have come from an input, and the bound on the states would not cover it: it is limited.
+    #[cold]
+    fn settle(&mut self, rest: I32x3) {
+        let rest = limit(rest).to_array().map(state);
+        match &mut self.chain {
+            Chain::Off => {}
+            Chain::Butterworth(_, axes) => {
+                for (sections, rest) in axes.iter_mut().zip(rest) {
+                    sections.fill(Integrators { band: 0, low: rest });
+                }
+            }
+            Chain::CriticallyDamped(_, axes) => {
+                for (poles, rest) in axes.iter_mut().zip(rest) {
+                    poles.fill(rest);
+                }
+            }
+        }
+    }
+}
+
+impl Default for LowPass {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// `vector` with each component held within -2 g..2 g.
+fn limit(vector: I32x3) -> I32x3 {
+    I32x3 {
+        x: saturated(vector.x),
+        y: saturated(vector.y),
+        z: saturated(vector.z),
+    }
+}
+
+/// The state of an output of `value`: 32 fractional bits and 1/2.
+fn state(value: i32) -> i64 {
+    (i64::from(value) << 32) | (1 << 31)
+}
+
+/// The upper half of a state: an output rounded to nearest.
+fn output(state: i64) -> i32 {
+    (state >> 32) as i32
+}
+
+/// A coefficient in Q32 times an output, as a state.
+fn product(coefficient: i32, signal: i32) -> i64 {
+    i64::from(coefficient).wrapping_mul(i64::from(signal))
+}
+
+/// A coefficient in Q32, not negative, times a state, rounded down.
+fn scaled(coefficient: i32, state: i64) -> i64 {
+    let fraction = u64::from(coefficient as u32).wrapping_mul(u64::from(state as u32)) >> 32;
+    product(coefficient, output(state)).wrapping_add(fraction as i64)
+}
+
+/// One step of the four sections, written out: a loop takes 30 instructions more for each vector.
+fn butterworth(filter: &Butterworth, states: &mut [Integrators; 4], input: i32) -> i32 {
+    let [first, second, third, fourth] = &filter.sections;
+    let [s1, s2, s3, s4] = states;
+    let signal = pass(first, filter.low, s1, input);
+    let signal = pass(second, filter.low, s2, signal);
+    let signal = pass(third, filter.low, s3, signal);
+    pass(fourth, filter.low, s4, signal)
+}
+
+/// One step of a section. Each integrator takes half of its increment before it is read and half after (trapezoid).
+///
+/// The products take in the fraction of a state: with outputs rounded inside the loop, a section of low damping never comes to
+/// rest but goes on swinging by one or two units.
+#[inline(always)]
+fn pass(section: &Section, to_low: i32, integrators: &mut Integrators, input: i32) -> i32 {
+    let difference = state(input).wrapping_sub(integrators.low);
+    let half =
+        scaled(section.band, difference).wrapping_sub(scaled(section.leak, integrators.band));
+    let band = integrators.band.wrapping_add(half);
+    integrators.band = band.wrapping_add(half);
+
+    let half = scaled(to_low, band);
+    let low = integrators.low.wrapping_add(half);
+    integrators.low = low.wrapping_add(half);
+    output(low)
+}
+
+/// One step of the eight poles. Rounded outputs do here: a pole with a gain below 1/2 approaches its input from one side.
+fn critical(gain: i32, poles: &mut [i64; 8], input: i32) -> i32 {
+    let mut signal = input;
+    for pole in poles {
+        let half = product(gain, signal.wrapping_sub(output(*pole)));
+        let now = pole.wrapping_add(half);
+        *pole = now.wrapping_add(half);
+        signal = output(now);
+    }
+    signal
+}
+
+#[cfg(test)]
+mod tests;

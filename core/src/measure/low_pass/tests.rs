@@ -1,0 +1,383 @@
+//! Tests of the low-pass filter: settling, tuning, overshoot, and that nothing inside ever overflows. The responses are compared
+//! with reference vectors in the host tests.
+
+use super::*;
+use crate::measure::ONE_G;
+use proptest::prelude::*;
+
+/// The largest signal; the lowest is one unit further out.
+const FULL: i32 = 2 * ONE_G - 1;
+
+/// Cut-off frequencies all over the range, in mHz.
+const CUTOFFS: [u16; 12] = [
+    100, 101, 137, 500, 1_000, 2_000, 3_333, 7_999, 8_000, 12_345, 20_000, 25_000,
+];
+
+const KINDS: [Kind; 2] = [Kind::Butterworth, Kind::CriticallyDamped];
+
+fn settings() -> impl Iterator<Item = (Kind, u16)> {
+    KINDS.into_iter().flat_map(|kind| {
+        let allowed = CUTOFFS
+            .into_iter()
+            .filter(move |f| kind.cutoffs().contains(f));
+        allowed.map(move |cutoff| (kind, cutoff))
+    })
+}
+
+fn tuned(kind: Kind, cutoff: u16) -> LowPass {
+    let mut filter = LowPass::new();
+    filter.tune(kind, cutoff).unwrap();
+    filter
+}
+
+const fn vector(x: i32, y: i32, z: i32) -> I32x3 {
+    I32x3 { x, y, z }
+}
+
+const fn along_x(x: i32) -> I32x3 {
+    vector(x, 0, 0)
+}
+
+/// Samples in `periods` of the cut-off frequency.
+fn samples(periods: u32, cutoff: u16) -> u32 {
+    periods * 200_000 / u32::from(cutoff)
+}
+
+/// The same recurrence in i128, where nothing wraps; it asserts that every intermediate has the range that the file's doc states.
+struct Model {
+    chain: ModelChain,
+    /// The largest state so far, as a fraction of 2^30.
+    peak: f64,
+}
+
+enum ModelChain {
+    Butterworth(Butterworth, [(i128, i128); 4]),
+    Critical(i32, [i128; 8]),
+}
+
+impl Model {
+    fn settled(kind: Kind, cutoff: u16, rest: i32) -> Self {
+        let zero = 1i128 << 31;
+        let rest = (i128::from(rest.clamp(-FULL - 1, FULL)) << 32) + zero;
+        let chain = match kind {
+            Kind::Butterworth => {
+                ModelChain::Butterworth(design::butterworth(cutoff), [(0, rest); 4])
+            }
+            _ => ModelChain::Critical(design::critically_damped(cutoff), [rest; 8]),
+        };
+        Self { chain, peak: 0.0 }
+    }
+
+    /// Checks a signal and returns it as what the multiplication takes.
+    fn signal(value: i128) -> i128 {
+        i128::from(i32::try_from(value).expect("a signal fits 32 bits"))
+    }
+
+    fn state(&mut self, value: i128) -> i128 {
+        let fraction = (value as f64 / 2f64.powi(62)).abs();
+        assert!(fraction < 1.0, "a state of {fraction} * 2^30");
+        self.peak = self.peak.max(fraction);
+        value
+    }
+
+    fn step(&mut self, input: i32) -> i32 {
+        let mut signal = i128::from(input.clamp(-FULL - 1, FULL));
+        let mut chain = std::mem::replace(&mut self.chain, ModelChain::Critical(0, [0; 8]));
+        match &mut chain {
+            ModelChain::Butterworth(filter, states) => {
+                // What the difference of two states must fit into.
+                let word = |value: i128| i128::from(i64::try_from(value).expect("fits 64 bits"));
+                for (section, (band, low)) in filter.sections.iter().zip(states) {
+                    let difference = word((signal << 32) + (1 << 31) - *low);
+                    let half = ((i128::from(section.band) * difference) >> 32)
+                        - ((i128::from(section.leak) * *band) >> 32);
+                    let v1 = self.state(*band + half);
+                    *band = self.state(v1 + half);
+                    let half = (i128::from(filter.low) * v1) >> 32;
+                    let v2 = self.state(*low + half);
+                    *low = self.state(v2 + half);
+                    signal = Self::signal(v2 >> 32);
+                }
+            }
+            ModelChain::Critical(gain, states) => {
+                for s in states {
+                    let half = i128::from(*gain) * Self::signal(signal - (*s >> 32));
+                    let v = self.state(*s + half);
+                    *s = self.state(v + half);
+                    signal = Self::signal(v >> 32);
+                }
+            }
+        }
+        self.chain = chain;
+        signal as i32
+    }
+}
+
+/// The responses of every signal inside the Butterworth filter to a unit impulse: for each section difference, v1, band state,
+/// v2, low state.
+fn impulse_responses(cutoff: u16, length: usize) -> Vec<Vec<f64>> {
+    let filter = design::butterworth(cutoff);
+    let q32 = 2f64.powi(-32);
+    let mut nodes = vec![Vec::new(); 20];
+    let mut states = [(0.0, 0.0); 4];
+    for n in 0..length {
+        let mut signal = if n == 0 { 1.0 } else { 0.0 };
+        for (i, (section, (band, low))) in filter.sections.iter().zip(&mut states).enumerate() {
+            let difference = signal - *low;
+            let half =
+                f64::from(section.band) * q32 * difference - f64::from(section.leak) * q32 * *band;
+            let v1 = *band + half;
+            *band = v1 + half;
+            let half = f64::from(filter.low) * q32 * v1;
+            let v2 = *low + half;
+            *low = v2 + half;
+            signal = v2;
+            for (j, value) in [difference, v1, *band, v2, *low].into_iter().enumerate() {
+                nodes[5 * i + j].push(value);
+            }
+        }
+    }
+    nodes
+}
+
+#[test]
+fn off_passes_the_vector_and_holds_it_within_two_g() {
+    let mut filter = LowPass::new();
+    for v in [
+        vector(0, 0, ONE_G),
+        vector(1, -2, 3),
+        vector(FULL, -FULL, 0),
+    ] {
+        assert_eq!(filter.step(v), v);
+    }
+    let over = vector(i32::MAX, i32::MIN, FULL + 1);
+    assert_eq!(filter.step(over), vector(FULL, -FULL - 1, FULL));
+}
+
+#[test]
+fn it_starts_settled_at_the_first_vector() {
+    let first = vector(123_456_789, -1, ONE_G);
+    for (kind, cutoff) in settings() {
+        let mut filter = tuned(kind, cutoff);
+        for _ in 0..1000 {
+            assert_eq!(filter.step(first), first, "{kind:?} {cutoff}");
+        }
+    }
+}
+
+#[test]
+fn it_settles_exactly_and_stays_there() {
+    for (kind, cutoff) in settings() {
+        let mut filter = tuned(kind, cutoff);
+        for target in [
+            vector(ONE_G, -ONE_G, 0),
+            vector(1, -1, 7),
+            vector(-FULL, FULL, -12_345),
+            vector(0, 1, ONE_G + 1),
+            vector(2, 0, ONE_G),
+        ] {
+            for _ in 0..samples(30, cutoff) {
+                filter.step(target);
+            }
+            for _ in 0..samples(5, cutoff) {
+                assert_eq!(filter.step(target), target, "{kind:?} {cutoff}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_critically_damped_filter_never_overshoots_whatever_the_cut_off() {
+    for cutoff in Kind::CriticallyDamped.cutoffs() {
+        let mut filter = tuned(Kind::CriticallyDamped, cutoff);
+        let mut last = filter.step(vector(-ONE_G, ONE_G, 0));
+        let target = vector(ONE_G, -FULL, 100);
+        for _ in 0..samples(8, cutoff) {
+            let now = filter.step(target);
+            assert!(
+                last.x <= now.x && now.x <= target.x,
+                "{cutoff} mHz: {now:?}"
+            );
+            assert!(
+                last.y >= now.y && now.y >= target.y,
+                "{cutoff} mHz: {now:?}"
+            );
+            assert!(
+                last.z <= now.z && now.z <= target.z,
+                "{cutoff} mHz: {now:?}"
+            );
+            last = now;
+        }
+        assert_eq!(last, target, "{cutoff} mHz");
+    }
+}
+
+#[test]
+fn cut_off_frequencies_out_of_range_are_refused_and_change_nothing() {
+    for (kind, highest) in [
+        (Kind::Off, 25_000),
+        (Kind::Butterworth, 25_000),
+        (Kind::CriticallyDamped, 8_000),
+    ] {
+        let mut filter = tuned(Kind::Butterworth, 777);
+        filter.step(along_x(0));
+        for _ in 0..50 {
+            filter.step(along_x(ONE_G));
+        }
+        let mut twin = filter.clone();
+        for cutoff in [0, 1, 99, highest + 1, u16::MAX] {
+            assert_eq!(filter.tune(kind, cutoff), Err(OutOfRange));
+        }
+        for _ in 0..500 {
+            assert_eq!(filter.step(along_x(ONE_G)), twin.step(along_x(ONE_G)));
+        }
+        assert_eq!(filter.tune(kind, 100), Ok(()));
+        assert_eq!(filter.tune(kind, highest), Ok(()));
+    }
+}
+
+#[test]
+fn setting_the_same_again_changes_nothing() {
+    for (kind, cutoff) in settings() {
+        let mut filter = tuned(kind, cutoff);
+        filter.step(along_x(0));
+        let mut twin = filter.clone();
+        for n in 0..samples(4, cutoff).max(100) {
+            if n % 3 == 0 {
+                filter.tune(kind, cutoff).unwrap();
+            }
+            assert_eq!(filter.step(along_x(ONE_G)), twin.step(along_x(ONE_G)));
+        }
+    }
+}
+
+#[test]
+fn a_change_of_kind_or_cut_off_goes_on_from_the_present_output() {
+    let target = vector(ONE_G, -ONE_G / 2, 3);
+    let before = [(Kind::Off, 100)].into_iter().chain(settings());
+    for (from, to) in before.flat_map(|from| settings().map(move |to| (from, to))) {
+        if from == to {
+            continue;
+        }
+        let mut filter = tuned(from.0, from.1);
+        filter.step(along_x(-ONE_G));
+        let mut present = vector(0, 0, 0);
+        for _ in 0..samples(1, from.1).min(500) {
+            present = filter.step(target);
+        }
+        filter.tune(to.0, to.1).unwrap();
+        // The output at rest stays, and what follows is what a filter that has always been there would do.
+        let mut twin = filter.clone();
+        assert_eq!(twin.step(present), present, "{from:?} to {to:?}");
+        let mut fresh = tuned(to.0, to.1);
+        fresh.step(present);
+        for _ in 0..20 {
+            assert_eq!(
+                filter.step(target),
+                fresh.step(target),
+                "{from:?} to {to:?}"
+            );
+        }
+    }
+}
+
+#[test]
+fn a_change_before_the_first_vector_still_starts_settled_there() {
+    let mut filter = tuned(Kind::Butterworth, 100);
+    filter.tune(Kind::CriticallyDamped, 200).unwrap();
+    filter.tune(Kind::Butterworth, 300).unwrap();
+    assert_eq!(filter.step(along_x(ONE_G)), along_x(ONE_G));
+}
+
+#[test]
+fn the_axes_are_filtered_alike_and_apart() {
+    for (kind, cutoff) in settings() {
+        let mut together = tuned(kind, cutoff);
+        let mut apart = [(); 3].map(|()| tuned(kind, cutoff));
+        for n in 0..300 {
+            let v = vector(n * 1_000_003 % ONE_G, n * 700_001 % ONE_G, -n * 12_345);
+            let one = [v.x, v.y, v.z];
+            let alone: Vec<i32> = apart
+                .iter_mut()
+                .zip(one)
+                .map(|(filter, value)| filter.step(along_x(value)).x)
+                .collect();
+            assert_eq!(together.step(v).to_array().to_vec(), alone);
+        }
+    }
+}
+
+#[test]
+fn the_worst_input_of_every_signal_inside_overflows_nothing() {
+    let mut peak = 0.0f64;
+    for cutoff in [
+        100, 400, 1_000, 2_000, 4_000, 8_000, 12_000, 16_000, 20_000, 25_000,
+    ] {
+        let length = samples(20, cutoff) as usize;
+        for response in impulse_responses(cutoff, length) {
+            // Each input pulls the signal the same way at the last sample.
+            let mut model: Option<Model> = None;
+            let mut filter = tuned(Kind::Butterworth, cutoff);
+            for &weight in response.iter().rev() {
+                let input = if weight < 0.0 { -FULL - 1 } else { FULL };
+                let model =
+                    model.get_or_insert_with(|| Model::settled(Kind::Butterworth, cutoff, input));
+                assert_eq!(
+                    filter.step(along_x(input)).x,
+                    model.step(input),
+                    "{cutoff} mHz"
+                );
+            }
+            peak = peak.max(model.unwrap().peak);
+        }
+    }
+    // The bound is not an idle one: the worst input comes close to it.
+    assert!(peak > 0.85, "{peak}");
+}
+
+fn any_setting() -> impl Strategy<Value = (Kind, u16)> {
+    prop_oneof![
+        (100..=25_000u16).prop_map(|f| (Kind::Butterworth, f)),
+        (100..=8_000u16).prop_map(|f| (Kind::CriticallyDamped, f)),
+    ]
+}
+
+proptest! {
+    #[test]
+    fn no_sequence_of_inputs_and_tunings_overflows(
+        first in any_setting(),
+        runs in prop::collection::vec((any_setting(), prop::collection::vec((any::<i32>(), 1..200u32), 1..20)), 1..6),
+    ) {
+        let mut filter = tuned(first.0, first.1);
+        let mut output = filter.step(along_x(0)).x;
+        for ((kind, cutoff), inputs) in runs {
+            prop_assume!((kind, cutoff) != (filter.kind, filter.cutoff));
+            filter.tune(kind, cutoff).unwrap();
+            let mut model = Model::settled(kind, cutoff, output);
+            for (input, times) in inputs {
+                for _ in 0..times {
+                    output = filter.step(along_x(input)).x;
+                    prop_assert_eq!(output, model.step(input));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn after_any_disturbance_it_settles_exactly(
+        (kind, cutoff) in any_setting(),
+        disturbance in prop::collection::vec(-FULL..=FULL, 1..100),
+        target in -FULL..=FULL,
+    ) {
+        let mut filter = tuned(kind, cutoff.max(1_000));
+        for input in disturbance {
+            filter.step(along_x(input));
+        }
+        for _ in 0..samples(30, cutoff.max(1_000)) {
+            filter.step(along_x(target));
+        }
+        for _ in 0..100 {
+            prop_assert_eq!(filter.step(along_x(target)).x, target);
+        }
+    }
+}

@@ -1,0 +1,7 @@
+//! The products that are replaced, one file each: parameters, factory values, limits, LEDs, and what they are composed of.
+
+mod gemac;
+pub mod is1;
+pub mod is1d;
+pub mod is2;
+pub mod is2d;

@@ -1,0 +1,98 @@
+//! The transmit queue: first in, first out; a reply is never lost, a cyclic value is replaced by a newer one.
+
+use crate::can::Frame;
+use heapless::Deque;
+
+/// Places in the queue.
+const CAPACITY: usize = 12;
+/// Places that only replies already begun (and a cyclic value) may take: see [`TransmitQueue::has_room`].
+const RESERVE: usize = 3;
+
+#[derive(Clone, Copy, Debug)]
+struct Entry {
+    frame: Frame,
+    cyclic: bool,
+}
+
+/// Frames waiting for a mailbox.
+#[derive(Debug, Default)]
+pub struct TransmitQueue {
+    entries: Deque<Entry, CAPACITY>,
+}
+
+impl TransmitQueue {
+    /// True while a further request may be taken in: its answer (at most two frames) and a cyclic value will fit.
+    pub fn has_room(&self) -> bool {
+        self.entries.len() <= CAPACITY - RESERVE
+    }
+
+    /// True when nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+
+    /// Appends a reply. The caller has seen [`has_room`](Self::has_room) before it took the request in.
+    pub fn reply(&mut self, frame: Frame) {
+        // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
+        let _ = self.entries.push_back(Entry {
+            frame,
+            cyclic: false,
+        });
+    }
+
+    /// Appends a cyclic value, or puts it in the place of the one that still waits.
+    pub fn cyclic(&mut self, frame: Frame) {
+        let entry = Entry {
+            frame,
+            cyclic: true,
+        };
+        match self.entries.iter_mut().find(|entry| entry.cyclic) {
+            Some(stale) => *stale = entry,
+            None => {
+                let _ = self.entries.push_back(entry);
+            }
+        }
+    }
+
+    /// The next frame to send.
+    pub fn pop(&mut self) -> Option<Frame> {
+        self.entries.pop_front().map(|entry| entry.frame)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::can::standard;
+
+    fn frame(byte: u8) -> Frame {
+        Frame::data(standard(0x301), &[byte]).unwrap()
+    }
+
+    #[test]
+    fn a_newer_cyclic_value_takes_the_place_of_the_stale_one() {
+        let mut queue = TransmitQueue::default();
+        queue.reply(frame(1));
+        queue.cyclic(frame(2));
+        queue.reply(frame(3));
+        queue.cyclic(frame(4));
+        let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
+        assert_eq!(order, [frame(1), frame(4), frame(3)]);
+        assert!(queue.is_empty());
+    }
+
+    #[test]
+    fn while_there_is_room_two_replies_and_a_cyclic_value_fit() {
+        let mut queue = TransmitQueue::default();
+        let mut sent = 0;
+        while queue.has_room() {
+            queue.reply(frame(sent));
+            queue.reply(frame(sent + 1));
+            sent += 2;
+        }
+        queue.cyclic(frame(0xFF));
+        let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
+        let expected: std::vec::Vec<_> = (0..sent).chain([0xFF]).map(frame).collect();
+        assert_eq!(order, expected);
+    }
+}

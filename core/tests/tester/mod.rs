@@ -1,0 +1,187 @@
+//! A sensor on the desk: bytes in at a time, bytes out, as the driver of a board would do it.
+
+use plumbline::can::{Frame, standard};
+use plumbline::fsc::{Model, Product, Sensor};
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::node::{Action, Boot, BusEvent, Leds, Node};
+use plumbline::store::{Loaded, Payload, StoreError};
+use plumbline::time::Instant;
+
+/// A sensor and what the world around it has seen.
+pub struct Tester<M: Model> {
+    pub sensor: Sensor<M>,
+    pub now: Instant,
+    pub actions: Vec<Action>,
+    pub leds: Leds,
+    /// What the nonvolatile memory holds.
+    pub memory: Option<Payload>,
+    /// The result of the next saves; None: the memory does not answer before `finish_save`.
+    pub memory_works: Option<bool>,
+    product: &'static Product,
+}
+
+impl<M: Model> Tester<M> {
+    /// Powers a blank sensor up; its bit rate is not known yet.
+    pub fn power_up(product: &'static Product) -> Self {
+        Self::with_memory(product, Loaded::default())
+    }
+
+    pub fn with_memory(product: &'static Product, loaded: Loaded) -> Self {
+        let now = Instant::from_ticks(0);
+        let memory = loaded.payload.clone();
+        let sensor = Sensor::new(
+            product,
+            now,
+            Boot {
+                loaded,
+                serial: 0x0403_0201,
+            },
+        );
+        let (actions, leds) = (Vec::new(), Leds::default());
+        let mut tester = Self {
+            sensor,
+            now,
+            actions,
+            leds,
+            memory,
+            memory_works: Some(true),
+            product,
+        };
+        tester.settle();
+        tester
+    }
+
+    /// A sensor that has found the bit rate and sent its boot-up messages.
+    pub fn online(product: &'static Product) -> Self {
+        let mut tester = Self::power_up(product);
+        tester.rest(0, 0, ONE_G);
+        tester.receive(Frame::data(standard(0x7FF), &[]).unwrap());
+        assert_eq!(tester.sent().len(), 2, "two boot-up messages");
+        tester
+    }
+
+    /// Power off and on again.
+    pub fn power_cycle(&mut self) {
+        let loaded = Loaded {
+            payload: self.memory.clone(),
+            damaged: false,
+        };
+        self.sensor = Sensor::new(
+            self.product,
+            self.now,
+            Boot {
+                loaded,
+                serial: 0x0403_0201,
+            },
+        );
+        self.settle();
+    }
+
+    fn settle(&mut self) {
+        for _ in 0..100 {
+            let Some(action) = self.sensor.poll(self.now) else {
+                return;
+            };
+            self.actions.push(action);
+            match action {
+                Action::Leds(leds) => self.leds = leds,
+                Action::Save => {
+                    let image = self.sensor.image();
+                    match self.memory_works {
+                        Some(true) => {
+                            self.memory = Some(image);
+                            self.sensor.stored(self.now, Ok(()));
+                        }
+                        Some(false) => self.sensor.stored(self.now, Err(StoreError)),
+                        None => {}
+                    }
+                }
+                _ => {}
+            }
+        }
+        panic!("the sensor never rests: {:?}", self.actions);
+    }
+
+    /// The save that was left open ends.
+    pub fn finish_save(&mut self, result: Result<(), StoreError>) {
+        self.sensor.stored(self.now, result);
+        self.settle();
+    }
+
+    /// Rests with this specific force until the filter has settled.
+    pub fn rest(&mut self, x: i32, y: i32, z: i32) {
+        for _ in 0..2000 {
+            self.reading(x, y, z, false);
+        }
+    }
+
+    /// One sample.
+    pub fn reading(&mut self, x: i32, y: i32, z: i32, clipped: bool) {
+        let acceleration = I32x3 { x, y, z };
+        let angular_rate = I32x3 { x: 0, y: 0, z: 0 };
+        let reading = Reading {
+            acceleration,
+            angular_rate,
+            temperature: 2500,
+            clipped,
+        };
+        self.sensor.sample(self.now, &reading);
+        self.settle();
+    }
+
+    pub fn receive(&mut self, frame: Frame) {
+        assert!(self.sensor.ready());
+        self.sensor.receive(self.now, &frame);
+        self.settle();
+    }
+
+    pub fn bus(&mut self, event: BusEvent) {
+        self.sensor.bus(self.now, event);
+        self.settle();
+    }
+
+    /// Lets time pass, polling at every deadline and taking what is sent; returns the frames with their times in ms.
+    pub fn wait(&mut self, ms: u64) -> Vec<(u64, Frame)> {
+        let end = Instant::from_ticks(self.now.ticks() + ms * 1000);
+        let mut frames = Vec::new();
+        loop {
+            let sent = self.sent();
+            frames.extend(
+                sent.into_iter()
+                    .map(|frame| (self.now.ticks() / 1000, frame)),
+            );
+            match self.sensor.deadline() {
+                Some(next) if next <= end => self.now = self.now.max(next),
+                _ => break,
+            }
+            self.settle();
+        }
+        self.now = end;
+        frames
+    }
+
+    /// Everything that the sensor has to send.
+    pub fn sent(&mut self) -> Vec<Frame> {
+        let mut frames = Vec::new();
+        while let Some(frame) = self.sensor.transmit(self.now) {
+            frames.push(frame);
+            self.settle();
+        }
+        frames
+    }
+
+    /// Sends a request on 300h and returns the data of the one reply on 301h.
+    pub fn ask(&mut self, request: &[u8]) -> Vec<u8> {
+        self.receive(Frame::data(standard(0x300), request).unwrap());
+        let sent = self.sent();
+        assert_eq!(sent.len(), 1, "{request:02X?} -> {sent:?}");
+        assert_eq!(sent[0].id(), standard(0x301));
+        sent[0].bytes().to_vec()
+    }
+
+    /// Sends a request on 300h that must not be answered.
+    pub fn silent(&mut self, request: &[u8]) {
+        self.receive(Frame::data(standard(0x300), request).unwrap());
+        assert_eq!(self.sent(), []);
+    }
+}

@@ -1,0 +1,397 @@
+//! One sensor: a node with the store, the motion and the CAN controller around it, driven as the firmware's main loop on a
+//! board drives it.
+
+use super::controller::{Controller, Failure, Hearing};
+use super::flash::Flash;
+use crate::models::Model;
+use crate::motion::Motion;
+use plumbline::can::{BitRate, Frame};
+use plumbline::measure::SAMPLE_PERIOD;
+use plumbline::node::{Action, BusMode, BusState, Leds, Node, Readout};
+use plumbline::store::Store;
+use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
+use std::collections::VecDeque;
+
+/// Time to program a half-word of flash.
+const PROGRAM_TIME: Duration = Duration::from_ticks(52);
+
+/// Time to erase a page of flash.
+const ERASE_TIME: Duration = millis(30);
+
+/// How long a restart waits for the mailbox to be sent: a frame that nobody acknowledges must not hold it up for ever.
+const RESTART_PATIENCE: Duration = millis(200);
+
+/// Actions in a row after which a node is taken to be stuck.
+const ACTIONS_MAX: usize = 1000;
+
+/// LED changes that are remembered.
+const LED_HISTORY: usize = 10_000;
+
+/// One sensor on the bench.
+pub struct Device {
+    model: Model,
+    serial: u32,
+    store: Store<Flash>,
+    motion: Box<dyn Motion>,
+    power: Option<Powered>,
+    boots: u32,
+    led_history: VecDeque<(Instant, Leds)>,
+}
+
+/// What is there while the power is on.
+struct Powered {
+    node: Box<dyn Node>,
+    controller: Controller,
+    leds: Leds,
+    next_sample: Instant,
+    /// The next step of a save.
+    next_step: Option<Instant>,
+    /// The processor stands still until then, because flash is programmed or erased.
+    stalled_until: Option<Instant>,
+    /// A restart is due when the mailbox has been sent, at this time at the latest.
+    restart_by: Option<Instant>,
+}
+
+impl Device {
+    /// A sensor that is not switched on; [`Bus::attach`](super::Bus::attach) does that.
+    pub fn new(model: &Model, serial: u32, flash: Flash, motion: Box<dyn Motion>) -> Self {
+        let (store, _) = Store::open(flash, model.image, model.payload);
+        Self {
+            model: *model,
+            serial,
+            store,
+            motion,
+            power: None,
+            boots: 0,
+            led_history: VecDeque::new(),
+        }
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.model
+    }
+
+    /// The nonvolatile memory.
+    pub fn flash(&mut self) -> &mut Flash {
+        self.store.memory()
+    }
+
+    /// Moves the sensor otherwise from now on.
+    pub fn set_motion(&mut self, motion: Box<dyn Motion>) {
+        self.motion = motion;
+    }
+
+    /// What the LEDs show; dark while the power is off.
+    pub fn leds(&self) -> Leds {
+        self.power
+            .as_ref()
+            .map_or(Leds::default(), |power| power.leds)
+    }
+
+    /// What the LEDs have shown, with the time of each change; the newest ten thousand.
+    pub fn led_history(&self) -> impl Iterator<Item = (Instant, Leds)> {
+        self.led_history.iter().copied()
+    }
+
+    /// The mode of the CAN controller; None before the node has set one.
+    pub fn mode(&self) -> Option<BusMode> {
+        self.controller()?.mode()
+    }
+
+    /// The bit rate of the CAN controller; None before the node has set one.
+    pub fn rate(&self) -> Option<BitRate> {
+        self.controller()?.rate()
+    }
+
+    /// The fault confinement state; None while the power is off.
+    pub fn bus_state(&self) -> Option<BusState> {
+        Some(self.controller()?.state())
+    }
+
+    /// The transmit and the receive error counter; None while the power is off.
+    pub fn error_counters(&self) -> Option<(u16, u16)> {
+        Some(self.controller()?.error_counters())
+    }
+
+    /// The angles as the node last reported them; None while the power is off.
+    pub fn readout(&self) -> Option<Readout> {
+        Some(self.power.as_ref()?.node.readout())
+    }
+
+    /// How often the device has started: 1 after power-up, one more after each power cycle and restart.
+    pub fn boots(&self) -> u32 {
+        self.boots
+    }
+
+    /// True while the power is on. It goes off by itself when the fuse of the [`Flash`] blows.
+    pub fn is_on(&self) -> bool {
+        self.power.is_some()
+    }
+
+    /// Switches the power off; a save under way is left half done.
+    pub fn power_off(&mut self, now: Instant) {
+        if self.power.take().is_some() {
+            self.show(now, Leds::default());
+        }
+    }
+
+    /// Switches the power on: looks through the store, erases ahead and starts the node.
+    pub fn power_on(&mut self, now: Instant) {
+        let mut flash = core::mem::take(self.store.memory());
+        flash.power_on();
+        let (store, loaded) = Store::open(flash, self.model.image, self.model.payload);
+        self.store = store;
+        let before = self.flash_work();
+        self.store.prepare();
+        let start = after(now, self.flash_time(before));
+        self.boots += 1;
+        self.power = Some(Powered {
+            node: (self.model.boot)(start, loaded, self.serial),
+            controller: Controller::new(start),
+            leds: Leds::default(),
+            next_sample: start,
+            next_step: None,
+            stalled_until: Some(start),
+            restart_by: None,
+        });
+        self.cut_off(now);
+    }
+
+    /// Switches the power off and on again.
+    pub fn power_cycle(&mut self, now: Instant) {
+        self.power_off(now);
+        self.power_on(now);
+    }
+
+    fn controller(&self) -> Option<&Controller> {
+        self.power.as_ref().map(|power| &power.controller)
+    }
+
+    /// When something happens inside the device, without anything from outside.
+    pub(super) fn next_event(&self) -> Option<Instant> {
+        let power = self.power.as_ref()?;
+        power.stalled_until.or_else(|| {
+            [
+                Some(power.next_sample),
+                power.next_step,
+                power.restart_by,
+                power.controller.recovered_at(),
+                power.node.deadline(),
+            ]
+            .into_iter()
+            .fold(None, earlier)
+        })
+    }
+
+    /// Does what is due inside the device.
+    pub(super) fn advance(&mut self, now: Instant) {
+        let Some(power) = &mut self.power else { return };
+        if power.stalled_until.is_some_and(|until| reached(now, until)) {
+            power.stalled_until = None;
+            power.controller.drain_fifo();
+        }
+        power.controller.tick(now);
+        self.service(now);
+        self.sample(now);
+        self.step(now);
+        let deadline = self.awake().and_then(|power| power.node.deadline());
+        assert!(
+            deadline.is_none_or(|at| !reached(now, at)),
+            "{}: polled until None at {now}, yet its deadline stays at {deadline:?}",
+            self.model.name
+        );
+    }
+
+    /// How the device stands to a frame on the wire.
+    pub(super) fn hearing(&self, rate: BitRate, start: Instant) -> Hearing {
+        self.controller()
+            .map_or(Hearing::Deaf, |controller| controller.hearing(rate, start))
+    }
+
+    /// The frame that waits to be sent at `rate`.
+    pub(super) fn pending(&self, rate: BitRate) -> Option<Frame> {
+        self.controller()?.pending(rate)
+    }
+
+    /// The frame in the mailbox has won arbitration.
+    pub(super) fn start(&mut self) {
+        if let Some(power) = &mut self.power {
+            power.controller.start();
+        }
+    }
+
+    /// The frame that was sent has ended well.
+    pub(super) fn transmitted(&mut self, now: Instant) {
+        self.controller_event(now, |controller, _| controller.transmitted());
+    }
+
+    /// The frame that was sent has failed.
+    pub(super) fn not_transmitted(&mut self, now: Instant, failure: Failure) {
+        self.controller_event(now, |controller, _| controller.not_transmitted(failure));
+    }
+
+    /// Another's frame has ended well.
+    pub(super) fn received(&mut self, now: Instant, hearing: Hearing, frame: &Frame) {
+        self.controller_event(now, |controller, stalled| {
+            controller.received(hearing, frame, stalled);
+        });
+    }
+
+    /// A bus error was on the wire.
+    pub(super) fn disturbed(&mut self, now: Instant, hearing: Hearing) {
+        self.controller_event(now, |controller, _| controller.disturbed(hearing));
+    }
+
+    fn controller_event(&mut self, now: Instant, event: impl FnOnce(&mut Controller, bool)) {
+        if let Some(power) = &mut self.power {
+            event(&mut power.controller, power.stalled_until.is_some());
+        }
+        self.service(now);
+    }
+
+    /// The powered part, unless the processor stands still.
+    fn awake(&mut self) -> Option<&mut Powered> {
+        self.power
+            .as_mut()
+            .filter(|power| power.stalled_until.is_none())
+    }
+
+    /// Hands in what the CAN controller has, as far as the node takes it.
+    fn service(&mut self, now: Instant) {
+        self.settle(now);
+        while let Some(power) = self.awake() {
+            if let Some(event) = power.controller.take_event() {
+                power.node.bus(now, event);
+            } else if power.node.ready()
+                && let Some(frame) = power.controller.take_received()
+            {
+                power.node.receive(now, &frame);
+            } else {
+                break;
+            }
+            self.settle(now);
+        }
+    }
+
+    /// Polls the node until it wants nothing more, then fills the mailbox.
+    fn settle(&mut self, now: Instant) {
+        let mut actions = 0;
+        while let Some(power) = self.awake()
+            && let Some(action) = power.node.poll(now)
+        {
+            actions += 1;
+            assert!(
+                actions <= ACTIONS_MAX,
+                "{}: poll never returns None, its last answer at {now} is {action:?}",
+                self.model.name
+            );
+            self.perform(now, action);
+        }
+        let Some(power) = self.awake() else { return };
+        if power.controller.mailbox_free()
+            && let Some(frame) = power.node.transmit(now)
+        {
+            power.controller.load(frame);
+        }
+        let sent = power.controller.mailbox_empty();
+        if power.restart_by.is_some_and(|by| sent || reached(now, by)) {
+            self.power_cycle(now);
+        }
+    }
+
+    fn perform(&mut self, now: Instant, action: Action) {
+        let Some(power) = &mut self.power else { return };
+        match action {
+            Action::Bus(mode, rate) => {
+                let filters = power.node.filters();
+                power.controller.configure(now, mode, rate, filters);
+            }
+            Action::Recover => power.controller.recover(now),
+            Action::Leds(leds) => {
+                power.leds = leds;
+                self.show(now, leds);
+            }
+            Action::Save => {
+                let image = power.node.image();
+                power.next_step = Some(now);
+                self.store.save(&image);
+            }
+            Action::Restart => power.restart_by = Some(after(now, RESTART_PATIENCE)),
+        }
+    }
+
+    fn show(&mut self, now: Instant, leds: Leds) {
+        if self.led_history.len() == LED_HISTORY {
+            self.led_history.pop_front();
+        }
+        self.led_history.push_back((now, leds));
+    }
+
+    /// Takes the sample that is due; samples that fell into a stall are lost.
+    fn sample(&mut self, now: Instant) {
+        let Some(power) = self.power.as_mut().filter(|p| p.stalled_until.is_none()) else {
+            return;
+        };
+        if !reached(now, power.next_sample) {
+            return;
+        }
+        while reached(now, power.next_sample) {
+            power.next_sample = after(power.next_sample, SAMPLE_PERIOD);
+        }
+        let reading = self.motion.reading(now);
+        power.node.sample(now, &reading);
+        self.service(now);
+    }
+
+    /// Carries a save one step further; the processor stands still while flash is programmed or erased.
+    fn step(&mut self, now: Instant) {
+        let due = |power: &mut Powered| power.next_step.is_some_and(|at| reached(now, at));
+        if !self.awake().is_some_and(due) {
+            return;
+        }
+        let before = self.flash_work();
+        let result = self.store.step();
+        let time = self.flash_time(before);
+        if self.cut_off(now) {
+            return;
+        }
+        let Some(power) = &mut self.power else { return };
+        let end = after(now, time);
+        if result.is_none() {
+            power.next_step = Some(end);
+        } else {
+            power.next_step = None;
+        }
+        if time > Duration::from_ticks(0) {
+            power.stalled_until = Some(end);
+        }
+        if let Some(result) = result {
+            power.node.stored(now, result);
+            self.service(now);
+        }
+    }
+
+    /// Bytes programmed and pages erased so far.
+    fn flash_work(&mut self) -> (u64, u64) {
+        let flash = self.store.memory();
+        (flash.programmed(), flash.erased())
+    }
+
+    /// How long the flash has worked since `before`.
+    fn flash_time(&mut self, before: (u64, u64)) -> Duration {
+        let (programmed, erased) = self.flash_work();
+        let half_words = (programmed - before.0).div_ceil(2);
+        let ticks = half_words * PROGRAM_TIME.ticks() + (erased - before.1) * ERASE_TIME.ticks();
+        Duration::from_ticks(ticks)
+    }
+
+    /// Switches the device off when the fuse of its memory has blown.
+    fn cut_off(&mut self, now: Instant) -> bool {
+        let cut = self.store.memory().is_cut();
+        if cut {
+            self.power_off(now);
+        }
+        cut
+    }
+}

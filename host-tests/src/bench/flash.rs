@@ -1,0 +1,331 @@
+//! A microcontroller's flash memory: two pages as on the STM32F103, with a fuse that cuts the power and with faults.
+//!
+//! The rules of the real memory hold. It is programmed by the half-word, and only an erased half-word can be programmed, except
+//! to 0000h (reference manual RM0008/PM0075: PGERR); it is erased by the page. What is cut off is left half done.
+
+use super::flash_file::FlashFile;
+use embedded_storage::nor_flash::{
+    ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
+    check_write,
+};
+use std::io;
+use std::path::Path;
+
+/// Bytes that are erased together.
+pub const PAGE_SIZE: usize = 1024;
+
+/// Bytes in all: two pages.
+const SIZE: usize = 2 * PAGE_SIZE;
+
+/// Why the memory refused.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum FlashError {
+    /// The power is off.
+    PowerCut,
+    /// A half-word that is not erased cannot be programmed to anything but 0000h.
+    NotErased,
+    /// The memory is broken, or the file behind it cannot be written.
+    Broken,
+    /// Out of bounds, or not aligned.
+    Address(NorFlashErrorKind),
+}
+
+impl NorFlashError for FlashError {
+    fn kind(&self) -> NorFlashErrorKind {
+        match self {
+            Self::Address(kind) => *kind,
+            _ => NorFlashErrorKind::Other,
+        }
+    }
+}
+
+/// When the power is cut.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Fuse {
+    /// While a byte is programmed, after this many others.
+    Byte(u64),
+    /// While a page is erased, after this many others.
+    Erase(u64),
+}
+
+/// Two pages of flash.
+#[derive(Debug)]
+pub struct Flash {
+    bytes: Vec<u8>,
+    file: Option<FlashFile>,
+    fuse: Option<Fuse>,
+    cut: bool,
+    fail_writes: bool,
+    fail_erases: bool,
+    worn: Option<usize>,
+    programmed: u64,
+    erased: u64,
+    last: Option<usize>,
+    random: u64,
+}
+
+impl Default for Flash {
+    /// An erased memory.
+    fn default() -> Self {
+        Self::new(vec![0xFF; SIZE])
+    }
+}
+
+impl Flash {
+    /// A memory with this content.
+    ///
+    /// # Panics
+    /// When the size is not that of the memory.
+    pub fn new(bytes: Vec<u8>) -> Self {
+        assert_eq!(bytes.len(), SIZE, "two pages of {PAGE_SIZE} bytes");
+        Self {
+            bytes,
+            file: None,
+            fuse: None,
+            cut: false,
+            fail_writes: false,
+            fail_erases: false,
+            worn: None,
+            programmed: 0,
+            erased: 0,
+            last: None,
+            random: 0x9E37_79B9_7F4A_7C15,
+        }
+    }
+
+    /// A memory that lives in a file: erased when there is none yet, written through on every change. While the file cannot be
+    /// written, programming and erasing fail.
+    ///
+    /// # Errors
+    /// A file that is there but cannot be read, or that is not of the memory's size.
+    pub fn in_file(path: &Path) -> io::Result<Self> {
+        let (file, bytes) = FlashFile::open(path, SIZE)?;
+        Ok(Self {
+            file: Some(file),
+            ..bytes.map_or_else(Self::default, Self::new)
+        })
+    }
+
+    /// What the memory holds.
+    pub fn bytes(&self) -> &[u8] {
+        &self.bytes
+    }
+
+    /// Bytes programmed so far.
+    pub fn programmed(&self) -> u64 {
+        self.programmed
+    }
+
+    /// Pages erased so far.
+    pub fn erased(&self) -> u64 {
+        self.erased
+    }
+
+    /// Sets the fuse: the power is cut while a byte is programmed, after `others` more bytes. Some bits of that byte are left
+    /// programmed, nothing behind it is, and the memory is dead until [`power_on`](Self::power_on).
+    pub fn cut_in_byte_after(&mut self, others: u64) {
+        self.fuse = Some(Fuse::Byte(others));
+    }
+
+    /// Sets the fuse: the power is cut while a page is erased, after `others` more pages. The page is left in one of the states
+    /// that an erase passes through, which one is up to `seed`.
+    pub fn cut_in_erase_after(&mut self, others: u64, seed: u64) {
+        self.fuse = Some(Fuse::Erase(others));
+        self.random ^= seed.wrapping_mul(0xD134_2543_DE82_EF95);
+    }
+
+    /// True when the fuse has blown and the power is off.
+    pub fn is_cut(&self) -> bool {
+        self.cut
+    }
+
+    /// Switches the power on again and takes the fuse out.
+    pub fn power_on(&mut self) {
+        self.cut = false;
+        self.fuse = None;
+    }
+
+    /// Lets every attempt to program fail, with nothing changed.
+    pub fn fail_writes(&mut self, fail: bool) {
+        self.fail_writes = fail;
+    }
+
+    /// Lets every attempt to erase fail, with nothing changed.
+    pub fn fail_erases(&mut self, fail: bool) {
+        self.fail_erases = fail;
+    }
+
+    /// Wears one bit out: it can no longer be programmed to 0, and the memory does not notice.
+    pub fn wear_out(&mut self, bit: usize) {
+        self.worn = Some(bit);
+    }
+
+    /// Flips one bit.
+    ///
+    /// # Errors
+    /// The file behind the memory cannot be written.
+    pub fn flip_bit(&mut self, bit: usize) -> Result<(), FlashError> {
+        let at = bit / 8;
+        self.put(at, &[self.bytes[at] ^ 1 << (bit % 8)])
+    }
+
+    /// Flips a bit in the half-word that was programmed last, that is, in the newest image. False when nothing has been
+    /// programmed yet.
+    pub fn corrupt_newest(&mut self) -> bool {
+        self.last.is_some_and(|at| self.flip_bit(8 * at).is_ok())
+    }
+
+    /// Changes bytes in the memory and in the file; when the file cannot be written, in neither.
+    fn put(&mut self, at: usize, bytes: &[u8]) -> Result<(), FlashError> {
+        let range = at..at + bytes.len();
+        if let Some(file) = &self.file {
+            let mut after = self.bytes.clone();
+            after[range.clone()].copy_from_slice(bytes);
+            file.write(&after, range.clone())
+                .map_err(|_| FlashError::Broken)?;
+        }
+        self.bytes[range].copy_from_slice(bytes);
+        Ok(())
+    }
+
+    /// Programs one half-word; the fuse may blow in either of its bytes.
+    fn program(&mut self, at: usize, value: [u8; 2]) -> Result<(), FlashError> {
+        let old = [self.bytes[at], self.bytes[at + 1]];
+        if old != [0xFF; 2] && value != [0; 2] {
+            return Err(FlashError::NotErased);
+        }
+        let mut new = old;
+        for (new, value) in new.iter_mut().zip(value) {
+            if self.fuse == Some(Fuse::Byte(0)) {
+                *new &= value | self.random() as u8;
+                self.cut = true;
+                break;
+            }
+            if let Some(Fuse::Byte(others)) = &mut self.fuse {
+                *others -= 1;
+            }
+            *new = value;
+            self.programmed += 1;
+        }
+        if let Some(bit) = self.worn
+            && (at..at + 2).contains(&(bit / 8))
+        {
+            let mask = 1 << (bit % 8);
+            new[bit / 8 - at] |= old[bit / 8 - at] & mask;
+        }
+        self.put(at, &new)?;
+        self.last = Some(at);
+        if self.cut {
+            return Err(FlashError::PowerCut);
+        }
+        Ok(())
+    }
+
+    /// Erases one page; the fuse may blow in it.
+    fn erase_page(&mut self, at: usize) -> Result<(), FlashError> {
+        if self.fuse == Some(Fuse::Erase(0)) {
+            let half_done = self.half_erased(at);
+            self.cut = true;
+            self.put(at, &half_done)?;
+            return Err(FlashError::PowerCut);
+        }
+        if let Some(Fuse::Erase(others)) = &mut self.fuse {
+            *others -= 1;
+        }
+        self.put(at, &[0xFF; PAGE_SIZE])?;
+        self.erased += 1;
+        Ok(())
+    }
+
+    /// A page in the middle of an erase: its first part erased, or some bytes all over it, or single bits; or all of it, or
+    /// nothing yet.
+    fn half_erased(&mut self, at: usize) -> Vec<u8> {
+        let mut page = self.bytes[at..at + PAGE_SIZE].to_vec();
+        match self.random() % 5 {
+            0 => {}
+            1 => page.fill(0xFF),
+            2 => {
+                let length = self.random() as usize % PAGE_SIZE;
+                page[..length].fill(0xFF);
+            }
+            3 => {
+                for byte in &mut page {
+                    *byte |= if self.random().is_multiple_of(2) {
+                        0xFF
+                    } else {
+                        0
+                    };
+                }
+            }
+            _ => {
+                for byte in &mut page {
+                    *byte |= self.random() as u8;
+                }
+            }
+        }
+        page
+    }
+
+    /// The next number of a xorshift generator; its upper half, whose bits are the better ones.
+    fn random(&mut self) -> u32 {
+        self.random ^= self.random << 13;
+        self.random ^= self.random >> 7;
+        self.random ^= self.random << 17;
+        (self.random >> 32) as u32
+    }
+
+    fn powered(&self) -> Result<(), FlashError> {
+        if self.cut {
+            return Err(FlashError::PowerCut);
+        }
+        Ok(())
+    }
+}
+
+impl ErrorType for Flash {
+    type Error = FlashError;
+}
+
+impl ReadNorFlash for Flash {
+    const READ_SIZE: usize = 1;
+
+    fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashError> {
+        self.powered()?;
+        check_read(self, offset, bytes.len()).map_err(FlashError::Address)?;
+        let at = offset as usize;
+        bytes.copy_from_slice(&self.bytes[at..at + bytes.len()]);
+        Ok(())
+    }
+
+    fn capacity(&self) -> usize {
+        SIZE
+    }
+}
+
+impl NorFlash for Flash {
+    const WRITE_SIZE: usize = 2;
+    const ERASE_SIZE: usize = PAGE_SIZE;
+
+    fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashError> {
+        self.powered()?;
+        check_write(self, offset, bytes.len()).map_err(FlashError::Address)?;
+        if self.fail_writes {
+            return Err(FlashError::Broken);
+        }
+        for (index, pair) in bytes.chunks_exact(2).enumerate() {
+            self.program(offset as usize + 2 * index, [pair[0], pair[1]])?;
+        }
+        Ok(())
+    }
+
+    fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashError> {
+        self.powered()?;
+        check_erase(self, from, to).map_err(FlashError::Address)?;
+        if self.fail_erases {
+            return Err(FlashError::Broken);
+        }
+        (from as usize..to as usize)
+            .step_by(PAGE_SIZE)
+            .try_for_each(|at| self.erase_page(at))
+    }
+}

@@ -1,0 +1,22 @@
+//! The test bench: everything around a [`Node`](plumbline::node::Node) that is hardware on a board, in virtual time.
+//!
+//! - [`Flash`]: the microcontroller's flash, with a power-cut fuse and faults
+//! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
+//! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
+//! - [`frame_length`]: how many bits a frame takes
+//!
+//! The same bench serves the tests, which let virtual time run as fast as it can, and the virtual sensor, which lets it run
+//! with the clock on the wall.
+
+pub mod frame_length;
+
+mod adapter;
+mod bus;
+mod controller;
+mod device;
+mod flash;
+mod flash_file;
+
+pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
+pub use device::Device;
+pub use flash::{Flash, FlashError, PAGE_SIZE};

@@ -1,0 +1,42 @@
+//! Writes the models' descriptions for other tools: a CAN database (DBC) of each.
+
+use clap::Parser;
+use host_tests::descriptors::dbc;
+use plumbline::model::is1::OneAxis;
+use plumbline::model::is2::TwoAxes;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+/// Writes the description of every model, from its own table, as <model>.dbc.
+#[derive(Parser)]
+struct Options {
+    /// Folder to write to; it is made if it does not exist.
+    #[arg(long, value_name = "DIR")]
+    out: PathBuf,
+}
+
+fn main() -> ExitCode {
+    let Options { out } = Options::parse();
+    match write(&out) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("{}: {error}", out.display());
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn write(out: &Path) -> std::io::Result<()> {
+    std::fs::create_dir_all(out)?;
+    for (model, text) in [
+        ("is1", dbc::<OneAxis>("is1")),
+        ("is2", dbc::<TwoAxes>("is2")),
+        ("is1d", dbc::<OneAxis>("is1d")),
+        ("is2d", dbc::<TwoAxes>("is2d")),
+    ] {
+        let path = out.join(model).with_extension("dbc");
+        std::fs::write(&path, text)?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}

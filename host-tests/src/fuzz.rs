@@ -1,0 +1,317 @@
+//! Feeds a sensor with whatever comes: frames, samples, times, bus events, broken memory, power cuts, flipped bits.
+//!
+//! A stream of bytes decides what happens, so that random numbers and a fuzzer's input drive the same steps. What must hold whatever
+//! happens is checked on the way: see [`Sensor::step`].
+
+use crate::bench::Flash;
+use crate::models::Model;
+use plumbline::can::{Frame, extended, standard};
+use plumbline::measure::{I32x3, Reading};
+use plumbline::node::{Action, BusEvent, BusState, Node};
+use plumbline::store::{Payload, Store};
+use plumbline::time::Instant;
+
+/// The actions that one input may cause at most.
+const ACTIONS_MAX: usize = 64;
+
+/// A stream of bytes; zeros when it has run dry.
+pub trait Source {
+    /// The next byte.
+    fn byte(&mut self) -> u8;
+
+    /// A number of `N` bytes.
+    fn number(&mut self) -> u32 {
+        u32::from_le_bytes(std::array::from_fn(|_| self.byte()))
+    }
+}
+
+impl<I: Iterator<Item = u8>> Source for I {
+    fn byte(&mut self) -> u8 {
+        self.next().unwrap_or(0)
+    }
+}
+
+/// A sensor under attack.
+pub struct Sensor {
+    model: &'static Model,
+    node: Box<dyn Node>,
+    store: Option<Store<Flash>>,
+    now: Instant,
+    /// Every payload that was ever handed to the memory: nothing else may ever be loaded.
+    written: Vec<Payload>,
+    /// What the memory must hold: the payload last confirmed, and the one that may have replaced it. Unknown after a flipped bit.
+    known: Option<Vec<Option<Payload>>>,
+    /// Restarts, power cuts and accepted saves so far, to see that the attack reaches them.
+    pub restarts: u64,
+    /// Power cuts so far.
+    pub power_cuts: u64,
+    /// Saves that the memory confirmed.
+    pub saves: u64,
+    /// Frames sent so far.
+    pub sent: u64,
+}
+
+impl Sensor {
+    /// A factory-new sensor of this model.
+    pub fn new(model: &'static Model) -> Self {
+        let now = Instant::from_ticks(0);
+        let (store, loaded) = Store::open(Flash::default(), model.image, model.payload);
+        Self {
+            model,
+            node: (model.boot)(now, loaded, 1),
+            store: Some(store),
+            now,
+            written: Vec::new(),
+            known: Some(vec![None]),
+            restarts: 0,
+            power_cuts: 0,
+            saves: 0,
+            sent: 0,
+        }
+    }
+
+    /// One step, chosen by `source`.
+    ///
+    /// # Panics
+    /// When the sensor does, when it does not come to rest, when it sends a frame that no sensor of the model sends, or when its memory
+    /// gives back something that was not saved last.
+    pub fn step(&mut self, source: &mut impl Source) {
+        match source.byte() {
+            0..=119 => {
+                if self.node.ready() {
+                    let frame = frame(source);
+                    self.node.receive(self.now, &frame);
+                }
+            }
+            120..=159 => self.node.sample(self.now, &reading(source)),
+            160..=189 => self.pass_time(source),
+            190..=201 => {
+                let event = match source.byte() % 16 {
+                    0 => BusEvent::State(BusState::BusOff),
+                    1 => BusEvent::State(BusState::Passive),
+                    2 => BusEvent::State(BusState::Warning),
+                    3 => BusEvent::Overrun,
+                    4..=7 => BusEvent::Error,
+                    _ => BusEvent::State(BusState::Active),
+                };
+                self.node.bus(self.now, event);
+            }
+            202..=239 => {
+                for _ in 0..source.byte() % 8 {
+                    self.transmit();
+                }
+            }
+            240..=247 => {
+                for _ in 0..source.byte() % 64 {
+                    self.step_store();
+                    self.settle();
+                }
+            }
+            // Reported though nothing was asked for.
+            248 => self.node.stored(self.now, Ok(())),
+            249 => self.flash(|flash| flash.fail_writes(true)),
+            250 => self.flash(|flash| {
+                flash.fail_writes(false);
+                flash.fail_erases(false);
+            }),
+            251 => self.flash(|flash| flash.fail_erases(true)),
+            252 => {
+                let after = u64::from(source.number() % 200);
+                self.flash(|flash| flash.cut_in_byte_after(after));
+            }
+            253 => {
+                let seed = u64::from(source.number());
+                self.flash(|flash| flash.cut_in_erase_after(0, seed));
+            }
+            254 => {
+                let bit = source.number() as usize % (2048 * 8);
+                if source.byte() < 64 {
+                    self.flash(|flash| flash.flip_bit(bit).expect("a memory without a file"));
+                    self.known = None;
+                }
+            }
+            255 => {
+                if source.byte() < 64 {
+                    self.power_cut();
+                }
+            }
+        }
+        self.settle();
+    }
+
+    fn flash(&mut self, change: impl FnOnce(&mut Flash)) {
+        if let Some(store) = &mut self.store {
+            change(store.memory());
+        }
+    }
+
+    /// Up to an hour in one go, mostly less; often exactly to the deadline.
+    fn pass_time(&mut self, source: &mut impl Source) {
+        let step = u64::from(source.number() >> (source.byte() % 32));
+        let to = match self.node.deadline() {
+            Some(deadline) if source.byte() < 128 => deadline.max(self.now),
+            _ => Instant::from_ticks(self.now.ticks() + step),
+        };
+        self.now = to;
+    }
+
+    fn transmit(&mut self) {
+        let Some(frame) = self.node.transmit(self.now) else {
+            return;
+        };
+        self.sent += 1;
+        assert!(!frame.is_remote(), "{frame:?}");
+        let [_, status, ..] = *frame.bytes() else {
+            panic!("a reply has a code and a status: {frame:?}");
+        };
+        assert_eq!(
+            status & 0xC0,
+            0,
+            "reserved bits and AccuracyWarning: {frame:?}"
+        );
+    }
+
+    fn step_store(&mut self) {
+        let Some(store) = &mut self.store else { return };
+        if let Some(result) = store.step() {
+            if result.is_ok() {
+                self.saves += 1;
+                let newest = self.written.last().cloned();
+                self.known = self.known.is_some().then(|| vec![newest]);
+            }
+            self.node.stored(self.now, result);
+        }
+        if self
+            .store
+            .as_mut()
+            .is_some_and(|store| store.memory().is_cut())
+        {
+            self.power_cut();
+        }
+    }
+
+    /// Power off and on again, whatever is going on.
+    fn power_cut(&mut self) {
+        self.power_cuts += 1;
+        self.boot();
+    }
+
+    fn boot(&mut self) {
+        let Some(store) = self.store.take() else {
+            return;
+        };
+        let mut flash = store.into_memory();
+        flash.power_on();
+        let (mut store, loaded) = Store::open(flash, self.model.image, self.model.payload);
+        if let Some(known) = &self.known {
+            assert!(
+                known.contains(&loaded.payload),
+                "{:?} instead of {known:?}",
+                loaded.payload
+            );
+            self.known = Some(vec![loaded.payload.clone()]);
+        }
+        if let Some(payload) = &loaded.payload {
+            assert!(self.written.contains(payload), "never saved: {payload:?}");
+        }
+        store.prepare();
+        self.store = Some(store);
+        self.node = (self.model.boot)(self.now, loaded, 1);
+    }
+
+    fn settle(&mut self) {
+        for _ in 0..ACTIONS_MAX {
+            match self.node.poll(self.now) {
+                None => {
+                    let deadline = self.node.deadline();
+                    assert!(
+                        deadline.is_none_or(|at| at > self.now),
+                        "{deadline:?} has passed"
+                    );
+                    let readout = self.node.readout();
+                    assert!((-9000..36_000).contains(&readout.x), "{readout:?}");
+                    assert!(
+                        readout.y.is_none_or(|y| (-9000..=9000).contains(&y)),
+                        "{readout:?}"
+                    );
+                    return;
+                }
+                Some(Action::Save) => {
+                    let image = self.node.image();
+                    if let Some(store) = &mut self.store {
+                        store.save(&image);
+                    }
+                    if let Some(known) = &mut self.known {
+                        known.push(Some(image.clone()));
+                    }
+                    self.written.push(image);
+                }
+                Some(Action::Restart) => {
+                    self.restarts += 1;
+                    self.boot();
+                }
+                Some(_) => {}
+            }
+        }
+        panic!("the sensor does not come to rest");
+    }
+}
+
+/// A frame: mostly a request, mostly of a code that exists.
+fn frame(source: &mut impl Source) -> Frame {
+    let raw = source.number();
+    let id = match source.byte() {
+        0..=199 => standard(0x300),
+        200..=229 => standard(0x100),
+        230..=242 => standard(raw as u16),
+        _ => extended(raw),
+    };
+    let length = usize::from(source.byte() % 9);
+    let mut data: [u8; 8] = std::array::from_fn(|_| source.byte());
+    match source.byte() {
+        // A write of something small, which is often permitted.
+        0..=79 => {
+            data[0] = 0x20 + data[0] % 10;
+            data[2..].iter_mut().for_each(|byte| *byte &= 0x03);
+        }
+        80..=109 => data[0] %= 0x30,
+        110..=119 => data[..5].copy_from_slice(b"\x50SAVE"),
+        120..=124 => data[..5].copy_from_slice(b"\x40LOAD"),
+        125..=129 => data[..6].copy_from_slice(b"\xFFRESET"),
+        // Identifiers that bring the sensor back to where most requests go.
+        130..=139 => data[..5].copy_from_slice(&[0x20, 0x00, 0x03, 0, 0]),
+        _ => {}
+    }
+    let frame = if source.byte() < 8 {
+        Frame::remote(id, length)
+    } else {
+        Frame::data(id, &data[..length])
+    };
+    frame.expect("at most eight bytes")
+}
+
+fn reading(source: &mut impl Source) -> Reading {
+    let mut component = || match source.byte() {
+        0..=15 => i32::MIN,
+        16..=31 => i32::MAX,
+        32..=47 => 0,
+        _ => source.number() as i32 >> 2,
+    };
+    let acceleration = I32x3 {
+        x: component(),
+        y: component(),
+        z: component(),
+    };
+    let angular_rate = I32x3 {
+        x: component(),
+        y: component(),
+        z: component(),
+    };
+    let temperature = source.number() as i16;
+    Reading {
+        acceleration,
+        angular_rate,
+        temperature,
+        clipped: source.byte() < 16,
+    }
+}

@@ -1,0 +1,63 @@
+//! The models by name.
+
+use plumbline::fsc::{self, Product, Sensor};
+use plumbline::model::{is1, is1d, is2, is2d};
+use plumbline::node::{Boot, Node};
+use plumbline::store::{ImageId, Loaded};
+use plumbline::time::Instant;
+
+/// What the bench needs to know of a model to bring it to life.
+#[derive(Clone, Copy, Debug)]
+pub struct Model {
+    /// The name on the command line and in traces: `is2`.
+    pub name: &'static str,
+    /// The identification of its images in nonvolatile memory.
+    pub image: ImageId,
+    /// The size of an image's payload in bytes.
+    pub payload: usize,
+    /// Starts a node as after power-up: the time, what nonvolatile memory holds, the serial number.
+    pub boot: fn(now: Instant, loaded: Loaded, serial: u32) -> Box<dyn Node>,
+}
+
+/// Every model.
+pub const MODELS: &[Model] = &[
+    model::<is1::OneAxis>("is1", &is1::BP_CL, |now, loaded, serial| {
+        Box::new(is1::Is1::new(&is1::BP_CL, now, Boot { loaded, serial }))
+    }),
+    model::<is2::TwoAxes>("is2", &is2::BP_CL, |now, loaded, serial| {
+        Box::new(is2::Is2::new(&is2::BP_CL, now, Boot { loaded, serial }))
+    }),
+    model::<is1::OneAxis>("is1d", &is1d::PLASTIC, |now, loaded, serial| {
+        Box::new(is1d::Is1d::new(
+            &is1d::PLASTIC,
+            now,
+            Boot { loaded, serial },
+        ))
+    }),
+    model::<is2::TwoAxes>("is2d", &is2d::PLASTIC, |now, loaded, serial| {
+        Box::new(is2d::Is2d::new(
+            &is2d::PLASTIC,
+            now,
+            Boot { loaded, serial },
+        ))
+    }),
+];
+
+/// A product of an FSC model.
+const fn model<M: fsc::Model>(
+    name: &'static str,
+    product: &'static Product,
+    boot: fn(Instant, Loaded, u32) -> Box<dyn Node>,
+) -> Model {
+    Model {
+        name,
+        image: product.image,
+        payload: Sensor::<M>::PAYLOAD,
+        boot,
+    }
+}
+
+/// The model of this name.
+pub fn find(name: &str) -> Option<&'static Model> {
+    MODELS.iter().find(|model| model.name == name)
+}

@@ -1,0 +1,316 @@
+//! The simulated wire: frame times, arbitration, acknowledge, bit rates.
+
+mod common;
+
+use common::*;
+use host_tests::bench::{Bus, BusRate, Source};
+use plumbline::can::{BitRate, Frame, extended, standard};
+use plumbline::node::{BusEvent, BusMode, BusState};
+use plumbline::time::Instant;
+
+const AT_250K: BusRate = BusRate::Fixed(BitRate::K250);
+
+/// `101#FF00`, the boot-up frame of node 1 with a blank memory, in bits without intermission.
+const BOOT_UP_BITS: u64 = 65;
+
+/// A bus with node 1 and an open adapter, after the boot-up frame.
+fn booted(
+    rate: BusRate,
+) -> (
+    Bus,
+    host_tests::bench::DeviceId,
+    host_tests::bench::AdapterId,
+) {
+    let mut bus = Bus::new(rate);
+    let device = bus.attach(device(&FIXED, 1));
+    let adapter = bus.adapter();
+    bus.open(adapter, None, false);
+    bus.run_until(ms(1));
+    assert_eq!(bus.take_received(adapter).len(), 1, "the boot-up frame");
+    bus.take_log();
+    (bus, device, adapter)
+}
+
+fn frames(bus: &mut Bus) -> Vec<Frame> {
+    bus.take_log().iter().map(|logged| logged.frame).collect()
+}
+
+#[test]
+fn a_thousand_frames_take_their_bit_times_at_each_rate() {
+    for rate in BitRate::ALL {
+        let mut bus = Bus::new(BusRate::Fixed(rate));
+        let (sender, receiver) = (bus.adapter(), bus.adapter());
+        bus.open(sender, Some(rate), false);
+        bus.open(receiver, None, true);
+        bus.run_until(us(7));
+        // 47 bits, and 3 of intermission in between.
+        for _ in 0..1000 {
+            bus.send(sender, Frame::remote(standard(0x7FF), 4).unwrap());
+        }
+        bus.run_until(ms(10_000));
+        let received = bus.take_received(receiver);
+        assert_eq!(received.len(), 1000);
+        let bits = 1000 * 50 - 3;
+        let end = 7 + u64::div_ceil(bits * 1_000_000, rate.bits_per_second().into());
+        assert_eq!(received[999].0, us(end), "{rate:?}");
+        let first = 7 + u64::div_ceil(47 * 1_000_000, rate.bits_per_second().into());
+        assert_eq!(received[0].0, us(first), "{rate:?}");
+        assert!(bus.take_received(sender).is_empty(), "its own frames");
+    }
+}
+
+#[test]
+fn the_strongest_identifier_goes_first() {
+    let mut bus = Bus::new(AT_250K);
+    let data = |id| Frame::data(id, &[1]).unwrap();
+    let waiting = [
+        data(standard(0x301)),
+        data(extended(0x300 << 18)),
+        Frame::remote(standard(0x300), 1).unwrap(),
+        data(standard(0x300)),
+        Frame::remote(extended(0x300 << 18), 0).unwrap(),
+        data(standard(0x2FF)),
+    ];
+    for frame in waiting {
+        let adapter = bus.adapter();
+        bus.open(adapter, None, false);
+        bus.send(adapter, frame);
+    }
+    bus.run_until(ms(10));
+    let order = [5, 3, 2, 1, 4, 0].map(|index: usize| waiting[index]);
+    assert_eq!(frames(&mut bus), order);
+}
+
+#[test]
+fn a_stronger_frame_that_comes_during_another_waits_for_its_end() {
+    let mut bus = Bus::new(AT_250K);
+    let (a, b, c) = (bus.adapter(), bus.adapter(), bus.adapter());
+    for adapter in [a, b, c] {
+        bus.open(adapter, None, false);
+    }
+    bus.send(a, frame(0x7FF, &[]));
+    bus.run_until(us(20));
+    bus.send(b, frame(0x300, &[]));
+    bus.run_until(us(40));
+    bus.send(c, frame(0x080, &[]));
+    bus.run_until(ms(10));
+    let ids = [0x7FF, 0x080, 0x300].map(|id| frame(id, &[]));
+    assert_eq!(frames(&mut bus), ids);
+}
+
+#[test]
+fn a_thousand_polls_at_once_get_a_thousand_replies() {
+    let (mut bus, _, plc) = booted(AT_250K);
+    // The poll is stronger than the reply.
+    for _ in 0..1000 {
+        bus.send(plc, frame(0x201, &[command::ECHO]));
+    }
+    bus.run_until(ms(2000));
+    let log = bus.take_log();
+    assert_eq!(log.len(), 2000);
+    for pair in log.chunks(2) {
+        assert_eq!(pair[0].frame, frame(0x201, &[command::ECHO]));
+        assert_eq!(pair[0].source, Source::Adapter(plc));
+        assert_eq!(pair[1].frame, frame(0x301, &[command::ECHO]));
+    }
+    // 55 and 56 bits with 3 bits after each, without a gap, from 1 ms on.
+    assert_eq!(log[1999].at, us(1000 + (1000 * (55 + 56 + 6) - 3) * 4));
+}
+
+#[test]
+fn a_frame_that_nobody_acknowledges_waits_until_somebody_opens() {
+    let mut bus = Bus::new(AT_250K);
+    let device = bus.attach(device(&FIXED, 1));
+    let (listener, tester) = (bus.adapter(), bus.adapter());
+    bus.open(listener, None, true);
+    bus.run_until(ms(1000));
+    assert!(bus.take_log().is_empty());
+    // Sixteen tries of 8 each, then the counter stands still (ISO 11898-1: error passive, no dominant bit in the flag).
+    assert_eq!(bus.device(device).error_counters(), Some((128, 0)));
+    assert_eq!(states(1), [BusState::Warning, BusState::Passive]);
+    assert!(bus.device(device).leds().error);
+    // A try ends with the ACK slot, 8 bits before the end of the frame; then 14 bits of error frame and the intermission.
+    let attempt = BOOT_UP_BITS - 8 + 14 + 3;
+    let passive = journal(1)
+        .into_iter()
+        .find(|(_, entry)| *entry == Entry::Event(BusEvent::State(BusState::Passive)))
+        .unwrap();
+    assert_eq!(passive.0, us((16 * attempt - 3) * 4));
+
+    bus.open(tester, None, false);
+    bus.run_until(ms(2000));
+    let received = bus.take_received(tester);
+    assert_eq!(
+        received,
+        [(us(1_000_000 + BOOT_UP_BITS * 4), frame(0x101, &[0xFF, 0]))]
+    );
+    assert_eq!(bus.take_received(listener), received);
+    assert_eq!(bus.device(device).error_counters(), Some((127, 0)));
+    assert_eq!(states(1)[2..], [BusState::Warning]);
+}
+
+#[test]
+fn two_devices_acknowledge_each_other() {
+    let mut bus = Bus::new(AT_250K);
+    let one = bus.attach(device(&FIXED, 1));
+    let two = bus.attach(device(&FIXED, 2));
+    bus.run_until(ms(100));
+    let boot_ups = [frame(0x101, &[0xFF, 0]), frame(0x102, &[0xFF, 0])];
+    assert_eq!(frames(&mut bus), boot_ups);
+    for id in [one, two] {
+        assert_eq!(bus.device(id).error_counters(), Some((0, 0)));
+    }
+    let plc = bus.adapter();
+    bus.open(plc, None, false);
+    bus.send(plc, frame(0x202, &[command::ECHO, 2]));
+    bus.send(plc, frame(0x201, &[command::ECHO, 1]));
+    bus.run_until(ms(200));
+    let replies: Vec<Frame> = bus.take_received(plc).into_iter().map(|(_, f)| f).collect();
+    assert_eq!(
+        replies,
+        [
+            frame(0x302, &[command::ECHO, 2]),
+            frame(0x301, &[command::ECHO, 1])
+        ]
+    );
+    // The acceptance filters keep the other one's frames away.
+    let heard = |serial| {
+        journal(serial)
+            .into_iter()
+            .filter(|(_, entry)| matches!(entry, Entry::Frame(_)))
+            .count()
+    };
+    assert_eq!((heard(1), heard(2)), (1, 1));
+}
+
+#[test]
+fn on_a_following_bus_the_first_frame_reveals_250_kbit() {
+    let mut bus = Bus::new(BusRate::Follow);
+    let device = bus.attach(device(&DETECTING, 1));
+    let client = bus.adapter();
+    bus.open(client, Some(BitRate::M1), false);
+    bus.run_until(ms(50));
+    assert_eq!(bus.device(device).mode(), Some(BusMode::Listen));
+    bus.send(client, frame(0x7FF, &[]));
+    bus.run_until(ms(100));
+    assert_eq!(bus.device(device).mode(), Some(BusMode::Normal));
+    assert_eq!(bus.device(device).rate(), Some(BitRate::K250));
+    assert_eq!(bus.rate(), BitRate::K250);
+    assert_eq!(
+        frames(&mut bus),
+        [frame(0x7FF, &[]), frame(0x101, &[0xFF, 0])]
+    );
+}
+
+#[test]
+fn a_following_bus_goes_where_the_device_goes() {
+    let (mut bus, device, client) = booted(BusRate::Follow);
+    let index = BitRate::ALL.iter().position(|rate| *rate == BitRate::K20);
+    bus.send(client, frame(0x201, &[command::RATE, index.unwrap() as u8]));
+    bus.run_until(ms(10));
+    assert_eq!(bus.device(device).rate(), Some(BitRate::K20));
+    bus.send(client, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(20));
+    let log = bus.take_log();
+    assert_eq!(log[2].frame, frame(0x301, &[command::ECHO]));
+    assert_eq!(log[2].at, us(10_000 + (55 + 3 + 56) * 50));
+}
+
+#[test]
+fn a_detecting_device_sees_one_error_for_each_frame_at_another_rate() {
+    let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
+    let device = bus.attach(device(&DETECTING, 1));
+    let plc = bus.adapter();
+    bus.open(plc, Some(BitRate::K125), false);
+    bus.run_until(ms(1));
+    // It listens at 10, 20, 50, 62.5, 100 and then 125 kbit/s.
+    for count in 1..=6 {
+        assert_eq!(bus.device(device).mode(), Some(BusMode::Listen), "{count}");
+        bus.send(plc, frame(0x300, &[]));
+        bus.run_until(ms(10 * count));
+    }
+    assert_eq!(bus.device(device).mode(), Some(BusMode::Normal));
+    assert_eq!(bus.device(device).rate(), Some(BitRate::K125));
+    let entries: Vec<Entry> = journal(1).into_iter().map(|(_, entry)| entry).collect();
+    assert_eq!(entries[..5], [Entry::Event(BusEvent::Error); 5]);
+    assert_eq!(entries[5..], [Entry::Frame(frame(0x300, &[]))]);
+    assert_eq!(bus.take_received(plc).len(), 1, "its boot-up frame");
+}
+
+#[test]
+fn a_device_at_another_rate_hears_and_disturbs_nothing() {
+    let mut bus = Bus::new(BusRate::Fixed(BitRate::K500));
+    let device = bus.attach(device(&FIXED, 1));
+    let (a, b) = (bus.adapter(), bus.adapter());
+    bus.open(a, Some(BitRate::K500), false);
+    bus.open(b, None, false);
+    bus.send(a, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(100));
+    assert_eq!(bus.take_received(b).len(), 1);
+    assert!(bus.take_received(a).is_empty());
+    assert!(journal(1).is_empty());
+    assert_eq!(bus.device(device).error_counters(), Some((0, 0)));
+}
+
+#[test]
+fn an_adapter_at_another_rate_reaches_nobody() {
+    let (mut bus, device, good) = booted(AT_250K);
+    let detecting = bus.attach(common::device(&DETECTING, 2));
+    let wrong = bus.adapter();
+    bus.open(wrong, Some(BitRate::K500), false);
+    bus.run_until(ms(2));
+    bus.send(wrong, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(10));
+    assert!(bus.take_log().is_empty());
+    assert!(bus.take_received(good).is_empty());
+    let error = (ms(2), Entry::Event(BusEvent::Error));
+    assert_eq!(journal(2), [error]);
+    assert_eq!(bus.device(detecting).rate(), Some(BitRate::K20));
+    // Nor does it hear anything, nor acknowledge.
+    bus.send(good, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(20));
+    assert_eq!(bus.take_received(good).len(), 1);
+    assert!(bus.take_received(wrong).is_empty());
+    // With the good one closed, nobody acknowledges.
+    bus.take_log();
+    bus.close(good);
+    bus.power_cycle(device);
+    bus.run_until(ms(30));
+    assert!(bus.take_log().is_empty());
+}
+
+#[test]
+fn a_closed_adapter_drops_what_waits_and_keeps_what_came() {
+    let (mut bus, _, plc) = booted(AT_250K);
+    bus.send(plc, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(10));
+    bus.send(plc, frame(0x201, &[command::ECHO]));
+    bus.close(plc);
+    assert_eq!(bus.queued(plc), 0);
+    bus.send(plc, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(20));
+    assert_eq!(bus.take_received(plc).len(), 1);
+    bus.remove(plc);
+    bus.send(plc, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(30));
+    assert!(bus.take_received(plc).is_empty());
+    assert_eq!(bus.take_log().len(), 2);
+}
+
+#[test]
+fn time_stands_where_it_was_put() {
+    let mut bus = Bus::new(AT_250K);
+    assert_eq!(bus.next_event(), None);
+    bus.run_until(us(123));
+    assert_eq!(bus.now(), us(123));
+    let adapter = bus.adapter();
+    bus.open(adapter, None, false);
+    bus.send(adapter, frame(0x7FF, &[]));
+    assert_eq!(bus.next_event(), Some(us(123)));
+    bus.run_until(us(123));
+    let end: Instant = bus.next_event().unwrap();
+    bus.run_until(us(end.ticks() - 1));
+    assert!(bus.take_log().is_empty());
+    bus.run_until(end);
+    assert_eq!(bus.take_log()[0].at, end);
+}

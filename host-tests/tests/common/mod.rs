@@ -1,0 +1,292 @@
+//! A scripted node for the tests of the bench itself.
+//!
+//! With serial number n it boots at 250 kbit/s (or detects the rate), sends a boot-up frame `10n#` with what the memory held,
+//! and answers commands on `20n`. What it is told goes into a journal.
+#![allow(dead_code, reason = "not every test uses everything")]
+
+use embedded_can::Id;
+use host_tests::bench::{Device, Flash};
+use host_tests::models::Model;
+use plumbline::can::{BitRate, Filter, Filters, Frame, standard};
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::node::{Action, BusEvent, BusMode, BusState, Leds, Node, Readout};
+use plumbline::store::{ImageId, Loaded, Payload, StoreError};
+use plumbline::time::{Duration, Instant, after, reached};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
+/// The size of the scripted node's images.
+pub const PAYLOAD: usize = 40;
+
+/// Commands in the first byte of a frame `20n`.
+pub mod command {
+    /// Reply with the same data on `30n`.
+    pub const ECHO: u8 = 1;
+    /// Save images filled with the second byte; reply on `30n` with 00h or with FFh when that failed.
+    pub const SAVE: u8 = 2;
+    /// Reply on `30n`, then restart.
+    pub const RESTART: u8 = 3;
+    /// Send as many frames as the second byte says, with identifiers 10n.
+    pub const BURST: u8 = 4;
+    /// Refuse further frames for as many milliseconds as the second byte says.
+    pub const PAUSE: u8 = 5;
+    /// Go to the bit rate with the index of the second byte.
+    pub const RATE: u8 = 6;
+}
+
+/// What a node was told.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Entry {
+    Frame(Frame),
+    Event(BusEvent),
+    Sample,
+    Stored(Result<(), StoreError>),
+}
+
+thread_local! {
+    static JOURNAL: RefCell<Vec<(u32, Instant, Entry)>> = const { RefCell::new(Vec::new()) };
+}
+
+/// What the node with this serial number has been told, without samples.
+pub fn journal(serial: u32) -> Vec<(Instant, Entry)> {
+    JOURNAL.with_borrow(|journal| {
+        journal
+            .iter()
+            .filter(|(of, _, entry)| *of == serial && *entry != Entry::Sample)
+            .map(|(_, at, entry)| (*at, *entry))
+            .collect()
+    })
+}
+
+/// The times at which the node with this serial number got its samples.
+pub fn samples(serial: u32) -> Vec<Instant> {
+    JOURNAL.with_borrow(|journal| {
+        journal
+            .iter()
+            .filter(|(of, _, entry)| *of == serial && *entry == Entry::Sample)
+            .map(|(_, at, _)| *at)
+            .collect()
+    })
+}
+
+/// The bus states that the node with this serial number was told.
+pub fn states(serial: u32) -> Vec<BusState> {
+    journal(serial)
+        .into_iter()
+        .filter_map(|(_, entry)| match entry {
+            Entry::Event(BusEvent::State(state)) => Some(state),
+            _ => None,
+        })
+        .collect()
+}
+
+/// The scripted node at a fixed rate.
+pub const FIXED: Model = Model {
+    name: "fixed",
+    image: ImageId(0x7E57),
+    payload: PAYLOAD,
+    boot: |now, loaded, serial| Box::new(Script::boot(now, loaded, serial, false)),
+};
+
+/// The scripted node with automatic bit rate detection.
+pub const DETECTING: Model = Model {
+    name: "detecting",
+    boot: |now, loaded, serial| Box::new(Script::boot(now, loaded, serial, true)),
+    ..FIXED
+};
+
+/// A node that never comes to an end.
+pub const ENDLESS: Model = Model {
+    name: "endless",
+    boot: |now, loaded, serial| {
+        let mut script = Script::boot(now, loaded, serial, false);
+        script.endless = true;
+        Box::new(script)
+    },
+    ..FIXED
+};
+
+/// A sensor that lies level.
+pub const LEVEL: Reading = Reading {
+    acceleration: I32x3 {
+        x: 0,
+        y: 0,
+        z: ONE_G,
+    },
+    angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+    temperature: 2500,
+    clipped: false,
+};
+
+/// A device with a blank memory.
+pub fn device(model: &Model, serial: u32) -> Device {
+    Device::new(model, serial, Flash::default(), Box::new(LEVEL))
+}
+
+/// A data frame with an 11-bit identifier.
+pub fn frame(id: u32, data: &[u8]) -> Frame {
+    Frame::data(standard(id as u16), data).unwrap()
+}
+
+/// The point in time `us` microseconds after power-up.
+pub fn us(us: u64) -> Instant {
+    Instant::from_ticks(us)
+}
+
+/// The point in time `ms` milliseconds after power-up.
+pub fn ms(ms: u64) -> Instant {
+    us(ms * 1000)
+}
+
+/// The rates in the order in which the detecting node tries them.
+const TRIED: [BitRate; 10] = BitRate::ALL;
+
+struct Script {
+    serial: u32,
+    detecting: bool,
+    rate: usize,
+    actions: VecDeque<Action>,
+    outbox: VecDeque<Frame>,
+    payload: Payload,
+    paused_until: Option<Instant>,
+    saving: bool,
+    endless: bool,
+}
+
+impl Script {
+    fn boot(_: Instant, loaded: Loaded, serial: u32, detecting: bool) -> Self {
+        let mut script = Self {
+            serial,
+            detecting,
+            rate: 0,
+            actions: VecDeque::new(),
+            outbox: VecDeque::new(),
+            payload: Payload::new(),
+            paused_until: None,
+            saving: false,
+            endless: false,
+        };
+        let first = loaded.payload.as_ref().and_then(|payload| payload.first());
+        let held = [first.copied().unwrap_or(0xFF), u8::from(loaded.damaged)];
+        script.outbox.push_back(frame(0x100 + serial, &held));
+        script.actions.push_back(if detecting {
+            Action::Bus(BusMode::Listen, TRIED[0])
+        } else {
+            Action::Bus(BusMode::Normal, BitRate::K250)
+        });
+        script
+    }
+
+    fn note(&self, now: Instant, entry: Entry) {
+        JOURNAL.with_borrow_mut(|journal| journal.push((self.serial, now, entry)));
+    }
+
+    fn reply(&mut self, data: &[u8]) {
+        self.outbox.push_back(frame(0x300 + self.serial, data));
+    }
+}
+
+impl Node for Script {
+    fn ready(&self) -> bool {
+        self.paused_until.is_none() && !self.saving
+    }
+
+    fn receive(&mut self, now: Instant, received: &Frame) {
+        self.note(now, Entry::Frame(*received));
+        if self.detecting {
+            self.detecting = false;
+            self.actions
+                .push_back(Action::Bus(BusMode::Normal, TRIED[self.rate]));
+            return;
+        }
+        match *received.bytes() {
+            [command::ECHO, ..] => self.reply(received.bytes()),
+            [command::SAVE, value] => {
+                self.payload.clear();
+                self.payload.resize(PAYLOAD, value).unwrap();
+                self.actions.push_back(Action::Save);
+                self.saving = true;
+            }
+            [command::RESTART] => {
+                self.reply(&[]);
+                self.actions.push_back(Action::Restart);
+            }
+            [command::BURST, count] => {
+                for number in 0..count {
+                    let burst = frame(0x100 + self.serial, &[number]);
+                    self.outbox.push_back(burst);
+                }
+            }
+            [command::PAUSE, ms] => {
+                self.paused_until = Some(after(now, Duration::from_ticks(u64::from(ms) * 1000)));
+            }
+            [command::RATE, index] => {
+                let rate = BitRate::ALL[usize::from(index)];
+                self.actions.push_back(Action::Bus(BusMode::Normal, rate));
+            }
+            _ => {}
+        }
+    }
+
+    fn sample(&mut self, now: Instant, _: &Reading) {
+        self.note(now, Entry::Sample);
+    }
+
+    fn bus(&mut self, now: Instant, event: BusEvent) {
+        self.note(now, Entry::Event(event));
+        match event {
+            BusEvent::Error if self.detecting => {
+                self.rate = (self.rate + 1) % TRIED.len();
+                self.actions
+                    .push_back(Action::Bus(BusMode::Listen, TRIED[self.rate]));
+            }
+            BusEvent::State(state) => {
+                self.actions.push_back(Action::Leds(Leds {
+                    run: true,
+                    error: state != BusState::Active,
+                }));
+                if state == BusState::BusOff {
+                    self.actions.push_back(Action::Recover);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
+        self.note(now, Entry::Stored(result));
+        self.saving = false;
+        self.reply(&[if result.is_ok() { 0 } else { 0xFF }]);
+    }
+
+    fn poll(&mut self, now: Instant) -> Option<Action> {
+        if self.paused_until.is_some_and(|until| reached(now, until)) {
+            self.paused_until = None;
+        }
+        if self.endless {
+            return Some(Action::Leds(Leds::default()));
+        }
+        self.actions.pop_front()
+    }
+
+    fn transmit(&mut self, _: Instant) -> Option<Frame> {
+        self.outbox.pop_front()
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.paused_until
+    }
+
+    fn filters(&self) -> Filters {
+        let own: Id = standard(0x200 + self.serial as u16);
+        Filters::from_slice(&[Filter::exact(own)]).unwrap()
+    }
+
+    fn image(&self) -> Payload {
+        self.payload.clone()
+    }
+
+    fn readout(&self) -> Readout {
+        Readout { x: 0, y: None }
+    }
+}
