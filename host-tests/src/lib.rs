@@ -7,4 +7,6 @@ pub mod image;
 pub mod models;
 pub mod motion;
 pub mod scene;
+pub mod server;
 pub mod slcan;
+pub mod virtual_sensor;

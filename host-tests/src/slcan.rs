@@ -47,7 +47,7 @@ const SERIAL: &[u8] = b"N0001";
 pub trait Port {
     /// Takes part in the bus at `rate` (None: at whatever rate the bus has), or only listens.
     fn open(&mut self, rate: Option<BitRate>, listen_only: bool);
-    /// Leaves the bus; frames that wait are dropped.
+    /// Leaves the bus and hears nothing more.
     fn close(&mut self);
     /// Queues a frame for transmission.
     fn send(&mut self, frame: Frame) -> Result<(), QueueFull>;
