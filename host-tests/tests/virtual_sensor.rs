@@ -1,18 +1,13 @@
-//! The virtual sensor as its users meet it: the program's lines, files and exit codes, and clients that misbehave.
+//! The program `virtual-sensor`: its command line, its files, what it prints and how it ends.
 
 mod process;
 
-use process::client::{BOOT_UP, Client, POLL, REPLY};
+use process::client::{BEL, Client};
 use process::sensor::{PATIENCE, Sensor, fails};
 use std::fs;
-use std::io::{Read, Write};
-use std::path::PathBuf;
-use std::time::{Duration, Instant};
-
-/// Long enough for what must not come.
-const QUIET: Duration = Duration::from_millis(200);
-
-const BEL: &str = "\x07";
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// A path for a file of this test, which is not there yet.
 fn new_path(name: &str) -> PathBuf {
@@ -22,48 +17,8 @@ fn new_path(name: &str) -> PathBuf {
     path
 }
 
-fn text(path: &std::path::Path) -> &str {
+fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
-}
-
-/// Shortens reads, so that silence can be noticed.
-fn impatient(client: &Client<std::net::TcpStream>) {
-    client
-        .stream
-        .set_read_timeout(Some(Duration::from_millis(20)))
-        .expect("a socket");
-}
-
-#[test]
-fn nothing_is_said_before_the_channel_is_open() {
-    let sensor = Sensor::start(&[]);
-    let mut silent = Client::connect(&sensor);
-    let mut talker = Client::awake(&sensor);
-    talker.poll();
-    impatient(&silent);
-    assert_eq!(silent.next_within(QUIET), None);
-    silent.expect("O", "");
-    talker.poll();
-    assert_eq!(silent.find("t300"), POLL);
-    assert!(silent.find("t301").starts_with(REPLY));
-    silent.say("C");
-    silent.find("");
-    talker.poll();
-    assert_eq!(silent.next_within(QUIET), None);
-}
-
-#[test]
-fn clients_share_one_bus() {
-    let sensor = Sensor::start(&[]);
-    let mut first = Client::awake(&sensor);
-    let mut second = Client::open(&sensor);
-    first.expect("T1ABCDEF02BEEF", "Z");
-    assert_eq!(second.next().as_deref(), Some("T1ABCDEF02BEEF"));
-    second.expect("r7FF8", "z");
-    assert_eq!(first.next().as_deref(), Some("r7FF8"));
-    first.poll();
-    assert_eq!(second.next().as_deref(), Some(POLL));
-    assert!(second.next().is_some_and(|line| line.starts_with(REPLY)));
 }
 
 #[test]
@@ -77,167 +32,6 @@ fn the_tilt_is_what_the_sensor_tells() {
             break;
         }
         assert!(Instant::now() < end, "{x} {y}");
-    }
-}
-
-#[test]
-fn a_malformed_line_gets_bel_and_reaches_nobody() {
-    let sensor = Sensor::start(&[]);
-    let mut witness = Client::awake(&sensor);
-    let mut client = Client::open(&sensor);
-    for line in [
-        "t1239112233445566778899",
-        "t12321",
-        "x",
-        "\n",
-        "O\n",
-        "t8000",
-        "\0",
-        "t1230 ",
-        "t12",
-    ] {
-        client.expect(line, BEL);
-    }
-    client.expect(&"t".repeat(100_000), BEL);
-    client.expect("t124101", "z");
-    assert_eq!(witness.next().as_deref(), Some("t124101"));
-}
-
-#[test]
-fn a_client_may_vanish_in_the_middle_of_a_line() {
-    let sensor = Sensor::start(&[]);
-    let mut witness = Client::awake(&sensor);
-    for _ in 0..20 {
-        let mut client = Client::connect(&sensor);
-        client.stream.write_all(b"O\rt123").expect("it listens");
-        drop(client);
-    }
-    witness.poll();
-    impatient(&witness);
-    assert_eq!(witness.next_within(QUIET), None);
-}
-
-#[test]
-fn what_a_client_sends_before_it_goes_is_sent() {
-    let sensor = Sensor::start(&[]);
-    let mut witness = Client::awake(&sensor);
-    for ending in ["", "C\r"] {
-        let mut client = Client::connect(&sensor);
-        let lines = format!("O\rt700101\rt700102\rt700103\r{ending}");
-        client
-            .stream
-            .write_all(lines.as_bytes())
-            .expect("it listens");
-        drop(client);
-        for frame in ["t700101", "t700102", "t700103"] {
-            assert_eq!(witness.next().as_deref(), Some(frame));
-        }
-    }
-}
-
-#[test]
-fn a_client_that_reconnects_is_no_power_cycle() {
-    let sensor = Sensor::start(&[]);
-    drop(Client::awake(&sensor));
-    let mut client = Client::open(&sensor);
-    client.say(POLL);
-    assert_eq!(client.next().as_deref(), Some("z"));
-    assert!(client.next().is_some_and(|line| line.starts_with(REPLY)));
-}
-
-#[test]
-fn answers_do_not_wait_for_anything() {
-    let sensor = Sensor::start(&[]);
-    let mut client = Client::awake(&sensor);
-    let mut times: Vec<Duration> = (0..50)
-        .map(|_| {
-            let start = Instant::now();
-            client.poll();
-            start.elapsed()
-        })
-        .collect();
-    times.sort();
-    assert!(
-        times[25] < Duration::from_millis(10),
-        "median {:?}",
-        times[25]
-    );
-}
-
-#[test]
-fn a_client_that_never_reads_does_not_hold_up_the_others() {
-    let sensor = Sensor::start(&[]);
-    let mut reader = Client::awake(&sensor);
-    let mut idle = Client::open(&sensor);
-    let mut greedy = Client::open(&sensor);
-    // Its answers alone fill every buffer; in the end it is dropped.
-    let question = b"V\r".repeat(2000);
-    greedy
-        .stream
-        .set_write_timeout(Some(PATIENCE))
-        .expect("a socket");
-    let flood = std::thread::spawn(move || {
-        let end = Instant::now() + 3 * PATIENCE;
-        while greedy.stream.write_all(&question).is_ok() {
-            assert!(Instant::now() < end, "it was not dropped");
-        }
-    });
-    while !flood.is_finished() {
-        let start = Instant::now();
-        reader.poll();
-        assert!(start.elapsed() < Duration::from_secs(5));
-    }
-    flood.join().expect("it was dropped");
-    reader.poll();
-    // The other one that has not read so far was only slow.
-    impatient(&idle);
-    while idle.next_within(QUIET).is_some() {}
-    reader.poll();
-    assert_eq!(idle.next().as_deref(), Some(POLL));
-}
-
-#[cfg(target_os = "linux")]
-#[test]
-fn a_line_without_end_costs_no_memory() {
-    let sensor = Sensor::start(&[]);
-    let mut client = Client::open(&sensor);
-    let before = sensor.memory();
-    let piece = vec![b't'; 1 << 20];
-    for _ in 0..64 {
-        client.stream.write_all(&piece).expect("it is swallowed");
-    }
-    client.expect("", BEL);
-    let after = sensor.memory();
-    assert!(after < before + 16 * 1024, "{before} KiB, then {after} KiB");
-}
-
-#[test]
-fn a_fixed_bus_rate_leaves_out_who_is_set_to_another() {
-    let sensor = Sensor::start(&["--bus-rate", "125"]);
-    let mut right = Client::connect(&sensor);
-    right.expect("S4", "");
-    right.expect("O", "");
-    right.wake();
-    let mut wrong = Client::connect(&sensor);
-    wrong.expect("S6", "");
-    wrong.expect("O", "");
-    wrong.expect("t300100", "z");
-    right.poll();
-    impatient(&wrong);
-    impatient(&right);
-    assert_eq!(wrong.next_within(QUIET), None);
-    assert_eq!(right.next_within(QUIET), None);
-}
-
-#[test]
-fn without_a_bus_rate_the_clients_rates_mean_nothing() {
-    let sensor = Sensor::start(&[]);
-    drop(Client::awake(&sensor));
-    for setting in ["S0", "S8", "s031C"] {
-        let mut client = Client::connect(&sensor);
-        client.expect(setting, "");
-        client.expect("O", "");
-        client.poll();
     }
 }
 
@@ -427,163 +221,56 @@ fn python_can_works_with_it() {
 }
 
 #[cfg(unix)]
-mod terminals {
-    use super::*;
+#[test]
+fn on_a_terminal_a_line_tells_what_it_is_doing() {
     use rustix::fs::{Mode, OFlags};
     use rustix::process::{Pid, Signal, kill_process};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
-    use rustix::termios::{LocalModes, OutputModes, tcgetattr};
-    use std::fs::File;
+    use rustix::termios::tcgetattr;
     use std::process::Stdio;
-
-    fn open(path: &str) -> Client<File> {
-        let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
-        let terminal = rustix::fs::open(path, flags, Mode::empty()).expect("it is there");
-        Client::on(File::from(terminal))
+    let screen =
+        openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+    grantpt(&screen).expect("a terminal");
+    unlockpt(&screen).expect("a terminal");
+    let path = ptsname(&screen, Vec::new()).expect("a terminal");
+    let output = rustix::fs::open(
+        path.as_c_str(),
+        OFlags::RDWR | OFlags::NOCTTY,
+        Mode::empty(),
+    )
+    .expect("it is there");
+    let before = format!("{:?}", tcgetattr(&screen).expect("a terminal"));
+    let mut child = process::sensor::program()
+        .args(["--listen", "127.0.0.1:0", "--scene", "tilt=30,-10"])
+        .stdin(Stdio::null())
+        .stdout(output)
+        .spawn()
+        .expect("the program starts");
+    let mut screen = fs::File::from(screen);
+    let mut shown = String::new();
+    let end = Instant::now() + PATIENCE;
+    while !(shown.contains("clients 0") && shown.contains("30.00°") && shown.contains("-10.00°"))
+    {
+        assert!(Instant::now() < end, "{shown}");
+        let mut buffer = [0; 4096];
+        let length = screen.read(&mut buffer).expect("a terminal");
+        shown += &String::from_utf8_lossy(&buffer[..length]);
     }
-
-    fn sensor_with_terminal(arguments: &[&str]) -> (Sensor, String) {
-        let mut sensor = Sensor::start(&[arguments, &["--pty"]].concat());
-        let line = sensor.line();
-        let path = line
-            .strip_prefix("slcan ")
-            .expect("slcan /dev/...")
-            .to_owned();
-        (sensor, path)
-    }
-
-    #[test]
-    fn a_terminal_is_raw_and_speaks_the_same() {
-        let (sensor, path) = sensor_with_terminal(&[]);
-        let mut witness = Client::awake(&sensor);
-        let mut client = open(&path);
-        let settings = tcgetattr(&client.stream).expect("a terminal");
-        assert!(
-            !settings
-                .local_modes
-                .intersects(LocalModes::ECHO | LocalModes::ICANON | LocalModes::ISIG)
-        );
-        assert!(!settings.output_modes.contains(OutputModes::OPOST));
-        client.expect("C", "");
-        client.expect("V", "V1010");
-        client.expect("t1230", BEL);
-        client.expect("O", "");
-        client.expect("\x03", BEL);
-        client.expect("\n", BEL);
-        client.poll();
-        assert_eq!(witness.next().as_deref(), Some(POLL));
-        witness.find(REPLY);
-        witness.expect("t1230", "z");
-        assert_eq!(client.next().as_deref(), Some("t1230"));
-    }
-
-    #[test]
-    fn a_terminal_can_be_opened_again() {
-        let (sensor, path) = sensor_with_terminal(&[]);
-        let mut witness = Client::awake(&sensor);
-        for _ in 0..5 {
-            let mut client = open(&path);
-            // The channel of the client before is closed.
-            client.expect("t1230", BEL);
-            client.expect("O", "");
-            client.poll();
-            // Left unread, in the middle of a line and without C.
-            client.say("V");
-            client.stream.write_all(b"t12").expect("a terminal");
-            drop(client);
-            std::thread::sleep(Duration::from_millis(100));
-            // Nobody is there to hear this one.
-            witness.poll();
-        }
-        impatient(&witness);
-        while let Some(line) = witness.next_within(QUIET) {
-            assert!(!line.starts_with(BOOT_UP));
-        }
-    }
-
-    #[test]
-    fn what_is_written_and_left_alone_is_done() {
-        let (sensor, path) = sensor_with_terminal(&[]);
-        let mut witness = Client::awake(&sensor);
-        open(&path)
-            .stream
-            .write_all(b"O\rt7E6155\r")
-            .expect("a terminal");
-        assert_eq!(witness.next().as_deref(), Some("t7E6155"));
-    }
-
-    #[test]
-    fn a_terminal_client_that_never_reads_does_not_hold_up_the_others() {
-        let (sensor, path) = sensor_with_terminal(&[]);
-        let mut reader = Client::awake(&sensor);
-        let mut idle = open(&path);
-        idle.say("O");
-        // More than a terminal's buffers hold.
-        let frames = 10_000;
-        let mut sender = Client::open(&sensor);
-        for _ in 0..frames / 100 {
-            sender
-                .stream
-                .write_all("t12381122334455667788\r".repeat(100).as_bytes())
-                .expect("it listens");
-        }
-        reader.poll();
-        drop(idle);
-        std::thread::sleep(Duration::from_millis(100));
-        let mut next = open(&path);
-        next.expect("V", "V1010");
-        drop(sender);
-        reader.poll();
-    }
-
-    #[test]
-    fn on_a_terminal_a_line_tells_what_it_is_doing() {
-        let screen = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)
-            .expect("a terminal");
-        grantpt(&screen).expect("a terminal");
-        unlockpt(&screen).expect("a terminal");
-        let path = ptsname(&screen, Vec::new()).expect("a terminal");
-        let output = rustix::fs::open(
-            path.as_c_str(),
-            OFlags::RDWR | OFlags::NOCTTY,
-            Mode::empty(),
-        )
-        .expect("it is there");
-        let before = format!("{:?}", tcgetattr(&screen).expect("a terminal"));
-        let mut child = process::sensor::program()
-            .args(["--listen", "127.0.0.1:0", "--scene", "tilt=30,-10"])
-            .stdin(Stdio::null())
-            .stdout(output)
-            .spawn()
-            .expect("the program starts");
-        let mut screen = File::from(screen);
-        let mut shown = String::new();
-        let end = Instant::now() + PATIENCE;
-        while !(shown.contains("clients 0")
-            && shown.contains("30.00°")
-            && shown.contains("-10.00°"))
-        {
-            assert!(Instant::now() < end, "{shown}");
-            let mut buffer = [0; 4096];
-            let length = screen.read(&mut buffer).expect("a terminal");
-            shown += &String::from_utf8_lossy(&buffer[..length]);
-        }
-        assert!(shown.starts_with("slcan socket://127.0.0.1:"));
-        assert!(shown.contains("is2 ") && shown.contains("run") && shown.contains("kbit/s"));
-        kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
-        assert_eq!(child.wait().expect("a child").code(), Some(0));
-        assert_eq!(
-            format!("{:?}", tcgetattr(&screen).expect("a terminal")),
-            before
-        );
-        let mut rest = [0; 65536];
-        let length = screen.read(&mut rest).expect("a terminal");
-        assert!(rest[..length].ends_with(b"\n"));
-        // Whatever was switched off in a line is on again at its end.
-        shown += &String::from_utf8_lossy(&rest[..length]);
-        assert_eq!(
-            shown.matches("\x1b[?7l").count(),
-            shown.matches("\x1b[?7h").count()
-        );
-    }
+    assert!(shown.starts_with("slcan socket://127.0.0.1:"));
+    assert!(shown.contains("is2 ") && shown.contains("run") && shown.contains("kbit/s"));
+    kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
+    assert_eq!(child.wait().expect("a child").code(), Some(0));
+    assert_eq!(
+        format!("{:?}", tcgetattr(&screen).expect("a terminal")),
+        before
+    );
+    let mut rest = [0; 65536];
+    let length = screen.read(&mut rest).expect("a terminal");
+    assert!(rest[..length].ends_with(b"\n"));
+    // Whatever was switched off in a line is on again at its end.
+    shown += &String::from_utf8_lossy(&rest[..length]);
+    assert_eq!(
+        shown.matches("\x1b[?7l").count(),
+        shown.matches("\x1b[?7h").count()
+    );
 }

@@ -187,100 +187,28 @@ fn the_answer_to_a_frame_tells_the_formats_apart() {
 
 #[test]
 fn malformed_lines_are_refused_and_do_nothing() {
+    #[rustfmt::skip]
     let lines: &[&[u8]] = &[
-        b"t",
-        b"T",
-        b"r",
-        b"R",
-        b"t12",
-        b"t123",
-        b"T1234567",
-        b"T00000123",
-        // length above 8, or not a digit
-        b"t1239112233445566778899",
-        b"t1239",
-        b"t123A",
-        b"t123:",
-        b"t123/",
-        b"r1239",
-        b"r123F",
-        // too few, too many, half a byte
-        b"t12321",
-        b"t123211",
-        b"t1232112",
-        b"t123211223",
-        b"t12321122334",
-        b"t1238112233445566778899",
-        b"T000001238112233445566778899",
-        b"t12300",
-        b"r12301",
-        b"r123811",
-        b"R00000123000",
-        // identifiers out of range
-        b"t8000",
-        b"tFFF0",
-        b"r8000",
-        b"T200000000",
-        b"TFFFFFFFF0",
-        b"R200000000",
-        // not hexadecimal; a sign or a space is no digit
-        b"t12G0",
-        b"t+120",
-        b"t 120",
-        b"t1232zz11",
-        b"t12321 22",
-        b"t1232+1-1",
-        b"T1234567G0",
-        // settings
-        b"S",
-        b"S9",
-        b"SA",
-        b"S66",
-        b"s",
-        b"s031",
-        b"s031C0",
-        b"s03IC",
-        b"s0000",
-        b"sFFFF",
-        b"s+31C",
-        b"Z",
-        b"Z2",
-        b"Z01",
-        b"Zx",
-        // trailing characters
-        b"OO",
-        b"O ",
-        b"C1",
-        b"L0",
-        b"V1",
-        b"N?",
-        b"F0",
-        b"O\0",
-        b"\0",
-        b"\0O",
-        // LF is a character like any other, and never ends or begins a line
-        b"\n",
-        b"O\n",
-        b"\nO",
-        b"t1230\n",
-        b"\nt1230",
-        // unknown commands, the filters among them
-        b"x",
-        b"o",
-        b"c",
-        b"v",
-        b"f",
-        b"z",
-        b"P",
-        b"A",
-        b"X1",
-        b"W0",
-        b"M00000000",
-        b"mFFFFFFFF",
-        b"\x07",
-        b"\x7F",
-        b"\xFF\xFE",
-        "Ö".as_bytes(),
+        b"t", b"T", b"r", b"R", b"t12", b"t123", b"T1234567", b"T00000123",
+        // The length is above 8 or no digit.
+        b"t1239112233445566778899", b"t1239", b"t123A", b"t123:", b"t123/", b"r1239", b"r123F",
+        // Too few digits, too many, half a byte, a ninth byte.
+        b"t12321", b"t123211", b"t1232112", b"t123211223", b"t12321122334", b"t12300", b"r12301", b"r123811",
+        b"R00000123000", b"t1238112233445566778899", b"T000001238112233445566778899",
+        // Identifiers out of range.
+        b"t8000", b"tFFF0", b"r8000", b"T200000000", b"TFFFFFFFF0", b"R200000000",
+        // Not hexadecimal; neither a sign nor a space is a digit.
+        b"t12G0", b"t+120", b"t 120", b"t1232zz11", b"t12321 22", b"t1232+1-1", b"T1234567G0",
+        // Settings.
+        b"S", b"S9", b"SA", b"S66", b"s", b"s031", b"s031C0", b"s03IC", b"s0000", b"sFFFF", b"s+31C",
+        b"Z", b"Z2", b"Z01", b"Zx",
+        // Characters too many.
+        b"OO", b"O ", b"C1", b"L0", b"V1", b"N?", b"F0", b"O\0", b"\0", b"\0O",
+        // LF is a character like any other; it neither ends nor begins a line.
+        b"\n", b"O\n", b"\nO", b"t1230\n", b"\nt1230",
+        // Unknown commands, the filters among them.
+        b"x", b"o", b"c", b"v", b"f", b"z", b"P", b"A", b"X1", b"W0", b"M00000000", b"mFFFFFFFF",
+        b"\x07", b"\x7F", b"\xFF\xFE", "Ö".as_bytes(),
     ];
     for line in lines {
         assert_refused(line);

@@ -12,6 +12,12 @@ pub const REPLY: &str = "t301600";
 /// The beginning of a boot-up message.
 pub const BOOT_UP: &str = "t3018FF";
 
+/// A line that was refused.
+pub const BEL: &str = "\x07";
+
+/// Long enough for what must not come.
+pub const QUIET: Duration = Duration::from_millis(200);
+
 /// A client on a stream that has a read timeout.
 pub struct Client<S> {
     pub stream: S,
@@ -120,12 +126,16 @@ impl<S: Read + Write> Client<S> {
 }
 
 impl Client<TcpStream> {
+    /// Shortens reads, so that silence can be noticed in time.
+    pub fn impatient(&self) {
+        let timeout = Some(Duration::from_millis(20));
+        self.stream.set_read_timeout(timeout).expect("a socket");
+    }
+
     /// Sends until the sensor, which detects the bit rate, has said its two boot-up messages.
     #[track_caller]
     pub fn wake(&mut self) {
-        self.stream
-            .set_read_timeout(Some(Duration::from_millis(20)))
-            .expect("a socket");
+        self.impatient();
         let end = Instant::now() + PATIENCE;
         let mut heard = 0;
         while heard < 2 {
