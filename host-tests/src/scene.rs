@@ -2,8 +2,10 @@
 
 mod recording;
 
+use crate::models::Model;
 use crate::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::store::Loaded;
 use plumbline::time::Instant;
 use recording::Recording;
 use std::f64::consts::TAU;
@@ -18,6 +20,17 @@ pub enum Axes {
     One,
     /// X and Y, perpendicular angles of +-90 deg. Level: Z points up.
     Two,
+}
+
+impl Axes {
+    /// How many angles a model measures.
+    pub fn of(model: &Model) -> Self {
+        let node = (model.boot)(Instant::from_ticks(0), Loaded::default(), 0);
+        match node.readout().y {
+            None => Self::One,
+            Some(_) => Self::Two,
+        }
+    }
 }
 
 /// Why a scene cannot be played.

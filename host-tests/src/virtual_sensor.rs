@@ -1,14 +1,12 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
 use crate::bench::{Bus, BusRate, Device, Flash};
-use crate::models::{self, MODELS, Model};
+use crate::models::{self, MODELS};
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, Server, StatusLine, tcp};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
-use plumbline::store::Loaded;
-use plumbline::time::Instant;
 use std::fs::OpenOptions;
 use std::io::{self, IsTerminal, Write};
 use std::net::TcpListener;
@@ -84,7 +82,7 @@ fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
 pub fn run(options: &Options) -> Result<(), Failure> {
     let model = models::find(&options.model)
         .ok_or_else(|| Failure::Usage(format!("there is no model {}", options.model)))?;
-    let scene = Scene::open(options.scene.as_ref(), axes(model))?;
+    let scene = Scene::open(options.scene.as_ref(), Axes::of(model))?;
     let flash = options
         .store
         .as_deref()
@@ -134,15 +132,6 @@ fn bit_rate(text: &str) -> Result<BitRate, String> {
                 .collect();
             format!("the bit rates are {} kbit/s", all.join(", "))
         })
-}
-
-/// How many angles a model measures.
-fn axes(model: &Model) -> Axes {
-    let node = (model.boot)(Instant::from_ticks(0), Loaded::default(), SERIAL);
-    match node.readout().y {
-        None => Axes::One,
-        Some(_) => Axes::Two,
-    }
 }
 
 /// The memory in `path`, which is created when there is none; that it can be written is found out now and not at the first save.
