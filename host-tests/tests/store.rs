@@ -357,23 +357,26 @@ fn memory_that_cannot_be_programmed_keeps_the_image() {
 
 #[test]
 fn memory_that_cannot_be_erased_keeps_the_image() {
-    let mut store = boot(Flash::default());
-    store.memory().fail_erases(true);
-    for number in 0..2 * PLACES {
-        assert_eq!(save(&mut store, number), Ok(()));
-    }
-    for restart in [false, true] {
-        if restart {
-            store = boot(store.into_memory());
+    for failures in 1..=2 * PLACES {
+        for restart in [false, true] {
+            let mut store = boot(Flash::default());
+            store.memory().fail_erases(true);
+            for number in 0..2 * PLACES {
+                assert_eq!(save(&mut store, number), Ok(()));
+            }
+            if restart {
+                store = boot(store.into_memory());
+            }
+            for _ in 0..failures {
+                assert_eq!(save(&mut store, 50), Err(StoreError));
+                assert_eq!(found(store.memory()), loaded(Some(2 * PLACES - 1), false));
+            }
+            // As soon as the memory can be erased again, a save succeeds.
+            store.memory().fail_erases(false);
+            assert_eq!(save(&mut store, 51), Ok(()), "after {failures} failures");
+            assert_eq!(found(store.memory()), loaded(Some(51), false));
         }
-        for _ in 0..3 * PLACES {
-            assert_eq!(save(&mut store, 50), Err(StoreError));
-        }
-        assert_eq!(found(store.memory()), loaded(Some(2 * PLACES - 1), false));
     }
-    store.memory().fail_erases(false);
-    assert_eq!(save(&mut store, 51), Ok(()));
-    assert_eq!(found(store.memory()), loaded(Some(51), false));
 }
 
 #[test]
@@ -415,18 +418,22 @@ fn half_a_page_of_saves_after_a_restart_never_erases() {
 
 #[test]
 fn a_save_that_is_given_up_does_not_spoil_the_next() {
-    for steps in 0..IMAGE / 4 + 1 {
-        let mut store = boot(Flash::default());
-        assert_eq!(save(&mut store, 1), Ok(()));
-        store.save(&payload(2));
-        for _ in 0..steps {
-            assert_eq!(store.step(), None);
+    // In the middle of a page, at the start of a blank one, and where a page must be erased first.
+    for count in [1, PLACES, 2 * PLACES] {
+        for steps in 0..IMAGE / 4 + 1 {
+            let mut store = boot(Flash::default());
+            for number in 0..count {
+                assert_eq!(save(&mut store, number), Ok(()));
+            }
+            store.save(&payload(98));
+            for _ in 0..steps {
+                assert_eq!(store.step(), None);
+            }
+            let what = format!("{count} saves and {steps} steps");
+            assert_eq!(save(&mut store, 99), Ok(()), "{what}");
+            let last = loaded(Some(99), false).payload;
+            assert_eq!(found(store.memory()).payload, last, "{what}");
         }
-        assert_eq!(save(&mut store, 3), Ok(()), "after {steps} steps");
-        assert_eq!(
-            found(store.memory()).payload,
-            loaded(Some(3), false).payload
-        );
     }
 }
 

@@ -1,0 +1,152 @@
+//! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the file behind it.
+
+use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
+use host_tests::bench::{Flash, FlashError, PAGE_SIZE};
+use std::fs;
+use std::path::PathBuf;
+
+fn read(flash: &mut Flash, at: u32) -> [u8; 4] {
+    let mut bytes = [0; 4];
+    flash.read(at, &mut bytes).unwrap();
+    bytes
+}
+
+#[test]
+fn a_half_word_is_programmed_once_and_then_only_to_zero() {
+    let mut flash = Flash::default();
+    assert_eq!(read(&mut flash, 8), [0xFF; 4]);
+    flash.write(8, &[1, 2, 3, 4]).unwrap();
+    assert_eq!(flash.write(10, &[3, 4]), Err(FlashError::NotErased));
+    assert_eq!(flash.write(8, &[0, 2]), Err(FlashError::NotErased));
+    flash.write(8, &[0, 0]).unwrap();
+    assert_eq!(read(&mut flash, 8), [0, 0, 3, 4]);
+    // What stands before the half-word that is refused is programmed.
+    assert_eq!(flash.write(6, &[5, 6, 7, 8]), Err(FlashError::NotErased));
+    assert_eq!(read(&mut flash, 6), [5, 6, 0, 0]);
+    flash.erase(0, PAGE_SIZE as u32).unwrap();
+    assert_eq!(read(&mut flash, 8), [0xFF; 4]);
+    flash.write(8, &[3, 4]).unwrap();
+    assert_eq!((flash.programmed(), flash.erased()), (10, 1));
+}
+
+#[test]
+fn addresses_are_checked() {
+    let mut flash = Flash::default();
+    let refused = |result| matches!(result, Err(FlashError::Address(_)));
+    assert!(refused(flash.write(1, &[0, 0])));
+    assert!(refused(flash.write(0, &[0])));
+    assert!(refused(flash.write(2 * PAGE_SIZE as u32, &[0, 0])));
+    assert!(refused(flash.erase(0, 512)));
+    assert!(refused(flash.erase(0, 3 * PAGE_SIZE as u32)));
+    assert!(refused(flash.read(2 * PAGE_SIZE as u32 - 1, &mut [0; 2])));
+    assert_eq!(flash.bytes(), [0xFF; 2 * PAGE_SIZE]);
+}
+
+#[test]
+fn the_fuse_leaves_a_byte_half_programmed_and_everything_dead() {
+    let mut flash = Flash::default();
+    flash.cut_in_byte_after(3);
+    assert_eq!(flash.write(0, &[0x11; 6]), Err(FlashError::PowerCut));
+    assert_eq!(flash.bytes()[..3], [0x11; 3]);
+    // Bits go from 1 to 0 only, and only those that should.
+    assert_eq!(flash.bytes()[3] & 0x11, 0x11);
+    assert_eq!(flash.bytes()[4..6], [0xFF; 2]);
+    assert!(flash.is_cut());
+    assert_eq!(flash.read(0, &mut [0]), Err(FlashError::PowerCut));
+    assert_eq!(flash.write(4, &[1, 1]), Err(FlashError::PowerCut));
+    assert_eq!(flash.erase(0, 1024), Err(FlashError::PowerCut));
+    flash.power_on();
+    flash.write(4, &[1, 1]).unwrap();
+}
+
+#[test]
+fn the_fuse_leaves_a_page_in_different_states_of_erasing() {
+    let mut seen = std::collections::BTreeSet::new();
+    for seed in 0..50 {
+        let mut flash = Flash::new(vec![0; 2 * PAGE_SIZE]);
+        flash.cut_in_erase_after(1, seed);
+        let all = 2 * PAGE_SIZE as u32;
+        assert_eq!(flash.erase(0, all), Err(FlashError::PowerCut));
+        let (first, second) = flash.bytes().split_at(PAGE_SIZE);
+        assert!(first.iter().all(|byte| *byte == 0xFF));
+        seen.insert(second.iter().map(|byte| byte.count_ones()).sum::<u32>());
+    }
+    let all_bits = 8 * PAGE_SIZE as u32;
+    assert!(seen.contains(&0) && seen.contains(&all_bits));
+    assert!(seen.len() > 20, "{}", seen.len());
+}
+
+#[test]
+fn broken_memory_changes_nothing() {
+    let mut flash = Flash::default();
+    flash.write(0, &[1, 2]).unwrap();
+    flash.fail_writes(true);
+    flash.fail_erases(true);
+    assert_eq!(flash.write(2, &[1, 2]), Err(FlashError::Broken));
+    assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
+    assert_eq!(read(&mut flash, 0), [1, 2, 0xFF, 0xFF]);
+    flash.fail_writes(false);
+    flash.wear_out(16);
+    flash.write(2, &[0x10, 2]).unwrap();
+    assert_eq!(read(&mut flash, 0), [1, 2, 0x11, 2]);
+}
+
+/// A file name of this test's own; the file is removed at the end.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(name: &str) -> Self {
+        let name = format!("plumbline-{name}-{}", std::process::id());
+        Self(std::env::temp_dir().join(name))
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+#[test]
+fn a_file_keeps_the_memory() {
+    let scratch = Scratch::new("keeps");
+    let mut flash = Flash::in_file(&scratch.0).unwrap();
+    assert_eq!(flash.bytes(), [0xFF; 2 * PAGE_SIZE]);
+    assert!(!scratch.0.exists(), "nothing has changed yet");
+    flash.write(1000, &[1, 2, 3, 4]).unwrap();
+    flash.flip_bit(0).unwrap();
+    let bytes = flash.bytes().to_vec();
+    assert_eq!(fs::read(&scratch.0).unwrap(), bytes);
+    // The next start finds it; a cut reaches the file as well.
+    let mut flash = Flash::in_file(&scratch.0).unwrap();
+    assert_eq!(flash.bytes(), bytes);
+    flash.cut_in_erase_after(0, 2);
+    assert!(flash.erase(0, 1024).is_err());
+    assert_eq!(fs::read(&scratch.0).unwrap(), flash.bytes());
+}
+
+#[test]
+fn a_file_that_cannot_be_written_is_broken_memory() {
+    let folder = Scratch::new("folder");
+    let path = folder.0.join("memory");
+    let mut flash = Flash::in_file(&path).unwrap();
+    assert_eq!(flash.write(0, &[1, 2]), Err(FlashError::Broken));
+    assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
+    assert_eq!(read(&mut flash, 0), [0xFF; 4]);
+    // It goes on when the file can be written again.
+    fs::create_dir(&folder.0).unwrap();
+    flash.write(0, &[1, 2]).unwrap();
+    assert_eq!(fs::read(&path).unwrap(), flash.bytes());
+    fs::remove_dir_all(&folder.0).unwrap();
+}
+
+#[test]
+fn a_file_that_is_no_memory_is_not_touched() {
+    let scratch = Scratch::new("notes");
+    fs::write(&scratch.0, "shopping list").unwrap();
+    let error = Flash::in_file(&scratch.0).unwrap_err();
+    assert!(error.to_string().contains("13 bytes"), "{error}");
+    assert_eq!(fs::read(&scratch.0).unwrap(), b"shopping list");
+    fs::write(&scratch.0, "").unwrap();
+    assert!(Flash::in_file(&scratch.0).is_ok(), "an empty file is new");
+}
