@@ -8,6 +8,15 @@ from gemac.book import Book
 FOREIGN = 0x7FE
 
 
+MANUAL = "written from GEMAC user manual 1.7 (2021-07-30)"
+
+# A save takes as long as the memory needs.
+SAVING_US = 5000
+
+TWO_AXIS = "12.34,-5.67"
+ONE_AXIS = "10.65,3.00"  # the example of section 9.9.1: 1065
+
+
 class Trace:
     """Frames in the order of time. `book` foretells what the sensor answers."""
 
