@@ -1,4 +1,11 @@
 //! Everything a PC does with Plumbline's core.
+//!
+//! - [`bench`]: everything around a sensor that is hardware on a board, in virtual time: flash, device, bus;
+//! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
+//! - [`fuzz`]: whatever may come, fed to a sensor;
+//! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
+//! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
+//! - [`models`] and [`motion`]: what all of these share.
 
 pub mod bench;
 pub mod descriptors;
@@ -6,5 +13,9 @@ pub mod fuzz;
 pub mod image;
 pub mod models;
 pub mod motion;
+pub mod scene;
+pub mod server;
+pub mod slcan;
 #[cfg(target_os = "linux")]
 pub mod trace;
+pub mod virtual_sensor;

@@ -14,6 +14,7 @@
 pub mod code;
 mod cyclic;
 mod measured;
+mod node;
 mod request;
 mod sensor;
 mod status;

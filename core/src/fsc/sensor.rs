@@ -1,4 +1,4 @@
-//! The FSC sensor as a [`Node`]: what it does with each input and when it acts by itself.
+//! The FSC sensor: what it consists of, how it starts, and the replies that it composes.
 
 use super::code;
 use super::cyclic::Cyclic;
@@ -9,21 +9,18 @@ use super::table::values_size;
 use super::table::{Model, Product};
 use super::values::{Key, Values};
 use super::wire::Reply;
-use crate::can::{BitRate, Filter, Filters, Frame, standard};
+use crate::can::{BitRate, standard};
+use crate::measure::Inclinometer;
 use crate::measure::calibration::{self, Calibration};
-use crate::measure::{Inclinometer, Reading};
-use crate::node::{Action, Autobaud, Boot, BusEvent, BusMode, BusState, Indicator, Leds, Node};
+use crate::node::{Autobaud, Boot, BusMode, BusState, Indicator, Leds, Node};
 use crate::node::{Pattern, Readout, TransmitQueue};
-use crate::store::{PAYLOAD_MAX, Payload, StoreError};
-use crate::time::{Duration, Instant, after, earlier, millis, reached};
+use crate::store::PAYLOAD_MAX;
+use crate::time::{Duration, Instant, after, millis};
 use core::marker::PhantomData;
 use embedded_can::Id;
 
 /// How long a restart waits for replies that are still in the queue.
 const RESTART_PATIENCE: Duration = millis(250);
-
-/// Samples for which a clipped one still counts: 100 ms, so that vibration does not make the error bits flicker.
-const CLIP_HOLD: u8 = 20;
 
 /// The baud rates in the order of their codes 1 to 10 (section 9.10.3).
 const BAUD_RATES: [BitRate; 10] = [
@@ -41,7 +38,7 @@ const BAUD_RATES: [BitRate; 10] = [
 
 /// Whether the node takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Link {
+pub(super) enum Link {
     /// The bit rate is being detected.
     Detecting(Autobaud),
     /// On the bus.
@@ -65,44 +62,44 @@ pub(super) enum Saving {
 
 /// The communication parameters in force since the last restart; written ones wait for the next.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct InForce {
-    set: Id,
-    set_value: u32,
-    reply: Id,
-    sync: Id,
+pub(super) struct InForce {
+    pub(super) set: Id,
+    pub(super) set_value: u32,
+    pub(super) reply: Id,
+    pub(super) sync: Id,
 }
 
 /// Actions that wait to be polled.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-struct Wanted {
-    bus: Option<(BusMode, BitRate)>,
-    recover: bool,
-    save: bool,
+pub(super) struct Wanted {
+    pub(super) bus: Option<(BusMode, BitRate)>,
+    pub(super) recover: bool,
+    pub(super) save: bool,
 }
 
 /// A sensor of model `M`.
 pub struct Sensor<M> {
-    product: &'static Product,
-    serial: u32,
+    pub(super) product: &'static Product,
+    pub(super) serial: u32,
     pub(super) values: Values,
-    in_force: InForce,
+    pub(super) in_force: InForce,
     pub(super) status: Status,
-    inclinometer: Inclinometer,
+    pub(super) inclinometer: Inclinometer,
     pub(super) measured: Measured,
-    clip_hold: u8,
-    link: Link,
-    bus_state: BusState,
+    pub(super) clip_hold: u8,
+    pub(super) link: Link,
+    pub(super) bus_state: BusState,
     pub(super) cyclic: Option<Cyclic>,
     pub(super) saving: Option<Saving>,
     pub(super) deferred: Option<Deferred>,
-    queue: TransmitQueue,
-    indicator: Indicator,
-    shown: Leds,
-    wanted: Wanted,
+    pub(super) queue: TransmitQueue,
+    pub(super) indicator: Indicator,
+    pub(super) shown: Leds,
+    pub(super) wanted: Wanted,
     /// Something was handed in since the last poll that found nothing to do.
-    attention: bool,
-    wake: Option<Instant>,
-    model: PhantomData<M>,
+    pub(super) attention: bool,
+    pub(super) wake: Option<Instant>,
+    pub(super) model: PhantomData<M>,
 }
 
 impl<M: Model> Sensor<M> {
@@ -167,7 +164,7 @@ impl<M: Model> Sensor<M> {
     }
 
     /// Listens at the candidate of the running search.
-    fn listen(&mut self, now: Instant) {
+    pub(super) fn listen(&mut self, now: Instant) {
         if let Link::Detecting(search) = self.link {
             self.wanted.bus = Some((BusMode::Listen, search.rate()));
         }
@@ -175,7 +172,7 @@ impl<M: Model> Sensor<M> {
     }
 
     /// Takes part in the bus: two boot-up messages (section 9.6), then normal operation.
-    fn go_online(&mut self, now: Instant, rate: BitRate) {
+    pub(super) fn go_online(&mut self, now: Instant, rate: BitRate) {
         self.link = Link::Online;
         self.wanted.bus = Some((BusMode::Normal, rate));
         self.reply_alive();
@@ -211,7 +208,7 @@ impl<M: Model> Sensor<M> {
     }
 
     /// The LED patterns that fit the present state (table 12).
-    fn show(&mut self, now: Instant) {
+    pub(super) fn show(&mut self, now: Instant) {
         let leds = M::LEDS;
         let error = match self.bus_state {
             BusState::Active => leds.working,
@@ -281,58 +278,10 @@ impl<M: Model> Sensor<M> {
         self.send(reply);
     }
 
-    /// What the timers want done by now; only called when there may be something.
-    fn tick(&mut self, now: Instant) {
-        if let Link::Detecting(search) = &mut self.link
-            && search.poll(now)
-        {
-            self.listen(now);
-        }
-        let due = self.cyclic.as_mut().is_some_and(|cyclic| cyclic.poll(now));
-        if due && let Some(frame) = self.inclination().frame(self.in_force.reply) {
-            self.queue.cyclic(frame);
-        }
-    }
-
-    /// The next action that is wanted, most urgent first.
-    fn next_action(&mut self, now: Instant) -> Option<Action> {
-        let leds = self.indicator.poll(now);
-        if leds != self.shown {
-            self.shown = leds;
-            return Some(Action::Leds(leds));
-        }
-        if let Some((mode, rate)) = self.wanted.bus.take() {
-            return Some(Action::Bus(mode, rate));
-        }
-        if core::mem::take(&mut self.wanted.recover) {
-            return Some(Action::Recover);
-        }
-        if core::mem::take(&mut self.wanted.save) {
-            return Some(Action::Save);
-        }
-        match self.link {
-            Link::Restarting(until) if self.queue.is_empty() || reached(now, until) => {
-                self.link = Link::Restarted;
-                Some(Action::Restart)
-            }
-            _ => None,
-        }
-    }
-
     /// Begins a save; its reply comes when the memory holds it.
     pub(super) fn begin_save(&mut self, saving: Saving) {
         self.saving = Some(saving);
         self.wanted.save = true;
-    }
-
-    fn next_deadline(&self) -> Option<Instant> {
-        let link = match self.link {
-            Link::Detecting(search) => Some(search.deadline()),
-            Link::Restarting(until) => Some(until),
-            Link::Online | Link::BusOff | Link::Restarted => None,
-        };
-        let cyclic = self.cyclic.map(|cyclic| cyclic.deadline());
-        earlier(earlier(link, cyclic), self.indicator.deadline())
     }
 }
 
@@ -344,145 +293,6 @@ impl InForce {
             set_value: values.get(Key::SetId),
             reply: identifier(Key::ReplyId),
             sync: identifier(Key::SyncId),
-        }
-    }
-}
-
-impl<M: Model> Node for Sensor<M> {
-    fn ready(&self) -> bool {
-        let restarting = matches!(self.link, Link::Restarting(_) | Link::Restarted);
-        self.queue.has_room() && self.deferred.is_none() && !restarting
-    }
-
-    fn receive(&mut self, now: Instant, frame: &Frame) {
-        match self.link {
-            // The frame that reveals the rate is not answered: the sensor was silent when it came.
-            Link::Detecting(search) => self.go_online(now, search.rate()),
-            Link::Online if frame.is_remote() => {}
-            Link::Online if frame.id() == self.in_force.set => self.request(now, frame.bytes()),
-            Link::Online if frame.id() == self.in_force.sync && frame.dlc() == 0 => {
-                self.send(self.inclination());
-            }
-            _ => {}
-        }
-        self.attention = true;
-    }
-
-    fn sample(&mut self, _now: Instant, reading: &Reading) {
-        let up = self.inclinometer.sample(reading);
-        self.measured = M::measure(up, self.product);
-        if reading.clipped {
-            self.clip_hold = CLIP_HOLD;
-        }
-        let mut errors = self.measured.errors;
-        if self.clip_hold > 0 {
-            self.clip_hold -= 1;
-            errors = M::SENSOR_ERRORS;
-        }
-        self.status.replace(M::SENSOR_ERRORS, errors);
-    }
-
-    fn bus(&mut self, now: Instant, event: BusEvent) {
-        match event {
-            BusEvent::Error => {
-                if let Link::Detecting(search) = &mut self.link {
-                    search.error(now);
-                    self.listen(now);
-                }
-            }
-            BusEvent::Overrun => {}
-            // Without recovery a sensor that went bus-off stays so until it is restarted, whatever the controller does.
-            BusEvent::State(_) if self.link == Link::BusOff && !self.values.recovers() => {}
-            BusEvent::State(state) => {
-                self.bus_state = state;
-                match (self.link, state) {
-                    (Link::Online, BusState::BusOff) => {
-                        self.link = Link::BusOff;
-                        self.wanted.recover = self.values.recovers();
-                    }
-                    (Link::BusOff, BusState::Active | BusState::Warning | BusState::Passive) => {
-                        self.link = Link::Online;
-                    }
-                    _ => {}
-                }
-                self.show(now);
-            }
-        }
-        self.attention = true;
-    }
-
-    fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
-        let Some(saving) = self.saving.take() else {
-            return;
-        };
-        if result.is_err() {
-            self.status.raise(Status::STICKY);
-        } else if saving == Saving::Factory {
-            self.values = Values::factory(M::RULES);
-            self.retune();
-            self.restart_cyclic(now);
-            self.update_status();
-        }
-        self.reply(match saving {
-            Saving::Parameters => code::SAVE,
-            Saving::Factory => code::LOAD,
-        });
-        self.resume(now);
-        self.attention = true;
-    }
-
-    fn poll(&mut self, now: Instant) -> Option<Action> {
-        let due = self.wake.is_some_and(|wake| reached(now, wake));
-        if !self.attention && !due {
-            return None;
-        }
-        self.tick(now);
-        let action = self.next_action(now);
-        self.attention = action.is_some();
-        self.wake = self.next_deadline();
-        action
-    }
-
-    fn transmit(&mut self, _now: Instant) -> Option<Frame> {
-        match self.link {
-            Link::Online | Link::Restarting(_) => {
-                let frame = self.queue.pop();
-                // A restart waits for the queue to run empty.
-                self.attention |= frame.is_some();
-                frame
-            }
-            Link::Detecting(_) | Link::BusOff | Link::Restarted => None,
-        }
-    }
-
-    fn deadline(&self) -> Option<Instant> {
-        self.wake
-    }
-
-    fn filters(&self) -> Filters {
-        let InForce { set, sync, .. } = self.in_force;
-        Filters::from_slice(&[Filter::exact(set), Filter::exact(sync)]).unwrap_or_default()
-    }
-
-    fn image(&self) -> Payload {
-        let values = match self.saving {
-            Some(Saving::Factory) => Values::factory(M::RULES),
-            _ => self.values,
-        };
-        let mut payload = Payload::new();
-        let calibration = self.inclinometer.calibration.encode();
-        for byte in values.encode(M::RULES).chain(calibration) {
-            // PAYLOAD bytes, and PAYLOAD_MAX is more: see the assertion there.
-            let _ = payload.push(byte);
-        }
-        payload
-    }
-
-    fn readout(&self) -> Readout {
-        let offset = |measured, key| M::with_offset(measured, self.values.get(key));
-        Readout {
-            x: offset(self.measured.x, Key::ZeroX),
-            y: (M::AXES > 1).then(|| offset(self.measured.y, Key::ZeroY)),
         }
     }
 }

@@ -1,11 +1,30 @@
 //! A sensor on the desk: bytes in at a time, bytes out, as the driver of a board would do it.
+#![allow(dead_code, reason = "not every test uses everything")]
 
 use plumbline::can::{Frame, standard};
 use plumbline::fsc::{Model, Product, Sensor};
 use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::model::is1::{self, OneAxis};
+use plumbline::model::is2::{self, TwoAxes};
 use plumbline::node::{Action, Boot, BusEvent, Leds, Node};
 use plumbline::store::{Loaded, Payload, StoreError};
 use plumbline::time::Instant;
+
+/// DefaultParam and AutobaudDetection, as delivered.
+pub const DELIVERED: u8 = 0x03;
+pub const AUTOBAUD: u8 = 0x02;
+pub const CMD_PARAM_ERROR: u8 = 0x08;
+pub const EEPROM_ERROR: u8 = 0x04;
+
+pub fn is2() -> Tester<TwoAxes> {
+    Tester::online(&is2::BP_CL)
+}
+
+pub fn is1() -> Tester<OneAxis> {
+    let mut tester = Tester::online(&is1::BP_CL);
+    tester.rest(0, ONE_G, 0);
+    tester
+}
 
 /// A sensor and what the world around it has seen.
 pub struct Tester<M: Model> {
@@ -184,4 +203,9 @@ impl<M: Model> Tester<M> {
         self.receive(Frame::data(standard(0x300), request).unwrap());
         assert_eq!(self.sent(), []);
     }
+}
+
+/// The data bytes of a request.
+pub fn request(code: u8, data: &[u8]) -> Vec<u8> {
+    [&[code], data].concat()
 }

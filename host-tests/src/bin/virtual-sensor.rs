@@ -1,2 +1,18 @@
-//! A sensor without hardware.
-fn main() {}
+//! A CAN inclination sensor on a PC: see `virtual-sensor --help`.
+
+use clap::Parser;
+use host_tests::virtual_sensor::{Failure, Options, run};
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            eprintln!("virtual-sensor: {failure}");
+            match failure {
+                Failure::Usage(_) => ExitCode::from(2),
+                Failure::Outside(_) => ExitCode::FAILURE,
+            }
+        }
+    }
+}

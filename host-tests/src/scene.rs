@@ -1,0 +1,253 @@
+//! What the virtual sensor is mounted on: a fixed tilt, a recording in a CSV file, or a slow sway.
+
+mod recording;
+
+use crate::models::Model;
+use crate::motion::Motion;
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::store::Loaded;
+use plumbline::time::Instant;
+use recording::Recording;
+use std::f64::consts::TAU;
+use std::path::Path;
+use std::str::FromStr;
+
+/// How many angles the sensor in the scene measures. The two kinds are mounted differently, so the same angles are different
+/// positions in space.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Axes {
+    /// 360 deg about Z, which is horizontal. Angle 0: Y points up; 90 deg: X points up.
+    One,
+    /// X and Y, perpendicular angles of +-90 deg. Level: Z points up.
+    Two,
+}
+
+impl Axes {
+    /// How many angles a model measures.
+    pub fn of(model: &Model) -> Self {
+        let node = (model.boot)(Instant::from_ticks(0), Loaded::default(), 0);
+        match node.readout().y {
+            None => Self::One,
+            Some(_) => Self::Two,
+        }
+    }
+}
+
+/// Why a scene cannot be played.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The text after `--scene` is not understood, or asks for what cannot be.
+    #[error("{0}")]
+    Argument(String),
+    /// The recording cannot be read or has a mistake in it.
+    #[error("{0}")]
+    File(String),
+}
+
+/// What `--scene` says.
+#[derive(Clone, PartialEq, Debug)]
+pub enum SceneArgument {
+    /// `tilt=X,Y`, in degrees.
+    Tilt(f64, f64),
+    /// The name of a recording.
+    File(std::path::PathBuf),
+}
+
+impl FromStr for SceneArgument {
+    type Err = SceneError;
+
+    fn from_str(text: &str) -> Result<Self, SceneError> {
+        let Some(angles) = text.strip_prefix("tilt=") else {
+            return Ok(Self::File(text.into()));
+        };
+        let number = |text: &str| {
+            text.trim()
+                .parse()
+                .ok()
+                .filter(|angle: &f64| angle.is_finite())
+        };
+        angles
+            .split_once(',')
+            .and_then(|(x, y)| Some(Self::Tilt(number(x)?, number(y)?)))
+            .ok_or_else(|| {
+                SceneError::Argument(format!(
+                    "\"{text}\" is not a tilt: write tilt=X,Y with two angles in degrees, as in tilt=10,-2.5"
+                ))
+            })
+    }
+}
+
+/// The motion of the virtual sensor. Its time is the simulation's, which starts with the process.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Scene(Kind);
+
+#[derive(Clone, PartialEq, Debug)]
+enum Kind {
+    Rest(Sample),
+    Recording(Recording),
+    Sway(Axes),
+}
+
+impl Scene {
+    /// The scene that `--scene` names; None: the sway.
+    pub fn open(argument: Option<&SceneArgument>, axes: Axes) -> Result<Self, SceneError> {
+        match argument {
+            None => Ok(Self::sway(axes)),
+            Some(SceneArgument::Tilt(x, y)) => Self::tilt(*x, *y, axes),
+            Some(SceneArgument::File(path)) => Self::recording(path),
+        }
+    }
+
+    /// At rest without noise, at these angles in degrees.
+    ///
+    /// With two axes X and Y are the perpendicular angles; the sum of the squares of their sines cannot exceed 1. With one axis
+    /// X is the angle (any; it repeats every 360 deg) and Y the cross slope of +-90 deg.
+    pub fn tilt(x: f64, y: f64, axes: Axes) -> Result<Self, SceneError> {
+        let limit = match axes {
+            Axes::One => f64::INFINITY,
+            Axes::Two => 90.0,
+        };
+        if x.abs() > limit || y.abs() > 90.0 {
+            return Err(SceneError::Argument(format!(
+                "a tilt of {x},{y} is out of range: {} must lie within -90 to 90 degrees",
+                match axes {
+                    Axes::One => "the cross slope Y",
+                    Axes::Two => "X and Y",
+                }
+            )));
+        }
+        up(x, y, axes).map(|up| Self(Kind::Rest(Sample::at_rest(up)))).ok_or_else(|| {
+            SceneError::Argument(format!(
+                "a tilt of {x},{y} does not exist: the squares of the sines of X and Y must not add up to more than 1"
+            ))
+        })
+    }
+
+    /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps[,temp_c]]`.
+    ///
+    /// Specific force in g, angular rate in deg/s, temperature in degC (25 without that column), in the sensor's frame. Values
+    /// are interpolated between rows; the first row holds before it, the last after it. Lines that start with `#` are comments.
+    pub fn recording(path: &Path) -> Result<Self, SceneError> {
+        Recording::open(path)
+            .map(|recording| Self(Kind::Recording(recording)))
+            .map_err(SceneError::File)
+    }
+
+    /// A slow sway with a little vibration; the same in every run.
+    pub fn sway(axes: Axes) -> Self {
+        Self(Kind::Sway(axes))
+    }
+}
+
+impl Motion for Scene {
+    fn reading(&mut self, now: Instant) -> Reading {
+        let seconds = now.ticks() as f64 / 1e6;
+        match &mut self.0 {
+            Kind::Rest(sample) => sample.reading(),
+            Kind::Recording(recording) => recording.at(seconds).reading(),
+            Kind::Sway(axes) => sway(seconds, *axes).reading(),
+        }
+    }
+}
+
+/// A reading in the units of people.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Sample {
+    /// Specific force in g.
+    force: [f64; 3],
+    /// Angular rate in deg/s.
+    rate: [f64; 3],
+    /// Temperature in degC.
+    temperature: f64,
+}
+
+impl Sample {
+    /// The range of the accelerometer in g.
+    const RANGE: f64 = 2.0;
+    /// The temperature where nothing else is said, in degC.
+    const ROOM: f64 = 25.0;
+
+    fn at_rest(force: [f64; 3]) -> Self {
+        Self {
+            force,
+            rate: [0.0; 3],
+            temperature: Self::ROOM,
+        }
+    }
+
+    fn reading(&self) -> Reading {
+        // Casts saturate, so rates and temperatures beyond what a reading can hold end at its limits.
+        let vector = |values: [f64; 3], unit: f64| {
+            let [x, y, z] = values.map(|value| (value * unit).round() as i32);
+            I32x3 { x, y, z }
+        };
+        let range = Self::RANGE;
+        Reading {
+            acceleration: vector(
+                self.force.map(|value| value.clamp(-range, range)),
+                ONE_G.into(),
+            ),
+            angular_rate: vector(self.rate, 65536.0),
+            temperature: (self.temperature * 100.0).round() as i16,
+            clipped: self.force.iter().any(|value| value.abs() > range),
+        }
+    }
+}
+
+/// The up vector (length 1) at these angles in degrees; None where there is none.
+fn up(x: f64, y: f64, axes: Axes) -> Option<[f64; 3]> {
+    let (x, y) = (x.to_radians(), y.to_radians());
+    match axes {
+        Axes::One => Some([y.cos() * x.sin(), y.cos() * x.cos(), y.sin()]),
+        Axes::Two => {
+            let (x, y) = (x.sin(), y.sin());
+            let rest = 1.0 - x * x - y * y;
+            // 45,45 is on the edge and must not fail by the last bit of a sine.
+            (rest > -1e-12).then(|| [-x, y, rest.max(0.0).sqrt()])
+        }
+    }
+}
+
+/// Sways by several degrees within tens of seconds, as a boom does, with a vibration of a few mg.
+fn sway(seconds: f64, axes: Axes) -> Sample {
+    let wave = |period: f64| (TAU * seconds / period).sin();
+    let attitude = |seconds: f64| {
+        let wave = |period: f64| (TAU * seconds / period).sin();
+        let (x, y) = match axes {
+            Axes::One => (30.0 * wave(24.0), 1.5 * wave(11.0)),
+            Axes::Two => (8.0 * wave(20.0), 5.0 * wave(13.0)),
+        };
+        up(x, y, axes).unwrap_or([0.0, 0.0, 1.0])
+    };
+    let step = 1e-3;
+    let (before, now, after) = (
+        attitude(seconds - step),
+        attitude(seconds),
+        attitude(seconds + step),
+    );
+    // The up vector u stands still in the world, so in the sensor's frame du/dt = u x w; without a turn about u itself the
+    // rate is w = du/dt x u.
+    let change = [0, 1, 2].map(|i| (after[i] - before[i]) / (2.0 * step));
+    let rate = cross(change, now).map(f64::to_degrees);
+    let vibration = [
+        0.003 * wave(1.0 / 17.3),
+        0.003 * wave(1.0 / 23.9),
+        0.002 * wave(1.0 / 31.1),
+    ];
+    Sample {
+        force: [0, 1, 2].map(|i| now[i] + vibration[i]),
+        rate,
+        temperature: Sample::ROOM,
+    }
+}
+
+fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
+    [
+        a[1] * b[2] - a[2] * b[1],
+        a[2] * b[0] - a[0] * b[2],
+        a[0] * b[1] - a[1] * b[0],
+    ]
+}
+
+#[cfg(test)]
+mod tests;

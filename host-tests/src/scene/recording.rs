@@ -1,0 +1,265 @@
+//! A motion recorded in a CSV file.
+
+use super::Sample;
+use std::path::Path;
+
+/// The columns; a file ends after the fourth, the seventh or the eighth.
+const COLUMNS: [&str; 8] = [
+    "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c",
+];
+
+/// Rows of a CSV file, in the order of time.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) struct Recording {
+    /// Time in seconds; at least one row.
+    rows: Vec<(f64, Sample)>,
+}
+
+impl Recording {
+    /// Reads the file; an error is one sentence that names the file and the line.
+    pub(super) fn open(path: &Path) -> Result<Self, String> {
+        let name = path.display();
+        let bytes = std::fs::read(path).map_err(|error| format!("cannot read {name}: {error}"))?;
+        Self::parse(&bytes).map_err(|Mistake { line, what }| format!("{name}:{line}: {what}"))
+    }
+
+    fn parse(bytes: &[u8]) -> Result<Self, Mistake> {
+        let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
+        let mut lines = bytes
+            .split(|byte| *byte == b'\n')
+            .enumerate()
+            .map(|(index, text)| (index + 1, text.trim_ascii()))
+            .filter(|(_, text)| !text.is_empty() && !text.starts_with(b"#"));
+        let (mut last, header) = lines
+            .next()
+            .ok_or_else(|| mistake(1, "there is no header; it reads t_s,ax_g,ay_g,az_g".into()))?;
+        let columns = read_header(last, header)?;
+        let mut rows: Vec<(f64, Sample)> = Vec::new();
+        for (line, text) in lines {
+            let row = read_row(line, text, columns)?;
+            if let Some((previous, _)) = rows.last()
+                && row.0 <= *previous
+            {
+                let time = row.0;
+                return Err(mistake(
+                    line,
+                    format!("the time must rise, but {time} follows {previous}"),
+                ));
+            }
+            rows.push(row);
+            last = line;
+        }
+        if rows.is_empty() {
+            return Err(mistake(
+                last,
+                "there is no row of values after the header".into(),
+            ));
+        }
+        Ok(Self { rows })
+    }
+
+    /// The sample at this time in seconds.
+    pub(super) fn at(&self, seconds: f64) -> Sample {
+        let next = self.rows.partition_point(|(time, _)| *time <= seconds);
+        let before = self.rows[next.saturating_sub(1)];
+        let after = self.rows[next.min(self.rows.len() - 1)];
+        let length = after.0 - before.0;
+        if length <= 0.0 {
+            return before.1;
+        }
+        let part = (seconds - before.0) / length;
+        let between = |from: f64, to: f64| from * (1.0 - part) + to * part;
+        let vector = |from: [f64; 3], to: [f64; 3]| [0, 1, 2].map(|i| between(from[i], to[i]));
+        Sample {
+            force: vector(before.1.force, after.1.force),
+            rate: vector(before.1.rate, after.1.rate),
+            temperature: between(before.1.temperature, after.1.temperature),
+        }
+    }
+}
+
+/// What is wrong, and in which line.
+struct Mistake {
+    line: usize,
+    what: String,
+}
+
+fn mistake(line: usize, what: String) -> Mistake {
+    Mistake { line, what }
+}
+
+/// The fields of a line, without the blanks around them.
+fn fields(line: usize, text: &[u8]) -> Result<Vec<&str>, Mistake> {
+    let text = std::str::from_utf8(text).map_err(|_| mistake(line, "this is not text".into()))?;
+    Ok(text.split(',').map(str::trim).collect())
+}
+
+/// The number of columns.
+fn read_header(line: usize, text: &[u8]) -> Result<usize, Mistake> {
+    let names = fields(line, text)?;
+    let wanted = match names.len() {
+        0..=4 => 4,
+        5..=7 => 7,
+        _ => 8,
+    };
+    for (index, name) in COLUMNS.iter().take(wanted).enumerate() {
+        match names.get(index) {
+            Some(found) if found == name => {}
+            Some(found) => {
+                return Err(mistake(
+                    line,
+                    format!("column {} must be {name}, not \"{found}\"", index + 1),
+                ));
+            }
+            None => return Err(mistake(line, format!("column {name} is missing"))),
+        }
+    }
+    match names.get(wanted) {
+        Some(extra) => Err(mistake(line, format!("there is no column \"{extra}\""))),
+        None => Ok(wanted),
+    }
+}
+
+fn read_row(line: usize, text: &[u8], columns: usize) -> Result<(f64, Sample), Mistake> {
+    let fields = fields(line, text)?;
+    if let Some(missing) = COLUMNS[..columns].get(fields.len()) {
+        return Err(mistake(line, format!("column {missing} is missing")));
+    }
+    if fields.len() > columns {
+        return Err(mistake(
+            line,
+            format!("there are {} values for {columns} columns", fields.len()),
+        ));
+    }
+    let mut values = [0.0; COLUMNS.len()];
+    values[7] = Sample::ROOM;
+    for ((value, text), name) in values.iter_mut().zip(&fields).zip(COLUMNS) {
+        *value = text
+            .parse()
+            .map_err(|_| mistake(line, format!("{name} is not a number: \"{text}\"")))?;
+        if !value.is_finite() {
+            return Err(mistake(line, format!("{name} is not finite: \"{text}\"")));
+        }
+    }
+    let [time, ax, ay, az, gx, gy, gz, temperature] = values;
+    Ok((
+        time,
+        Sample {
+            force: [ax, ay, az],
+            rate: [gx, gy, gz],
+            temperature,
+        },
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn error(text: &[u8]) -> String {
+        match Recording::parse(text) {
+            Ok(recording) => panic!("accepted: {recording:?}"),
+            Err(Mistake { line, what }) => format!("{line}: {what}"),
+        }
+    }
+
+    fn parse(text: &str) -> Recording {
+        Recording::parse(text.as_bytes())
+            .unwrap_or_else(|mistake| panic!("{}: {}", mistake.line, mistake.what))
+    }
+
+    #[test]
+    fn each_mistake_is_named_with_its_line() {
+        let cases: &[(&[u8], &str)] = &[
+            (b"", "1: there is no header; it reads t_s,ax_g,ay_g,az_g"),
+            (
+                b"# c\n\n",
+                "1: there is no header; it reads t_s,ax_g,ay_g,az_g",
+            ),
+            (b"0,0,0,1\n", "1: column 1 must be t_s, not \"0\""),
+            (b"#\nt_s,ax_g,ay_g\n", "2: column az_g is missing"),
+            (
+                b"t_s,ax_g,az_g,ay_g\n",
+                "1: column 3 must be ay_g, not \"az_g\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g,gx_dps\n",
+                "1: column gy_dps is missing",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g,temp_c\n",
+                "1: column 5 must be gx_dps, not \"temp_c\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c,x\n",
+                "1: there is no column \"x\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n# none\n",
+                "1: there is no row of values after the header",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n\n0,0,0\n",
+                "3: column az_g is missing",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n0,0,0,1,5\n",
+                "2: there are 5 values for 4 columns",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\r\n0,0,up,1\r\n",
+                "2: ay_g is not a number: \"up\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n0,0,,1\n",
+                "2: ay_g is not a number: \"\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n0,0,0,NaN\n",
+                "2: az_g is not finite: \"NaN\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n1e999,0,0,1\n",
+                "2: t_s is not finite: \"1e999\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n1,0,0,1\n# c\n1,0,0,1\n",
+                "4: the time must rise, but 1 follows 1",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g\n1,0,0,1\n0.5,0,0,1\n",
+                "3: the time must rise, but 0.5 follows 1",
+            ),
+            (b"\xFF\xFE\n", "1: this is not text"),
+        ];
+        for (text, expected) in cases {
+            assert_eq!(error(text), *expected);
+        }
+    }
+
+    #[test]
+    fn values_run_straight_from_row_to_row_and_hold_at_the_ends() {
+        let recording = parse("t_s,ax_g,ay_g,az_g\n1, 0, 0, 1\n3, 1, -1, 0\n4, 1, -1, 0\n");
+        let force = |seconds| recording.at(seconds).force;
+        assert_eq!(force(0.0), [0.0, 0.0, 1.0]);
+        assert_eq!(force(1.0), [0.0, 0.0, 1.0]);
+        assert_eq!(force(1.5), [0.25, -0.25, 0.75]);
+        assert_eq!(force(3.0), [1.0, -1.0, 0.0]);
+        assert_eq!(force(3.7), [1.0, -1.0, 0.0]);
+        assert_eq!(force(1e9), [1.0, -1.0, 0.0]);
+        assert_eq!(recording.at(2.0).temperature, 25.0);
+        assert_eq!(recording.at(2.0).rate, [0.0; 3]);
+    }
+
+    #[test]
+    fn rates_and_temperature_are_read_where_they_are_given() {
+        let recording = parse(
+            "# a comment\nt_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c\n0,0,0,1,1,2,3,-40\n2,0,0,1,3,2,1,85\n",
+        );
+        assert_eq!(recording.at(1.0).rate, [2.0, 2.0, 2.0]);
+        assert_eq!(recording.at(1.0).temperature, 22.5);
+        let recording = parse("t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps\n0,0,0,1,1,2,3\n");
+        assert_eq!(recording.at(5.0).rate, [1.0, 2.0, 3.0]);
+        assert_eq!(recording.at(5.0).temperature, 25.0);
+    }
+}

@@ -1,0 +1,363 @@
+//! The bench's bus in real time, with clients that speak slcan on TCP and on a pseudoterminal.
+//!
+//! ```text
+//!  client -- reading thread --\                           /-- outbox -- writing thread -- client
+//!  client -- reading thread ---+-- events -- main loop --+--- outbox -- writing thread -- client
+//!  client -- reading thread --/                           \-- outbox -- writing thread -- client
+//! ```
+//!
+//! The main loop alone owns the bus. It sleeps until a client sends something or the bus has something to do, whichever comes
+//! first, so nothing waits for a tick. It never waits for a client: what a client does not read piles up in its outbox, and
+//! when that is full the client is dropped. A client that sends faster than its lines are dealt with is held up by the bounded
+//! queue of events, as by a full buffer of an adapter.
+
+mod log;
+mod outbox;
+#[cfg(unix)]
+pub mod pty;
+mod status;
+pub mod tcp;
+
+pub use log::Log;
+pub use status::StatusLine;
+
+use crate::bench::{AdapterId, Bus, DeviceId, Source};
+use crate::slcan::{Channel, Port, QueueFull};
+use outbox::Outbox;
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::{self, Instant, after, reached};
+use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::time::Duration;
+use std::{fmt, io};
+
+/// Events that may wait for the main loop before those who send them are held up.
+const EVENTS_MAX: usize = 256;
+
+/// Events that are dealt with before the bus gets its turn again.
+const BURST: usize = 64;
+
+/// Frames of one client that may wait for the bus; more are refused with BEL.
+const QUEUE_MAX: usize = 50_000;
+
+/// How long the frames of a client that has closed its channel or gone may still wait for the bus.
+const LINGER: time::Duration = time::millis(1000);
+
+/// What happens outside of the bus.
+enum Event {
+    /// A client has come.
+    Joined(ClientId, Client),
+    /// A client has sent these bytes.
+    Input(ClientId, Vec<u8>),
+    /// A client has gone.
+    Left(ClientId),
+    /// The server is to end.
+    Stop,
+}
+
+/// Tells clients apart, those that have gone included.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+struct ClientId(u64);
+
+impl ClientId {
+    fn next() -> Self {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        Self(NEXT.fetch_add(1, Ordering::Relaxed))
+    }
+}
+
+impl fmt::Display for ClientId {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// The way to a client. Letting it fall ends the connection once what is in the outbox has been written.
+struct Client {
+    outbox: Arc<Outbox>,
+    hang_up: Box<dyn Fn() + Send>,
+}
+
+impl Client {
+    fn new(outbox: Arc<Outbox>, hang_up: impl Fn() + Send + 'static) -> Self {
+        Self {
+            outbox,
+            hang_up: Box::new(hang_up),
+        }
+    }
+}
+
+impl Drop for Client {
+    fn drop(&mut self) {
+        self.outbox.close();
+    }
+}
+
+/// The server takes no more events.
+struct Ended;
+
+/// Where threads that serve clients report to.
+#[derive(Clone)]
+pub struct Events(SyncSender<Event>);
+
+impl Events {
+    fn send(&self, event: Event) -> Result<(), Ended> {
+        self.0.send(event).map_err(|_| Ended)
+    }
+
+    /// Ends the server.
+    pub fn stop(&self) {
+        // When nobody takes events any more it has ended already.
+        let _ = self.send(Event::Stop);
+    }
+}
+
+/// What the main loop knows of a client.
+struct Session {
+    client: Client,
+    channel: Channel,
+    adapter: AdapterId,
+}
+
+/// The main loop: one bus and everybody on it.
+pub struct Server {
+    bus: Bus,
+    sensor: DeviceId,
+    start: std::time::Instant,
+    events: Receiver<Event>,
+    sessions: BTreeMap<ClientId, Session>,
+    leaving: Leaving,
+    log: Option<Log>,
+    status: Option<StatusLine>,
+    traffic: Traffic,
+}
+
+/// Frames that were on the bus.
+#[derive(Clone, Copy, Default, Debug)]
+struct Traffic {
+    /// Sent to the sensor.
+    received: u64,
+    /// Sent by the sensor.
+    sent: u64,
+}
+
+impl Server {
+    /// A server for `bus`, whose time starts now, and the way to tell it what happens.
+    ///
+    /// `sensor` is the device that the status line describes.
+    pub fn new(
+        bus: Bus,
+        sensor: DeviceId,
+        log: Option<Log>,
+        status: Option<StatusLine>,
+    ) -> (Self, Events) {
+        let (sender, events) = sync_channel(EVENTS_MAX);
+        let server = Self {
+            bus,
+            sensor,
+            start: std::time::Instant::now(),
+            events,
+            sessions: BTreeMap::new(),
+            leaving: Leaving::default(),
+            log,
+            status,
+            traffic: Traffic::default(),
+        };
+        (server, Events(sender))
+    }
+
+    /// Runs until [`Events::stop`].
+    ///
+    /// # Errors
+    /// The log cannot be written.
+    pub fn run(mut self) -> io::Result<()> {
+        loop {
+            self.advance()?;
+            let event = match self.pause() {
+                Some(pause) => self.events.recv_timeout(pause),
+                None => self.events.recv().map_err(RecvTimeoutError::from),
+            };
+            match event {
+                Ok(event) => {
+                    self.bus.run_until(self.now());
+                    let mut next = Some(event);
+                    let mut burst = 0;
+                    while let Some(event) = next.take() {
+                        if matches!(event, Event::Stop) {
+                            return self.end();
+                        }
+                        self.handle(event);
+                        burst += 1;
+                        if burst < BURST {
+                            next = self.events.try_recv().ok();
+                        }
+                    }
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return self.end(),
+            }
+        }
+    }
+
+    /// The time of the bus that it is now.
+    fn now(&self) -> Instant {
+        Instant::from_ticks(self.start.elapsed().as_micros() as u64)
+    }
+
+    /// How long nothing happens by itself; None: for ever.
+    fn pause(&self) -> Option<Duration> {
+        let until = |at: Instant| {
+            let at = Duration::from_micros(at.ticks());
+            at.saturating_sub(self.start.elapsed())
+        };
+        let bus = self.bus.next_event().map(until);
+        let status = self.status.as_ref().map(StatusLine::pause);
+        match (bus, status) {
+            (Some(bus), Some(status)) => Some(bus.min(status)),
+            (bus, status) => bus.or(status),
+        }
+    }
+
+    /// Lets the bus catch up with the time and passes on what was on it.
+    fn advance(&mut self) -> io::Result<()> {
+        self.bus.run_until(self.now());
+        let mut lines = Vec::new();
+        let (bus, leaving) = (&mut self.bus, &mut self.leaving);
+        self.sessions.retain(|_, session| {
+            lines.clear();
+            for (at, frame) in bus.take_received(session.adapter) {
+                session.channel.received(at, &frame, &mut lines);
+            }
+            session.push(&lines) || {
+                leaving.add(bus, session.adapter);
+                false
+            }
+        });
+        leaving.remove_done(bus);
+        let logged = self.bus.take_log();
+        for entry in &logged {
+            match entry.source {
+                Source::Device(_) => self.traffic.sent += 1,
+                Source::Adapter(_) => self.traffic.received += 1,
+            }
+        }
+        if let Some(log) = &mut self.log {
+            log.write(&logged)?;
+        }
+        if let Some(status) = &mut self.status {
+            status.show(
+                self.bus.device(self.sensor),
+                self.traffic,
+                self.sessions.len(),
+            );
+        }
+        Ok(())
+    }
+
+    /// Deals with one event at the time that the bus has.
+    fn handle(&mut self, event: Event) {
+        match event {
+            Event::Joined(id, client) => {
+                let session = Session {
+                    client,
+                    channel: Channel::new(),
+                    adapter: self.bus.adapter(),
+                };
+                self.sessions.insert(id, session);
+            }
+            Event::Input(id, bytes) => {
+                // A client that was dropped may still be heard for a moment.
+                let Some(session) = self.sessions.get_mut(&id) else {
+                    return;
+                };
+                let mut answers = Vec::new();
+                let mut port = AdapterPort {
+                    bus: &mut self.bus,
+                    adapter: &mut session.adapter,
+                    leaving: &mut self.leaving,
+                };
+                session.channel.input(&bytes, &mut port, &mut answers);
+                if !session.push(&answers) {
+                    self.leave(id);
+                }
+            }
+            Event::Left(id) => self.leave(id),
+            Event::Stop => {}
+        }
+    }
+
+    fn leave(&mut self, id: ClientId) {
+        if let Some(session) = self.sessions.remove(&id) {
+            self.leaving.add(&mut self.bus, session.adapter);
+        }
+    }
+
+    fn end(mut self) -> io::Result<()> {
+        if let Some(status) = &mut self.status {
+            status.end();
+        }
+        Ok(())
+    }
+}
+
+impl Session {
+    /// Sends bytes to the client; false when it had to be dropped because it does not read.
+    fn push(&self, bytes: &[u8]) -> bool {
+        let taken = bytes.is_empty() || self.client.outbox.push(bytes);
+        if !taken {
+            (self.client.hang_up)();
+        }
+        taken
+    }
+}
+
+/// Adapters that nobody uses any more, but that still have frames to send: a program that sends a command and ends at once
+/// means the command.
+#[derive(Debug, Default)]
+struct Leaving(Vec<(AdapterId, Instant)>);
+
+impl Leaving {
+    fn add(&mut self, bus: &mut Bus, adapter: AdapterId) {
+        self.0.push((adapter, after(bus.now(), LINGER)));
+        self.remove_done(bus);
+    }
+
+    fn remove_done(&mut self, bus: &mut Bus) {
+        self.0.retain(|&(adapter, until)| {
+            let stays = bus.queued(adapter) > 0 && !reached(bus.now(), until);
+            if !stays {
+                bus.remove(adapter);
+            }
+            stays
+        });
+    }
+}
+
+/// A client's adapter on the bus.
+struct AdapterPort<'a> {
+    bus: &'a mut Bus,
+    adapter: &'a mut AdapterId,
+    leaving: &'a mut Leaving,
+}
+
+impl Port for AdapterPort<'_> {
+    fn open(&mut self, rate: Option<BitRate>, listen_only: bool) {
+        self.bus.open(*self.adapter, rate, listen_only);
+    }
+
+    fn close(&mut self) {
+        let next = self.bus.adapter();
+        self.leaving
+            .add(self.bus, std::mem::replace(self.adapter, next));
+    }
+
+    fn send(&mut self, frame: Frame) -> Result<(), QueueFull> {
+        if self.bus.queued(*self.adapter) >= QUEUE_MAX {
+            return Err(QueueFull);
+        }
+        self.bus.send(*self.adapter, frame);
+        Ok(())
+    }
+}

@@ -1,0 +1,94 @@
+//! What was on the bus, as `candump -L -x` writes it.
+//!
+//! ```text
+//! (1700000000.012345) can0 300#02 T
+//! (1700000000.012700) can0 301#0201000000000000 R
+//! ```
+//!
+//! `T` marks what a client of the virtual sensor transmitted, `R` what was received from the sensor.
+
+use crate::bench::{Logged, Source};
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+
+/// The name of the interface in the log.
+const INTERFACE: &str = "can0";
+
+/// A log file.
+#[derive(Debug)]
+pub struct Log {
+    file: BufWriter<File>,
+    /// The time of day at which the bus's time is zero, since 1970.
+    start: Duration,
+}
+
+impl Log {
+    /// Creates the file, or empties it. The bus's time is taken to start now.
+    pub fn create(path: &Path) -> io::Result<Self> {
+        Ok(Self {
+            file: BufWriter::new(File::create(path)?),
+            // A clock before 1970 is no clock; the log then counts from zero.
+            start: SystemTime::now()
+                .duration_since(UNIX_EPOCH)
+                .unwrap_or_default(),
+        })
+    }
+
+    /// Appends lines and hands them to the operating system, so that others see them at once.
+    pub(super) fn write(&mut self, entries: &[Logged]) -> io::Result<()> {
+        for entry in entries {
+            writeln!(self.file, "{}", line(self.start, entry))?;
+        }
+        self.file.flush()
+    }
+}
+
+/// One line without its end.
+fn line(start: Duration, entry: &Logged) -> String {
+    let at = start + Duration::from_micros(entry.at.ticks());
+    let direction = match entry.source {
+        Source::Adapter(_) => 'T',
+        Source::Device(_) => 'R',
+    };
+    format!(
+        "({:010}.{:06}) {INTERFACE} {:?} {direction}",
+        at.as_secs(),
+        at.subsec_micros(),
+        entry.frame
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::bench::{Bus, BusRate};
+    use plumbline::can::{Frame, extended, standard};
+    use plumbline::time::Instant;
+
+    fn sent_by_a_client(at_us: u64, frame: Option<Frame>) -> String {
+        let entry = Logged {
+            at: Instant::from_ticks(at_us),
+            frame: frame.unwrap(),
+            source: Source::Adapter(Bus::new(BusRate::Follow).adapter()),
+        };
+        line(Duration::new(1_700_000_000, 999_999_000), &entry)
+    }
+
+    #[test]
+    fn lines_are_those_of_candump() {
+        assert_eq!(
+            sent_by_a_client(2, Frame::data(standard(0x300), &[0xFF, 1])),
+            "(1700000001.000001) can0 300#FF01 T"
+        );
+        assert_eq!(
+            sent_by_a_client(1_000_000, Frame::remote(extended(0x123), 4)),
+            "(1700000001.999999) can0 00000123#R4 T"
+        );
+        assert_eq!(
+            sent_by_a_client(0, Frame::data(standard(0x100), &[])),
+            "(1700000000.999999) can0 100# T"
+        );
+    }
+}

@@ -1,0 +1,197 @@
+//! One line on a terminal that tells what the sensor is doing.
+
+use super::Traffic;
+use crate::bench::Device;
+use plumbline::can::BitRate;
+use plumbline::node::{BusMode, BusState, Leds, Readout};
+use std::io::{self, Write};
+use std::time::{Duration, Instant};
+
+/// The time between two versions of the line.
+const INTERVAL: Duration = Duration::from_millis(100);
+
+/// Goes to the start of the line and stops at its end, so that a long text on a narrow terminal stays one line.
+const BEGIN: &str = "\r\x1b[?7l";
+
+/// Erases what is left of the version before, and lets long lines wrap again.
+const FINISH: &str = "\x1b[K\x1b[?7h";
+
+/// A line on standard output that is overwritten in place.
+#[derive(Debug)]
+pub struct StatusLine {
+    next: Instant,
+}
+
+impl Default for StatusLine {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl StatusLine {
+    /// A line that is shown at once.
+    pub fn new() -> Self {
+        Self {
+            next: Instant::now(),
+        }
+    }
+
+    /// How long the line on display will do.
+    pub(super) fn pause(&self) -> Duration {
+        self.next.saturating_duration_since(Instant::now())
+    }
+
+    /// Shows the line when it is time to.
+    pub(super) fn show(&mut self, sensor: &Device, traffic: Traffic, clients: usize) {
+        if !self.pause().is_zero() {
+            return;
+        }
+        self.next = Instant::now() + INTERVAL;
+        let line = text(&Display {
+            model: sensor.model().name,
+            readout: sensor.readout(),
+            leds: sensor.leds(),
+            rate: sensor.rate(),
+            mode: sensor.mode(),
+            state: sensor.bus_state(),
+            traffic,
+            clients,
+        });
+        print(&format!("{BEGIN}{line}{FINISH}"));
+    }
+
+    /// Leaves the line as it is and goes to the next.
+    pub(super) fn end(&mut self) {
+        print("\n");
+    }
+}
+
+/// A terminal that has gone away is no reason to end the sensor.
+fn print(text: &str) {
+    let mut output = io::stdout().lock();
+    let _ = output
+        .write_all(text.as_bytes())
+        .and_then(|()| output.flush());
+}
+
+/// What the line shows.
+struct Display {
+    model: &'static str,
+    readout: Option<Readout>,
+    leds: Leds,
+    rate: Option<BitRate>,
+    mode: Option<BusMode>,
+    state: Option<BusState>,
+    traffic: Traffic,
+    clients: usize,
+}
+
+/// The line.
+fn text(display: &Display) -> String {
+    let state = match (display.mode, display.state) {
+        (None, _) | (_, None) => "off",
+        (_, Some(BusState::BusOff)) => "bus off",
+        (Some(BusMode::Listen), _) => "listening",
+        (_, Some(BusState::Active)) => "active",
+        (_, Some(BusState::Warning)) => "warning",
+        (_, Some(BusState::Passive)) => "passive",
+    };
+    let Traffic { received, sent } = display.traffic;
+    format!(
+        "{} {} {} {} {} {state} in {received} out {sent} clients {}",
+        display.model,
+        angles(display.readout),
+        lamp("run", display.leds.run, 32),
+        lamp("err", display.leds.error, 31),
+        kbits(display.rate),
+        display.clients,
+    )
+}
+
+/// A dot in its colour when lit, and dark otherwise.
+fn lamp(name: &str, lit: bool, colour: u8) -> String {
+    if lit {
+        format!("\x1b[{colour}m●\x1b[0m{name}")
+    } else {
+        format!("\x1b[2m○\x1b[0m{name}")
+    }
+}
+
+fn angles(readout: Option<Readout>) -> String {
+    let degrees = |hundredths: i32| f64::from(hundredths) / 100.0;
+    match readout {
+        None => "off".into(),
+        Some(Readout { x, y: None }) => format!("{:7.2}°", degrees(x)),
+        Some(Readout { x, y: Some(y) }) => {
+            format!("X{:+7.2}° Y{:+7.2}°", degrees(x), degrees(y))
+        }
+    }
+}
+
+fn kbits(rate: Option<BitRate>) -> String {
+    rate.map_or("- kbit/s".into(), |rate| {
+        format!("{} kbit/s", f64::from(rate.bits_per_second()) / 1000.0)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn plain(display: &Display) -> String {
+        let mut text = text(display);
+        for code in ["\x1b[32m", "\x1b[31m", "\x1b[2m", "\x1b[0m"] {
+            text = text.replace(code, "");
+        }
+        text
+    }
+
+    fn display() -> Display {
+        Display {
+            model: "is2",
+            readout: Some(Readout {
+                x: -123,
+                y: Some(9000),
+            }),
+            leds: Leds {
+                run: true,
+                error: false,
+            },
+            rate: Some(BitRate::K62_5),
+            mode: Some(BusMode::Normal),
+            state: Some(BusState::Active),
+            traffic: Traffic {
+                received: 3,
+                sent: 1234,
+            },
+            clients: 2,
+        }
+    }
+
+    #[test]
+    fn two_axes() {
+        assert_eq!(
+            plain(&display()),
+            "is2 X  -1.23° Y +90.00° ●run ○err 62.5 kbit/s active in 3 out 1234 clients 2"
+        );
+    }
+
+    #[test]
+    fn one_axis_listening() {
+        let display = Display {
+            model: "is1",
+            readout: Some(Readout { x: 35999, y: None }),
+            leds: Leds {
+                run: false,
+                error: true,
+            },
+            mode: Some(BusMode::Listen),
+            rate: None,
+            ..display()
+        };
+        assert_eq!(
+            plain(&display),
+            "is1  359.99° ○run ●err - kbit/s listening in 3 out 1234 clients 2"
+        );
+    }
+}

@@ -1,0 +1,285 @@
+//! The LAWICEL ASCII protocol ("slcan"), as an adapter speaks it: lines from a client become calls of a CAN port, received
+//! frames become lines. No I/O.
+//!
+//! A line ends with CR (0Dh); every line is answered at once, with CR or, when it is refused, with BEL (07h) and no other effect.
+//!
+//! ```text
+//!  line           answer     meaning
+//!  (empty)        CR         drivers send empty lines to get in step
+//!  Sn             CR         bit rate 10, 20, 50, 100, 125, 250, 500, 800, 1000 kbit/s for n = 0..8; only while closed
+//!  sxxyy          CR         bit rate from the SJA1000's registers BTR0 and BTR1 at 16 MHz; only while closed
+//!  O   L          CR         open; open listen-only. The same again while open: nothing changes
+//!  C              CR         close. Again while closed: nothing changes
+//!  tiiil(dd)*     z CR       send a data frame: identifier of 3 hex digits, length 0..8, that many bytes of 2 digits
+//!  Tiiiiiiiil...  Z CR       the same with a 29-bit identifier of 8 digits
+//!  riiil          z CR       send a remote frame
+//!  Riiiiiiiil     Z CR       the same with a 29-bit identifier
+//!  F              Fhh CR     status flags: bit 1 = the transmit queue has overrun since they were last read; only while open
+//!  Z0  Z1         CR         time stamps off, on; only while closed
+//!  V   N          V1010 CR   version, Nxxxx CR serial number
+//! ```
+//!
+//! Received frames come as `t`, `T`, `r` and `R` lines, with time stamps on followed by the milliseconds within the current
+//! minute in 4 digits. Nothing is sent before the channel is open except answers. Hexadecimal digits may be of either case and
+//! are sent in upper case. The acceptance filter commands `M` and `m` are refused: a client hears the whole bus.
+//!
+//! Two liberties beyond the LAWICEL manual: python-can opens twice and closes what is closed, so both are answered with CR; and
+//! opening without a bit rate is allowed, because a simulated bus has one.
+
+use embedded_can::{ExtendedId, Id, StandardId};
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+
+const CR: u8 = b'\r';
+const BEL: u8 = 0x07;
+
+/// The longest valid line: `T`, 8 digits of identifier, length, 8 bytes.
+const LINE_MAX: usize = 1 + 8 + 1 + 16;
+
+/// The status flag "transmit queue full" in the answer to `F`.
+const TRANSMIT_OVERRUN: u8 = 1 << 1;
+
+/// The answers to `V` (hardware 1.0, protocol 1.0) and `N`.
+const VERSION: &[u8] = b"V1010";
+const SERIAL: &[u8] = b"N0001";
+
+/// The CAN controller beneath a [`Channel`].
+pub trait Port {
+    /// Takes part in the bus at `rate` (None: at whatever rate the bus has), or only listens.
+    fn open(&mut self, rate: Option<BitRate>, listen_only: bool);
+    /// Leaves the bus and hears nothing more.
+    fn close(&mut self);
+    /// Queues a frame for transmission.
+    fn send(&mut self, frame: Frame) -> Result<(), QueueFull>;
+}
+
+/// A frame was refused because too many wait already.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct QueueFull;
+
+/// What one client has set up, and the line that it has begun.
+#[derive(Clone, Debug, Default)]
+pub struct Channel {
+    line: heapless::Vec<u8, LINE_MAX>,
+    /// The line is longer than any valid one; the rest of it is skipped.
+    too_long: bool,
+    mode: Mode,
+    rate: Option<BitRate>,
+    time_stamps: bool,
+    flags: u8,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+enum Mode {
+    #[default]
+    Closed,
+    Open,
+    ListenOnly,
+}
+
+/// The line was refused.
+struct Refused;
+
+impl Channel {
+    /// A client's channel before it has said anything: closed, without time stamps.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// True between `O` or `L` and `C`.
+    pub fn is_open(&self) -> bool {
+        self.mode != Mode::Closed
+    }
+
+    /// Takes what came from the client, in pieces of any size, and appends the answers to `answers`.
+    pub fn input(&mut self, bytes: &[u8], port: &mut impl Port, answers: &mut Vec<u8>) {
+        for &byte in bytes {
+            if byte != CR {
+                self.too_long |= self.line.push(byte).is_err();
+                continue;
+            }
+            let line = core::mem::take(&mut self.line);
+            let too_long = core::mem::take(&mut self.too_long);
+            let start = answers.len();
+            if too_long || self.execute(&line, port, answers).is_err() {
+                answers.truncate(start);
+                answers.push(BEL);
+            } else {
+                answers.push(CR);
+            }
+        }
+    }
+
+    /// Appends the line for a frame received at `at`; nothing while the channel is closed.
+    pub fn received(&self, at: Instant, frame: &Frame, lines: &mut Vec<u8>) {
+        if !self.is_open() {
+            return;
+        }
+        write_frame(frame, lines);
+        if self.time_stamps {
+            write_hex(at.ticks() / 1000 % 60_000, 4, lines);
+        }
+        lines.push(CR);
+    }
+
+    /// Does what one line says; the answer goes without its CR.
+    fn execute(
+        &mut self,
+        line: &[u8],
+        port: &mut impl Port,
+        answer: &mut Vec<u8>,
+    ) -> Result<(), Refused> {
+        match line {
+            [] => {}
+            [b'S', digit] => self.set_rate(standard_rate(*digit))?,
+            [b's', registers @ ..] => self.set_rate(register_rate(registers))?,
+            [b'O'] => self.open(Mode::Open, port)?,
+            [b'L'] => self.open(Mode::ListenOnly, port)?,
+            [b'C'] => {
+                if self.is_open() {
+                    self.mode = Mode::Closed;
+                    port.close();
+                }
+            }
+            [kind @ (b't' | b'T' | b'r' | b'R'), ..] => {
+                let frame = read_frame(line).ok_or(Refused)?;
+                if self.mode != Mode::Open {
+                    return Err(Refused);
+                }
+                if port.send(frame) == Err(QueueFull) {
+                    self.flags |= TRANSMIT_OVERRUN;
+                    return Err(Refused);
+                }
+                answer.push(if kind.is_ascii_lowercase() {
+                    b'z'
+                } else {
+                    b'Z'
+                });
+            }
+            [b'F'] if self.is_open() => {
+                answer.push(b'F');
+                write_hex(core::mem::take(&mut self.flags).into(), 2, answer);
+            }
+            [b'Z', digit @ (b'0' | b'1')] if !self.is_open() => self.time_stamps = *digit == b'1',
+            [b'V'] => answer.extend_from_slice(VERSION),
+            [b'N'] => answer.extend_from_slice(SERIAL),
+            _ => return Err(Refused),
+        }
+        Ok(())
+    }
+
+    fn set_rate(&mut self, rate: Option<BitRate>) -> Result<(), Refused> {
+        if self.is_open() {
+            return Err(Refused);
+        }
+        self.rate = Some(rate.ok_or(Refused)?);
+        Ok(())
+    }
+
+    fn open(&mut self, mode: Mode, port: &mut impl Port) -> Result<(), Refused> {
+        if !self.is_open() {
+            self.mode = mode;
+            self.flags = 0;
+            port.open(self.rate, mode == Mode::ListenOnly);
+        }
+        if self.mode == mode {
+            Ok(())
+        } else {
+            Err(Refused)
+        }
+    }
+}
+
+/// The bit rate of `Sn`.
+fn standard_rate(digit: u8) -> Option<BitRate> {
+    Some(match digit {
+        b'0' => BitRate::K10,
+        b'1' => BitRate::K20,
+        b'2' => BitRate::K50,
+        b'3' => BitRate::K100,
+        b'4' => BitRate::K125,
+        b'5' => BitRate::K250,
+        b'6' => BitRate::K500,
+        b'7' => BitRate::K800,
+        b'8' => BitRate::M1,
+        _ => return None,
+    })
+}
+
+/// The bit rate of `sxxyy`; None when it is none of the ten.
+///
+/// The SJA1000 divides its 16 MHz by 2 and by BTR0's low 6 bits + 1 for the time quantum; a bit has 1 quantum, BTR1's low 4
+/// bits + 1 and the 3 bits above them + 1.
+fn register_rate(registers: &[u8]) -> Option<BitRate> {
+    if registers.len() != 4 {
+        return None;
+    }
+    let (btr0, btr1) = read_hex(registers).map(|both| (both >> 8, both & 0xFF))?;
+    let quanta = 1 + (btr1 & 0xF) + 1 + (btr1 >> 4 & 7) + 1;
+    let divider = ((btr0 & 0x3F) + 1) * quanta;
+    BitRate::ALL
+        .into_iter()
+        .find(|rate| rate.bits_per_second() * divider == 8_000_000)
+}
+
+/// Reads a `t`, `T`, `r` or `R` line without its CR; None unless all of it is valid.
+fn read_frame(line: &[u8]) -> Option<Frame> {
+    let (&kind, rest) = line.split_first()?;
+    let (id, rest) = if kind.is_ascii_lowercase() {
+        let (digits, rest) = rest.split_at_checked(3)?;
+        let id = u16::try_from(read_hex(digits)?).ok()?;
+        (Id::Standard(StandardId::new(id)?), rest)
+    } else {
+        let (digits, rest) = rest.split_at_checked(8)?;
+        (Id::Extended(ExtendedId::new(read_hex(digits)?)?), rest)
+    };
+    let (&length, digits) = rest.split_first()?;
+    let length = usize::from(length.checked_sub(b'0').filter(|length| *length <= 8)?);
+    if kind.eq_ignore_ascii_case(&b'r') {
+        return digits.is_empty().then(|| Frame::remote(id, length))?;
+    }
+    if digits.len() != 2 * length {
+        return None;
+    }
+    let mut data = [0; 8];
+    for (byte, digits) in data.iter_mut().zip(digits.chunks(2)) {
+        *byte = read_hex(digits)? as u8;
+    }
+    Frame::data(id, &data[..length])
+}
+
+/// Appends the line of a frame without its CR.
+fn write_frame(frame: &Frame, line: &mut Vec<u8>) {
+    let kind = if frame.is_remote() { b'r' } else { b't' };
+    match frame.id() {
+        Id::Standard(id) => {
+            line.push(kind);
+            write_hex(id.as_raw().into(), 3, line);
+        }
+        Id::Extended(id) => {
+            line.push(kind.to_ascii_uppercase());
+            write_hex(id.as_raw().into(), 8, line);
+        }
+    }
+    write_hex(frame.dlc() as u64, 1, line);
+    for byte in frame.bytes() {
+        write_hex((*byte).into(), 2, line);
+    }
+}
+
+/// The number that up to 8 hexadecimal digits say; None when there is anything else among them.
+fn read_hex(digits: &[u8]) -> Option<u32> {
+    digits.iter().try_fold(0, |number: u32, digit| {
+        Some(number << 4 | char::from(*digit).to_digit(16)?)
+    })
+}
+
+/// Appends the low `digits` hexadecimal digits of `number`.
+fn write_hex(number: u64, digits: u32, text: &mut Vec<u8>) {
+    for shift in (0..digits).rev() {
+        text.push(b"0123456789ABCDEF"[(number >> (4 * shift) & 0xF) as usize]);
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,162 @@
+//! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
+
+use crate::bench::{Bus, BusRate, Device, Flash};
+use crate::models::{self, MODELS};
+use crate::scene::{Axes, Scene, SceneArgument, SceneError};
+use crate::server::{Log, Server, StatusLine, tcp};
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
+use plumbline::can::BitRate;
+use std::fs::OpenOptions;
+use std::io::{self, IsTerminal, Write};
+use std::net::TcpListener;
+use std::path::{Path, PathBuf};
+
+/// Where clients are expected when nothing is said.
+const DEFAULT_ADDRESS: &str = "127.0.0.1:11898";
+
+/// The serial number that the sensor tells.
+const SERIAL: u32 = 1;
+
+/// A CAN inclination sensor on a simulated bus. Clients speak slcan (LAWICEL ASCII) and share the bus.
+#[derive(Clone, Debug, Parser)]
+#[command(name = "virtual-sensor", version)]
+pub struct Options {
+    /// The sensor that is simulated
+    #[arg(long, default_value = "is2", value_parser = PossibleValuesParser::new(MODELS.iter().map(|model| model.name)))]
+    model: String,
+
+    /// Where to listen for clients; port 0 picks a free one [default: 127.0.0.1:11898, or a free port when that one is taken]
+    #[arg(long, value_name = "ADDRESS:PORT")]
+    listen: Option<String>,
+
+    /// Offer a pseudoterminal too, for programs that expect a serial port
+    #[cfg(unix)]
+    #[arg(long)]
+    pty: bool,
+
+    /// What the sensor is mounted on: tilt=X,Y (degrees, at rest; with one axis X is the angle, Y the cross slope) or a CSV file
+    /// with the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps[,temp_c]] [default: a slow sway]
+    #[arg(long, allow_hyphen_values = true)]
+    scene: Option<SceneArgument>,
+
+    /// Keep the nonvolatile memory in this file, so that ending and starting the program is a power cycle
+    #[arg(long, value_name = "FILE")]
+    store: Option<PathBuf>,
+
+    /// The bit rate of the bus; who is set to another one takes no part [default: the sensor's; the clients' do not matter]
+    #[arg(long, value_name = "KBITS", value_parser = bit_rate)]
+    bus_rate: Option<BitRate>,
+
+    /// Write the traffic to this file, as candump -L does
+    #[arg(long, value_name = "FILE")]
+    log: Option<PathBuf>,
+}
+
+/// Why the program ended; one sentence for its user.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+pub enum Failure {
+    /// The command line asks for what cannot be.
+    #[error("{0}")]
+    Usage(String),
+    /// Something outside of the program does not work.
+    #[error("{0}")]
+    Outside(String),
+}
+
+impl From<SceneError> for Failure {
+    fn from(error: SceneError) -> Self {
+        match error {
+            SceneError::Argument(what) => Self::Usage(what),
+            SceneError::File(what) => Self::Outside(what),
+        }
+    }
+}
+
+/// Says what could not be done, and why.
+fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
+    move |error| Failure::Outside(format!("cannot {what}: {error}"))
+}
+
+/// Runs the virtual sensor until Ctrl-C.
+pub fn run(options: &Options) -> Result<(), Failure> {
+    let model = models::find(&options.model)
+        .ok_or_else(|| Failure::Usage(format!("there is no model {}", options.model)))?;
+    let scene = Scene::open(options.scene.as_ref(), Axes::of(model))?;
+    let flash = options
+        .store
+        .as_deref()
+        .map_or_else(|| Ok(Flash::default()), open_store)?;
+    let log = match &options.log {
+        Some(path) => {
+            Some(Log::create(path).map_err(cannot(format!("write the log {}", path.display())))?)
+        }
+        None => None,
+    };
+    let listener = listen(options.listen.as_deref())?;
+    let address = listener.local_addr().map_err(cannot("listen"))?;
+
+    let mut bus = Bus::new(options.bus_rate.map_or(BusRate::Follow, BusRate::Fixed));
+    let sensor = bus.attach(Device::new(model, SERIAL, flash, Box::new(scene)));
+    let status = io::stdout().is_terminal().then(StatusLine::new);
+    let (server, events) = Server::new(bus, sensor, log, status);
+
+    let stop = events.clone();
+    ctrlc::set_handler(move || stop.stop())
+        .map_err(|error| Failure::Outside(format!("cannot catch Ctrl-C: {error}")))?;
+    announce(&format!("slcan socket://{address}"));
+    #[cfg(unix)]
+    if options.pty {
+        let path =
+            crate::server::pty::serve(events.clone()).map_err(cannot("create a pseudoterminal"))?;
+        announce(&format!("slcan {path}"));
+    }
+    tcp::serve(listener, events).map_err(cannot("start a thread"))?;
+    server.run().map_err(|error| {
+        let log = options.log.as_deref().unwrap_or(Path::new("log"));
+        cannot(format!("write the log {}", log.display()))(error)
+    })
+}
+
+/// One of the ten bit rates, in kbit/s.
+fn bit_rate(text: &str) -> Result<BitRate, String> {
+    let kbits = |rate: &BitRate| f64::from(rate.bits_per_second()) / 1000.0;
+    let wanted = text.parse::<f64>().ok();
+    BitRate::ALL
+        .into_iter()
+        .find(|rate| Some(kbits(rate)) == wanted)
+        .ok_or_else(|| {
+            let all: Vec<String> = BitRate::ALL
+                .iter()
+                .map(|rate| kbits(rate).to_string())
+                .collect();
+            format!("the bit rates are {} kbit/s", all.join(", "))
+        })
+}
+
+/// The memory in `path`, which is created when there is none; that it can be written is found out now and not at the first save.
+fn open_store(path: &Path) -> Result<Flash, Failure> {
+    OpenOptions::new()
+        .write(true)
+        .create(true)
+        .truncate(false)
+        .open(path)
+        .and_then(|_| Flash::in_file(path))
+        .map_err(cannot(format!("use the store {}", path.display())))
+}
+
+/// Listens at the address, or at the default one.
+fn listen(address: Option<&str>) -> Result<TcpListener, Failure> {
+    match address {
+        Some(address) => TcpListener::bind(address).map_err(cannot(format!("listen at {address}"))),
+        None => TcpListener::bind(DEFAULT_ADDRESS)
+            .or_else(|_| TcpListener::bind("127.0.0.1:0"))
+            .map_err(cannot(format!("listen at {DEFAULT_ADDRESS}"))),
+    }
+}
+
+/// Prints a line at once. Whether anybody reads it does not matter to the sensor.
+fn announce(line: &str) {
+    let mut output = io::stdout().lock();
+    let _ = writeln!(output, "{line}").and_then(|()| output.flush());
+}

@@ -1,0 +1,161 @@
+//! A raw slcan client: bytes go out, lines come in.
+
+use super::sensor::{PATIENCE, Sensor};
+use std::io::{ErrorKind, Read, Write};
+use std::net::TcpStream;
+use std::time::{Duration, Instant};
+
+/// A poll of the angles, and the beginning of its reply.
+pub const POLL: &str = "t300100";
+pub const REPLY: &str = "t301600";
+
+/// The beginning of a boot-up message.
+pub const BOOT_UP: &str = "t3018FF";
+
+/// A line that was refused.
+pub const BEL: &str = "\x07";
+
+/// Long enough for what must not come.
+pub const QUIET: Duration = Duration::from_millis(200);
+
+/// A client on a stream that has a read timeout.
+pub struct Client<S> {
+    pub stream: S,
+    buffer: Vec<u8>,
+}
+
+impl Client<TcpStream> {
+    /// A client on TCP; its channel is closed.
+    pub fn connect(sensor: &Sensor) -> Self {
+        Self::on(sensor.connect())
+    }
+
+    /// A client on TCP with an open channel.
+    pub fn open(sensor: &Sensor) -> Self {
+        let mut client = Self::connect(sensor);
+        client.expect("O", "");
+        client
+    }
+
+    /// A client on a bus with a sensor that has found the bit rate and says no more by itself.
+    pub fn awake(sensor: &Sensor) -> Self {
+        let mut client = Self::open(sensor);
+        client.wake();
+        client
+    }
+}
+
+impl<S: Read + Write> Client<S> {
+    pub fn on(stream: S) -> Self {
+        Self {
+            stream,
+            buffer: Vec::new(),
+        }
+    }
+
+    /// Sends one line.
+    pub fn say(&mut self, line: &str) {
+        self.stream
+            .write_all(format!("{line}\r").as_bytes())
+            .expect("the server takes it");
+    }
+
+    /// Sends one line and expects this answer, without its CR, before anything else.
+    #[track_caller]
+    pub fn expect(&mut self, line: &str, answer: &str) {
+        self.say(line);
+        assert_eq!(self.next().as_deref(), Some(answer), "{line}");
+    }
+
+    /// The next line without its CR, or the text of a BEL; None when nothing comes for a long time or the connection ends.
+    pub fn next(&mut self) -> Option<String> {
+        self.next_within(PATIENCE)
+    }
+
+    /// The next line that comes within this time.
+    pub fn next_within(&mut self, time: Duration) -> Option<String> {
+        let end = Instant::now() + time;
+        loop {
+            let at = self.buffer.iter().position(|b| matches!(b, b'\r' | 7));
+            if let Some(at) = at {
+                let mut line: Vec<u8> = self.buffer.drain(..=at).collect();
+                if line.ends_with(b"\r") {
+                    line.pop();
+                }
+                return Some(String::from_utf8(line).expect("ASCII"));
+            }
+            if Instant::now() > end {
+                return None;
+            }
+            let mut buffer = [0; 4096];
+            match self.stream.read(&mut buffer) {
+                Ok(0) => return None,
+                Ok(length) => self.buffer.extend_from_slice(&buffer[..length]),
+                Err(error)
+                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+                Err(_) => return None,
+            }
+        }
+    }
+
+    /// The next line that begins like this; others are skipped.
+    #[track_caller]
+    pub fn find(&mut self, beginning: &str) -> String {
+        let end = Instant::now() + PATIENCE;
+        while Instant::now() < end {
+            match self.next() {
+                Some(line) if line.starts_with(beginning) => return line,
+                Some(_) => {}
+                None => break,
+            }
+        }
+        panic!("no line begins with {beginning}");
+    }
+
+    /// Polls the angles and returns them in 0.01 deg.
+    #[track_caller]
+    pub fn poll(&mut self) -> (i16, i16) {
+        self.say(POLL);
+        let line = self.find(REPLY);
+        let value = |at: usize| {
+            let byte = |at| u8::from_str_radix(&line[at..at + 2], 16).expect("hexadecimal");
+            i16::from_le_bytes([byte(at), byte(at + 2)])
+        };
+        (value(9), value(13))
+    }
+}
+
+impl Client<TcpStream> {
+    /// Shortens reads, so that silence can be noticed in time.
+    pub fn impatient(&self) {
+        let timeout = Some(Duration::from_millis(20));
+        self.stream.set_read_timeout(timeout).expect("a socket");
+    }
+
+    /// Sends until the sensor, which detects the bit rate, has said its two boot-up messages.
+    #[track_caller]
+    pub fn wake(&mut self) {
+        self.impatient();
+        let end = Instant::now() + PATIENCE;
+        let mut heard = 0;
+        while heard < 2 {
+            assert!(Instant::now() < end, "the sensor does not wake up");
+            if heard == 0 {
+                self.say(POLL);
+            }
+            while let Some(line) = self.next_within(Duration::from_millis(100)) {
+                heard += u32::from(line.starts_with(BOOT_UP));
+                if heard == 2 {
+                    break;
+                }
+            }
+        }
+        // Polls that were still on their way are answered before this one.
+        self.say("N");
+        self.find("N");
+        while self.next_within(Duration::from_millis(100)).is_some() {}
+        self.stream
+            .set_read_timeout(Some(PATIENCE))
+            .expect("a socket");
+    }
+}

@@ -1,0 +1,65 @@
+//! Clients written in Python.
+//!
+//! They need the packages of `clients/requirements.txt`. They run with the interpreter that `PLUMBLINE_PYTHON` names, or that of
+//! the virtual environment `clients-venv` in the target directory, or the system's `python3`, the first of them that has the
+//! packages. Where none has, a test that needs them says that it was skipped; in a continuous integration run (`CI` is set) it
+//! fails.
+//!
+//! ```sh
+//! python3 -m venv target/clients-venv
+//! target/clients-venv/bin/pip install -r host-tests/clients/requirements.txt
+//! ```
+
+use std::io::{Write, stderr};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// Runs `clients/SCRIPT` with these arguments and panics when it fails. `modules` are what it imports beyond Python's own.
+#[track_caller]
+pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
+    let Some(python) = interpreter(modules) else {
+        let what = format!("{script}: no Python with {}", modules.join(", "));
+        assert!(std::env::var_os("CI").is_none(), "{what}");
+        // Written to standard error itself, which the test harness does not capture.
+        let _ = writeln!(stderr(), "skipped: {what}");
+        return;
+    };
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("clients")
+        .join(script);
+    let output = Command::new(python)
+        .arg(path)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .expect("the interpreter starts");
+    assert!(
+        output.status.success(),
+        "{script} failed:\n{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+}
+
+/// The first interpreter that has these modules.
+fn interpreter(modules: &[&str]) -> Option<PathBuf> {
+    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent();
+    let environment = target.map(|target| {
+        let folder = if cfg!(windows) { "Scripts" } else { "bin" };
+        target.join("clients-venv").join(folder).join("python")
+    });
+    let named = std::env::var_os("PLUMBLINE_PYTHON").map(PathBuf::from);
+    [named, environment, Some("python3".into())]
+        .into_iter()
+        .flatten()
+        .find(|python| {
+            Command::new(python)
+                .arg("-c")
+                .arg(format!("import {}", modules.join(", ")))
+                .stdin(Stdio::null())
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status()
+                .is_ok_and(|status| status.success())
+        })
+}

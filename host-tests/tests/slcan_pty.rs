@@ -1,0 +1,112 @@
+//! Clients on the pseudoterminal.
+#![cfg(unix)]
+
+mod process;
+
+use process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY};
+use process::sensor::Sensor;
+use rustix::fs::{Mode, OFlags};
+use rustix::termios::{LocalModes, OutputModes, tcgetattr};
+use std::fs::File;
+use std::io::Write;
+use std::time::Duration;
+
+fn open(path: &str) -> Client<File> {
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+    let terminal = rustix::fs::open(path, flags, Mode::empty()).expect("it is there");
+    Client::on(File::from(terminal))
+}
+
+fn sensor_with_terminal(arguments: &[&str]) -> (Sensor, String) {
+    let mut sensor = Sensor::start(&[arguments, &["--pty"]].concat());
+    let line = sensor.line();
+    let path = line
+        .strip_prefix("slcan ")
+        .expect("slcan /dev/...")
+        .to_owned();
+    (sensor, path)
+}
+
+#[test]
+fn a_terminal_is_raw_and_speaks_the_same() {
+    let (sensor, path) = sensor_with_terminal(&[]);
+    let mut witness = Client::awake(&sensor);
+    let mut client = open(&path);
+    let settings = tcgetattr(&client.stream).expect("a terminal");
+    assert!(
+        !settings
+            .local_modes
+            .intersects(LocalModes::ECHO | LocalModes::ICANON | LocalModes::ISIG)
+    );
+    assert!(!settings.output_modes.contains(OutputModes::OPOST));
+    client.expect("C", "");
+    client.expect("V", "V1010");
+    client.expect("t1230", BEL);
+    client.expect("O", "");
+    client.expect("\x03", BEL);
+    client.expect("\n", BEL);
+    client.poll();
+    assert_eq!(witness.next().as_deref(), Some(POLL));
+    witness.find(REPLY);
+    witness.expect("t1230", "z");
+    assert_eq!(client.next().as_deref(), Some("t1230"));
+}
+
+#[test]
+fn a_terminal_can_be_opened_again() {
+    let (sensor, path) = sensor_with_terminal(&[]);
+    let mut witness = Client::awake(&sensor);
+    for _ in 0..5 {
+        let mut client = open(&path);
+        // The channel of the client before is closed.
+        client.expect("t1230", BEL);
+        client.expect("O", "");
+        client.poll();
+        // Left unread, in the middle of a line and without C.
+        client.say("V");
+        client.stream.write_all(b"t12").expect("a terminal");
+        drop(client);
+        std::thread::sleep(Duration::from_millis(100));
+        // Nobody is there to hear this one.
+        witness.poll();
+    }
+    witness.impatient();
+    while let Some(line) = witness.next_within(QUIET) {
+        assert!(!line.starts_with(BOOT_UP));
+    }
+}
+
+#[test]
+fn what_is_written_and_left_alone_is_done() {
+    let (sensor, path) = sensor_with_terminal(&[]);
+    let mut witness = Client::awake(&sensor);
+    open(&path)
+        .stream
+        .write_all(b"O\rt7E6155\r")
+        .expect("a terminal");
+    assert_eq!(witness.next().as_deref(), Some("t7E6155"));
+}
+
+#[test]
+fn a_terminal_client_that_never_reads_does_not_hold_up_the_others() {
+    let (sensor, path) = sensor_with_terminal(&[]);
+    let mut reader = Client::awake(&sensor);
+    let mut idle = open(&path);
+    idle.say("O");
+    // More than a terminal's buffers hold.
+    let frames = 10_000;
+    let mut sender = Client::open(&sensor);
+    for _ in 0..frames / 100 {
+        sender
+            .stream
+            .write_all("t12381122334455667788\r".repeat(100).as_bytes())
+            .expect("it listens");
+    }
+    reader.poll();
+    drop(idle);
+    std::thread::sleep(Duration::from_millis(100));
+    let mut next = open(&path);
+    next.expect("V", "V1010");
+    drop(sender);
+    reader.poll();
+}

@@ -1,0 +1,201 @@
+//! Clients on TCP, well-behaved and not.
+
+mod process;
+
+use process::client::{BEL, Client, POLL, QUIET, REPLY};
+use process::sensor::{PATIENCE, Sensor};
+use std::io::Write;
+use std::time::{Duration, Instant};
+
+#[test]
+fn nothing_is_said_before_the_channel_is_open() {
+    let sensor = Sensor::start(&[]);
+    let mut silent = Client::connect(&sensor);
+    let mut talker = Client::awake(&sensor);
+    talker.poll();
+    silent.impatient();
+    assert_eq!(silent.next_within(QUIET), None);
+    silent.expect("O", "");
+    talker.poll();
+    assert_eq!(silent.find("t300"), POLL);
+    assert!(silent.find("t301").starts_with(REPLY));
+    silent.say("C");
+    silent.find("");
+    talker.poll();
+    assert_eq!(silent.next_within(QUIET), None);
+}
+
+#[test]
+fn clients_share_one_bus() {
+    let sensor = Sensor::start(&[]);
+    let mut first = Client::awake(&sensor);
+    let mut second = Client::open(&sensor);
+    first.expect("T1ABCDEF02BEEF", "Z");
+    assert_eq!(second.next().as_deref(), Some("T1ABCDEF02BEEF"));
+    second.expect("r7FF8", "z");
+    assert_eq!(first.next().as_deref(), Some("r7FF8"));
+    first.poll();
+    assert_eq!(second.next().as_deref(), Some(POLL));
+    assert!(second.next().is_some_and(|line| line.starts_with(REPLY)));
+}
+
+#[test]
+fn a_malformed_line_gets_bel_and_reaches_nobody() {
+    let sensor = Sensor::start(&[]);
+    let mut witness = Client::awake(&sensor);
+    let mut client = Client::open(&sensor);
+    for line in [
+        "t1239112233445566778899",
+        "t12321",
+        "x",
+        "\n",
+        "O\n",
+        "t8000",
+        "\0",
+        "t1230 ",
+        "t12",
+    ] {
+        client.expect(line, BEL);
+    }
+    client.expect(&"t".repeat(100_000), BEL);
+    client.expect("t124101", "z");
+    assert_eq!(witness.next().as_deref(), Some("t124101"));
+}
+
+#[test]
+fn a_client_may_vanish_in_the_middle_of_a_line() {
+    let sensor = Sensor::start(&[]);
+    let mut witness = Client::awake(&sensor);
+    for _ in 0..20 {
+        let mut client = Client::connect(&sensor);
+        client.stream.write_all(b"O\rt123").expect("it listens");
+        drop(client);
+    }
+    witness.poll();
+    witness.impatient();
+    assert_eq!(witness.next_within(QUIET), None);
+}
+
+#[test]
+fn what_a_client_sends_before_it_goes_is_sent() {
+    let sensor = Sensor::start(&[]);
+    let mut witness = Client::awake(&sensor);
+    for ending in ["", "C\r"] {
+        let mut client = Client::connect(&sensor);
+        let lines = format!("O\rt700101\rt700102\rt700103\r{ending}");
+        client
+            .stream
+            .write_all(lines.as_bytes())
+            .expect("it listens");
+        drop(client);
+        for frame in ["t700101", "t700102", "t700103"] {
+            assert_eq!(witness.next().as_deref(), Some(frame));
+        }
+    }
+}
+
+#[test]
+fn a_client_that_reconnects_is_no_power_cycle() {
+    let sensor = Sensor::start(&[]);
+    drop(Client::awake(&sensor));
+    let mut client = Client::open(&sensor);
+    client.say(POLL);
+    assert_eq!(client.next().as_deref(), Some("z"));
+    assert!(client.next().is_some_and(|line| line.starts_with(REPLY)));
+}
+
+#[test]
+fn answers_do_not_wait_for_anything() {
+    let sensor = Sensor::start(&[]);
+    let mut client = Client::awake(&sensor);
+    let mut times: Vec<Duration> = (0..50)
+        .map(|_| {
+            let start = Instant::now();
+            client.poll();
+            start.elapsed()
+        })
+        .collect();
+    times.sort();
+    assert!(
+        times[25] < Duration::from_millis(10),
+        "median {:?}",
+        times[25]
+    );
+}
+
+#[test]
+fn a_client_that_never_reads_does_not_hold_up_the_others() {
+    let sensor = Sensor::start(&[]);
+    let mut reader = Client::awake(&sensor);
+    let mut idle = Client::open(&sensor);
+    let mut greedy = Client::open(&sensor);
+    // Its answers alone fill every buffer; in the end it is dropped.
+    let question = b"V\r".repeat(2000);
+    greedy
+        .stream
+        .set_write_timeout(Some(PATIENCE))
+        .expect("a socket");
+    let flood = std::thread::spawn(move || {
+        let end = Instant::now() + 3 * PATIENCE;
+        while greedy.stream.write_all(&question).is_ok() {
+            assert!(Instant::now() < end, "it was not dropped");
+        }
+    });
+    while !flood.is_finished() {
+        let start = Instant::now();
+        reader.poll();
+        assert!(start.elapsed() < Duration::from_secs(5));
+    }
+    flood.join().expect("it was dropped");
+    reader.poll();
+    // The other one that has not read so far was only slow.
+    idle.impatient();
+    while idle.next_within(QUIET).is_some() {}
+    reader.poll();
+    assert_eq!(idle.next().as_deref(), Some(POLL));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_line_without_end_costs_no_memory() {
+    let sensor = Sensor::start(&[]);
+    let mut client = Client::open(&sensor);
+    let before = sensor.memory();
+    let piece = vec![b't'; 1 << 20];
+    for _ in 0..64 {
+        client.stream.write_all(&piece).expect("it is swallowed");
+    }
+    client.expect("", BEL);
+    let after = sensor.memory();
+    assert!(after < before + 16 * 1024, "{before} KiB, then {after} KiB");
+}
+
+#[test]
+fn a_fixed_bus_rate_leaves_out_who_is_set_to_another() {
+    let sensor = Sensor::start(&["--bus-rate", "125"]);
+    let mut right = Client::connect(&sensor);
+    right.expect("S4", "");
+    right.expect("O", "");
+    right.wake();
+    let mut wrong = Client::connect(&sensor);
+    wrong.expect("S6", "");
+    wrong.expect("O", "");
+    wrong.expect("t300100", "z");
+    right.poll();
+    wrong.impatient();
+    right.impatient();
+    assert_eq!(wrong.next_within(QUIET), None);
+    assert_eq!(right.next_within(QUIET), None);
+}
+
+#[test]
+fn without_a_bus_rate_the_clients_rates_mean_nothing() {
+    let sensor = Sensor::start(&[]);
+    drop(Client::awake(&sensor));
+    for setting in ["S0", "S8", "s031C"] {
+        let mut client = Client::connect(&sensor);
+        client.expect(setting, "");
+        client.expect("O", "");
+        client.poll();
+    }
+}

@@ -1,0 +1,57 @@
+//! Every recorded trace in host-tests/traces, replayed against the sensor that it names.
+#![cfg(target_os = "linux")]
+
+use host_tests::models::{self, Model};
+use host_tests::motion::Motion;
+use host_tests::scene::{Axes, Scene, SceneArgument};
+use host_tests::trace::Trace;
+use std::path::{Path, PathBuf};
+
+/// The traces are here; eight of them at least are what the first sensor came with.
+fn traces() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
+    let entries = folder.read_dir().expect("the folder of the traces");
+    let paths = entries.map(|entry| entry.expect("an entry of the folder").path());
+    let is_trace = |path: &PathBuf| path.extension().is_some_and(|extension| extension == "log");
+    let mut traces: Vec<_> = paths.filter(is_trace).collect();
+    traces.sort();
+    traces
+}
+
+fn scene(model: &Model, text: &str) -> Result<Box<dyn Motion>, String> {
+    let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
+    let scene = Scene::open(Some(&argument), Axes::of(model)).map_err(|error| error.to_string())?;
+    Ok(Box::new(scene))
+}
+
+fn replay(path: &Path) -> Result<(), String> {
+    let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
+    let trace: Trace = text.parse().map_err(|error| format!("{error}"))?;
+    let model = models::find(&trace.model).ok_or("there is no such model")?;
+    trace
+        .replay(model, &scene)
+        .map_err(|failure| failure.to_string())
+}
+
+#[test]
+fn every_trace_passes() {
+    let traces = traces();
+    assert!(traces.len() >= 8, "{traces:?}");
+    let failures: Vec<String> = traces
+        .iter()
+        .filter_map(|path| Some(format!("{}:\n{}", path.display(), replay(path).err()?)))
+        .collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn every_model_has_a_trace() {
+    for model in models::MODELS {
+        let named = format!("{}-", model.name);
+        let of = |path: &PathBuf| {
+            path.file_name()
+                .is_some_and(|name| name.to_string_lossy().starts_with(&named))
+        };
+        assert!(traces().iter().any(of), "{}", model.name);
+    }
+}

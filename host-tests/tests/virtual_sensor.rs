@@ -1,0 +1,276 @@
+//! The program `virtual-sensor`: its command line, its files, what it prints and how it ends.
+
+mod process;
+
+use process::client::{BEL, Client};
+use process::sensor::{PATIENCE, Sensor, fails};
+use std::fs;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+/// A path for a file of this test, which is not there yet.
+fn new_path(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // Fails when it is not there.
+    let _ = fs::remove_file(&path);
+    path
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+#[test]
+fn the_tilt_is_what_the_sensor_tells() {
+    let sensor = Sensor::start(&["--scene", "tilt=12.34,-5.67"]);
+    let mut client = Client::awake(&sensor);
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let (x, y) = client.poll();
+        if (x - 1234).abs() <= 1 && (y + 567).abs() <= 1 {
+            break;
+        }
+        assert!(Instant::now() < end, "{x} {y}");
+    }
+}
+
+#[test]
+fn the_log_is_candumps_and_can_be_followed() {
+    let path = new_path("followed.log");
+    let sensor = Sensor::start(&["--log", text(&path)]);
+    let mut client = Client::awake(&sensor);
+    client.poll();
+    client.expect("R123456788", "Z");
+    client.poll();
+    // It is written before the client hears of it, or just after.
+    let end = Instant::now() + PATIENCE;
+    let log = loop {
+        let log = fs::read_to_string(&path).expect("it is there");
+        if log.lines().rev().take(2).any(|line| line.ends_with(" R")) && log.contains("#R8") {
+            break log;
+        }
+        assert!(Instant::now() < end, "{log}");
+    };
+    let mut last = 0.0;
+    for line in log.lines() {
+        let fields: Vec<&str> = line.split(' ').collect();
+        let [time, "can0", frame, direction] = fields[..] else {
+            panic!("{line}");
+        };
+        let time = time
+            .strip_prefix('(')
+            .and_then(|time| time.strip_suffix(')'))
+            .expect("(time)");
+        assert_eq!(
+            time.split_once('.').map(|(_, fraction)| fraction.len()),
+            Some(6),
+            "{line}"
+        );
+        let time: f64 = time.parse().expect("a number");
+        assert!(time >= last, "{line}");
+        last = time;
+        let expected = if frame.starts_with("301#") { "R" } else { "T" };
+        assert_eq!(direction, expected, "{line}");
+    }
+    let now = std::time::UNIX_EPOCH
+        .elapsed()
+        .expect("a clock")
+        .as_secs_f64();
+    assert!((now - last).abs() < 60.0);
+    assert!(log.contains(" can0 300#00 T\n") && log.contains(" can0 12345678#R8 T\n"));
+    assert!(log.contains(" can0 301#FF"));
+}
+
+#[test]
+fn a_save_is_in_the_store_file() {
+    let path = new_path("saved.store");
+    let sensor = Sensor::start(&["--store", text(&path)]);
+    let mut client = Client::awake(&sensor);
+    client.say("t300550534156" /* 50h 'S' 'A' 'V' */);
+    client.find(BEL);
+    client.say("t30055053415645" /* 50h 'S' 'A' 'V' 'E' */);
+    client.find("t301250");
+    let stored = fs::read(&path).expect("it is there");
+    assert!(stored.iter().any(|byte| *byte != 0xFF));
+    drop(sensor);
+    // The same file again.
+    let sensor = Sensor::start(&["--store", text(&path)]);
+    Client::awake(&sensor).poll();
+}
+
+/// It ends with this exit code and one sentence that contains these words.
+#[track_caller]
+fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
+    let output = fails(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+    for word in words {
+        assert!(
+            error.contains(word),
+            "{arguments:?}: {error:?} lacks {word:?}"
+        );
+    }
+    assert!(
+        !error.contains("panicked") && !error.contains("RUST_BACKTRACE"),
+        "{error}"
+    );
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+}
+
+#[test]
+fn a_wrong_command_line_is_told_what_would_be_right() {
+    assert_fails(&["--model", "is3"], 2, &["is3", "is1", "is2"]);
+    let rates = "10, 20, 50, 62.5, 100, 125, 250, 500, 800, 1000";
+    for rate in ["33", "0", "fast", "nan", "-125"] {
+        assert_fails(&[&format!("--bus-rate={rate}")], 2, &[rates]);
+    }
+    assert_fails(&["--scene", "tilt=1"], 2, &["tilt=X,Y"]);
+    assert_fails(&["--scene", "tilt=80,80"], 2, &["80,80", "sines"]);
+    assert_fails(&["--scene", "tilt=91,0"], 2, &["-90 to 90"]);
+    assert_fails(&["--nonsense"], 2, &["--nonsense"]);
+}
+
+#[test]
+fn files_that_do_not_work_are_named() {
+    let scene = new_path("bad.csv");
+    fs::write(&scene, "t_s,ax_g,ay_g,az_g\n0,0,0,1\n0,0,0,1\n").expect("a folder");
+    let place = format!("{}:3: ", text(&scene));
+    assert_fails(
+        &["--scene", text(&scene)],
+        1,
+        &[&place, "the time must rise"],
+    );
+    let nowhere = new_path("no").join("such");
+    let nowhere = text(&nowhere);
+    assert_fails(&["--scene", nowhere], 1, &["cannot read", nowhere]);
+    assert_fails(&["--store", nowhere], 1, &["cannot use the store", nowhere]);
+    assert_fails(&["--log", nowhere], 1, &["cannot write the log", nowhere]);
+    let foreign = new_path("foreign.store");
+    fs::write(&foreign, "a letter").expect("a folder");
+    assert_fails(
+        &["--store", text(&foreign)],
+        1,
+        &["cannot use the store", text(&foreign)],
+    );
+    assert_eq!(fs::read(&foreign).expect("it is there"), b"a letter");
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_ends_the_log_with_a_sentence() {
+    let mut sensor = Sensor::start(&["--log", "/dev/full"]);
+    let mut client = Client::open(&sensor);
+    client.say("t1230");
+    assert_eq!(sensor.exit_code(), Some(1));
+    let errors = sensor.errors();
+    assert!(
+        errors.starts_with("virtual-sensor: cannot write the log /dev/full: "),
+        "{errors}"
+    );
+}
+
+#[test]
+fn a_port_that_is_taken_is_named() {
+    let sensor = Sensor::start(&[]);
+    let address = format!("127.0.0.1:{}", sensor.port);
+    assert_fails(&["--listen", &address], 1, &["cannot listen at", &address]);
+    assert_fails(&["--listen", "nonsense"], 1, &["cannot listen at nonsense"]);
+}
+
+#[cfg(unix)]
+#[test]
+fn ctrl_c_ends_it_cleanly_and_nothing_but_the_address_was_printed() {
+    let mut sensor = Sensor::start(&[]);
+    let mut client = Client::awake(&sensor);
+    client.poll();
+    assert_eq!(sensor.interrupt(), Some(0));
+    assert_eq!(sensor.rest(), Vec::<String>::new());
+    assert_eq!(sensor.errors(), "");
+    let mut rest = Vec::new();
+    // The connection is over, one way or the other.
+    let _ = client.stream.read_to_end(&mut rest);
+    assert!(rest.is_empty());
+}
+
+#[test]
+fn python_can_works_with_it() {
+    let log = new_path("python-can.log");
+    let mut arguments = vec!["--log", text(&log)];
+    if cfg!(unix) {
+        arguments.push("--pty");
+    }
+    let mut sensor = Sensor::start(&arguments);
+    let socket = sensor.channel();
+    let mut script = vec![
+        "--log".into(),
+        text(&log).to_owned(),
+        socket.clone(),
+        socket,
+    ];
+    if cfg!(unix) {
+        let line = sensor.line();
+        script.push(
+            line.strip_prefix("slcan ")
+                .expect("slcan /dev/...")
+                .to_owned(),
+        );
+    }
+    let script: Vec<&str> = script.iter().map(String::as_str).collect();
+    process::python::run("smoke.py", &["can", "serial"], &script);
+}
+
+#[cfg(unix)]
+#[test]
+fn on_a_terminal_a_line_tells_what_it_is_doing() {
+    use rustix::fs::{Mode, OFlags};
+    use rustix::process::{Pid, Signal, kill_process};
+    use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
+    use rustix::termios::tcgetattr;
+    use std::process::Stdio;
+    let screen =
+        openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC).expect("a terminal");
+    grantpt(&screen).expect("a terminal");
+    unlockpt(&screen).expect("a terminal");
+    let path = ptsname(&screen, Vec::new()).expect("a terminal");
+    let output = rustix::fs::open(
+        path.as_c_str(),
+        OFlags::RDWR | OFlags::NOCTTY,
+        Mode::empty(),
+    )
+    .expect("it is there");
+    let before = format!("{:?}", tcgetattr(&screen).expect("a terminal"));
+    let mut child = process::sensor::program()
+        .args(["--listen", "127.0.0.1:0", "--scene", "tilt=30,-10"])
+        .stdin(Stdio::null())
+        .stdout(output)
+        .spawn()
+        .expect("the program starts");
+    let mut screen = fs::File::from(screen);
+    let mut shown = String::new();
+    let end = Instant::now() + PATIENCE;
+    while !(shown.contains("clients 0") && shown.contains("30.00°") && shown.contains("-10.00°"))
+    {
+        assert!(Instant::now() < end, "{shown}");
+        let mut buffer = [0; 4096];
+        let length = screen.read(&mut buffer).expect("a terminal");
+        shown += &String::from_utf8_lossy(&buffer[..length]);
+    }
+    assert!(shown.starts_with("slcan socket://127.0.0.1:"));
+    assert!(shown.contains("is2 ") && shown.contains("run") && shown.contains("kbit/s"));
+    kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
+    assert_eq!(child.wait().expect("a child").code(), Some(0));
+    assert_eq!(
+        format!("{:?}", tcgetattr(&screen).expect("a terminal")),
+        before
+    );
+    let mut rest = [0; 65536];
+    let length = screen.read(&mut rest).expect("a terminal");
+    assert!(rest[..length].ends_with(b"\n"));
+    // Whatever was switched off in a line is on again at its end.
+    shown += &String::from_utf8_lossy(&rest[..length]);
+    assert_eq!(
+        shown.matches("\x1b[?7l").count(),
+        shown.matches("\x1b[?7h").count()
+    );
+}
