@@ -71,6 +71,55 @@ fn thirty_one_corrupted_transmissions_are_not_bus_off() {
 }
 
 #[test]
+fn an_error_passive_sender_counts_no_missing_acknowledge_and_pauses_after_its_frames() {
+    let (mut bus, device, plc) = booted();
+    bus.corrupt(31, Some(Source::Device(device)));
+    bus.send(plc, frame(0x201, &[command::ECHO]));
+    bus.run_until(ms(100));
+    bus.take_log();
+    bus.send(plc, frame(0x201, &[command::BURST, 3]));
+    bus.run_until(us(100_020));
+    bus.drop_acknowledges(10);
+    bus.run_until(ms(200));
+    // Ten tries that nobody acknowledged count nothing, the three frames that got through 1 each.
+    assert_eq!(bus.device(device).error_counters(), Some((247 - 3, 0)));
+    let log = bus.take_log();
+    let frames: Vec<_> = log.iter().map(|logged| logged.frame).collect();
+    let burst = [0, 1, 2].map(|number| frame(0x101, &[number]));
+    assert_eq!(frames[1..], burst);
+    // 55 bits for 101#01, 56 for 101#02, 3 of intermission, 8 of pause (ISO 11898-1: suspend transmission).
+    for (pair, bits) in log[1..].windows(2).zip([55, 56]) {
+        let gap = (pair[1].at - pair[0].at).ticks();
+        assert_eq!(gap, (bits + 3 + 8) * 4);
+    }
+}
+
+#[test]
+fn who_joins_in_the_middle_of_a_frame_does_not_hear_it() {
+    let (mut bus, one, plc) = booted();
+    let (late, detecting) = (bus.adapter(), bus.attach(device(&DETECTING, 2)));
+    bus.device_mut(detecting).power_off(ms(1));
+    bus.run_until(ms(2));
+    bus.send(plc, frame(0x201, &[command::ECHO]));
+    bus.run_until(us(2000 + 20 * 4));
+    bus.open(late, None, false);
+    bus.power_cycle(one);
+    bus.power_cycle(detecting);
+    // 55 bits and the intermission.
+    bus.run_until(us(2000 + 58 * 4 - 1));
+    assert_eq!(bus.take_log().len(), 1);
+    assert!(bus.take_received(late).is_empty());
+    assert!(journal(1).is_empty());
+    assert!(journal(2).is_empty(), "not even an error");
+    bus.run_until(ms(10));
+    assert_eq!(
+        bus.take_received(late).len(),
+        1,
+        "the boot-up frame after it"
+    );
+}
+
+#[test]
 fn a_device_that_is_off_the_bus_neither_hears_nor_acknowledges() {
     let (mut bus, one, plc) = booted();
     let two = bus.attach(device(&FIXED, 2));

@@ -57,7 +57,7 @@ pub struct Flash {
     cut: bool,
     fail_writes: bool,
     fail_erases: bool,
-    worn: Option<usize>,
+    worn: Vec<usize>,
     programmed: u64,
     erased: u64,
     last: Option<usize>,
@@ -85,7 +85,7 @@ impl Flash {
             cut: false,
             fail_writes: false,
             fail_erases: false,
-            worn: None,
+            worn: Vec::new(),
             programmed: 0,
             erased: 0,
             last: None,
@@ -155,9 +155,9 @@ impl Flash {
         self.fail_erases = fail;
     }
 
-    /// Wears one bit out: it can no longer be programmed to 0, and the memory does not notice.
+    /// Wears a bit out: it can no longer be programmed to 0, and the memory does not notice.
     pub fn wear_out(&mut self, bit: usize) {
-        self.worn = Some(bit);
+        self.worn.push(bit);
     }
 
     /// Flips one bit.
@@ -207,11 +207,10 @@ impl Flash {
             *new = value;
             self.programmed += 1;
         }
-        if let Some(bit) = self.worn
-            && (at..at + 2).contains(&(bit / 8))
-        {
-            let mask = 1 << (bit % 8);
-            new[bit / 8 - at] |= old[bit / 8 - at] & mask;
+        for bit in &self.worn {
+            if let Some(index) = (bit / 8).checked_sub(at).filter(|index| *index < 2) {
+                new[index] |= old[index] & 1 << (bit % 8);
+            }
         }
         self.put(at, &new)?;
         self.last = Some(at);
