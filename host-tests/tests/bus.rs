@@ -99,6 +99,27 @@ fn a_stronger_frame_that_comes_during_another_waits_for_its_end() {
 }
 
 #[test]
+fn two_adapters_that_flood_the_bus_both_get_their_replies() {
+    let (mut bus, _, plc) = booted(AT_250K);
+    let tester = bus.adapter();
+    bus.open(tester, None, false);
+    for _ in 0..500 {
+        bus.send(plc, frame(0x201, &[command::ECHO, 1]));
+        bus.send(tester, frame(0x201, &[command::ECHO, 2]));
+    }
+    bus.run_until(ms(2000));
+    let log = bus.take_log();
+    assert_eq!(log.len(), 2000);
+    for byte in [1, 2] {
+        let reply = frame(0x301, &[command::ECHO, byte]);
+        assert_eq!(
+            log.iter().filter(|logged| logged.frame == reply).count(),
+            500
+        );
+    }
+}
+
+#[test]
 fn a_thousand_polls_at_once_get_a_thousand_replies() {
     let (mut bus, _, plc) = booted(AT_250K);
     // The poll is stronger than the reply.

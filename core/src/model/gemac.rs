@@ -2,6 +2,7 @@
 
 use crate::fsc::table::{Check, Field, Function, LedTable, Parameter};
 use crate::fsc::{Key, code};
+use crate::measure::low_pass::Kind;
 use crate::node::Pattern;
 
 /// A number without unit and names.
@@ -143,8 +144,8 @@ pub const FILTER: Parameter = Parameter {
             name: "Cut-off Frequency",
             size: 2,
             unit: "mHz",
-            min: 100,
-            max: 25_000,
+            min: *Kind::Butterworth.cutoffs().start() as i64,
+            max: *Kind::Butterworth.cutoffs().end() as i64,
             ..PLAIN
         },
         Field {

@@ -26,7 +26,7 @@ def parser(description: str, groups: Iterable[str], on_request: Iterable[str] = 
     options.add_argument(
         "--only", action="append", choices=[*groups, *on_request], metavar="GROUP", help="only this group (repeatable)"
     )
-    options.add_argument("--jobs", type=int, default=4, metavar="N", help="groups at the same time (default: 4)")
+    options.add_argument("--jobs", type=int, default=2, metavar="N", help="groups at the same time (default: 2)")
     return options
 
 
@@ -44,7 +44,24 @@ def run(options: argparse.Namespace, plan: list[tuple[str, Group]]) -> int:
     return 1 if failed or not passed else 0
 
 
+# Groups that measure in real time: a machine that is busy with something else can spoil one attempt, but not every one.
+REAL_TIME_MODULES = ("gemac.cases_cyclic", "gemac.cases_response")
+ATTEMPTS = 4
+
+
 def run_group(binary: Path, model: str, group: Group) -> Report:
+    """Runs one group; one that measures in real time once more when it fails, but not for ever."""
+    attempts = ATTEMPTS if group.__module__ in REAL_TIME_MODULES else 1
+    for attempt in range(1, attempts + 1):
+        report = attempt_group(binary, model, group)
+        if not report.failed or attempt == attempts:
+            break
+        # Told, so that a check which often needs a second attempt is noticed.
+        print(f"attempt {attempt} of {model} {group.__name__} failed:", *(x for x in report.lines if "FAIL" in x), sep="\n  ")
+    return report
+
+
+def attempt_group(binary: Path, model: str, group: Group) -> Report:
     """Runs one group in an empty folder."""
     report = Report(f"{model} {group.__name__}")
     with tempfile.TemporaryDirectory() as folder:

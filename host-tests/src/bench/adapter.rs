@@ -14,7 +14,7 @@ pub(super) struct Adapter {
     queue: VecDeque<Frame>,
     sending: bool,
     received: VecDeque<(Instant, Frame)>,
-    /// It has just sent a frame and lets a device go first.
+    /// It has just sent a frame: a device goes first now, before this and every other adapter.
     pub(super) gives_way: bool,
 }
 

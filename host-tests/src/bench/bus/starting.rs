@@ -57,10 +57,11 @@ impl Bus {
             .filter(|(at, ..)| instant(*at) <= now)
             .collect();
         let device_waits = !contenders.is_empty();
+        let adapters_give_way = self.adapters.values().any(|adapter| adapter.gives_way);
         contenders.extend(
             self.adapters
                 .iter()
-                .filter(|(_, adapter)| !(device_waits && adapter.gives_way))
+                .filter(|_| !(device_waits && adapters_give_way))
                 .filter_map(|(id, adapter)| Some((*id, adapter.pending()?)))
                 .map(|(id, frame)| (self.idle_ns, frame, Source::Adapter(id))),
         );
