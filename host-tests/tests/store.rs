@@ -3,7 +3,6 @@
 mod saves;
 
 use host_tests::bench::Flash;
-use plumbline::store::Store;
 use saves::*;
 
 /// Where a series of saves was cut off.
