@@ -120,7 +120,9 @@ impl<M: NorFlash> Store<M> {
 
     /// Begins to save `payload`; carry it out with [`step`](Self::step). A save under way is given up.
     pub fn save(&mut self, payload: &[u8]) {
-        if let Some(given_up) = self.save.take() {
+        if let Some(given_up) = self.save.take()
+            && given_up.state != State::Erase
+        {
             self.pass(given_up.place);
         }
         let image = (payload.len() == self.payload)
@@ -175,7 +177,10 @@ impl<M: NorFlash> Store<M> {
                 Some(Ok(()))
             }
             Err(StoreError) => {
-                self.pass(save.place);
+                // A slot that could not be erased is erased next time; it is not programmed.
+                if save.state != State::Erase {
+                    self.pass(save.place);
+                }
                 Some(Err(StoreError))
             }
         }
