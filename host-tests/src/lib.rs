@@ -1,6 +1,6 @@
 //! Everything a PC does with Plumbline's core.
 //!
-//! - [`bench`]: everything around a sensor that is hardware on a board, in virtual time: flash, device, bus;
+//! - [`mod@bench`]: everything around a sensor that is hardware on a board, in virtual time: flash, device, bus;
 //! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;

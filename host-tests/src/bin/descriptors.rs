@@ -7,7 +7,7 @@ use plumbline::model::is2::TwoAxes;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Writes the description of every model, from its own table, as <model>.dbc.
+/// Writes the description of every model, from its own table, as MODEL.dbc
 #[derive(Parser)]
 struct Options {
     /// Folder to write to; it is made if it does not exist.
