@@ -11,7 +11,7 @@ use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::{clock, sleep};
 use cortex_m::peripheral::SCB;
-use plumbline::measure::SAMPLE_PERIOD;
+use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, Boot, Node};
 use plumbline::store::{ImageId, Store};
 use plumbline::time::{Duration, Instant, after, millis, reached};
@@ -116,6 +116,13 @@ impl<N: Node> App<N> {
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         if let Some(reading) = self.imu.read(now) {
+            // What a calibration starts from.
+            let [x, y, z] = micro_g(&reading);
+            let temperature = reading.temperature;
+            debug!(
+                "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC",
+                x, y, z, temperature
+            );
             self.node.sample(now, &reading);
             self.settle();
         }
@@ -169,4 +176,10 @@ impl<N: Node> App<N> {
             }
         }
     }
+}
+
+/// The acceleration of a reading in 10^-6 g.
+fn micro_g(reading: &Reading) -> [i32; 3] {
+    let I32x3 { x, y, z } = reading.acceleration;
+    [x, y, z].map(|value| ((i64::from(value) * 1_000_000) >> 28) as i32)
 }

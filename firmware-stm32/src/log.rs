@@ -15,6 +15,7 @@ macro_rules! level {
     };
 }
 
+level!($ debug);
 level!($ info);
 level!($ warn);
 level!($ error);

@@ -8,6 +8,7 @@
 //! - [`models`] and [`motion`]: what all of these share.
 
 pub mod bench;
+pub mod calibrate;
 pub mod descriptors;
 pub mod fuzz;
 pub mod image;

@@ -1,0 +1,45 @@
+//! Calibrates a unit: from a six-position measurement to an image of its nonvolatile memory.
+
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
+use host_tests::calibrate::{calibration, write};
+use host_tests::models::{self, MODELS};
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+/// Turns a six-position measurement into the calibration of a unit and writes it into an image of the parameter memory, beside
+/// the parameters that are there.
+#[derive(Parser)]
+struct Options {
+    /// The sensor
+    #[arg(long, value_parser = PossibleValuesParser::new(MODELS.iter().map(|model| model.name)))]
+    model: String,
+    /// The measurement: a CSV file with the columns up,ax_g,ay_g,az_g,temp_c and a row for each axis up and down (+x, -x, ... -z);
+    /// six more rows at another temperature give the drift
+    #[arg(long, value_name = "FILE")]
+    positions: PathBuf,
+    /// The memory's image, as `virtual-sensor --store` keeps it; made when it is not there
+    #[arg(long, value_name = "FILE")]
+    store: PathBuf,
+}
+
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(message) => {
+            eprintln!("{message}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<(), String> {
+    let name = options.positions.display().to_string();
+    let text =
+        std::fs::read_to_string(&options.positions).map_err(|error| format!("{name}: {error}"))?;
+    let calibration = calibration(&name, &text)?;
+    let model = models::find(&options.model).ok_or("there is no such model")?;
+    write(model, &calibration, &options.store)?;
+    println!("{calibration:?}");
+    Ok(())
+}

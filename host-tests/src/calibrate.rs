@@ -1,0 +1,289 @@
+//! From a six-position measurement to the calibration of a unit, and into an image of its nonvolatile memory.
+//!
+//! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,temp_c`: which axis was up (`+x`, `-x`, ... `-z`), the averaged
+//! raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (5 K apart at
+//! least) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
+
+use crate::bench::Flash;
+use crate::models::Model;
+use plumbline::measure::ONE_G;
+use plumbline::measure::calibration::{Calibration, SIZE};
+use plumbline::store::Store;
+use plumbline::time::Instant;
+use std::path::Path;
+
+/// Rows of one set may differ by this much in temperature, in K.
+const SAME_TEMPERATURE: f64 = 5.0;
+
+/// The temperature at which the drift is nil, in degC.
+const REFERENCE: f64 = 25.0;
+
+type Vector = [f64; 3];
+
+/// One position: axis 0 to 2, up or down, the acceleration in g, the temperature in degC.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Position {
+    axis: usize,
+    up: bool,
+    acceleration: Vector,
+    temperature: f64,
+}
+
+/// The six positions at one temperature: up and down for each axis.
+struct Set {
+    up: [Vector; 3],
+    down: [Vector; 3],
+    temperature: f64,
+}
+
+/// The calibration that the measurement in `text` gives; `name` is the file's in messages.
+///
+/// # Errors
+/// One sentence with the name and, where there is one, the line.
+pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
+    let positions = parse(name, text)?;
+    let mut sets = sets(name, &positions)?;
+    sets.sort_by(|a, b| a.temperature.total_cmp(&b.temperature));
+    let (Some(cold), Some(hot)) = (sets.first(), sets.last()) else {
+        return Err(format!("{name}: no positions"));
+    };
+    let span = hot.temperature - cold.temperature;
+    let drift = if span > 0.0 {
+        combine(hot.offset(), cold.offset(), |hot, cold| (hot - cold) / span)
+    } else {
+        [0.0; 3]
+    };
+    let distance = |set: &Set| (set.temperature - REFERENCE).abs();
+    let nearest = sets
+        .iter()
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap_or(cold);
+    let away = nearest.temperature - REFERENCE;
+    let offset = combine(nearest.offset(), drift, |offset, drift| {
+        offset - drift * away
+    });
+    let deviation = nearest
+        .deviation()
+        .ok_or_else(|| format!("{name}: the positions are not six different ones"))?;
+
+    let number = |value: f64, unit: f64| (value / unit).round() as i32;
+    let short =
+        |value: f64, unit: f64| number(value, unit).clamp(i16::MIN.into(), i16::MAX.into()) as i16;
+    Calibration::new(
+        offset.map(|g| number(g, 1.0 / f64::from(ONE_G))),
+        deviation.map(|row| row.map(|value| short(value, 1.0 / 262_144.0))),
+        drift.map(|g| short(g, 1.0 / 16_777_216.0)),
+    )
+    .ok_or_else(|| format!("{name}: offset {offset:.4?} g, gain and cross axes {deviation:.4?}, drift {drift:.6?} g/K is more than a calibration corrects"))
+}
+
+fn parse(name: &str, text: &str) -> Result<Vec<Position>, String> {
+    let mut lines = (1..)
+        .zip(text.lines().map(str::trim))
+        .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
+    const HEADER: &str = "up,ax_g,ay_g,az_g,temp_c";
+    match lines.next() {
+        Some((_, HEADER)) => {}
+        Some((line, _)) => return Err(format!("{name}:{line}: the first row must be {HEADER}")),
+        None => return Err(format!("{name}: the file is empty")),
+    }
+    lines
+        .map(|(line, row)| {
+            position(row).ok_or_else(|| format!("{name}:{line}: not a position: {row}"))
+        })
+        .collect()
+}
+
+fn position(row: &str) -> Option<Position> {
+    let fields: Vec<&str> = row.split(',').map(str::trim).collect();
+    let [up, x, y, z, temperature] = fields[..] else {
+        return None;
+    };
+    let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
+    let (sign, axis) = up.split_at_checked(1)?;
+    Some(Position {
+        axis: ["x", "y", "z"].iter().position(|name| *name == axis)?,
+        up: match sign {
+            "+" => true,
+            "-" => false,
+            _ => return None,
+        },
+        acceleration: [number(x)?, number(y)?, number(z)?],
+        temperature: number(temperature)?,
+    })
+}
+
+/// Sorts the positions into sets by their temperature.
+fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
+    let mut sets: Vec<(f64, Vec<Position>)> = Vec::new();
+    for position in positions {
+        let near = |(temperature, _): &&mut (f64, Vec<Position>)| {
+            (*temperature - position.temperature).abs() < SAME_TEMPERATURE
+        };
+        match sets.iter_mut().find(near) {
+            Some((_, set)) => set.push(*position),
+            None => sets.push((position.temperature, vec![*position])),
+        }
+    }
+    let complete = |(temperature, set): &(f64, Vec<Position>)| {
+        let of = |axis, up| {
+            let found: Vec<_> = set
+                .iter()
+                .filter(|position| (position.axis, position.up) == (axis, up))
+                .collect();
+            match found[..] {
+                [position] => Ok(position.acceleration),
+                _ => {
+                    let sign = if up { '+' } else { '-' };
+                    let axis = ['x', 'y', 'z'][axis];
+                    Err(format!(
+                        "{name}: {} rows for {sign}{axis} at {temperature} degC instead of one",
+                        found.len()
+                    ))
+                }
+            }
+        };
+        Ok(Set {
+            up: [of(0, true)?, of(1, true)?, of(2, true)?],
+            down: [of(0, false)?, of(1, false)?, of(2, false)?],
+            temperature: set.iter().map(|position| position.temperature).sum::<f64>()
+                / set.len() as f64,
+        })
+    };
+    sets.iter().map(complete).collect()
+}
+
+impl Set {
+    /// What the accelerometer shows without gravity.
+    fn offset(&self) -> Vector {
+        let all = self.up.iter().chain(&self.down);
+        all.fold([0.0; 3], |sum, value| {
+            combine(sum, *value, |sum, value| sum + value / 6.0)
+        })
+    }
+
+    /// The correction matrix less the identity; None when the matrix of the responses cannot be inverted.
+    fn deviation(&self) -> Option<[Vector; 3]> {
+        // The columns of the matrix of responses: what 1 g along an axis shows.
+        let s: [Vector; 3] = std::array::from_fn(|axis| {
+            combine(self.up[axis], self.down[axis], |up, down| (up - down) / 2.0)
+        });
+        let cross = |a: Vector, b: Vector| -> Vector {
+            std::array::from_fn(|i| {
+                a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3]
+            })
+        };
+        let normal = [cross(s[1], s[2]), cross(s[2], s[0]), cross(s[0], s[1])];
+        let determinant: f64 = (0..3).map(|i| s[0][i] * normal[0][i]).sum();
+        (determinant.abs() > 0.5).then(|| {
+            std::array::from_fn(|row| {
+                std::array::from_fn(|column| {
+                    normal[row][column] / determinant - f64::from(u8::from(row == column))
+                })
+            })
+        })
+    }
+}
+
+fn combine(a: Vector, b: Vector, f: impl Fn(f64, f64) -> f64) -> Vector {
+    std::array::from_fn(|i| f(a[i], b[i]))
+}
+
+/// Puts the calibration into the memory in `path`, beside the parameters that are there, or the factory values when there are none.
+///
+/// # Errors
+/// The file cannot be read or written.
+pub fn write(model: &Model, calibration: &Calibration, path: &Path) -> Result<(), String> {
+    let text = |error: std::io::Error| format!("{}: {error}", path.display());
+    let flash = Flash::in_file(path).map_err(text)?;
+    let (mut store, loaded) = Store::open(flash, model.image, model.payload);
+    let node = (model.boot)(Instant::from_ticks(0), loaded, 0);
+    // Whatever the model, the calibration ends its payload.
+    let mut payload = node.image();
+    let end = payload.len();
+    payload[end - SIZE..].copy_from_slice(&calibration.encode());
+    store.save(&payload);
+    loop {
+        if let Some(result) = store.step() {
+            return result.map_err(|_| format!("{}: cannot be written", path.display()));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline::measure::I32x3;
+
+    /// What a unit shows that has this offset at 25 degC, response (columns) and drift, in all six positions.
+    fn measured(offset: Vector, response: [Vector; 3], drift: Vector, temperature: f64) -> String {
+        let mut rows = String::new();
+        for (axis, name) in ["x", "y", "z"].iter().enumerate() {
+            for (sign, factor) in [("+", 1.0), ("-", -1.0)] {
+                let show = |i: usize| {
+                    offset[i] + drift[i] * (temperature - 25.0) + factor * response[axis][i]
+                };
+                rows += &format!(
+                    "{sign}{name},{},{},{},{temperature}\n",
+                    show(0),
+                    show(1),
+                    show(2)
+                );
+            }
+        }
+        rows
+    }
+
+    const OFFSET: Vector = [0.02, -0.03, 0.05];
+    const RESPONSE: [Vector; 3] = [[1.02, 0.01, 0.0], [-0.01, 0.97, 0.02], [0.005, 0.0, 1.01]];
+    const DRIFT: Vector = [0.0001, -0.0002, 0.0];
+
+    #[test]
+    fn a_calibrated_unit_shows_gravity() {
+        let text = "up,ax_g,ay_g,az_g,temp_c\n".to_owned()
+            + &measured(OFFSET, RESPONSE, DRIFT, -20.0)
+            + "# the hot chamber\n"
+            + &measured(OFFSET, RESPONSE, DRIFT, 60.0);
+        let calibration = calibration("test", &text).unwrap();
+        for temperature in [-20.0, 25.0, 60.0] {
+            for axis in 0..3 {
+                let shown: [f64; 3] = std::array::from_fn(|i| {
+                    OFFSET[i] + DRIFT[i] * (temperature - 25.0) + RESPONSE[axis][i]
+                });
+                let [x, y, z] = shown.map(|g| (g * f64::from(ONE_G)).round() as i32);
+                let I32x3 { x, y, z } =
+                    calibration.apply(I32x3 { x, y, z }, (temperature * 100.0) as i16);
+                for (i, value) in [x, y, z].into_iter().enumerate() {
+                    let expected = if i == axis { 1.0 } else { 0.0 };
+                    let error = f64::from(value) / f64::from(ONE_G) - expected;
+                    assert!(
+                        error.abs() < 1e-5,
+                        "{temperature} degC, axis {axis}: {i} is off by {error} g"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_line() {
+        let told = |text: &str| calibration("six.csv", text).unwrap_err();
+        let header = "up,ax_g,ay_g,az_g,temp_c\n";
+        assert_eq!(told(""), "six.csv: the file is empty");
+        assert_eq!(
+            told("up,x\n"),
+            "six.csv:1: the first row must be up,ax_g,ay_g,az_g,temp_c"
+        );
+        assert_eq!(
+            told(&(header.to_owned() + "+x,1,0,zero,25\n")),
+            "six.csv:2: not a position: +x,1,0,zero,25"
+        );
+        assert_eq!(
+            told(&(header.to_owned() + "+x,1,0,0,25\n")),
+            "six.csv: 0 rows for +y at 25 degC instead of one"
+        );
+        assert_eq!(told(header), "six.csv: no positions");
+        let far_off = header.to_owned() + &measured([0.3, 0.0, 0.0], RESPONSE, DRIFT, 25.0);
+        assert!(told(&far_off).contains("more than a calibration corrects"));
+    }
+}
