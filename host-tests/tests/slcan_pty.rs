@@ -12,7 +12,7 @@ use std::io::Write;
 use std::time::Duration;
 
 fn open(path: &str) -> Client<File> {
-    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
+    let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC | OFlags::NONBLOCK;
     let terminal = rustix::fs::open(path, flags, Mode::empty()).expect("it is there");
     Client::on(File::from(terminal))
 }

@@ -3,9 +3,10 @@
 mod process;
 
 use process::client::{BEL, Client};
-use process::sensor::{PATIENCE, Sensor, fails};
+use process::sensor::{Killed, PATIENCE, Sensor, fails};
 use std::fs;
 use std::io::Read;
+use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -240,26 +241,51 @@ fn on_a_terminal_a_line_tells_what_it_is_doing() {
     )
     .expect("it is there");
     let before = format!("{:?}", tcgetattr(&screen).expect("a terminal"));
-    let mut child = process::sensor::program()
+    let child = process::sensor::program()
         .args(["--listen", "127.0.0.1:0", "--scene", "tilt=30,-10"])
         .stdin(Stdio::null())
         .stdout(output)
         .spawn()
         .expect("the program starts");
+    let mut child = Killed(child);
     let mut screen = fs::File::from(screen);
     let mut shown = String::new();
-    let end = Instant::now() + PATIENCE;
-    while !(shown.contains("clients 0") && shown.contains("30.00°") && shown.contains("-10.00°"))
-    {
-        assert!(Instant::now() < end, "{shown}");
-        let mut buffer = [0; 4096];
-        let length = screen.read(&mut buffer).expect("a terminal");
-        shown += &String::from_utf8_lossy(&buffer[..length]);
-    }
+    // Reads on until all of these have been shown after each other.
+    let mut wait_for = |shown: &mut String, texts: &[&str]| {
+        let end = Instant::now() + PATIENCE;
+        let mut from = shown.len();
+        for text in texts {
+            while !shown[from..].contains(text) {
+                assert!(Instant::now() < end, "{text} is not in {shown}");
+                let mut buffer = [0; 4096];
+                let length = screen.read(&mut buffer).expect("a terminal");
+                *shown += std::str::from_utf8(&buffer[..length]).unwrap_or_default();
+            }
+            from += shown[from..].find(text).unwrap_or_default();
+        }
+    };
+    wait_for(
+        &mut shown,
+        &[
+            "slcan socket://127.0.0.1:",
+            "\n",
+            "30.00°",
+            "-10.00°",
+            "clients 0",
+        ],
+    );
+    let port = shown["slcan socket://127.0.0.1:".len()..]
+        .lines()
+        .next()
+        .unwrap_or_default();
+    let client = TcpStream::connect(format!("127.0.0.1:{}", port.trim_end())).expect("it listens");
+    wait_for(&mut shown, &["clients 1"]);
+    drop(client);
+    wait_for(&mut shown, &["clients 0"]);
     assert!(shown.starts_with("slcan socket://127.0.0.1:"));
     assert!(shown.contains("is2 ") && shown.contains("run") && shown.contains("kbit/s"));
-    kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
-    assert_eq!(child.wait().expect("a child").code(), Some(0));
+    kill_process(Pid::from_child(&child.0), Signal::INT).expect("it runs");
+    assert_eq!(child.0.wait().expect("a child").code(), Some(0));
     assert_eq!(
         format!("{:?}", tcgetattr(&screen).expect("a terminal")),
         before

@@ -18,7 +18,7 @@ pub const BEL: &str = "\x07";
 /// Long enough for what must not come.
 pub const QUIET: Duration = Duration::from_millis(200);
 
-/// A client on a stream that has a read timeout.
+/// A client on a stream whose reads do not wait for ever.
 pub struct Client<S> {
     pub stream: S,
     buffer: Vec<u8>,
@@ -91,8 +91,10 @@ impl<S: Read + Write> Client<S> {
             match self.stream.read(&mut buffer) {
                 Ok(0) => return None,
                 Ok(length) => self.buffer.extend_from_slice(&buffer[..length]),
-                Err(error)
-                    if matches!(error.kind(), ErrorKind::WouldBlock | ErrorKind::TimedOut) => {}
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {
+                    std::thread::sleep(Duration::from_micros(200));
+                }
+                Err(error) if error.kind() == ErrorKind::TimedOut => {}
                 Err(_) => return None,
             }
         }

@@ -35,9 +35,20 @@ pub fn fails(arguments: &[&str]) -> Output {
     child.wait_with_output().expect("its output")
 }
 
+/// A child that does not outlive its test.
+pub struct Killed(pub Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        // Fails when it has ended already.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
 /// A running virtual sensor; it is killed when this is dropped.
 pub struct Sensor {
-    child: Child,
+    child: Killed,
     output: Receiver<String>,
     /// The port of 127.0.0.1 at which it listens.
     pub port: u16,
@@ -64,7 +75,7 @@ impl Sensor {
             }
         });
         let mut sensor = Self {
-            child,
+            child: Killed(child),
             output,
             port: 0,
         };
@@ -103,7 +114,7 @@ impl Sensor {
     #[cfg(unix)]
     pub fn interrupt(&mut self) -> Option<i32> {
         use rustix::process::{Pid, Signal, kill_process};
-        kill_process(Pid::from_child(&self.child), Signal::INT).expect("it runs");
+        kill_process(Pid::from_child(&self.child.0), Signal::INT).expect("it runs");
         self.exit_code()
     }
 
@@ -111,7 +122,7 @@ impl Sensor {
     pub fn exit_code(&mut self) -> Option<i32> {
         let end = Instant::now() + PATIENCE;
         loop {
-            if let Some(status) = self.child.try_wait().expect("a child") {
+            if let Some(status) = self.child.0.try_wait().expect("a child") {
                 return status.code();
             }
             assert!(Instant::now() < end, "it did not end");
@@ -122,7 +133,7 @@ impl Sensor {
     /// What it has written to its standard error; to be asked once, after its end.
     pub fn errors(&mut self) -> String {
         let mut errors = String::new();
-        let stderr = self.child.stderr.as_mut().expect("a pipe");
+        let stderr = self.child.0.stderr.as_mut().expect("a pipe");
         stderr.read_to_string(&mut errors).expect("UTF-8");
         errors
     }
@@ -131,7 +142,7 @@ impl Sensor {
     #[cfg(target_os = "linux")]
     pub fn memory(&self) -> u64 {
         let mut status = String::new();
-        std::fs::File::open(format!("/proc/{}/status", self.child.id()))
+        std::fs::File::open(format!("/proc/{}/status", self.child.0.id()))
             .and_then(|mut file| file.read_to_string(&mut status))
             .expect("the kernel tells");
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
@@ -142,10 +153,9 @@ impl Sensor {
 
 impl Drop for Sensor {
     fn drop(&mut self) {
-        // Fails when it has ended already.
-        let _ = self.child.kill();
-        let _ = self.child.wait();
         if thread::panicking() {
+            // Fails when it has ended already.
+            let _ = self.child.0.kill();
             eprintln!("the virtual sensor's errors: {}", self.errors());
         }
     }
