@@ -13,12 +13,15 @@
 //!
 //! ```
 //! use plumbline::can::{Frame, standard};
+//! use plumbline::measure::{I32x3, ONE_G, Reading};
 //! use plumbline::model::is2::{BP_CL, Is2};
 //! use plumbline::node::{Boot, Node};
 //! use plumbline::time::Instant;
 //!
 //! let now = Instant::from_ticks(0);
 //! let mut sensor = Is2::new(&BP_CL, now, Boot::default());
+//! let level = I32x3 { x: 0, y: 0, z: ONE_G };
+//! sensor.sample(now, &Reading { acceleration: level, ..Reading::default() });
 //! // Any frame on the bus reveals the bit rate, and two boot-up messages answer it.
 //! sensor.receive(now, &Frame::data(standard(0x7FF), &[]).unwrap());
 //! while sensor.poll(now).is_some() {}

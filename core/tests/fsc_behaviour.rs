@@ -245,3 +245,17 @@ fn a_burst_of_requests_loses_no_reply() {
     }
     assert_eq!(answered, 1000);
 }
+
+#[test]
+fn without_samples_the_sensor_errors_are_set() {
+    let mut tester = is2();
+    assert_eq!(tester.ask(&[0x02])[1], DELIVERED);
+    tester.wait_without_samples(99);
+    assert_eq!(tester.ask(&[0x02])[1], DELIVERED);
+    tester.wait_without_samples(10_000);
+    assert_eq!(tester.ask(&[0x02])[1], DELIVERED | 0x30);
+    tester.reading(0, 0, ONE_G, false);
+    assert_eq!(tester.ask(&[0x02])[1], DELIVERED);
+    tester.wait_without_samples(200);
+    assert_eq!(tester.ask(&[0x02])[1], DELIVERED | 0x30);
+}

@@ -191,3 +191,24 @@ fn alive_frames_and_resets() {
     assert_eq!(tester.actions.last(), Some(&Action::Restart));
     assert_eq!(tester.leds, Leds::default());
 }
+
+#[test]
+fn what_is_written_while_load_is_under_way_is_not_lost() {
+    let mut tester = is2();
+    tester.ask(&[0x28, 100, 0]);
+    tester.memory_works = None;
+    tester.silent(b"\x40LOAD");
+    // Polls are answered meanwhile, a write waits for its turn.
+    assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
+    tester.silent(&[0x24, 1]);
+    assert!(!tester.sensor.ready());
+    tester.finish_save(Ok(()));
+    let replies: Vec<_> = tester
+        .sent()
+        .iter()
+        .map(|frame| frame.bytes().to_vec())
+        .collect();
+    assert_eq!(replies, [vec![0x40, DELIVERED], vec![0x24, AUTOBAUD]]);
+    assert_eq!(tester.ask(&[0x14])[2..], [1]);
+    assert_eq!(tester.ask(&[0x18])[2..], [0, 0]);
+}

@@ -2,11 +2,19 @@
 //!
 //! Sections and tables are those of the English manual of 2021.
 
+#![allow(
+    clippy::inconsistent_digit_grouping,
+    reason = "article numbers as they are printed"
+)]
+
 mod tester;
 
 use plumbline::can::{Frame, extended, standard};
+use plumbline::fsc::table::Field;
+use plumbline::fsc::{Model, Product};
 use plumbline::measure::ONE_G;
-use plumbline::model::is2::TwoAxes;
+use plumbline::model::is1::{self, OneAxis};
+use plumbline::model::is2::{self, TwoAxes};
 use plumbline::node::Action;
 use tester::*;
 
@@ -200,4 +208,83 @@ fn status_bits_follow_the_parameters() {
     assert_eq!(tester.ask(&[0x23, 0]), [0x23, DELIVERED]);
     assert_eq!(tester.ask(&[0x25, 1, 0]), [0x25, AUTOBAUD]);
     assert_eq!(tester.ask(&[0x25, 250, 0]), [0x25, DELIVERED]);
+}
+
+/// The tables that descriptors are written from say what the device does.
+fn the_tables_are_the_devices<M: Model>(product: &'static Product) {
+    let size = |fields: &[Field]| {
+        fields
+            .iter()
+            .map(|field| usize::from(field.size))
+            .sum::<usize>()
+    };
+    let mut tester: Tester<M> = Tester::online(product);
+    tester.ask(&[0x26, 1]); // with the counter in 00h
+    for function in M::FUNCTIONS {
+        if function.signature.is_empty() || function.fsc == 0xFF {
+            assert_eq!(
+                tester.ask(&[function.fsc]).len(),
+                2 + size(function.reply),
+                "{}",
+                function.name
+            );
+        } else {
+            let reply = tester.ask(&request(function.fsc, function.signature));
+            assert_eq!(reply.len(), 2 + size(function.reply), "{}", function.name);
+            assert_eq!(reply[1] & CMD_PARAM_ERROR, 0, "{}", function.name);
+        }
+    }
+    for parameter in M::PARAMETERS {
+        let reply = tester.ask(&[parameter.read_code()]);
+        assert_eq!(
+            reply.len(),
+            2 + size(parameter.fields),
+            "{}",
+            parameter.name
+        );
+        assert_eq!(
+            reply[2..],
+            parameter.factory.to_le_bytes()[..size(parameter.fields)]
+        );
+        let written = tester.ask(&request(parameter.write_code(), &reply[2..]));
+        assert_eq!(written[1] & CMD_PARAM_ERROR, 0, "{}", parameter.name);
+    }
+    tester.silent(b"\xFFRESET");
+    assert!(tester.actions.contains(&Action::Restart));
+}
+
+#[test]
+fn every_row_of_the_tables_is_what_the_device_does() {
+    the_tables_are_the_devices::<OneAxis>(&is1::BP_CL);
+    the_tables_are_the_devices::<TwoAxes>(&is2::BP_CL);
+}
+
+#[test]
+fn article_numbers_are_those_of_table_26() {
+    let articles = |products: &[&Product]| -> Vec<_> {
+        products
+            .iter()
+            .map(|product| (product.name, product.article))
+            .collect()
+    };
+    assert_eq!(
+        articles(&is1::PRODUCTS),
+        [
+            ("IS1BP360-C-CL", 23050_30),
+            ("IS1MA360-C-BL", 25000_00),
+            ("IS1BP360-C-BL", 25050_30),
+            ("IS1SP360-C-BL", 23060_00),
+            ("IS1SP360-C-BL-10", 23060_10),
+        ]
+    );
+    assert_eq!(
+        articles(&is2::PRODUCTS),
+        [
+            ("IS2BP090-C-CL", 23054_30),
+            ("IS2MA090-C-BL", 25004_00),
+            ("IS2BP090-C-BL", 25054_30),
+            ("IS2SP090-C-BL", 23064_00),
+            ("IS2SP090-C-BL-10", 23064_10),
+        ]
+    );
 }

@@ -19,6 +19,9 @@ use plumbline::time::{Duration, Instant, after, millis, reached};
 /// How long a restart waits for the last frames: four, one of them waiting for a mailbox, of 16 ms each at 10 kbit/s.
 const RESTART_LIMIT: Duration = millis(100);
 
+/// How long the boot waits for the accelerometer: it settles in 100 ms.
+const FIRST_READING_LIMIT: Duration = millis(200);
+
 /// Runs a node for ever. `image` and `payload` say how it is stored, and `node` starts it.
 pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, Boot) -> N) -> ! {
     let Some(board) = Board::take() else {
@@ -37,8 +40,7 @@ pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, B
     watchdog.feed();
 
     let mut imu = Imu::new(board.imu);
-    // Whether it is there or not, it is set up now; the next call asks for a sample.
-    imu.read(clock::now());
+    let first = first_reading(&mut imu);
 
     let Some(bus) = Bus::new(board.can) else {
         SCB::sys_reset()
@@ -57,6 +59,9 @@ pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, B
         leds: board.leds,
         sample_due: after(now, SAMPLE_PERIOD),
     };
+    if let Some(reading) = first {
+        app.node.sample(now, &reading);
+    }
     app.settle();
     loop {
         watchdog.feed();
@@ -64,6 +69,21 @@ pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, B
             sleep::sleep();
         }
     }
+}
+
+/// Waits for the accelerometer to settle, so that the first frame tells the truth; None when it does not come up.
+fn first_reading(imu: &mut Imu<ImuWires>) -> Option<Reading> {
+    let mut due = clock::now();
+    let limit = after(due, FIRST_READING_LIMIT);
+    while !reached(clock::now(), limit) {
+        if reached(clock::now(), due) {
+            due = after(due, SAMPLE_PERIOD);
+            if let Some(reading) = imu.read(clock::now()) {
+                return Some(reading);
+            }
+        }
+    }
+    None
 }
 
 /// Everything that the main loop turns.

@@ -26,7 +26,7 @@ use plumbline::node::{BusEvent, BusMode, BusState};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
 /// Received frames that wait for the node: 1.5 ms of a full bus at 1 Mbit/s with the shortest frames.
-const QUEUE: usize = 32;
+const QUEUE: usize = 32 + 1; // one place stays empty
 
 /// How long the controller may take to finish what it is doing on the bus: longer than the longest frame with its error frame
 /// takes at 10 kbit/s.
@@ -242,8 +242,11 @@ impl Bus {
         }
     }
 
-    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus.
+    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. What was heard at the rate before,
+    /// frames and errors, is forgotten: it would be taken for the new rate's.
     fn join(&mut self) {
+        while self.received.dequeue().is_some() {}
+        self.forget_error();
         let Some(settings) = &self.settings else {
             return;
         };
@@ -296,15 +299,23 @@ impl Bus {
         if !listening || code == LEC_SEEN {
             return None;
         }
+        self.forget_error();
+        (code != 0).then_some(BusEvent::Error)
+    }
+
+    /// Marks the last error code as seen.
+    fn forget_error(&mut self) {
         self.registers()
             .esr()
             // SAFETY: 7 is the value that the manual gives to software; the other bits are read-only.
             .write(|w| unsafe { w.bits(u32::from(LEC_SEEN) << 4) });
-        (code != 0).then_some(BusEvent::Error)
     }
 
-    /// The oldest received frame that has not been taken.
+    /// The oldest received frame that has not been taken; none while a change of mode is under way.
     pub fn receive(&mut self) -> Option<Frame> {
+        if !matches!(self.change, Change::Done) {
+            return None;
+        }
         self.received.dequeue()
     }
 

@@ -9,10 +9,13 @@ use crate::can::{Filter, Filters, Frame};
 use crate::measure::Reading;
 use crate::node::{Action, BusEvent, BusState, Node, Readout};
 use crate::store::{Payload, StoreError};
-use crate::time::{Instant, earlier, reached};
+use crate::time::{Duration, Instant, after, earlier, millis, reached};
 
 /// Samples for which a clipped one still counts: 100 ms, so that vibration does not make the error bits flicker.
 const CLIP_HOLD: u8 = 20;
+
+/// How long the angles hold without a further sample; then the accelerometer has failed, and the sensor errors say so.
+const SAMPLE_LIMIT: Duration = millis(100);
 
 impl<M: Model> Node for Sensor<M> {
     fn ready(&self) -> bool {
@@ -25,7 +28,7 @@ impl<M: Model> Node for Sensor<M> {
             // The frame that reveals the rate is not answered: the sensor was silent when it came.
             Link::Detecting(search) => self.go_online(now, search.rate()),
             Link::Online if frame.is_remote() => {}
-            Link::Online if frame.id() == self.in_force.set => self.request(now, frame.bytes()),
+            Link::Online if frame.id() == self.in_force.set => self.request(now, frame),
             Link::Online if frame.id() == self.in_force.sync && frame.dlc() == 0 => {
                 self.send(self.inclination());
             }
@@ -34,7 +37,9 @@ impl<M: Model> Node for Sensor<M> {
         self.attention = true;
     }
 
-    fn sample(&mut self, _now: Instant, reading: &Reading) {
+    fn sample(&mut self, now: Instant, reading: &Reading) {
+        self.attention |= self.fresh_until.is_none();
+        self.fresh_until = Some(after(now, SAMPLE_LIMIT));
         let up = self.inclinometer.sample(reading);
         self.measured = M::measure(up, self.product);
         if reading.clipped {
@@ -161,6 +166,14 @@ impl<M: Model> Sensor<M> {
         {
             self.listen(now);
         }
+        if self.fresh_until.is_some_and(|until| reached(now, until)) {
+            self.fresh_until = None;
+            self.status.raise(M::SENSOR_ERRORS);
+        }
+        if core::mem::take(&mut self.wanted.boot_up) {
+            self.reply_alive();
+            self.reply_alive();
+        }
         let due = self.cyclic.as_mut().is_some_and(|cyclic| cyclic.poll(now));
         if due && let Some(frame) = self.inclination().frame(self.in_force.reply) {
             self.queue.cyclic(frame);
@@ -199,6 +212,7 @@ impl<M: Model> Sensor<M> {
             Link::Online | Link::BusOff | Link::Restarted => None,
         };
         let cyclic = self.cyclic.map(|cyclic| cyclic.deadline());
-        earlier(earlier(link, cyclic), self.indicator.deadline())
+        let own = earlier(link, earlier(cyclic, self.fresh_until));
+        earlier(own, self.indicator.deadline())
     }
 }

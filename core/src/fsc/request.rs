@@ -8,24 +8,21 @@ use super::status::Status;
 use super::table::{Model, Rule};
 use super::values::Key;
 use super::wire::{self, Reply};
+use crate::can::Frame;
 use crate::time::Instant;
 
-/// A request that must wait for the running save to end.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Deferred {
-    Load,
-    Save,
-    Reset,
-}
-
 impl<M: Model> Sensor<M> {
-    /// Answers the request in `bytes`.
-    pub(super) fn request(&mut self, now: Instant, bytes: &[u8]) {
-        let Some((&fsc, data)) = bytes.split_first() else {
+    /// Answers the request in `frame`.
+    pub(super) fn request(&mut self, now: Instant, frame: &Frame) {
+        let Some((&fsc, data)) = frame.bytes().split_first() else {
             // There is no code to echo, so there is no reply.
             self.status.raise(Status::CMD_PARAM_ERROR);
             return;
         };
+        if self.must_wait(fsc, data) {
+            self.deferred = Some(*frame);
+            return;
+        }
         match fsc {
             code::INCLINATION => self.send(self.inclination()),
             code::STATUS => {
@@ -35,14 +32,12 @@ impl<M: Model> Sensor<M> {
             code::PRODUCT => self.reply_product(),
             code::SERIAL => self.reply_serial(),
             code::LOAD if data.starts_with(code::LOAD_SIGNATURE) => {
-                self.when_saved(now, Deferred::Load);
+                self.begin_save(Saving::Factory);
             }
             code::SAVE if data.starts_with(code::SAVE_SIGNATURE) => {
-                self.when_saved(now, Deferred::Save);
+                self.begin_save(Saving::Parameters);
             }
-            code::ALIVE if data.starts_with(code::RESET_SIGNATURE) => {
-                self.when_saved(now, Deferred::Reset);
-            }
+            code::ALIVE if data.starts_with(code::RESET_SIGNATURE) => self.restart(now),
             code::ALIVE => {
                 if !data.is_empty() {
                     self.status.raise(Status::CMD_PARAM_ERROR);
@@ -103,23 +98,23 @@ impl<M: Model> Sensor<M> {
         Some(())
     }
 
-    /// Carries `request` out, after the running save if there is one.
-    fn when_saved(&mut self, now: Instant, request: Deferred) {
-        if self.saving.is_some() {
-            self.deferred = Some(request);
-            return;
-        }
-        match request {
-            Deferred::Load => self.begin_save(Saving::Factory),
-            Deferred::Save => self.begin_save(Saving::Parameters),
-            Deferred::Reset => self.restart(now),
+    /// Whether a request must wait for the running save to end: another save or a restart, and while LOAD is under way, which
+    /// will replace the parameters, also a write.
+    fn must_wait(&self, fsc: u8, data: &[u8]) -> bool {
+        match self.saving {
+            None => false,
+            Some(saving) => match fsc {
+                code::LOAD | code::SAVE => true,
+                code::ALIVE => data.starts_with(code::RESET_SIGNATURE),
+                _ => saving == Saving::Factory && fsc & 0xF0 == code::WRITE,
+            },
         }
     }
 
     /// Carries the request out that waited for the save which has ended.
     pub(super) fn resume(&mut self, now: Instant) {
-        if let Some(request) = self.deferred.take() {
-            self.when_saved(now, request);
+        if let Some(frame) = self.deferred.take() {
+            self.request(now, &frame);
         }
     }
 }

@@ -3,13 +3,12 @@
 use super::code;
 use super::cyclic::Cyclic;
 use super::measured::Measured;
-use super::request::Deferred;
 use super::status::Status;
 use super::table::values_size;
 use super::table::{Model, Product};
 use super::values::{Key, Values};
 use super::wire::Reply;
-use crate::can::{BitRate, standard};
+use crate::can::{BitRate, Frame, standard};
 use crate::measure::Inclinometer;
 use crate::measure::calibration::{self, Calibration};
 use crate::node::{Autobaud, Boot, BusMode, BusState, Indicator, Leds, Node};
@@ -73,6 +72,8 @@ pub(super) struct InForce {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Wanted {
     pub(super) bus: Option<(BusMode, BitRate)>,
+    /// The boot-up messages, composed when everything else has had its say.
+    pub(super) boot_up: bool,
     pub(super) recover: bool,
     pub(super) save: bool,
 }
@@ -87,11 +88,14 @@ pub struct Sensor<M> {
     pub(super) inclinometer: Inclinometer,
     pub(super) measured: Measured,
     pub(super) clip_hold: u8,
+    /// Without a further sample the angles are out of date then; None: they are.
+    pub(super) fresh_until: Option<Instant>,
     pub(super) link: Link,
     pub(super) bus_state: BusState,
     pub(super) cyclic: Option<Cyclic>,
     pub(super) saving: Option<Saving>,
-    pub(super) deferred: Option<Deferred>,
+    /// A request that waits for the running save to end.
+    pub(super) deferred: Option<Frame>,
     pub(super) queue: TransmitQueue,
     pub(super) indicator: Indicator,
     pub(super) shown: Leds,
@@ -122,13 +126,14 @@ impl<M: Model> Sensor<M> {
             serial: boot.serial,
             values,
             in_force: InForce::of(&values),
-            status: Status(if damaged { Status::EEPROM_ERROR } else { 0 }),
+            status: Status::default(),
             inclinometer: Inclinometer {
                 calibration,
                 ..Inclinometer::default()
             },
             measured: Measured::default(),
             clip_hold: 0,
+            fresh_until: None,
             link: Link::Detecting(Autobaud::start(now)),
             bus_state: BusState::Active,
             cyclic: None,
@@ -142,6 +147,11 @@ impl<M: Model> Sensor<M> {
             wake: None,
             model: PhantomData,
         };
+        if damaged {
+            sensor.status.raise(Status::EEPROM_ERROR);
+        }
+        // Until the first sample there is no angle.
+        sensor.status.raise(M::SENSOR_ERRORS);
         sensor.retune();
         sensor.update_status();
         match sensor.baud_rate() {
@@ -175,8 +185,7 @@ impl<M: Model> Sensor<M> {
     pub(super) fn go_online(&mut self, now: Instant, rate: BitRate) {
         self.link = Link::Online;
         self.wanted.bus = Some((BusMode::Normal, rate));
-        self.reply_alive();
-        self.reply_alive();
+        self.wanted.boot_up = true;
         self.restart_cyclic(now);
         self.show(now);
     }

@@ -42,7 +42,7 @@ pub use micromath::vector::I32x3;
 pub const SAMPLE_PERIOD: Duration = millis(5);
 
 /// What the accelerometer (and gyroscope, where there is one) delivers for one sample.
-#[derive(Clone, Copy, PartialEq, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Reading {
     /// Specific force in the sensor's frame, 1 g = 2^28 ([`ONE_G`]); at rest it points up. Range +-2 g.
     pub acceleration: I32x3,

@@ -30,7 +30,8 @@ pub struct Boot {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action {
-    /// Go to this bit rate and mode, dropping whatever waits in the transmit mailboxes. In [`BusMode::Normal`], accept what
+    /// Go to this bit rate and mode, dropping what waits in the transmit mailboxes, and received frames and bus errors of before
+    /// that have not been handed in: they belong to the rate before. In [`BusMode::Normal`], accept what
     /// [`Node::filters`] lets pass; in [`BusMode::Listen`], accept everything.
     Bus(BusMode, BitRate),
     /// Leave bus-off: start the recovery sequence of 128 times 11 recessive bits.
@@ -111,7 +112,8 @@ pub trait Node {
     /// A frame came from the bus. Frames that [`filters`](Self::filters) would refuse are tolerated and ignored.
     fn receive(&mut self, now: Instant, frame: &Frame);
 
-    /// A reading came from the accelerometer, every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD).
+    /// A reading came from the accelerometer, every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD); the first one should come
+    /// before the first poll. While there is none, the sensor tells that it has an error.
     fn sample(&mut self, now: Instant, reading: &Reading);
 
     /// The CAN controller noticed something.

@@ -111,8 +111,8 @@ impl<M: NorFlash> Store<M> {
     /// than half full, so that at least half a slot of saves never has to erase; until then the older images stay.
     pub fn prepare(&mut self) {
         let spare = self.spare();
-        let roomy = self.next.slot != spare && self.next.index <= self.places() / 2;
-        if !roomy && !self.blank(spare) {
+        let roomy = self.next.index <= self.places() / 2;
+        if self.next.slot != spare && !roomy && !self.blank(spare) {
             // A failure shows again, and is reported, when the slot is needed.
             let _ = self.erase(spare);
         }
@@ -224,11 +224,19 @@ impl<M: NorFlash> Store<M> {
         let place = Place { slot, index };
         self.newest = Some(place);
         self.sequence = sequence;
-        // In its own slot everything behind the newest image is newer. The other slot is newer only when this one is full, and not
-        // when it has a whole image, which would then be the newest.
+        // In its own slot everything behind the newest image is newer. The other slot is newer only when this one is full; then
+        // it has just been begun. A slot full of debris is an erase that was cut off.
         let full = index + 1 >= self.places();
+        let begun = full && other.newest.is_none() && other.used < self.places();
         let damaged = own.unusable.is_some_and(|unusable| unusable > index)
-            || (full && other.unusable.is_some() && other.newest.is_none());
+            || (begun && other.unusable.is_some());
+        if begun && damaged {
+            // Go on behind the damage, so that it is seen until the next save.
+            self.next = Place {
+                slot: 1 - slot,
+                index: other.used,
+            };
+        }
         let payload = self
             .load(place)
             .and_then(|bytes| image::payload(&bytes, self.payload));

@@ -36,6 +36,8 @@ pub struct Tester<M: Model> {
     pub memory: Option<Payload>,
     /// The result of the next saves; None: the memory does not answer before `finish_save`.
     pub memory_works: Option<bool>,
+    /// The specific force at present; the sensor gets a sample of it every 50 ms.
+    force: [i32; 3],
     product: &'static Product,
 }
 
@@ -64,9 +66,10 @@ impl<M: Model> Tester<M> {
             leds,
             memory,
             memory_works: Some(true),
+            force: [0, 0, ONE_G],
             product,
         };
-        tester.settle();
+        tester.first_sample();
         tester
     }
 
@@ -93,7 +96,13 @@ impl<M: Model> Tester<M> {
                 serial: 0x0403_0201,
             },
         );
-        self.settle();
+        self.first_sample();
+    }
+
+    /// As on a board: a sample before the node's first actions are carried out.
+    fn first_sample(&mut self) {
+        let [x, y, z] = self.force;
+        self.reading(x, y, z, false);
     }
 
     fn settle(&mut self) {
@@ -136,6 +145,7 @@ impl<M: Model> Tester<M> {
 
     /// One sample.
     pub fn reading(&mut self, x: i32, y: i32, z: i32, clipped: bool) {
+        self.force = [x, y, z];
         let acceleration = I32x3 { x, y, z };
         let angular_rate = I32x3 { x: 0, y: 0, z: 0 };
         let reading = Reading {
@@ -161,21 +171,41 @@ impl<M: Model> Tester<M> {
 
     /// Lets time pass, polling at every deadline and taking what is sent; returns the frames with their times in ms.
     pub fn wait(&mut self, ms: u64) -> Vec<(u64, Frame)> {
+        self.pass(ms, true)
+    }
+
+    /// Lets time pass without a sample.
+    pub fn wait_without_samples(&mut self, ms: u64) -> Vec<(u64, Frame)> {
+        self.pass(ms, false)
+    }
+
+    fn pass(&mut self, ms: u64, sampled: bool) -> Vec<(u64, Frame)> {
         let end = Instant::from_ticks(self.now.ticks() + ms * 1000);
+        let mut sample = self.now;
         let mut frames = Vec::new();
         loop {
+            if sampled && self.now >= sample {
+                let [x, y, z] = self.force;
+                self.reading(x, y, z, false);
+                sample = Instant::from_ticks(self.now.ticks() + 50_000);
+            }
             let sent = self.sent();
             frames.extend(
                 sent.into_iter()
                     .map(|frame| (self.now.ticks() / 1000, frame)),
             );
-            match self.sensor.deadline() {
-                Some(next) if next <= end => self.now = self.now.max(next),
-                _ => break,
+            let deadline = self.sensor.deadline().unwrap_or(end);
+            let next = if sampled {
+                deadline.min(sample)
+            } else {
+                deadline
+            };
+            if next >= end && self.now >= end {
+                break;
             }
+            self.now = self.now.max(next.min(end));
             self.settle();
         }
-        self.now = end;
         frames
     }
 

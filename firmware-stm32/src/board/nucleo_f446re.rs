@@ -150,7 +150,9 @@ impl Sectors for Flash {
 
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
         self.unlock();
+        // `write` starts from the reset value, in which the register is locked.
         self.0.cr().write(|w| {
+            w.lock().clear_bit();
             w.psize().psize32();
             w.ser().set_bit();
             // SAFETY: sectors 0 to 7 exist, and this is 2 or 3.
@@ -170,7 +172,11 @@ impl Sectors for Flash {
         let (words, _) = bytes.as_chunks::<4>();
         for (index, word) in words.iter().enumerate() {
             self.unlock();
-            self.0.cr().write(|w| w.psize().psize32().pg().set_bit());
+            self.0.cr().write(|w| {
+                w.lock().clear_bit();
+                w.psize().psize32();
+                w.pg().set_bit()
+            });
             let address = (Self::START + offset + 4 * index) as *mut u32;
             // SAFETY: the caller has checked that the word is aligned and inside the parameter area, where nothing else lives;
             // with PG set, a store there programs the flash.

@@ -86,6 +86,8 @@ impl Controller {
         self.filters = filters;
         self.mailbox = None;
         self.sending = false;
+        self.received.clear();
+        self.in_fifo = 0;
     }
 
     pub(super) fn mode(&self) -> Option<BusMode> {
