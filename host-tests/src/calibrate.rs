@@ -246,9 +246,9 @@ mod tests {
             + &measured(OFFSET, RESPONSE, DRIFT, 60.0);
         let calibration = calibration("test", &text).unwrap();
         for temperature in [-20.0, 25.0, 60.0] {
-            for axis in 0..3 {
+            for (axis, response) in RESPONSE.iter().enumerate() {
                 let shown: [f64; 3] = std::array::from_fn(|i| {
-                    OFFSET[i] + DRIFT[i] * (temperature - 25.0) + RESPONSE[axis][i]
+                    OFFSET[i] + DRIFT[i] * (temperature - 25.0) + response[i]
                 });
                 let [x, y, z] = shown.map(|g| (g * f64::from(ONE_G)).round() as i32);
                 let I32x3 { x, y, z } =

@@ -146,11 +146,14 @@ impl Device {
         self.store.prepare();
         let start = after(now, self.flash_time(before));
         self.boots += 1;
+        let mut node = (self.model.boot)(start, loaded, self.serial);
+        // As on the boards: the first reading before the node's first word.
+        node.sample(start, &self.motion.reading(start));
         self.power = Some(Powered {
-            node: (self.model.boot)(start, loaded, self.serial),
+            node,
             controller: Controller::new(start),
             leds: Leds::default(),
-            next_sample: start,
+            next_sample: after(start, SAMPLE_PERIOD),
             next_step: None,
             stalled_until: Some(start),
             restart_by: None,
