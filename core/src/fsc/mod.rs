@@ -13,6 +13,7 @@
 
 pub mod code;
 mod cyclic;
+mod key;
 mod measured;
 mod node;
 mod request;
@@ -22,8 +23,9 @@ pub mod table;
 mod values;
 pub mod wire;
 
+pub use key::Key;
 pub use measured::Measured;
 pub use sensor::Sensor;
 pub use status::Status;
 pub use table::{Model, Product, Version};
-pub use values::{Key, Values};
+pub use values::Values;

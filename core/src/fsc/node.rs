@@ -1,10 +1,11 @@
 //! The FSC sensor as a [`Node`]: what it does with each input, and when it acts by itself.
 
 use super::code;
+use super::key::Key;
 use super::sensor::{InForce, Link, Saving, Sensor};
 use super::status::Status;
 use super::table::Model;
-use super::values::{Key, Values};
+use super::values::Values;
 use crate::can::{Filter, Filters, Frame};
 use crate::measure::Reading;
 use crate::node::{Action, BusEvent, BusState, Node, Readout};

@@ -3,10 +3,10 @@
 //! A refused request is answered with its code and the status, CmdParamError set, and changes nothing.
 
 use super::code;
+use super::key::Key;
 use super::sensor::{Saving, Sensor};
 use super::status::Status;
 use super::table::{Model, Rule};
-use super::values::Key;
 use super::wire::{self, Reply};
 use crate::can::Frame;
 use crate::time::Instant;

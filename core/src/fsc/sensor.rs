@@ -2,11 +2,12 @@
 
 use super::code;
 use super::cyclic::Cyclic;
+use super::key::Key;
 use super::measured::Measured;
 use super::status::Status;
 use super::table::values_size;
 use super::table::{Model, Product};
-use super::values::{Key, Values};
+use super::values::Values;
 use super::wire::Reply;
 use crate::can::{BitRate, Frame, standard};
 use crate::measure::Inclinometer;

@@ -4,8 +4,8 @@
 //! documents on a PC come from it. The device itself only keeps the [`Rule`]s, which [`rules`] projects from it at compile
 //! time: size, permitted values and factory value. Dispatch, range checks, factory reset and the EEPROM image work on those.
 
+use super::key::{KEYS, Key};
 use super::measured::Measured;
-use super::values::{KEYS, Key};
 use crate::measure::I32x3;
 use crate::node::Pattern;
 use crate::store::ImageId;
