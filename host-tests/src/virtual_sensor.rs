@@ -86,7 +86,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let flash = options
         .store
         .as_deref()
-        .map_or_else(|| Ok(Flash::default()), open_store)?;
+        .map_or_else(Flash::default, open_store);
     let log = match &options.log {
         Some(path) => {
             Some(Log::create(path).map_err(cannot(format!("write the log {}", path.display())))?)
@@ -134,15 +134,23 @@ fn bit_rate(text: &str) -> Result<BitRate, String> {
         })
 }
 
-/// The memory in `path`, which is created when there is none; that it can be written is found out now and not at the first save.
-fn open_store(path: &Path) -> Result<Flash, Failure> {
-    OpenOptions::new()
+/// The memory in `path`, which is created when there is none. When that does not work, its user is told at once and not at the first
+/// save, and the sensor goes on with a memory that cannot be written.
+fn open_store(path: &Path) -> Flash {
+    let usable = OpenOptions::new()
         .write(true)
         .create(true)
         .truncate(false)
         .open(path)
-        .and_then(|_| Flash::in_file(path))
-        .map_err(cannot(format!("use the store {}", path.display())))
+        .and_then(|_| Flash::in_file(path));
+    usable.unwrap_or_else(|error| {
+        let path = path.display();
+        eprintln!("virtual-sensor: cannot use the store {path}: {error}; nothing can be saved");
+        let mut flash = Flash::default();
+        flash.fail_writes(true);
+        flash.fail_erases(true);
+        flash
+    })
 }
 
 /// Listens at the address, or at the default one.

@@ -143,10 +143,20 @@ fn a_file_that_cannot_be_written_is_broken_memory() {
 #[test]
 fn a_file_that_is_no_memory_is_not_touched() {
     let scratch = Scratch::new("notes");
-    fs::write(&scratch.0, "shopping list").unwrap();
+    fs::write(&scratch.0, [b'x'; 2049]).unwrap();
     let error = Flash::in_file(&scratch.0).unwrap_err();
-    assert!(error.to_string().contains("13 bytes"), "{error}");
-    assert_eq!(fs::read(&scratch.0).unwrap(), b"shopping list");
+    assert!(error.to_string().contains("2049 bytes"), "{error}");
+    assert_eq!(fs::read(&scratch.0).unwrap(), [b'x'; 2049]);
     fs::write(&scratch.0, "").unwrap();
     assert!(Flash::in_file(&scratch.0).is_ok(), "an empty file is new");
+}
+
+#[test]
+fn what_is_missing_in_a_file_that_was_cut_off_reads_as_erased() {
+    let scratch = Scratch::new("cut");
+    fs::write(&scratch.0, [1, 2]).unwrap();
+    let mut flash = Flash::in_file(&scratch.0).unwrap();
+    assert_eq!(read(&mut flash, 0), [1, 2, 0xFF, 0xFF]);
+    flash.write(4, &[3, 4]).unwrap();
+    assert_eq!(fs::read(&scratch.0).unwrap(), flash.bytes());
 }

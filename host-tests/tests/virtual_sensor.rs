@@ -145,16 +145,37 @@ fn files_that_do_not_work_are_named() {
     let nowhere = new_path("no").join("such");
     let nowhere = text(&nowhere);
     assert_fails(&["--scene", nowhere], 1, &["cannot read", nowhere]);
-    assert_fails(&["--store", nowhere], 1, &["cannot use the store", nowhere]);
     assert_fails(&["--log", nowhere], 1, &["cannot write the log", nowhere]);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_store_that_does_not_work_is_named_and_the_sensor_goes_on() {
+    let nowhere = new_path("no").join("such");
     let foreign = new_path("foreign.store");
-    fs::write(&foreign, "a letter").expect("a folder");
-    assert_fails(
-        &["--store", text(&foreign)],
-        1,
-        &["cannot use the store", text(&foreign)],
-    );
-    assert_eq!(fs::read(&foreign).expect("it is there"), b"a letter");
+    fs::write(&foreign, [b'x'; 5000]).expect("a folder");
+    for store in [&nowhere, &foreign] {
+        let mut sensor = Sensor::start(&["--store", text(store)]);
+        let mut client = Client::awake(&sensor);
+        client.say("t30055053415645");
+        // CmdParamError and EEPROMError, and as delivered.
+        assert_eq!(client.find("t301250"), "t3012500F");
+        assert_eq!(sensor.interrupt(), Some(0));
+        let expected = format!("virtual-sensor: cannot use the store {}: ", text(store));
+        assert!(sensor.errors().starts_with(&expected));
+    }
+    assert_eq!(fs::read(&foreign).expect("it is there"), [b'x'; 5000]);
+}
+
+#[test]
+fn a_store_that_was_cut_off_is_damaged_memory() {
+    let store = new_path("short.store");
+    fs::write(&store, "P").expect("a folder");
+    let sensor = Sensor::start(&["--store", text(&store)]);
+    let mut client = Client::awake(&sensor);
+    client.say("t300102");
+    // EEPROMError, and factory values.
+    assert_eq!(client.find("t301202"), "t30120207");
 }
 
 #[cfg(target_os = "linux")]

@@ -97,7 +97,7 @@ impl Flash {
     /// written, programming and erasing fail.
     ///
     /// # Errors
-    /// A file that is there but cannot be read, or that is not of the memory's size.
+    /// A file that is there but cannot be read, or that is larger than the memory.
     pub fn in_file(path: &Path) -> io::Result<Self> {
         let (file, bytes) = FlashFile::open(path, SIZE)?;
         Ok(Self {

@@ -12,29 +12,29 @@ pub(super) struct FlashFile {
 }
 
 impl FlashFile {
-    /// Reads the memory from `path`; None when there is no file yet or it is empty.
+    /// Reads the memory from `path`; None when there is no file yet or it is empty. What is missing at the end of a file that was
+    /// cut off reads as erased.
     ///
     /// # Errors
-    /// A file that cannot be read, or one of another size: it is something else and must not be overwritten.
+    /// A file that cannot be read, or one that is too long: it is something else and must not be overwritten.
     pub(super) fn open(path: &Path, size: usize) -> io::Result<(Self, Option<Vec<u8>>)> {
         let file = Self {
             path: path.to_owned(),
         };
-        let bytes = match fs::read(path) {
-            Err(error) if error.kind() == ErrorKind::NotFound => None,
-            bytes => Some(bytes?).filter(|bytes| !bytes.is_empty()),
+        let mut bytes = match fs::read(path) {
+            Err(error) if error.kind() == ErrorKind::NotFound => return Ok((file, None)),
+            bytes => bytes?,
         };
-        match &bytes {
-            Some(bytes) if bytes.len() != size => Err(io::Error::new(
-                ErrorKind::InvalidData,
-                format!(
-                    "{} has {} bytes, a sensor's memory has {size}",
-                    path.display(),
-                    bytes.len()
-                ),
-            )),
-            _ => Ok((file, bytes)),
+        if bytes.is_empty() {
+            return Ok((file, None));
         }
+        if bytes.len() > size {
+            let length = bytes.len();
+            let what = format!("it has {length} bytes, and a sensor's memory has {size}");
+            return Err(io::Error::new(ErrorKind::InvalidData, what));
+        }
+        bytes.resize(size, 0xFF);
+        Ok((file, Some(bytes)))
     }
 
     /// Writes what changed: `memory` is the whole memory after the change, `changed` the bytes that differ. Nothing else is
