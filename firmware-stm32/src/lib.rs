@@ -43,3 +43,26 @@ pub mod imu;
 mod reset;
 #[cfg(board)]
 mod sleep;
+
+/// The main function of a model: on a board it runs the node, on a PC it says where it belongs.
+#[macro_export]
+macro_rules! firmware {
+    ($sensor:ty, $product:expr) => {
+        #[cfg(target_os = "none")]
+        #[cortex_m_rt::entry]
+        fn main() -> ! {
+            $crate::app::run($product.image, <$sensor>::PAYLOAD, |now, boot| {
+                <$sensor>::new($product, now, boot)
+            })
+        }
+
+        #[cfg(not(target_os = "none"))]
+        fn main() {
+            let bytes = <$sensor>::PAYLOAD;
+            println!(
+                "{} is firmware for a board ({bytes} bytes of parameters): see the README",
+                $product.name
+            );
+        }
+    };
+}
