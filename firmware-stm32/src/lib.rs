@@ -1,8 +1,8 @@
 //! Plumbline's nodes on real pins: an STM32 with bxCAN and an ISM330DHCX accelerometer on SPI.
 //!
 //! The path of a frame: receive interrupt -> queue -> [`Node`](plumbline::node::Node) -> mailbox. The path of a sample: every
-//! 5 ms from the accelerometer into the node. [`app`] turns the crank; [`can`], [`imu`], [`flash`] and [`clock`] are what it
-//! turns; [`board`] knows the pins; and a file in `src/bin` names the model.
+//! 5 ms from the accelerometer into the node. `app` turns the crank; `can`, `imu`, `flash` and `clock` are what it
+//! turns; `board` knows the pins; and a file in `src/bin` names the model.
 //!
 //! A board is a feature (`bluepill`, `nucleo-f446re`), and so is the log (`defmt`). On a PC only the parts without hardware
 //! exist, for their tests: [`bit_timing`] and [`counts`].
