@@ -1,0 +1,43 @@
+//! What lies between the processor and the peripherals.
+
+/// How wide an access is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Width {
+    /// 8 bits.
+    Byte,
+    /// 16 bits.
+    HalfWord,
+    /// 32 bits.
+    Word,
+}
+
+/// Why a peripheral refused an access; it stops the run.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum AccessError {
+    /// There is nothing at this address.
+    Unmapped,
+    /// The peripheral's clock is off (RCC).
+    Unclocked(&'static str),
+    /// The peripheral cannot be accessed like that: width, alignment, read-only, a register that is not modelled.
+    Refused(&'static str),
+}
+
+/// Everything outside of the processor and its memories: addresses 0x4000_0000..0x4200_0000 (the processor resolves the
+/// bit-band alias) and writes to 0x0800_0000..0x0801_0000 (flash programming).
+pub trait Io {
+    /// Reads a register at processor cycle `cycle`. Narrow reads return the byte or half-word in the low bits.
+    fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError>;
+
+    /// Writes a register.
+    fn write(
+        &mut self,
+        cycle: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<(), AccessError>;
+
+    /// True once after an access that may have changed an interrupt line, the time of the next peripheral event, the clock or the
+    /// flash: the processor stops after the instruction so that the machine can look.
+    fn take_attention(&mut self) -> bool;
+}

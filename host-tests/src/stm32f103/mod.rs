@@ -1,0 +1,3 @@
+//! A simulated STM32F103C8 that runs the very ELF that is flashed.
+
+pub mod io;
