@@ -10,6 +10,7 @@
 pub mod bench;
 pub mod calibrate;
 pub mod descriptors;
+pub mod firmware;
 pub mod fuzz;
 pub mod image;
 pub mod models;

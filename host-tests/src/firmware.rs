@@ -1,0 +1,87 @@
+//! Builds the firmware as it is flashed, for those who run its image on the PC.
+
+use cargo_metadata::Message;
+use std::collections::BTreeMap;
+use std::fmt;
+use std::io::BufReader;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+/// What the Blue Pill's processor is called.
+const TARGET: &str = "thumbv7m-none-eabi";
+
+/// Why there is no image.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("the firmware cannot be built: {0}")]
+pub struct BuildError(String);
+
+impl BuildError {
+    fn new(what: &str, why: impl fmt::Display) -> Self {
+        Self(format!("{what}: {why}"))
+    }
+}
+
+/// The ELF files of the Blue Pill's release build by the name of the model, built when they are not up to date.
+///
+/// When the target is not there, rustup is asked for it.
+///
+/// # Errors
+/// The build fails, or there is no compiler for the target and no rustup.
+pub fn build() -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    add_target()?;
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut build = Command::new(cargo)
+        .args(["build", "--locked", "--release", "--quiet"])
+        .args(["--package", "firmware-stm32", "--bins", "--target", TARGET])
+        .arg("--message-format=json-render-diagnostics")
+        .current_dir(workspace())
+        .stdout(Stdio::piped())
+        .spawn()
+        .map_err(|error| BuildError::new("cargo", error))?;
+    let mut images = BTreeMap::new();
+    if let Some(output) = build.stdout.take() {
+        for message in Message::parse_stream(BufReader::new(output)) {
+            if let Ok(Message::CompilerArtifact(artifact)) = message
+                && let Some(path) = artifact.executable
+            {
+                images.insert(artifact.target.name, path.into_std_path_buf());
+            }
+        }
+    }
+    let status = build.wait().map_err(|error| BuildError::new("cargo", error))?;
+    if status.success() {
+        Ok(images)
+    } else {
+        Err(BuildError::new("cargo build", status))
+    }
+}
+
+/// Makes sure that the standard library for the board is there.
+fn add_target() -> Result<(), BuildError> {
+    let output = Command::new("rustc")
+        .args(["--print", "target-libdir", "--target", TARGET])
+        .current_dir(workspace())
+        .output()
+        .map_err(|error| BuildError::new("rustc", error))?;
+    let library = String::from_utf8_lossy(&output.stdout);
+    if Path::new(library.trim()).is_dir() {
+        return Ok(());
+    }
+    eprintln!("adding the target {TARGET} with rustup");
+    let status = Command::new("rustup")
+        .args(["target", "add", TARGET])
+        .current_dir(workspace())
+        .status()
+        .map_err(|error| BuildError::new("rustup", error))?;
+    if status.success() {
+        Ok(())
+    } else {
+        Err(BuildError::new("rustup target add", status))
+    }
+}
+
+/// The root of the project.
+fn workspace() -> &'static Path {
+    let own = Path::new(env!("CARGO_MANIFEST_DIR"));
+    own.parent().unwrap_or(own)
+}
