@@ -58,22 +58,6 @@ pub(super) fn identifier(frame: &Frame) -> u32 {
     }
 }
 
-/// A number that is lower for the frame that wins the arbitration: the bits from the identifier to the remote bit, as they are
-/// sent.
-pub(super) fn arbitration(words: &Words) -> u32 {
-    const SUBSTITUTE_REMOTE: u32 = 1 << 20;
-    const IDENTIFIER_EXTENSION: u32 = 1 << 19;
-    let identifier = words[0];
-    let base = identifier & 0xFFE0_0000;
-    let remote = u32::from(identifier & REMOTE != 0);
-    if identifier & EXTENDED == 0 {
-        base | remote << 20
-    } else {
-        let rest = identifier >> 3 & 0x3_FFFF;
-        base | SUBSTITUTE_REMOTE | IDENTIFIER_EXTENSION | rest << 1 | remote
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -113,19 +97,5 @@ mod tests {
             frame(&[0x123 << 21 | 0x1F_FFF8, 0, 0, 0]).id(),
             standard(0x123)
         );
-    }
-
-    #[test]
-    fn the_order_is_that_of_the_arbitration() {
-        let word = |frame: Option<Frame>| [identifier(&frame.unwrap()), 0, 0, 0];
-        let winners_first = [
-            word(Frame::data(standard(0x100), &[])),
-            word(Frame::remote(standard(0x100), 0)),
-            word(Frame::data(extended(0x100 << 18), &[])),
-            word(Frame::remote(extended(0x100 << 18), 0)),
-            word(Frame::data(extended(0x100 << 18 | 1), &[])),
-            word(Frame::data(standard(0x101), &[])),
-        ];
-        assert!(winners_first.is_sorted_by_key(arbitration));
     }
 }

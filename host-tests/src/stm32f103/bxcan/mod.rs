@@ -4,9 +4,11 @@
 //! The bus calls [`wire`](BxCan::wire) at every edge and [`step`](BxCan::step) when [`next_event`](BxCan::next_event) is due.
 //!
 //! Not modelled: loop back, time-triggered communication and access to a register by less than a word. A change of mode that does
-//! not wait for the bus takes no time. A reset by CAN_MCR.RESET is as good as one by RCC. A received length code of 9 to 15 reads
+//! not wait for the bus takes no time. A reset by CAN_MCR.RESET is as good as one by RCC. From sleep
+//! mode straight back into bus-off, with no recovery asked for, the bus is not listened to. A received length code of 9 to 15 reads
 //! as 8, which is all that a [`Frame`] has.
 
+mod access;
 mod errors;
 mod filters;
 mod mailbox;
@@ -19,7 +21,6 @@ mod violations;
 
 pub use violations::Violation;
 
-use super::io::AccessError;
 use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use errors::{Confinement, Status};
 use filters::Filters;
@@ -34,13 +35,6 @@ use violations::Violations;
 
 /// PCLK1 after a reset of the microcontroller: the internal oscillator, in Hz.
 const RESET_CLOCK: u32 = 8_000_000;
-
-/// CAN_MSR.RX and SAMP: the level on the receive pin, now and at the last sample point.
-const RECESSIVE: u32 = 1 << 11;
-const SAMPLED_RECESSIVE: u32 = 1 << 10;
-/// CAN_MSR.RXM and TXM: receiver or transmitter of the frame under way.
-const RECEIVING: u32 = 1 << 9;
-const TRANSMITTING: u32 = 1 << 8;
 
 /// Where the recovery from bus-off stands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -127,75 +121,6 @@ impl BxCan {
         self.clock = hz;
     }
 
-    /// Reads the register at an offset from the peripheral's base.
-    ///
-    /// # Errors
-    /// There is no register.
-    pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
-        let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
-        self.settle(now);
-        let state = &self.state;
-        Ok(match register {
-            Register::MasterControl => state.control.value(),
-            Register::MasterStatus => self.master_status(),
-            Register::TransmitStatus => state.transmitter.status(state.control.order()),
-            Register::ReceiveFifo(fifo) => state.fifos[fifo].status(),
-            Register::InterruptEnable => state.status.enabled(),
-            Register::ErrorStatus => state.status.error_status(),
-            Register::BitTiming => state.timing.value(),
-            Register::Transmit { mailbox, word } => state.transmitter.read(mailbox, word),
-            Register::Receive { fifo, word } => {
-                state.fifos[fifo].read(word, register.name(), &mut self.violations)
-            }
-            Register::FilterMaster
-            | Register::FilterMode
-            | Register::FilterScale
-            | Register::FilterFifo
-            | Register::FilterActivation
-            | Register::FilterBank { .. } => state.filters.read(register),
-        })
-    }
-
-    /// Writes the register at an offset from the peripheral's base.
-    ///
-    /// # Errors
-    /// There is no register, or the write asks for something that is not modelled.
-    pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
-        let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
-        self.settle(now);
-        let (mask, kept) = register.reserved();
-        if value & mask != kept {
-            let reason = format!("{value:08X}h changes reserved bits");
-            self.violations.record(register.name(), reason);
-        }
-        match register {
-            Register::MasterControl => self.write_control(value)?,
-            Register::MasterStatus => self.state.status.clear_interrupts(value),
-            Register::TransmitStatus => self.state.transmitter.write_status(value),
-            Register::ReceiveFifo(fifo) => {
-                self.state.fifos[fifo].write_status(value, register.name(), &mut self.violations)
-            }
-            Register::InterruptEnable => self.state.status.enable(value),
-            Register::ErrorStatus => self.write_error_status(value),
-            Register::BitTiming => self.write_timing(now, value)?,
-            Register::Transmit { mailbox, word } => self.write_mailbox(mailbox, word, value),
-            Register::Receive { .. } => self.violations.record(register.name(), "is read-only"),
-            Register::FilterMaster
-            | Register::FilterMode
-            | Register::FilterScale
-            | Register::FilterFifo
-            | Register::FilterActivation
-            | Register::FilterBank { .. } => {
-                self.state
-                    .filters
-                    .write(register, value, &mut self.violations);
-            }
-        }
-        self.attention = true;
-        self.settle(now);
-        Ok(())
-    }
-
     /// What happens on the wire, for the bus that steps it by itself. It has to call [`event`](Self::event) then.
     pub fn protocol_mut(&mut self) -> &mut Protocol {
         &mut self.protocol
@@ -208,7 +133,7 @@ impl BxCan {
 
     /// The frame to be sent next, when one may be started.
     pub fn offered(&self) -> Option<Frame> {
-        if !self.state.control.may_start() || self.state.timing.is_silent() {
+        if !self.may_start() {
             return None;
         }
         self.state.transmitter.offered(self.state.control.order())
@@ -216,7 +141,8 @@ impl BxCan {
 
     /// When [`step`](Self::step) has to be called; None while nothing happens on the wire.
     pub fn next_event(&self) -> Option<Picoseconds> {
-        self.protocol.next_event(self.offered().is_some())
+        let offered = self.may_start() && self.state.transmitter.is_pending();
+        self.protocol.next_event(offered)
     }
 
     /// The wire has changed its level.
@@ -238,7 +164,9 @@ impl BxCan {
 
     /// Does what is due on the wire, which is at this level.
     pub fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
-        let offered = self.offered();
+        self.listen_in_bus_off(now, dominant);
+        let takes = self.protocol.takes_offer();
+        let offered = if takes { self.offered() } else { None };
         self.dominant = dominant;
         self.sampled_dominant = dominant;
         let event = self.protocol.step(now, dominant, offered);
@@ -271,7 +199,10 @@ impl BxCan {
                     state.transmitter.ended(Outcome::Failed, again);
                 }
             }
-            Event::Recovered => self.recovery = Recovery::None,
+            Event::Recovered => {
+                state.control.joined();
+                self.recovery = Recovery::None;
+            }
         }
         self.attention = true;
         self.settle(now);
@@ -317,71 +248,15 @@ impl BxCan {
         &self.violations.all
     }
 
-    fn master_status(&self) -> u32 {
-        let state = &self.state;
-        let receiving = self.protocol.is_busy() && !self.protocol.is_transmitting();
-        let bits = [
-            (!self.dominant, RECESSIVE),
-            (!self.sampled_dominant, SAMPLED_RECESSIVE),
-            (receiving, RECEIVING),
-            (self.protocol.is_transmitting(), TRANSMITTING),
-        ];
-        let levels = bits
-            .iter()
-            .filter(|(is, _)| *is)
-            .map(|(_, bit)| bit)
-            .sum::<u32>();
-        levels | state.status.interrupts() | state.control.acknowledged()
+    fn may_start(&self) -> bool {
+        self.state.control.may_start() && !self.state.timing.is_silent()
     }
 
-    fn write_control(&mut self, value: u32) -> Result<(), AccessError> {
-        if value & mode::TIME_TRIGGERED != 0 {
-            return Err(AccessError::Refused(
-                "CAN_MCR.TTCM: time-triggered communication is not modelled",
-            ));
-        }
-        if value & mode::RESET == 0 {
-            self.state.control.write(value);
-        } else {
-            self.reset();
-        }
-        Ok(())
-    }
-
-    fn write_error_status(&mut self, value: u32) {
-        if !self.state.status.write_error_status(value) {
-            let register = Register::ErrorStatus.name();
-            self.violations
-                .record(register, "LEC: software may write 7 only");
-        }
-    }
-
-    fn write_timing(&mut self, now: Picoseconds, value: u32) -> Result<(), AccessError> {
-        if value & timing::LOOP_BACK != 0 {
-            return Err(AccessError::Refused(
-                "CAN_BTR.LBKM: loop back is not modelled",
-            ));
-        }
-        if !self.state.control.is_initializing() {
-            let register = Register::BitTiming.name();
-            self.violations
-                .record(register, "written outside initialization mode");
-            return Ok(());
-        }
-        self.state.timing = Timing::new(value);
-        self.btr_history.push((now, self.state.timing.value()));
-        Ok(())
-    }
-
-    fn write_mailbox(&mut self, mailbox: usize, word: usize, value: u32) {
-        let state = &mut self.state;
-        let requested = state
-            .transmitter
-            .write(mailbox, word, value, &mut self.violations);
-        if requested && state.timing.is_silent() && state.control.is_on() {
-            let register = Register::Transmit { mailbox, word }.name();
-            self.violations
-                .record(register, "transmission requested in silent mode");
+    /// In bus-off the protocol has a recovery to tell of, but not the 11 recessive bits that end initialization mode.
+    fn listen_in_bus_off(&mut self, now: Picoseconds, dominant: bool) {
+        let sampled = self.next_event().is_some_and(|due| due <= now);
+        if sampled && self.protocol.state() == BusState::BusOff {
+            self.state.control.listen(dominant);
         }
     }
 
@@ -431,6 +306,10 @@ impl BxCan {
         state.control.joining();
         let timing = state.timing.bit_timing(self.clock);
         self.protocol.join(now, timing, state.timing.is_silent());
+        let in_bus_off = self.protocol.state() == BusState::BusOff;
+        if in_bus_off && !self.is_recovery_due() {
+            self.state.control.joined();
+        }
         self.attention = true;
     }
 
@@ -447,16 +326,14 @@ impl BxCan {
         self.attention = true;
     }
 
-    /// True when the recovery from bus-off is to begin: in normal mode, and asked for or automatic.
+    /// True when the recovery from bus-off is to begin: on the bus, and asked for or automatic.
     fn is_recovery_due(&self) -> bool {
         let asked = match self.recovery {
             Recovery::None => self.state.control.recovers(),
             Recovery::Due => true,
             Recovery::UnderWay => false,
         };
-        asked
-            && self.state.control.mode() == Mode::Normal
-            && self.protocol.state() == BusState::BusOff
+        asked && self.state.control.is_on() && self.protocol.state() == BusState::BusOff
     }
 }
 

@@ -33,6 +33,9 @@ const IMPLEMENTED: u32 = 0x0001_00FF;
 /// DBF and SLEEP.
 const AFTER_RESET: u32 = 0x0001_0002;
 
+/// The recessive bits after which the bus is joined.
+const SYNCHRONIZATION: u8 = 11;
+
 /// CAN_MSR.INAK and SLAK.
 const INITIALIZATION_ACKNOWLEDGED: u32 = 1;
 const SLEEP_ACKNOWLEDGED: u32 = 1 << 1;
@@ -62,6 +65,8 @@ pub(super) struct Control {
     mode: Mode,
     /// Looks for 11 recessive bits.
     joining: bool,
+    /// Those seen in bus-off.
+    recessive: u8,
 }
 
 impl Default for Control {
@@ -70,6 +75,7 @@ impl Default for Control {
             bits: AFTER_RESET,
             mode: Mode::Sleep,
             joining: false,
+            recessive: 0,
         }
     }
 }
@@ -148,6 +154,16 @@ impl Control {
     /// Looking for 11 recessive bits has begun.
     pub(super) fn joining(&mut self) {
         self.joining = true;
+        self.recessive = 0;
+    }
+
+    /// While looking for them: a bit has been seen.
+    pub(super) fn listen(&mut self, dominant: bool) {
+        self.recessive = if dominant { 0 } else { self.recessive + 1 };
+        if self.recessive == SYNCHRONIZATION {
+            self.joined();
+            self.recessive = 0;
+        }
     }
 
     /// In step with the bus.

@@ -14,6 +14,7 @@
 use super::mailbox::{self, Words};
 use super::registers::{IDENTIFIER, Register};
 use super::violations::Violations;
+use crate::bench::frame_length::arbitration;
 use plumbline::can::Frame;
 
 /// TIxR.TXRQ: the mailbox waits to be sent.
@@ -49,6 +50,8 @@ struct Mailbox {
     words: Words,
     /// TXRQ, with the number of the request.
     pending: Option<u64>,
+    /// When pending: lower is stronger on the wire.
+    arbitration: u32,
     /// RQCP, TXOK, ALST and TERR.
     results: u32,
     /// ABRQ: to be given up at the end of the attempt under way.
@@ -97,6 +100,7 @@ impl Transmitter {
         if requested {
             content.words[word] &= !REQUEST;
             content.pending = Some(self.requests);
+            content.arbitration = arbitration(&mailbox::frame(&content.words));
             content.results = 0;
             self.requests += 1;
         }
@@ -193,7 +197,7 @@ impl Transmitter {
     fn priority(&self, number: usize, order: Order) -> (u64, usize) {
         let mailbox = &self.mailboxes[number];
         let key = match order {
-            Order::Identifier => mailbox::arbitration(&mailbox.words).into(),
+            Order::Identifier => mailbox.arbitration.into(),
             Order::Request => mailbox.pending.unwrap_or(u64::MAX),
         };
         (key, number)
