@@ -121,12 +121,7 @@ impl BxCan {
         self.clock = hz;
     }
 
-    /// What happens on the wire, for the bus that steps it by itself. It has to call [`event`](Self::event) then.
-    pub fn protocol_mut(&mut self) -> &mut Protocol {
-        &mut self.protocol
-    }
-
-    /// What happens on the wire.
+    /// How the controller stands on the wire: the level that it drives, its error counters.
     pub fn protocol(&self) -> &Protocol {
         &self.protocol
     }
@@ -177,7 +172,7 @@ impl BxCan {
         event
     }
 
-    /// Something has happened on the wire.
+    /// Something has happened on the wire. [`step`](Self::step) calls it; a test may play the wire by it.
     pub fn event(&mut self, now: Picoseconds, event: Event) {
         let state = &mut self.state;
         let again = state.control.retransmits();
