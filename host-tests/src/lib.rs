@@ -4,6 +4,7 @@
 //! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
+//! - [`stm32f103`]: a simulated microcontroller, which runs what is flashed;
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
 //! - [`models`] and [`motion`]: what all of these share.
 
@@ -18,6 +19,7 @@ pub mod motion;
 pub mod scene;
 pub mod server;
 pub mod slcan;
+pub mod stm32f103;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod virtual_sensor;

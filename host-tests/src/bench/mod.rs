@@ -3,12 +3,15 @@
 //! - [`Flash`]: the microcontroller's flash, with a power-cut fuse and faults
 //! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
+//! - [`protocol`]: what every CAN controller does, bit by bit
 //! - [`frame_length`]: how many bits a frame takes
+//! - [`protocol`]: the CAN protocol bit by bit, below the registers of a simulated controller
 //!
 //! The same bench serves the tests, which let virtual time run as fast as it can, and the virtual sensor, which lets it run
 //! with the clock on the wall.
 
 pub mod frame_length;
+pub mod protocol;
 
 mod adapter;
 mod bus;

@@ -1,14 +1,28 @@
 //! The CAN protocol of ISO 11898-1, bit by bit: what is common to every CAN controller, whatever its registers look like.
+//!
+//! Whoever drives a wire full of these state machines goes from one [`next_event`](Protocol::next_event) to the next: it steps
+//! all that are due with the level that the wire had until then, then joins the levels that they drive, and tells everybody when
+//! the wire has become dominant. An idle controller begins a frame at once, not at the next beginning of a bit of its own
+//! clock; this is the only thing that is simpler than in the standard.
 
-use plumbline::can::Frame;
+mod coding;
+mod confinement;
+mod machine;
+mod timing;
+
+use coding::{Incoming, Outgoing};
+use confinement::Confinement;
+use machine::Phase;
+use plumbline::can::{BitRate, Frame};
 use plumbline::node::BusState;
+use timing::BitClock;
 
 /// A point in time, or a length of time, in picoseconds: a bit of each of the ten rates and a clock cycle of 64 MHz are whole
 /// numbers of them. 64 bits hold 213 days.
 pub type Picoseconds = u64;
 
 /// How a controller divides a bit.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct BitTiming {
     /// The length of a bit.
     pub bit: Picoseconds,
@@ -16,6 +30,23 @@ pub struct BitTiming {
     pub sample: Picoseconds,
     /// How far one resynchronization may move the sample point (SJW).
     pub jump: Picoseconds,
+}
+
+impl BitTiming {
+    /// A bit rate with the sample point that CiA recommends, at 7/8 of the bit, and a jump width of an eighth of the bit.
+    pub fn of(rate: BitRate) -> Self {
+        let bit = bit_time(rate);
+        Self {
+            bit,
+            sample: bit / 8 * 7,
+            jump: bit / 8,
+        }
+    }
+}
+
+/// The length of a bit.
+pub fn bit_time(rate: BitRate) -> Picoseconds {
+    1_000_000_000_000 / Picoseconds::from(rate.bits_per_second())
 }
 
 /// What a controller found wrong; the numbers are those of bxCAN's last error code (RM0008, CAN_ESR.LEC).
@@ -62,74 +93,190 @@ pub enum Event {
 
 /// The protocol state machine of one controller.
 #[derive(Debug, Default)]
-pub struct Protocol {}
+pub struct Protocol {
+    clock: BitClock,
+    silent: bool,
+    phase: Phase,
+    confinement: Confinement,
+    /// The level that it drives now; true is dominant.
+    drives: bool,
+    /// The level that it drives from the start of the next bit on.
+    drives_next: bool,
+    /// The frame that comes in, one's own too.
+    incoming: Incoming,
+    /// One's own frame, until its end or an error.
+    outgoing: Option<Outgoing>,
+    /// The frame under way, or the last one until the intermission has ended, is one's own.
+    transmitter: bool,
+    error_flags: u64,
+}
 
 impl Protocol {
     /// Begins to take part with this timing: after 11 recessive bits comes [`Event::Joined`]. Silent: sees its own dominant bits,
-    /// but does not drive them. The error counters stay.
-    pub fn join(&mut self, _now: Picoseconds, _timing: BitTiming, _silent: bool) {}
+    /// but does not drive them, and sends no frames. The error counters stay; who is bus-off stays so, and counts from the
+    /// beginning when it recovers.
+    pub fn join(&mut self, now: Picoseconds, timing: BitTiming, silent: bool) {
+        self.leave();
+        self.clock = BitClock::new(now, timing);
+        self.silent = silent;
+        self.phase = if self.confinement.is_bus_off() {
+            Phase::BusOff {
+                sequences: None,
+                recessive: 0,
+            }
+        } else {
+            Phase::Integrating { recessive: 0 }
+        };
+    }
 
     /// Takes no part any more, at once; a frame on its way is torn off. The error counters stay.
-    pub fn leave(&mut self) {}
+    pub fn leave(&mut self) {
+        self.phase = Phase::Off;
+        self.drives = false;
+        self.drives_next = false;
+        self.outgoing = None;
+        self.transmitter = false;
+    }
 
     /// True from join to leave.
     pub fn is_on(&self) -> bool {
-        false
+        self.phase != Phase::Off
     }
 
     /// True while a frame is under way, one's own or another's, error frame and intermission included: what bxCAN waits for
     /// before it acknowledges initialization mode.
     pub fn is_busy(&self) -> bool {
-        false
+        !matches!(
+            self.phase,
+            Phase::Off
+                | Phase::Integrating { .. }
+                | Phase::BusOff { .. }
+                | Phase::Idle { .. }
+                | Phase::Suspend(_)
+        )
     }
 
     /// True while the own frame is under way.
     pub fn is_transmitting(&self) -> bool {
-        false
+        self.outgoing.is_some()
     }
 
     /// The fault confinement state.
     pub fn state(&self) -> BusState {
-        BusState::Active
+        self.confinement.state()
     }
 
     /// The transmit error counter, 0 to 255 (bus-off: 255).
     pub fn transmit_errors(&self) -> u16 {
-        0
+        self.confinement.transmit()
     }
 
-    /// The receive error counter.
+    /// The receive error counter, 0 to 255.
     pub fn receive_errors(&self) -> u16 {
-        0
+        self.confinement.receive()
     }
 
-    /// From bus-off: begin to count 128 times 11 recessive bits.
-    pub fn recover(&mut self, _now: Picoseconds) {}
+    /// The error flags that it has begun to send, active and passive, since it was made.
+    pub fn error_flags(&self) -> u64 {
+        self.error_flags
+    }
 
-    /// Sets the counters to zero and the state to active, as a reset of the controller does.
-    pub fn reset(&mut self) {}
+    /// From bus-off: begin to count 128 times 11 recessive bits. Nothing happens in another state, or when it counts already.
+    pub fn recover(&mut self, now: Picoseconds) {
+        if let Phase::BusOff { sequences, .. } = &mut self.phase
+            && sequences.is_none()
+        {
+            *sequences = Some(0);
+            self.clock.catch_up(now);
+        }
+    }
 
-    /// When the controller has to be stepped next; None while the wire is quiet and nothing is offered.
-    pub fn next_event(&self, _offered: bool) -> Option<Picoseconds> {
-        None
+    /// Sets the counters to zero and the state to active, as a reset of the controller does; it is off the bus afterwards.
+    pub fn reset(&mut self) {
+        self.leave();
+        self.confinement = Confinement::default();
+    }
+
+    /// When the controller has to be stepped next; None while the wire is quiet and nothing is offered. It may lie in the past,
+    /// which means now.
+    pub fn next_event(&self, offered: bool) -> Option<Picoseconds> {
+        match self.phase {
+            Phase::Off
+            | Phase::BusOff {
+                sequences: None, ..
+            } => None,
+            Phase::Idle { edge: false } => (offered && !self.silent).then(|| self.clock.start()),
+            _ if self.drives != self.drives_next => Some(self.clock.start()),
+            _ => Some(self.clock.sample()),
+        }
     }
 
     /// The level that it drives now: true is dominant.
     pub fn is_dominant(&self) -> bool {
-        false
+        self.drives && !self.silent
     }
 
     /// The wire has gone from recessive to dominant: synchronizes.
-    pub fn edge(&mut self, _now: Picoseconds) {}
+    pub fn edge(&mut self, now: Picoseconds) {
+        if !self.clock.takes_edge() {
+            return;
+        }
+        match &mut self.phase {
+            Phase::Off
+            | Phase::BusOff {
+                sequences: None, ..
+            } => {}
+            Phase::Idle { edge } => {
+                *edge = true;
+                self.clock.synchronize(now);
+            }
+            Phase::Integrating { .. } | Phase::Intermission(1..) | Phase::Suspend(_) => {
+                self.clock.synchronize(now);
+            }
+            _ => self.clock.resynchronize(now, self.drives),
+        }
+    }
 
-    /// Does what is due at `now`: begins a bit or samples one. `offered` is the frame to be sent next, asked for at the moment at
-    /// which a start of frame is possible.
+    /// Does what is due at `now`: begins a bit or samples one. `dominant` is the wire just before now; `offered` is the frame to
+    /// be sent next, looked at only when a start of frame is possible ([`Self::takes_offer`]).
     pub fn step(
         &mut self,
-        _now: Picoseconds,
-        _dominant: bool,
-        _offered: Option<Frame>,
+        now: Picoseconds,
+        dominant: bool,
+        offered: Option<Frame>,
     ) -> Option<Event> {
-        None
+        if let (Phase::Idle { edge: false }, Some(frame)) = (self.phase, offered)
+            && !self.silent
+            && self.clock.start() <= now
+        {
+            self.clock.restart(now);
+            let event = self.start(&frame);
+            self.drives = true;
+            self.drives_next = true;
+            return Some(event);
+        }
+        if !self.is_on() || matches!(self.phase, Phase::Idle { edge: false }) {
+            return None;
+        }
+        if self.clock.start() <= now {
+            self.drives = self.drives_next;
+        }
+        if now < self.clock.sample() {
+            return None;
+        }
+        // What a silent controller would drive loops back inside of it.
+        let dominant = dominant || (self.silent && self.drives);
+        let event = self.take(dominant, offered);
+        self.drives_next = self.driven();
+        self.clock.sampled(dominant);
+        event
+    }
+
+    /// True when a step may begin a frame, so that it looks at what is offered.
+    pub fn takes_offer(&self) -> bool {
+        matches!(self.phase, Phase::Idle { .. } | Phase::Intermission(2))
     }
 }
+
+#[cfg(test)]
+mod tests;

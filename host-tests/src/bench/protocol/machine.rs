@@ -1,0 +1,425 @@
+//! What a sampled bit means: the states of a controller and the ways between them (ISO 11898-1, medium access control).
+
+use super::coding::{Incoming, Outgoing};
+use super::confinement::Role;
+use super::{ErrorCode, Event, Protocol};
+use plumbline::can::Frame;
+
+/// Recessive bits after which a controller takes the bus to be idle.
+const INTEGRATION: u8 = 11;
+
+/// How often they are needed to leave bus-off.
+const RECOVERY: u8 = 128;
+
+/// The bits of an error or overload flag.
+const FLAG: u8 = 6;
+
+/// The bits of an error or overload delimiter.
+const DELIMITER: u8 = 8;
+
+/// The bits of the end of frame.
+const END_OF_FRAME: u8 = 7;
+
+/// The bits of the intermission.
+const INTERMISSION: u8 = 3;
+
+/// The bits that an error passive transmitter waits after the intermission.
+const SUSPEND: u8 = 8;
+
+/// The dominant bits after a flag, each time, that are one more error.
+const STUCK: u8 = 8;
+
+/// What the next bit is to a controller. Numbers count the bits that are over.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) enum Phase {
+    #[default]
+    Off,
+    Integrating {
+        recessive: u8,
+    },
+    /// `sequences` of 11 recessive bits have been seen; None: nobody has asked to recover.
+    BusOff {
+        sequences: Option<u8>,
+        recessive: u8,
+    },
+    /// The bit clock stands still until there is an edge, or a frame to be sent.
+    Idle {
+        edge: bool,
+    },
+    /// From start of frame to CRC sequence.
+    Stuffed,
+    CrcDelimiter,
+    AckSlot,
+    AckDelimiter,
+    EndOfFrame(u8),
+    ActiveFlag {
+        kind: Flag,
+        sent: u8,
+    },
+    /// Ends after six equal bits. `unacknowledged`: it counts only when it meets a dominant bit.
+    PassiveFlag {
+        equal: u8,
+        dominant: bool,
+        unacknowledged: bool,
+    },
+    /// The flags of others, which may end later than one's own.
+    OthersFlags {
+        kind: Flag,
+        dominant: u8,
+    },
+    Delimiter(u8),
+    Intermission(u8),
+    Suspend(u8),
+}
+
+/// What a flag tells.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Flag {
+    Error,
+    Overload,
+}
+
+/// What an error adds to the error counter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Cost {
+    Nothing,
+    /// 8 for a transmitter, 1 for a receiver.
+    Usual,
+    /// 8 for both.
+    Serious,
+}
+
+impl Protocol {
+    /// What it puts on the wire in the next bit; true is dominant.
+    pub(super) fn driven(&self) -> bool {
+        match self.phase {
+            Phase::Stuffed => self.outgoing.is_some_and(|out| !out.next(&self.incoming)),
+            Phase::AckSlot => !self.transmitter && self.incoming.is_intact(),
+            Phase::ActiveFlag { .. } => true,
+            _ => false,
+        }
+    }
+
+    /// Begins a frame of one's own with its start of frame.
+    pub(super) fn start(&mut self, frame: &Frame) -> Event {
+        self.incoming = Incoming::default();
+        self.outgoing = Some(Outgoing::new(frame));
+        self.transmitter = true;
+        self.phase = Phase::Stuffed;
+        Event::Started
+    }
+
+    /// Takes a bit. `offered` is a frame that may be sent.
+    pub(super) fn take(&mut self, dominant: bool, offered: Option<Frame>) -> Option<Event> {
+        match self.phase {
+            Phase::Off => None,
+            Phase::Integrating { recessive } => self.integrate(dominant, recessive),
+            Phase::BusOff {
+                sequences,
+                recessive,
+            } => self.count_for_recovery(dominant, sequences, recessive),
+            Phase::Idle { .. } if dominant => self.see_start_of_frame(offered),
+            Phase::Idle { .. } => self.go(Phase::Idle { edge: false }),
+            Phase::Stuffed => self.take_stuffed(dominant),
+            Phase::CrcDelimiter if dominant => self.wrong_delimiter(),
+            Phase::CrcDelimiter => self.go(Phase::AckSlot),
+            Phase::AckSlot => self.acknowledge(dominant),
+            Phase::AckDelimiter if dominant => self.wrong_delimiter(),
+            Phase::AckDelimiter if !self.transmitter && !self.incoming.is_intact() => {
+                self.fail(ErrorCode::Crc)
+            }
+            Phase::AckDelimiter => self.go(Phase::EndOfFrame(0)),
+            Phase::EndOfFrame(over) => self.end_frame(dominant, over),
+            Phase::ActiveFlag { .. } if !dominant => {
+                self.raise_flag(ErrorCode::BitDominant, Cost::Serious)
+            }
+            Phase::ActiveFlag { kind, sent } if sent + 1 == FLAG => {
+                self.go(Phase::OthersFlags { kind, dominant: 0 })
+            }
+            Phase::ActiveFlag { kind, sent } => {
+                let sent = sent + 1;
+                self.go(Phase::ActiveFlag { kind, sent })
+            }
+            Phase::PassiveFlag {
+                equal,
+                dominant: last,
+                unacknowledged,
+            } => {
+                let equal = if dominant == last { equal + 1 } else { 1 };
+                self.wait_for_six(dominant, equal, unacknowledged)
+            }
+            Phase::OthersFlags { .. } if !dominant => self.go(Phase::Delimiter(1)),
+            Phase::OthersFlags { kind, dominant } => self.outlast(kind, dominant),
+            Phase::Delimiter(over) if dominant => {
+                if over + 1 == DELIMITER {
+                    self.overload()
+                } else {
+                    self.fail(ErrorCode::Form)
+                }
+            }
+            Phase::Delimiter(over) if over + 1 == DELIMITER => self.go(Phase::Intermission(0)),
+            Phase::Delimiter(over) => self.go(Phase::Delimiter(over + 1)),
+            Phase::Intermission(over) => self.pause(dominant, over, offered),
+            Phase::Suspend(_) if dominant => self.see_start_of_frame(None),
+            Phase::Suspend(over) if over + 1 == SUSPEND => self.go(Phase::Idle { edge: false }),
+            Phase::Suspend(over) => self.go(Phase::Suspend(over + 1)),
+        }
+    }
+
+    fn go(&mut self, phase: Phase) -> Option<Event> {
+        self.phase = phase;
+        None
+    }
+
+    fn role(&self) -> Role {
+        if self.transmitter {
+            Role::Transmitter
+        } else {
+            Role::Receiver
+        }
+    }
+
+    fn integrate(&mut self, dominant: bool, recessive: u8) -> Option<Event> {
+        let recessive = if dominant { 0 } else { recessive + 1 };
+        if recessive < INTEGRATION {
+            return self.go(Phase::Integrating { recessive });
+        }
+        self.phase = Phase::Idle { edge: false };
+        Some(Event::Joined)
+    }
+
+    fn count_for_recovery(
+        &mut self,
+        dominant: bool,
+        sequences: Option<u8>,
+        recessive: u8,
+    ) -> Option<Event> {
+        let recessive = if dominant { 0 } else { recessive + 1 };
+        let full = recessive == INTEGRATION;
+        let sequences = sequences.map(|seen| seen + u8::from(full));
+        if sequences == Some(RECOVERY) {
+            self.confinement = Default::default();
+            self.phase = Phase::Idle { edge: false };
+            return Some(Event::Recovered);
+        }
+        self.go(Phase::BusOff {
+            sequences,
+            recessive: if full { 0 } else { recessive },
+        })
+    }
+
+    /// Another's start of frame has been sampled. Who has a frame to send goes on with its identifier at once.
+    fn see_start_of_frame(&mut self, offered: Option<Frame>) -> Option<Event> {
+        let offered = offered.filter(|_| !self.silent);
+        self.outgoing = None;
+        self.transmitter = false;
+        self.incoming = Incoming::default();
+        let event = offered.map(|frame| self.start(&frame));
+        self.phase = Phase::Stuffed;
+        // A first bit cannot be a wrong stuff bit.
+        let _ = self.incoming.push(false);
+        event
+    }
+
+    fn take_stuffed(&mut self, dominant: bool) -> Option<Event> {
+        let mut event = None;
+        if let Some(outgoing) = self.outgoing {
+            let recessive = outgoing.next(&self.incoming);
+            if !recessive && !dominant {
+                return self.fail(ErrorCode::BitDominant);
+            }
+            if recessive && dominant {
+                if !self.incoming.in_arbitration() {
+                    return self.fail(ErrorCode::BitRecessive);
+                }
+                if self.incoming.stuff_is_due() {
+                    // Others have sent one dominant bit too many: not the transmitter's fault.
+                    return self.raise_flag(ErrorCode::Stuff, Cost::Nothing);
+                }
+                self.outgoing = None;
+                self.transmitter = false;
+                event = Some(Event::LostArbitration);
+            }
+        }
+        if self.incoming.push(!dominant).is_err() {
+            return self.fail(ErrorCode::Stuff);
+        }
+        if self.incoming.is_complete() {
+            self.phase = Phase::CrcDelimiter;
+        }
+        event
+    }
+
+    fn wrong_delimiter(&mut self) -> Option<Event> {
+        self.fail(if self.transmitter {
+            ErrorCode::BitRecessive
+        } else {
+            ErrorCode::Form
+        })
+    }
+
+    fn acknowledge(&mut self, dominant: bool) -> Option<Event> {
+        if self.transmitter && !dominant {
+            return self.fail(ErrorCode::Acknowledgment);
+        }
+        if self.driven() {
+            if !dominant {
+                return self.fail(ErrorCode::BitDominant);
+            }
+            self.confinement.success(Role::Receiver);
+        }
+        self.go(Phase::AckDelimiter)
+    }
+
+    /// A receiver has the frame with the last bit but one, the transmitter has sent it with the last.
+    fn end_frame(&mut self, dominant: bool, over: u8) -> Option<Event> {
+        let last = over + 1 == END_OF_FRAME;
+        if dominant {
+            return if last && !self.transmitter {
+                self.overload()
+            } else {
+                self.wrong_delimiter()
+            };
+        }
+        self.phase = if last {
+            Phase::Intermission(0)
+        } else {
+            Phase::EndOfFrame(over + 1)
+        };
+        if last && self.transmitter {
+            self.confinement.success(Role::Transmitter);
+            self.outgoing = None;
+            return Some(Event::Transmitted);
+        }
+        if over + 2 == END_OF_FRAME && !self.transmitter {
+            return self.incoming.frame().map(Event::Received);
+        }
+        None
+    }
+
+    fn wait_for_six(&mut self, dominant: bool, equal: u8, unacknowledged: bool) -> Option<Event> {
+        if dominant && unacknowledged {
+            self.confinement.serious_error(self.role());
+            if self.confinement.is_bus_off() {
+                return self.go_bus_off(ErrorCode::Acknowledgment);
+            }
+        }
+        self.go(if equal == FLAG {
+            Phase::OthersFlags {
+                kind: Flag::Error,
+                dominant: 0,
+            }
+        } else {
+            Phase::PassiveFlag {
+                equal,
+                dominant,
+                unacknowledged: unacknowledged && !dominant,
+            }
+        })
+    }
+
+    /// A dominant bit after one's own flag, `before` of them have been before it.
+    fn outlast(&mut self, kind: Flag, before: u8) -> Option<Event> {
+        let role = self.role();
+        if before == 0 && kind == Flag::Error && role == Role::Receiver {
+            self.confinement.serious_error(role);
+        }
+        let stuck = before + 1 == STUCK;
+        self.phase = Phase::OthersFlags {
+            kind,
+            // After the first eight, zero would look like the first bit after the flag.
+            dominant: if before + 1 == 2 * STUCK {
+                STUCK
+            } else {
+                before + 1
+            },
+        };
+        if !stuck && before + 1 != 2 * STUCK {
+            return None;
+        }
+        self.confinement.serious_error(role);
+        if self.confinement.is_bus_off() {
+            return self.go_bus_off(ErrorCode::Form);
+        }
+        Some(Event::Error {
+            code: ErrorCode::Form,
+            transmitting: self.transmitter,
+        })
+    }
+
+    fn pause(&mut self, dominant: bool, over: u8, offered: Option<Frame>) -> Option<Event> {
+        let last = over + 1 == INTERMISSION;
+        let suspended = self.transmitter && self.confinement.is_passive();
+        if dominant && !last {
+            return self.overload();
+        }
+        if dominant {
+            return self.see_start_of_frame(offered.filter(|_| !suspended));
+        }
+        if last {
+            self.transmitter = false;
+        }
+        self.go(match (last, suspended) {
+            (false, _) => Phase::Intermission(over + 1),
+            (true, true) => Phase::Suspend(0),
+            (true, false) => Phase::Idle { edge: false },
+        })
+    }
+
+    fn overload(&mut self) -> Option<Event> {
+        self.go(Phase::ActiveFlag {
+            kind: Flag::Overload,
+            sent: 0,
+        })
+    }
+
+    /// An error, counted as every error is.
+    fn fail(&mut self, code: ErrorCode) -> Option<Event> {
+        self.raise_flag(code, Cost::Usual)
+    }
+
+    /// Tells everybody of an error. What makes a controller error passive is still told with an active flag.
+    fn raise_flag(&mut self, code: ErrorCode, cost: Cost) -> Option<Event> {
+        let (passive, role) = (self.confinement.is_passive(), self.role());
+        let unacknowledged = passive && code == ErrorCode::Acknowledgment;
+        match cost {
+            Cost::Usual if !unacknowledged => self.confinement.error(role),
+            Cost::Serious => self.confinement.serious_error(role),
+            Cost::Usual | Cost::Nothing => {}
+        }
+        if self.confinement.is_bus_off() {
+            return self.go_bus_off(code);
+        }
+        self.outgoing = None;
+        self.error_flags += 1;
+        self.phase = if passive {
+            Phase::PassiveFlag {
+                equal: 0,
+                dominant: false,
+                unacknowledged,
+            }
+        } else {
+            Phase::ActiveFlag {
+                kind: Flag::Error,
+                sent: 0,
+            }
+        };
+        Some(Event::Error {
+            code,
+            transmitting: self.transmitter,
+        })
+    }
+
+    fn go_bus_off(&mut self, code: ErrorCode) -> Option<Event> {
+        self.outgoing = None;
+        self.transmitter = false;
+        self.phase = Phase::BusOff {
+            sequences: None,
+            recessive: 0,
+        };
+        Some(Event::Error {
+            code,
+            transmitting: true,
+        })
+    }
+}

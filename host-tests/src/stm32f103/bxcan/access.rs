@@ -1,0 +1,153 @@
+//! Software's side: reading and writing the registers.
+
+use super::registers::Register;
+use super::timing::Timing;
+use super::{BxCan, mode, timing};
+use crate::bench::protocol::Picoseconds;
+use crate::stm32f103::io::AccessError;
+
+/// CAN_MSR.RX and SAMP: the level on the receive pin, now and at the last sample point.
+const RECESSIVE: u32 = 1 << 11;
+const SAMPLED_RECESSIVE: u32 = 1 << 10;
+/// CAN_MSR.RXM and TXM: receiver or transmitter of the frame under way.
+const RECEIVING: u32 = 1 << 9;
+const TRANSMITTING: u32 = 1 << 8;
+
+impl BxCan {
+    /// Reads the register at an offset from the peripheral's base.
+    ///
+    /// # Errors
+    /// There is no register.
+    pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
+        let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
+        self.settle(now);
+        let state = &self.state;
+        Ok(match register {
+            Register::MasterControl => state.control.value(),
+            Register::MasterStatus => self.master_status(),
+            Register::TransmitStatus => state.transmitter.status(state.control.order()),
+            Register::ReceiveFifo(fifo) => state.fifos[fifo].status(),
+            Register::InterruptEnable => state.status.enabled(),
+            Register::ErrorStatus => state.status.error_status(),
+            Register::BitTiming => state.timing.value(),
+            Register::Transmit { mailbox, word } => state.transmitter.read(mailbox, word),
+            Register::Receive { fifo, word } => {
+                state.fifos[fifo].read(word, register.name(), &mut self.violations)
+            }
+            Register::FilterMaster
+            | Register::FilterMode
+            | Register::FilterScale
+            | Register::FilterFifo
+            | Register::FilterActivation
+            | Register::FilterBank { .. } => state.filters.read(register),
+        })
+    }
+
+    /// Writes the register at an offset from the peripheral's base.
+    ///
+    /// # Errors
+    /// There is no register, or the write asks for something that is not modelled.
+    pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
+        let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
+        self.settle(now);
+        let (mask, kept) = register.reserved();
+        if value & mask != kept {
+            let reason = format!("{value:08X}h changes reserved bits");
+            self.violations.record(register.name(), reason);
+        }
+        match register {
+            Register::MasterControl => self.write_control(value)?,
+            Register::MasterStatus => self.state.status.clear_interrupts(value),
+            Register::TransmitStatus => self.state.transmitter.write_status(value),
+            Register::ReceiveFifo(fifo) => {
+                self.state.fifos[fifo].write_status(value, register.name(), &mut self.violations)
+            }
+            Register::InterruptEnable => self.state.status.enable(value),
+            Register::ErrorStatus => self.write_error_status(value),
+            Register::BitTiming => self.write_timing(now, value)?,
+            Register::Transmit { mailbox, word } => self.write_mailbox(mailbox, word, value),
+            Register::Receive { .. } => self.violations.record(register.name(), "is read-only"),
+            Register::FilterMaster
+            | Register::FilterMode
+            | Register::FilterScale
+            | Register::FilterFifo
+            | Register::FilterActivation
+            | Register::FilterBank { .. } => {
+                self.state
+                    .filters
+                    .write(register, value, &mut self.violations);
+            }
+        }
+        self.attention = true;
+        self.settle(now);
+        Ok(())
+    }
+
+    fn master_status(&self) -> u32 {
+        let state = &self.state;
+        let receiving = self.protocol.is_busy() && !self.protocol.is_transmitting();
+        let bits = [
+            (!self.dominant, RECESSIVE),
+            (!self.sampled_dominant, SAMPLED_RECESSIVE),
+            (receiving, RECEIVING),
+            (self.protocol.is_transmitting(), TRANSMITTING),
+        ];
+        let levels = bits
+            .iter()
+            .filter(|(is, _)| *is)
+            .map(|(_, bit)| bit)
+            .sum::<u32>();
+        levels | state.status.interrupts() | state.control.acknowledged()
+    }
+
+    fn write_control(&mut self, value: u32) -> Result<(), AccessError> {
+        if value & mode::TIME_TRIGGERED != 0 {
+            return Err(AccessError::Refused(
+                "CAN_MCR.TTCM: time-triggered communication is not modelled",
+            ));
+        }
+        if value & mode::RESET == 0 {
+            self.state.control.write(value);
+        } else {
+            self.reset();
+        }
+        Ok(())
+    }
+
+    fn write_error_status(&mut self, value: u32) {
+        if !self.state.status.write_error_status(value) {
+            let register = Register::ErrorStatus.name();
+            self.violations
+                .record(register, "LEC: software may write 7 only");
+        }
+    }
+
+    fn write_timing(&mut self, now: Picoseconds, value: u32) -> Result<(), AccessError> {
+        if value & timing::LOOP_BACK != 0 {
+            return Err(AccessError::Refused(
+                "CAN_BTR.LBKM: loop back is not modelled",
+            ));
+        }
+        if !self.state.control.is_initializing() {
+            let register = Register::BitTiming.name();
+            self.violations
+                .record(register, "written outside initialization mode");
+            return Ok(());
+        }
+        self.state.timing = Timing::new(value);
+        self.btr_history.push((now, self.state.timing.value()));
+        Ok(())
+    }
+
+    fn write_mailbox(&mut self, mailbox: usize, word: usize, value: u32) {
+        let state = &mut self.state;
+        let requested = state
+            .transmitter
+            .write(mailbox, word, value, &mut self.violations);
+        if requested && state.timing.is_silent() && state.control.is_on() {
+            let register = Register::Transmit { mailbox, word }.name();
+            self.violations
+                .record(register, "transmission requested in silent mode");
+        }
+    }
+}

@@ -1,0 +1,192 @@
+//! The 14 filter banks (RM0008, 24.7.4 and 24.9.4).
+//!
+//! A bank is two words, CAN_FiR1 and CAN_FiR2, and makes one to four filters:
+//!
+//! | FS1R, FM1R | Filters | First word | Second word |
+//! |---|---|---|---|
+//! | 32 bit, mask | 1 | identifier | mask |
+//! | 32 bit, list | 2 | identifier | identifier |
+//! | 16 bit, mask | 2 | identifier, mask above it | identifier, mask above it |
+//! | 16 bit, list | 4 | identifier, identifier above it | the same |
+//!
+//! 32 bits are a mailbox's identifier word. 16 bits are: 15..5 standard identifier, 4 RTR, 3 IDE, 2..0 the three highest bits of
+//! the identifier extension.
+
+use super::mailbox;
+use super::registers::Register;
+use super::violations::Violations;
+use plumbline::can::Frame;
+
+/// Filter banks of the STM32F103.
+pub(super) const BANKS: usize = 14;
+/// A bit for each bank.
+pub(super) const ALL_BANKS: u32 = (1 << BANKS) - 1;
+/// The reserved bits of CAN_FMR keep their reset value, among them that of CAN2SB: 14.
+pub(super) const MASTER_RESERVED: u32 = 0x2A1C_0E00;
+
+/// CAN_FMR.FINIT.
+const INITIALIZATION: u32 = 1;
+
+/// Bit 0 of a 32-bit filter takes no part: it has no counterpart in a frame.
+const COMPARED: u32 = !1;
+
+/// Where a filter let a frame pass.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Match {
+    /// The FIFO that the bank belongs to.
+    pub(super) fifo: usize,
+    /// The filter match index: the number of the filter among those of this FIFO.
+    pub(super) index: u8,
+}
+
+/// One comparison.
+#[derive(Clone, Copy)]
+struct Filter {
+    identifier: u32,
+    mask: u32,
+}
+
+impl Filter {
+    fn accepts(&self, identifier: u32) -> bool {
+        (self.identifier ^ identifier) & self.mask == 0
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Filters {
+    initialization: bool,
+    list: u32,
+    wide: u32,
+    fifo: u32,
+    active: u32,
+    banks: [[u32; 2]; BANKS],
+}
+
+impl Default for Filters {
+    fn default() -> Self {
+        Self {
+            initialization: true,
+            list: 0,
+            wide: 0,
+            fifo: 0,
+            active: 0,
+            banks: [[0; 2]; BANKS],
+        }
+    }
+}
+
+impl Filters {
+    /// Reads one of the filter registers; any other reads as 0.
+    pub(super) fn read(&self, register: Register) -> u32 {
+        match register {
+            Register::FilterMaster => MASTER_RESERVED | u32::from(self.initialization),
+            Register::FilterMode => self.list,
+            Register::FilterScale => self.wide,
+            Register::FilterFifo => self.fifo,
+            Register::FilterActivation => self.active,
+            Register::FilterBank { bank, half } => self.banks.get(bank).map_or(0, |b| b[half]),
+            _ => 0,
+        }
+    }
+
+    /// Writes one of the filter registers.
+    pub(super) fn write(&mut self, register: Register, value: u32, violations: &mut Violations) {
+        let configuration = match register {
+            Register::FilterMaster => return self.initialization = value & INITIALIZATION != 0,
+            Register::FilterActivation => return self.active = value & ALL_BANKS,
+            Register::FilterBank { bank, half } => {
+                return self.write_bank(bank, half, value, violations);
+            }
+            Register::FilterMode => &mut self.list,
+            Register::FilterScale => &mut self.wide,
+            Register::FilterFifo => &mut self.fifo,
+            _ => return,
+        };
+        if self.initialization {
+            *configuration = value & ALL_BANKS;
+        } else {
+            violations.record(register.name(), "written without CAN_FMR.FINIT");
+        }
+    }
+
+    fn write_bank(&mut self, bank: usize, half: usize, value: u32, violations: &mut Violations) {
+        let register = Register::FilterBank { bank, half }.name();
+        let locked = !self.initialization && is_set(self.active, bank);
+        match self.banks.get_mut(bank) {
+            None => violations.record(register, format!("there is no filter bank {bank}")),
+            Some(_) if locked => {
+                violations.record(register, format!("filter bank {bank} is active"));
+            }
+            Some(content) => content[half] = value,
+        }
+    }
+
+    /// The filter that lets a frame pass. Of several that is a 32-bit one before a 16-bit one, a list before a mask, the lower
+    /// number before the higher. During initialization nothing is received.
+    pub(super) fn accept(&self, frame: &Frame) -> Option<Match> {
+        if self.initialization {
+            return None;
+        }
+        let wide = mailbox::identifier(frame);
+        let narrow = narrow(wide);
+        // Banks that are not active are counted as well.
+        let mut count = [0; 2];
+        let mut best: Option<((bool, bool), Match)> = None;
+        for bank in 0..BANKS {
+            let fifo = usize::from(is_set(self.fifo, bank));
+            let filters = self.filters(bank);
+            let first = count[fifo];
+            count[fifo] += filters.len();
+            if !is_set(self.active, bank) {
+                continue;
+            }
+            let identifier = if is_set(self.wide, bank) {
+                wide
+            } else {
+                narrow
+            };
+            let Some(position) = filters.iter().position(|f| f.accepts(identifier)) else {
+                continue;
+            };
+            let rank = (is_set(self.wide, bank), is_set(self.list, bank));
+            if best.is_none_or(|(other, _)| rank > other) {
+                let index = (first + position) as u8;
+                best = Some((rank, Match { fifo, index }));
+            }
+        }
+        best.map(|(_, found)| found)
+    }
+
+    /// The filters of a bank.
+    fn filters(&self, bank: usize) -> Vec<Filter> {
+        let [first, second] = self.banks[bank];
+        let (low, high) = (|word: u32| word & 0xFFFF, |word: u32| word >> 16);
+        let exactly = |identifier, mask| Filter { identifier, mask };
+        match (is_set(self.wide, bank), is_set(self.list, bank)) {
+            (true, false) => vec![exactly(first, second & COMPARED)],
+            (true, true) => [first, second].map(|word| exactly(word, COMPARED)).into(),
+            (false, false) => [first, second]
+                .map(|word| exactly(low(word), high(word)))
+                .into(),
+            (false, true) => [low(first), high(first), low(second), high(second)]
+                .map(|half| exactly(half, 0xFFFF))
+                .into(),
+        }
+    }
+}
+
+fn is_set(bits: u32, bank: usize) -> bool {
+    bits & 1_u32.unbounded_shl(bank as u32) != 0
+}
+
+/// What a 16-bit filter sees of an identifier word.
+fn narrow(identifier: u32) -> u32 {
+    let standard = identifier >> 21;
+    let extension = identifier >> 18 & 7;
+    let is_extended = identifier >> 2 & 1;
+    let is_remote = identifier >> 1 & 1;
+    standard << 5 | is_remote << 4 | is_extended << 3 | extension
+}
+
+#[cfg(test)]
+mod tests;

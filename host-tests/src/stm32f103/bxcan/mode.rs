@@ -1,0 +1,206 @@
+//! The modes of operation and CAN_MCR (RM0008, 24.4 and 24.9.2).
+//!
+//! | Bits | Field | Content |
+//! |---|---|---|
+//! | 16 | DBF | no communication while the processor is halted by a debugger: ignored here |
+//! | 15 | RESET | back to the state after a reset |
+//! | 7 | TTCM | time-triggered communication: not modelled |
+//! | 6 | ABOM | recovers from bus-off without being asked |
+//! | 5 | AWUM | wakes up by itself when something happens on the bus |
+//! | 4 | NART | each frame is tried once |
+//! | 3 | RFLM | a full FIFO is locked |
+//! | 2 | TXFP | transmit mailboxes in the order of the requests |
+//! | 1, 0 | SLEEP, INRQ | requests: sleep mode, initialization mode |
+//!
+//! A mode is requested in CAN_MCR and acknowledged in CAN_MSR (SLAK, INAK). The bus is left at the end of what happens on it, and
+//! joined after 11 recessive bits; until then the old mode is the one acknowledged.
+
+use super::transmit::Order;
+
+/// CAN_MCR.RESET.
+pub(super) const RESET: u32 = 1 << 15;
+/// CAN_MCR.TTCM.
+pub(super) const TIME_TRIGGERED: u32 = 1 << 7;
+const AUTOMATIC_RECOVERY: u32 = 1 << 6;
+const AUTOMATIC_WAKE_UP: u32 = 1 << 5;
+const ONCE: u32 = 1 << 4;
+const LOCKED_FIFO: u32 = 1 << 3;
+const REQUEST_ORDER: u32 = 1 << 2;
+const SLEEP: u32 = 1 << 1;
+const INITIALIZATION: u32 = 1;
+const IMPLEMENTED: u32 = 0x0001_00FF;
+
+/// DBF and SLEEP.
+const AFTER_RESET: u32 = 0x0001_0002;
+
+/// The recessive bits after which the bus is joined.
+const SYNCHRONIZATION: u8 = 11;
+
+/// CAN_MSR.INAK and SLAK.
+const INITIALIZATION_ACKNOWLEDGED: u32 = 1;
+const SLEEP_ACKNOWLEDGED: u32 = 1 << 1;
+
+/// A mode of operation.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Mode {
+    Sleep,
+    Initialization,
+    Normal,
+}
+
+/// What is to be done about the mode.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Change {
+    /// Start to look for 11 recessive bits.
+    Join,
+    /// Leave the bus, if on it, and acknowledge this mode.
+    Acknowledge(Mode),
+}
+
+/// CAN_MCR and the mode.
+#[derive(Debug)]
+pub(super) struct Control {
+    bits: u32,
+    /// The mode that is acknowledged.
+    mode: Mode,
+    /// Looks for 11 recessive bits.
+    joining: bool,
+    /// Those seen in bus-off.
+    recessive: u8,
+}
+
+impl Default for Control {
+    fn default() -> Self {
+        Self {
+            bits: AFTER_RESET,
+            mode: Mode::Sleep,
+            joining: false,
+            recessive: 0,
+        }
+    }
+}
+
+impl Control {
+    /// CAN_MCR.
+    pub(super) fn value(&self) -> u32 {
+        self.bits
+    }
+
+    pub(super) fn write(&mut self, value: u32) {
+        self.bits = value & IMPLEMENTED;
+    }
+
+    /// INAK and SLAK at their places in CAN_MSR.
+    pub(super) fn acknowledged(&self) -> u32 {
+        match self.mode {
+            Mode::Sleep => SLEEP_ACKNOWLEDGED,
+            Mode::Initialization => INITIALIZATION_ACKNOWLEDGED,
+            Mode::Normal => 0,
+        }
+    }
+
+    pub(super) fn mode(&self) -> Mode {
+        self.mode
+    }
+
+    /// True in normal mode and while looking for 11 recessive bits.
+    pub(super) fn is_on(&self) -> bool {
+        self.joining || self.mode == Mode::Normal
+    }
+
+    /// True in initialization mode, as long as nothing else is asked for.
+    pub(super) fn is_initializing(&self) -> bool {
+        self.mode == Mode::Initialization && !self.joining
+    }
+
+    /// True when a frame may be started: in normal mode, with nothing else asked for.
+    pub(super) fn may_start(&self) -> bool {
+        self.mode == Mode::Normal && self.requested() == Mode::Normal
+    }
+
+    pub(super) fn order(&self) -> Order {
+        if self.has(REQUEST_ORDER) {
+            Order::Request
+        } else {
+            Order::Identifier
+        }
+    }
+
+    pub(super) fn retransmits(&self) -> bool {
+        !self.has(ONCE)
+    }
+
+    pub(super) fn locks_fifo(&self) -> bool {
+        self.has(LOCKED_FIFO)
+    }
+
+    pub(super) fn recovers(&self) -> bool {
+        self.has(AUTOMATIC_RECOVERY)
+    }
+
+    /// What is to be done now. `busy`: a frame is under way on the bus.
+    pub(super) fn due(&self, busy: bool) -> Option<Change> {
+        let requested = self.requested();
+        match requested {
+            Mode::Normal if !self.is_on() => Some(Change::Join),
+            Mode::Normal => None,
+            // Not yet in step with the bus: there is nothing to wait for.
+            _ if self.joining => Some(Change::Acknowledge(requested)),
+            _ if self.mode == requested || (self.mode == Mode::Normal && busy) => None,
+            _ => Some(Change::Acknowledge(requested)),
+        }
+    }
+
+    /// Looking for 11 recessive bits has begun.
+    pub(super) fn joining(&mut self) {
+        self.joining = true;
+        self.recessive = 0;
+    }
+
+    /// While looking for them: a bit has been seen.
+    pub(super) fn listen(&mut self, dominant: bool) {
+        self.recessive = if dominant { 0 } else { self.recessive + 1 };
+        if self.recessive == SYNCHRONIZATION {
+            self.joined();
+            self.recessive = 0;
+        }
+    }
+
+    /// In step with the bus.
+    pub(super) fn joined(&mut self) {
+        if self.joining {
+            self.enter(Mode::Normal);
+        }
+    }
+
+    /// Acknowledges a mode.
+    pub(super) fn enter(&mut self, mode: Mode) {
+        self.joining = false;
+        self.mode = mode;
+    }
+
+    /// A start of frame was seen in sleep mode.
+    pub(super) fn wake_up(&mut self) {
+        if self.has(AUTOMATIC_WAKE_UP) {
+            self.bits &= !SLEEP;
+        }
+    }
+
+    /// The mode asked for. A sleeping controller has to be asked to wake up for initialization mode, by a cleared SLEEP.
+    fn requested(&self) -> Mode {
+        if self.has(INITIALIZATION) && !(self.mode == Mode::Sleep && self.has(SLEEP)) {
+            Mode::Initialization
+        } else if self.has(SLEEP) {
+            Mode::Sleep
+        } else {
+            Mode::Normal
+        }
+    }
+
+    fn has(&self, bit: u32) -> bool {
+        self.bits & bit != 0
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+use super::*;
+
+const BUSY: bool = true;
+const QUIET: bool = false;
+
+/// A controller in this mode, with the requests that belong to it.
+fn control(mode: Mode) -> Control {
+    let mut control = Control::default();
+    control.write(match mode {
+        Mode::Sleep => SLEEP,
+        Mode::Initialization => INITIALIZATION,
+        Mode::Normal => 0,
+    });
+    control.enter(mode);
+    assert_eq!(control.due(QUIET), None);
+    control
+}
+
+fn asked(mode: Mode, bits: u32) -> Control {
+    let mut control = control(mode);
+    control.write(bits);
+    control
+}
+
+#[test]
+fn after_a_reset_it_sleeps() {
+    let control = Control::default();
+    assert_eq!(control.value(), 0x0001_0002);
+    assert_eq!(control.acknowledged(), SLEEP_ACKNOWLEDGED);
+    assert_eq!(control.due(QUIET), None);
+    assert!(!control.is_on());
+}
+
+#[test]
+fn each_mode_is_acknowledged_by_its_bit() {
+    assert_eq!(control(Mode::Initialization).acknowledged(), 0b01);
+    assert_eq!(control(Mode::Sleep).acknowledged(), 0b10);
+    assert_eq!(control(Mode::Normal).acknowledged(), 0b00);
+}
+
+#[test]
+fn between_sleep_and_initialization_the_bus_does_not_matter() {
+    let to_initialization = asked(Mode::Sleep, INITIALIZATION);
+    let acknowledge = Some(Change::Acknowledge(Mode::Initialization));
+    assert_eq!(to_initialization.due(QUIET), acknowledge);
+    assert_eq!(to_initialization.due(BUSY), acknowledge);
+    let to_sleep = asked(Mode::Initialization, SLEEP);
+    assert_eq!(to_sleep.due(QUIET), Some(Change::Acknowledge(Mode::Sleep)));
+}
+
+#[test]
+fn a_sleeping_controller_has_to_be_woken_for_initialization() {
+    assert_eq!(asked(Mode::Sleep, INITIALIZATION | SLEEP).due(QUIET), None);
+}
+
+#[test]
+fn the_bus_is_left_when_nothing_is_under_way() {
+    for (bits, mode) in [(INITIALIZATION, Mode::Initialization), (SLEEP, Mode::Sleep)] {
+        let control = asked(Mode::Normal, bits);
+        assert!(!control.may_start());
+        assert_eq!(control.due(BUSY), None);
+        assert_eq!(control.acknowledged(), 0);
+        assert_eq!(control.due(QUIET), Some(Change::Acknowledge(mode)));
+    }
+}
+
+#[test]
+fn the_bus_is_joined_after_eleven_recessive_bits() {
+    for (mode, acknowledged) in [(Mode::Sleep, 0b10), (Mode::Initialization, 0b01)] {
+        let mut control = asked(mode, 0);
+        assert_eq!(control.due(QUIET), Some(Change::Join));
+        control.joining();
+        assert_eq!(control.due(QUIET), None);
+        assert_eq!(control.acknowledged(), acknowledged);
+        assert!(!control.may_start());
+        assert!(!control.is_initializing());
+        control.joined();
+        assert_eq!(control.acknowledged(), 0);
+        assert!(control.may_start());
+    }
+}
+
+#[test]
+fn joining_can_be_given_up_at_once() {
+    let mut control = asked(Mode::Initialization, 0);
+    control.joining();
+    control.write(INITIALIZATION);
+    assert_eq!(
+        control.due(BUSY),
+        Some(Change::Acknowledge(Mode::Initialization))
+    );
+}
+
+#[test]
+fn automatic_wake_up_takes_the_request_for_sleep_back() {
+    let mut without = control(Mode::Sleep);
+    without.wake_up();
+    assert_eq!(without.due(QUIET), None);
+    let mut with = asked(Mode::Sleep, SLEEP | AUTOMATIC_WAKE_UP);
+    with.wake_up();
+    assert_eq!(with.value(), AUTOMATIC_WAKE_UP);
+    assert_eq!(with.due(QUIET), Some(Change::Join));
+}
+
+#[test]
+fn the_option_bits_are_where_the_manual_has_them() {
+    let nothing = asked(Mode::Normal, 0);
+    assert!(!nothing.recovers() && nothing.retransmits() && !nothing.locks_fifo());
+    assert_eq!(nothing.order(), Order::Identifier);
+    assert!(asked(Mode::Normal, 0x40).recovers());
+    assert!(!asked(Mode::Normal, 0x10).retransmits());
+    assert!(asked(Mode::Normal, 0x08).locks_fifo());
+    assert_eq!(asked(Mode::Normal, 0x04).order(), Order::Request);
+}

@@ -1,0 +1,175 @@
+//! A receive FIFO of three mailboxes and its CAN_RFxR (RM0008, 24.7.3 and 24.9.2).
+//!
+//! | Bits | Field | Content |
+//! |---|---|---|
+//! | 1..0 | FMP | messages pending |
+//! | 3 | FULL | three messages were stored; cleared by writing 1 |
+//! | 4 | FOVR | a message was lost; cleared by writing 1 |
+//! | 5 | RFOM | writing 1 releases the output mailbox; reads as 0, since that takes no time here |
+
+use super::mailbox::Words;
+use super::violations::Violations;
+use std::collections::VecDeque;
+
+/// Messages that a FIFO holds.
+const DEPTH: usize = 3;
+
+/// CAN_RFxR.FULL.
+pub(super) const FULL: u32 = 1 << 3;
+/// CAN_RFxR.FOVR.
+pub(super) const OVERRUN: u32 = 1 << 4;
+/// CAN_RFxR.FMP.
+pub(super) const PENDING: u32 = 3;
+const RELEASE: u32 = 1 << 5;
+
+#[derive(Debug, Default)]
+pub(super) struct Fifo {
+    messages: VecDeque<Words>,
+    /// FULL and FOVR.
+    flags: u32,
+    /// What the output mailbox shows when the FIFO is empty: the message last released.
+    stale: Words,
+}
+
+impl Fifo {
+    /// Stores a message; false when one is lost: the new one when `locked` (CAN_MCR.RFLM), otherwise the one stored last.
+    pub(super) fn store(&mut self, message: Words, locked: bool) -> bool {
+        if self.messages.len() < DEPTH {
+            self.messages.push_back(message);
+            if self.messages.len() == DEPTH {
+                self.flags |= FULL;
+            }
+            return true;
+        }
+        self.flags |= OVERRUN;
+        if !locked {
+            self.messages[DEPTH - 1] = message;
+        }
+        false
+    }
+
+    /// A word of the output mailbox.
+    pub(super) fn read(
+        &self,
+        word: usize,
+        register: &'static str,
+        violations: &mut Violations,
+    ) -> u32 {
+        let message = self.messages.front().unwrap_or_else(|| {
+            violations.record(register, "read while the FIFO is empty");
+            &self.stale
+        });
+        message[word]
+    }
+
+    /// CAN_RFxR.
+    pub(super) fn status(&self) -> u32 {
+        self.flags | self.messages.len() as u32
+    }
+
+    /// A write to CAN_RFxR.
+    pub(super) fn write_status(
+        &mut self,
+        value: u32,
+        register: &'static str,
+        violations: &mut Violations,
+    ) {
+        self.flags &= !value;
+        if value & RELEASE == 0 {
+            return;
+        }
+        match self.messages.pop_front() {
+            Some(message) => self.stale = message,
+            None => violations.record(register, "released while the FIFO is empty"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOCKED: bool = true;
+    const NOT_LOCKED: bool = false;
+
+    fn message(number: u32) -> Words {
+        [number, 0, 0, 0]
+    }
+
+    fn filled(count: u32, locked: bool) -> Fifo {
+        let mut fifo = Fifo::default();
+        for number in 1..=count {
+            assert_eq!(fifo.store(message(number), locked), number <= 3);
+        }
+        fifo
+    }
+
+    /// Takes all messages out, oldest first.
+    fn drained(fifo: &mut Fifo) -> Vec<u32> {
+        let mut violations = Violations::default();
+        let mut taken = Vec::new();
+        while fifo.status() & PENDING != 0 {
+            taken.push(fifo.read(0, "CAN_RI0R", &mut violations));
+            fifo.write_status(RELEASE, "CAN_RF0R", &mut violations);
+        }
+        assert_eq!(violations.all, []);
+        taken
+    }
+
+    #[test]
+    fn messages_are_counted_and_come_out_in_order() {
+        assert_eq!(filled(0, NOT_LOCKED).status(), 0);
+        assert_eq!(filled(1, NOT_LOCKED).status(), 0b01);
+        assert_eq!(filled(2, NOT_LOCKED).status(), 0b10);
+        assert_eq!(filled(3, NOT_LOCKED).status(), 0b11 | FULL);
+        assert_eq!(drained(&mut filled(3, NOT_LOCKED)), [1, 2, 3]);
+    }
+
+    #[test]
+    fn without_lock_the_last_stored_is_overwritten() {
+        let mut fifo = filled(5, NOT_LOCKED);
+        assert_eq!(fifo.status(), 0b11 | FULL | OVERRUN);
+        assert_eq!(drained(&mut fifo), [1, 2, 5]);
+    }
+
+    #[test]
+    fn with_lock_the_new_one_is_discarded() {
+        let mut fifo = filled(5, LOCKED);
+        assert_eq!(fifo.status(), 0b11 | FULL | OVERRUN);
+        assert_eq!(drained(&mut fifo), [1, 2, 3]);
+    }
+
+    #[test]
+    fn a_released_mailbox_makes_room() {
+        let mut fifo = filled(3, LOCKED);
+        fifo.write_status(RELEASE, "CAN_RF0R", &mut Violations::default());
+        assert!(fifo.store(message(4), LOCKED));
+        assert_eq!(fifo.status() & OVERRUN, 0);
+        assert_eq!(drained(&mut fifo), [2, 3, 4]);
+    }
+
+    #[test]
+    fn full_and_overrun_are_cleared_by_software_each() {
+        let mut violations = Violations::default();
+        let mut fifo = filled(4, LOCKED);
+        drained(&mut fifo);
+        assert_eq!(fifo.status(), FULL | OVERRUN);
+        fifo.write_status(OVERRUN, "CAN_RF0R", &mut violations);
+        assert_eq!(fifo.status(), FULL);
+        fifo.write_status(FULL, "CAN_RF0R", &mut violations);
+        assert_eq!(fifo.status(), 0);
+    }
+
+    #[test]
+    fn an_empty_fifo_can_be_neither_read_nor_released() {
+        let mut violations = Violations::default();
+        let mut fifo = filled(1, LOCKED);
+        drained(&mut fifo);
+        // The mailbox still shows what was in it.
+        assert_eq!(fifo.read(0, "CAN_RI1R", &mut violations), 1);
+        fifo.write_status(RELEASE, "CAN_RF1R", &mut violations);
+        assert_eq!(fifo.status(), 0);
+        let registers: Vec<_> = violations.all.iter().map(|v| v.register).collect();
+        assert_eq!(registers, ["CAN_RI1R", "CAN_RF1R"]);
+    }
+}

@@ -1,0 +1,311 @@
+//! The whole controller, by its registers and by what happens on the wire.
+
+mod frames;
+mod wire;
+
+use super::*;
+use crate::bench::protocol::ErrorCode;
+use crate::stm32f103::io::AccessError;
+use plumbline::can::{BitRate, extended, standard};
+
+const MCR: u32 = 0x000;
+const MSR: u32 = 0x004;
+const TSR: u32 = 0x008;
+const RF0R: u32 = 0x00C;
+const RF1R: u32 = 0x010;
+const IER: u32 = 0x014;
+const ESR: u32 = 0x018;
+const BTR: u32 = 0x01C;
+const TI0R: u32 = 0x180;
+const TDT0R: u32 = 0x184;
+const RI0R: u32 = 0x1B0;
+const RDT0R: u32 = 0x1B4;
+const RDL0R: u32 = 0x1B8;
+const RDH0R: u32 = 0x1BC;
+const FMR: u32 = 0x200;
+const FM1R: u32 = 0x204;
+const FS1R: u32 = 0x20C;
+const FA1R: u32 = 0x21C;
+const F0R1: u32 = 0x240;
+
+const INRQ: u32 = 1;
+const SLEEP: u32 = 1 << 1;
+const TTCM: u32 = 1 << 7;
+const RESET: u32 = 1 << 15;
+const INAK: u32 = 1;
+const SLAK: u32 = 1 << 1;
+const SILM: u32 = 1 << 31;
+const LBKM: u32 = 1 << 30;
+
+/// 500 kbit/s at 32 MHz.
+const BTR_500K: u32 = 0x011C_0003;
+
+const NOW: Picoseconds = 1_000;
+
+impl BxCan {
+    fn get(&mut self, offset: u32) -> u32 {
+        self.read(NOW, offset).expect("a register")
+    }
+
+    fn set(&mut self, offset: u32, value: u32) {
+        self.write(NOW, offset, value).expect("a register");
+    }
+
+    fn acknowledged(&mut self) -> u32 {
+        self.get(MSR) & (INAK | SLAK)
+    }
+
+    /// The registers and reasons of the violations.
+    fn wrongs(&self) -> Vec<(&str, &str)> {
+        self.violations()
+            .iter()
+            .map(|violation| (violation.register, violation.reason.as_str()))
+            .collect()
+    }
+}
+
+/// In initialization mode, with bit timing, and with a bank that lets everything pass.
+fn initializing(btr: u32) -> BxCan {
+    let mut can = BxCan::new();
+    can.set_clock(32_000_000);
+    can.set(MCR, INRQ);
+    can.set(BTR, btr);
+    can.set(FS1R, 1);
+    can.set(FA1R, 1);
+    can.set(FMR, 0x2A1C_0E00);
+    can
+}
+
+/// On the bus.
+fn on_the_bus(btr: u32) -> BxCan {
+    let mut can = initializing(btr);
+    can.set(MCR, 0);
+    can.event(NOW, Event::Joined);
+    assert_eq!(can.acknowledged(), 0);
+    assert_eq!(can.wrongs(), []);
+    can
+}
+
+fn frame(id: u16) -> Frame {
+    Frame::data(standard(id), &[1, 2, 3]).unwrap()
+}
+
+/// Asks mailbox 0 to send an empty frame.
+fn request(can: &mut BxCan, id: u32) {
+    can.set(TDT0R, 0);
+    can.set(TI0R, id << 21 | 1);
+}
+
+#[test]
+fn after_a_reset() {
+    let mut can = BxCan::new();
+    for (offset, value) in [
+        (MCR, 0x0001_0002),
+        (MSR, 0x0000_0C02),
+        (TSR, 0x1C00_0000),
+        (RF0R, 0),
+        (RF1R, 0),
+        (IER, 0),
+        (ESR, 0),
+        (BTR, 0x0123_0000),
+        (FMR, 0x2A1C_0E01),
+        (FM1R, 0),
+        (FS1R, 0),
+        (FA1R, 0),
+    ] {
+        assert_eq!(can.get(offset), value, "{offset:03X}h");
+    }
+    assert_eq!(can.lines(), [false; 4]);
+    assert_eq!(can.bit_rate(), None);
+}
+
+#[test]
+fn from_sleep_by_initialization_to_normal_mode() {
+    let mut can = BxCan::new();
+    can.set_clock(32_000_000);
+    assert_eq!(can.acknowledged(), SLAK);
+    can.set(MCR, INRQ);
+    assert_eq!(can.acknowledged(), INAK);
+    can.set(BTR, BTR_500K);
+    assert_eq!(can.bit_rate(), None);
+    can.set(MCR, 0);
+    assert_eq!(can.acknowledged(), INAK);
+    assert_eq!(can.bit_rate(), Some(500_000));
+    can.event(NOW, Event::Joined);
+    assert_eq!(can.acknowledged(), 0);
+    can.set(MCR, SLEEP);
+    assert_eq!(can.acknowledged(), SLAK);
+    assert_eq!(can.wrongs(), []);
+}
+
+#[test]
+fn the_ten_bit_rates() {
+    // Prescaler, segments 1 and 2 of the board's table: 32 MHz.
+    let table = [
+        (200, 13, 2),
+        (100, 13, 2),
+        (40, 13, 2),
+        (32, 13, 2),
+        (20, 13, 2),
+        (16, 13, 2),
+        (8, 13, 2),
+        (4, 13, 2),
+        (5, 6, 1),
+        (2, 13, 2),
+    ];
+    for (rate, (prescaler, before, after)) in BitRate::ALL.into_iter().zip(table) {
+        let can = on_the_bus((after - 1) << 20 | (before - 1) << 16 | (prescaler - 1));
+        assert_eq!(can.bit_rate(), Some(rate.bits_per_second()));
+        assert!(!can.is_silent());
+    }
+}
+
+#[test]
+fn bit_timing_is_for_initialization_mode() {
+    let mut can = on_the_bus(BTR_500K);
+    can.set(BTR, 0x011C_0001);
+    assert_eq!(can.get(BTR), BTR_500K);
+    assert_eq!(
+        can.wrongs(),
+        [("CAN_BTR", "written outside initialization mode")]
+    );
+    assert_eq!(can.btr_history(), [(NOW, BTR_500K)]);
+    let mut joining = initializing(BTR_500K);
+    joining.set(MCR, 0);
+    joining.set(BTR, 0x011C_0001);
+    assert_eq!(joining.wrongs().len(), 1);
+}
+
+#[test]
+fn impossible_timing_is_a_violation_on_the_way_to_the_bus() {
+    let mut can = initializing(0x011C_0000);
+    assert_eq!(can.wrongs(), []);
+    can.set(MCR, 0);
+    assert_eq!(
+        can.wrongs(),
+        [("CAN_BTR", "2000000 bit/s are more than CAN can do")]
+    );
+    assert_eq!(can.violations()[0].at, NOW);
+}
+
+#[test]
+fn a_clock_that_changes_on_the_bus_is_a_violation() {
+    let mut can = on_the_bus(BTR_500K);
+    can.set_clock(32_000_000);
+    assert_eq!(can.wrongs(), []);
+    can.set_clock(36_000_000);
+    let reason = "changed from 32000000 to 36000000 Hz while on the bus";
+    assert_eq!(can.wrongs(), [("PCLK1", reason)]);
+}
+
+#[test]
+fn what_is_not_modelled_is_refused() {
+    let mut can = initializing(BTR_500K);
+    assert!(matches!(
+        can.write(NOW, MCR, INRQ | TTCM),
+        Err(AccessError::Refused(_))
+    ));
+    assert!(matches!(
+        can.write(NOW, BTR, LBKM),
+        Err(AccessError::Refused(_))
+    ));
+    assert_eq!(can.read(NOW, 0x20), Err(AccessError::Unmapped));
+    assert_eq!(can.write(NOW, 0x20, 0), Err(AccessError::Unmapped));
+}
+
+#[test]
+fn reserved_bits_are_to_be_kept() {
+    for (offset, value, register) in [
+        (MCR, 0x0002_0001, "CAN_MCR"),
+        (MSR, 0x0000_1000, "CAN_MSR"),
+        (TSR, 0x0000_0010, "CAN_TSR"),
+        (RF1R, 0x0000_0004, "CAN_RF1R"),
+        (IER, 0x0000_0080, "CAN_IER"),
+        (ESR, 0x0000_0008, "CAN_ESR"),
+        (BTR, 0x0080_0000, "CAN_BTR"),
+        (FMR, 0x0000_0001, "CAN_FMR"),
+        (FA1R, 0x0000_4000, "CAN_FA1R"),
+    ] {
+        let mut can = BxCan::new();
+        can.set(MCR, INRQ);
+        can.set(offset, value);
+        assert_eq!(can.violations()[0].register, register);
+        assert!(can.violations()[0].reason.contains("reserved"));
+        assert_eq!(can.violations().len(), 1);
+    }
+    let mut can = BxCan::new();
+    can.set(FMR, 0x2A1C_0E01);
+    assert_eq!(can.wrongs(), []);
+}
+
+#[test]
+fn a_start_of_frame_in_sleep_mode_is_an_interrupt() {
+    let mut can = BxCan::new();
+    can.set_clock(32_000_000);
+    can.set(IER, 1 << 16);
+    can.wire(NOW, true);
+    assert_eq!(can.lines(), [false, false, false, true]);
+    assert_eq!(can.get(MSR), 1 << 10 | 1 << 3 | SLAK);
+    can.wire(NOW, false);
+    can.set(MSR, 1 << 3);
+    assert_eq!(can.get(MSR), 0x0C00 | SLAK);
+    // AWUM: 11 recessive bits later it takes part.
+    can.set(MCR, 1 << 5 | SLEEP);
+    can.wire(NOW, true);
+    assert_eq!(can.get(MCR), 1 << 5);
+    assert_eq!(can.acknowledged(), SLAK);
+    can.event(NOW, Event::Joined);
+    assert_eq!(can.acknowledged(), 0);
+}
+
+#[test]
+fn the_entry_into_sleep_mode_is_an_interrupt() {
+    let mut can = on_the_bus(BTR_500K);
+    can.set(IER, 1 << 17);
+    can.set(MCR, SLEEP);
+    assert_eq!(can.lines(), [false, false, false, true]);
+    can.set(MSR, 1 << 4);
+    assert_eq!(can.lines(), [false; 4]);
+}
+
+#[test]
+fn a_reset_by_the_controllers_own_register() {
+    let mut can = on_the_bus(BTR_500K);
+    request(&mut can, 0x123);
+    can.event(NOW, Event::Received(frame(1)));
+    can.set(MCR, RESET);
+    assert_eq!(can.get(MCR), 0x0001_0002);
+    assert_eq!(can.get(RF0R), 0);
+    assert_eq!(can.acknowledged(), SLAK);
+    assert_eq!(can.get(TSR), 0x1C00_0000);
+    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.btr_history().len(), 1);
+}
+
+#[test]
+fn software_writes_no_other_error_code_than_seven() {
+    let mut can = BxCan::new();
+    can.set(ESR, 7 << 4);
+    assert_eq!(can.get(ESR), 7 << 4);
+    can.set(ESR, 2 << 4);
+    assert_eq!(
+        can.wrongs(),
+        [("CAN_ESR", "LEC: software may write 7 only")]
+    );
+}
+
+#[test]
+fn filter_violations_name_the_register() {
+    let mut can = on_the_bus(BTR_500K);
+    can.set(FM1R, 1);
+    can.set(F0R1, 1);
+    can.set(F0R1 + 14 * 8, 1);
+    assert_eq!(
+        can.wrongs(),
+        [
+            ("CAN_FM1R", "written without CAN_FMR.FINIT"),
+            ("CAN_FiR1", "filter bank 0 is active"),
+            ("CAN_FiR1", "there is no filter bank 14"),
+        ]
+    );
+}

@@ -1,0 +1,287 @@
+//! Controllers on a real wire.
+
+use super::*;
+
+/// A bit at 500 kbit/s.
+const BIT: Picoseconds = 2_000_000;
+
+/// The longest that anything here takes with a frame of no data and its intermission.
+const FRAME: Picoseconds = 70 * BIT;
+
+const ABOM: u32 = 1 << 6;
+const BOFF: u32 = 1 << 2;
+
+/// Controllers on a wire, which somebody may hold at a level.
+struct Wire {
+    cans: Vec<BxCan>,
+    dominant: bool,
+    held: Option<bool>,
+    now: Picoseconds,
+}
+
+impl Wire {
+    /// Controllers with these values of CAN_BTR, on the bus.
+    fn joined(btr: &[u32]) -> Self {
+        let mut wire = Self::new(btr);
+        for can in 0..btr.len() {
+            wire.set(can, MCR, 0);
+        }
+        wire.run(30 * BIT);
+        for can in 0..btr.len() {
+            assert_eq!(wire.get(can, MSR) & (INAK | SLAK), 0);
+        }
+        wire
+    }
+
+    fn new(btr: &[u32]) -> Self {
+        Self {
+            cans: btr.iter().map(|btr| initializing(*btr)).collect(),
+            dominant: false,
+            held: None,
+            now: 10 * NOW,
+        }
+    }
+
+    fn get(&mut self, can: usize, offset: u32) -> u32 {
+        self.cans[can].read(self.now, offset).unwrap()
+    }
+
+    fn set(&mut self, can: usize, offset: u32, value: u32) {
+        self.cans[can].write(self.now, offset, value).unwrap();
+    }
+
+    fn send(&mut self, can: usize, id: u32) {
+        self.set(can, TDT0R, 0);
+        self.set(can, TI0R, id << 21 | 1);
+    }
+
+    fn state(&mut self, can: usize) -> u32 {
+        self.get(can, MSR) & (INAK | SLAK)
+    }
+
+    fn run(&mut self, time: Picoseconds) {
+        let end = self.now + time;
+        self.join_levels();
+        while let Some(at) = self.next().filter(|at| *at < end) {
+            self.now = at;
+            for can in &mut self.cans {
+                if can.next_event().is_some_and(|due| due <= at) {
+                    can.step(at, self.dominant);
+                }
+            }
+            self.join_levels();
+        }
+        self.now = end;
+    }
+
+    /// Runs until that is so; the time that it took.
+    fn run_until(&mut self, mut is_so: impl FnMut(&mut Self) -> bool) -> Picoseconds {
+        let start = self.now;
+        while !is_so(self) {
+            assert!(self.now - start < 10_000 * BIT, "never");
+            self.run(BIT / 8);
+        }
+        self.now - start
+    }
+
+    fn next(&self) -> Option<Picoseconds> {
+        let due = self.cans.iter().filter_map(BxCan::next_event).min();
+        due.map(|at| at.max(self.now))
+    }
+
+    fn join_levels(&mut self) {
+        let driven = self.cans.iter().any(|can| can.protocol().is_dominant());
+        let dominant = self.held.unwrap_or(driven);
+        if dominant != self.dominant {
+            self.dominant = dominant;
+            for can in &mut self.cans {
+                can.wire(self.now, dominant);
+            }
+        }
+    }
+}
+
+/// One controller that everything it sends has failed, so that it is in bus-off with a frame pending; MCR stays at `control`.
+fn in_bus_off(control: u32) -> Wire {
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
+    wire.set(0, MCR, control);
+    wire.set(0, IER, 1 << 15 | 1 << 10);
+    wire.send(0, 0x123);
+    wire.held = Some(false);
+    wire.run_until(|wire| wire.get(0, ESR) & BOFF != 0);
+    wire.held = None;
+    wire.run(FRAME);
+    assert_eq!(wire.cans[0].lines(), [false, false, false, true]);
+    wire
+}
+
+#[test]
+fn the_bus_is_joined_after_eleven_recessive_bits() {
+    let mut wire = Wire::new(&[BTR_500K]);
+    wire.set(0, MCR, 0);
+    wire.run(10 * BIT);
+    assert_eq!(wire.state(0), INAK);
+    wire.run(2 * BIT);
+    assert_eq!(wire.state(0), 0);
+    // Not as long as the wire is dominant.
+    let mut stuck = Wire::new(&[BTR_500K]);
+    stuck.held = Some(true);
+    stuck.set(0, MCR, 0);
+    stuck.run(100 * BIT);
+    assert_eq!(stuck.state(0), INAK);
+}
+
+#[test]
+fn a_frame_goes_from_one_to_the_other() {
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
+    wire.send(0, 0x123);
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+    assert_eq!(wire.get(1, RF0R), 1);
+    assert_eq!(wire.get(1, RI0R), 0x123 << 21);
+    assert_eq!(wire.get(0, RF0R), 0, "one's own is not received");
+}
+
+#[test]
+fn the_frames_of_one_go_in_order_of_their_identifiers() {
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
+    for (mailbox, id) in [(0, 0x300), (1, 0x100), (2, 0x200)] {
+        wire.set(0, TI0R + 16 * mailbox, id << 21 | 1);
+    }
+    wire.run(3 * FRAME);
+    for id in [0x100, 0x200, 0x300] {
+        assert_eq!(wire.get(1, RI0R) >> 21, id);
+        wire.set(1, RF0R, 1 << 5);
+    }
+}
+
+#[test]
+fn who_loses_the_arbitration_is_told_and_tries_again() {
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
+    wire.send(0, 0x200);
+    wire.send(1, 0x100);
+    wire.run(30 * BIT);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 1 << 2);
+    wire.run(2 * FRAME);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+    assert_eq!(wire.get(0, RI0R) >> 21, 0x100);
+    assert_eq!(wire.get(1, RI0R) >> 21, 0x200);
+}
+
+#[test]
+fn initialization_mode_waits_for_the_end_of_the_frame() {
+    for asked in [0, 1] {
+        let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
+        wire.send(0, 0x123);
+        wire.run(20 * BIT);
+        wire.set(asked, MCR, INRQ);
+        assert_eq!(wire.state(asked), 0);
+        wire.run_until(|wire| wire.state(asked) == INAK);
+        assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+        assert_eq!(wire.get(1, RF0R), 1);
+    }
+}
+
+#[test]
+fn alone_on_the_bus_it_becomes_passive_and_no_more() {
+    let mut wire = Wire::joined(&[BTR_500K]);
+    wire.send(0, 0x123);
+    wire.run(100 * FRAME);
+    // TEC 128, last error: acknowledgment, passive and warning.
+    assert_eq!(wire.get(0, ESR), 128 << 16 | 3 << 4 | 0b011);
+    assert_eq!(wire.get(0, TSR) & 1, 0);
+}
+
+#[test]
+fn a_silent_controller_hears_and_does_not_acknowledge() {
+    let mut wire = Wire::joined(&[BTR_500K, SILM | BTR_500K]);
+    wire.send(0, 0x123);
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, ESR) >> 4 & 7, 3);
+    // With somebody who acknowledges it receives.
+    let mut wire = Wire::joined(&[BTR_500K, SILM | BTR_500K, BTR_500K]);
+    wire.send(0, 0x123);
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+    assert_eq!(wire.get(1, RF0R), 1);
+}
+
+#[test]
+fn a_silent_controller_at_another_bit_rate_sees_errors_and_disturbs_nobody() {
+    // 250 kbit/s.
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K, SILM | 0x011C_0007]);
+    wire.send(0, 0x123);
+    wire.run_until(|wire| wire.get(2, ESR) >> 4 & 7 != 0);
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+    assert_eq!(wire.get(2, RF0R), 0);
+}
+
+#[test]
+fn it_stays_in_bus_off_until_it_is_asked() {
+    let mut wire = in_bus_off(0);
+    wire.run(3_000 * BIT);
+    assert_eq!(wire.get(0, ESR) & BOFF, BOFF);
+    assert_eq!(wire.state(0), 0);
+    // A visit to initialization mode.
+    wire.set(0, MCR, INRQ);
+    assert_eq!(wire.state(0), INAK);
+    wire.run(3_000 * BIT);
+    assert_eq!(wire.get(0, ESR) & BOFF, BOFF);
+    wire.set(0, MCR, 0);
+    let joined = wire.run_until(|wire| wire.state(0) == 0);
+    assert_eq!(joined / BIT, 11);
+    assert_eq!(wire.get(0, ESR) & BOFF, BOFF);
+    let recovered = joined + wire.run_until(|wire| wire.get(0, ESR) & BOFF == 0);
+    assert_eq!(recovered / BIT, 128 * 11);
+    assert_eq!(wire.get(0, ESR) & 0xFFFF_0007, 0);
+    // What was pending is sent.
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+    assert_eq!(wire.get(1, RI0R), 0x123 << 21);
+}
+
+#[test]
+fn with_automatic_recovery_it_comes_back_by_itself() {
+    let mut wire = in_bus_off(ABOM);
+    let recovered = wire.run_until(|wire| wire.get(0, ESR) & BOFF == 0);
+    let passed = FRAME / BIT;
+    assert!((128 * 11 - passed - 2..=128 * 11).contains(&(recovered / BIT)));
+    wire.run(FRAME);
+    assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
+}
+
+#[test]
+fn on_a_dominant_wire_bus_off_is_not_left() {
+    let mut wire = in_bus_off(0);
+    wire.held = Some(true);
+    wire.set(0, MCR, INRQ);
+    wire.set(0, MCR, 0);
+    wire.run(3_000 * BIT);
+    assert_eq!(wire.state(0), INAK);
+    assert_eq!(wire.get(0, ESR) & BOFF, BOFF);
+}
+
+#[test]
+fn a_reset_leaves_bus_off() {
+    let mut wire = in_bus_off(0);
+    wire.set(0, MCR, RESET);
+    assert_eq!(wire.get(0, ESR), 0);
+    assert_eq!(wire.state(0), SLAK);
+}
+
+#[test]
+fn traffic_wakes_a_sleeper_up() {
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K, BTR_500K]);
+    wire.set(2, MCR, 1 << 5 | SLEEP);
+    assert_eq!(wire.state(2), SLAK);
+    wire.send(0, 0x123);
+    wire.run(FRAME);
+    // It misses the frame that has woken it up.
+    assert_eq!(wire.get(2, RF0R), 0);
+    assert_eq!(wire.get(2, MSR) & 1 << 3, 1 << 3);
+    wire.run_until(|wire| wire.state(2) == 0);
+    wire.send(0, 0x124);
+    wire.run(FRAME);
+    assert_eq!(wire.get(2, RI0R), 0x124 << 21);
+}

@@ -1,0 +1,32 @@
+//! What firmware did against the reference manual's rules.
+
+use crate::bench::protocol::Picoseconds;
+
+/// A programming error.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Violation {
+    /// When.
+    pub at: Picoseconds,
+    /// The register, by the reference manual's name.
+    pub register: &'static str,
+    /// What is wrong.
+    pub reason: String,
+}
+
+/// All of them, oldest first.
+#[derive(Debug, Default)]
+pub(super) struct Violations {
+    /// The time of the access that is being carried out.
+    pub(super) now: Picoseconds,
+    pub(super) all: Vec<Violation>,
+}
+
+impl Violations {
+    pub(super) fn record(&mut self, register: &'static str, reason: impl Into<String>) {
+        self.all.push(Violation {
+            at: self.now,
+            register,
+            reason: reason.into(),
+        });
+    }
+}
