@@ -1,3 +1,24 @@
 //! A simulated STM32F103C8 that runs the very ELF that is flashed.
+//!
+//! - [`io`]: what lies between the processor and the peripherals
+//! - [`peripherals`]: all peripherals together: address map, clocks, violations
+//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
+//! - [`ism330dhcx`]: the accelerometer at the end of the SPI
+//! - [`timebase`] and [`violation`]: what these share
+//!
+//! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
+//! STM32F103x8.
 
+pub mod afio;
+pub mod dbgmcu;
+pub mod flash;
+pub mod gpio;
 pub mod io;
+pub mod ism330dhcx;
+pub mod iwdg;
+pub mod peripherals;
+pub mod rcc;
+pub mod signature;
+pub mod spi;
+pub mod timebase;
+pub mod violation;
