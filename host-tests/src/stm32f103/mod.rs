@@ -1,5 +1,6 @@
 //! A simulated STM32F103C8 that runs the very ELF that is flashed.
 //!
+//! - [`elf`]: the image: what is loaded, symbols, and which part of the project its bytes belong to
 //! - [`io`]: what lies between the processor and the peripherals
 //! - [`peripherals`]: all peripherals together: address map, clocks, violations
 //! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
@@ -11,6 +12,7 @@
 
 pub mod afio;
 pub mod dbgmcu;
+pub mod elf;
 pub mod flash;
 pub mod gpio;
 pub mod io;
