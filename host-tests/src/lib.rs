@@ -4,8 +4,8 @@
 //! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
-//! - [`stm32f103`]: a simulated microcontroller, which runs what is flashed;
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
+//! - [`stm32f103`]: the microcontroller, simulated, for the very image that is flashed;
 //! - [`models`] and [`motion`]: what all of these share.
 
 pub mod bench;

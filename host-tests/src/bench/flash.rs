@@ -46,6 +46,8 @@ enum Fuse {
     Byte(u64),
     /// While a page is erased, after this many others.
     Erase(u64),
+    /// While a half-word is programmed or a page is erased, after this many of both.
+    Operation(u64),
 }
 
 /// Two pages of flash.
@@ -131,7 +133,14 @@ impl Flash {
     /// that an erase passes through, which one is up to `seed`.
     pub fn cut_in_erase_after(&mut self, others: u64, seed: u64) {
         self.fuse = Some(Fuse::Erase(others));
-        self.random ^= seed.wrapping_mul(0xD134_2543_DE82_EF95);
+        self.stir(seed);
+    }
+
+    /// Sets the fuse: the power is cut while a half-word is programmed or a page is erased, after `others` more of both. What is
+    /// left of it is up to `seed`.
+    pub fn cut_in_operation_after(&mut self, others: u64, seed: u64) {
+        self.fuse = Some(Fuse::Operation(others));
+        self.stir(seed);
     }
 
     /// True when the fuse has blown and the power is off.
@@ -194,6 +203,12 @@ impl Flash {
         if old != [0xFF; 2] && value != [0; 2] {
             return Err(FlashError::NotErased);
         }
+        if self.operation_blows() {
+            let half_done = [0, 1].map(|index| old[index] & (value[index] | self.random() as u8));
+            self.put(at, &half_done)?;
+            self.last = Some(at);
+            return Err(FlashError::PowerCut);
+        }
         let mut new = old;
         for (new, value) in new.iter_mut().zip(value) {
             if self.fuse == Some(Fuse::Byte(0)) {
@@ -222,7 +237,7 @@ impl Flash {
 
     /// Erases one page; the fuse may blow in it.
     fn erase_page(&mut self, at: usize) -> Result<(), FlashError> {
-        if self.fuse == Some(Fuse::Erase(0)) {
+        if self.fuse == Some(Fuse::Erase(0)) || self.operation_blows() {
             let half_done = self.half_erased(at);
             self.cut = true;
             self.put(at, &half_done)?;
@@ -263,6 +278,21 @@ impl Flash {
             }
         }
         page
+    }
+
+    /// Counts an operation down; true when the fuse blows in it.
+    fn operation_blows(&mut self) -> bool {
+        match &mut self.fuse {
+            Some(Fuse::Operation(0)) => self.cut = true,
+            Some(Fuse::Operation(others)) => *others -= 1,
+            _ => {}
+        }
+        self.cut
+    }
+
+    /// Makes the random numbers depend on `seed`.
+    fn stir(&mut self, seed: u64) {
+        self.random ^= seed.wrapping_mul(0xD134_2543_DE82_EF95);
     }
 
     /// The next number of a xorshift generator; its upper half, whose bits are the better ones.
@@ -326,5 +356,42 @@ impl NorFlash for Flash {
         (from as usize..to as usize)
             .step_by(PAGE_SIZE)
             .try_for_each(|at| self.erase_page(at))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Erases a page and programs three half-words, until the power goes.
+    fn work(flash: &mut Flash) -> Result<(), FlashError> {
+        flash.erase(0, PAGE_SIZE as u32)?;
+        (0..3).try_for_each(|at| flash.write(2 * at, &[0x12, 0x34]))
+    }
+
+    #[test]
+    fn the_fuse_for_operations_counts_erases_and_half_words() {
+        for others in 0..5 {
+            let mut flash = Flash::default();
+            flash.cut_in_operation_after(others, 1);
+            let result = work(&mut flash);
+            assert_eq!(result.is_err(), others < 4);
+            assert_eq!(flash.is_cut(), others < 4);
+            assert_eq!(flash.erased(), others.min(1));
+            assert_eq!(flash.programmed(), 2 * others.saturating_sub(1).min(3));
+        }
+    }
+
+    #[test]
+    fn a_half_word_that_was_cut_off_has_only_bits_of_the_old_and_the_new_one() {
+        for seed in 0..100 {
+            let mut flash = Flash::default();
+            flash.cut_in_operation_after(0, seed);
+            assert_eq!(flash.write(0, &[0x0F, 0xF0]), Err(FlashError::PowerCut));
+            assert_eq!(
+                [flash.bytes()[0] & 0x0F, flash.bytes()[1] & 0xF0],
+                [0x0F, 0xF0]
+            );
+        }
     }
 }

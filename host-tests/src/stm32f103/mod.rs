@@ -1,4 +1,29 @@
 //! A simulated STM32F103C8 that runs the very ELF that is flashed.
+//!
+//! - [`cortex_m3`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
+//! - [`elf`]: the image: what is loaded, symbols, and which part of the project its bytes belong to
+//! - [`io`]: what lies between the processor and the peripherals
+//! - [`peripherals`]: all peripherals together: address map, clocks, violations
+//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
+//! - [`ism330dhcx`]: the accelerometer at the end of the SPI
+//! - [`timebase`] and [`violation`]: what these share
+//!
+//! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
+//! STM32F103x8.
 
+pub mod afio;
 pub mod bxcan;
+pub mod cortex_m3;
+pub mod dbgmcu;
+pub mod elf;
+pub mod flash;
+pub mod gpio;
 pub mod io;
+pub mod ism330dhcx;
+pub mod iwdg;
+pub mod peripherals;
+pub mod rcc;
+pub mod signature;
+pub mod spi;
+pub mod timebase;
+pub mod violation;

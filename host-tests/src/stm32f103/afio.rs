@@ -1,0 +1,179 @@
+//! Alternate-function I/O (RM0008, section 9.4): which pins the peripherals are connected to.
+//!
+//! | offset | register | |
+//! |---|---|---|
+//! | 00h | AFIO_EVCR | event output: not modelled |
+//! | 04h | AFIO_MAPR | remapping |
+//! | 08h..14h | AFIO_EXTICR1..4 | sources of external interrupts: kept, without effect |
+
+use super::gpio::{Gpio, Pin, PinMode, PortName};
+use super::io::AccessError;
+use super::violation::Violations;
+
+/// SWJ_CFG in AFIO_MAPR: the debug port; write-only.
+const DEBUG_PORT: u32 = 0b111 << 24;
+const SPI1_REMAP: u32 = 1 << 0;
+const CAN_REMAP: u32 = 0b11 << 13;
+
+/// The CAN transceiver's RXD on the board.
+pub const CAN_RX: Pin = Pin(PortName::B, 8);
+/// The CAN transceiver's TXD on the board.
+pub const CAN_TX: Pin = Pin(PortName::B, 9);
+/// The accelerometer's chip select on the board.
+pub const IMU_SELECT: Pin = Pin(PortName::A, 4);
+
+/// Where the CAN controller is (CAN_REMAP).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum CanPins {
+    /// 00: receive PA11, transmit PA12.
+    A11A12,
+    /// 10: receive PB8, transmit PB9.
+    B8B9,
+    /// 11: PD0 and PD1.
+    D0D1,
+    /// 01: not used.
+    None,
+}
+
+/// AFIO.
+#[derive(Debug, Default)]
+pub struct Afio {
+    remap: u32,
+    debug_port: u32,
+    interrupt_sources: [u32; 4],
+}
+
+impl Afio {
+    /// SWJ_CFG as it was last written: 4 switches the debug port off. It cannot be read back.
+    pub fn debug_port(&self) -> u32 {
+        self.debug_port
+    }
+
+    /// The pins that the CAN controller is mapped to.
+    pub fn can_pins(&self) -> CanPins {
+        match (self.remap & CAN_REMAP) >> 13 {
+            0b00 => CanPins::A11A12,
+            0b10 => CanPins::B8B9,
+            0b11 => CanPins::D0D1,
+            _ => CanPins::None,
+        }
+    }
+
+    /// True when the CAN controller is connected to the board's transceiver: mapped to PB8 and PB9, PB8 an input, PB9 an
+    /// alternate-function push-pull output (RM0008, table 27).
+    pub fn can_is_connected(&self, gpio: &Gpio) -> bool {
+        self.can_pins() == CanPins::B8B9
+            && gpio.mode(CAN_RX).is_digital_input()
+            && gpio.mode(CAN_TX) == PinMode::AlternatePushPull
+    }
+
+    /// True when SPI1 is connected to the board's accelerometer: mapped to PA5 and PA7, alternate-function push-pull outputs, and
+    /// PA6, an input (RM0008, table 25).
+    pub fn spi1_is_connected(&self, gpio: &Gpio) -> bool {
+        let is_output = |pin| gpio.mode(Pin(PortName::A, pin)) == PinMode::AlternatePushPull;
+        self.remap & SPI1_REMAP == 0
+            && is_output(5)
+            && is_output(7)
+            && gpio.mode(Pin(PortName::A, 6)).is_digital_input()
+    }
+
+    /// Reads the register at `offset`.
+    pub fn read(&mut self, offset: u32) -> Result<u32, AccessError> {
+        match offset {
+            0x04 => Ok(self.remap),
+            0x08 | 0x0C | 0x10 | 0x14 => Ok(self.interrupt_sources[offset as usize / 4 - 2]),
+            _ => Err(AccessError::Refused("AFIO: register not modelled")),
+        }
+    }
+
+    /// Writes the register at `offset`.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        violations: &mut Violations,
+    ) -> Result<(), AccessError> {
+        match offset {
+            0x04 => {
+                self.remap = value & 0x001F_FFFF;
+                self.debug_port = (value & DEBUG_PORT) >> 24;
+                violations.check(
+                    !matches!(self.debug_port, 0b000 | 0b001 | 0b010 | 0b100),
+                    "AFIO_MAPR",
+                    "SWJ_CFG: not one of 000, 001, 010 and 100",
+                );
+                violations.check(
+                    self.can_pins() == CanPins::None,
+                    "AFIO_MAPR",
+                    "CAN_REMAP: 01 is not used",
+                );
+            }
+            0x08 | 0x0C | 0x10 | 0x14 => {
+                self.interrupt_sources[offset as usize / 4 - 2] = value & 0xFFFF;
+            }
+            _ => return Err(AccessError::Refused("AFIO: register not modelled")),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn set_up(mapr: u32, crl_a: u32, crh_b: u32) -> (Afio, Gpio) {
+        let (mut afio, mut gpio) = (Afio::default(), Gpio::default());
+        let mut violations = Violations::default();
+        afio.write(0x04, mapr, &mut violations).unwrap();
+        gpio.write(0, PortName::A, 0x00, crl_a, &mut violations)
+            .unwrap();
+        gpio.write(0, PortName::B, 0x04, crh_b, &mut violations)
+            .unwrap();
+        assert!(violations.list().is_empty());
+        (afio, gpio)
+    }
+
+    #[test]
+    fn can_is_connected_through_pb8_and_pb9_only() {
+        let connected = |mapr, crh_b| {
+            let (afio, gpio) = set_up(mapr, 0x4444_4444, crh_b);
+            afio.can_is_connected(&gpio)
+        };
+        let pb8_and_pb9 = 0b10 << 13;
+        assert!(connected(pb8_and_pb9, 0x4444_44B8));
+        assert!(connected(pb8_and_pb9, 0x4444_4494), "any speed, floating");
+        assert!(!connected(0, 0x4444_44B8), "not mapped there");
+        assert!(!connected(0b11 << 13, 0x4444_44B8), "mapped to PD0, PD1");
+        assert!(!connected(pb8_and_pb9, 0x4444_4448), "PB9 an input");
+        assert!(!connected(pb8_and_pb9, 0x4444_4438), "PB9 a port's output");
+        assert!(!connected(pb8_and_pb9, 0x4444_44F8), "PB9 open drain");
+        assert!(!connected(pb8_and_pb9, 0x4444_44B3), "PB8 an output");
+    }
+
+    #[test]
+    fn spi1_is_connected_through_pa5_to_pa7_only() {
+        let connected = |mapr, crl_a| {
+            let (afio, gpio) = set_up(mapr, crl_a, 0x4444_4444);
+            afio.spi1_is_connected(&gpio)
+        };
+        assert!(connected(0, 0xB4B3_4444));
+        assert!(!connected(1, 0xB4B3_4444), "mapped to PB3 to PB5");
+        assert!(!connected(0, 0x44B3_4444), "no MOSI");
+    }
+
+    #[test]
+    fn the_debug_port_cannot_be_read_back() {
+        let (mut afio, _) = set_up(0b010 << 24 | 0b10 << 13, 0x4444_4444, 0x4444_4444);
+        assert_eq!(afio.read(0x04), Ok(0b10 << 13));
+        assert_eq!(afio.debug_port(), 0b010);
+    }
+
+    #[test]
+    fn reserved_codes_are_violations() {
+        for mapr in [0b111 << 24, 0b01 << 13] {
+            let mut violations = Violations::default();
+            Afio::default().write(0x04, mapr, &mut violations).unwrap();
+            assert_eq!(violations.list().len(), 1);
+        }
+    }
+}

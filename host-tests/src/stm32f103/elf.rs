@@ -1,0 +1,160 @@
+//! A firmware image: what its ELF file puts where, its symbols, and how much of it each part of the project takes.
+
+mod shares;
+#[cfg(test)]
+mod tests;
+
+use object::elf::{FileHeader32, PT_LOAD};
+use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
+use object::{Endianness, Error, Object, ObjectSection, ObjectSymbol, SymbolKind};
+use rustc_demangle::demangle;
+pub use shares::{Part, Shares};
+
+/// Bytes to load.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Segment {
+    /// Where they are programmed: the physical address.
+    pub load_address: u32,
+    /// Where the program finds them: the same in flash, in RAM for initial values, which the startup code copies there.
+    pub address: u32,
+    /// What they are.
+    pub bytes: Vec<u8>,
+}
+
+/// A function or a static.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Symbol {
+    address: u32,
+    /// In bytes; 0 when the file does not say.
+    size: u32,
+    /// As people read it.
+    name: String,
+}
+
+/// A section that takes memory.
+#[derive(Clone, PartialEq, Eq, Debug)]
+struct Section {
+    address: u32,
+    size: u32,
+    kind: object::SectionKind,
+    name: String,
+}
+
+/// A firmware image.
+#[derive(Clone, Debug)]
+pub struct Image {
+    segments: Vec<Segment>,
+    sections: Vec<Section>,
+    /// By rising address; the larger first where several share one.
+    symbols: Vec<Symbol>,
+}
+
+impl Image {
+    /// Reads an ELF file.
+    ///
+    /// # Errors
+    /// It is not an ELF file of 32 bits, or it is damaged.
+    pub fn parse(elf: &[u8]) -> Result<Self, Error> {
+        let file: ElfFile32 = ElfFile32::parse(elf)?;
+        let mut symbols: Vec<Symbol> = file.symbols().filter_map(symbol).collect();
+        symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
+        let sections = file
+            .sections()
+            .map(|section| {
+                Ok(Section {
+                    address: section.address() as u32,
+                    size: section.size() as u32,
+                    kind: section.kind(),
+                    name: section.name()?.to_owned(),
+                })
+            })
+            .collect::<Result<_, Error>>()?;
+        Ok(Self {
+            segments: segments(elf)?,
+            sections,
+            symbols,
+        })
+    }
+
+    /// What is to be loaded.
+    pub fn segments(&self) -> &[Segment] {
+        &self.segments
+    }
+
+    /// The function or static at an address, as people read its name, and the offset in it.
+    pub fn name_of(&self, address: u32) -> Option<(&str, u32)> {
+        let end = self
+            .symbols
+            .partition_point(|symbol| symbol.address <= address);
+        let last = self.symbols[..end].last()?;
+        // The largest of those that begin there.
+        let first = self.symbols[..end]
+            .iter()
+            .rev()
+            .take_while(|symbol| symbol.address == last.address)
+            .last()?;
+        let offset = address - first.address;
+        (first.size == 0 || offset < first.size).then_some((&first.name, offset))
+    }
+
+    /// The address of the function or static whose name has `part` in it; of several the one with the shortest name, so that a
+    /// function goes before its closures.
+    pub fn address_of(&self, part: &str) -> Option<u32> {
+        self.symbols
+            .iter()
+            .filter(|symbol| symbol.name.contains(part))
+            .min_by_key(|symbol| symbol.name.len())
+            .map(|symbol| symbol.address)
+    }
+
+    /// How many bytes of flash and RAM each part of the project takes; together what [`Size::of`](crate::image::Size::of) says.
+    pub fn shares(&self) -> Shares {
+        Shares::of(self)
+    }
+}
+
+fn segments(elf: &[u8]) -> Result<Vec<Segment>, Error> {
+    let header = FileHeader32::<Endianness>::parse(elf)?;
+    let endian = header.endian()?;
+    let mut segments = Vec::new();
+    for segment in header.program_headers(endian, elf)? {
+        let bytes = segment.data(endian, elf).unwrap_or_default();
+        if segment.p_type(endian) == PT_LOAD && !bytes.is_empty() {
+            segments.push(Segment {
+                load_address: segment.p_paddr(endian),
+                address: segment.p_vaddr(endian),
+                bytes: bytes.to_vec(),
+            });
+        }
+    }
+    Ok(segments)
+}
+
+/// A function or a static that has a place; None for sections, files and the marks between code and data.
+fn symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<Symbol> {
+    let name = symbol.name().ok()?;
+    let is_mark = name.is_empty() || name.starts_with('$');
+    // Bit 0 of a function's address says Thumb.
+    let address = match symbol.kind() {
+        SymbolKind::Text => symbol.address() as u32 & !1,
+        SymbolKind::Data => symbol.address() as u32,
+        // The limits that the linker script makes have no type; so have the constants of the compiler, but those have a size.
+        SymbolKind::Unknown if symbol.size() > 0 => symbol.address() as u32,
+        _ => return None,
+    };
+    (!is_mark && !symbol.is_undefined()).then(|| Symbol {
+        address,
+        size: symbol.size() as u32,
+        name: readable(name),
+    })
+}
+
+/// The name without its hash. The compiler puts the name of a function behind those of the tables that belong to it.
+fn readable(name: &str) -> String {
+    let mangled = ["_ZN", "_R"]
+        .iter()
+        .find_map(|start| name.find(start))
+        .unwrap_or_default();
+    let (before, mangled) = name.split_at(mangled);
+    format!("{before}{:#}", demangle(mangled))
+}

@@ -1,0 +1,257 @@
+use super::*;
+use crate::image::Size;
+
+/// Section header types and flags, symbol types (ELF specification).
+const PROGBITS: u32 = 1;
+const SYMTAB: u32 = 2;
+const STRTAB: u32 = 3;
+const NOBITS: u32 = 8;
+const WRITE: u32 = 1;
+const ALLOC: u32 = 2;
+const EXECUTE: u32 = 4;
+const OBJECT: u8 = 1;
+const FUNCTION: u8 = 2;
+
+#[derive(Default)]
+struct Strings(Vec<u8>);
+
+impl Strings {
+    fn add(&mut self, name: &str) -> u32 {
+        if self.0.is_empty() {
+            self.0.push(0);
+        }
+        let at = self.0.len() as u32;
+        self.0.extend(name.bytes().chain([0]));
+        at
+    }
+}
+
+fn words(values: &[u32]) -> Vec<u8> {
+    values
+        .iter()
+        .flat_map(|value| value.to_le_bytes())
+        .collect()
+}
+
+/// Name, type, flags, address, load address, size.
+type SectionOf = (&'static str, u32, u32, u32, u32, u32);
+
+/// Name, address, size, type, section.
+type SymbolOf = (&'static str, u32, u32, u8, u16);
+
+/// An ELF file for ARM; each section is a segment, its bytes the low bytes of their offset.
+fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
+    let mut names = Strings::default();
+    let mut symbol_names = Strings::default();
+    let (mut headers, mut segments, mut content) = (vec![0; 40], Vec::new(), Vec::new());
+    let start = 52 + 32 * sections.len() as u32;
+    for &(name, kind, flags, address, load_address, size) in sections {
+        let offset = start + content.len() as u32;
+        let in_file = if kind == NOBITS { 0 } else { size };
+        content.extend((0..in_file).map(|at| at as u8));
+        headers.extend(words(&[
+            names.add(name),
+            kind,
+            flags,
+            address,
+            offset,
+            size,
+            0,
+            0,
+            1,
+            0,
+        ]));
+        segments.extend(words(&[
+            PT_LOAD.0,
+            offset,
+            address,
+            load_address,
+            in_file,
+            size,
+            4,
+            1,
+        ]));
+    }
+    let mut table = vec![0; 16];
+    for &(name, address, size, kind, section) in symbols {
+        table.extend(words(&[symbol_names.add(name), address, size]));
+        table.extend([kind, 0]);
+        table.extend(section.to_le_bytes());
+    }
+    let strings = sections.len() as u32 + 2;
+    let name = [".symtab", ".strtab", ".shstrtab"].map(|name| names.add(name));
+    let extra = [
+        (SYMTAB, table, strings, 16),
+        (STRTAB, symbol_names.0, 0, 0),
+        (STRTAB, names.0, 0, 0),
+    ];
+    for (name, (kind, bytes, link, entry)) in name.into_iter().zip(extra) {
+        let offset = start + content.len() as u32;
+        let size = bytes.len() as u32;
+        headers.extend(words(&[name, kind, 0, 0, offset, size, link, 1, 1, entry]));
+        content.extend(bytes);
+    }
+    let headers_at = start + content.len() as u32;
+    let mut file = vec![0x7F, b'E', b'L', b'F', 1, 1, 1, 0, 0, 0, 0, 0, 0, 0, 0, 0];
+    // An executable for ARM, version 1.
+    file.extend(words(&[2 | 40 << 16, 1, 0x0800_0131, 52, headers_at, 0]));
+    for half in [
+        52,
+        32,
+        sections.len() as u16,
+        40,
+        sections.len() as u16 + 4,
+        sections.len() as u16 + 3,
+    ] {
+        file.extend(half.to_le_bytes());
+    }
+    file.extend(segments);
+    file.extend(content);
+    file.extend(headers);
+    file
+}
+
+fn sample() -> Vec<u8> {
+    build(
+        &[
+            (
+                ".vector_table",
+                PROGBITS,
+                ALLOC,
+                0x0800_0000,
+                0x0800_0000,
+                0x130,
+            ),
+            (
+                ".text",
+                PROGBITS,
+                ALLOC | EXECUTE,
+                0x0800_0130,
+                0x0800_0130,
+                100,
+            ),
+            (".rodata", PROGBITS, ALLOC, 0x0800_0194, 0x0800_0194, 30),
+            (
+                ".data",
+                PROGBITS,
+                ALLOC | WRITE,
+                0x2000_0000,
+                0x0800_01B2,
+                8,
+            ),
+            (".bss", NOBITS, ALLOC | WRITE, 0x2000_0008, 0x2000_0008, 24),
+        ],
+        &[
+            ("__INTERRUPTS", 0x0800_0040, 0xF0, OBJECT, 1),
+            // Odd addresses: Thumb.
+            (
+                "_ZN9plumbline4node4Node4poll17h3d50da7199befd8bE",
+                0x0800_0131,
+                40,
+                FUNCTION,
+                2,
+            ),
+            (
+                "_ZN14firmware_stm323app3run17he60dfc9dce0f6916E",
+                0x0800_0159,
+                30,
+                FUNCTION,
+                2,
+            ),
+            (
+                "_ZN14firmware_stm323app3run28_$u7b$$u7b$closure$u7d$$u7d$17he60dfc9dce0f6917E",
+                0x0800_0177,
+                10,
+                FUNCTION,
+                2,
+            ),
+            ("$t", 0x0800_0130, 0, 0, 2),
+            // A copy of the same code under two names, the last 4 bytes of the section left over.
+            ("__aeabi_memclr", 0x0800_0181, 16, FUNCTION, 2),
+            ("__aeabi_memclr4", 0x0800_0181, 10, FUNCTION, 2),
+            (
+                "_ZN9plumbline5angle4ATAN17h1de8939ed26cf98eE",
+                0x0800_0194,
+                20,
+                OBJECT,
+                3,
+            ),
+            (
+                "_ZN5bxcan5STATE17h1de8939ed26cf98eE",
+                0x2000_0000,
+                8,
+                OBJECT,
+                4,
+            ),
+            (
+                "_ZN14firmware_stm325clock6MILLIS17h875abdda2dc79549E.0",
+                0x2000_0008,
+                8,
+                OBJECT,
+                5,
+            ),
+        ],
+    )
+}
+
+#[test]
+fn segments_are_loaded_where_they_are_programmed() {
+    let image = Image::parse(&sample()).unwrap();
+    let places: Vec<_> = image
+        .segments()
+        .iter()
+        .map(|it| (it.load_address, it.address, it.bytes.len()))
+        .collect();
+    assert_eq!(
+        places,
+        [
+            (0x0800_0000, 0x0800_0000, 0x130),
+            (0x0800_0130, 0x0800_0130, 100),
+            (0x0800_0194, 0x0800_0194, 30),
+            (0x0800_01B2, 0x2000_0000, 8),
+        ]
+    );
+    assert_eq!(image.segments()[1].bytes[..3], [0, 1, 2]);
+    assert!(Image::parse(b"no ELF").is_err());
+}
+
+#[test]
+fn names_of_addresses() {
+    let image = Image::parse(&sample()).unwrap();
+    for (address, name) in [
+        (0x0800_0130, Some(("plumbline::node::Node::poll", 0))),
+        (0x0800_0157, Some(("plumbline::node::Node::poll", 39))),
+        (0x0800_0158, Some(("firmware_stm32::app::run", 0))),
+        (0x0800_018E, Some(("__aeabi_memclr", 14))),
+        (0x0800_0190, None),
+        (0x2000_0009, Some(("firmware_stm32::clock::MILLIS.0", 1))),
+        (0x2000_0010, None),
+        (0, None),
+    ] {
+        assert_eq!(image.name_of(address), name, "{address:08X}h");
+    }
+}
+
+#[test]
+fn addresses_of_names() {
+    let image = Image::parse(&sample()).unwrap();
+    assert_eq!(image.address_of("app::run"), Some(0x0800_0158));
+    assert_eq!(image.address_of("run::{{closure}}"), Some(0x0800_0176));
+    assert_eq!(image.address_of("nothing"), None);
+}
+
+#[test]
+fn shares_add_up_to_the_size_of_the_image() {
+    let elf = sample();
+    let shares = Image::parse(&elf).unwrap().shares();
+    let flash = Part::ALL.map(|part| shares.flash(part));
+    // Core, driver, libraries, runtime, vectors, constants, padding
+    assert_eq!(flash, [40 + 20, 30 + 10, 8, 16, 0x130, 10, 4]);
+    let ram = Part::ALL.map(|part| shares.ram(part));
+    assert_eq!(ram, [0, 8, 8, 0, 0, 0, 16]);
+    let size = Size::of(&elf).unwrap();
+    assert_eq!(
+        (flash.iter().sum(), ram.iter().sum()),
+        (size.flash, size.ram)
+    );
+}

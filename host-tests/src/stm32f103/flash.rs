@@ -1,0 +1,354 @@
+//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by the half-word, erasing by the page.
+//!
+//! | offset | register | |
+//! |---|---|---|
+//! | 00h | FLASH_ACR | wait states, prefetch buffer |
+//! | 04h | FLASH_KEYR | keys that unlock FLASH_CR |
+//! | 08h | FLASH_OPTKEYR | keys that unlock the option bytes: accepted, option bytes are not modelled |
+//! | 0Ch | FLASH_SR | BSY, PGERR, WRPRTERR, EOP |
+//! | 10h | FLASH_CR | PG, PER, MER, STRT, LOCK |
+//! | 14h | FLASH_AR | address of the page to erase |
+//! | 1Ch, 20h | FLASH_OBR, FLASH_WRPR | option bytes as the part is delivered: no protection |
+//!
+//! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The program's own pages cannot be changed: to try
+//! it is a violation.
+
+use super::io::{AccessError, Width};
+use super::timebase::{MICROSECOND, Picoseconds};
+use super::violation::Violations;
+use crate::bench::{Flash, FlashError, PAGE_SIZE};
+use embedded_storage::nor_flash::NorFlash;
+use std::ops::Range;
+
+/// The pages that hold the parameters; the program lies below them.
+pub const PARAMETERS: Range<u32> = 0x0800_F800..0x0801_0000;
+
+/// The time to program a half-word (DS5319: 40 to 70 us, typical 52.5 us).
+pub const PROGRAM_TIME: Picoseconds = 52_500_000;
+
+/// The time to erase a page (DS5319: 20 to 40 ms).
+pub const ERASE_TIME: Picoseconds = 30_000 * MICROSECOND;
+
+const KEY1: u32 = 0x4567_0123;
+const KEY2: u32 = 0xCDEF_89AB;
+
+// FLASH_ACR.
+const LATENCY: u32 = 0b111;
+const PREFETCH: u32 = 1 << 4;
+const ACR_WRITABLE: u32 = LATENCY | 1 << 3 | PREFETCH;
+/// PRFTBS follows PRFTBE.
+const PREFETCH_STATUS_SHIFT: u32 = 1;
+
+// FLASH_SR. WRPRTERR is never set, since no page is protected.
+const BUSY: u32 = 1 << 0;
+const PROGRAMMING_ERROR: u32 = 1 << 2;
+const END_OF_OPERATION: u32 = 1 << 5;
+
+// FLASH_CR.
+const PROGRAM: u32 = 1 << 0;
+const PAGE_ERASE: u32 = 1 << 1;
+const MASS_ERASE: u32 = 1 << 2;
+const OPTION_BYTES: u32 = 0b11 << 4;
+const START: u32 = 1 << 6;
+const LOCK: u32 = 1 << 7;
+const OPTION_WRITE_ENABLE: u32 = 1 << 9;
+const INTERRUPTS: u32 = 1 << 10 | 1 << 12;
+
+/// FLASH_OBR and FLASH_WRPR of a part without protection.
+const OPTION_BYTE_REGISTER: u32 = 0x03FF_FFFC;
+const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
+
+/// What the flash does; the machine changes the processor's memory accordingly and stalls the processor, which fetches its
+/// instructions from there, for [`duration`](Self::duration).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Work {
+    /// Programs a half-word.
+    Program {
+        /// Where.
+        address: u32,
+        /// What it holds then: worn bits show.
+        value: u16,
+    },
+    /// Erases a page.
+    Erase {
+        /// Its first address.
+        page: u32,
+    },
+    /// Tries, but the memory is broken and stays as it is.
+    InVain {
+        /// How long.
+        duration: Picoseconds,
+    },
+}
+
+impl Work {
+    /// How long it takes.
+    pub fn duration(self) -> Picoseconds {
+        match self {
+            Self::Program { .. } => PROGRAM_TIME,
+            Self::Erase { .. } => ERASE_TIME,
+            Self::InVain { duration } => duration,
+        }
+    }
+}
+
+/// How far the keys have come (PM0075, section 2.3.1).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Keys {
+    Locked,
+    First,
+    Unlocked,
+    /// A wrong key: no more until the next reset.
+    Dead,
+}
+
+/// The flash interface and the parameter pages.
+#[derive(Debug)]
+pub struct FlashInterface {
+    parameters: Flash,
+    acr: u32,
+    cr: u32,
+    ar: u32,
+    errors: u32,
+    ended: bool,
+    keys: Keys,
+    busy_until: Option<Picoseconds>,
+    work: Option<Work>,
+}
+
+impl FlashInterface {
+    /// After power-on, with these parameter pages.
+    pub fn new(parameters: Flash) -> Self {
+        Self {
+            parameters,
+            acr: PREFETCH,
+            cr: 0,
+            ar: 0,
+            errors: 0,
+            ended: false,
+            keys: Keys::Locked,
+            busy_until: None,
+            work: None,
+        }
+    }
+
+    /// A reset; the memory stays.
+    pub fn reset(&mut self) {
+        *self = Self::new(std::mem::take(&mut self.parameters));
+    }
+
+    /// The parameter pages.
+    pub fn parameters(&self) -> &Flash {
+        &self.parameters
+    }
+
+    /// The parameter pages, to set their fuse and faults.
+    pub fn parameters_mut(&mut self) -> &mut Flash {
+        &mut self.parameters
+    }
+
+    /// True when the fuse of the parameter pages has blown: the machine switches the power off.
+    pub fn power_is_cut(&self) -> bool {
+        self.parameters.is_cut()
+    }
+
+    /// What the flash has begun to do since the last call.
+    pub fn take_work(&mut self) -> Option<Work> {
+        self.work.take()
+    }
+
+    /// Records a violation when there are fewer wait states than SYSCLK (in Hz) needs (PM0075, FLASH_ACR.LATENCY).
+    pub fn check_wait_states(&self, sysclk: u32, violations: &mut Violations) {
+        let needed = match sysclk {
+            0..=24_000_000 => 0,
+            24_000_001..=48_000_000 => 1,
+            _ => 2,
+        };
+        violations.check(
+            self.acr & LATENCY < needed,
+            "FLASH_ACR",
+            "too few wait states for this SYSCLK",
+        );
+    }
+
+    /// Reads the register at `offset`.
+    pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
+        self.settle(now);
+        let when = |on: bool, bits: u32| if on { bits } else { 0 };
+        let busy = self.busy_until.is_some();
+        Ok(match offset {
+            0x00 => self.acr | (self.acr & PREFETCH) << PREFETCH_STATUS_SHIFT,
+            // Write-only.
+            0x04 | 0x08 => 0,
+            0x0C => self.errors | when(busy, BUSY) | when(self.ended, END_OF_OPERATION),
+            0x10 => self.cr | when(self.keys != Keys::Unlocked, LOCK),
+            0x14 => self.ar,
+            0x1C => OPTION_BYTE_REGISTER,
+            0x20 => WRITE_PROTECTION_REGISTER,
+            _ => return Err(AccessError::Unmapped),
+        })
+    }
+
+    /// Writes the register at `offset`.
+    pub fn write(
+        &mut self,
+        now: Picoseconds,
+        offset: u32,
+        value: u32,
+        violations: &mut Violations,
+    ) -> Result<(), AccessError> {
+        self.settle(now);
+        match offset {
+            0x00 => self.acr = value & ACR_WRITABLE,
+            0x04 => return self.write_key(value, violations),
+            0x08 => {}
+            0x0C => {
+                self.errors &= !value;
+                self.ended &= value & END_OF_OPERATION == 0;
+            }
+            0x10 => self.write_cr(now, value, violations),
+            0x14 if self.busy_until.is_some() => {
+                violations.add("FLASH_AR", "written while the flash is busy");
+            }
+            0x14 => self.ar = value,
+            0x1C | 0x20 => return Err(AccessError::Refused("FLASH_OBR, FLASH_WRPR: read-only")),
+            _ => return Err(AccessError::Unmapped),
+        }
+        Ok(())
+    }
+
+    /// A write of the processor to the flash itself.
+    pub fn program(
+        &mut self,
+        now: Picoseconds,
+        address: u32,
+        width: Width,
+        value: u32,
+        violations: &mut Violations,
+    ) -> Result<(), AccessError> {
+        self.settle(now);
+        if width != Width::HalfWord || !address.is_multiple_of(2) {
+            return Err(AccessError::Refused(
+                "flash: programmed by the half-word only (bus error)",
+            ));
+        }
+        if self.cr & PROGRAM == 0 {
+            return Err(AccessError::Refused("flash: written without FLASH_CR.PG"));
+        }
+        if self.busy_until.is_some() {
+            return Err(AccessError::Refused("flash: written while it is busy"));
+        }
+        let Some(offset) = offset_in_parameters(address) else {
+            violations.add(
+                format!("flash {address:08X}h"),
+                "the program's own pages are programmed",
+            );
+            return Ok(());
+        };
+        let result = self.parameters.write(offset, &(value as u16).to_le_bytes());
+        if result == Err(FlashError::NotErased) {
+            self.errors |= PROGRAMMING_ERROR;
+            return Ok(());
+        }
+        let at = offset as usize;
+        let held = &self.parameters.bytes()[at..at + 2];
+        let value = u16::from_le_bytes([held[0], held[1]]);
+        self.begin(now, result, Work::Program { address, value });
+        Ok(())
+    }
+
+    fn write_key(&mut self, value: u32, violations: &mut Violations) -> Result<(), AccessError> {
+        self.keys = match (self.keys, value) {
+            (Keys::Locked, KEY1) => Keys::First,
+            (Keys::First, KEY2) => Keys::Unlocked,
+            (Keys::Unlocked, _) => {
+                violations.add("FLASH_KEYR", "written while it is unlocked");
+                Keys::Unlocked
+            }
+            _ => Keys::Dead,
+        };
+        match self.keys {
+            Keys::Dead => Err(AccessError::Refused(
+                "FLASH_KEYR: wrong key, locked until the next reset (bus error)",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    fn write_cr(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
+        if self.keys != Keys::Unlocked {
+            violations.add("FLASH_CR", "written while it is locked");
+            return;
+        }
+        if self.busy_until.is_some() {
+            violations.add("FLASH_CR", "written while the flash is busy");
+            return;
+        }
+        violations.check(
+            value & (OPTION_BYTES | OPTION_WRITE_ENABLE | MASS_ERASE) != 0,
+            "FLASH_CR",
+            "option bytes or mass erase",
+        );
+        violations.check(
+            value & INTERRUPTS != 0,
+            "FLASH_CR",
+            "interrupt not modelled",
+        );
+        violations.check(
+            value & PROGRAM != 0 && value & PAGE_ERASE != 0,
+            "FLASH_CR",
+            "PG and PER together",
+        );
+        self.cr = value & (PROGRAM | PAGE_ERASE);
+        if value & START != 0 {
+            self.erase(now, violations);
+        }
+        if value & LOCK != 0 {
+            self.keys = Keys::Locked;
+        }
+    }
+
+    fn erase(&mut self, now: Picoseconds, violations: &mut Violations) {
+        if self.cr & PAGE_ERASE == 0 {
+            violations.add("FLASH_CR", "STRT without PER");
+            return;
+        }
+        let Some(offset) = offset_in_parameters(self.ar) else {
+            violations.add("FLASH_AR", "one of the program's own pages is erased");
+            return;
+        };
+        let size = PAGE_SIZE as u32;
+        let start = offset / size * size;
+        let result = self.parameters.erase(start, start + size);
+        let page = PARAMETERS.start + start;
+        self.begin(now, result, Work::Erase { page });
+    }
+
+    /// The flash is busy from now on. A broken memory does not notice that it fails.
+    fn begin(&mut self, now: Picoseconds, result: Result<(), FlashError>, work: Work) {
+        let work = match result {
+            Ok(()) => work,
+            Err(_) => Work::InVain {
+                duration: work.duration(),
+            },
+        };
+        self.work = Some(work);
+        self.busy_until = Some(now + work.duration());
+    }
+
+    fn settle(&mut self, now: Picoseconds) {
+        if self.busy_until.take_if(|end| *end <= now).is_some() {
+            self.ended = true;
+        }
+    }
+}
+
+/// The offset of an address in the parameter pages.
+fn offset_in_parameters(address: u32) -> Option<u32> {
+    PARAMETERS
+        .contains(&address)
+        .then(|| address - PARAMETERS.start)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,237 @@
+use super::*;
+
+const KEYR: u32 = 0x04;
+const SR: u32 = 0x0C;
+const CR: u32 = 0x10;
+const AR: u32 = 0x14;
+
+const PAGE: u32 = 0x0800_F800;
+
+struct Bench {
+    flash: FlashInterface,
+    violations: Violations,
+    now: Picoseconds,
+}
+
+impl Bench {
+    fn new() -> Self {
+        Self {
+            flash: FlashInterface::new(Flash::default()),
+            violations: Violations::default(),
+            now: 0,
+        }
+    }
+
+    fn unlocked() -> Self {
+        let mut bench = Self::new();
+        bench.write(KEYR, 0x4567_0123).unwrap();
+        bench.write(KEYR, 0xCDEF_89AB).unwrap();
+        bench
+    }
+
+    fn write(&mut self, offset: u32, value: u32) -> Result<(), AccessError> {
+        self.flash
+            .write(self.now, offset, value, &mut self.violations)
+    }
+
+    fn read(&mut self, offset: u32) -> u32 {
+        self.flash.read(self.now, offset).unwrap()
+    }
+
+    fn put(&mut self, address: u32, width: Width, value: u32) -> Result<(), AccessError> {
+        self.flash
+            .program(self.now, address, width, value, &mut self.violations)
+    }
+
+    /// What a driver does; the work, and FLASH_SR after its time.
+    fn program(&mut self, address: u32, value: u16) -> (Option<Work>, u32) {
+        self.write(CR, PROGRAM).unwrap();
+        self.put(address, Width::HalfWord, value.into()).unwrap();
+        self.finish()
+    }
+
+    fn erase(&mut self, address: u32) -> (Option<Work>, u32) {
+        self.write(CR, PAGE_ERASE).unwrap();
+        self.write(AR, address).unwrap();
+        self.write(CR, PAGE_ERASE | START).unwrap();
+        self.finish()
+    }
+
+    fn finish(&mut self) -> (Option<Work>, u32) {
+        let work = self.flash.take_work();
+        self.now += work.map_or(0, Work::duration);
+        (work, self.read(SR))
+    }
+
+    fn reasons(&self) -> Vec<&'static str> {
+        self.violations.list().iter().map(|it| it.reason).collect()
+    }
+}
+
+#[test]
+fn reset_values() {
+    // PM0075, chapter 3
+    let mut bench = Bench::new();
+    for (offset, value) in [
+        (0x00, 0x30),
+        (SR, 0),
+        (CR, 0x80),
+        (AR, 0),
+        (0x1C, 0x03FF_FFFC),
+    ] {
+        assert_eq!(bench.read(offset), value, "offset {offset:02X}h");
+    }
+}
+
+#[test]
+fn two_keys_unlock() {
+    let mut bench = Bench::unlocked();
+    assert_eq!(bench.read(CR), 0);
+    bench.write(CR, LOCK).unwrap();
+    assert_eq!(bench.read(CR), LOCK);
+    bench.write(CR, PROGRAM).unwrap();
+    assert_eq!(bench.read(CR), LOCK);
+    assert_eq!(bench.reasons(), ["written while it is locked"]);
+}
+
+#[test]
+fn a_wrong_key_locks_until_the_next_reset() {
+    for keys in [[0xCDEF_89AB, 0x4567_0123], [0x4567_0123, 0x4567_0123]] {
+        let mut bench = Bench::new();
+        assert!(keys.into_iter().any(|key| bench.write(KEYR, key).is_err()));
+        assert!(bench.write(KEYR, 0x4567_0123).is_err());
+        assert!(bench.write(KEYR, 0xCDEF_89AB).is_err());
+        assert_eq!(bench.read(CR), LOCK);
+        bench.flash.reset();
+        bench.write(KEYR, 0x4567_0123).unwrap();
+        bench.write(KEYR, 0xCDEF_89AB).unwrap();
+        assert_eq!(bench.read(CR), 0);
+    }
+}
+
+#[test]
+fn a_half_word_is_programmed() {
+    let mut bench = Bench::unlocked();
+    bench.write(CR, PROGRAM).unwrap();
+    bench.put(PAGE + 6, Width::HalfWord, 0xBEEF).unwrap();
+    assert_eq!(bench.read(SR), BUSY);
+    let (work, status) = bench.finish();
+    let (address, value) = (PAGE + 6, 0xBEEF);
+    assert_eq!(work, Some(Work::Program { address, value }));
+    assert_eq!(status, END_OF_OPERATION);
+    assert_eq!(bench.now, 52_500_000);
+    assert_eq!(bench.flash.parameters().bytes()[6..8], [0xEF, 0xBE]);
+    bench.write(SR, END_OF_OPERATION).unwrap();
+    assert_eq!(bench.read(SR), 0);
+}
+
+#[test]
+fn only_an_erased_half_word_can_be_programmed_except_to_zero() {
+    let mut bench = Bench::unlocked();
+    bench.program(PAGE, 0x00FF);
+    bench.write(SR, END_OF_OPERATION).unwrap();
+    assert_eq!(bench.program(PAGE, 0x000F), (None, PROGRAMMING_ERROR));
+    assert_eq!(bench.flash.parameters().bytes()[..2], [0xFF, 0x00]);
+    bench.write(SR, PROGRAMMING_ERROR).unwrap();
+    assert_eq!(bench.read(SR), 0);
+    let (work, status) = bench.program(PAGE, 0);
+    assert!(work.is_some() && status == END_OF_OPERATION);
+}
+
+#[test]
+fn other_widths_and_a_missing_pg_are_refused() {
+    let mut bench = Bench::unlocked();
+    assert!(bench.put(PAGE, Width::HalfWord, 0).is_err());
+    bench.write(CR, PROGRAM).unwrap();
+    assert!(bench.put(PAGE, Width::Byte, 0).is_err());
+    assert!(bench.put(PAGE, Width::Word, 0).is_err());
+    assert_eq!(bench.flash.parameters().programmed(), 0);
+}
+
+#[test]
+fn a_page_is_erased() {
+    let mut bench = Bench::unlocked();
+    bench.program(PAGE + 1024, 0x1234);
+    bench.program(PAGE, 0x5678);
+    bench.now = 0;
+    // Any address in the page will do.
+    let (work, status) = bench.erase(PAGE + 1024 + 500);
+    assert_eq!(work, Some(Work::Erase { page: PAGE + 1024 }));
+    assert_eq!(status, END_OF_OPERATION);
+    assert_eq!(bench.now, 30_000_000_000);
+    let bytes = bench.flash.parameters().bytes();
+    assert_eq!((bytes[1024], bytes[0]), (0xFF, 0x78));
+    assert_eq!(bench.reasons(), [""; 0]);
+}
+
+#[test]
+fn strt_reads_back_as_0_and_nothing_can_be_started_while_busy() {
+    let mut bench = Bench::unlocked();
+    bench.write(CR, PAGE_ERASE).unwrap();
+    bench.write(AR, PAGE).unwrap();
+    bench.write(CR, PAGE_ERASE | START).unwrap();
+    bench.write(CR, PROGRAM).unwrap();
+    assert_eq!(bench.reasons(), ["written while the flash is busy"]);
+    bench.finish();
+    assert_eq!(bench.read(CR), PAGE_ERASE);
+}
+
+#[test]
+fn the_programs_own_pages_are_left_alone() {
+    let mut bench = Bench::unlocked();
+    assert_eq!(bench.program(0x0800_F7FE, 0).0, None);
+    assert_eq!(bench.erase(0x0800_0000).0, None);
+    bench.write(CR, MASS_ERASE | START).unwrap();
+    assert!(bench.reasons().len() >= 3);
+    assert_eq!(bench.flash.take_work(), None);
+}
+
+#[test]
+fn wait_states() {
+    // PM0075, FLASH_ACR: one above 24 MHz, two above 48 MHz.
+    let is_enough = |latency, sysclk| {
+        let mut bench = Bench::new();
+        bench.write(0x00, latency).unwrap();
+        bench.flash.check_wait_states(sysclk, &mut bench.violations);
+        bench.reasons().is_empty()
+    };
+    for (latency, most) in [(0, 24_000_000), (1, 48_000_000)] {
+        assert!(is_enough(latency, most));
+        assert!(!is_enough(latency, most + 1));
+    }
+    assert!(is_enough(2, 72_000_000));
+}
+
+#[test]
+fn a_blown_fuse_cuts_the_power() {
+    let mut bench = Bench::unlocked();
+    // The first operation is whole, the second is not.
+    bench.flash.parameters_mut().cut_in_operation_after(1, 7);
+    bench.erase(PAGE);
+    assert!(!bench.flash.power_is_cut());
+    bench.program(PAGE, 0);
+    assert!(bench.flash.power_is_cut());
+    bench.flash.parameters_mut().power_on();
+    assert!(!bench.flash.power_is_cut());
+}
+
+#[test]
+fn broken_memory_takes_its_time_and_says_nothing() {
+    let mut bench = Bench::unlocked();
+    bench.flash.parameters_mut().fail_writes(true);
+    bench.flash.parameters_mut().fail_erases(true);
+    let duration = PROGRAM_TIME;
+    assert_eq!(
+        bench.program(PAGE, 0),
+        (Some(Work::InVain { duration }), END_OF_OPERATION)
+    );
+    let duration = ERASE_TIME;
+    assert_eq!(bench.erase(PAGE).0, Some(Work::InVain { duration }));
+    bench.flash.parameters_mut().fail_writes(false);
+    bench.flash.parameters_mut().wear_out(3);
+    let (address, value) = (PAGE, 0x0008);
+    assert_eq!(
+        bench.program(PAGE, 0).0,
+        Some(Work::Program { address, value })
+    );
+}

@@ -1,0 +1,134 @@
+use super::*;
+
+const PC13: Pin = Pin(PortName::C, 13);
+
+fn write(gpio: &mut Gpio, name: PortName, offset: u32, value: u32) {
+    let mut violations = Violations::default();
+    gpio.write(0, name, offset, value, &mut violations).unwrap();
+    assert!(violations.list().is_empty());
+}
+
+#[test]
+fn reset_values() {
+    let mut gpio = Gpio::default();
+    for (offset, value) in [
+        (0, 0x4444_4444),
+        (4, 0x4444_4444),
+        (8, 0),
+        (12, 0),
+        (16, 0),
+        (20, 0),
+        (24, 0),
+    ] {
+        assert_eq!(gpio.read(PortName::A, offset), Ok(value));
+    }
+}
+
+#[test]
+fn modes() {
+    // RM0008, table 20: CNF, MODE
+    for (code, mode) in [
+        (0b0000, PinMode::Analog),
+        (0b0100, PinMode::Floating),
+        (0b1000, PinMode::Pulled(false)),
+        (0b0001, PinMode::PushPull),
+        (0b0110, PinMode::OpenDrain),
+        (0b1011, PinMode::AlternatePushPull),
+        (0b1111, PinMode::AlternateOpenDrain),
+    ] {
+        let mut gpio = Gpio::default();
+        write(&mut gpio, PortName::B, 0x04, 0x4444_4404 | code << 4);
+        assert_eq!(gpio.mode(Pin(PortName::B, 9)), mode);
+    }
+    let mut gpio = Gpio::default();
+    write(&mut gpio, PortName::A, 0x00, 0x4444_4448);
+    write(&mut gpio, PortName::A, 0x10, 1);
+    assert_eq!(gpio.mode(Pin(PortName::A, 0)), PinMode::Pulled(true));
+}
+
+#[test]
+fn setting_goes_before_resetting() {
+    let mut gpio = Gpio::default();
+    write(&mut gpio, PortName::A, 0x0C, 0b0101);
+    write(&mut gpio, PortName::A, 0x10, 0b0111 << 16 | 0b1100);
+    assert_eq!(gpio.read(PortName::A, 0x0C), Ok(0b1100));
+    write(&mut gpio, PortName::A, 0x14, 0b0100);
+    assert_eq!(gpio.read(PortName::A, 0x0C), Ok(0b1000));
+}
+
+#[test]
+fn levels() {
+    let mut gpio = Gpio::default();
+    let pin = Pin(PortName::A, 3);
+    // Pull-up, then the board pulls it down.
+    write(&mut gpio, PortName::A, 0x00, 0x4444_8444);
+    write(&mut gpio, PortName::A, 0x0C, 1 << 3);
+    assert_eq!(gpio.read(PortName::A, 0x08), Ok(1 << 3));
+    gpio.drive(pin, Some(false));
+    assert!(!gpio.level(pin));
+    // Open drain lets go of the pin when its output is 1.
+    write(&mut gpio, PortName::A, 0x00, 0x4444_5444);
+    assert_eq!((gpio.output(pin), gpio.level(pin)), (None, false));
+    gpio.drive(pin, Some(true));
+    assert!(gpio.level(pin));
+    write(&mut gpio, PortName::A, 0x14, 1 << 3);
+    assert_eq!((gpio.output(pin), gpio.level(pin)), (Some(false), false));
+}
+
+#[test]
+fn the_lock_sequence_holds_the_mode_but_not_the_output() {
+    let mut gpio = Gpio::default();
+    let pins = 1 << 0;
+    // Another value in between starts again.
+    for value in [pins | 1 << 16, 0b10, pins | 1 << 16, pins] {
+        write(&mut gpio, PortName::C, 0x18, value);
+    }
+    assert_eq!(gpio.read(PortName::C, 0x18), Ok(pins));
+    write(&mut gpio, PortName::C, 0x18, pins | 1 << 16);
+    assert_eq!(gpio.read(PortName::C, 0x18), Ok(pins | 1 << 16));
+    write(&mut gpio, PortName::C, 0x00, 0x4444_4433);
+    assert_eq!(gpio.read(PortName::C, 0x00), Ok(0x4444_4434));
+    write(&mut gpio, PortName::C, 0x0C, 1);
+    assert_eq!(gpio.read(PortName::C, 0x0C), Ok(1));
+    gpio.reset(0, PortName::C);
+    write(&mut gpio, PortName::C, 0x00, 0x4444_4433);
+    assert_eq!(gpio.read(PortName::C, 0x00), Ok(0x4444_4433));
+}
+
+#[test]
+fn history_has_the_changes_of_watched_pins() {
+    let mut gpio = Gpio::default();
+    let mut violations = Violations::default();
+    gpio.watch(PC13);
+    // High before it becomes an output, so that it never is low; PC14 is not watched.
+    for (cycle, offset, value) in [
+        (1, 0x10, 1 << 13),
+        (2, 0x04, 0x4434_4444),
+        (3, 0x10, 1 << 14),
+        (4, 0x14, 1 << 13),
+        (5, 0x14, 1 << 13),
+    ] {
+        gpio.write(cycle, PortName::C, offset, value, &mut violations)
+            .unwrap();
+    }
+    let change = |cycle, level| Change {
+        cycle,
+        pin: PC13,
+        level,
+    };
+    assert_eq!(
+        gpio.history(),
+        [change(2, Some(true)), change(4, Some(false))]
+    );
+    gpio.reset(6, PortName::C);
+    assert_eq!(gpio.history()[2..], [change(6, None)]);
+}
+
+#[test]
+fn the_reserved_mode_is_a_violation() {
+    let mut gpio = Gpio::default();
+    let mut violations = Violations::default();
+    gpio.write(0, PortName::E, 0x00, 0x4444_444C, &mut violations)
+        .unwrap();
+    assert_eq!(violations.list().len(), 1);
+}

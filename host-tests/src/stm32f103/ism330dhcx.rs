@@ -1,0 +1,333 @@
+//! The ISM330DHCX at the end of the SPI: accelerometer, gyroscope and thermometer, fed by a [`Motion`].
+//!
+//! | address | register (datasheet) | reset | |
+//! |---|---|---|---|
+//! | 01h | FUNC_CFG_ACCESS | 00h | other register banks, which are not modelled |
+//! | 02h | PIN_CTRL | 3Fh | kept |
+//! | 0Fh | WHO_AM_I | 6Bh | read-only |
+//! | 10h | CTRL1_XL | 00h | accelerometer: rate, full scale, LPF2 |
+//! | 11h | CTRL2_G | 00h | gyroscope: rate, full scale |
+//! | 12h | CTRL3_C | 04h | BOOT, BDU, IF_INC, SW_RESET |
+//! | 13h | CTRL4_C | 00h | kept |
+//! | 14h | CTRL5_C | 00h | self-test |
+//! | 15h, 16h | CTRL6_C, CTRL7_G | 00h | kept |
+//! | 17h | CTRL8_XL | 00h | cut-off of LPF2 |
+//! | 18h | CTRL9_XL | E0h | kept |
+//! | 19h | CTRL10_C | 00h | kept |
+//! | 1Eh | STATUS_REG | 00h | TDA, GDA, XLDA |
+//! | 20h..2Dh | OUT_TEMP, OUTX_G.. OUTZ_A | | values, low byte first |
+//!
+//! The part's axes are the sensor's. Other registers read as 0; an access to one is noted ([`Ism330dhcx::take_unmodelled`]).
+
+mod filter;
+mod sampling;
+#[cfg(test)]
+mod tests;
+
+use super::spi::SpiPart;
+use super::timebase::{MICROSECOND, Picoseconds};
+use crate::motion::Motion;
+use sampling::Sampling;
+use std::fmt;
+
+const FUNC_CFG_ACCESS: u8 = 0x01;
+const PIN_CTRL: u8 = 0x02;
+const WHO_AM_I: u8 = 0x0F;
+const CTRL1_XL: u8 = 0x10;
+const CTRL2_G: u8 = 0x11;
+const CTRL3_C: u8 = 0x12;
+const CTRL5_C: u8 = 0x14;
+const CTRL8_XL: u8 = 0x17;
+const CTRL9_XL: u8 = 0x18;
+const CTRL10_C: u8 = 0x19;
+const STATUS_REG: u8 = 0x1E;
+const OUT_TEMP_L: u8 = 0x20;
+const OUTZ_H_A: u8 = 0x2D;
+
+/// What WHO_AM_I reads as.
+const IDENTIFIER: u8 = 0x6B;
+
+// CTRL3_C.
+const SW_RESET: u8 = 1 << 0;
+const IF_INC: u8 = 1 << 2;
+const THREE_WIRES: u8 = 1 << 3;
+const BDU: u8 = 1 << 6;
+const BOOT: u8 = 1 << 7;
+
+/// The self-test of the gyroscope in CTRL5_C.
+const GYROSCOPE_SELF_TEST: u8 = 0b11 << 2;
+/// The high-pass path in CTRL8_XL.
+const HIGH_PASS: u8 = 1 << 2;
+
+/// A software reset takes 50 us (AN5398, section 5.8).
+const RESET_TIME: Picoseconds = 50 * MICROSECOND;
+
+/// After power-on, and after BOOT was set, the part loads its trimming for 10 ms (AN5398, section 5.8).
+const BOOT_TIME: Picoseconds = 10_000 * MICROSECOND;
+
+/// What a part that is not there, or not selected, reads as: the line floats high.
+const NOTHING: u8 = 0xFF;
+
+/// What is wrong with the part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// Nothing.
+    None,
+    /// It does not answer: every byte reads as this one, FFh or 00h.
+    Silent(u8),
+    /// Its data-ready flags come, but its values stay what they were.
+    Frozen,
+    /// Its oscillator stands still: it answers, but no sample comes.
+    Stopped,
+}
+
+/// Where a transfer is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Transfer {
+    Idle,
+    Address,
+    Read(u8),
+    Write(u8),
+}
+
+/// The part.
+pub struct Ism330dhcx {
+    motion: Box<dyn Motion>,
+    mounted: bool,
+    fault: Fault,
+    transfer: Transfer,
+    registers: Registers,
+    sampling: Sampling,
+    /// It answers from then on.
+    booted: Picoseconds,
+    /// The end of a software reset.
+    reset_until: Option<Picoseconds>,
+    /// The end of a reboot of the trimming.
+    boot_until: Option<Picoseconds>,
+    unmodelled: Vec<u8>,
+}
+
+impl fmt::Debug for Ism330dhcx {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Ism330dhcx")
+            .field("mounted", &self.mounted)
+            .field("fault", &self.fault)
+            .field("registers", &self.registers)
+            .finish_non_exhaustive()
+    }
+}
+
+/// The registers that are written, 00h to 19h.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Registers([u8; CTRL10_C as usize + 1]);
+
+impl Registers {
+    const RESET: Self = {
+        let mut registers = [0; CTRL10_C as usize + 1];
+        registers[PIN_CTRL as usize] = 0x3F;
+        registers[CTRL3_C as usize] = IF_INC;
+        registers[CTRL9_XL as usize] = 0xE0;
+        Self(registers)
+    };
+
+    fn get(&self, register: u8) -> u8 {
+        self.0[register as usize]
+    }
+}
+
+impl Ism330dhcx {
+    /// A part that is powered on at time 0.
+    pub fn new(motion: Box<dyn Motion>) -> Self {
+        Self {
+            motion,
+            mounted: true,
+            fault: Fault::None,
+            transfer: Transfer::Idle,
+            registers: Registers::RESET,
+            sampling: Sampling::default(),
+            booted: BOOT_TIME,
+            reset_until: None,
+            boot_until: None,
+            unmodelled: Vec::new(),
+        }
+    }
+
+    /// Gives it another motion from `now` on.
+    pub fn set_motion(&mut self, now: Picoseconds, motion: Box<dyn Motion>) {
+        self.settle(now);
+        self.motion = motion;
+    }
+
+    /// Sets what is wrong with it from `now` on.
+    pub fn set_fault(&mut self, now: Picoseconds, fault: Fault) {
+        self.settle(now);
+        self.fault = fault;
+    }
+
+    /// From `now` on its own oscillator is this many percent faster than nominal (slower when negative).
+    pub fn set_clock_deviation(&mut self, now: Picoseconds, percent: f64) {
+        self.settle(now);
+        self.sampling.set_clock_deviation(percent);
+    }
+
+    /// Whether its self-test moves the accelerometer by what the datasheet asks for.
+    pub fn set_self_test_works(&mut self, works: bool) {
+        self.sampling.self_test_works = works;
+    }
+
+    /// Takes it off the board.
+    pub fn unmount(&mut self) {
+        self.mounted = false;
+    }
+
+    /// Puts it (back) on the board, or switches the board's supply on: it starts from the beginning.
+    pub fn power_on(&mut self, now: Picoseconds) {
+        self.mounted = true;
+        self.transfer = Transfer::Idle;
+        self.booted = now + BOOT_TIME;
+        self.boot_until = None;
+        self.reset_until = None;
+        self.reset_registers();
+    }
+
+    /// A register that was accessed but is not modelled, or not in that way, since the last call.
+    pub fn take_unmodelled(&mut self) -> Option<u8> {
+        self.unmodelled.pop()
+    }
+
+    fn answers(&self, now: Picoseconds) -> bool {
+        self.mounted && now >= self.booted && !matches!(self.fault, Fault::Silent(_))
+    }
+
+    fn reset_registers(&mut self) {
+        self.registers = Registers::RESET;
+        self.sampling.reset();
+    }
+
+    /// Brings the part up to date.
+    fn settle(&mut self, now: Picoseconds) {
+        if self.reset_until.take_if(|end| *end <= now).is_some() {
+            self.reset_registers();
+        }
+        if self.boot_until.take_if(|end| *end <= now).is_some() {
+            self.registers.0[CTRL3_C as usize] &= !BOOT;
+        }
+        self.sampling.advance(now, self.fault, &mut *self.motion);
+    }
+
+    fn read(&mut self, register: u8) -> u8 {
+        let user_bank = self.registers.get(FUNC_CFG_ACCESS) & 0xC0 == 0;
+        match register {
+            FUNC_CFG_ACCESS => self.registers.get(register),
+            _ if !user_bank => self.refuse(register),
+            PIN_CTRL | CTRL1_XL..=CTRL10_C => self.registers.get(register),
+            WHO_AM_I => IDENTIFIER,
+            STATUS_REG => self.sampling.status(),
+            OUT_TEMP_L..=OUTZ_H_A => self.sampling.output(
+                register - OUT_TEMP_L,
+                self.registers.get(CTRL3_C) & BDU != 0,
+            ),
+            _ => self.refuse(register),
+        }
+    }
+
+    fn write(&mut self, now: Picoseconds, register: u8, value: u8) {
+        let user_bank = self.registers.get(FUNC_CFG_ACCESS) & 0xC0 == 0;
+        match register {
+            FUNC_CFG_ACCESS => {}
+            PIN_CTRL | CTRL1_XL..=CTRL10_C if user_bank => {}
+            _ => {
+                self.refuse(register);
+                return;
+            }
+        }
+        let not_modelled = match register {
+            CTRL3_C => value & THREE_WIRES,
+            CTRL5_C => value & GYROSCOPE_SELF_TEST,
+            CTRL8_XL => value & HIGH_PASS,
+            _ => 0,
+        };
+        if not_modelled != 0 {
+            self.refuse(register);
+        }
+        self.registers.0[register as usize] = value;
+        match register {
+            CTRL1_XL | CTRL5_C | CTRL8_XL => self.sampling.set_up_accelerometer(
+                now,
+                self.registers.get(CTRL1_XL),
+                self.registers.get(CTRL8_XL),
+                self.registers.get(CTRL5_C),
+            ),
+            CTRL2_G => self.sampling.set_up_gyroscope(now, value),
+            CTRL3_C => {
+                if value & SW_RESET != 0 {
+                    self.reset_until.get_or_insert(now + RESET_TIME);
+                }
+                if value & BOOT != 0 {
+                    self.boot_until.get_or_insert(now + BOOT_TIME);
+                }
+            }
+            _ => {}
+        }
+    }
+
+    /// Notes an access that the model does not know.
+    fn refuse(&mut self, register: u8) -> u8 {
+        self.unmodelled.push(register);
+        0
+    }
+
+    /// The register after this one in the same transfer.
+    fn next(&self, register: u8) -> u8 {
+        if self.registers.get(CTRL3_C) & IF_INC == 0 {
+            register
+        } else {
+            (register + 1) & 0x7F
+        }
+    }
+}
+
+impl SpiPart for Ism330dhcx {
+    fn select(&mut self, _: Picoseconds, selected: bool) {
+        self.transfer = if selected {
+            Transfer::Address
+        } else {
+            Transfer::Idle
+        };
+    }
+
+    fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8 {
+        if self.transfer == Transfer::Idle {
+            return NOTHING;
+        }
+        if !self.answers(now) {
+            return match self.fault {
+                Fault::Silent(byte) if self.mounted => byte,
+                _ => NOTHING,
+            };
+        }
+        self.settle(now);
+        match self.transfer {
+            Transfer::Idle => NOTHING,
+            Transfer::Address => {
+                let register = byte & 0x7F;
+                self.transfer = if byte & 0x80 != 0 {
+                    Transfer::Read(register)
+                } else {
+                    Transfer::Write(register)
+                };
+                // The part does not drive its output during the address.
+                NOTHING
+            }
+            Transfer::Read(register) => {
+                self.transfer = Transfer::Read(self.next(register));
+                self.read(register)
+            }
+            Transfer::Write(register) => {
+                self.transfer = Transfer::Write(self.next(register));
+                self.write(now, register, byte);
+                NOTHING
+            }
+        }
+    }
+}

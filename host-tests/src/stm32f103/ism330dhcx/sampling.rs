@@ -1,0 +1,318 @@
+//! From the motion to the output registers: the part's own clock, full scales, LPF2, self-test, data-ready flags.
+
+use super::super::timebase::{MICROSECOND, Picoseconds, SECOND};
+use super::Fault;
+use super::filter::{LowPass, Memory};
+use crate::motion::Motion;
+use plumbline::measure::{I32x3, ONE_G};
+use plumbline::time::Instant;
+
+/// Output data rates in Hz, by ODR_XL and ODR_G (datasheet, "Accelerometer ODR register setting"; high-performance mode).
+const RATES: [f64; 12] = [
+    0.0, 12.5, 26.0, 52.0, 104.0, 208.0, 416.0, 833.0, 1667.0, 3333.0, 6667.0, 12.5,
+];
+
+/// Micro-g per count, by FS_XL: 2, 16, 4 and 8 g (datasheet, LA_So).
+const ACCELERATION_UNITS: [f64; 4] = [61.0, 488.0, 122.0, 244.0];
+
+/// Micro-degrees per second per count, by FS_G: 250, 500, 1000 and 2000 deg/s (datasheet, G_So).
+const RATE_UNITS: [f64; 4] = [8750.0, 17_500.0, 35_000.0, 70_000.0];
+/// With FS_125 and with FS_4000.
+const RATE_UNIT_125: f64 = 4375.0;
+const RATE_UNIT_4000: f64 = 140_000.0;
+
+/// Cut-off of LPF2 as divisor of the output data rate, by HPCF_XL (datasheet, "Accelerometer bandwidth configurations").
+const CUTOFFS: [f64; 8] = [4.0, 10.0, 20.0, 45.0, 100.0, 200.0, 400.0, 800.0];
+
+/// The thermometer's rate in Hz (datasheet, TODR), and counts per degree from 25 degC on.
+const THERMOMETER_RATE: f64 = 52.0;
+const COUNTS_PER_DEGREE: f64 = 256.0;
+
+/// The gyroscope's turn-on time (datasheet, Ton).
+const GYROSCOPE_TURN_ON: Picoseconds = 35_000 * MICROSECOND;
+
+/// What the self-test adds to each axis, in g: within the datasheet's 90 to 1700 mg.
+const SELF_TEST: f64 = 0.5;
+
+/// A sensor that samples by the part's clock.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct Clock {
+    /// In Hz, by the datasheet; 0: off.
+    rate: f64,
+    /// The next sample; its time is kept as a number of periods, so that it does not drift.
+    start: Picoseconds,
+    samples: u64,
+}
+
+impl Clock {
+    fn next(&self, deviation: f64) -> Option<Picoseconds> {
+        (self.rate > 0.0).then(|| {
+            let period = SECOND as f64 / (self.rate * (1.0 + deviation / 100.0));
+            self.start + ((self.samples + 1) as f64 * period).round() as Picoseconds
+        })
+    }
+
+    fn set_rate(&mut self, rate: f64, start: Picoseconds) {
+        if rate != self.rate {
+            *self = Self {
+                rate,
+                start,
+                samples: 0,
+            };
+        }
+    }
+}
+
+/// A value in two output registers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Output {
+    shown: i16,
+    newest: i16,
+    /// With block data update: one of the two bytes was read, the other not yet. Which.
+    half_read: Option<u8>,
+}
+
+impl Output {
+    fn set(&mut self, value: i16) {
+        self.newest = value;
+        if self.half_read.is_none() {
+            self.shown = value;
+        }
+    }
+
+    /// Byte 0 or 1.
+    fn read(&mut self, byte: u8, block_update: bool) -> u8 {
+        let value = self.shown.to_le_bytes()[usize::from(byte)];
+        self.half_read = match self.half_read {
+            None if block_update => Some(byte),
+            Some(other) if block_update && other == byte => Some(byte),
+            _ => None,
+        };
+        if self.half_read.is_none() {
+            self.shown = self.newest;
+        }
+        value
+    }
+}
+
+/// The three sensors and their output registers.
+#[derive(Clone, Debug)]
+pub(super) struct Sampling {
+    deviation: f64,
+    pub(super) self_test_works: bool,
+    accelerometer: Clock,
+    gyroscope: Clock,
+    thermometer: Clock,
+    acceleration_unit: f64,
+    rate_unit: f64,
+    low_pass: Option<LowPass>,
+    memories: [Memory; 3],
+    self_test: f64,
+    status: Status,
+    /// Temperature, angular rate, acceleration.
+    outputs: [Output; 7],
+}
+
+/// STATUS_REG.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+struct Status {
+    acceleration: bool,
+    rate: bool,
+    temperature: bool,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        Self {
+            deviation: 0.0,
+            self_test_works: true,
+            accelerometer: Clock::default(),
+            gyroscope: Clock::default(),
+            thermometer: Clock::default(),
+            acceleration_unit: ACCELERATION_UNITS[0],
+            rate_unit: RATE_UNITS[0],
+            low_pass: None,
+            memories: [Memory::default(); 3],
+            self_test: 0.0,
+            status: Status::default(),
+            outputs: [Output::default(); 7],
+        }
+    }
+}
+
+impl Sampling {
+    /// Power-down; what the part is like stays.
+    pub(super) fn reset(&mut self) {
+        *self = Self {
+            deviation: self.deviation,
+            self_test_works: self.self_test_works,
+            ..Self::default()
+        };
+    }
+
+    /// Changes the part's clock, from the next sample on.
+    pub(super) fn set_clock_deviation(&mut self, percent: f64) {
+        let old = self.deviation;
+        for clock in [
+            &mut self.accelerometer,
+            &mut self.gyroscope,
+            &mut self.thermometer,
+        ] {
+            if let Some(next) = clock.next(old) {
+                let period = SECOND as f64 / (clock.rate * (1.0 + old / 100.0));
+                clock.start = next.saturating_sub(period as Picoseconds);
+                clock.samples = 0;
+            }
+        }
+        self.deviation = percent;
+    }
+
+    /// CTRL1_XL, CTRL8_XL and CTRL5_C. The filter starts from 0 g when the accelerometer is switched on.
+    pub(super) fn set_up_accelerometer(
+        &mut self,
+        now: Picoseconds,
+        ctrl1: u8,
+        ctrl8: u8,
+        ctrl5: u8,
+    ) {
+        self.acceleration_unit = ACCELERATION_UNITS[usize::from(ctrl1 >> 2 & 0b11)];
+        let cutoff = CUTOFFS[usize::from(ctrl8 >> 5)];
+        self.low_pass = (ctrl1 & 0b10 != 0).then(|| LowPass::new(1.0 / cutoff));
+        self.self_test = match ctrl5 & 0b11 {
+            0b01 => SELF_TEST,
+            0b10 => -SELF_TEST,
+            _ => 0.0,
+        };
+        if self.accelerometer.rate == 0.0 {
+            self.memories = [Memory::default(); 3];
+        }
+        self.accelerometer.set_rate(rate(ctrl1), now);
+        self.set_up_thermometer(now);
+    }
+
+    /// CTRL2_G.
+    pub(super) fn set_up_gyroscope(&mut self, now: Picoseconds, ctrl2: u8) {
+        self.rate_unit = match (ctrl2 & 0b01 != 0, ctrl2 & 0b10 != 0) {
+            (true, _) => RATE_UNIT_4000,
+            (_, true) => RATE_UNIT_125,
+            _ => RATE_UNITS[usize::from(ctrl2 >> 2 & 0b11)],
+        };
+        let turn_on = if self.gyroscope.rate == 0.0 {
+            GYROSCOPE_TURN_ON
+        } else {
+            0
+        };
+        self.gyroscope.set_rate(rate(ctrl2), now + turn_on);
+        self.set_up_thermometer(now);
+    }
+
+    /// It runs with the others, not faster than they do.
+    fn set_up_thermometer(&mut self, now: Picoseconds) {
+        let fastest = self.accelerometer.rate.max(self.gyroscope.rate);
+        self.thermometer
+            .set_rate(fastest.min(THERMOMETER_RATE), now);
+    }
+
+    /// STATUS_REG.
+    pub(super) fn status(&self) -> u8 {
+        let Status {
+            acceleration,
+            rate,
+            temperature,
+        } = self.status;
+        u8::from(acceleration) | u8::from(rate) << 1 | u8::from(temperature) << 2
+    }
+
+    /// Reads an output register, counted from OUT_TEMP_L. Reading a high byte clears the data-ready flag of its sensor.
+    pub(super) fn output(&mut self, index: u8, block_update: bool) -> u8 {
+        let (value, byte) = (index / 2, index % 2);
+        if byte == 1 {
+            match value {
+                0 => self.status.temperature = false,
+                1..=3 => self.status.rate = false,
+                _ => self.status.acceleration = false,
+            }
+        }
+        self.outputs[usize::from(value)].read(byte, block_update)
+    }
+
+    /// Takes the samples until `now`.
+    pub(super) fn advance(&mut self, now: Picoseconds, fault: Fault, motion: &mut dyn Motion) {
+        loop {
+            let clocks = [&self.accelerometer, &self.gyroscope, &self.thermometer];
+            let times = clocks.map(|clock| clock.next(self.deviation));
+            let Some(next) = times
+                .into_iter()
+                .flatten()
+                .min()
+                .filter(|next| *next <= now)
+            else {
+                return;
+            };
+            let reading = motion.reading(Instant::from_ticks(next / MICROSECOND));
+            let due = times.map(|time| time == Some(next));
+            if due[0] {
+                self.accelerometer.samples += 1;
+                self.sample_acceleration(reading.acceleration, fault);
+            }
+            if due[1] {
+                self.gyroscope.samples += 1;
+                let counts = vector(reading.angular_rate, 65536.0)
+                    .map(|rate| count(rate * 1e6 / self.rate_unit));
+                self.status.rate |= set(&mut self.outputs[1..4], counts, fault);
+            }
+            if due[2] {
+                self.thermometer.samples += 1;
+                let degrees = f64::from(reading.temperature) / 100.0;
+                let counts = [count((degrees - 25.0) * COUNTS_PER_DEGREE)];
+                self.status.temperature |= set(&mut self.outputs[..1], counts, fault);
+            }
+        }
+    }
+
+    fn sample_acceleration(&mut self, acceleration: I32x3, fault: Fault) {
+        let offset = if self.self_test_works {
+            self.self_test
+        } else {
+            0.0
+        };
+        let mut values = vector(acceleration, f64::from(ONE_G)).map(|value| value + offset);
+        if let Some(low_pass) = &self.low_pass {
+            for (value, memory) in values.iter_mut().zip(&mut self.memories) {
+                *value = low_pass.step(memory, *value);
+            }
+        }
+        let counts = values.map(|value| count(value * 1e6 / self.acceleration_unit));
+        self.status.acceleration |= set(&mut self.outputs[4..], counts, fault);
+    }
+}
+
+/// The rate in the upper half of CTRL1_XL or CTRL2_G; codes that are not allowed are off.
+fn rate(control: u8) -> f64 {
+    RATES
+        .get(usize::from(control >> 4))
+        .copied()
+        .unwrap_or_default()
+}
+
+fn vector(value: I32x3, unit: f64) -> [f64; 3] {
+    [value.x, value.y, value.z].map(|value| f64::from(value) / unit)
+}
+
+/// To the nearest count; the cast ends at the limits.
+fn count(value: f64) -> i16 {
+    value.round() as i16
+}
+
+/// Puts a sample into the output registers; true when there is new data.
+fn set<const N: usize>(outputs: &mut [Output], counts: [i16; N], fault: Fault) -> bool {
+    if fault == Fault::Stopped {
+        return false;
+    }
+    if fault != Fault::Frozen {
+        for (output, count) in outputs.iter_mut().zip(counts) {
+            output.set(count);
+        }
+    }
+    true
+}

@@ -1,0 +1,392 @@
+//! All peripherals together: which address is whose, whether it has a clock, and what one does to another.
+//!
+//! | address | peripheral | clock |
+//! |---|---|---|
+//! | 1FFF_F000h | electronic signature | |
+//! | 4000_3000h | IWDG | |
+//! | 4000_6400h | bxCAN | RCC_APB1ENR.CANEN |
+//! | 4001_0000h | AFIO | RCC_APB2ENR.AFIOEN |
+//! | 4001_0800h..4001_1BFFh | GPIOA to GPIOE | RCC_APB2ENR.IOPAEN to IOPEEN |
+//! | 4001_3000h | SPI1 | RCC_APB2ENR.SPI1EN |
+//! | 4002_1000h | RCC | |
+//! | 4002_2000h | flash interface | |
+//! | E004_2000h | DBGMCU | |
+//!
+//! (RM0008, table 3 and section 7.3.) Writes to the parameter pages of the flash come here too.
+
+mod map;
+#[cfg(test)]
+mod tests;
+
+use super::afio::{Afio, IMU_SELECT};
+use super::dbgmcu;
+use super::flash::FlashInterface;
+use super::gpio::Gpio;
+use super::io::{AccessError, Io, Width};
+use super::ism330dhcx::Ism330dhcx;
+use super::iwdg::Iwdg;
+use super::rcc::{Rcc, ResetCause};
+use super::signature::Signature;
+use super::spi::{Clocks, Spi, SpiPart};
+use super::timebase::Picoseconds;
+use super::violation::{Violation, Violations};
+use crate::bench::Flash;
+use crate::motion::Motion;
+use map::{MAP, Module};
+use std::ops::Range;
+
+/// The registers of the CAN controller.
+pub trait CanRegisters {
+    /// Reads the register at `offset`.
+    fn read(&mut self, cycle: u64, offset: u32) -> Result<u32, AccessError>;
+
+    /// Writes the register at `offset`.
+    fn write(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), AccessError>;
+
+    /// A reset of the microcontroller, or of the controller alone through RCC_APB1RSTR.
+    fn reset(&mut self, cycle: u64);
+}
+
+/// The flash, as far as the processor's writes go.
+const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x0801_0000;
+
+/// The peripherals, and what is connected to them.
+#[derive(Debug)]
+pub struct Peripherals<C> {
+    /// Clocks and resets.
+    pub rcc: Rcc,
+    /// Pins.
+    pub gpio: Gpio,
+    /// What the pins are connected to.
+    pub afio: Afio,
+    /// The flash interface with the parameter pages.
+    pub flash: FlashInterface,
+    /// The SPI of the accelerometer.
+    pub spi1: Spi,
+    /// The independent watchdog.
+    pub iwdg: Iwdg,
+    /// The accelerometer.
+    pub imu: Ism330dhcx,
+    /// The CAN controller.
+    pub can: C,
+    signature: Signature,
+    violations: Violations,
+    attention: bool,
+}
+
+impl<C: CanRegisters> Peripherals<C> {
+    /// A microcontroller with this CAN controller, unique device identifier and parameter pages, its accelerometer moved by
+    /// `motion`, powered on at cycle 0.
+    pub fn new(can: C, unique_id: [u32; 3], parameters: Flash, motion: Box<dyn Motion>) -> Self {
+        Self {
+            rcc: Rcc::default(),
+            gpio: Gpio::default(),
+            afio: Afio::default(),
+            flash: FlashInterface::new(parameters),
+            spi1: Spi::default(),
+            iwdg: Iwdg::default(),
+            imu: Ism330dhcx::new(motion),
+            can,
+            signature: Signature::new(unique_id),
+            violations: Violations::default(),
+            attention: false,
+        }
+    }
+
+    /// A reset at `cycle`; cycles and time go on. At power-on the accelerometer starts again too.
+    pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
+        self.rcc.reset(cycle, cause);
+        self.flash.reset();
+        self.iwdg.reset();
+        for (_, _, module) in MAP {
+            self.reset_module(cycle, module);
+        }
+        if cause == ResetCause::PowerOn {
+            self.imu.power_on(self.now(cycle));
+        }
+        self.attention = false;
+    }
+
+    /// What the firmware did wrong so far.
+    pub fn violations(&self) -> &[Violation] {
+        self.violations.list()
+    }
+
+    /// The cycle of the next thing that happens by itself: a frame of the SPI ends whose interrupt is enabled, the watchdog bites,
+    /// the clock changes. Then call [`settle`](Self::settle).
+    pub fn next_event(&self) -> Option<u64> {
+        let bite = self
+            .iwdg
+            .bites_at()
+            .map(|time| self.rcc.timebase().cycle_at(time));
+        [self.spi1.next_event(), self.rcc.next_event(), bite]
+            .into_iter()
+            .flatten()
+            .min()
+    }
+
+    /// Lets happen what is due at `cycle`.
+    pub fn settle(&mut self, cycle: u64) {
+        self.rcc.settle(cycle);
+        self.advance_spi(cycle);
+    }
+
+    /// True when the watchdog was not fed in time: the machine resets the microcontroller.
+    pub fn watchdog_has_bitten(&self, cycle: u64) -> bool {
+        let now = self.now(cycle);
+        self.iwdg.bites_at().is_some_and(|time| time <= now)
+    }
+
+    /// The level of SPI1's interrupt line (position 35).
+    pub fn spi1_interrupt(&self) -> bool {
+        self.spi1.interrupt()
+    }
+
+    /// True when the CAN controller has a clock, is out of reset, and is connected to the board's transceiver.
+    pub fn can_is_connected(&self) -> bool {
+        let ready = |gate| self.rcc.is_clocked(gate) && !self.rcc.is_in_reset(gate);
+        Module::Can.gate().is_some_and(ready) && self.afio.can_is_connected(&self.gpio)
+    }
+
+    /// The time of a cycle.
+    pub fn now(&self, cycle: u64) -> Picoseconds {
+        self.rcc.timebase().time_at(cycle)
+    }
+
+    fn clocks(&self) -> Clocks {
+        Clocks {
+            hclk: self.rcc.hclk(),
+            pclk2: self.rcc.pclk2(),
+        }
+    }
+
+    /// Brings SPI and accelerometer up to date.
+    fn advance_spi(&mut self, cycle: u64) {
+        let timebase = *self.rcc.timebase();
+        let clocks = self.clocks();
+        let time_at = |cycle| timebase.time_at(cycle);
+        if self.afio.spi1_is_connected(&self.gpio) {
+            self.spi1.advance(cycle, clocks, time_at, &mut self.imu);
+        } else {
+            self.spi1.advance(cycle, clocks, time_at, &mut OpenWires);
+        }
+        while let Some(register) = self.imu.take_unmodelled() {
+            let name = format!("ISM330DHCX {register:02X}h");
+            self.violations.add(name, "register not modelled");
+        }
+    }
+
+    /// Resets what RCC_APB1RSTR and RCC_APB2RSTR can reset.
+    fn reset_module(&mut self, cycle: u64, module: Module) {
+        match module {
+            Module::Can => self.can.reset(cycle),
+            Module::Afio => self.afio = Afio::default(),
+            Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(cycle, port)),
+            Module::Spi1 => self.spi1 = Spi::default(),
+            _ => {}
+        }
+    }
+
+    /// Does something to the pins; the accelerometer sees its chip select. It has a pull-up of its own.
+    fn change_pins<T>(&mut self, cycle: u64, f: impl FnOnce(&mut Gpio, &mut Violations) -> T) -> T {
+        self.advance_spi(cycle);
+        let is_low = |gpio: &Gpio| gpio.output(IMU_SELECT) == Some(false);
+        let before = is_low(&self.gpio);
+        let result = f(&mut self.gpio, &mut self.violations);
+        let after = is_low(&self.gpio);
+        if before != after {
+            self.violations.check(
+                self.spi1.is_busy(),
+                "GPIOA",
+                "the accelerometer's chip select changes within a frame",
+            );
+            self.imu.select(self.now(cycle), after);
+        }
+        result
+    }
+
+    fn check_clock(&self, module: Module) -> Result<(), AccessError> {
+        match module.gate() {
+            Some(gate) if !self.rcc.is_clocked(gate) => Err(AccessError::Unclocked(module.name())),
+            _ => Ok(()),
+        }
+    }
+
+    /// Violates when the module is held in reset: it does not answer.
+    fn is_held_in_reset(&mut self, module: Module) -> bool {
+        let held = module.gate().is_some_and(|gate| self.rcc.is_in_reset(gate));
+        self.violations
+            .check(held, module.name(), "accessed while held in reset");
+        held
+    }
+
+    fn read_register(
+        &mut self,
+        cycle: u64,
+        module: Module,
+        offset: u32,
+    ) -> Result<u32, AccessError> {
+        let now = self.now(cycle);
+        match module {
+            Module::Signature => Err(AccessError::Unmapped),
+            Module::Iwdg => self.iwdg.read(now, offset),
+            Module::Can => self.can.read(cycle, offset),
+            Module::Afio => self.afio.read(offset),
+            Module::Gpio(port) => self.gpio.read(port, offset),
+            Module::Spi1 => {
+                self.advance_spi(cycle);
+                self.spi1.read(offset)
+            }
+            Module::Rcc => self.rcc.read(cycle, offset),
+            Module::Flash => self.flash.read(now, offset),
+            Module::Dbgmcu => dbgmcu::read(offset),
+        }
+    }
+
+    fn write_register(
+        &mut self,
+        cycle: u64,
+        module: Module,
+        offset: u32,
+        value: u32,
+    ) -> Result<(), AccessError> {
+        let now = self.now(cycle);
+        let clocks = self.clocks();
+        match module {
+            Module::Signature => Err(AccessError::Refused("system memory is read-only")),
+            Module::Iwdg => self.iwdg.write(now, offset, value, &mut self.violations),
+            Module::Can => self.can.write(cycle, offset, value),
+            Module::Afio => self.afio.write(offset, value, &mut self.violations),
+            Module::Gpio(port) => self.change_pins(cycle, |gpio, violations| {
+                gpio.write(cycle, port, offset, value, violations)
+            }),
+            Module::Spi1 => {
+                self.advance_spi(cycle);
+                self.spi1
+                    .write(cycle, offset, value, clocks, &mut self.violations)
+            }
+            Module::Rcc => self.write_rcc(cycle, offset, value),
+            Module::Flash => {
+                self.flash.write(now, offset, value, &mut self.violations)?;
+                self.flash
+                    .check_wait_states(self.rcc.sysclk(), &mut self.violations);
+                Ok(())
+            }
+            Module::Dbgmcu => dbgmcu::write(offset),
+        }
+    }
+
+    fn write_rcc(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), AccessError> {
+        // The frame on the wires is timed by the clock that it began with.
+        self.advance_spi(cycle);
+        self.rcc.write(cycle, offset, value, &mut self.violations)?;
+        self.flash
+            .check_wait_states(self.rcc.sysclk(), &mut self.violations);
+        for (_, _, module) in MAP {
+            let held = module.gate().is_some_and(|gate| self.rcc.is_in_reset(gate));
+            if held {
+                self.reset_module(cycle, module);
+            }
+        }
+        Ok(())
+    }
+
+    /// What the machine has to look at after an access.
+    fn watched(&self) -> (Option<u64>, bool) {
+        (self.next_event(), self.spi1.interrupt())
+    }
+}
+
+impl<C: CanRegisters> Io for Peripherals<C> {
+    fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError> {
+        self.violations.at(cycle);
+        let (module, offset) = Module::at(address)?;
+        if module == Module::Signature {
+            return self.signature.read(address, width);
+        }
+        self.check_clock(module)?;
+        check_width(module, width)?;
+        if self.is_held_in_reset(module) {
+            return Ok(0);
+        }
+        let before = self.spi1.interrupt();
+        let word = self.read_register(cycle, module, offset & !3)?;
+        self.attention |= self.spi1.interrupt() != before;
+        let (shift, mask) = lane(offset, width);
+        Ok(word >> shift & mask)
+    }
+
+    fn write(
+        &mut self,
+        cycle: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<(), AccessError> {
+        self.violations.at(cycle);
+        if FLASH_MEMORY.contains(&address) {
+            self.attention = true;
+            let now = self.now(cycle);
+            // Programming needs HSI (PM0075, section 2.3).
+            self.violations.check(
+                !self.rcc.hsi_is_on(),
+                "RCC_CR",
+                "the flash is programmed without HSI",
+            );
+            return self
+                .flash
+                .program(now, address, width, value, &mut self.violations);
+        }
+        let (module, offset) = Module::at(address)?;
+        self.check_clock(module)?;
+        check_width(module, width)?;
+        if self.is_held_in_reset(module) {
+            return Ok(());
+        }
+        // The bridge to the APBs repeats a byte or half-word in the whole word (RM0008, section 3.1).
+        let value = match width {
+            Width::Byte => (value & 0xFF) * 0x0101_0101,
+            Width::HalfWord => (value & 0xFFFF) * 0x0001_0001,
+            Width::Word => value,
+        };
+        let before = self.watched();
+        self.write_register(cycle, module, offset & !3, value)?;
+        self.attention |= match module {
+            Module::Can | Module::Rcc | Module::Flash => true,
+            _ => self.watched() != before,
+        };
+        Ok(())
+    }
+
+    fn take_attention(&mut self) -> bool {
+        std::mem::take(&mut self.attention)
+    }
+}
+
+/// SPI1's pins without anything at them: the input floats high.
+struct OpenWires;
+
+impl SpiPart for OpenWires {
+    fn select(&mut self, _: Picoseconds, _: bool) {}
+
+    fn transfer(&mut self, _: Picoseconds, _: u8) -> u8 {
+        0xFF
+    }
+}
+
+fn check_width(module: Module, width: Width) -> Result<(), AccessError> {
+    if width != Width::Word && module.takes_words_only() {
+        return Err(AccessError::Refused("accessed by words only"));
+    }
+    Ok(())
+}
+
+/// Where a narrow access is in its word: shift and mask.
+fn lane(offset: u32, width: Width) -> (u32, u32) {
+    let shift = 8 * (offset & 3);
+    match width {
+        Width::Byte => (shift, 0xFF),
+        Width::HalfWord => (shift, 0xFFFF),
+        Width::Word => (0, u32::MAX),
+    }
+}

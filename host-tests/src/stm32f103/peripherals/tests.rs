@@ -1,0 +1,270 @@
+use super::super::flash::Work;
+use super::*;
+use plumbline::measure::{I32x3, ONE_G, Reading};
+
+const IWDG: u32 = 0x4000_3000;
+const CAN: u32 = 0x4000_6400;
+const AFIO: u32 = 0x4001_0000;
+const GPIOA: u32 = 0x4001_0800;
+const GPIOB: u32 = 0x4001_0C00;
+const SPI1: u32 = 0x4001_3000;
+const RCC: u32 = 0x4002_1000;
+const FLASH: u32 = 0x4002_2000;
+
+const APB2ENR: u32 = RCC + 0x18;
+const APB1ENR: u32 = RCC + 0x1C;
+
+/// Keeps what was written last, and counts resets.
+#[derive(Debug, Default)]
+struct Can {
+    value: u32,
+    resets: u32,
+}
+
+impl CanRegisters for Can {
+    fn read(&mut self, _: u64, offset: u32) -> Result<u32, AccessError> {
+        Ok(self.value + offset)
+    }
+
+    fn write(&mut self, _: u64, _: u32, value: u32) -> Result<(), AccessError> {
+        self.value = value;
+        Ok(())
+    }
+
+    fn reset(&mut self, _: u64) {
+        self.resets += 1;
+    }
+}
+
+struct Bench {
+    io: Peripherals<Can>,
+    cycle: u64,
+}
+
+impl Bench {
+    fn new() -> Self {
+        let level = Reading {
+            acceleration: I32x3 {
+                x: 0,
+                y: 0,
+                z: ONE_G,
+            },
+            angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+            temperature: 2500,
+            clipped: false,
+        };
+        let flash = Flash::default();
+        Self {
+            io: Peripherals::new(Can::default(), [1, 2, 3], flash, Box::new(level)),
+            // The accelerometer has booted.
+            cycle: 8_000_000,
+        }
+    }
+
+    fn write(&mut self, address: u32, value: u32) {
+        self.put(address, Width::Word, value).unwrap();
+    }
+
+    fn put(&mut self, address: u32, width: Width, value: u32) -> Result<(), AccessError> {
+        self.cycle += 2;
+        self.io.write(self.cycle, address, width, value)
+    }
+
+    fn read(&mut self, address: u32) -> Result<u32, AccessError> {
+        self.get(address, Width::Word)
+    }
+
+    fn get(&mut self, address: u32, width: Width) -> Result<u32, AccessError> {
+        self.cycle += 2;
+        self.io.read(self.cycle, address, width)
+    }
+
+    /// Chip select PA4 high, SPI1 on PA5 to PA7, PCLK2 / 2.
+    fn with_spi() -> Self {
+        let mut bench = Self::new();
+        bench.write(APB2ENR, 1 << 12 | 1 << 2 | 1);
+        bench.write(GPIOA + 0x10, 1 << 4);
+        bench.write(GPIOA, 0xB4B3_4444);
+        bench.write(SPI1, 0x0344);
+        bench
+    }
+
+    /// Sends a byte as the HAL does, by byte accesses.
+    fn exchange(&mut self, byte: u8) -> u8 {
+        self.put(SPI1 + 0x0C, Width::Byte, byte.into()).unwrap();
+        while self.read(SPI1 + 0x08).unwrap() & 1 == 0 {}
+        self.get(SPI1 + 0x0C, Width::Byte).unwrap() as u8
+    }
+
+    fn select(&mut self, low: bool) {
+        self.write(GPIOA + 0x10, if low { 1 << 20 } else { 1 << 4 });
+    }
+
+    fn who_am_i(&mut self) -> u8 {
+        self.select(true);
+        self.exchange(0x8F);
+        let answer = self.exchange(0);
+        self.select(false);
+        answer
+    }
+
+    fn reasons(&self) -> Vec<&'static str> {
+        self.io.violations().iter().map(|it| it.reason).collect()
+    }
+}
+
+#[test]
+fn a_peripheral_without_clock_does_not_answer() {
+    let mut bench = Bench::new();
+    for (address, name, enable, bit) in [
+        (CAN, "CAN", APB1ENR, 25),
+        (AFIO + 4, "AFIO", APB2ENR, 0),
+        (GPIOA, "GPIO", APB2ENR, 2),
+        (GPIOB, "GPIO", APB2ENR, 3),
+        (SPI1, "SPI1", APB2ENR, 12),
+    ] {
+        let refused = AccessError::Unclocked(name);
+        assert_eq!(bench.read(address), Err(refused.clone()));
+        assert_eq!(bench.put(address, Width::Word, 0), Err(refused));
+        bench.write(enable, 1 << bit);
+        assert!(bench.read(address).is_ok(), "{name}");
+    }
+}
+
+#[test]
+fn what_is_not_there_is_unmapped() {
+    let mut bench = Bench::new();
+    // TIM2, USART1, ADC1
+    for address in [0x4000_0000, 0x4001_3800, 0x4001_2400, 0x4002_3800] {
+        assert_eq!(bench.read(address), Err(AccessError::Unmapped));
+    }
+}
+
+#[test]
+fn ports_are_accessed_by_words() {
+    let mut bench = Bench::new();
+    bench.write(APB2ENR, 1 << 2);
+    for width in [Width::Byte, Width::HalfWord] {
+        assert!(matches!(
+            bench.get(GPIOA, width),
+            Err(AccessError::Refused(_))
+        ));
+        assert!(matches!(
+            bench.put(GPIOA, width, 0),
+            Err(AccessError::Refused(_))
+        ));
+    }
+}
+
+#[test]
+fn the_accelerometer_answers_through_spi_and_pins() {
+    let mut bench = Bench::with_spi();
+    assert_eq!(bench.who_am_i(), 0x6B);
+    assert_eq!(bench.reasons(), [""; 0]);
+}
+
+#[test]
+fn the_accelerometer_does_not_answer_without_chip_select_or_pins() {
+    let mut bench = Bench::with_spi();
+    assert_eq!((bench.exchange(0x8F), bench.exchange(0)), (0xFF, 0xFF));
+    // PA5 is no longer SPI1's.
+    bench.write(GPIOA, 0xB433_4444);
+    assert_eq!(bench.who_am_i(), 0xFF);
+}
+
+#[test]
+fn a_chip_select_within_a_frame_and_an_unknown_register_are_violations() {
+    let mut bench = Bench::with_spi();
+    bench.select(true);
+    bench.write(SPI1 + 0x0C, 0x8F);
+    bench.select(false);
+    assert_eq!(
+        bench.reasons(),
+        ["the accelerometer's chip select changes within a frame"]
+    );
+    bench.cycle += 100;
+    bench.read(SPI1 + 0x0C).unwrap();
+    bench.select(true);
+    bench.exchange(0xBA);
+    bench.exchange(0);
+    let last = bench.io.violations().last().unwrap();
+    assert_eq!(last.register, "ISM330DHCX 3Ah");
+}
+
+#[test]
+fn resets_through_rcc() {
+    let mut bench = Bench::with_spi();
+    bench.write(APB1ENR, 1 << 25);
+    bench.write(RCC + 0x0C, 1 << 12);
+    bench.write(RCC + 0x10, 1 << 25);
+    assert_eq!(bench.io.can.resets, 1);
+    assert_eq!(bench.read(SPI1), Ok(0));
+    assert_eq!(bench.reasons(), ["accessed while held in reset"]);
+    bench.write(RCC + 0x0C, 0);
+    bench.write(RCC + 0x10, 0);
+    assert_eq!(bench.read(SPI1), Ok(0));
+    assert_eq!(bench.read(GPIOA), Ok(0xB4B3_4444), "not reset");
+}
+
+#[test]
+fn too_few_wait_states_are_a_violation() {
+    let mut bench = Bench::new();
+    bench.write(FLASH, 0x31);
+    bench.write(RCC, 0x0001_0083);
+    bench.cycle += 8_000_000;
+    bench.write(RCC + 4, 0x0019_0000);
+    bench.write(RCC, 0x0101_0083);
+    bench.cycle += 8_000_000;
+    assert_eq!(bench.reasons(), [""; 0]);
+    bench.write(RCC + 4, 0x0019_0402);
+    assert_eq!(bench.reasons(), ["too few wait states for this SYSCLK"]);
+    bench.write(FLASH, 0x32);
+    assert_eq!(bench.reasons().len(), 1);
+}
+
+#[test]
+fn can_is_connected_once_it_is_clocked_and_mapped() {
+    let mut bench = Bench::new();
+    bench.write(APB2ENR, 1 << 3 | 1);
+    bench.write(AFIO + 4, 2 << 13);
+    bench.write(GPIOB + 4, 0x4444_44B8);
+    assert!(!bench.io.can_is_connected());
+    bench.write(APB1ENR, 1 << 25);
+    assert!(bench.io.can_is_connected());
+    bench.write(CAN, 5);
+    assert_eq!(bench.read(CAN + 4), Ok(9));
+    assert!(bench.io.take_attention());
+    assert!(!bench.io.take_attention());
+}
+
+#[test]
+fn the_watchdog_bites_and_its_reset_leaves_a_flag() {
+    let mut bench = Bench::new();
+    bench.write(IWDG, 0xCCCC);
+    assert!(bench.io.take_attention());
+    // 409.6 ms at 8 MHz
+    let bite = bench.cycle + 3_276_800;
+    assert_eq!(bench.io.next_event(), Some(bite));
+    assert!(!bench.io.watchdog_has_bitten(bite - 1));
+    assert!(bench.io.watchdog_has_bitten(bite));
+    bench.io.reset(bite, ResetCause::Watchdog);
+    bench.cycle = bite;
+    assert_eq!(bench.io.next_event(), None);
+    assert_eq!(bench.read(RCC + 0x24), Ok(0x2C00_0000));
+}
+
+#[test]
+fn flash_work_is_handed_out() {
+    let mut bench = Bench::new();
+    for (register, value) in [(4, 0x4567_0123), (4, 0xCDEF_89AB), (0x10, 1)] {
+        bench.write(FLASH + register, value);
+    }
+    bench.put(0x0800_F800, Width::HalfWord, 0x1234).unwrap();
+    assert!(bench.io.take_attention());
+    let (address, value) = (0x0800_F800, 0x1234);
+    assert_eq!(
+        bench.io.flash.take_work(),
+        Some(Work::Program { address, value })
+    );
+    assert!(bench.put(0x0800_F800, Width::Word, 0).is_err());
+}

@@ -1,0 +1,409 @@
+//! Reset and clock control (RM0008, chapter 7).
+//!
+//! | offset | register | |
+//! |---|---|---|
+//! | 00h | RCC_CR | oscillators and PLL, with their ready flags |
+//! | 04h | RCC_CFGR | source and prescalers |
+//! | 08h | RCC_CIR | clock interrupts: none, reads 0 |
+//! | 0Ch, 10h | RCC_APB2RSTR, RCC_APB1RSTR | peripheral resets |
+//! | 14h, 18h, 1Ch | RCC_AHBENR, RCC_APB2ENR, RCC_APB1ENR | peripheral clocks |
+//! | 24h | RCC_CSR | reset flags, LSI |
+//!
+//! RCC_BDCR (20h) is not modelled.
+
+use super::io::AccessError;
+use super::timebase::{MICROSECOND, Picoseconds, Timebase};
+use super::violation::Violations;
+
+/// The crystal on the board in Hz.
+pub const CRYSTAL: u32 = 8_000_000;
+
+/// The internal oscillator HSI in Hz.
+pub const HSI: u32 = 8_000_000;
+
+// Start-up times (DS5319, tables of oscillator characteristics and PLL): HSI and PLL at the most, crystal and LSI typical and at
+// the most.
+const HSI_STARTUP: Picoseconds = 2 * MICROSECOND;
+const HSE_STARTUP: Picoseconds = 2000 * MICROSECOND;
+const PLL_LOCK: Picoseconds = 200 * MICROSECOND;
+const LSI_STARTUP: Picoseconds = 85 * MICROSECOND;
+
+// RCC_CR.
+const HSI_ON: u32 = 1 << 0;
+const HSI_READY: u32 = 1 << 1;
+const HSI_TRIM: u32 = 0x1F << 3;
+const HSE_ON: u32 = 1 << 16;
+const HSE_READY: u32 = 1 << 17;
+const HSE_BYPASS: u32 = 1 << 18;
+const PLL_ON: u32 = 1 << 24;
+const PLL_READY: u32 = 1 << 25;
+const CR_WRITABLE: u32 = HSI_ON | HSI_TRIM | HSE_ON | HSE_BYPASS | PLL_ON;
+/// HSI on, its trimming at the middle.
+const CR_RESET: u32 = 0x81;
+
+// RCC_CFGR.
+const SOURCE: u32 = 0b11;
+const SOURCE_STATUS: u32 = 0b11 << 2;
+const PLL_SOURCE: u32 = 1 << 16;
+const PLL_HALVES_CRYSTAL: u32 = 1 << 17;
+const PLL_FACTOR: u32 = 0xF << 18;
+const PLL_BITS: u32 = PLL_SOURCE | PLL_HALVES_CRYSTAL | PLL_FACTOR;
+
+// RCC_CSR.
+const LSI_ON: u32 = 1 << 0;
+const LSI_READY: u32 = 1 << 1;
+const REMOVE_FLAGS: u32 = 1 << 24;
+const PIN_RESET: u32 = 1 << 26;
+const POWER_ON_RESET: u32 = 1 << 27;
+const SOFTWARE_RESET: u32 = 1 << 28;
+const WATCHDOG_RESET: u32 = 1 << 29;
+const RESET_FLAGS: u32 = 0xFC00_0000;
+
+/// RCC_AHBENR after a reset: clocks of SRAM and flash interface in sleep mode.
+const AHBENR_RESET: u32 = 0x14;
+
+/// What resets the microcontroller.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ResetCause {
+    /// The supply was switched on.
+    PowerOn,
+    /// The NRST pin.
+    Pin,
+    /// SYSRESETREQ in the processor.
+    Software,
+    /// The independent watchdog.
+    Watchdog,
+}
+
+/// Where a peripheral's clock is switched on (bit of the enable register), which on the APBs is also the bit that resets it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Gate {
+    /// RCC_APB1ENR and RCC_APB1RSTR.
+    Apb1(u8),
+    /// RCC_APB2ENR and RCC_APB2RSTR.
+    Apb2(u8),
+}
+
+/// Where SYSCLK comes from, numbered as in RCC_CFGR.SW.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Source {
+    Hsi = 0,
+    Hse = 1,
+    Pll = 2,
+}
+
+/// An oscillator: off, or on and ready from a certain time.
+type Oscillator = Option<Picoseconds>;
+
+/// RCC, with the time base that its clocks make.
+#[derive(Debug)]
+pub struct Rcc {
+    timebase: Timebase,
+    cr: u32,
+    cfgr: u32,
+    source: Source,
+    hsi: Oscillator,
+    hse: Oscillator,
+    pll: Oscillator,
+    lsi: Oscillator,
+    apb1_reset: u32,
+    apb2_reset: u32,
+    ahb_enable: u32,
+    apb1_enable: u32,
+    apb2_enable: u32,
+    reset_flags: u32,
+    lsi_on: bool,
+    crystal_broken: bool,
+}
+
+impl Default for Rcc {
+    /// After power-on at cycle 0.
+    fn default() -> Self {
+        Self {
+            timebase: Timebase::new(HSI),
+            cr: CR_RESET,
+            cfgr: 0,
+            source: Source::Hsi,
+            hsi: Some(0),
+            hse: None,
+            pll: None,
+            lsi: None,
+            apb1_reset: 0,
+            apb2_reset: 0,
+            ahb_enable: AHBENR_RESET,
+            apb1_enable: 0,
+            apb2_enable: 0,
+            reset_flags: PIN_RESET | POWER_ON_RESET,
+            lsi_on: false,
+            crystal_broken: false,
+        }
+    }
+}
+
+impl Rcc {
+    /// A reset at `cycle`; time goes on. The flags in RCC_CSR add up until the firmware removes them (RMVF) or the supply is
+    /// switched on; every internal reset pulls the NRST pin too.
+    pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
+        let mut timebase = self.timebase;
+        timebase.set_frequency(cycle, HSI);
+        let flags = match cause {
+            ResetCause::PowerOn => PIN_RESET | POWER_ON_RESET,
+            ResetCause::Pin => self.reset_flags | PIN_RESET,
+            ResetCause::Software => self.reset_flags | PIN_RESET | SOFTWARE_RESET,
+            ResetCause::Watchdog => self.reset_flags | PIN_RESET | WATCHDOG_RESET,
+        };
+        *self = Self {
+            timebase,
+            reset_flags: flags,
+            crystal_broken: self.crystal_broken,
+            ..Self::default()
+        };
+    }
+
+    /// Breaks the crystal (it does not start any more; running, it goes on) or repairs it.
+    pub fn break_crystal(&mut self, broken: bool) {
+        self.crystal_broken = broken;
+    }
+
+    /// From cycles to time.
+    pub fn timebase(&self) -> &Timebase {
+        &self.timebase
+    }
+
+    /// SYSCLK in Hz.
+    pub fn sysclk(&self) -> u32 {
+        match self.source {
+            Source::Hsi => HSI,
+            Source::Hse => CRYSTAL,
+            Source::Pll => self.pll_frequency(),
+        }
+    }
+
+    /// AHB and processor clock in Hz.
+    pub fn hclk(&self) -> u32 {
+        // RCC_CFGR.HPRE: there is no division by 32.
+        self.sysclk()
+            >> match self.cfgr >> 4 & 0xF {
+                code @ 0b1000..=0b1011 => code - 7,
+                code @ 0b1100..=0b1111 => code - 6,
+                _ => 0,
+            }
+    }
+
+    /// APB1 clock in Hz: that of the CAN controller.
+    pub fn pclk1(&self) -> u32 {
+        self.hclk() >> apb_shift(self.cfgr >> 8)
+    }
+
+    /// APB2 clock in Hz: that of SPI1.
+    pub fn pclk2(&self) -> u32 {
+        self.hclk() >> apb_shift(self.cfgr >> 11)
+    }
+
+    /// True when HSI runs, without which the flash cannot be programmed or erased (PM0075, section 2.3).
+    pub fn hsi_is_on(&self) -> bool {
+        self.cr & HSI_ON != 0
+    }
+
+    /// True when the peripheral behind this gate has a clock.
+    pub fn is_clocked(&self, gate: Gate) -> bool {
+        match gate {
+            Gate::Apb1(bit) => self.apb1_enable >> bit & 1 != 0,
+            Gate::Apb2(bit) => self.apb2_enable >> bit & 1 != 0,
+        }
+    }
+
+    /// True while the firmware holds the peripheral behind this gate in reset.
+    pub fn is_in_reset(&self, gate: Gate) -> bool {
+        match gate {
+            Gate::Apb1(bit) => self.apb1_reset >> bit & 1 != 0,
+            Gate::Apb2(bit) => self.apb2_reset >> bit & 1 != 0,
+        }
+    }
+
+    /// The cycle at which the clock changes by itself: a source that was chosen before it was ready becomes ready.
+    pub fn next_event(&self) -> Option<u64> {
+        let chosen = self.chosen()?;
+        let ready = self.oscillator(chosen)?;
+        (chosen != self.source && ready != Picoseconds::MAX).then(|| self.timebase.cycle_at(ready))
+    }
+
+    /// Reads the register at `offset`.
+    pub fn read(&mut self, cycle: u64, offset: u32) -> Result<u32, AccessError> {
+        self.settle(cycle);
+        let now = self.timebase.time_at(cycle);
+        let ready = |oscillator: Oscillator, flag| match oscillator {
+            Some(from) if from <= now => flag,
+            _ => 0,
+        };
+        Ok(match offset {
+            0x00 => {
+                self.cr
+                    | ready(self.hsi, HSI_READY)
+                    | ready(self.hse, HSE_READY)
+                    | ready(self.pll, PLL_READY)
+            }
+            0x04 => self.cfgr | (self.source as u32) << 2,
+            0x08 => 0,
+            0x0C => self.apb2_reset,
+            0x10 => self.apb1_reset,
+            0x14 => self.ahb_enable,
+            0x18 => self.apb2_enable,
+            0x1C => self.apb1_enable,
+            0x24 => self.reset_flags | u32::from(self.lsi_on) | ready(self.lsi, LSI_READY),
+            _ => return Err(AccessError::Refused("RCC: register not modelled")),
+        })
+    }
+
+    /// Writes the register at `offset`.
+    pub fn write(
+        &mut self,
+        cycle: u64,
+        offset: u32,
+        value: u32,
+        violations: &mut Violations,
+    ) -> Result<(), AccessError> {
+        self.settle(cycle);
+        match offset {
+            0x00 => self.write_cr(cycle, value, violations),
+            0x04 => self.write_cfgr(value, violations),
+            0x08 => violations.check(value & 0x1F00 != 0, "RCC_CIR", "interrupt not modelled"),
+            0x0C => self.apb2_reset = value,
+            0x10 => self.apb1_reset = value,
+            0x14 => self.ahb_enable = value,
+            0x18 => self.apb2_enable = value,
+            0x1C => self.apb1_enable = value,
+            0x24 => self.write_csr(cycle, value),
+            _ => return Err(AccessError::Refused("RCC: register not modelled")),
+        }
+        self.settle(cycle);
+        violations.check(self.pclk1() > 36_000_000, "RCC_CFGR", "PCLK1 above 36 MHz");
+        violations.check(
+            self.sysclk() > 72_000_000,
+            "RCC_CFGR",
+            "SYSCLK above 72 MHz",
+        );
+        Ok(())
+    }
+
+    fn write_cr(&mut self, cycle: u64, value: u32, violations: &mut Violations) {
+        // A clock that SYSCLK comes from, directly or through the PLL, cannot be switched off.
+        let pll_source = if self.cfgr & PLL_SOURCE != 0 {
+            HSE_ON
+        } else {
+            HSI_ON
+        };
+        let in_use = match self.source {
+            Source::Hsi => HSI_ON,
+            Source::Hse => HSE_ON,
+            Source::Pll => PLL_ON | pll_source,
+        };
+        violations.check(
+            value & in_use != in_use,
+            "RCC_CR",
+            "the clock in use is switched off",
+        );
+        self.cr = value & CR_WRITABLE | in_use;
+        violations.check(
+            self.cr & PLL_ON != 0 && self.cr & pll_source == 0,
+            "RCC_CR",
+            "the PLL is switched on without its source",
+        );
+        let now = self.timebase.time_at(cycle);
+        let hse_startup = match (self.crystal_broken, self.hse) {
+            (true, None) => Picoseconds::MAX - now,
+            _ => HSE_STARTUP,
+        };
+        switch(&mut self.hsi, self.cr & HSI_ON != 0, now, HSI_STARTUP);
+        switch(&mut self.hse, self.cr & HSE_ON != 0, now, hse_startup);
+        let source_ready = if pll_source == HSE_ON {
+            self.hse
+        } else {
+            self.hsi
+        };
+        let lock = source_ready.map_or(Picoseconds::MAX, |ready| {
+            ready.max(now).saturating_add(PLL_LOCK)
+        });
+        switch(&mut self.pll, self.cr & PLL_ON != 0, now, lock - now);
+    }
+
+    fn write_cfgr(&mut self, value: u32, violations: &mut Violations) {
+        let mut value = value & !SOURCE_STATUS;
+        if self.cr & PLL_ON != 0 && (value ^ self.cfgr) & PLL_BITS != 0 {
+            violations.add("RCC_CFGR", "the PLL is set up while it runs");
+            value = value & !PLL_BITS | self.cfgr & PLL_BITS;
+        }
+        violations.check(value & SOURCE == 0b11, "RCC_CFGR", "SW: 11 is not allowed");
+        self.cfgr = value;
+    }
+
+    fn write_csr(&mut self, cycle: u64, value: u32) {
+        if value & REMOVE_FLAGS != 0 {
+            self.reset_flags &= !RESET_FLAGS;
+        }
+        self.lsi_on = value & LSI_ON != 0;
+        let now = self.timebase.time_at(cycle);
+        switch(&mut self.lsi, self.lsi_on, now, LSI_STARTUP);
+    }
+
+    /// The source that the firmware has chosen in RCC_CFGR.SW.
+    fn chosen(&self) -> Option<Source> {
+        match self.cfgr & SOURCE {
+            0 => Some(Source::Hsi),
+            1 => Some(Source::Hse),
+            2 => Some(Source::Pll),
+            _ => None,
+        }
+    }
+
+    fn oscillator(&self, source: Source) -> Oscillator {
+        match source {
+            Source::Hsi => self.hsi,
+            Source::Hse => self.hse,
+            Source::Pll => self.pll,
+        }
+    }
+
+    /// The switch takes place once the chosen source is ready (RM0008, section 7.2.6); from then on cycles are as long as HCLK
+    /// says.
+    pub fn settle(&mut self, cycle: u64) {
+        let now = self.timebase.time_at(cycle);
+        let ready = |source| self.oscillator(source).is_some_and(|ready| ready <= now);
+        if let Some(chosen) = self.chosen().filter(|source| ready(*source)) {
+            self.source = chosen;
+        }
+        if self.hclk() != self.timebase.frequency() {
+            self.timebase.set_frequency(cycle, self.hclk());
+        }
+    }
+
+    fn pll_frequency(&self) -> u32 {
+        let input = match (self.cfgr & PLL_SOURCE, self.cfgr & PLL_HALVES_CRYSTAL) {
+            (0, _) => HSI / 2,
+            (_, 0) => CRYSTAL,
+            _ => CRYSTAL / 2,
+        };
+        // PLLMUL: 0000 is times 2; both 1110 and 1111 are times 16.
+        input * (((self.cfgr & PLL_FACTOR) >> 18).min(14) + 2)
+    }
+}
+
+/// An APB prescaler (RCC_CFGR.PPRE1, PPRE2) as a shift.
+fn apb_shift(code: u32) -> u32 {
+    match code & 0b111 {
+        code @ 0b100..=0b111 => code - 3,
+        _ => 0,
+    }
+}
+
+/// Switches an oscillator; one that is on already stays as it is.
+fn switch(oscillator: &mut Oscillator, on: bool, now: Picoseconds, startup: Picoseconds) {
+    *oscillator = match (on, *oscillator) {
+        (false, _) => None,
+        (true, None) => Some(now + startup),
+        (true, running) => running,
+    };
+}
+
+#[cfg(test)]
+mod tests;

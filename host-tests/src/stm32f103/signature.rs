@@ -1,0 +1,68 @@
+//! The electronic signature in system memory (RM0008, chapter 30): flash size at 1FFF_F7E0h, unique device identifier at 1FFF_F7E8h.
+
+use super::io::{AccessError, Width};
+
+const FLASH_SIZE: u32 = 0x1FFF_F7E0;
+const UNIQUE_ID: u32 = 0x1FFF_F7E8;
+
+/// The flash in KiB.
+const KIBIBYTES: u16 = 64;
+
+/// The signature of one part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Signature {
+    unique_id: [u32; 3],
+}
+
+impl Signature {
+    /// A part with this unique device identifier, bits 31:0 first.
+    pub fn new(unique_id: [u32; 3]) -> Self {
+        Self { unique_id }
+    }
+
+    /// The unique device identifier.
+    pub fn unique_id(&self) -> [u32; 3] {
+        self.unique_id
+    }
+
+    /// Reads system memory. The identifier can be read by byte, half-word and word.
+    pub fn read(&self, address: u32, width: Width) -> Result<u32, AccessError> {
+        let [low, high] = KIBIBYTES.to_le_bytes();
+        let byte = |address: u32| match address.checked_sub(UNIQUE_ID) {
+            Some(offset @ 0..12) => {
+                let word = self.unique_id[offset as usize / 4];
+                Ok(word.to_le_bytes()[offset as usize % 4])
+            }
+            _ if address == FLASH_SIZE => Ok(low),
+            _ if address == FLASH_SIZE + 1 => Ok(high),
+            _ => Err(AccessError::Unmapped),
+        };
+        let bytes = match width {
+            Width::Byte => 1,
+            Width::HalfWord => 2,
+            Width::Word => 4,
+        };
+        (0..bytes).try_fold(0, |value, at| {
+            Ok(value | u32::from(byte(address + at)?) << (8 * at))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn size_and_identifier() {
+        let part = Signature::new([0x4433_2211, 0x8877_6655, 0xCCBB_AA99]);
+        assert_eq!(part.read(0x1FFF_F7E0, Width::HalfWord), Ok(64));
+        assert_eq!(part.read(0x1FFF_F7E8, Width::Word), Ok(0x4433_2211));
+        assert_eq!(part.read(0x1FFF_F7F0, Width::Word), Ok(0xCCBB_AA99));
+        assert_eq!(part.read(0x1FFF_F7EA, Width::HalfWord), Ok(0x4433));
+        assert_eq!(part.read(0x1FFF_F7F3, Width::Byte), Ok(0xCC));
+        assert_eq!(
+            part.read(0x1FFF_F7F4, Width::Byte),
+            Err(AccessError::Unmapped)
+        );
+    }
+}

@@ -1,0 +1,295 @@
+//! SPI1 as a master (RM0008, chapter 25): full duplex, 8 or 16 bits, most significant bit first, software slave management.
+//!
+//! | offset | register | |
+//! |---|---|---|
+//! | 00h | SPI_CR1 | mode, prescaler, enable |
+//! | 04h | SPI_CR2 | interrupt enables |
+//! | 08h | SPI_SR | TXE, RXNE, OVR, MODF, BSY |
+//! | 0Ch | SPI_DR | data |
+//! | 10h | SPI_CRCPR | CRC polynomial: kept, without effect |
+//!
+//! What is not modelled (slave, one line, CRC, hardware slave select, least significant bit first, DMA) is a violation.
+
+use super::io::AccessError;
+use super::timebase::Picoseconds;
+use super::violation::Violations;
+
+// SPI_CR1.
+const PHASE: u32 = 1 << 0;
+const POLARITY: u32 = 1 << 1;
+const MASTER: u32 = 1 << 2;
+const ENABLE: u32 = 1 << 6;
+const LEAST_SIGNIFICANT_FIRST: u32 = 1 << 7;
+const INTERNAL_SELECT: u32 = 1 << 8;
+const SOFTWARE_SELECT: u32 = 1 << 9;
+const RECEIVE_ONLY: u32 = 1 << 10;
+const SIXTEEN_BITS: u32 = 1 << 11;
+const CRC_ENABLE: u32 = 1 << 13;
+const ONE_LINE: u32 = 1 << 15;
+const NOT_MODELLED: u32 = LEAST_SIGNIFICANT_FIRST | RECEIVE_ONLY | CRC_ENABLE | ONE_LINE;
+
+// SPI_CR2.
+const DMA: u32 = 0b11;
+const ERROR_INTERRUPT: u32 = 1 << 5;
+const RECEIVE_INTERRUPT: u32 = 1 << 6;
+const TRANSMIT_INTERRUPT: u32 = 1 << 7;
+
+// SPI_SR.
+const RECEIVED: u32 = 1 << 0;
+const TRANSMIT_EMPTY: u32 = 1 << 1;
+const MODE_FAULT: u32 = 1 << 5;
+const OVERRUN: u32 = 1 << 6;
+const BUSY: u32 = 1 << 7;
+
+/// The fastest clock that the part at the end of the wires takes, in Hz (ISM330DHCX datasheet, SPI timing).
+const FASTEST: u32 = 10_000_000;
+
+/// What is at the end of the wires.
+pub trait SpiPart {
+    /// The chip select goes low (true) or high.
+    fn select(&mut self, now: Picoseconds, selected: bool);
+
+    /// A byte goes to the part and another comes back. Not selected, a part lets go of its output, which reads as FFh.
+    fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8;
+}
+
+/// The clocks of an access.
+#[derive(Clone, Copy, Debug)]
+pub struct Clocks {
+    /// HCLK in Hz.
+    pub hclk: u32,
+    /// PCLK2 in Hz, not more than HCLK.
+    pub pclk2: u32,
+}
+
+/// A frame on the wires.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Frame {
+    data: u16,
+    end: u64,
+}
+
+/// SPI1.
+#[derive(Debug)]
+pub struct Spi {
+    cr1: u32,
+    cr2: u32,
+    polynomial: u32,
+    waiting: Option<u16>,
+    shifting: Option<Frame>,
+    received: Option<u16>,
+    /// What SPI_DR shows.
+    last: u16,
+    overrun: bool,
+    /// SPI_DR was read after the overrun; reading SPI_SR now clears it.
+    overrun_seen: bool,
+    mode_fault: bool,
+}
+
+impl Default for Spi {
+    /// After a reset: off.
+    fn default() -> Self {
+        Self {
+            cr1: 0,
+            cr2: 0,
+            polynomial: 7,
+            waiting: None,
+            shifting: None,
+            received: None,
+            last: 0,
+            overrun: false,
+            overrun_seen: false,
+            mode_fault: false,
+        }
+    }
+}
+
+impl Spi {
+    /// True while a frame is on the wires.
+    pub fn is_busy(&self) -> bool {
+        self.shifting.is_some()
+    }
+
+    /// The level of the interrupt line.
+    pub fn interrupt(&self) -> bool {
+        let wants = |enable, event| self.cr2 & enable != 0 && event;
+        wants(RECEIVE_INTERRUPT, self.received.is_some())
+            || wants(TRANSMIT_INTERRUPT, self.waiting.is_none())
+            || wants(ERROR_INTERRUPT, self.overrun || self.mode_fault)
+    }
+
+    /// The end of the frame on the wires, when an interrupt may come of it. Firmware that polls needs no event: each access
+    /// brings the peripheral up to date.
+    pub fn next_event(&self) -> Option<u64> {
+        let enabled = ERROR_INTERRUPT | RECEIVE_INTERRUPT | TRANSMIT_INTERRUPT;
+        self.shifting
+            .filter(|_| self.cr2 & enabled != 0)
+            .map(|frame| frame.end)
+    }
+
+    /// Ends the frames that end until `cycle`; `time_at` says when a cycle is.
+    pub fn advance(
+        &mut self,
+        cycle: u64,
+        clocks: Clocks,
+        time_at: impl Fn(u64) -> Picoseconds,
+        part: &mut impl SpiPart,
+    ) {
+        while let Some(frame) = self.shifting.take_if(|frame| frame.end <= cycle) {
+            let answer = self.exchange(frame.data, time_at(frame.end), part);
+            match self.received {
+                None => self.received = Some(answer),
+                // The buffer keeps what it has.
+                Some(_) => {
+                    self.overrun = true;
+                    self.overrun_seen = false;
+                }
+            }
+            if let Some(data) = self.waiting.take() {
+                self.start(frame.end, data, clocks);
+            }
+        }
+    }
+
+    /// Reads the register at `offset`; brought up to date before.
+    pub fn read(&mut self, offset: u32) -> Result<u32, AccessError> {
+        Ok(match offset {
+            0x00 => self.cr1,
+            0x04 => self.cr2,
+            0x08 => self.read_status(),
+            0x0C => self.read_data(),
+            0x10 => self.polynomial,
+            _ => return Err(AccessError::Refused("SPI1: register not modelled")),
+        })
+    }
+
+    /// Writes the register at `offset`; brought up to date before.
+    pub fn write(
+        &mut self,
+        cycle: u64,
+        offset: u32,
+        value: u32,
+        clocks: Clocks,
+        violations: &mut Violations,
+    ) -> Result<(), AccessError> {
+        match offset {
+            0x00 => self.write_cr1(value & 0xFFFF, clocks, violations),
+            0x04 => {
+                violations.check(value & DMA != 0, "SPI_CR2", "DMA is not modelled");
+                self.cr2 = value & 0xE7;
+            }
+            // The flags are cleared by sequences; only CRCERR, which is not modelled, is written.
+            0x08 => {}
+            0x0C => self.write_data(cycle, value as u16, clocks, violations),
+            0x10 => self.polynomial = value & 0xFFFF,
+            _ => return Err(AccessError::Refused("SPI1: register not modelled")),
+        }
+        Ok(())
+    }
+
+    fn write_cr1(&mut self, value: u32, clocks: Clocks, violations: &mut Violations) {
+        const NAME: &str = "SPI_CR1";
+        let changed = value ^ self.cr1;
+        let was_on = self.cr1 & ENABLE != 0;
+        self.cr1 = value;
+        self.mode_fault = false;
+        violations.check(
+            was_on && self.is_busy() && changed != 0,
+            NAME,
+            "changed within a frame",
+        );
+        violations.check(
+            was_on && changed & SIXTEEN_BITS != 0,
+            NAME,
+            "DFF changed while the SPI is on",
+        );
+        if value & ENABLE == 0 {
+            self.waiting = None;
+            self.shifting = None;
+            return;
+        }
+        if value & SOFTWARE_SELECT != 0 && value & INTERNAL_SELECT == 0 && value & MASTER != 0 {
+            // NSS is low at a master (RM0008, section 25.3.10).
+            self.mode_fault = true;
+            self.cr1 &= !(ENABLE | MASTER);
+            violations.add(NAME, "master mode fault: SSI is 0");
+            return;
+        }
+        violations.check(
+            value & MASTER == 0 || value & SOFTWARE_SELECT == 0 || value & NOT_MODELLED != 0,
+            NAME,
+            "mode not modelled",
+        );
+        violations.check(
+            (value & PHASE != 0) != (value & POLARITY != 0),
+            NAME,
+            "the part knows modes 0 and 3 only",
+        );
+        violations.check(
+            clocks.pclk2 / self.prescaler() > FASTEST,
+            NAME,
+            "faster than the part's 10 MHz",
+        );
+    }
+
+    fn write_data(&mut self, cycle: u64, data: u16, clocks: Clocks, violations: &mut Violations) {
+        if self.cr1 & ENABLE == 0 {
+            violations.add("SPI_DR", "written while the SPI is off");
+        } else if self.shifting.is_none() {
+            self.start(cycle, data, clocks);
+        } else {
+            violations.check(
+                self.waiting.is_some(),
+                "SPI_DR",
+                "written while TXE is 0: the frame before is lost",
+            );
+            self.waiting = Some(data);
+        }
+    }
+
+    fn read_data(&mut self) -> u32 {
+        if let Some(data) = self.received.take() {
+            self.last = data;
+        }
+        self.overrun_seen = self.overrun;
+        self.last.into()
+    }
+
+    fn read_status(&mut self) -> u32 {
+        let flag = |on: bool, bit: u32| if on { bit } else { 0 };
+        let status = flag(self.received.is_some(), RECEIVED)
+            | flag(self.waiting.is_none(), TRANSMIT_EMPTY)
+            | flag(self.mode_fault, MODE_FAULT)
+            | flag(self.overrun, OVERRUN)
+            | flag(self.is_busy(), BUSY);
+        if self.overrun_seen {
+            self.overrun = false;
+            self.overrun_seen = false;
+        }
+        status
+    }
+
+    fn prescaler(&self) -> u32 {
+        2 << (self.cr1 >> 3 & 0b111)
+    }
+
+    fn start(&mut self, cycle: u64, data: u16, clocks: Clocks) {
+        let bits = if self.cr1 & SIXTEEN_BITS != 0 { 16 } else { 8 };
+        let cycles_per_bit = self.prescaler() * (clocks.hclk / clocks.pclk2);
+        let end = cycle + u64::from(bits * cycles_per_bit);
+        self.shifting = Some(Frame { data, end });
+    }
+
+    fn exchange(&self, data: u16, now: Picoseconds, part: &mut impl SpiPart) -> u16 {
+        let [high, low] = data.to_be_bytes();
+        if self.cr1 & SIXTEEN_BITS == 0 {
+            part.transfer(now, low).into()
+        } else {
+            let high = part.transfer(now, high);
+            u16::from_be_bytes([high, part.transfer(now, low)])
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,84 @@
+//! From processor cycles to time and back. A cycle is an HCLK cycle, and HCLK changes when the firmware sets up the clocks.
+
+/// A point in time, or a length of time, in picoseconds, as on the bench's bus.
+pub type Picoseconds = u64;
+
+/// Picoseconds in a second.
+pub const SECOND: Picoseconds = 1_000_000_000_000;
+
+/// Picoseconds in a microsecond.
+pub const MICROSECOND: Picoseconds = 1_000_000;
+
+/// When each cycle is: a cycle whose time is known, and the frequency from there on.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Timebase {
+    cycle: u64,
+    time: Picoseconds,
+    frequency: u32,
+}
+
+impl Timebase {
+    /// Cycle 0 is at time 0; `frequency` in Hz, not 0.
+    pub fn new(frequency: u32) -> Self {
+        Self {
+            cycle: 0,
+            time: 0,
+            frequency,
+        }
+    }
+
+    /// HCLK in Hz.
+    pub fn frequency(&self) -> u32 {
+        self.frequency
+    }
+
+    /// From `cycle` on, HCLK is `frequency` in Hz (not 0).
+    pub fn set_frequency(&mut self, cycle: u64, frequency: u32) {
+        *self = Self {
+            cycle,
+            time: self.time_at(cycle),
+            frequency,
+        };
+    }
+
+    /// The time at which a cycle begins. Cycles before the last change of frequency count as being at that change.
+    pub fn time_at(&self, cycle: u64) -> Picoseconds {
+        let cycles = u128::from(cycle.saturating_sub(self.cycle));
+        self.time + (cycles * u128::from(SECOND) / u128::from(self.frequency)) as u64
+    }
+
+    /// The first cycle that does not begin before `time`.
+    pub fn cycle_at(&self, time: Picoseconds) -> u64 {
+        self.cycle + self.cycles(time.saturating_sub(self.time))
+    }
+
+    /// How many cycles cover this length of time, rounded up.
+    pub fn cycles(&self, length: Picoseconds) -> u64 {
+        (u128::from(length) * u128::from(self.frequency)).div_ceil(u128::from(SECOND)) as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn time_goes_on_through_changes_of_the_frequency() {
+        let mut base = Timebase::new(8_000_000);
+        assert_eq!(base.time_at(8_000), 1_000 * MICROSECOND);
+        base.set_frequency(8_000, 64_000_000);
+        assert_eq!(base.time_at(8_000), 1_000 * MICROSECOND);
+        assert_eq!(base.time_at(8_064), 1_001 * MICROSECOND);
+        assert_eq!(base.cycle_at(1_001 * MICROSECOND), 8_064);
+        assert_eq!(base.cycle_at(1_001 * MICROSECOND + 1), 8_065);
+    }
+
+    #[test]
+    fn a_frequency_whose_cycle_is_no_whole_number_of_picoseconds_does_not_drift() {
+        let base = Timebase::new(72_000_000);
+        assert_eq!(base.time_at(72_000_000 * 86_400), 86_400 * SECOND);
+        for cycle in [1, 2, 3, 71, 72_000_001] {
+            assert_eq!(base.cycle_at(base.time_at(cycle)), cycle);
+        }
+    }
+}
