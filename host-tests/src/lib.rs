@@ -5,6 +5,7 @@
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
+//! - [`stm32f103`]: the microcontroller itself, which runs the ELF that is flashed;
 //! - [`models`] and [`motion`]: what all of these share.
 
 pub mod bench;
@@ -17,6 +18,7 @@ pub mod motion;
 pub mod scene;
 pub mod server;
 pub mod slcan;
+pub mod stm32f103;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod virtual_sensor;
