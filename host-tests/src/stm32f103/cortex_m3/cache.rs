@@ -1,0 +1,97 @@
+//! Decoded flash: each half-word keeps the instruction that starts there, once it was executed. Code in RAM is decoded each time.
+
+use super::CortexM3;
+use super::decode::instruction::{Decoded, Instruction, ItRule};
+use super::decode::{self, is_wide};
+use super::fault::{FaultKind, Result};
+use super::memory::{FLASH_SIZE, flash_offset};
+use std::collections::BTreeSet;
+
+/// A place whose instruction is not known; nothing decodes to a length of 0.
+const UNKNOWN: Decoded = Decoded {
+    instruction: Instruction::Nop,
+    length: 0,
+    it: ItRule::Anywhere,
+};
+
+/// The decoded instructions, and the breakpoints, which are never among them.
+#[derive(Clone, Debug)]
+pub struct Cache {
+    places: Box<[Decoded]>,
+    breakpoints: BTreeSet<u32>,
+}
+
+impl Cache {
+    pub fn new() -> Self {
+        Self {
+            places: vec![UNKNOWN; FLASH_SIZE / 2].into(),
+            breakpoints: BTreeSet::new(),
+        }
+    }
+
+    /// The instruction at this address, when it is known.
+    #[inline(always)]
+    pub fn get(&self, pc: u32) -> Option<Decoded> {
+        let place = *self.places.get(flash_offset(pc)? / 2)?;
+        (place.length != 0).then_some(place)
+    }
+
+    /// Keeps an instruction, unless it is in RAM.
+    fn keep(&mut self, pc: u32, decoded: Decoded) {
+        if let Some(place) = flash_offset(pc).and_then(|offset| self.places.get_mut(offset / 2)) {
+            *place = decoded;
+        }
+    }
+
+    /// Forgets what these bytes were part of; an instruction can start a half-word earlier.
+    pub fn forget(&mut self, address: u32, length: usize) {
+        let Some(offset) = flash_offset(address) else {
+            return;
+        };
+        let (first, end) = (
+            (offset / 2).saturating_sub(1),
+            (offset + length).div_ceil(2),
+        );
+        if let Some(places) = self.places.get_mut(first..end) {
+            places.fill(UNKNOWN);
+        }
+    }
+
+    pub fn add_breakpoint(&mut self, address: u32) {
+        self.breakpoints.insert(address & !1);
+        self.forget(address, 2);
+    }
+
+    pub fn remove_breakpoint(&mut self, address: u32) {
+        self.breakpoints.remove(&(address & !1));
+    }
+}
+
+impl CortexM3 {
+    /// The instruction at an address that the cache does not know; none where the run has to stop at a breakpoint.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn decode(&mut self, pc: u32) -> Result<Option<Decoded>> {
+        let stops = self.cache.breakpoints.contains(&pc);
+        if stops && self.stopped_at.replace(pc) != Some(pc) {
+            return Ok(None);
+        }
+        let half_word = |address| match self.memory.read(address) {
+            Some(bytes) => Ok(u16::from_le_bytes(bytes)),
+            None => Err(Box::new(FaultKind::Unmapped(address))),
+        };
+        let first = half_word(pc)?;
+        let second = if is_wide(first) {
+            half_word(pc.wrapping_add(2))?
+        } else {
+            0
+        };
+        let decoded = decode::decode(first, second);
+        if stops {
+            self.stopped_at = None;
+        } else {
+            self.cache.keep(pc, decoded);
+        }
+        Ok(Some(decoded))
+    }
+}

@@ -1,0 +1,535 @@
+//! Every instruction of the Cortex-M3, with its registers and immediates resolved: what the decoder makes of half-words.
+//!
+//! Encodings that only differ in their size or in their ranges are the same instruction here.
+
+use super::rule::Rule;
+
+/// A core register, R0 to R15.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Register(u8);
+
+impl Register {
+    /// The stack pointer, R13.
+    pub const SP: Self = Self(13);
+    /// The link register, R14.
+    pub const LR: Self = Self(14);
+    /// The program counter, R15.
+    pub const PC: Self = Self(15);
+
+    /// The register with this number; only the low four bits count.
+    pub const fn new(number: u32) -> Self {
+        Self((number & 15) as u8)
+    }
+
+    /// Its number, 0 to 15.
+    #[inline(always)]
+    pub const fn index(self) -> usize {
+        (self.0 & 15) as usize
+    }
+
+    /// Many encodings take neither SP nor PC.
+    pub fn is_sp_or_pc(self) -> bool {
+        self == Self::SP || self == Self::PC
+    }
+}
+
+/// Whether a data-processing instruction writes the flags.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SetFlags {
+    /// It does not.
+    No,
+    /// It does.
+    Yes,
+    /// Most 16-bit instructions: unless they are in an IT block.
+    OutsideIt,
+}
+
+impl SetFlags {
+    /// From the S bit of a 32-bit encoding.
+    pub fn from_bit(set: bool) -> Self {
+        if set { Self::Yes } else { Self::No }
+    }
+}
+
+/// What a data-processing instruction computes from its first and second operand.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum DataOp {
+    /// Both.
+    And,
+    /// The first without the bits of the second.
+    Bic,
+    /// Either.
+    Orr,
+    /// The first, or not the second.
+    Orn,
+    /// Exclusive or.
+    Eor,
+    /// The second operand.
+    Mov,
+    /// Not the second operand.
+    Mvn,
+    /// Sum.
+    Add,
+    /// Sum with carry.
+    Adc,
+    /// Difference with borrow.
+    Sbc,
+    /// Difference.
+    Sub,
+    /// The second minus the first.
+    Rsb,
+}
+
+/// The kinds of shift.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Shift {
+    /// Logical shift left.
+    Lsl,
+    /// Logical shift right.
+    Lsr,
+    /// Arithmetic shift right.
+    Asr,
+    /// Rotate right.
+    Ror,
+    /// Rotate right by one through the carry.
+    Rrx,
+}
+
+/// The carry that an immediate operand yields.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Carry {
+    /// It stays.
+    Keep,
+    /// 0.
+    Clear,
+    /// 1.
+    Set,
+}
+
+/// What SXTB and its kin extend.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Extend {
+    /// A signed byte.
+    SignedByte,
+    /// A signed half-word.
+    SignedHalfWord,
+    /// An unsigned byte.
+    Byte,
+    /// An unsigned half-word.
+    HalfWord,
+}
+
+/// Instructions that rearrange the bits of one register.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Rearrange {
+    /// REV.
+    ReverseBytes,
+    /// REV16.
+    ReverseBytesOfHalfWords,
+    /// REVSH.
+    ReverseSignedHalfWord,
+    /// RBIT.
+    ReverseBits,
+    /// CLZ.
+    CountLeadingZeros,
+}
+
+/// What a load or store transfers.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Size {
+    /// 8 bits, zero-extended.
+    Byte,
+    /// 8 bits, sign-extended.
+    SignedByte,
+    /// 16 bits, zero-extended.
+    HalfWord,
+    /// 16 bits, sign-extended.
+    SignedHalfWord,
+    /// 32 bits.
+    Word,
+}
+
+/// How a load or store writes its base register back.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Index {
+    /// `[Rn, #offset]`: it does not.
+    Offset,
+    /// `[Rn, #offset]!`: the address goes to the base.
+    Pre,
+    /// `[Rn], #offset`: the access is at the base, and the offset is added afterwards.
+    Post,
+}
+
+/// The order of LDM and STM.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Multiple {
+    /// From the base upwards.
+    IncrementAfter,
+    /// Ends below the base.
+    DecrementBefore,
+}
+
+/// The conditions, in the order of their codes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+#[expect(missing_docs, reason = "the names are those of the manual, A7.3")]
+pub enum Condition {
+    Eq,
+    Ne,
+    Cs,
+    Cc,
+    Mi,
+    Pl,
+    Vs,
+    Vc,
+    Hi,
+    Ls,
+    Ge,
+    Lt,
+    Gt,
+    Le,
+    Always,
+}
+
+impl Condition {
+    /// From its code. 1111 means "always" wherever it is allowed at all.
+    #[inline]
+    pub const fn from_code(code: u32) -> Self {
+        match code & 15 {
+            0 => Self::Eq,
+            1 => Self::Ne,
+            2 => Self::Cs,
+            3 => Self::Cc,
+            4 => Self::Mi,
+            5 => Self::Pl,
+            6 => Self::Vs,
+            7 => Self::Vc,
+            8 => Self::Hi,
+            9 => Self::Ls,
+            10 => Self::Ge,
+            11 => Self::Lt,
+            12 => Self::Gt,
+            13 => Self::Le,
+            _ => Self::Always,
+        }
+    }
+}
+
+/// An instruction. The registers are named as in the manual: `d` destination, `n` first operand or base, `m` second operand or
+/// index, `t` transferred, `a` accumulated.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[expect(missing_docs, reason = "the fields are those of the manual")]
+pub enum Instruction {
+    /// The second operand is a number.
+    DataImmediate {
+        op: DataOp,
+        d: Register,
+        n: Register,
+        flags: SetFlags,
+        carry: Carry,
+        value: u32,
+    },
+    /// The second operand is a register.
+    DataRegister {
+        op: DataOp,
+        d: Register,
+        n: Register,
+        m: Register,
+        flags: SetFlags,
+    },
+    /// The second operand is a register, shifted.
+    DataShifted {
+        op: DataOp,
+        d: Register,
+        n: Register,
+        m: Register,
+        flags: SetFlags,
+        shift: Shift,
+        amount: u8,
+    },
+    /// CMP, CMN, TST, TEQ with a number.
+    CompareImmediate {
+        op: DataOp,
+        n: Register,
+        carry: Carry,
+        value: u32,
+    },
+    /// CMP, CMN, TST, TEQ with a register.
+    CompareRegister {
+        op: DataOp,
+        n: Register,
+        m: Register,
+    },
+    /// CMP, CMN, TST, TEQ with a shifted register.
+    CompareShifted {
+        op: DataOp,
+        n: Register,
+        m: Register,
+        shift: Shift,
+        amount: u8,
+    },
+    /// LSL, LSR, ASR, ROR by the low byte of a register.
+    ShiftByRegister {
+        shift: Shift,
+        d: Register,
+        n: Register,
+        m: Register,
+        flags: SetFlags,
+    },
+    /// MOVT.
+    MoveTop { d: Register, value: u16 },
+    /// ADR: the word that PC is in, and an offset.
+    Address { d: Register, offset: i32 },
+
+    /// MUL.
+    Multiply {
+        d: Register,
+        n: Register,
+        m: Register,
+        flags: SetFlags,
+    },
+    /// MLA.
+    MultiplyAdd {
+        d: Register,
+        n: Register,
+        m: Register,
+        a: Register,
+    },
+    /// MLS.
+    MultiplySubtract {
+        d: Register,
+        n: Register,
+        m: Register,
+        a: Register,
+    },
+    /// SMULL, UMULL, SMLAL, UMLAL.
+    MultiplyLong {
+        signed: bool,
+        accumulate: bool,
+        low: Register,
+        high: Register,
+        n: Register,
+        m: Register,
+    },
+    /// SDIV, UDIV.
+    Divide {
+        signed: bool,
+        d: Register,
+        n: Register,
+        m: Register,
+    },
+    /// SSAT, USAT. `bits` is the width of the result.
+    Saturate {
+        signed: bool,
+        d: Register,
+        n: Register,
+        bits: u8,
+        shift: Shift,
+        amount: u8,
+    },
+    /// SBFX, UBFX.
+    BitFieldExtract {
+        signed: bool,
+        d: Register,
+        n: Register,
+        lsb: u8,
+        width: u8,
+    },
+    /// BFI.
+    BitFieldInsert {
+        d: Register,
+        n: Register,
+        lsb: u8,
+        width: u8,
+    },
+    /// BFC.
+    BitFieldClear { d: Register, lsb: u8, width: u8 },
+    /// SXTB, SXTH, UXTB, UXTH, after a rotation to the right by this many bits.
+    ExtendRegister {
+        kind: Extend,
+        d: Register,
+        m: Register,
+        rotation: u8,
+    },
+    /// REV, REV16, REVSH, RBIT, CLZ.
+    RearrangeBits {
+        kind: Rearrange,
+        d: Register,
+        m: Register,
+    },
+
+    /// Load, `[Rn, #offset]`.
+    LoadOffset {
+        size: Size,
+        t: Register,
+        n: Register,
+        offset: i16,
+    },
+    /// Load that writes the base back.
+    LoadIndexed {
+        size: Size,
+        t: Register,
+        n: Register,
+        index: Index,
+        offset: i16,
+    },
+    /// Load, `[Rn, Rm, LSL #shift]`.
+    LoadRegister {
+        size: Size,
+        t: Register,
+        n: Register,
+        m: Register,
+        shift: u8,
+    },
+    /// Load from an offset to the word that PC is in.
+    LoadLiteral {
+        size: Size,
+        t: Register,
+        offset: i16,
+    },
+    /// Store, `[Rn, #offset]`.
+    StoreOffset {
+        size: Size,
+        t: Register,
+        n: Register,
+        offset: i16,
+    },
+    /// Store that writes the base back.
+    StoreIndexed {
+        size: Size,
+        t: Register,
+        n: Register,
+        index: Index,
+        offset: i16,
+    },
+    /// Store, `[Rn, Rm, LSL #shift]`.
+    StoreRegister {
+        size: Size,
+        t: Register,
+        n: Register,
+        m: Register,
+        shift: u8,
+    },
+    /// LDRD.
+    LoadDual {
+        t: Register,
+        t2: Register,
+        n: Register,
+        index: Index,
+        offset: i16,
+    },
+    /// STRD.
+    StoreDual {
+        t: Register,
+        t2: Register,
+        n: Register,
+        index: Index,
+        offset: i16,
+    },
+    /// LDM, LDMDB, POP. Bit i of the list stands for register i.
+    LoadMultiple {
+        n: Register,
+        kind: Multiple,
+        write_back: bool,
+        list: u16,
+    },
+    /// STM, STMDB, PUSH.
+    StoreMultiple {
+        n: Register,
+        kind: Multiple,
+        write_back: bool,
+        list: u16,
+    },
+    /// LDREX, LDREXB, LDREXH.
+    LoadExclusive {
+        size: Size,
+        t: Register,
+        n: Register,
+        offset: u16,
+    },
+    /// STREX, STREXB, STREXH.
+    StoreExclusive {
+        size: Size,
+        d: Register,
+        t: Register,
+        n: Register,
+        offset: u16,
+    },
+    /// CLREX.
+    ClearExclusive,
+
+    /// B.
+    Branch { offset: i32 },
+    /// B with a condition of its own.
+    BranchIf { condition: Condition, offset: i32 },
+    /// BL.
+    BranchLink { offset: i32 },
+    /// BX.
+    BranchExchange { m: Register },
+    /// BLX.
+    BranchLinkExchange { m: Register },
+    /// MOV PC, Rm.
+    MoveToPc { m: Register },
+    /// ADD PC, Rm.
+    AddToPc { m: Register },
+    /// CBZ, CBNZ.
+    CompareBranch { n: Register, zero: bool, offset: u8 },
+    /// TBB, TBH.
+    TableBranch {
+        n: Register,
+        m: Register,
+        half_words: bool,
+    },
+
+    /// IT: the new ITSTATE.
+    IfThen { state: u8 },
+    /// NOP, hints that do nothing here, barriers and preloads.
+    Nop,
+    /// WFI.
+    WaitForInterrupt,
+    /// WFE.
+    WaitForEvent,
+    /// SEV.
+    SendEvent,
+    /// CPSIE and CPSID.
+    ChangeState {
+        disable: bool,
+        primask: bool,
+        faultmask: bool,
+    },
+    /// MRS.
+    MoveFromSpecial { d: Register, special: u8 },
+    /// MSR.
+    MoveToSpecial { n: Register, special: u8 },
+    /// SVC.
+    SupervisorCall,
+    /// BKPT.
+    Breakpoint(u8),
+
+    /// UNDEFINED, by this rule.
+    Undefined(Rule),
+    /// UNPREDICTABLE, by this rule.
+    Unpredictable(Rule),
+}
+
+/// Where an instruction may be in an IT block.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ItRule {
+    /// Anywhere.
+    Anywhere,
+    /// It branches: only as the last one.
+    Last,
+    /// Not at all.
+    Outside,
+}
+
+/// A decoded instruction.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Decoded {
+    /// What it does.
+    pub instruction: Instruction,
+    /// Its length in bytes, 2 or 4.
+    pub length: u8,
+    /// Where it may be in an IT block.
+    pub it: ItRule,
+}

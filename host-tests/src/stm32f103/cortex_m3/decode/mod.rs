@@ -1,0 +1,119 @@
+//! From half-words to instructions: a pure function, which also knows what must not be executed and by which rule.
+//!
+//! The tables are those of chapter A5 of the ARM ARM (ARMv7-M Architecture Reference Manual, DDI 0403E), one function for each;
+//! the conditions on registers are those of the instruction's page in A7.7.
+
+pub mod instruction;
+pub mod rule;
+
+mod narrow;
+mod wide;
+mod wide_branch;
+mod wide_data;
+mod wide_load_store;
+mod wide_register;
+
+use instruction::{Decoded, Instruction, ItRule, Register};
+use rule::Rule;
+
+/// Whether a half-word is the first of two (A5.1).
+pub const fn is_wide(first: u16) -> bool {
+    first >> 11 >= 0b11101
+}
+
+/// Decodes the instruction that starts with this half-word; `second` only counts where [`is_wide`] says so.
+pub fn decode(first: u16, second: u16) -> Decoded {
+    let (length, result) = if is_wide(first) {
+        let word = u32::from(first) << 16 | u32::from(second);
+        (4, wide::decode(word))
+    } else {
+        (2, narrow::decode(u32::from(first)))
+    };
+    let (instruction, it) = match result {
+        Ok(plain) => (plain.instruction, plain.it),
+        Err(refused) => (refused, ItRule::Anywhere),
+    };
+    Decoded {
+        instruction,
+        length,
+        it,
+    }
+}
+
+/// What a table yields: an instruction and where it may be in an IT block.
+struct Plain {
+    instruction: Instruction,
+    it: ItRule,
+}
+
+/// Refused encodings travel as errors, so that conditions can be checked with `?`.
+type Table = Result<Plain, Instruction>;
+
+/// An instruction that may be anywhere.
+const fn anywhere(instruction: Instruction) -> Table {
+    Ok(Plain {
+        instruction,
+        it: ItRule::Anywhere,
+    })
+}
+
+/// An instruction that branches: in an IT block only as the last one.
+const fn last(instruction: Instruction) -> Table {
+    Ok(Plain {
+        instruction,
+        it: ItRule::Last,
+    })
+}
+
+/// An instruction that must not be in an IT block.
+const fn outside(instruction: Instruction) -> Table {
+    Ok(Plain {
+        instruction,
+        it: ItRule::Outside,
+    })
+}
+
+/// An UNDEFINED encoding.
+const fn undefined<T>(rule: Rule) -> Result<T, Instruction> {
+    Err(Instruction::Undefined(rule))
+}
+
+/// UNPREDICTABLE when `wrong`.
+const fn refuse_if(wrong: bool, rule: Rule) -> Result<(), Instruction> {
+    if wrong {
+        Err(Instruction::Unpredictable(rule))
+    } else {
+        Ok(())
+    }
+}
+
+/// UNPREDICTABLE when one of these is SP or PC.
+fn refuse_sp_and_pc(registers: &[Register]) -> Result<(), Instruction> {
+    let wrong = registers.iter().any(|register| register.is_sp_or_pc());
+    refuse_if(wrong, Rule::StackPointerOrPc)
+}
+
+/// UNPREDICTABLE unless the bits under the mask, those in parentheses, have this value.
+const fn should_be(word: u32, mask: u32, value: u32) -> Result<(), Instruction> {
+    refuse_if(word & mask != value, Rule::ShouldBe)
+}
+
+/// `count` bits from bit `low` on.
+const fn bits(word: u32, low: u32, count: u32) -> u32 {
+    word >> low & ((1 << count) - 1)
+}
+
+/// One bit.
+const fn bit(word: u32, index: u32) -> bool {
+    word >> index & 1 != 0
+}
+
+/// The register whose number is in the four bits from `low` on.
+const fn register(word: u32, low: u32) -> Register {
+    Register::new(word >> low)
+}
+
+/// A number of `count` bits, sign-extended.
+const fn signed(value: u32, count: u32) -> i32 {
+    ((value << (32 - count)) as i32) >> (32 - count)
+}

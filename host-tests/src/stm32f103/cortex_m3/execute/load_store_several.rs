@@ -1,0 +1,181 @@
+//! Loads and stores of several words, and the exclusive ones: all of them must be aligned (ARM ARM A3.2.1).
+
+use super::super::CortexM3;
+use super::super::decode::instruction::{Index, Multiple, Register, Size};
+use super::super::fault::{FaultKind, Result};
+use crate::stm32f103::io::Io;
+
+fn aligned(address: u32, mask: u32) -> Result<()> {
+    if address & mask == 0 {
+        Ok(())
+    } else {
+        Err(FaultKind::Unaligned(address).into())
+    }
+}
+
+/// Where the first word goes, and what the base is afterwards.
+fn span(base: u32, kind: Multiple, list: u16) -> (u32, u32) {
+    let length = 4 * list.count_ones();
+    match kind {
+        Multiple::IncrementAfter => (base, base.wrapping_add(length)),
+        Multiple::DecrementBefore => (base.wrapping_sub(length), base.wrapping_sub(length)),
+    }
+}
+
+/// The registers of a list, from the lowest on.
+#[inline(always)]
+fn registers(mut list: u16) -> impl Iterator<Item = Register> {
+    std::iter::from_fn(move || {
+        let number = (list != 0).then(|| list.trailing_zeros())?;
+        list &= list - 1;
+        Some(Register::new(number))
+    })
+}
+
+impl CortexM3 {
+    /// LDM. The base is written back before the registers, and PC comes last: it may end a handler.
+    pub(super) fn load_multiple(
+        &mut self,
+        io: &mut impl Io,
+        n: Register,
+        kind: Multiple,
+        write_back: bool,
+        list: u16,
+    ) -> Result<()> {
+        let (mut address, base) = span(self.registers.get(n), kind, list);
+        aligned(address, 3)?;
+        let mut target = None;
+        for register in registers(list) {
+            let value = self.load_value(io, Size::Word, address)?;
+            if register == Register::PC {
+                target = Some(value);
+            } else {
+                self.registers.set(register, value);
+            }
+            address = address.wrapping_add(4);
+        }
+        if write_back {
+            self.registers.set(n, base);
+        }
+        match target {
+            Some(target) => self.branch_exchange(target),
+            None => Ok(()),
+        }
+    }
+
+    /// STM.
+    pub(super) fn store_multiple(
+        &mut self,
+        io: &mut impl Io,
+        n: Register,
+        kind: Multiple,
+        write_back: bool,
+        list: u16,
+    ) -> Result<()> {
+        let (mut address, base) = span(self.registers.get(n), kind, list);
+        aligned(address, 3)?;
+        for register in registers(list) {
+            self.store_value(io, Size::Word, address, self.registers.get(register))?;
+            address = address.wrapping_add(4);
+        }
+        if write_back {
+            self.registers.set(n, base);
+        }
+        Ok(())
+    }
+
+    /// LDRD. With PC as the base it is relative to its word.
+    pub(super) fn load_dual(
+        &mut self,
+        io: &mut impl Io,
+        (t, t2): (Register, Register),
+        n: Register,
+        index: Index,
+        offset: i16,
+    ) -> Result<()> {
+        let (address, base) = if n == Register::PC {
+            let address = self.literal_base().wrapping_add_signed(offset.into());
+            (address, 0)
+        } else {
+            self.index(n, index, offset)
+        };
+        aligned(address, 3)?;
+        let first = self.load_value(io, Size::Word, address)?;
+        let second = self.load_value(io, Size::Word, address.wrapping_add(4))?;
+        if index != Index::Offset {
+            self.registers.set(n, base);
+        }
+        self.registers.set(t, first);
+        self.registers.set(t2, second);
+        Ok(())
+    }
+
+    /// STRD.
+    pub(super) fn store_dual(
+        &mut self,
+        io: &mut impl Io,
+        (t, t2): (Register, Register),
+        n: Register,
+        index: Index,
+        offset: i16,
+    ) -> Result<()> {
+        let (address, base) = self.index(n, index, offset);
+        aligned(address, 3)?;
+        self.store_value(io, Size::Word, address, self.registers.get(t))?;
+        self.store_value(
+            io,
+            Size::Word,
+            address.wrapping_add(4),
+            self.registers.get(t2),
+        )?;
+        if index != Index::Offset {
+            self.registers.set(n, base);
+        }
+        Ok(())
+    }
+
+    /// LDREX: opens the local monitor, which on this core knows no address (A3.4.1).
+    pub(super) fn load_exclusive(
+        &mut self,
+        io: &mut impl Io,
+        size: Size,
+        t: Register,
+        n: Register,
+        offset: u16,
+    ) -> Result<()> {
+        let address = self.exclusive_address(size, n, offset)?;
+        let value = self.load_value(io, size, address)?;
+        self.registers.set(t, value);
+        self.exclusive = true;
+        Ok(())
+    }
+
+    /// STREX: stores and yields 0 if the monitor is still open, and closes it.
+    pub(super) fn store_exclusive(
+        &mut self,
+        io: &mut impl Io,
+        size: Size,
+        (d, t): (Register, Register),
+        n: Register,
+        offset: u16,
+    ) -> Result<()> {
+        let address = self.exclusive_address(size, n, offset)?;
+        let open = std::mem::take(&mut self.exclusive);
+        if open {
+            self.store_value(io, size, address, self.registers.get(t))?;
+        }
+        self.registers.set(d, u32::from(!open));
+        Ok(())
+    }
+
+    fn exclusive_address(&self, size: Size, n: Register, offset: u16) -> Result<u32> {
+        let address = self.registers.get(n).wrapping_add(offset.into());
+        let mask = match size {
+            Size::Word => 3,
+            Size::HalfWord | Size::SignedHalfWord => 1,
+            Size::Byte | Size::SignedByte => 0,
+        };
+        aligned(address, mask)?;
+        Ok(address)
+    }
+}

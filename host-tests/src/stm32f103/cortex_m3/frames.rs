@@ -1,0 +1,144 @@
+//! Entering and leaving exceptions (ARM ARM B1.5.6 to B1.5.8).
+//!
+//! The frame on the stack, from the address that SP has in the handler: R0, R1, R2, R3, R12, LR, the return address, xPSR.
+
+use super::decode::instruction::Register;
+use super::exceptions::{NMI, only};
+use super::fault::{FaultKind, Result};
+use super::registers::{Flags, ItState};
+use super::sleep::Sleep;
+use super::{CortexM3, EXCEPTION_CYCLES};
+
+/// The bytes of a frame.
+const FRAME_SIZE: u32 = 32;
+/// The registers in a frame, in this order, before the return address and xPSR.
+const FRAME_REGISTERS: [Register; 6] = [
+    Register::new(0),
+    Register::new(1),
+    Register::new(2),
+    Register::new(3),
+    Register::new(12),
+    Register::LR,
+];
+/// xPSR in a frame: SP was moved by a word to be aligned.
+const ALIGNED: u32 = 1 << 9;
+
+/// EXC_RETURN: to a handler.
+const TO_HANDLER: u32 = 0xFFFF_FFF1;
+/// EXC_RETURN: to the thread on the main stack.
+const TO_THREAD: u32 = 0xFFFF_FFF9;
+/// EXC_RETURN: to the thread on the process stack.
+const TO_THREAD_ON_PROCESS_STACK: u32 = 0xFFFF_FFFD;
+
+impl CortexM3 {
+    /// Takes an exception: frame, vector, handler mode (ExceptionEntry).
+    pub(super) fn enter_exception(&mut self, number: u16) -> Result<()> {
+        let return_value = if self.registers.in_handler() {
+            TO_HANDLER
+        } else if self.registers.is_on_process_stack() {
+            TO_THREAD_ON_PROCESS_STACK
+        } else {
+            TO_THREAD
+        };
+        self.push_frame()?;
+        self.registers.select_stack(false);
+        self.registers.set(Register::LR, return_value);
+        self.registers.exception = number;
+        self.registers.it = ItState::default();
+        self.exceptions.pending &= !only(number);
+        self.exceptions.active |= only(number);
+        self.exclusive = false;
+        self.event = true;
+        self.stall(EXCEPTION_CYCLES);
+        let vector = self.system.vector_table.wrapping_add(4 * u32::from(number));
+        let handler = self
+            .memory
+            .word(vector)
+            .ok_or(FaultKind::Unmapped(vector))?;
+        self.branch_to_state(handler)
+    }
+
+    fn push_frame(&mut self) -> Result<()> {
+        let stack = self.registers.get(Register::SP);
+        let moved = self.system.aligns_stack() && stack & 4 != 0;
+        let frame = stack.wrapping_sub(FRAME_SIZE) & if moved { !4 } else { !0 };
+        let status = self.registers.xpsr() | if moved { ALIGNED } else { 0 };
+        let registers = FRAME_REGISTERS.map(|register| self.registers.get(register));
+        let words = registers.into_iter().chain([self.next, status]);
+        for (address, word) in (frame..).step_by(4).zip(words) {
+            if !self.memory.write(address, word.to_le_bytes()) {
+                return Err(FaultKind::Unmapped(address).into());
+            }
+        }
+        self.registers.set_stack_pointer(frame);
+        Ok(())
+    }
+
+    /// A jump to an EXC_RETURN value in handler mode (ExceptionReturn).
+    pub(super) fn return_from_exception(&mut self, value: u32) -> Result<()> {
+        let invalid = |reason| Err(FaultKind::InvalidReturn(value, reason).into());
+        let number = self.registers.exception;
+        if self.exceptions.active & only(number) == 0 {
+            return invalid("the exception in IPSR is not active");
+        }
+        let nested = self.exceptions.active.count_ones() > 1;
+        let (handler, process_stack) = match value {
+            TO_HANDLER => (true, false),
+            TO_THREAD => (false, false),
+            TO_THREAD_ON_PROCESS_STACK => (false, true),
+            _ => return invalid("no such value"),
+        };
+        if handler && !nested {
+            return invalid("to a handler while none is left");
+        }
+        if !handler && nested && !self.system.allows_nested_thread() {
+            return invalid("to the thread while a handler is left");
+        }
+        self.exceptions.active &= !only(number);
+        if number != NMI {
+            self.registers.faultmask = false;
+        }
+        self.registers.select_stack(process_stack);
+        self.pop_frame()?;
+        if handler != self.registers.in_handler() {
+            return invalid("xPSR in the frame does not fit");
+        }
+        self.nvic.sample(&mut self.exceptions);
+        self.exclusive = false;
+        self.event = true;
+        self.interrupted = true;
+        self.stall(EXCEPTION_CYCLES);
+        if !handler && self.exceptions.active == 0 && self.system.sleeps_on_exit() {
+            self.sleep(Sleep::Interrupt);
+        }
+        Ok(())
+    }
+
+    fn pop_frame(&mut self) -> Result<()> {
+        let frame = self.registers.get(Register::SP);
+        let mut words = [0; 8];
+        for (address, word) in (frame..).step_by(4).zip(&mut words) {
+            *word = self
+                .memory
+                .word(address)
+                .ok_or(FaultKind::Unmapped(address))?;
+        }
+        let [registers @ .., return_address, status] = words;
+        for (register, word) in FRAME_REGISTERS.into_iter().zip(registers) {
+            self.registers.set(register, word);
+        }
+        if return_address & 1 != 0 {
+            return Err(
+                FaultKind::InvalidReturn(return_address, "an odd address in the frame").into(),
+            );
+        }
+        self.next = return_address;
+        self.registers.flags = Flags::from_bits(status);
+        self.registers.it = ItState::from_bits(status);
+        self.registers.exception = (status & 0x1FF) as u16;
+        let moved = self.system.aligns_stack() && status & ALIGNED != 0;
+        let stack = frame.wrapping_add(FRAME_SIZE) | if moved { 4 } else { 0 };
+        self.registers.set_stack_pointer(stack);
+        Ok(())
+    }
+}

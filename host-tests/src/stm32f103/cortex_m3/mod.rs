@@ -1,0 +1,341 @@
+//! An ARM Cortex-M3 r1p1 as the STM32F103C8 has it: processor, interrupt controller, SysTick, system control, flash and RAM.
+//!
+//! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
+//!
+//! Every instruction takes one cycle, entering and leaving an exception 12 each. Returns are not chained to the next exception
+//! (tail-chaining is optional), so the order of handlers is that of the chip and each takes a little longer.
+//!
+//! Only what is allowed runs: UNDEFINED and UNPREDICTABLE instructions, accesses to nothing, and all else that faults stop
+//! the run with a [`Fault`].
+
+pub mod decode;
+
+mod cache;
+mod exceptions;
+mod execute;
+mod fault;
+mod frames;
+mod memory;
+mod nvic;
+mod registers;
+mod scb;
+mod sleep;
+mod systick;
+
+use super::io::Io;
+use cache::Cache;
+use decode::instruction::Register;
+use exceptions::{Exceptions, SYSTICK, only};
+pub use fault::{Fault, FaultKind};
+use memory::{FLASH_START, Memory};
+use nvic::Nvic;
+use registers::{Flags, ItState, Registers};
+use scb::SystemControl;
+use sleep::Sleep;
+use systick::SysTick;
+
+/// Cycles to enter an exception, and to leave it.
+const EXCEPTION_CYCLES: u64 = 12;
+
+/// Why [`CortexM3::run`] returned.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Pause {
+    /// The cycle that was asked for is reached, or passed by less than an exception entry.
+    Reached,
+    /// [`Io::take_attention`] was true after an instruction.
+    Attention,
+    /// The program asked for a reset (AIRCR.SYSRESETREQ). It is up to the caller to do it.
+    Reset,
+    /// Before the instruction at a breakpoint. The next run executes it.
+    Breakpoint,
+    /// At a BKPT instruction, with its number. The next run executes it again unless PC is moved.
+    Bkpt(u8),
+}
+
+/// The processor with its memories.
+#[derive(Clone, Debug)]
+pub struct CortexM3 {
+    registers: Registers,
+    /// The address of the next instruction.
+    next: u32,
+    cycle: u64,
+    /// Cycles in which no instruction was executed.
+    idle_cycles: u64,
+    /// Something happened that the loop over instructions has to stop for.
+    interrupted: bool,
+    /// An instruction in an IT block executes.
+    in_it_block: bool,
+    /// The local monitor of LDREX and STREX.
+    exclusive: bool,
+    accessed_io: bool,
+    pause: Option<Pause>,
+    /// The breakpoint that the last run stopped at.
+    stopped_at: Option<u32>,
+    sleep: Option<Sleep>,
+    /// The event register of WFE and SEV.
+    event: bool,
+    /// What was pending when SEVONPEND was last looked after.
+    noted_pending: u128,
+    cache: Cache,
+    memory: Memory,
+    exceptions: Exceptions,
+    nvic: Nvic,
+    systick: SysTick,
+    system: SystemControl,
+}
+
+impl Default for CortexM3 {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl CortexM3 {
+    /// With erased flash. After [`load`](Self::load) comes [`reset`](Self::reset).
+    pub fn new() -> Self {
+        Self {
+            registers: Registers::new(0),
+            next: 0,
+            cycle: 0,
+            idle_cycles: 0,
+            interrupted: false,
+            in_it_block: false,
+            exclusive: false,
+            accessed_io: false,
+            pause: None,
+            stopped_at: None,
+            sleep: None,
+            event: false,
+            noted_pending: 0,
+            cache: Cache::new(),
+            memory: Memory::new(),
+            exceptions: Exceptions::new(),
+            nvic: Nvic::default(),
+            systick: SysTick::new(),
+            system: SystemControl::new(),
+        }
+    }
+
+    /// Puts bytes into flash or RAM; false when they do not fit into one of them.
+    #[must_use]
+    pub fn load(&mut self, address: u32, bytes: &[u8]) -> bool {
+        let Some(place) = self.memory.bytes_mut(address, bytes.len()) else {
+            return false;
+        };
+        place.copy_from_slice(bytes);
+        self.cache.forget(address, bytes.len());
+        true
+    }
+
+    /// Resets the processor (ARM ARM B1.5.5): the main stack pointer and PC come from the start of flash, the core peripherals and
+    /// the interrupt lines go to their reset values. Memories, breakpoints and the cycle counter stay.
+    pub fn reset(&mut self) {
+        let word = |address| self.memory.word(address).expect("flash has a start");
+        let (stack, entry) = (word(FLASH_START), word(FLASH_START + 4));
+        self.registers = Registers::new(stack);
+        self.next = entry & !1;
+        self.in_it_block = false;
+        self.exclusive = false;
+        self.pause = None;
+        self.stopped_at = None;
+        self.sleep = None;
+        self.event = false;
+        self.noted_pending = 0;
+        self.exceptions = Exceptions::new();
+        self.nvic = Nvic::default();
+        self.systick = SysTick::new();
+        self.system = SystemControl::new();
+    }
+
+    /// Runs until cycle `until` at most. Asleep, the cycle counter jumps.
+    ///
+    /// # Errors
+    ///
+    /// What would be a fault on the chip, or has no defined effect there. PC stays at the instruction.
+    pub fn run(&mut self, io: &mut impl Io, until: u64) -> Result<Pause, Fault> {
+        self.run_to(io, until).map_err(|kind| {
+            let pc = self.registers.get(Register::PC).wrapping_sub(4);
+            self.next = pc;
+            Fault {
+                pc,
+                address: kind.address().unwrap_or(pc),
+                kind: *kind,
+            }
+        })
+    }
+
+    fn run_to(&mut self, io: &mut impl Io, until: u64) -> fault::Result<Pause> {
+        loop {
+            self.note_systick();
+            self.note_pending();
+            if self.wake() {
+                self.take_exception()?;
+            }
+            if self.cycle >= until {
+                return Ok(Pause::Reached);
+            }
+            let limit = self.next_wake().map_or(until, |wake| wake.min(until));
+            if self.sleep.is_some() {
+                self.stall(limit.saturating_sub(self.cycle));
+                continue;
+            }
+            self.interrupted = false;
+            self.execute_until(io, limit)?;
+            if let Some(pause) = self.pause.take() {
+                return Ok(pause);
+            }
+            if std::mem::take(&mut self.accessed_io) && io.take_attention() {
+                return Ok(Pause::Attention);
+            }
+        }
+    }
+
+    /// The loop over instructions, with nothing else in it.
+    fn execute_until(&mut self, io: &mut impl Io, limit: u64) -> fault::Result<()> {
+        while self.cycle < limit && !self.interrupted {
+            let pc = self.next;
+            self.registers.set_read_pc(pc.wrapping_add(4));
+            let decoded = match self.cache.get(pc) {
+                Some(decoded) => decoded,
+                None => match self.decode(pc)? {
+                    Some(decoded) => decoded,
+                    None => {
+                        self.pause = Some(Pause::Breakpoint);
+                        return Ok(());
+                    }
+                },
+            };
+            self.next = pc.wrapping_add(u32::from(decoded.length));
+            self.cycle += 1;
+            if self.registers.it.is_active() {
+                self.execute_in_it_block(io, decoded)?;
+            } else {
+                self.execute(io, decoded.instruction)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Brings SysTick's exception up to date.
+    fn note_systick(&mut self) {
+        if self.systick.advance(self.cycle) {
+            self.exceptions.pending |= only(SYSTICK);
+            self.interrupted = true;
+        }
+    }
+
+    /// Takes the exception that preempts, if one does.
+    fn take_exception(&mut self) -> fault::Result<()> {
+        match self.exceptions.next(&self.registers) {
+            Some(number) => {
+                // A fault on the way in belongs to the instruction that is not executed.
+                self.registers.set_read_pc(self.next.wrapping_add(4));
+                self.enter_exception(number)
+            }
+            None => Ok(()),
+        }
+    }
+
+    /// The cycle counter, which never goes back.
+    pub fn cycle(&self) -> u64 {
+        self.cycle
+    }
+
+    /// How many instructions have been executed.
+    pub fn instructions(&self) -> u64 {
+        self.cycle - self.idle_cycles
+    }
+
+    /// Lets cycles pass in which nothing executes: an access that waits, or flash that is busy.
+    pub fn stall(&mut self, cycles: u64) {
+        self.cycle += cycles;
+        self.idle_cycles += cycles;
+    }
+
+    /// Whether it is in WFI or WFE.
+    pub fn is_asleep(&self) -> bool {
+        self.sleep.is_some()
+    }
+
+    /// The cycle in which SysTick next pends its exception by itself.
+    pub fn next_wake(&self) -> Option<u64> {
+        self.systick.next_exception()
+    }
+
+    /// Sets the line of an interrupt, which is a level: high, it makes the interrupt pending, and again after its handler.
+    pub fn set_interrupt_line(&mut self, interrupt: u8, high: bool) {
+        self.nvic.set_line(&mut self.exceptions, interrupt, high);
+    }
+
+    /// The address of the next instruction.
+    pub fn pc(&self) -> u32 {
+        self.next
+    }
+
+    /// R0 to R15, where R15 is [`pc`](Self::pc).
+    pub fn register(&self, number: u8) -> u32 {
+        match Register::new(number.into()) {
+            Register::PC => self.next,
+            register => self.registers.get(register),
+        }
+    }
+
+    /// Sets R0 to R15.
+    pub fn set_register(&mut self, number: u8, value: u32) {
+        match Register::new(number.into()) {
+            Register::PC => self.next = value & !1,
+            register => self.registers.set(register, value),
+        }
+    }
+
+    /// The program status: flags, ITSTATE, exception.
+    pub fn xpsr(&self) -> u32 {
+        self.registers.xpsr()
+    }
+
+    /// Sets the flags and ITSTATE from a program status.
+    pub fn set_xpsr(&mut self, value: u32) {
+        self.registers.flags = Flags::from_bits(value);
+        self.registers.it = ItState::from_bits(value);
+    }
+
+    /// A word of flash or RAM.
+    pub fn word(&self, address: u32) -> Option<u32> {
+        self.memory.word(address)
+    }
+
+    /// Bytes of flash or RAM.
+    pub fn bytes(&self, address: u32, length: usize) -> Option<&[u8]> {
+        self.memory.bytes(address, length)
+    }
+
+    /// Sets a half-word of flash: what its controller does. False when there is no flash.
+    pub fn program(&mut self, address: u32, half_word: u16) -> bool {
+        memory::flash_offset(address).is_some() && self.load(address, &half_word.to_le_bytes())
+    }
+
+    /// Erases a part of flash. False when it is not all flash.
+    pub fn erase(&mut self, address: u32, length: usize) -> bool {
+        memory::flash_offset(address).is_some() && self.load(address, &vec![0xFF; length])
+    }
+
+    /// Stops runs before the instruction at this address.
+    pub fn add_breakpoint(&mut self, address: u32) {
+        self.cache.add_breakpoint(address);
+    }
+
+    /// No longer stops there.
+    pub fn remove_breakpoint(&mut self, address: u32) {
+        self.cache.remove_breakpoint(address);
+    }
+
+    /// The lowest value that the stack pointer has had since reset.
+    pub fn lowest_stack(&self) -> u32 {
+        self.registers.lowest_stack
+    }
+
+    /// The number of the exception that is handled, 0 in thread mode.
+    pub fn active_exception(&self) -> u16 {
+        self.registers.exception
+    }
+}

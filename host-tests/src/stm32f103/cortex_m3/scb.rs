@@ -1,0 +1,215 @@
+//! The system control space (ARM ARM B3.2 to B3.4): which register of the core is where, and the system control block's own.
+
+use super::CortexM3;
+use super::exceptions::{FIRST_INTERRUPT, NMI, PENDSV, SYSTICK, only};
+use super::fault::{FaultKind, Result};
+use super::{Pause, nvic};
+use crate::stm32f103::io::Width;
+
+/// CPUID: Cortex-M3 r1p1 (PM0056 4.4.2).
+const CPUID: u32 = 0x411F_C231;
+/// The key that writes AIRCR, and what its place reads as.
+const KEY: u32 = 0x05FA;
+const KEY_READ: u32 = 0xFA05;
+
+/// SCR: sleep when the last handler ends.
+const SLEEPONEXIT: u32 = 1 << 1;
+/// SCR: what becomes pending is an event.
+const SEVONPEND: u32 = 1 << 4;
+
+/// CCR: the thread may be returned to from nested handlers.
+const NONBASETHRDENA: u32 = 1 << 0;
+/// CCR: unaligned words and half-words fault.
+const UNALIGN_TRP: u32 = 1 << 3;
+/// CCR: division by zero faults.
+const DIV_0_TRP: u32 = 1 << 4;
+/// CCR: exceptions align the stack to 8 bytes. Set at reset (PM0056 4.4.7).
+const STKALIGN: u32 = 1 << 9;
+const CCR_BITS: u32 = NONBASETHRDENA | 1 << 1 | UNALIGN_TRP | DIV_0_TRP | 1 << 8 | STKALIGN;
+
+/// The registers of the system control block that are only kept.
+#[derive(Clone, Debug)]
+pub struct SystemControl {
+    /// VTOR.
+    pub vector_table: u32,
+    sleep_control: u32,
+    configuration: u32,
+    handler_control: u32,
+    debug_monitor: u32,
+}
+
+impl SystemControl {
+    /// As after reset.
+    pub fn new() -> Self {
+        Self {
+            vector_table: 0,
+            sleep_control: 0,
+            configuration: STKALIGN,
+            handler_control: 0,
+            debug_monitor: 0,
+        }
+    }
+
+    pub fn sleeps_on_exit(&self) -> bool {
+        self.sleep_control & SLEEPONEXIT != 0
+    }
+
+    pub fn sends_event_on_pending(&self) -> bool {
+        self.sleep_control & SEVONPEND != 0
+    }
+
+    pub fn allows_nested_thread(&self) -> bool {
+        self.configuration & NONBASETHRDENA != 0
+    }
+
+    #[inline(always)]
+    pub fn traps_unaligned(&self) -> bool {
+        self.configuration & UNALIGN_TRP != 0
+    }
+
+    pub fn traps_division_by_zero(&self) -> bool {
+        self.configuration & DIV_0_TRP != 0
+    }
+
+    pub fn aligns_stack(&self) -> bool {
+        self.configuration & STKALIGN != 0
+    }
+}
+
+impl CortexM3 {
+    /// Reads a register at 0xE000_E000..0xE000_F000; the address is aligned.
+    pub(super) fn read_system(&mut self, address: u32, width: Width) -> Result<u32> {
+        self.require_privilege(address)?;
+        self.note_systick();
+        let lane = 8 * (address & 3);
+        let value = self.read_system_word(address & !3)? >> lane;
+        Ok(match width {
+            Width::Byte => value & 0xFF,
+            Width::HalfWord => value & 0xFFFF,
+            Width::Word => value,
+        })
+    }
+
+    /// Writes a register at 0xE000_E000..0xE000_F000; the address is aligned. Only priorities can be written in parts.
+    pub(super) fn write_system(&mut self, address: u32, width: Width, value: u32) -> Result<()> {
+        self.require_privilege(address)?;
+        self.note_systick();
+        self.interrupted = true;
+        let first = match address & 0xFFF {
+            0x400..0x43C => nvic::priority_owner(address),
+            0xD18..0xD24 => ((address & 0xFF) - 0x18 + 4) as u16,
+            _ if width == Width::Word => return self.write_system_word(address, value),
+            _ => return Err(FaultKind::System(address, "it can only be written as a word").into()),
+        };
+        let lanes = match width {
+            Width::Byte => 1,
+            Width::HalfWord => 2,
+            Width::Word => 4,
+        };
+        for (number, priority) in (first..).zip(value.to_le_bytes()).take(lanes) {
+            self.exceptions.set_priority(number, priority);
+        }
+        Ok(())
+    }
+
+    fn require_privilege(&self, address: u32) -> Result<()> {
+        if self.registers.is_privileged() {
+            return Ok(());
+        }
+        Err(FaultKind::System(address, "the program is unprivileged").into())
+    }
+
+    fn read_system_word(&mut self, address: u32) -> Result<u32> {
+        Ok(match address & 0xFFF {
+            // ICTR: the interrupts, in units of 32, less one.
+            0x004 => 1,
+            offset @ 0x010..0x020 => self.systick.read(self.cycle, offset - 0x010),
+            0x100..0x43C => self.nvic.read(&self.exceptions, address),
+            0xD00 => CPUID,
+            0xD04 => self.interrupt_control(),
+            0xD08 => self.system.vector_table,
+            0xD0C => KEY_READ << 16 | u32::from(self.exceptions.priority_group) << 8,
+            0xD10 => self.system.sleep_control,
+            0xD14 => self.system.configuration,
+            offset @ 0xD18..0xD24 => {
+                let first = (offset - 0xD18 + 4) as u16;
+                u32::from_le_bytes(std::array::from_fn(|lane| {
+                    self.exceptions.priority(first + lane as u16)
+                }))
+            }
+            0xD24 => self.system.handler_control,
+            // CFSR, HFSR, DFSR, MMFAR, BFAR, AFSR: faults stop the run, so none was ever noted. DHCSR: no debugger.
+            0xD28..0xD40 | 0xDF0..0xDFC => 0,
+            // MPU_TYPE: there is none.
+            0xD90 => 0,
+            0xDFC => self.system.debug_monitor,
+            _ => return Err(FaultKind::System(address, "it is not modelled").into()),
+        })
+    }
+
+    fn write_system_word(&mut self, address: u32, value: u32) -> Result<()> {
+        match address & 0xFFF {
+            offset @ 0x010..0x020 => self.systick.write(self.cycle, offset - 0x010, value),
+            0x100..0x300 => self.nvic.write(&mut self.exceptions, address, value),
+            0xD04 => self.write_interrupt_control(value),
+            0xD08 => self.system.vector_table = value & 0x3FFF_FF80,
+            0xD0C => self.write_reset_control(address, value)?,
+            0xD10 => self.system.sleep_control = value & (SLEEPONEXIT | 1 << 2 | SEVONPEND),
+            0xD14 => self.system.configuration = value & CCR_BITS,
+            0xD24 => self.system.handler_control = value & 0x0007_0000,
+            // Written to clear fault bits, of which there are none.
+            0xD28..0xD34 => {}
+            0xDFC => self.system.debug_monitor = value,
+            0xF00 => self.nvic.trigger(&mut self.exceptions, value),
+            _ => return Err(FaultKind::System(address, "it is read-only or not modelled").into()),
+        }
+        Ok(())
+    }
+
+    /// ICSR.
+    fn interrupt_control(&self) -> u32 {
+        let exceptions = &self.exceptions;
+        let flag = |condition: bool, bit: u32| u32::from(condition) << bit;
+        let pends = |number: u16| exceptions.pending & only(number) != 0;
+        let interrupts = exceptions.pending >> FIRST_INTERRUPT != 0;
+        let others_active = exceptions.active & !only(self.registers.exception) != 0;
+        u32::from(self.registers.exception)
+            | flag(!others_active, 11)
+            | u32::from(exceptions.pending_number()) << 12
+            | flag(interrupts, 22)
+            | flag(pends(SYSTICK), 26)
+            | flag(pends(PENDSV), 28)
+            | flag(pends(NMI), 31)
+    }
+
+    fn write_interrupt_control(&mut self, value: u32) {
+        let bit = |index: u32, number: u16| {
+            if value >> index & 1 != 0 {
+                only(number)
+            } else {
+                0
+            }
+        };
+        self.exceptions.pending &= !(bit(25, SYSTICK) | bit(27, PENDSV));
+        self.exceptions.pending |= bit(26, SYSTICK) | bit(28, PENDSV) | bit(31, NMI);
+    }
+
+    /// AIRCR, which ignores writes without its key.
+    fn write_reset_control(&mut self, address: u32, value: u32) -> Result<()> {
+        if value >> 16 != KEY {
+            return Ok(());
+        }
+        if value & 0b011 != 0 {
+            return Err(FaultKind::System(
+                address,
+                "VECTRESET and VECTCLRACTIVE are for debuggers",
+            )
+            .into());
+        }
+        self.exceptions.priority_group = (value >> 8 & 7) as u8;
+        if value & 0b100 != 0 {
+            self.pause = Some(Pause::Reset);
+        }
+        Ok(())
+    }
+}

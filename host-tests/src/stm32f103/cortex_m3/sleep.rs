@@ -1,0 +1,45 @@
+//! WFI, WFE and SEV (ARM ARM B1.5.18, B1.5.19).
+
+use super::CortexM3;
+
+/// What the processor sleeps for.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Sleep {
+    /// WFI, or the end of the last handler with SLEEPONEXIT.
+    Interrupt,
+    /// WFE.
+    Event,
+}
+
+impl CortexM3 {
+    /// Falls asleep. What wakes it already is looked after before time passes.
+    pub(super) fn sleep(&mut self, sleep: Sleep) {
+        if sleep == Sleep::Event && std::mem::take(&mut self.event) {
+            return;
+        }
+        self.sleep = Some(sleep);
+        self.interrupted = true;
+    }
+
+    /// With SEVONPEND an exception that becomes pending is an event, even if it is disabled.
+    pub(super) fn note_pending(&mut self) {
+        let new = self.exceptions.pending & !self.noted_pending;
+        self.noted_pending = self.exceptions.pending;
+        self.event |= new != 0 && self.system.sends_event_on_pending();
+    }
+
+    /// Ends the sleep when something wakes; true when awake.
+    pub(super) fn wake(&mut self) -> bool {
+        let wakes = match self.sleep {
+            None => true,
+            Some(Sleep::Interrupt) => self.exceptions.wakes(&self.registers),
+            Some(Sleep::Event) => {
+                std::mem::take(&mut self.event) || self.exceptions.next(&self.registers).is_some()
+            }
+        };
+        if wakes {
+            self.sleep = None;
+        }
+        wakes
+    }
+}
