@@ -48,7 +48,9 @@ pub fn build() -> Result<BTreeMap<String, PathBuf>, BuildError> {
             }
         }
     }
-    let status = build.wait().map_err(|error| BuildError::new("cargo", error))?;
+    let status = build
+        .wait()
+        .map_err(|error| BuildError::new("cargo", error))?;
     if status.success() {
         Ok(images)
     } else {
