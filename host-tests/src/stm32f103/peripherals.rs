@@ -349,12 +349,12 @@ impl<C: CanRegisters> Io for Peripherals<C> {
             Width::HalfWord => (value & 0xFFFF) * 0x0001_0001,
             Width::Word => value,
         };
-        let before = self.watched();
-        self.write_register(cycle, module, offset & !3, value)?;
-        self.attention |= match module {
-            Module::Can | Module::Rcc | Module::Flash => true,
-            _ => self.watched() != before,
+        let before = match module {
+            Module::Can | Module::Rcc | Module::Flash => None,
+            _ => Some(self.watched()),
         };
+        self.write_register(cycle, module, offset & !3, value)?;
+        self.attention |= before.is_none_or(|before| before != self.watched());
         Ok(())
     }
 

@@ -268,3 +268,36 @@ fn flash_work_is_handed_out() {
     );
     assert!(bench.put(0x0800_F800, Width::Word, 0).is_err());
 }
+
+#[test]
+fn programming_without_hsi_is_a_violation() {
+    let mut bench = Bench::new();
+    bench.write(RCC, 0x0001_0083);
+    bench.cycle += 8_000_000;
+    bench.write(RCC + 4, 1);
+    bench.write(RCC, 0x0001_0080);
+    for (register, value) in [(4, 0x4567_0123), (4, 0xCDEF_89AB), (0x10, 1)] {
+        bench.write(FLASH + register, value);
+    }
+    bench.put(0x0800_F800, Width::HalfWord, 0).unwrap();
+    assert_eq!(bench.reasons(), ["the flash is programmed without HSI"]);
+}
+
+#[test]
+fn the_end_of_a_frame_is_an_event_when_its_interrupt_is_enabled() {
+    let mut bench = Bench::with_spi();
+    bench.write(SPI1 + 4, 1 << 6);
+    bench.io.take_attention();
+    bench.write(SPI1 + 0x0C, 0x8F);
+    assert!(bench.io.take_attention());
+    // 8 bits at PCLK2 / 2
+    let end = bench.cycle + 16;
+    assert_eq!(bench.io.next_event(), Some(end));
+    bench.io.settle(end - 1);
+    assert!(!bench.io.spi1_interrupt());
+    bench.io.settle(end);
+    assert!(bench.io.spi1_interrupt());
+    bench.cycle = end;
+    bench.read(SPI1 + 0x0C).unwrap();
+    assert!(bench.io.take_attention() && !bench.io.spi1_interrupt());
+}
