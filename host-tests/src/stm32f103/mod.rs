@@ -6,12 +6,14 @@
 //! - [`peripherals`]: all peripherals together: address map, clocks, violations
 //! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
 //! - [`ism330dhcx`]: the accelerometer at the end of the SPI
+//! - [`microcontroller`]: all of it in step, on its board; [`profile`]: what functions cost
 //! - [`timebase`] and [`violation`]: what these share
 //!
 //! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
 //! STM32F103x8.
 
 pub mod afio;
+mod board;
 pub mod bxcan;
 pub mod cortex_m3;
 pub mod dbgmcu;
@@ -21,9 +23,13 @@ pub mod gpio;
 pub mod io;
 pub mod ism330dhcx;
 pub mod iwdg;
+pub mod microcontroller;
 pub mod peripherals;
+pub mod profile;
 pub mod rcc;
 pub mod signature;
 pub mod spi;
 pub mod timebase;
 pub mod violation;
+
+pub use microcontroller::Microcontroller;

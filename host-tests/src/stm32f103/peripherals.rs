@@ -19,6 +19,7 @@ mod map;
 mod tests;
 
 use super::afio::{Afio, IMU_SELECT};
+use super::bxcan::BxCan;
 use super::dbgmcu;
 use super::flash::FlashInterface;
 use super::gpio::Gpio;
@@ -35,24 +36,12 @@ use crate::motion::Motion;
 use map::{MAP, Module};
 use std::ops::Range;
 
-/// The registers of the CAN controller.
-pub trait CanRegisters {
-    /// Reads the register at `offset`.
-    fn read(&mut self, cycle: u64, offset: u32) -> Result<u32, AccessError>;
-
-    /// Writes the register at `offset`.
-    fn write(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), AccessError>;
-
-    /// A reset of the microcontroller, or of the controller alone through RCC_APB1RSTR.
-    fn reset(&mut self, cycle: u64);
-}
-
 /// The flash, as far as the processor's writes go.
 const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x0801_0000;
 
 /// The peripherals, and what is connected to them.
 #[derive(Debug)]
-pub struct Peripherals<C> {
+pub struct Peripherals {
     /// Clocks and resets.
     pub rcc: Rcc,
     /// Pins.
@@ -68,16 +57,16 @@ pub struct Peripherals<C> {
     /// The accelerometer.
     pub imu: Ism330dhcx,
     /// The CAN controller.
-    pub can: C,
+    pub can: BxCan,
     signature: Signature,
     violations: Violations,
     attention: bool,
 }
 
-impl<C: CanRegisters> Peripherals<C> {
-    /// A microcontroller with this CAN controller, unique device identifier and parameter pages, its accelerometer moved by
-    /// `motion`, powered on at cycle 0.
-    pub fn new(can: C, unique_id: [u32; 3], parameters: Flash, motion: Box<dyn Motion>) -> Self {
+impl Peripherals {
+    /// A microcontroller with this unique device identifier and these parameter pages, its accelerometer moved by `motion`,
+    /// powered on at cycle 0.
+    pub fn new(unique_id: [u32; 3], parameters: Flash, motion: Box<dyn Motion>) -> Self {
         Self {
             rcc: Rcc::default(),
             gpio: Gpio::default(),
@@ -86,14 +75,14 @@ impl<C: CanRegisters> Peripherals<C> {
             spi1: Spi::default(),
             iwdg: Iwdg::default(),
             imu: Ism330dhcx::new(motion),
-            can,
+            can: BxCan::new(),
             signature: Signature::new(unique_id),
             violations: Violations::default(),
             attention: false,
         }
     }
 
-    /// A reset at `cycle`; cycles and time go on. At power-on the accelerometer starts again too.
+    /// A reset at `cycle`; cycles and time go on.
     pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
         self.rcc.reset(cycle, cause);
         self.flash.reset();
@@ -101,10 +90,16 @@ impl<C: CanRegisters> Peripherals<C> {
         for (_, _, module) in MAP {
             self.reset_module(cycle, module);
         }
-        if cause == ResetCause::PowerOn {
-            self.imu.power_on(self.now(cycle));
-        }
+        self.can.set_clock(self.rcc.pclk1());
         self.attention = false;
+    }
+
+    /// The power comes back at this time, cycles go on: everything starts again.
+    pub fn power_on(&mut self, cycle: u64, time: Picoseconds) {
+        self.rcc.go_on(cycle, time);
+        self.flash.parameters_mut().power_on();
+        self.reset(cycle, ResetCause::PowerOn);
+        self.imu.power_on(time);
     }
 
     /// What the firmware did wrong so far.
@@ -128,6 +123,7 @@ impl<C: CanRegisters> Peripherals<C> {
     /// Lets happen what is due at `cycle`.
     pub fn settle(&mut self, cycle: u64) {
         self.rcc.settle(cycle);
+        self.can.set_clock(self.rcc.pclk1());
         self.advance_spi(cycle);
     }
 
@@ -179,7 +175,7 @@ impl<C: CanRegisters> Peripherals<C> {
     /// Resets what RCC_APB1RSTR and RCC_APB2RSTR can reset.
     fn reset_module(&mut self, cycle: u64, module: Module) {
         match module {
-            Module::Can => self.can.reset(cycle),
+            Module::Can => self.can.reset(),
             Module::Afio => self.afio = Afio::default(),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(cycle, port)),
             Module::Spi1 => self.spi1 = Spi::default(),
@@ -230,7 +226,7 @@ impl<C: CanRegisters> Peripherals<C> {
         match module {
             Module::Signature => Err(AccessError::Unmapped),
             Module::Iwdg => self.iwdg.read(now, offset),
-            Module::Can => self.can.read(cycle, offset),
+            Module::Can => self.can.read(now, offset),
             Module::Afio => self.afio.read(offset),
             Module::Gpio(port) => self.gpio.read(port, offset),
             Module::Spi1 => {
@@ -255,7 +251,7 @@ impl<C: CanRegisters> Peripherals<C> {
         match module {
             Module::Signature => Err(AccessError::Refused("system memory is read-only")),
             Module::Iwdg => self.iwdg.write(now, offset, value, &mut self.violations),
-            Module::Can => self.can.write(cycle, offset, value),
+            Module::Can => self.can.write(now, offset, value),
             Module::Afio => self.afio.write(offset, value, &mut self.violations),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, violations| {
                 gpio.write(cycle, port, offset, value, violations)
@@ -280,6 +276,7 @@ impl<C: CanRegisters> Peripherals<C> {
         // The frame on the wires is timed by the clock that it began with.
         self.advance_spi(cycle);
         self.rcc.write(cycle, offset, value, &mut self.violations)?;
+        self.can.set_clock(self.rcc.pclk1());
         self.flash
             .check_wait_states(self.rcc.sysclk(), &mut self.violations);
         for (_, _, module) in MAP {
@@ -297,7 +294,7 @@ impl<C: CanRegisters> Peripherals<C> {
     }
 }
 
-impl<C: CanRegisters> Io for Peripherals<C> {
+impl Io for Peripherals {
     fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError> {
         self.violations.at(cycle);
         let (module, offset) = Module::at(address)?;

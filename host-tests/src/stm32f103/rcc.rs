@@ -165,6 +165,11 @@ impl Rcc {
         self.crystal_broken = broken;
     }
 
+    /// `cycle` begins at `time`: the power was off until then.
+    pub fn go_on(&mut self, cycle: u64, time: Picoseconds) {
+        self.timebase.go_on(cycle, time);
+    }
+
     /// From cycles to time.
     pub fn timebase(&self) -> &Timebase {
         &self.timebase

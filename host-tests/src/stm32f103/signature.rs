@@ -1,12 +1,29 @@
 //! The electronic signature in system memory (RM0008, chapter 30): flash size at 1FFF_F7E0h, unique device identifier at 1FFF_F7E8h.
 
 use super::io::{AccessError, Width};
+use crc::{CRC_32_ISO_HDLC, Crc};
 
 const FLASH_SIZE: u32 = 0x1FFF_F7E0;
 const UNIQUE_ID: u32 = 0x1FFF_F7E8;
 
 /// The flash in KiB.
 const KIBIBYTES: u16 = 64;
+
+/// The unique device identifier from which the firmware makes this serial number: the CRC-32 of its bytes.
+pub fn unique_id(serial: u32) -> [u32; 3] {
+    /// The polynomial, reflected.
+    const POLYNOMIAL: u32 = 0xEDB8_8320;
+    let [low, middle] = [0x0034_0021, 0x3438_510D];
+    let before = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+    let mut before = before.digest();
+    before.update(&u64::to_le_bytes(u64::from(middle) << 32 | low));
+    // The register of the checksum, 32 bits before its end.
+    let wanted = (0..32).fold(!serial, |register, _| match register >> 31 {
+        0 => register << 1,
+        _ => (register ^ POLYNOMIAL) << 1 | 1,
+    });
+    [low as u32, middle, wanted ^ !before.finalize()]
+}
 
 /// The signature of one part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -51,6 +68,17 @@ impl Signature {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn an_identifier_for_every_serial_number() {
+        for serial in [0, 1, 0x1234_5678, u32::MAX] {
+            let bytes: Vec<u8> = unique_id(serial)
+                .into_iter()
+                .flat_map(u32::to_le_bytes)
+                .collect();
+            assert_eq!(Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&bytes), serial);
+        }
+    }
 
     #[test]
     fn size_and_identifier() {

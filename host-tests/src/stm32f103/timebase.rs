@@ -1,7 +1,6 @@
 //! From processor cycles to time and back. A cycle is an HCLK cycle, and HCLK changes when the firmware sets up the clocks.
 
-/// A point in time, or a length of time, in picoseconds, as on the bench's bus.
-pub type Picoseconds = u64;
+pub use crate::bench::protocol::Picoseconds;
 
 /// Picoseconds in a second.
 pub const SECOND: Picoseconds = 1_000_000_000_000;
@@ -39,6 +38,11 @@ impl Timebase {
             time: self.time_at(cycle),
             frequency,
         };
+    }
+
+    /// `cycle` begins at `time`: the clock stood still until then.
+    pub fn go_on(&mut self, cycle: u64, time: Picoseconds) {
+        (self.cycle, self.time) = (cycle, time);
     }
 
     /// The time at which a cycle begins. Cycles before the last change of frequency count as being at that change.

@@ -1,6 +1,7 @@
 //! What firmware did against the reference manual's rules.
 
 use crate::bench::protocol::Picoseconds;
+use std::fmt;
 
 /// A programming error.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -11,6 +12,17 @@ pub struct Violation {
     pub register: &'static str,
     /// What is wrong.
     pub reason: String,
+}
+
+impl fmt::Display for Violation {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            at,
+            register,
+            reason,
+        } = self;
+        write!(f, "{} us: {register}: {reason}", at / 1_000_000)
+    }
 }
 
 /// All of them, oldest first.

@@ -40,6 +40,9 @@ impl CortexM3 {
         } else {
             TO_THREAD
         };
+        if !self.registers.in_handler() {
+            self.handler_began = self.instructions();
+        }
         self.push_frame()?;
         self.registers.select_stack(false);
         self.registers.set(Register::LR, return_value);
@@ -102,6 +105,9 @@ impl CortexM3 {
         self.pop_frame()?;
         if handler != self.registers.in_handler() {
             return invalid("xPSR in the frame does not fit");
+        }
+        if !handler {
+            self.handler_instructions += self.instructions() - self.handler_began;
         }
         self.nvic.sample(&mut self.exceptions);
         self.exclusive = false;

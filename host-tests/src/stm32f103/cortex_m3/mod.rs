@@ -61,6 +61,10 @@ pub struct CortexM3 {
     cycle: u64,
     /// Cycles in which no instruction was executed.
     idle_cycles: u64,
+    /// Instructions of handlers that have returned to the thread.
+    handler_instructions: u64,
+    /// The instructions executed when the handler mode began.
+    handler_began: u64,
     /// Something happened that the loop over instructions has to stop for.
     interrupted: bool,
     /// An instruction in an IT block executes.
@@ -98,6 +102,8 @@ impl CortexM3 {
             next: 0,
             cycle: 0,
             idle_cycles: 0,
+            handler_instructions: 0,
+            handler_began: 0,
             interrupted: false,
             in_it_block: false,
             exclusive: false,
@@ -244,6 +250,11 @@ impl CortexM3 {
     /// How many instructions have been executed.
     pub fn instructions(&self) -> u64 {
         self.cycle - self.idle_cycles
+    }
+
+    /// How many instructions have been executed outside of exception handlers. Asked for in thread mode.
+    pub fn thread_instructions(&self) -> u64 {
+        self.instructions() - self.handler_instructions
     }
 
     /// Lets cycles pass in which nothing executes: an access that waits, or flash that is busy.

@@ -1,0 +1,388 @@
+//! The microcontroller on its board: processor and peripherals in step, powered, reset, and attached to the bench's bus as a
+//! [`Sensor`].
+//!
+//! The processor runs until a peripheral has something to do, or an access to a register may have changed what the others see.
+//! Whatever would be a fault on the chip stops the program with a panic that names the place: no test may go on from there.
+
+use super::board;
+use super::bxcan::BxCan;
+use super::cortex_m3::{CortexM3, Fault, Pause};
+use super::elf::Image;
+use super::flash::{PARAMETERS, Work};
+use super::peripherals::Peripherals;
+use super::profile::{Call, Profile};
+use super::rcc::ResetCause;
+use super::signature::unique_id;
+use crate::bench::protocol::{Event, Picoseconds, Protocol};
+use crate::bench::{Flash, Sensor};
+use crate::motion::Motion;
+use plumbline::can::BitRate;
+use plumbline::node::{BusMode, Leds, Readout};
+use plumbline::time::Instant;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+/// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
+const CAN_INTERRUPTS: u8 = 19;
+
+/// SPI1's interrupt.
+const SPI1_INTERRUPT: u8 = 35;
+
+/// LED changes that are remembered.
+const LED_HISTORY: usize = 10_000;
+
+/// A microcontroller with its program.
+pub struct Microcontroller {
+    name: &'static str,
+    image: Rc<Image>,
+    core: CortexM3,
+    io: Peripherals,
+    on: bool,
+    boots: u32,
+    resets: Vec<(Picoseconds, ResetCause)>,
+    leds: Leds,
+    led_history: VecDeque<(Instant, Leds)>,
+    lowest_stack: u32,
+    /// Somebody may have changed the parameter pages from outside.
+    parameters_touched: bool,
+    profile: Profile,
+}
+
+impl Microcontroller {
+    /// A microcontroller that is not switched on, with this program and this serial number.
+    ///
+    /// # Panics
+    /// When the image has something to load where this part has no memory.
+    pub fn new(
+        name: &'static str,
+        image: Rc<Image>,
+        serial: u32,
+        flash: Flash,
+        motion: Box<dyn Motion>,
+    ) -> Self {
+        let mut core = CortexM3::new();
+        for segment in image.segments() {
+            let address = segment.load_address;
+            let loaded = core.load(address, &segment.bytes);
+            assert!(loaded, "{name}: there is no memory at {address:#010x}");
+        }
+        Self {
+            name,
+            image,
+            core,
+            io: Peripherals::new(unique_id(serial), flash, motion),
+            on: false,
+            boots: 0,
+            resets: Vec::new(),
+            leds: Leds::default(),
+            led_history: VecDeque::new(),
+            lowest_stack: u32::MAX,
+            parameters_touched: true,
+            profile: Profile::default(),
+        }
+    }
+
+    /// The program.
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// The processor.
+    pub fn core(&self) -> &CortexM3 {
+        &self.core
+    }
+
+    /// The processor, to tamper with.
+    pub fn core_mut(&mut self) -> &mut CortexM3 {
+        &mut self.core
+    }
+
+    /// The peripherals.
+    pub fn io(&self) -> &Peripherals {
+        &self.io
+    }
+
+    /// The peripherals, to break them.
+    pub fn io_mut(&mut self) -> &mut Peripherals {
+        &mut self.io
+    }
+
+    /// The CAN controller.
+    pub fn can(&self) -> &BxCan {
+        &self.io.can
+    }
+
+    /// Everything that the program did against the reference manual's rules, one sentence each.
+    pub fn violations(&self) -> Vec<String> {
+        let io = self.io.violations().iter().map(ToString::to_string);
+        let can = self.io.can.violations().iter().map(ToString::to_string);
+        io.chain(can).collect()
+    }
+
+    /// Every start with its reason and its time, oldest first.
+    pub fn resets(&self) -> &[(Picoseconds, ResetCause)] {
+        &self.resets
+    }
+
+    /// The bytes of stack that have been in use at most, interrupts included, over all starts.
+    pub fn peak_stack(&self) -> u32 {
+        let top = self.core.word(FLASH_START).unwrap_or_default();
+        top - self.lowest_stack.min(self.core.lowest_stack()).min(top)
+    }
+
+    /// The lowest address that the stack has reached.
+    pub fn lowest_stack(&self) -> u32 {
+        self.lowest_stack.min(self.core.lowest_stack())
+    }
+
+    /// Counts calls of the function whose name contains `name` from now on; false when there is none.
+    #[must_use]
+    pub fn count_calls(&mut self, name: &'static str) -> bool {
+        let address = self.image.address_of(name);
+        if let Some(address) = address {
+            self.profile.watch(&mut self.core, name, address);
+        }
+        address.is_some()
+    }
+
+    /// The calls that have ended since the last time, in the order in which they ended.
+    pub fn take_calls(&mut self) -> Vec<Call> {
+        self.profile.take()
+    }
+
+    /// The time of the processor.
+    fn time(&self) -> Picoseconds {
+        self.io.now(self.core.cycle())
+    }
+
+    /// A reset that leaves the power on.
+    fn reset(&mut self, cause: ResetCause) {
+        self.resets.push((self.time(), cause));
+        self.boots += 1;
+        self.lowest_stack = self.lowest_stack();
+        self.profile.reset(&mut self.core);
+        self.core.reset();
+        if cause != ResetCause::PowerOn {
+            self.io.reset(self.core.cycle(), cause);
+        }
+        self.note_leds();
+    }
+
+    /// Copies the parameter pages to where the processor reads them.
+    fn load_parameters(&mut self) {
+        if std::mem::take(&mut self.parameters_touched) {
+            let bytes = self.io.flash.parameters().bytes();
+            let loaded = self.core.load(PARAMETERS.start, bytes);
+            assert!(loaded, "the parameter pages are flash");
+        }
+    }
+
+    /// What the peripherals want done after an access or in time.
+    fn settle(&mut self) {
+        let cycle = self.core.cycle();
+        self.io.settle(cycle);
+        if let Some(work) = self.io.flash.take_work() {
+            match work {
+                Work::Program { address, value } => {
+                    self.core.program(address, value);
+                }
+                Work::Erase { page } => {
+                    self.core.erase(page, crate::bench::PAGE_SIZE);
+                }
+                Work::InVain { .. } => {}
+            }
+            let cycles = self.io.rcc.timebase().cycles(work.duration());
+            self.core.stall(cycles);
+        }
+        self.set_lines();
+        self.note_leds();
+        if self.io.watchdog_has_bitten(self.core.cycle()) {
+            self.reset(ResetCause::Watchdog);
+        }
+        if self.io.flash.power_is_cut() {
+            self.switch_off();
+        }
+    }
+
+    fn set_lines(&mut self) {
+        for (interrupt, high) in (CAN_INTERRUPTS..).zip(self.io.can.lines()) {
+            self.core.set_interrupt_line(interrupt, high);
+        }
+        let spi = self.io.spi1_interrupt();
+        self.core.set_interrupt_line(SPI1_INTERRUPT, spi);
+    }
+
+    fn note_leds(&mut self) {
+        let leds = if self.on {
+            board::leds(&self.io.gpio)
+        } else {
+            Leds::default()
+        };
+        if leds == self.leds {
+            return;
+        }
+        self.leds = leds;
+        if self.led_history.len() == LED_HISTORY {
+            self.led_history.pop_front();
+        }
+        let now = Instant::from_ticks(self.time().div_ceil(1_000_000));
+        self.led_history.push_back((now, leds));
+    }
+
+    fn switch_off(&mut self) {
+        self.lowest_stack = self.lowest_stack();
+        self.on = false;
+        // Whatever was on the wire is torn off.
+        self.io.can.reset();
+        self.note_leds();
+    }
+
+    fn stop(&self, fault: &Fault) -> ! {
+        let place = |address| match self.image.name_of(address) {
+            Some((name, offset)) => format!("{address:#010x}, {name}+{offset:#x}"),
+            None => format!("{address:#010x}"),
+        };
+        let (name, pc) = (self.name, place(fault.pc));
+        panic!("{name} has stopped at {pc}: {fault}")
+    }
+}
+
+/// The start of flash, with the vector table.
+const FLASH_START: u32 = 0x0800_0000;
+
+impl Sensor for Microcontroller {
+    fn power_on(&mut self, now: Instant) {
+        let time = now.ticks() * 1_000_000;
+        self.on = true;
+        self.io.power_on(self.core.cycle(), time);
+        board::watch_leds(&mut self.io.gpio);
+        self.reset(ResetCause::PowerOn);
+        self.parameters_touched = true;
+    }
+
+    fn power_off(&mut self, _: Instant) {
+        if self.on {
+            self.switch_off();
+        }
+    }
+
+    fn is_on(&self) -> bool {
+        self.on
+    }
+
+    fn boots(&self) -> u32 {
+        self.boots
+    }
+
+    fn next_event(&self) -> Option<Picoseconds> {
+        if !self.on {
+            return None;
+        }
+        if !self.core.is_asleep() {
+            return Some(self.time());
+        }
+        let events = [self.core.next_wake(), self.io.next_event()];
+        let next = events.into_iter().flatten().min()?;
+        Some(self.io.now(next))
+    }
+
+    fn runs_freely(&self) -> bool {
+        true
+    }
+
+    fn advance(&mut self, now: Picoseconds) -> Picoseconds {
+        self.load_parameters();
+        while self.on {
+            let target = self.io.rcc.timebase().cycle_at(now);
+            if self.core.cycle() >= target {
+                break;
+            }
+            let until = self
+                .io
+                .next_event()
+                .map_or(target, |event| event.clamp(self.core.cycle() + 1, target));
+            match self.core.run(&mut self.io, until) {
+                Ok(Pause::Reached) => self.settle(),
+                Ok(Pause::Attention) => {
+                    self.settle();
+                    if self.io.can.take_attention() {
+                        return self.time().min(now);
+                    }
+                }
+                Ok(Pause::Reset) => self.reset(ResetCause::Software),
+                Ok(Pause::Breakpoint) => self.profile.stopped(&mut self.core),
+                Ok(Pause::Bkpt(number)) => {
+                    panic!("{} has stopped at breakpoint {number}", self.name)
+                }
+                Err(fault) => self.stop(&fault),
+            }
+        }
+        now
+    }
+
+    fn protocol(&self) -> Option<&Protocol> {
+        let connected = self.on && self.io.can_is_connected();
+        connected.then(|| self.io.can.protocol())
+    }
+
+    fn next_step(&self) -> Option<Picoseconds> {
+        self.protocol()?;
+        self.io.can.next_event()
+    }
+
+    fn wire(&mut self, now: Picoseconds, dominant: bool) {
+        if self.protocol().is_some() {
+            self.io.can.wire(now, dominant);
+            self.set_lines();
+        }
+    }
+
+    fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
+        self.protocol()?;
+        let event = self.io.can.step(now, dominant);
+        self.set_lines();
+        event
+    }
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn mode(&self) -> Option<BusMode> {
+        self.rate()?;
+        Some(if self.io.can.is_silent() {
+            BusMode::Listen
+        } else {
+            BusMode::Normal
+        })
+    }
+
+    fn rate(&self) -> Option<BitRate> {
+        let rate = self.io.can.bit_rate().filter(|_| self.on)?;
+        BitRate::ALL
+            .into_iter()
+            .find(|known| known.bits_per_second() == rate)
+    }
+
+    fn leds(&self) -> Leds {
+        self.leds
+    }
+
+    fn led_history(&self) -> &VecDeque<(Instant, Leds)> {
+        &self.led_history
+    }
+
+    fn readout(&self) -> Option<Readout> {
+        None
+    }
+
+    fn set_motion(&mut self, motion: Box<dyn Motion>) {
+        let now = self.time();
+        self.io.imu.set_motion(now, motion);
+    }
+
+    fn flash(&mut self) -> &mut Flash {
+        self.parameters_touched = true;
+        self.io.flash.parameters_mut()
+    }
+}
