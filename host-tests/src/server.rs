@@ -42,6 +42,9 @@ const BURST: usize = 64;
 /// Frames of one client that may wait for the bus; more are refused with BEL.
 const QUEUE_MAX: usize = 50_000;
 
+/// The bus does not get its turn for every bit, but as often as a USB adapter has its own.
+const PAUSE_MIN: Duration = Duration::from_millis(1);
+
 /// How long the frames of a client that has closed its channel or gone may still wait for the bus.
 const LINGER: time::Duration = time::millis(1000);
 
@@ -212,7 +215,7 @@ impl Server {
             let at = Duration::from_micros(at.ticks());
             at.saturating_sub(self.start.elapsed())
         };
-        let bus = self.bus.next_event().map(until);
+        let bus = self.bus.next_event().map(until).map(|at| at.max(PAUSE_MIN));
         let status = self.status.as_ref().map(StatusLine::pause);
         match (bus, status) {
             (Some(bus), Some(status)) => Some(bus.min(status)),

@@ -10,14 +10,14 @@ use host_tests::trace::{Difference, Failure, Trace};
 
 /// What the scripted node 1 does: the boot-up frame `101#FF00` with a blank memory, echoes, saves.
 ///
-/// At 250 kbit/s a bit takes 4 us; the frames have 65 (101#FF00), 55 (201#01), 56 (301#01) bits and so on.
+/// At 250 kbit/s a bit takes 4 us; who joins waits for 11 recessive bits; the frames have 65 (101#FF00), 55 (201#01), 56 (301#01) bits and so on.
 const GOOD: &str = "\
 # origin: written for this test
 # model: fixed
 # bitrate: 250000
 # tolerance-us: 20
 
-(0.000260) can0 101#FF00 R
+(0.000304) can0 101#FF00 R
 # -- Two echoes.
 (0.100000) can0 201#01 T
 (0.100456) can0 301#01 R
@@ -128,7 +128,7 @@ const SAVED: &str = "\
 # model: fixed
 # bitrate: 250000
 # tolerance-us: 2000
-(0.000260) can0 101#FF00 R
+(0.000304) can0 101#FF00 R
 (0.100000) can0 201#0207 T
 (0.101932) can0 301#00 R
 ";
@@ -136,17 +136,17 @@ const SAVED: &str = "\
 #[test]
 fn power_cycles_keep_what_was_saved() {
     replay(&format!(
-        "{SAVED}# power-cycle\n(0.102204) can0 101#0700 R\n"
+        "{SAVED}# power-cycle\n(0.102248) can0 101#0700 R\n"
     ))
     .unwrap();
-    let lost = format!("{SAVED}# power-cycle\n(0.102204) can0 101#FF00 R\n");
+    let lost = format!("{SAVED}# power-cycle\n(0.102248) can0 101#FF00 R\n");
     assert!(marked(&lost).ends_with("wrong"));
 }
 
 #[test]
 fn the_newest_image_can_be_corrupted() {
     replay(&format!(
-        "{SAVED}# corrupt newest-image\n# power-cycle\n(0.102204) can0 101#FF01 R\n"
+        "{SAVED}# corrupt newest-image\n# power-cycle\n(0.102248) can0 101#FF01 R\n"
     ))
     .unwrap();
     let nothing = "# origin: x\n# model: fixed\n# corrupt newest-image\n";
@@ -164,7 +164,7 @@ fn writing_can_fail_and_work_again() {
 (0.300000) can0 201#0209 T
 (0.301932) can0 301#00 R
 # power-cycle
-(0.302204) can0 101#0900 R
+(0.302248) can0 101#0900 R
 "
     ))
     .unwrap();
@@ -178,7 +178,7 @@ fn a_detecting_sensor_is_led_to_the_bit_rate() {
 # bitrate: 62500
 # tolerance-us: 200
 (0.100000) can0 7FF#R4 T
-(0.101840) can0 101#FF00 R
+(0.101936) can0 101#FF00 R
 ";
     let trace: Trace = text.parse().unwrap();
     trace.replay(&common::DETECTING, &level).unwrap();

@@ -1,7 +1,7 @@
 //! An adapter: what a PLC, a tester or an slcan client sends and receives with.
 
+use super::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
-use plumbline::time::Instant;
 use std::collections::VecDeque;
 
 /// Received frames that an adapter keeps; after that the oldest are lost.
@@ -10,12 +10,11 @@ const RECEIVED_MAX: usize = 1_000_000;
 /// One adapter on the bus.
 #[derive(Debug, Default)]
 pub(super) struct Adapter {
+    pub(super) protocol: Protocol,
     open: Option<Opened>,
     queue: VecDeque<Frame>,
-    sending: bool,
-    received: VecDeque<(Instant, Frame)>,
-    /// It has just sent a frame: a device goes first now, before this and every other adapter.
-    pub(super) gives_way: bool,
+    /// Frames with the time at which they end.
+    received: VecDeque<(Picoseconds, Frame)>,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -23,47 +22,43 @@ struct Opened {
     /// None: whatever rate the bus has.
     rate: Option<BitRate>,
     listen_only: bool,
-    since: Instant,
 }
 
 impl Adapter {
-    pub(super) fn open(&mut self, now: Instant, rate: Option<BitRate>, listen_only: bool) {
+    pub(super) fn open(&mut self, rate: Option<BitRate>, listen_only: bool) {
         self.close();
-        self.gives_way = false;
-        self.open = Some(Opened {
-            rate,
-            listen_only,
-            since: now,
-        });
+        self.open = Some(Opened { rate, listen_only });
     }
 
+    /// A frame that it is sending is torn off.
     pub(super) fn close(&mut self) {
         self.queue.clear();
-        self.sending = false;
         self.open = None;
+        self.protocol.reset();
     }
 
-    /// The bit rate at which it may send: Some(None) for that of the bus; None when it is closed or only listens.
-    pub(super) fn sends_at(&self) -> Option<Option<BitRate>> {
-        self.open
-            .filter(|open| !open.listen_only)
-            .map(|open| open.rate)
+    pub(super) fn is_open(&self) -> bool {
+        self.open.is_some()
     }
 
-    /// Whether it hears a frame that started at `start`; `rate` is the rate that counts, None when none does.
-    pub(super) fn hears(&self, rate: Option<BitRate>, start: Instant) -> bool {
-        self.open.is_some_and(|open| {
-            open.since <= start && (rate.is_none() || open.rate.is_none() || open.rate == rate)
-        })
+    /// The bit rate that it was opened with; None for that of the bus.
+    pub(super) fn own_rate(&self) -> Option<BitRate> {
+        self.open?.rate
     }
 
-    /// Whether it would acknowledge that frame.
-    pub(super) fn acknowledges(&self, rate: Option<BitRate>, start: Instant) -> bool {
-        self.sends_at().is_some() && self.hears(rate, start)
+    /// Takes part at this timing, when it is open.
+    pub(super) fn join(&mut self, now: Picoseconds, timing: BitTiming) {
+        if let Some(open) = self.open {
+            self.protocol.join(now, timing, open.listen_only);
+        }
     }
 
+    /// Queues a frame, when it is on the bus and may send.
     pub(super) fn push(&mut self, frame: Frame) {
-        self.queue.push_back(frame);
+        let sends = self.open.is_some_and(|open| !open.listen_only);
+        if sends && self.protocol.is_on() {
+            self.queue.push_back(frame);
+        }
     }
 
     pub(super) fn queued(&self) -> usize {
@@ -71,31 +66,38 @@ impl Adapter {
     }
 
     /// The frame that it sends next.
-    pub(super) fn pending(&self) -> Option<Frame> {
+    pub(super) fn offered(&self) -> Option<Frame> {
         self.queue.front().copied()
     }
 
-    /// The frame at the head of the queue has won arbitration.
-    pub(super) fn start(&mut self) {
-        self.sending = true;
-    }
-
-    /// The frame that was sent has ended well.
-    pub(super) fn transmitted(&mut self) {
-        if core::mem::take(&mut self.sending) {
-            self.queue.pop_front();
+    /// Takes note of what its protocol brought. An adapter recovers from bus-off by itself.
+    pub(super) fn note(&mut self, now: Picoseconds, event: Event) {
+        match event {
+            Event::Transmitted => {
+                self.queue.pop_front();
+            }
+            Event::Received(frame) => {
+                if self.received.len() == RECEIVED_MAX {
+                    self.received.pop_front();
+                }
+                // It has been taken with the last bit but one.
+                let end = self.protocol.bit_start() + self.protocol.timing().bit;
+                self.received.push_back((end, frame));
+            }
+            Event::Error { .. } => self.protocol.recover(now),
+            Event::Joined | Event::Started | Event::LostArbitration | Event::Recovered => {}
         }
-        self.gives_way = true;
     }
 
-    pub(super) fn receive(&mut self, at: Instant, frame: Frame) {
-        if self.received.len() == RECEIVED_MAX {
-            self.received.pop_front();
-        }
-        self.received.push_back((at, frame));
+    /// The end of the frame that it has received last, when that is still to come.
+    pub(super) fn receives_until(&self, now: Picoseconds) -> Option<Picoseconds> {
+        let (end, _) = self.received.back()?;
+        Some(*end).filter(|end| *end > now)
     }
 
-    pub(super) fn take_received(&mut self) -> Vec<(Instant, Frame)> {
-        self.received.drain(..).collect()
+    /// The frames that have ended.
+    pub(super) fn take_received(&mut self, now: Picoseconds) -> Vec<(Picoseconds, Frame)> {
+        let ended = self.received.partition_point(|(end, _)| *end <= now);
+        self.received.drain(..ended).collect()
     }
 }

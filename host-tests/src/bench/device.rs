@@ -1,13 +1,16 @@
 //! One sensor: a node with the store, the motion and the CAN controller around it, driven as the firmware's main loop on a
 //! board drives it.
 
-use super::controller::{Controller, Failure, Hearing};
+use super::bus::{instant, picoseconds};
+use super::controller::Controller;
 use super::flash::Flash;
+use super::protocol::{Event, Picoseconds, Protocol};
+use super::sensor::Sensor;
 use crate::models::Model;
 use crate::motion::Motion;
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::SAMPLE_PERIOD;
-use plumbline::node::{Action, BusMode, BusState, Leds, Node, Readout};
+use plumbline::node::{Action, BusMode, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 use std::collections::VecDeque;
@@ -67,192 +70,6 @@ impl Device {
         }
     }
 
-    /// The model.
-    pub fn model(&self) -> &Model {
-        &self.model
-    }
-
-    /// The nonvolatile memory.
-    pub fn flash(&mut self) -> &mut Flash {
-        self.store.memory()
-    }
-
-    /// Moves the sensor otherwise from now on.
-    pub fn set_motion(&mut self, motion: Box<dyn Motion>) {
-        self.motion = motion;
-    }
-
-    /// What the LEDs show; dark while the power is off.
-    pub fn leds(&self) -> Leds {
-        self.power
-            .as_ref()
-            .map_or(Leds::default(), |power| power.leds)
-    }
-
-    /// What the LEDs have shown, with the time of each change; the newest ten thousand.
-    pub fn led_history(&self) -> impl Iterator<Item = (Instant, Leds)> {
-        self.led_history.iter().copied()
-    }
-
-    /// The mode of the CAN controller; None before the node has set one.
-    pub fn mode(&self) -> Option<BusMode> {
-        self.controller()?.mode()
-    }
-
-    /// The bit rate of the CAN controller; None before the node has set one.
-    pub fn rate(&self) -> Option<BitRate> {
-        self.controller()?.rate()
-    }
-
-    /// The fault confinement state; None while the power is off.
-    pub fn bus_state(&self) -> Option<BusState> {
-        Some(self.controller()?.state())
-    }
-
-    /// The transmit and the receive error counter; None while the power is off.
-    pub fn error_counters(&self) -> Option<(u16, u16)> {
-        Some(self.controller()?.error_counters())
-    }
-
-    /// The angles as the node last reported them; None while the power is off.
-    pub fn readout(&self) -> Option<Readout> {
-        Some(self.power.as_ref()?.node.readout())
-    }
-
-    /// How often the device has started: 1 after power-up, one more after each power cycle and restart.
-    pub fn boots(&self) -> u32 {
-        self.boots
-    }
-
-    /// True while the power is on. It goes off by itself when the fuse of the [`Flash`] blows.
-    pub fn is_on(&self) -> bool {
-        self.power.is_some()
-    }
-
-    /// Switches the power off; a save under way is left half done.
-    pub fn power_off(&mut self, now: Instant) {
-        if self.power.take().is_some() {
-            self.show(now, Leds::default());
-        }
-    }
-
-    /// Switches the power on: looks through the store, erases ahead and starts the node.
-    pub fn power_on(&mut self, now: Instant) {
-        let mut flash = core::mem::take(self.store.memory());
-        flash.power_on();
-        let (store, loaded) = Store::open(flash, self.model.image, self.model.payload);
-        self.store = store;
-        let before = self.flash_work();
-        self.store.prepare();
-        let start = after(now, self.flash_time(before));
-        self.boots += 1;
-        let mut node = (self.model.boot)(start, loaded, self.serial);
-        // As on the boards: the first reading before the node's first word.
-        node.sample(start, &self.motion.reading(start));
-        self.power = Some(Powered {
-            node,
-            controller: Controller::new(start),
-            leds: Leds::default(),
-            next_sample: after(start, SAMPLE_PERIOD),
-            next_step: None,
-            stalled_until: Some(start),
-            restart_by: None,
-        });
-        self.cut_off(now);
-    }
-
-    /// Switches the power off and on again.
-    pub fn power_cycle(&mut self, now: Instant) {
-        self.power_off(now);
-        self.power_on(now);
-    }
-
-    fn controller(&self) -> Option<&Controller> {
-        self.power.as_ref().map(|power| &power.controller)
-    }
-
-    /// When something happens inside the device, without anything from outside.
-    pub(super) fn next_event(&self) -> Option<Instant> {
-        let power = self.power.as_ref()?;
-        power.stalled_until.or_else(|| {
-            [
-                Some(power.next_sample),
-                power.next_step,
-                power.restart_by,
-                power.controller.recovered_at(),
-                power.node.deadline(),
-            ]
-            .into_iter()
-            .fold(None, earlier)
-        })
-    }
-
-    /// Does what is due inside the device.
-    pub(super) fn advance(&mut self, now: Instant) {
-        let Some(power) = &mut self.power else { return };
-        if power.stalled_until.is_some_and(|until| reached(now, until)) {
-            power.stalled_until = None;
-            power.controller.drain_fifo();
-        }
-        power.controller.tick(now);
-        self.service(now);
-        self.sample(now);
-        self.step(now);
-        let deadline = self.awake().and_then(|power| power.node.deadline());
-        assert!(
-            deadline.is_none_or(|at| !reached(now, at)),
-            "{}: polled until None at {now}, yet its deadline stays at {deadline:?}",
-            self.model.name
-        );
-    }
-
-    /// How the device stands to a frame on the wire.
-    pub(super) fn hearing(&self, rate: BitRate, start: Instant) -> Hearing {
-        self.controller()
-            .map_or(Hearing::Deaf, |controller| controller.hearing(rate, start))
-    }
-
-    /// The frame that waits to be sent at `rate`.
-    pub(super) fn pending(&self, rate: BitRate) -> Option<Frame> {
-        self.controller()?.pending(rate)
-    }
-
-    /// The frame in the mailbox has won arbitration.
-    pub(super) fn start(&mut self) {
-        if let Some(power) = &mut self.power {
-            power.controller.start();
-        }
-    }
-
-    /// The frame that was sent has ended well.
-    pub(super) fn transmitted(&mut self, now: Instant) {
-        self.controller_event(now, |controller, _| controller.transmitted());
-    }
-
-    /// The frame that was sent has failed.
-    pub(super) fn not_transmitted(&mut self, now: Instant, failure: Failure) {
-        self.controller_event(now, |controller, _| controller.not_transmitted(failure));
-    }
-
-    /// Another's frame has ended well.
-    pub(super) fn received(&mut self, now: Instant, hearing: Hearing, frame: &Frame) {
-        self.controller_event(now, |controller, stalled| {
-            controller.received(hearing, frame, stalled);
-        });
-    }
-
-    /// A bus error was on the wire.
-    pub(super) fn disturbed(&mut self, now: Instant, hearing: Hearing) {
-        self.controller_event(now, |controller, _| controller.disturbed(hearing));
-    }
-
-    fn controller_event(&mut self, now: Instant, event: impl FnOnce(&mut Controller, bool)) {
-        if let Some(power) = &mut self.power {
-            event(&mut power.controller, power.stalled_until.is_some());
-        }
-        self.service(now);
-    }
-
     /// The powered part, unless the processor stands still.
     fn awake(&mut self) -> Option<&mut Powered> {
         self.power
@@ -308,9 +125,11 @@ impl Device {
         match action {
             Action::Bus(mode, rate) => {
                 let filters = power.node.filters();
-                power.controller.configure(now, mode, rate, filters);
+                power
+                    .controller
+                    .configure(picoseconds(now), mode, rate, filters);
             }
-            Action::Recover => power.controller.recover(now),
+            Action::Recover => power.controller.protocol.recover(picoseconds(now)),
             Action::Leds(leds) => {
                 power.leds = leds;
                 self.show(now, leds);
@@ -396,5 +215,138 @@ impl Device {
             self.power_off(now);
         }
         cut
+    }
+}
+
+impl Sensor for Device {
+    fn power_off(&mut self, now: Instant) {
+        // A save under way is left half done.
+        if self.power.take().is_some() {
+            self.show(now, Leds::default());
+        }
+    }
+
+    /// Looks through the store, erases ahead and starts the node.
+    fn power_on(&mut self, now: Instant) {
+        let mut flash = core::mem::take(self.store.memory());
+        flash.power_on();
+        let (store, loaded) = Store::open(flash, self.model.image, self.model.payload);
+        self.store = store;
+        let before = self.flash_work();
+        self.store.prepare();
+        let start = after(now, self.flash_time(before));
+        self.boots += 1;
+        let mut node = (self.model.boot)(start, loaded, self.serial);
+        // As on the boards: the first reading before the node's first word.
+        node.sample(start, &self.motion.reading(start));
+        self.power = Some(Powered {
+            node,
+            controller: Controller::new(),
+            leds: Leds::default(),
+            next_sample: after(start, SAMPLE_PERIOD),
+            next_step: None,
+            stalled_until: Some(start),
+            restart_by: None,
+        });
+        self.cut_off(now);
+    }
+
+    /// It goes off by itself when the fuse of the [`Flash`] blows.
+    fn is_on(&self) -> bool {
+        self.power.is_some()
+    }
+
+    fn boots(&self) -> u32 {
+        self.boots
+    }
+
+    fn next_event(&self) -> Option<Picoseconds> {
+        let power = self.power.as_ref()?;
+        let next = power.stalled_until.or_else(|| {
+            [
+                Some(power.next_sample),
+                power.next_step,
+                power.restart_by,
+                power.node.deadline(),
+            ]
+            .into_iter()
+            .fold(None, earlier)
+        });
+        next.map(picoseconds)
+    }
+
+    fn advance(&mut self, at: Picoseconds) -> Picoseconds {
+        let now = instant(at);
+        let Some(power) = &mut self.power else {
+            return at;
+        };
+        if power.stalled_until.is_some_and(|until| reached(now, until)) {
+            power.stalled_until = None;
+            power.controller.drain_fifo();
+        }
+        self.service(now);
+        self.sample(now);
+        self.step(now);
+        let deadline = self.awake().and_then(|power| power.node.deadline());
+        assert!(
+            deadline.is_none_or(|at| !reached(now, at)),
+            "{}: polled until None at {now}, yet its deadline stays at {deadline:?}",
+            self.model.name
+        );
+        at
+    }
+
+    fn protocol(&self) -> Option<&Protocol> {
+        self.power.as_ref().map(|power| &power.controller.protocol)
+    }
+
+    fn protocol_mut(&mut self) -> Option<&mut Protocol> {
+        let power = self.power.as_mut()?;
+        Some(&mut power.controller.protocol)
+    }
+
+    fn offered(&self) -> Option<Frame> {
+        self.power.as_ref()?.controller.offered()
+    }
+
+    fn bus_event(&mut self, at: Picoseconds, event: Event) {
+        if let Some(power) = &mut self.power {
+            let stalled = power.stalled_until.is_some();
+            power.controller.note(at, event, stalled);
+        }
+        self.service(instant(at));
+    }
+
+    fn name(&self) -> &'static str {
+        self.model.name
+    }
+
+    fn mode(&self) -> Option<BusMode> {
+        self.power.as_ref()?.controller.mode()
+    }
+
+    fn rate(&self) -> Option<BitRate> {
+        self.power.as_ref()?.controller.rate()
+    }
+
+    fn leds(&self) -> Leds {
+        let power = self.power.as_ref();
+        power.map_or(Leds::default(), |power| power.leds)
+    }
+
+    fn led_history(&self) -> &VecDeque<(Instant, Leds)> {
+        &self.led_history
+    }
+
+    fn readout(&self) -> Option<Readout> {
+        Some(self.power.as_ref()?.node.readout())
+    }
+
+    fn set_motion(&mut self, motion: Box<dyn Motion>) {
+        self.motion = motion;
+    }
+
+    fn flash(&mut self) -> &mut Flash {
+        self.store.memory()
     }
 }

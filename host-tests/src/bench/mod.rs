@@ -2,6 +2,7 @@
 //!
 //! - [`Flash`]: the microcontroller's flash, with a power-cut fuse and faults
 //! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
+//! - [`Sensor`]: what the bus asks of a sensor, so that one on a simulated microcontroller can take a device's place
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
 //! - [`protocol`]: what every CAN controller does, bit by bit
 //! - [`frame_length`]: how many bits a frame takes
@@ -19,7 +20,9 @@ mod controller;
 mod device;
 mod flash;
 mod flash_file;
+mod sensor;
 
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
 pub use device::Device;
 pub use flash::{Flash, FlashError, PAGE_SIZE};
+pub use sensor::Sensor;

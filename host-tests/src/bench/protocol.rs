@@ -109,6 +109,8 @@ pub struct Protocol {
     /// The frame under way, or the last one until the intermission has ended, is one's own.
     transmitter: bool,
     error_flags: u64,
+    /// The start of the frame under way, or of the last one.
+    frame_start: Picoseconds,
 }
 
 impl Protocol {
@@ -181,6 +183,46 @@ impl Protocol {
         self.error_flags
     }
 
+    /// How it divides a bit, since the last join.
+    pub fn timing(&self) -> BitTiming {
+        self.clock.timing()
+    }
+
+    /// True when it only listens.
+    pub fn is_silent(&self) -> bool {
+        self.silent
+    }
+
+    /// True when it takes part, and nothing is under way.
+    pub fn is_idle(&self) -> bool {
+        matches!(self.phase, Phase::Idle { .. })
+    }
+
+    /// The start of the frame under way, or of the last one: the beginning of its start of frame bit.
+    pub fn frame_start(&self) -> Picoseconds {
+        self.frame_start
+    }
+
+    /// The start of the bit that is sampled next; after a step that sampled one, the end of that bit.
+    pub fn bit_start(&self) -> Picoseconds {
+        self.clock.start()
+    }
+
+    /// True when the bit that is sampled next is the CRC delimiter.
+    pub fn is_at_crc_delimiter(&self) -> bool {
+        self.phase == Phase::CrcDelimiter
+    }
+
+    /// True when the bit that is sampled next is the ACK slot.
+    pub fn is_at_ack_slot(&self) -> bool {
+        self.phase == Phase::AckSlot
+    }
+
+    /// True while it acknowledges, inwardly when it is silent.
+    pub fn is_acknowledging(&self) -> bool {
+        self.phase == Phase::AckSlot && self.drives
+    }
+
     /// From bus-off: begin to count 128 times 11 recessive bits. Nothing happens in another state, or when it counts already.
     pub fn recover(&mut self, now: Picoseconds) {
         if let Phase::BusOff { sequences, .. } = &mut self.phase
@@ -250,6 +292,7 @@ impl Protocol {
             && self.clock.start() <= now
         {
             self.clock.restart(now);
+            self.frame_start = now;
             let event = self.start(&frame);
             self.drives = true;
             self.drives_next = true;
@@ -270,6 +313,15 @@ impl Protocol {
         self.drives_next = self.driven();
         self.clock.sampled(dominant);
         event
+    }
+
+    /// True when it sends a frame that is offered now, once the present frame, if there is one, and its intermission are over.
+    pub fn can_send(&self) -> bool {
+        !self.silent
+            && !matches!(
+                self.phase,
+                Phase::Off | Phase::Integrating { .. } | Phase::BusOff { .. } | Phase::Suspend(_)
+            )
     }
 
     /// True when a step may begin a frame, so that it looks at what is offered.

@@ -69,6 +69,7 @@ mod tests {
 
     fn sent_by_a_client(at_us: u64, frame: Option<Frame>) -> String {
         let entry = Logged {
+            start: 0,
             at: Instant::from_ticks(at_us),
             frame: frame.unwrap(),
             source: Source::Adapter(Bus::new(BusRate::Follow).adapter()),

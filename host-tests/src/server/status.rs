@@ -1,7 +1,7 @@
 //! One line on a terminal that tells what the sensor is doing.
 
 use super::Traffic;
-use crate::bench::Device;
+use crate::bench::Sensor;
 use plumbline::can::BitRate;
 use plumbline::node::{BusMode, BusState, Leds, Readout};
 use std::io::{self, Write};
@@ -42,13 +42,13 @@ impl StatusLine {
     }
 
     /// Shows the line when it is time to.
-    pub(super) fn show(&mut self, sensor: &Device, traffic: Traffic, clients: usize) {
+    pub(super) fn show(&mut self, sensor: &dyn Sensor, traffic: Traffic, clients: usize) {
         if !self.pause().is_zero() {
             return;
         }
         self.next = Instant::now() + INTERVAL;
         let line = text(&Display {
-            model: sensor.model().name,
+            model: sensor.name(),
             readout: sensor.readout(),
             leds: sensor.leds(),
             rate: sensor.rate(),

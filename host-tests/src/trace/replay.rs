@@ -5,8 +5,12 @@ use crate::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
 use crate::models::Model;
 use crate::motion::Motion;
 use plumbline::can::Frame;
-use plumbline::time::{Duration, Instant, after};
+use plumbline::time::{Duration, Instant, after, millis};
 use std::fmt;
+
+/// So long before a frame of the tester a sensor that detects the bit rate is led to that of the trace: it needs some milliseconds
+/// for each rate that it tries.
+const LEAD: Duration = millis(60);
 
 /// Turns the text of a `# scene:` line into a motion of this model, or says what is wrong with it.
 pub type Scenes = dyn Fn(&Model, &str) -> Result<Box<dyn Motion>, String>;
@@ -92,8 +96,10 @@ impl Replay {
     fn step(&mut self, what: &What, model: &Model, scenes: &Scenes) -> Result<(), String> {
         match what {
             What::Send(at, frame) => {
-                self.bus.run_until(*at);
+                let lead = Instant::from_ticks(at.ticks().saturating_sub(LEAD.ticks()));
+                self.bus.run_until(lead);
                 self.bus.lead_detection();
+                self.bus.run_until(*at);
                 self.bus.send(self.tester, *frame);
                 self.last = *at;
                 return Ok(());

@@ -211,6 +211,7 @@ impl Protocol {
     /// Another's start of frame has been sampled. Who has a frame to send goes on with its identifier at once.
     fn see_start_of_frame(&mut self, offered: Option<Frame>) -> Option<Event> {
         let offered = offered.filter(|_| !self.silent);
+        self.frame_start = self.clock.start();
         self.outgoing = None;
         self.transmitter = false;
         self.incoming = Incoming::default();

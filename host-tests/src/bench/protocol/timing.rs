@@ -25,6 +25,10 @@ impl BitClock {
         }
     }
 
+    pub(super) fn timing(&self) -> BitTiming {
+        self.timing
+    }
+
     /// The start of the bit that is sampled next.
     pub(super) fn start(&self) -> Picoseconds {
         self.start

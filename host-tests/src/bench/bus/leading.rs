@@ -1,0 +1,132 @@
+//! The bit rate of the wire, and how a sensor that detects it is led there.
+//!
+//! A sensor that listens at another rate than it should is disturbed again and again, alone, until its firmware has moved on to the
+//! right one.
+
+use super::{Attached, Bus, BusRate, FOLLOW_RATE};
+use crate::bench::protocol::{BitTiming, Picoseconds, Protocol};
+use plumbline::can::BitRate;
+
+/// How far, in parts of a bit, a clock may be off and still have the bit rate.
+const SAME_RATE: Picoseconds = 32;
+
+/// What the firmware gets after a disturbance to move on, before the next one.
+const PATIENCE: Picoseconds = 1_000_000_000;
+
+impl Bus {
+    /// From now on every sensor that detects the bit rate is led to that of the wire, as earlier traffic would have done, until it
+    /// takes part. A sensor's firmware may need 60 ms to get there. On a wire that follows its sensor this happens by itself.
+    pub fn lead_detection(&mut self) {
+        self.leading = true;
+    }
+
+    /// The bit rate of the wire; of a wire with many rates, that of the first sensor.
+    pub fn rate(&self) -> BitRate {
+        match self.rate {
+            BusRate::Fixed(rate) => rate,
+            BusRate::Follow | BusRate::Wire => self
+                .devices
+                .first()
+                .and_then(|first| first.sensor.rate())
+                .unwrap_or(FOLLOW_RATE),
+        }
+    }
+
+    /// True when a controller has the rate of the wire.
+    pub(super) fn has_rate(&self, protocol: &Protocol) -> bool {
+        let wire = self.timing.bit;
+        protocol.timing().bit.abs_diff(wire) < wire / SAME_RATE
+    }
+
+    /// How an adapter that was opened with this rate takes part; None when it does not.
+    pub(super) fn adapter_timing(&self, own: Option<BitRate>) -> Option<BitTiming> {
+        match (self.rate, own) {
+            (BusRate::Fixed(rate), Some(own)) if own != rate => None,
+            (BusRate::Wire, Some(own)) => Some(BitTiming::of(own)),
+            _ => Some(self.timing),
+        }
+    }
+
+    /// Goes where the first sensor goes, unless the wire has a rate of its own. While the sensor detects, the wire waits at
+    /// 250 kbit/s.
+    pub(super) fn follow(&mut self) {
+        if matches!(self.rate, BusRate::Fixed(_)) {
+            return;
+        }
+        let Some(first) = self.devices.first() else {
+            return;
+        };
+        let Some(protocol) = first.sensor.protocol().filter(|one| one.is_on()) else {
+            return;
+        };
+        let timing = if protocol.is_silent() {
+            BitTiming::of(FOLLOW_RATE)
+        } else if self.has_rate(protocol) {
+            return;
+        } else {
+            let rate = first.sensor.rate();
+            rate.map_or(protocol.timing(), BitTiming::of)
+        };
+        if timing == self.timing {
+            return;
+        }
+        self.timing = timing;
+        let (now, rate) = (self.time, self.rate);
+        for (adapter, _) in self.adapters.values_mut() {
+            if rate == BusRate::Follow || adapter.own_rate().is_none() {
+                adapter.join(now, timing);
+            }
+        }
+        if self.assistant.0.is_on() {
+            self.assistant.0.join(now, timing, true);
+        }
+    }
+
+    /// False while the wire follows a sensor that does not listen where an adapter would send.
+    pub(super) fn is_led(&self) -> bool {
+        let first = self.devices.first();
+        let Some(protocol) = first.and_then(|first| first.sensor.protocol()) else {
+            return true;
+        };
+        self.rate != BusRate::Follow
+            || !protocol.is_silent()
+            || (self.has_rate(protocol) && (protocol.is_idle() || protocol.is_busy()))
+    }
+
+    /// When a sensor that has to be led is disturbed next.
+    pub(super) fn next_noise(&self, attached: &Attached) -> Option<Picoseconds> {
+        let protocol = attached.sensor.protocol()?;
+        let lost = protocol.is_silent() && protocol.is_idle() && !self.has_rate(protocol);
+        let until = attached.line.disturbed_until(protocol.timing());
+        (lost && self.leads(attached)).then(|| until.map_or(0, |until| until + PATIENCE))
+    }
+
+    fn leads(&self, attached: &Attached) -> bool {
+        match self.rate {
+            BusRate::Fixed(_) => self.leading,
+            BusRate::Wire => false,
+            BusRate::Follow => {
+                let first = self.devices.first();
+                first.is_some_and(|first| std::ptr::eq(first, attached))
+                    && self.adapters.values().any(|(one, _)| one.queued() > 0)
+            }
+        }
+    }
+
+    /// Disturbs those that listen at a wrong rate and have to be led.
+    pub(super) fn lead(&mut self) {
+        for index in 0..self.devices.len() {
+            let attached = &self.devices[index];
+            let due = self.next_noise(attached).is_some_and(|at| at <= self.time);
+            let timing = attached.sensor.protocol().map(Protocol::timing);
+            if let Some(timing) = timing.filter(|_| due) {
+                self.devices[index].line.disturb(self.time, timing);
+            }
+        }
+        let takes_part = |one: &Protocol| one.is_on() && !one.is_silent();
+        self.leading &= !self
+            .devices
+            .iter()
+            .all(|attached| attached.sensor.protocol().is_some_and(takes_part));
+    }
+}

@@ -1,0 +1,213 @@
+//! Between a participant and the wire: what reaches whom, and what is done to the wire from outside.
+
+use super::{Bus, BusRate, Source};
+use crate::bench::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use plumbline::can::Frame;
+
+/// Bits of a disturbance: one more than may be equal in a frame.
+pub(super) const NOISE: Picoseconds = 6;
+
+/// From and to.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Span {
+    pub(super) from: Picoseconds,
+    pub(super) to: Picoseconds,
+}
+
+impl Span {
+    fn holds(self, now: Picoseconds) -> bool {
+        self.from <= now && now < self.to
+    }
+
+    /// The next of its two ends.
+    pub(super) fn next(self, now: Picoseconds) -> Option<Picoseconds> {
+        [self.from, self.to].into_iter().find(|at| *at > now)
+    }
+}
+
+/// A participant's end of the wire.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Line {
+    /// The level that it sees; true is dominant.
+    sees: bool,
+    /// The frame that it has begun to send.
+    pub(super) sending: Option<Frame>,
+    /// This frame of its own has come through its CRC delimiter.
+    judged: bool,
+    /// It does not see the acknowledge.
+    deaf: Option<Span>,
+    /// A disturbance that nobody else sees, and the timing of its controller that it is for.
+    noise: Option<(Span, BitTiming)>,
+}
+
+impl Line {
+    /// Steps the participant's controller, if that is due.
+    pub(super) fn step(
+        &mut self,
+        now: Picoseconds,
+        protocol: &mut Protocol,
+        offered: Option<Frame>,
+    ) -> Option<Event> {
+        protocol
+            .next_event(offered.is_some())
+            .filter(|at| *at <= now)?;
+        let event = protocol.step(now, self.sees, offered)?;
+        if event == Event::Started {
+            self.sending = offered;
+            self.judged = false;
+        }
+        Some(event)
+    }
+
+    /// Lets the participant see what is on the wire; None: it is connected to nobody.
+    fn settle(&mut self, now: Picoseconds, protocol: &mut Protocol, wire: Option<bool>) {
+        let level = match self.deaf {
+            Some(deaf) if deaf.holds(now) => false,
+            _ => wire.unwrap_or_else(|| protocol.is_dominant()),
+        };
+        let noise = self
+            .noise
+            .is_some_and(|(span, timing)| span.holds(now) && timing == protocol.timing());
+        let sees = level || noise;
+        if sees && !self.sees {
+            protocol.edge(now);
+        }
+        self.sees = sees;
+    }
+
+    /// Disturbs this participant alone, from now on, so that its controller sees an error.
+    pub(super) fn disturb(&mut self, now: Picoseconds, timing: BitTiming) {
+        let to = now + NOISE * timing.bit;
+        self.noise = Some((Span { from: now, to }, timing));
+    }
+
+    /// The end of the last disturbance at this timing.
+    pub(super) fn disturbed_until(&self, timing: BitTiming) -> Option<Picoseconds> {
+        self.noise
+            .filter(|(_, of)| *of == timing)
+            .map(|(span, _)| span.to)
+    }
+
+    /// When what it sees changes by itself.
+    pub(super) fn next_event(&self, now: Picoseconds) -> Option<Picoseconds> {
+        let deaf = self.deaf.and_then(|span| span.next(now));
+        let noise = self.noise.and_then(|(span, _)| span.next(now));
+        deaf.into_iter().chain(noise).min()
+    }
+
+    /// Disturbs the frame that the participant sends, or takes its acknowledge away, when that is asked for and due: in the CRC
+    /// delimiter, where everybody sees it at once, or in the ACK slot. Returns when the wire is to be dominant.
+    fn intervene(
+        &mut self,
+        protocol: &Protocol,
+        source: Source,
+        wishes: &mut Wishes,
+    ) -> Option<Span> {
+        if !protocol.is_transmitting() || protocol.frame_start() < wishes.since {
+            return None;
+        }
+        let from = protocol.bit_start();
+        let to = from + protocol.timing().bit;
+        let bit = Span { from, to };
+        if protocol.is_at_crc_delimiter() && !self.judged {
+            self.judged = true;
+            return wishes.corrupts(source).then_some(bit);
+        }
+        if protocol.is_at_ack_slot() && self.judged {
+            self.judged = false;
+            if wishes.unacknowledged > 0 {
+                wishes.unacknowledged -= 1;
+                self.deaf = Some(bit);
+            }
+        }
+        None
+    }
+}
+
+/// What is to happen to the next frames.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Wishes {
+    /// They are for frames that have started since then.
+    pub(super) since: Picoseconds,
+    /// So many are disturbed, all or only those of one sender.
+    pub(super) corrupt: (u32, Option<Source>),
+    /// So many are not acknowledged.
+    pub(super) unacknowledged: u32,
+}
+
+impl Wishes {
+    fn corrupts(&mut self, source: Source) -> bool {
+        let (count, of) = &mut self.corrupt;
+        let hit = *count > 0 && of.is_none_or(|of| of == source);
+        *count -= u32::from(hit);
+        hit
+    }
+}
+
+impl Bus {
+    /// True when a controller is connected to the wire.
+    pub(super) fn is_connected(&self, protocol: &Protocol) -> bool {
+        self.rate == BusRate::Wire || protocol.is_silent() || self.has_rate(protocol)
+    }
+
+    /// Joins all levels, and shows the result to everybody.
+    pub(super) fn settle(&mut self) {
+        let now = self.time;
+        self.disturbances.retain(|span| span.to > now);
+        let dominant = self.is_dominant();
+        for index in 0..self.devices.len() {
+            let connected = self.devices[index]
+                .sensor
+                .protocol()
+                .is_some_and(|protocol| self.is_connected(protocol));
+            let attached = &mut self.devices[index];
+            if let Some(protocol) = attached.sensor.protocol_mut() {
+                let wire = connected.then_some(dominant);
+                attached.line.settle(now, protocol, wire);
+            }
+        }
+        for (adapter, line) in self.adapters.values_mut() {
+            line.settle(now, &mut adapter.protocol, Some(dominant));
+        }
+        let (assistant, line) = &mut self.assistant;
+        line.settle(now, assistant, Some(dominant));
+    }
+
+    fn is_dominant(&self) -> bool {
+        let now = self.time;
+        self.disturbances.iter().any(|span| span.holds(now))
+            || self.devices.iter().any(|attached| {
+                let protocol = attached.sensor.protocol();
+                protocol.is_some_and(|one| one.is_dominant() && self.is_connected(one))
+            })
+            || self
+                .adapters
+                .values()
+                .any(|(adapter, _)| adapter.protocol.is_dominant())
+            || self.assistant_acknowledges()
+    }
+
+    /// The silent participant acknowledges what adapters send.
+    fn assistant_acknowledges(&self) -> bool {
+        let mut adapters = self.adapters.values();
+        self.assistant.0.is_acknowledging()
+            && adapters.any(|(adapter, _)| adapter.protocol.is_transmitting())
+            && self.is_led()
+    }
+
+    /// Does to the frames on the wire what is wished.
+    pub(super) fn intervene(&mut self) {
+        for (index, attached) in self.devices.iter_mut().enumerate() {
+            let source = Source::Device(super::DeviceId(index));
+            if let Some(protocol) = attached.sensor.protocol() {
+                let span = attached.line.intervene(protocol, source, &mut self.wishes);
+                self.disturbances.extend(span);
+            }
+        }
+        for (id, (adapter, line)) in &mut self.adapters {
+            let source = Source::Adapter(*id);
+            let span = line.intervene(&adapter.protocol, source, &mut self.wishes);
+            self.disturbances.extend(span);
+        }
+    }
+}

@@ -1,0 +1,221 @@
+//! How time goes on: from one bit to the next while something is on the wire, in leaps while it is quiet.
+
+use super::{Attached, Bus, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds};
+use crate::bench::protocol::{Event, Picoseconds, Protocol};
+use plumbline::can::Frame;
+use plumbline::time::Instant;
+
+/// How far sensors that run freely may be apart when there are several: a bit at the highest rate.
+const QUANTUM: Picoseconds = 1_000_000;
+
+/// For so many bits after the frame of an adapter a sensor goes first: the intermission and a start of frame.
+const GIVE_WAY: Picoseconds = 4;
+
+/// What is to be noted of a controller's step.
+struct Brought {
+    source: Source,
+    event: Event,
+    /// The frame that it sends.
+    frame: Option<Frame>,
+    start: Picoseconds,
+    end: Picoseconds,
+}
+
+impl Bus {
+    /// Lets everything happen up to and including `t`, which then is the present.
+    pub fn run_until(&mut self, t: Instant) {
+        let end = picoseconds(t).max(self.time);
+        self.follow();
+        self.settle();
+        loop {
+            let due = self.next_step();
+            let target = due.map_or(end, |at| at.min(end)).min(self.horizon());
+            self.time = self.let_run(target).max(self.time);
+            if due.is_some_and(|at| at <= self.time) {
+                self.step();
+            } else if self.time >= end {
+                return;
+            } else {
+                self.follow();
+                self.settle();
+            }
+        }
+    }
+
+    /// How far sensors that run freely may go before the others get their turn.
+    fn horizon(&self) -> Picoseconds {
+        let free = |attached: &&Attached| attached.sensor.runs_freely();
+        if self.devices.iter().filter(free).count() > 1 {
+            self.time + QUANTUM
+        } else {
+            Picoseconds::MAX
+        }
+    }
+
+    /// Lets the sensors that run freely go on to `target`, or until the first of them has to be looked at.
+    fn let_run(&mut self, target: Picoseconds) -> Picoseconds {
+        self.devices
+            .iter_mut()
+            .filter(|attached| attached.sensor.runs_freely())
+            .fold(target, |target, attached| {
+                attached.sensor.advance(target).min(target)
+            })
+    }
+
+    /// When something happens next on the wire, in a controller, or in a sensor that does not run freely.
+    pub(super) fn next_step(&self) -> Option<Picoseconds> {
+        let now = self.time;
+        let adapters_send = self.adapters_send();
+        let devices = self.devices.iter().map(|attached| {
+            let Attached { sensor, line } = attached;
+            let own = sensor.next_event().filter(|_| !sensor.runs_freely());
+            let Some(protocol) = sensor.protocol() else {
+                return own;
+            };
+            let offers = protocol.takes_offer() && sensor.offered().is_some();
+            let controller = protocol.next_event(offers);
+            first([
+                own,
+                controller,
+                line.next_event(now),
+                self.next_noise(attached),
+            ])
+        });
+        let adapters = self.adapters.values().map(|(adapter, line)| {
+            let offers = adapters_send && adapter.queued() > 0;
+            first([
+                adapter.protocol.next_event(offers),
+                line.next_event(now),
+                adapter.receives_until(now),
+                None,
+            ])
+        });
+        let disturbances = self.disturbances.iter().map(|span| span.next(now));
+        let (assistant, _) = &self.assistant;
+        let ended = self.ended.front().map(|(end, _)| *end);
+        let waited = self.adapters_wait().then_some(self.adapters_wait_until);
+        devices
+            .chain(adapters)
+            .chain(disturbances)
+            .chain([assistant.next_event(false), ended, waited])
+            .flatten()
+            .min()
+            .map(|at| at.max(now))
+    }
+
+    /// Does what is due now.
+    fn step(&mut self) {
+        let now = self.time;
+        for attached in &mut self.devices {
+            let sensor = &mut attached.sensor;
+            if !sensor.runs_freely() && sensor.next_event().is_some_and(|at| at <= now) {
+                sensor.advance(now);
+            }
+        }
+        self.follow();
+        let adapters_send = self.adapters_send();
+        self.step_devices();
+        self.step_adapters(adapters_send);
+        let (assistant, line) = &mut self.assistant;
+        line.step(now, assistant, None);
+        self.intervene();
+        self.lead();
+        self.deliver();
+        self.settle();
+    }
+
+    fn step_devices(&mut self) {
+        for index in 0..self.devices.len() {
+            let Attached { sensor, line } = &mut self.devices[index];
+            let takes = sensor.protocol().is_some_and(Protocol::takes_offer);
+            let offered = sensor.offered().filter(|_| takes);
+            let Some(protocol) = sensor.protocol_mut() else {
+                continue;
+            };
+            let Some(event) = line.step(self.time, protocol, offered) else {
+                continue;
+            };
+            let brought = Brought {
+                source: Source::Device(DeviceId(index)),
+                event,
+                frame: line.sending,
+                start: protocol.frame_start(),
+                end: protocol.bit_start(),
+            };
+            sensor.bus_event(self.time, event);
+            self.note(brought);
+        }
+    }
+
+    fn step_adapters(&mut self, send: bool) {
+        let now = self.time;
+        let mut all = Vec::new();
+        for (id, (adapter, line)) in &mut self.adapters {
+            let offered = adapter.offered().filter(|_| send);
+            if let Some(event) = line.step(now, &mut adapter.protocol, offered) {
+                adapter.note(now, event);
+                all.push(Brought {
+                    source: Source::Adapter(*id),
+                    event,
+                    frame: line.sending,
+                    start: adapter.protocol.frame_start(),
+                    end: adapter.protocol.bit_start(),
+                });
+            }
+        }
+        all.into_iter().for_each(|brought| self.note(brought));
+    }
+
+    fn note(&mut self, brought: Brought) {
+        let (Event::Transmitted, Some(frame)) = (brought.event, brought.frame) else {
+            return;
+        };
+        if matches!(brought.source, Source::Adapter(_)) {
+            self.adapters_wait_until = brought.end + GIVE_WAY * self.timing.bit;
+        }
+        let logged = Logged {
+            start: brought.start,
+            at: instant(brought.end),
+            frame,
+            source: brought.source,
+        };
+        self.ended.push_back((brought.end, logged));
+    }
+
+    /// Logs the frames whose last bit is over.
+    fn deliver(&mut self) {
+        while let Some((end, logged)) = self.ended.front().copied()
+            && end <= self.time
+        {
+            self.ended.pop_front();
+            if self.log.len() == LOG_MAX {
+                self.log.pop_front();
+            }
+            self.log.push_back(logged);
+        }
+    }
+
+    /// True when adapters may begin a frame: no sensor waits that goes first now, and who detects the bit rate is ready to hear.
+    fn adapters_send(&self) -> bool {
+        self.adapters
+            .values()
+            .any(|(adapter, _)| adapter.queued() > 0)
+            && !(self.adapters_wait() && self.devices.iter().any(|one| self.waits(one)))
+            && self.is_led()
+    }
+
+    fn adapters_wait(&self) -> bool {
+        self.time < self.adapters_wait_until
+    }
+
+    /// True when a sensor has a frame that could be sent next.
+    fn waits(&self, attached: &Attached) -> bool {
+        let can_send = |one: &Protocol| one.can_send() && self.is_connected(one);
+        attached.sensor.protocol().is_some_and(can_send) && attached.sensor.offered().is_some()
+    }
+}
+
+/// The earliest.
+fn first(times: [Option<Picoseconds>; 4]) -> Option<Picoseconds> {
+    times.into_iter().flatten().min()
+}
