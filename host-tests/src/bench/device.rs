@@ -300,21 +300,34 @@ impl Sensor for Device {
         self.power.as_ref().map(|power| &power.controller.protocol)
     }
 
-    fn protocol_mut(&mut self) -> Option<&mut Protocol> {
-        let power = self.power.as_mut()?;
-        Some(&mut power.controller.protocol)
+    fn next_step(&self) -> Option<Picoseconds> {
+        let controller = &self.power.as_ref()?.controller;
+        let protocol = &controller.protocol;
+        let offers = protocol.takes_offer() && controller.offered().is_some();
+        protocol.next_event(offers)
     }
 
     fn offered(&self) -> Option<Frame> {
         self.power.as_ref()?.controller.offered()
     }
 
-    fn bus_event(&mut self, at: Picoseconds, event: Event) {
-        if let Some(power) = &mut self.power {
-            let stalled = power.stalled_until.is_some();
-            power.controller.note(at, event, stalled);
+    fn wire(&mut self, now: Picoseconds, dominant: bool) {
+        if let Some(power) = &mut self.power
+            && dominant
+        {
+            power.controller.protocol.edge(now);
         }
-        self.service(instant(at));
+    }
+
+    fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
+        let power = self.power.as_mut()?;
+        let controller = &mut power.controller;
+        let offered = controller.offered();
+        let event = controller.protocol.step(now, dominant, offered)?;
+        let stalled = power.stalled_until.is_some();
+        controller.note(now, event, stalled);
+        self.service(instant(now));
+        Some(event)
     }
 
     fn name(&self) -> &'static str {

@@ -47,14 +47,17 @@ pub trait Sensor {
     /// Its CAN controller; None while there is none, because the power is off.
     fn protocol(&self) -> Option<&Protocol>;
 
-    /// Its CAN controller, to be stepped.
-    fn protocol_mut(&mut self) -> Option<&mut Protocol>;
+    /// When its CAN controller has to be stepped next; it may lie in the past, which means now.
+    fn next_step(&self) -> Option<Picoseconds>;
 
     /// The frame that it would send next.
     fn offered(&self) -> Option<Frame>;
 
-    /// A step of its CAN controller brought this.
-    fn bus_event(&mut self, now: Picoseconds, event: Event);
+    /// The wire, as its CAN controller sees it, has changed; true is dominant.
+    fn wire(&mut self, now: Picoseconds, dominant: bool);
+
+    /// Steps its CAN controller, which is due, and deals with what that brings. `dominant` is the wire just before now.
+    fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event>;
 
     /// The name of the model.
     fn name(&self) -> &'static str;

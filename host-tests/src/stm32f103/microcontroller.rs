@@ -16,7 +16,7 @@ use super::signature::unique_id;
 use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use crate::bench::{Flash, Sensor};
 use crate::motion::Motion;
-use plumbline::can::BitRate;
+use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;
 use std::collections::VecDeque;
@@ -328,6 +328,11 @@ impl Sensor for Microcontroller {
     fn next_step(&self) -> Option<Picoseconds> {
         self.protocol()?;
         self.io.can.next_event()
+    }
+
+    fn offered(&self) -> Option<Frame> {
+        self.protocol()?;
+        self.io.can.offered()
     }
 
     fn wire(&mut self, now: Picoseconds, dominant: bool) {

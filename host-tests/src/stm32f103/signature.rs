@@ -13,16 +13,16 @@ const KIBIBYTES: u16 = 64;
 pub fn unique_id(serial: u32) -> [u32; 3] {
     /// The polynomial, reflected.
     const POLYNOMIAL: u32 = 0xEDB8_8320;
-    let [low, middle] = [0x0034_0021, 0x3438_510D];
+    let [low, middle] = [0x0034_0021_u32, 0x3438_510D];
     let before = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut before = before.digest();
-    before.update(&u64::to_le_bytes(u64::from(middle) << 32 | low));
+    before.update(&u64::to_le_bytes(u64::from(middle) << 32 | u64::from(low)));
     // The register of the checksum, 32 bits before its end.
     let wanted = (0..32).fold(!serial, |register, _| match register >> 31 {
         0 => register << 1,
         _ => (register ^ POLYNOMIAL) << 1 | 1,
     });
-    [low as u32, middle, wanted ^ !before.finalize()]
+    [low, middle, wanted ^ !before.finalize()]
 }
 
 /// The signature of one part.

@@ -1,7 +1,8 @@
 //! Between a participant and the wire: what reaches whom, and what is done to the wire from outside.
 
-use super::{Bus, BusRate, Source};
+use super::{Attached, Bus, BusRate, Source};
 use crate::bench::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use crate::bench::sensor::Sensor;
 use plumbline::can::Frame;
 
 /// Bits of a disturbance: one more than may be equal in a frame.
@@ -52,15 +53,40 @@ impl Line {
             .next_event(offered.is_some())
             .filter(|at| *at <= now)?;
         let event = protocol.step(now, self.sees, offered)?;
+        self.note(event, offered);
+        Some(event)
+    }
+
+    /// Steps the CAN controller of a sensor, if that is due.
+    pub(super) fn step_sensor(
+        &mut self,
+        now: Picoseconds,
+        sensor: &mut dyn Sensor,
+    ) -> Option<Event> {
+        sensor.next_step().filter(|at| *at <= now)?;
+        let takes = sensor.protocol().is_some_and(Protocol::takes_offer);
+        let offered = sensor.offered().filter(|_| takes);
+        let event = sensor.step(now, self.sees)?;
+        self.note(event, offered);
+        Some(event)
+    }
+
+    fn note(&mut self, event: Event, offered: Option<Frame>) {
         if event == Event::Started {
             self.sending = offered;
             self.judged = false;
         }
-        Some(event)
     }
 
-    /// Lets the participant see what is on the wire; None: it is connected to nobody.
+    /// Lets a participant see what is on the wire; None: it is connected to nobody.
     fn settle(&mut self, now: Picoseconds, protocol: &mut Protocol, wire: Option<bool>) {
+        if self.look(now, protocol, wire) == Some(true) {
+            protocol.edge(now);
+        }
+    }
+
+    /// The level that the participant sees from now on, when it has changed.
+    fn look(&mut self, now: Picoseconds, protocol: &Protocol, wire: Option<bool>) -> Option<bool> {
         let level = match self.deaf {
             Some(deaf) if deaf.holds(now) => false,
             _ => wire.unwrap_or_else(|| protocol.is_dominant()),
@@ -69,10 +95,7 @@ impl Line {
             .noise
             .is_some_and(|(span, timing)| span.holds(now) && timing == protocol.timing());
         let sees = level || noise;
-        if sees && !self.sees {
-            protocol.edge(now);
-        }
-        self.sees = sees;
+        (std::mem::replace(&mut self.sees, sees) != sees).then_some(sees)
     }
 
     /// Disturbs this participant alone, from now on, so that its controller sees an error.
@@ -156,14 +179,15 @@ impl Bus {
         self.disturbances.retain(|span| span.to > now);
         let dominant = self.is_dominant();
         for index in 0..self.devices.len() {
-            let connected = self.devices[index]
-                .sensor
+            let sensor = &self.devices[index].sensor;
+            let connected = sensor
                 .protocol()
                 .is_some_and(|protocol| self.is_connected(protocol));
-            let attached = &mut self.devices[index];
-            if let Some(protocol) = attached.sensor.protocol_mut() {
-                let wire = connected.then_some(dominant);
-                attached.line.settle(now, protocol, wire);
+            let wire = connected.then_some(dominant);
+            let Attached { sensor, line } = &mut self.devices[index];
+            let protocol = sensor.protocol();
+            if let Some(level) = protocol.and_then(|protocol| line.look(now, protocol, wire)) {
+                sensor.wire(now, level);
             }
         }
         for (adapter, line) in self.adapters.values_mut() {

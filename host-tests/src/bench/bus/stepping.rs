@@ -69,14 +69,9 @@ impl Bus {
         let devices = self.devices.iter().map(|attached| {
             let Attached { sensor, line } = attached;
             let own = sensor.next_event().filter(|_| !sensor.runs_freely());
-            let Some(protocol) = sensor.protocol() else {
-                return own;
-            };
-            let offers = protocol.takes_offer() && sensor.offered().is_some();
-            let controller = protocol.next_event(offers);
             first([
                 own,
-                controller,
+                sensor.next_step(),
                 line.next_event(now),
                 self.next_noise(attached),
             ])
@@ -127,12 +122,10 @@ impl Bus {
     fn step_devices(&mut self) {
         for index in 0..self.devices.len() {
             let Attached { sensor, line } = &mut self.devices[index];
-            let takes = sensor.protocol().is_some_and(Protocol::takes_offer);
-            let offered = sensor.offered().filter(|_| takes);
-            let Some(protocol) = sensor.protocol_mut() else {
+            let Some(event) = line.step_sensor(self.time, sensor.as_mut()) else {
                 continue;
             };
-            let Some(event) = line.step(self.time, protocol, offered) else {
+            let Some(protocol) = sensor.protocol() else {
                 continue;
             };
             let brought = Brought {
@@ -142,7 +135,6 @@ impl Bus {
                 start: protocol.frame_start(),
                 end: protocol.bit_start(),
             };
-            sensor.bus_event(self.time, event);
             self.note(brought);
         }
     }
