@@ -82,6 +82,7 @@ impl Angle {
     ///
     /// With the longer side `a`, the shorter `b` and k/64 the table's point nearest to b/a, the angle is
     /// atan(k/64) + atan((64 b - k a) / (64 a + k b)), and the second arc tangent, of at most 1/128, is nearly its argument.
+    #[inline(never)] // measured and budgeted as a function
     pub(crate) fn first_quadrant(y: u32, x: u32) -> Self {
         let steep = y > x;
         let (a, b) = if steep { (y, x) } else { (x, y) };
