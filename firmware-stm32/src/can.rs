@@ -98,8 +98,8 @@ fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
     }
     let low = mailbox.rdlr().read().bits();
     let high = mailbox.rdhr().read().bits();
-    let data = (u64::from(high) << 32 | u64::from(low)).to_le_bytes();
-    Frame::data(id, data.get(..length)?)
+    let data = u64::from(high) << 32 | u64::from(low);
+    Frame::padded(id, data.to_le_bytes(), length)
 }
 
 /// The receive interrupt.
@@ -164,7 +164,8 @@ pub struct Bus {
 
 impl Bus {
     /// Takes the controller over and leaves it asleep, off the bus. None when called a second time.
-    pub fn new(peripheral: CanPeripheral) -> Option<Self> {
+    #[inline(never)] // so that only the boot needs its stack
+    pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
         let queue = singleton!(: Queue<Frame, QUEUE> = Queue::new())?;
         let (producer, consumer) = queue.split();
         // From sleep to initialization mode and back the controller does not look at the bus: no endless wait here.
@@ -181,7 +182,7 @@ impl Bus {
             NVIC::unmask(board::CAN_RECEIVE_INTERRUPT);
             NVIC::unmask(board::CAN_TRANSMIT_INTERRUPT);
         }
-        Some(Self {
+        singleton!(: Bus = Bus {
             can,
             received: consumer,
             waiting: None,
@@ -242,6 +243,18 @@ impl Bus {
         }
     }
 
+    /// True while the bus must be looked at every millisecond: a change of mode is under way, or bus errors count. The fault state
+    /// alone, of which no interrupt tells that it has become better, is seen soon enough with the samples.
+    pub fn restless(&self) -> bool {
+        !matches!(self.change, Change::Done) || self.is_listening()
+    }
+
+    fn is_listening(&self) -> bool {
+        self.settings
+            .as_ref()
+            .is_some_and(|settings| settings.mode == BusMode::Listen)
+    }
+
     /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. What was heard at the rate before,
     /// frames and errors, is forgotten: it would be taken for the new rate's.
     fn join(&mut self) {
@@ -277,10 +290,6 @@ impl Bus {
         if !matches!(self.change, Change::Done) {
             return None;
         }
-        let listening = self
-            .settings
-            .as_ref()
-            .is_some_and(|settings| settings.mode == BusMode::Listen);
         let status = self.registers().esr().read();
         let state = if status.boff().bit_is_set() {
             BusState::BusOff
@@ -296,7 +305,7 @@ impl Bus {
             return Some(BusEvent::State(state));
         }
         let code = status.lec().bits();
-        if !listening || code == LEC_SEEN {
+        if !self.is_listening() || code == LEC_SEEN {
             return None;
         }
         self.forget_error();
