@@ -173,9 +173,10 @@ impl<N: Node + 'static> App<N> {
             let Some(frame) = self.bus.receive() else {
                 break;
             };
-            self.node.receive(clock::now(), &frame);
+            let now = clock::now();
+            self.node.receive(now, &frame);
             // The reply before anything else.
-            self.transmit();
+            self.transmit(now);
             self.settle();
         }
     }
@@ -226,7 +227,7 @@ impl<N: Node + 'static> App<N> {
         while let Some(action) = self.node.poll(clock::now()) {
             self.perform(action);
         }
-        self.transmit();
+        self.transmit(clock::now());
     }
 
     #[inline(never)] // seldom
@@ -246,9 +247,9 @@ impl<N: Node + 'static> App<N> {
         }
     }
 
-    fn transmit(&mut self) {
+    fn transmit(&mut self, now: Instant) {
         while self.bus.can_send() {
-            let Some(frame) = self.node.transmit(clock::now()) else {
+            let Some(frame) = self.node.transmit(now) else {
                 break;
             };
             self.bus.send(&frame);
@@ -262,7 +263,7 @@ impl<N: Node + 'static> App<N> {
         }
         let limit = after(clock::now(), RESTART_LIMIT);
         loop {
-            self.transmit();
+            self.transmit(clock::now());
             // With a mailbox free and nothing sent into it the node has no more.
             if self.bus.sent() || reached(clock::now(), limit) {
                 info!("restart");
