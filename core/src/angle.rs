@@ -72,6 +72,7 @@ impl Angle {
     /// assert_eq!(Angle::atan2(7, 7), Angle::from_centidegrees(45_00));
     /// assert_eq!(Angle::atan2(1, -1).centidegrees(), 135_00);
     /// ```
+    #[inline(never)] // measured and budgeted as a function
     pub fn atan2(y: i32, x: i32) -> Self {
         let first = Self::first_quadrant(y.unsigned_abs(), x.unsigned_abs());
         let upper = if x < 0 { Self::HALF - first } else { first };
@@ -82,6 +83,7 @@ impl Angle {
     ///
     /// With the longer side `a`, the shorter `b` and k/64 the table's point nearest to b/a, the angle is
     /// atan(k/64) + atan((64 b - k a) / (64 a + k b)), and the second arc tangent, of at most 1/128, is nearly its argument.
+    #[inline(always)] // part of what atan2 may cost
     pub(crate) fn first_quadrant(y: u32, x: u32) -> Self {
         let steep = y > x;
         let (a, b) = if steep { (y, x) } else { (x, y) };

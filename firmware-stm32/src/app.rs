@@ -5,16 +5,17 @@
 //!
 //! SysTick wakes the loop every millisecond, which is how precisely it keeps the node's deadlines; it does not ask for them.
 
-use crate::board::{self, Board, ImuWires, StatusLeds};
+use crate::board::{self, Board, StatusLeds, Watchdog};
 use crate::can::Bus;
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::{clock, sleep};
 use cortex_m::peripheral::SCB;
+use cortex_m::singleton;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, Boot, Node};
 use plumbline::store::{ImageId, Store};
-use plumbline::time::{Duration, Instant, after, millis, reached};
+use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 
 /// How long a restart waits for the last frames: four, one of them waiting for a mailbox, of 16 ms each at 10 kbit/s.
 const RESTART_LIMIT: Duration = millis(100);
@@ -23,129 +24,202 @@ const RESTART_LIMIT: Duration = millis(100);
 const FIRST_READING_LIMIT: Duration = millis(200);
 
 /// Runs a node for ever. `image` and `payload` say how it is stored, and `node` starts it.
-pub fn run<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, Boot) -> N) -> ! {
-    let Some(board) = Board::take() else {
+pub fn run<N: Node + 'static>(
+    image: ImageId,
+    payload: usize,
+    node: impl FnOnce(Instant, &Boot) -> &'static mut N,
+) -> ! {
+    let Some(mut parts) = start(image, payload) else {
         // Only a second call gets here.
         SCB::sys_reset()
     };
+    let now = clock::now();
+    let mut app = App {
+        node: node(now, parts.boot),
+        bus: parts.bus,
+        imu: parts.imu,
+        store: parts.store,
+        leds: parts.leds,
+        sample_due: after(now, SAMPLE_PERIOD),
+        reading: parts.first,
+    };
+    loop {
+        parts.watchdog.feed();
+        if !app.turn() {
+            sleep::sleep(app.wake());
+        }
+    }
+}
+
+/// Everything but the node, ready to run. What is large lies in static memory: so its size shows in the image, and it is never on
+/// the stack on its way from one function to the next.
+struct Parts {
+    watchdog: Watchdog,
+    store: &'static mut ParameterStore,
+    boot: &'static Boot,
+    imu: &'static mut Imu,
+    first: Option<Reading>,
+    bus: &'static mut Bus,
+    leds: StatusLeds,
+}
+
+/// The nonvolatile parameters on this board.
+type ParameterStore = Store<ParameterFlash<board::Flash>>;
+
+/// Boots up to the node; None when called a second time.
+#[inline(never)] // what booting puts on the stack is gone when the main loop begins
+fn start(image: ImageId, payload: usize) -> Option<Parts> {
+    let board = Board::take()?;
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
-    let (mut store, loaded) = Store::open(board.flash, image, payload);
-    if loaded.damaged {
+    info!("serial number {=u32}", board.serial);
+    let (store, boot) = open_store(board.flash, image, payload, board.serial)?;
+    if boot.loaded.damaged {
         warn!("stored parameters are damaged");
     }
     watchdog.feed();
     store.prepare();
     watchdog.feed();
 
-    let mut imu = Imu::new(board.imu);
-    let first = first_reading(&mut imu);
-
-    let Some(bus) = Bus::new(board.can) else {
-        SCB::sys_reset()
-    };
-    info!("serial number {=u32}", board.serial);
-    let boot = Boot {
-        loaded,
-        serial: board.serial,
-    };
-    let now = clock::now();
-    let mut app = App {
-        node: node(now, boot),
-        bus,
-        imu,
+    let imu = singleton!(: Imu = Imu::new(board.imu))?;
+    let first = first_reading(imu);
+    Some(Parts {
+        watchdog,
         store,
+        boot,
+        imu,
+        first,
+        bus: Bus::new(board.can)?,
         leds: board.leds,
-        sample_due: after(now, SAMPLE_PERIOD),
-    };
-    if let Some(reading) = first {
-        app.node.sample(now, &reading);
-    }
-    app.settle();
-    loop {
-        watchdog.feed();
-        if !app.turn() {
-            sleep::sleep();
-        }
-    }
+    })
+}
+
+/// Finds the nonvolatile parameters; None when called a second time.
+#[inline(never)] // as `start`
+fn open_store(
+    flash: ParameterFlash<board::Flash>,
+    image: ImageId,
+    payload: usize,
+    serial: u32,
+) -> Option<(&'static mut ParameterStore, &'static Boot)> {
+    let (store, loaded) = Store::open(flash, image, payload);
+    let store = singleton!(: ParameterStore = store)?;
+    let boot = singleton!(: Boot = Boot { loaded, serial })?;
+    Some((store, boot))
 }
 
 /// Waits for the accelerometer to settle, so that the first frame tells the truth; None when it does not come up.
-fn first_reading(imu: &mut Imu<ImuWires>) -> Option<Reading> {
+fn first_reading(imu: &mut Imu) -> Option<Reading> {
     let mut due = clock::now();
     let limit = after(due, FIRST_READING_LIMIT);
     while !reached(clock::now(), limit) {
         if reached(clock::now(), due) {
             due = after(due, SAMPLE_PERIOD);
-            if let Some(reading) = imu.read(clock::now()) {
-                return Some(reading);
-            }
+            imu.start(clock::now());
+        }
+        let reading = imu.step(clock::now());
+        if reading.is_some() {
+            return reading;
         }
     }
     None
 }
 
 /// Everything that the main loop turns.
-struct App<N> {
-    node: N,
-    bus: Bus,
-    imu: Imu<ImuWires>,
-    store: Store<ParameterFlash<board::Flash>>,
+struct App<N: 'static> {
+    node: &'static mut N,
+    bus: &'static mut Bus,
+    imu: &'static mut Imu,
+    store: &'static mut ParameterStore,
     leds: StatusLeds,
     sample_due: Instant,
+    /// A reading that waits to be handed in.
+    reading: Option<Reading>,
 }
 
-impl<N: Node> App<N> {
-    /// One turn of the loop; true when there may be more to do at once.
+impl<N: Node + 'static> App<N> {
+    /// One turn of the loop: the frames that have come, then a small piece of everything else. True when there may be more to do at
+    /// once.
     fn turn(&mut self) -> bool {
+        self.answer();
+        if let Some(reading) = self.reading.take() {
+            // The largest piece that cannot be cut: nothing comes between the looks for frames before and after it.
+            self.node.sample(clock::now(), &reading);
+            return true;
+        }
         self.bus.step();
         while let Some(event) = self.bus.event() {
             self.node.bus(clock::now(), event);
-            self.settle();
         }
+        self.settle();
+        let reading = self.read();
+        let saving = self.save();
+        reading || saving
+    }
+
+    /// When the loop must turn again though nothing but time has come.
+    fn wake(&self) -> Instant {
+        if self.bus.restless() {
+            // With the next tick.
+            return clock::now();
+        }
+        earlier(Some(self.sample_due), self.node.deadline()).unwrap_or(self.sample_due)
+    }
+
+    /// Hands the received frames in.
+    fn answer(&mut self) {
         while self.node.ready() {
             let Some(frame) = self.bus.receive() else {
                 break;
             };
-            self.node.receive(clock::now(), &frame);
+            let now = clock::now();
+            self.node.receive(now, &frame);
+            // The reply before anything else.
+            self.transmit(now);
             self.settle();
         }
-        self.sample();
-        let saved = self.store.step();
-        if let Some(result) = saved {
-            if result.is_err() {
-                error!("parameters could not be saved");
-            }
-            self.node.stored(clock::now(), result);
-        }
-        self.settle();
-        // A save that has ended may have made the node ready for a frame that is already here.
-        self.store.busy() || saved.is_some()
     }
 
-    /// Hands a sample in when one is due.
-    fn sample(&mut self) {
+    /// Reads the accelerometer when it is due, step by step; true when there is more to do at once.
+    fn read(&mut self) -> bool {
         let now = clock::now();
+        if self.imu.busy() {
+            self.reading = self.imu.step(now);
+            if let Some(reading) = &self.reading {
+                // What a calibration starts from.
+                let [x, y, z] = micro_g(reading);
+                let temperature = reading.temperature;
+                debug!(
+                    "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC",
+                    x, y, z, temperature
+                );
+            }
+            return true;
+        }
         if !reached(now, self.sample_due) {
-            return;
+            return false;
         }
         self.sample_due = after(self.sample_due, SAMPLE_PERIOD);
         if reached(now, self.sample_due) {
             // Samples were missed while the flash was busy; do not make up for them.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
-        if let Some(reading) = self.imu.read(now) {
-            // What a calibration starts from.
-            let [x, y, z] = micro_g(&reading);
-            let temperature = reading.temperature;
-            debug!(
-                "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC",
-                x, y, z, temperature
-            );
-            self.node.sample(now, &reading);
-            self.settle();
+        self.imu.start(now);
+        true
+    }
+
+    /// Carries a save on; true when there is more to do at once.
+    fn save(&mut self) -> bool {
+        let Some(result) = self.store.step() else {
+            return self.store.busy();
+        };
+        if result.is_err() {
+            error!("parameters could not be saved");
         }
+        self.node.stored(clock::now(), result);
+        // The save has ended: there is a reply, and perhaps a frame that had to wait.
+        true
     }
 
     /// Does what the node wants done, then sends what it has to send.
@@ -153,9 +227,10 @@ impl<N: Node> App<N> {
         while let Some(action) = self.node.poll(clock::now()) {
             self.perform(action);
         }
-        self.transmit();
+        self.transmit(clock::now());
     }
 
+    #[inline(never)] // seldom
     fn perform(&mut self, action: Action) {
         match action {
             Action::Bus(mode, rate) => {
@@ -172,9 +247,9 @@ impl<N: Node> App<N> {
         }
     }
 
-    fn transmit(&mut self) {
+    fn transmit(&mut self, now: Instant) {
         while self.bus.can_send() {
-            let Some(frame) = self.node.transmit(clock::now()) else {
+            let Some(frame) = self.node.transmit(now) else {
                 break;
             };
             self.bus.send(&frame);
@@ -188,7 +263,7 @@ impl<N: Node> App<N> {
         }
         let limit = after(clock::now(), RESTART_LIMIT);
         loop {
-            self.transmit();
+            self.transmit(clock::now());
             // With a mailbox free and nothing sent into it the node has no more.
             if self.bus.sent() || reached(clock::now(), limit) {
                 info!("restart");

@@ -6,22 +6,22 @@
 //!   for ever, and it switches automatic bus-off recovery on (MCR.ABOM), which the node wants to decide itself. Here ABOM is never
 //!   set, and the main loop looks in now and then whether the controller has followed.
 //! - The fault state (CAN_ESR), which the crate does not have.
-//! - Reading the receive FIFO. A classic frame may carry a length code of 9 to 15, which means 8 bytes; the crate would index
-//!   its data with it and panic.
+//! - Reading the receive FIFO (`can/receive.rs`).
+
+mod receive;
+
+pub use receive::on_received;
 
 use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral};
 use crate::{clock, sleep};
 use bxcan::filter::Mask32;
 use bxcan::{ExtendedId, Fifo, Interrupts, StandardId};
-use core::cell::RefCell;
-use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
-use critical_section::Mutex;
 use embedded_can::Id;
-use heapless::spsc::{Consumer, Producer, Queue};
-use plumbline::can::{BitRate, Filter, Filters, Frame, extended, standard};
+use heapless::spsc::{Consumer, Queue};
+use plumbline::can::{BitRate, Filter, Filters, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -47,69 +47,6 @@ unsafe impl bxcan::Instance for Controller {
 // SAFETY: the only, or the first, CAN controller owns the filter banks, and the board says how many there are.
 unsafe impl bxcan::FilterOwner for Controller {
     const NUM_FILTER_BANKS: u8 = board::FILTER_BANKS;
-}
-
-/// The receiving half, which belongs to the receive interrupt.
-struct Receiver {
-    registers: CanPeripheral,
-    queue: Producer<'static, Frame>,
-}
-
-static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
-
-/// Frames were lost, in the controller's FIFO or because the queue was full.
-static OVERRUN: AtomicBool = AtomicBool::new(false);
-
-impl Receiver {
-    /// Empties receive FIFO 0 into the queue.
-    fn fetch(&mut self) {
-        let fifo = self.registers.rfr(0);
-        loop {
-            let status = fifo.read();
-            if status.fovr().bit_is_set() {
-                fifo.write(|w| w.fovr().clear());
-                OVERRUN.store(true, Ordering::Relaxed);
-            }
-            if status.fmp().bits() == 0 {
-                return;
-            }
-            let frame = read_fifo(&self.registers);
-            fifo.write(|w| w.rfom().release());
-            let queued = frame.is_some_and(|frame| self.queue.enqueue(frame).is_ok());
-            if !queued {
-                OVERRUN.store(true, Ordering::Relaxed);
-            }
-        }
-    }
-}
-
-/// The frame at the head of receive FIFO 0.
-fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
-    let mailbox = registers.rx(0);
-    let identifier = mailbox.rir().read();
-    let id = if identifier.ide().is_extended() {
-        extended(identifier.bits() >> 3)
-    } else {
-        standard((identifier.bits() >> 21) as u16)
-    };
-    let length = usize::from(mailbox.rdtr().read().dlc().bits().min(8));
-    if identifier.rtr().is_remote() {
-        return Frame::remote(id, length);
-    }
-    let low = mailbox.rdlr().read().bits();
-    let high = mailbox.rdhr().read().bits();
-    let data = (u64::from(high) << 32 | u64::from(low)).to_le_bytes();
-    Frame::data(id, data.get(..length)?)
-}
-
-/// The receive interrupt.
-pub fn on_received() {
-    critical_section::with(|cs| {
-        if let Some(receiver) = RECEIVER.borrow_ref_mut(cs).as_mut() {
-            receiver.fetch();
-        }
-    });
-    sleep::wake();
 }
 
 /// The transmit interrupt: a mailbox has become free.
@@ -164,24 +101,20 @@ pub struct Bus {
 
 impl Bus {
     /// Takes the controller over and leaves it asleep, off the bus. None when called a second time.
-    pub fn new(peripheral: CanPeripheral) -> Option<Self> {
+    #[inline(never)] // so that only the boot needs its stack
+    pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
         let queue = singleton!(: Queue<Frame, QUEUE> = Queue::new())?;
         let (producer, consumer) = queue.split();
         // From sleep to initialization mode and back the controller does not look at the bus: no endless wait here.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
-        let receiver = Receiver {
-            // SAFETY: the receiver uses the receive FIFO's registers only, and nobody else does.
-            registers: unsafe { CanPeripheral::steal() },
-            queue: producer,
-        };
-        critical_section::with(|cs| RECEIVER.replace(cs, Some(receiver)));
+        receive::into(producer);
         // SAFETY: the handlers cope with any state of the controller, and no code relies on these interrupts being masked except
         // through critical sections.
         unsafe {
             NVIC::unmask(board::CAN_RECEIVE_INTERRUPT);
             NVIC::unmask(board::CAN_TRANSMIT_INTERRUPT);
         }
-        Some(Self {
+        singleton!(: Bus = Bus {
             can,
             received: consumer,
             waiting: None,
@@ -242,6 +175,18 @@ impl Bus {
         }
     }
 
+    /// True while the bus must be looked at every millisecond: a change of mode is under way, or bus errors count. The fault state
+    /// alone, of which no interrupt tells that it has become better, is seen soon enough with the samples.
+    pub fn restless(&self) -> bool {
+        !matches!(self.change, Change::Done) || self.is_listening()
+    }
+
+    fn is_listening(&self) -> bool {
+        self.settings
+            .as_ref()
+            .is_some_and(|settings| settings.mode == BusMode::Listen)
+    }
+
     /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. What was heard at the rate before,
     /// frames and errors, is forgotten: it would be taken for the new rate's.
     fn join(&mut self) {
@@ -268,8 +213,7 @@ impl Bus {
 
     /// What the controller has noticed since the last call; call until None.
     pub fn event(&mut self) -> Option<BusEvent> {
-        if OVERRUN.load(Ordering::Relaxed) {
-            OVERRUN.store(false, Ordering::Relaxed);
+        if receive::overrun() {
             self.overruns = self.overruns.saturating_add(1);
             warn!("received frames lost, {=u32} times", self.overruns);
             return Some(BusEvent::Overrun);
@@ -277,10 +221,6 @@ impl Bus {
         if !matches!(self.change, Change::Done) {
             return None;
         }
-        let listening = self
-            .settings
-            .as_ref()
-            .is_some_and(|settings| settings.mode == BusMode::Listen);
         let status = self.registers().esr().read();
         let state = if status.boff().bit_is_set() {
             BusState::BusOff
@@ -296,7 +236,7 @@ impl Bus {
             return Some(BusEvent::State(state));
         }
         let code = status.lec().bits();
-        if !listening || code == LEC_SEEN {
+        if !self.is_listening() || code == LEC_SEEN {
             return None;
         }
         self.forget_error();

@@ -1,4 +1,13 @@
-//! From the counts of the ISM330DHCX to a [`Reading`].
+//! From what the ISM330DHCX sends to a [`Reading`].
+//!
+//! ```text
+//!  byte 0         1           2         3         5           11       13       15
+//!       +---------+-----------+---------+---------+-----------+--------+--------+--------+
+//!       | address | STATUS    | (1Fh)   | OUT     | OUTX_L_G  | OUTX_A | OUTY_A | OUTZ_A |
+//!       | went    | _REG      | reserved| _TEMP   | ... 6     | i16    | i16    | i16    |
+//!       | out     | 1Eh       |         | 20h i16 | bytes 22h | 28h    | 2Ah    | 2Ch    |
+//!       +---------+-----------+---------+---------+-----------+--------+--------+--------+
+//! ```
 //!
 //! Acceleration at +-2 g: 61 ug per count (datasheet, LA_So). With 1 g = 2^28 that is 61e-6 * 2^28 = 16374.562816 units per
 //! count, computed as 16374 + 36885/65536 = 16374.562820; the difference is below 0.15 unit at full scale, so that the result is
@@ -30,6 +39,44 @@ pub struct Mounting(pub [Axis; 3]);
 impl Mounting {
     /// The part's axes are the sensor's.
     pub const ALIGNED: Self = Self([Axis::X, Axis::Y, Axis::Z]);
+}
+
+/// Bytes of a transfer: the address byte, then STATUS_REG (1Eh) to OUTZ_H_A (2Dh), as in the byte map.
+pub const TRANSFER: usize = 1 + 16;
+
+/// STATUS_REG of a part that is alive: new acceleration, gyroscope off, the upper bits always 0. The temperature bit may be
+/// either. A bus that is stuck reads as 00h or FFh and a part that lost power as 00h.
+const ALIVE: u8 = 0b0000_0001;
+const ALIVE_MASK: u8 = 0b1111_1011;
+
+/// The reading in the bytes of a transfer; None when the part has nothing new or does not answer like itself.
+#[inline]
+pub fn transferred(bytes: &[u8; TRANSFER], mounting: Mounting) -> Option<Reading> {
+    let &[
+        _,
+        status,
+        _,
+        t0,
+        t1,
+        _,
+        _,
+        _,
+        _,
+        _,
+        _,
+        x0,
+        x1,
+        y0,
+        y1,
+        z0,
+        z1,
+    ] = bytes;
+    if status & ALIVE_MASK != ALIVE {
+        return None;
+    }
+    let acceleration = [[x0, x1], [y0, y1], [z0, z1]].map(i16::from_le_bytes);
+    let temperature = i16::from_le_bytes([t0, t1]);
+    Some(reading(acceleration, temperature, mounting))
 }
 
 /// A count of acceleration in units of 2^-28 g.
@@ -107,6 +154,31 @@ mod tests {
         assert!(clipped([0x7FFF, 0, 0]));
         assert!(clipped([0, -0x7FFF, 0]));
         assert!(clipped([0, 0, -0x8000]));
+    }
+
+    /// A transfer with this STATUS_REG, 26 degC and other counts in every register.
+    const fn transfer(status: u8) -> [u8; TRANSFER] {
+        [
+            0xFF, status, 0xEE, 0x00, 0x01, 1, 2, 3, 4, 5, 6, 0x34, 0x12, 0xFE, 0xFF, 0x00, 0x80,
+        ]
+    }
+
+    #[test]
+    fn a_transfer_is_read_as_the_byte_map_says() {
+        let read = transferred(&transfer(0b0000_0101), Mounting::ALIGNED);
+        let expected = reading([0x1234, -2, -0x8000], 256, Mounting::ALIGNED);
+        assert_eq!(read, Some(expected));
+        assert_eq!(expected.temperature, 2600);
+    }
+
+    #[test]
+    fn only_a_part_that_is_alive_with_new_data_counts() {
+        for status in 0..=0xFF {
+            // XLDA (bit 0) set, GDA (bit 1) clear since the gyroscope is off, TDA (bit 2) either, the upper bits 0.
+            let alive = matches!(status, 0b001 | 0b101);
+            let read = transferred(&transfer(status), Mounting::ALIGNED);
+            assert_eq!(read.is_some(), alive, "{status:08b}");
+        }
     }
 
     #[test]

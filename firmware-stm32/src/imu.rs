@@ -4,16 +4,18 @@
 //! characteristic that the replaced sensors state without their digital filter. The part is sampled by the microcontroller's clock;
 //! its own oscillator is a few per cent off.
 //!
+//! A reading is one transfer of 17 bytes, cut into pieces ([`Imu::step`]): between two of them the main loop looks after frames.
+//!
 //! A part that is missing or fails costs nothing but samples: it is tried again every second.
 
-use crate::board::{Delay, MOUNTING};
-use crate::counts;
+use crate::board::{Delay, ImuWires, MOUNTING};
+use crate::counts::{self, TRANSFER};
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiBus;
 use ism330dhcx_rs::blocking::prelude::{
-    Ctrl1Xl, Ctrl3C, Ctrl8Xl, Ctrl9Xl, FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl,
+    Ctrl1Xl, Ctrl3C, Ctrl8Xl, Ctrl9Xl, FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl, Reg,
 };
 use ism330dhcx_rs::blocking::{Error, ISM330DHCX_ID, Ism330dhcx};
 use plumbline::measure::Reading;
@@ -29,10 +31,8 @@ const SETTLING_SAMPLES: u8 = 20;
 /// Samples in a row without new data after which the part counts as failed: 50 ms. It delivers two per sample.
 const MISSES: u8 = 10;
 
-/// STATUS_REG of a part that is alive: new acceleration, gyroscope off, the upper bits always 0. The temperature bit may be
-/// either. A bus that is stuck reads as 00h or FFh and a part that lost power as 00h.
-const ALIVE: u8 = 0b0000_0001;
-const ALIVE_MASK: u8 = 0b1111_1011;
+/// Bytes of the transfer that are exchanged in one step: 4 us.
+const PIECE: usize = 4;
 
 enum State {
     /// Not found, or lost; try again then.
@@ -41,51 +41,91 @@ enum State {
     Running { settling: u8, misses: u8 },
 }
 
+/// A reading under way.
+struct Transfer {
+    /// What goes out, and in its place what came in.
+    bytes: [u8; TRANSFER],
+    /// Pieces exchanged so far.
+    pieces: usize,
+}
+
 /// The accelerometer.
-pub struct Imu<W: BusOperation> {
-    part: Ism330dhcx<W, Delay, MainBank>,
+pub struct Imu {
+    part: Ism330dhcx<ImuWires, Delay, MainBank>,
     state: State,
+    transfer: Option<Transfer>,
     /// The log knows that it is missing.
     reported: bool,
 }
 
-impl<W: BusOperation> Imu<W> {
+impl Imu {
     /// The part at the end of these wires, not looked for yet.
-    pub fn new(wires: W) -> Self {
+    pub fn new(wires: ImuWires) -> Self {
         Self {
             part: Ism330dhcx::from_bus(wires, Delay),
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
+            transfer: None,
             reported: false,
         }
     }
 
-    /// The reading for this moment; None while the part is missing or settling. Call it once per sample period.
-    pub fn read(&mut self, now: Instant) -> Option<Reading> {
+    /// Begins a reading, or looks for the part when it is missing. Call it once per sample period.
+    pub fn start(&mut self, now: Instant) {
         match self.state {
-            State::Absent { retry } => {
-                if reached(now, retry) {
-                    self.state = self.find(now);
+            State::Absent { retry } if reached(now, retry) => self.state = self.find(now),
+            State::Absent { .. } => {}
+            State::Running { .. } => {
+                self.part.bus.begin();
+                let mut bytes = [0; TRANSFER];
+                bytes[0] = Reg::StatusRegOrSpiaux as u8 | READ;
+                self.transfer = Some(Transfer { bytes, pieces: 0 });
+            }
+        }
+    }
+
+    /// True while a reading is under way.
+    pub fn busy(&self) -> bool {
+        self.transfer.is_some()
+    }
+
+    /// Carries a reading one small step further: a piece of its transfer, or its evaluation. Returns it at the end, unless the
+    /// part is missing or settling.
+    pub fn step(&mut self, now: Instant) -> Option<Reading> {
+        let transfer = self.transfer.as_mut()?;
+        let reading = match transfer.bytes.chunks_mut(PIECE).nth(transfer.pieces) {
+            Some(piece) => {
+                if self.part.bus.exchange(piece).is_ok() {
+                    transfer.pieces += 1;
+                    return None;
                 }
                 None
             }
-            State::Running { settling, misses } => {
-                let reading = self.fetch().ok().flatten();
-                self.state = match reading {
-                    Some(_) => State::Running {
-                        settling: settling.saturating_sub(1),
-                        misses: 0,
-                    },
-                    None if misses < MISSES => State::Running {
-                        settling,
-                        misses: misses + 1,
-                    },
-                    None => self.absent(now),
-                };
-                reading.filter(|_| settling == 0)
-            }
-        }
+            None => counts::transferred(&transfer.bytes, MOUNTING),
+        };
+        self.part.bus.end();
+        self.transfer = None;
+        self.judge(now, reading)
+    }
+
+    /// Keeps account of readings that came and of those that did not, and holds back those of a part that is settling.
+    fn judge(&mut self, now: Instant, reading: Option<Reading>) -> Option<Reading> {
+        let State::Running { settling, misses } = self.state else {
+            return None;
+        };
+        self.state = match reading {
+            Some(_) => State::Running {
+                settling: settling.saturating_sub(1),
+                misses: 0,
+            },
+            None if misses < MISSES => State::Running {
+                settling,
+                misses: misses + 1,
+            },
+            None => self.absent(now),
+        };
+        reading.filter(|_| settling == 0)
     }
 
     fn absent(&mut self, now: Instant) -> State {
@@ -99,6 +139,7 @@ impl<W: BusOperation> Imu<W> {
     }
 
     /// Looks for the part and sets it up.
+    #[inline(never)] // seldom, and its frame would be part of the main loop's
     fn find(&mut self, now: Instant) -> State {
         match self.set_up() {
             Ok(true) => {
@@ -117,7 +158,7 @@ impl<W: BusOperation> Imu<W> {
     ///
     /// The registers have their reset values, so each is written whole, through the driver's register types. Its setters would
     /// read, modify and write, and look after the part's state machine and learning core, which are off.
-    fn set_up(&mut self) -> Result<bool, Error<W::Error>> {
+    fn set_up(&mut self) -> Result<bool, Error<<ImuWires as BusOperation>::Error>> {
         let part = &mut self.part;
         // A disturbance may have left another register bank selected, in which even the identifier is out of reach.
         part.mem_bank_set(MemBank::UserBank)?;
@@ -147,18 +188,10 @@ impl<W: BusOperation> Imu<W> {
             .write(part)?;
         Ok(true)
     }
-
-    /// Reads the part out; None when it has nothing new or does not answer like itself.
-    fn fetch(&mut self) -> Result<Option<Reading>, Error<W::Error>> {
-        let status = self.part.status_reg_get()?.into_bits();
-        if status & ALIVE_MASK != ALIVE {
-            return Ok(None);
-        }
-        let temperature = self.part.temperature_raw_get()?;
-        let acceleration = self.part.acceleration_raw_get()?;
-        Ok(Some(counts::reading(acceleration, temperature, MOUNTING)))
-    }
 }
+
+/// In the address byte: read, not write.
+const READ: u8 = 0x80;
 
 /// The part's SPI (mode 0 or 3, at most 10 MHz) and its chip select.
 pub struct Wires<S, C> {
@@ -172,11 +205,37 @@ impl<S: SpiBus, C: OutputPin<Error = Infallible>> Wires<S, C> {
         Self { spi, select }
     }
 
-    /// One transfer of the part: its chip select low around what `f` does.
-    fn select(&mut self, f: impl FnOnce(&mut S) -> Result<(), S::Error>) -> Result<(), S::Error> {
+    /// Begins a transfer.
+    fn begin(&mut self) {
         let Ok(()) = self.select.set_low();
-        let result = f(&mut self.spi).and_then(|()| self.spi.flush());
+    }
+
+    /// Sends `bytes` and puts what comes in into their places.
+    fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), S::Error> {
+        self.spi.transfer_in_place(bytes)?;
+        self.spi.flush()
+    }
+
+    /// Sends `bytes`, through the one operation that reading needs too.
+    fn write(&mut self, bytes: &[u8]) -> Result<(), S::Error> {
+        bytes
+            .iter()
+            .try_for_each(|&byte| self.exchange(&mut [byte]))
+    }
+
+    /// Ends the transfer.
+    fn end(&mut self) {
         let Ok(()) = self.select.set_high();
+    }
+
+    /// A transfer as a whole.
+    fn transfer(
+        &mut self,
+        f: impl FnOnce(&mut Self) -> Result<(), S::Error>,
+    ) -> Result<(), S::Error> {
+        self.begin();
+        let result = f(self);
+        self.end();
         result
     }
 }
@@ -185,35 +244,26 @@ impl<S: SpiBus, C: OutputPin<Error = Infallible>> BusOperation for Wires<S, C> {
     type Error = S::Error;
 
     fn read_bytes(&mut self, bytes: &mut [u8]) -> Result<(), S::Error> {
-        self.select(|spi| spi.transfer_in_place(bytes))
+        self.transfer(|wires| wires.exchange(bytes))
     }
 
     fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), S::Error> {
-        self.select(|spi| write(spi, bytes))
+        self.transfer(|wires| wires.write(bytes))
     }
 
     fn write_byte_read_bytes(&mut self, byte: &[u8; 1], bytes: &mut [u8]) -> Result<(), S::Error> {
-        /// The upper bit of the address byte.
-        const READ: u8 = 0x80;
         let [register] = byte;
-        self.select(|spi| {
-            spi.transfer_in_place(&mut [register | READ])?;
-            spi.transfer_in_place(bytes)
+        self.transfer(|wires| {
+            wires.exchange(&mut [register | READ])?;
+            wires.exchange(bytes)
         })
     }
 
     // The default copies into a buffer of 257 bytes on the stack.
     fn write_to_register(&mut self, register: u8, bytes: &[u8]) -> Result<(), S::Error> {
-        self.select(|spi| {
-            spi.transfer_in_place(&mut [register])?;
-            write(spi, bytes)
+        self.transfer(|wires| {
+            wires.exchange(&mut [register])?;
+            wires.write(bytes)
         })
     }
-}
-
-/// Writes through the one operation that reading needs too.
-fn write<S: SpiBus>(spi: &mut S, bytes: &[u8]) -> Result<(), S::Error> {
-    bytes
-        .iter()
-        .try_for_each(|&byte| spi.transfer_in_place(&mut [byte]))
 }

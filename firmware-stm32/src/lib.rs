@@ -51,8 +51,10 @@ macro_rules! firmware {
         #[cfg(target_os = "none")]
         #[cortex_m_rt::entry]
         fn main() -> ! {
+            // In static memory, so that its size shows in the image and not on the stack; `entry` makes it safe to borrow.
+            static mut SENSOR: core::mem::MaybeUninit<$sensor> = core::mem::MaybeUninit::uninit();
             $crate::app::run($product.image, <$sensor>::PAYLOAD, |now, boot| {
-                <$sensor>::new($product, now, boot)
+                <$sensor>::place(SENSOR, $product, now, boot)
             })
         }
 

@@ -24,6 +24,7 @@ impl<M: Model> Node for Sensor<M> {
         self.queue.has_room() && self.deferred.is_none() && !restarting
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn receive(&mut self, now: Instant, frame: &Frame) {
         match self.link {
             // The frame that reveals the rate is not answered: the sensor was silent when it came.
@@ -38,6 +39,7 @@ impl<M: Model> Node for Sensor<M> {
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn sample(&mut self, now: Instant, reading: &Reading) {
         self.attention |= self.fresh_until.is_none();
         self.fresh_until = Some(after(now, SAMPLE_LIMIT));
@@ -54,6 +56,7 @@ impl<M: Model> Node for Sensor<M> {
         self.status.replace(M::SENSOR_ERRORS, errors);
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn bus(&mut self, now: Instant, event: BusEvent) {
         match event {
             BusEvent::Error => {
@@ -83,6 +86,7 @@ impl<M: Model> Node for Sensor<M> {
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
         let Some(saving) = self.saving.take() else {
             return;
@@ -103,6 +107,7 @@ impl<M: Model> Node for Sensor<M> {
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn poll(&mut self, now: Instant) -> Option<Action> {
         let due = self.wake.is_some_and(|wake| reached(now, wake));
         if !self.attention && !due {
@@ -115,6 +120,7 @@ impl<M: Model> Node for Sensor<M> {
         action
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn transmit(&mut self, _now: Instant) -> Option<Frame> {
         match self.link {
             Link::Online | Link::Restarting(_) => {
@@ -136,6 +142,7 @@ impl<M: Model> Node for Sensor<M> {
         Filters::from_slice(&[Filter::exact(set), Filter::exact(sync)]).unwrap_or_default()
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn image(&self) -> Payload {
         let values = match self.saving {
             Some(Saving::Factory) => Values::factory(M::RULES),

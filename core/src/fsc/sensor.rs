@@ -17,6 +17,7 @@ use crate::node::{Pattern, Readout, TransmitQueue};
 use crate::store::PAYLOAD_MAX;
 use crate::time::{Duration, Instant, after, millis};
 use core::marker::PhantomData;
+use core::mem::MaybeUninit;
 use embedded_can::Id;
 
 /// How long a restart waits for replies that are still in the queue.
@@ -117,17 +118,52 @@ impl<M: Model> Sensor<M> {
 
     /// A sensor after power-up or a restart. An image that does not decode as a whole gives factory values and EEPROMError.
     pub fn new(product: &'static Product, now: Instant, boot: Boot) -> Self {
+        let mut sensor = Self::assemble(product, now, &boot);
+        sensor.begin(now);
+        sensor
+    }
+
+    /// As [`new`](Self::new), for a small stack: the sensor is on it for a moment only, before it gets its place and begins.
+    pub fn place<'a>(
+        place: &'a mut MaybeUninit<Self>,
+        product: &'static Product,
+        now: Instant,
+        boot: &Boot,
+    ) -> &'a mut Self {
+        let sensor = Self::put(place, product, now, boot);
+        sensor.begin(now);
+        sensor
+    }
+
+    #[inline(never)] // what assembling puts on the stack is gone when the sensor begins
+    fn put<'a>(
+        place: &'a mut MaybeUninit<Self>,
+        product: &'static Product,
+        now: Instant,
+        boot: &Boot,
+    ) -> &'a mut Self {
+        place.write(Self::assemble(product, now, boot))
+    }
+
+    /// The parts of a sensor that has not begun yet.
+    fn assemble(product: &'static Product, now: Instant, boot: &Boot) -> Self {
         let stored = boot.loaded.payload.as_ref();
         let image = stored.and_then(|payload| Self::decode(payload));
         let damaged = boot.loaded.damaged || (stored.is_some() && image.is_none());
         let factory = || (Values::factory(M::RULES), Calibration::IDENTITY);
         let (values, calibration) = image.unwrap_or_else(factory);
-        let mut sensor = Self {
+        let mut status = Status::default();
+        if damaged {
+            status.raise(Status::EEPROM_ERROR);
+        }
+        // Until the first sample there is no angle.
+        status.raise(M::SENSOR_ERRORS);
+        Self {
             product,
             serial: boot.serial,
             values,
             in_force: InForce::of(&values),
-            status: Status::default(),
+            status,
             inclinometer: Inclinometer {
                 calibration,
                 ..Inclinometer::default()
@@ -147,19 +183,17 @@ impl<M: Model> Sensor<M> {
             attention: true,
             wake: None,
             model: PhantomData,
-        };
-        if damaged {
-            sensor.status.raise(Status::EEPROM_ERROR);
         }
-        // Until the first sample there is no angle.
-        sensor.status.raise(M::SENSOR_ERRORS);
-        sensor.retune();
-        sensor.update_status();
-        match sensor.baud_rate() {
-            Some(rate) => sensor.go_online(now, rate),
-            None => sensor.listen(now),
+    }
+
+    /// Begins with what the parameters say.
+    fn begin(&mut self, now: Instant) {
+        self.retune();
+        self.update_status();
+        match self.baud_rate() {
+            Some(rate) => self.go_online(now, rate),
+            None => self.listen(now),
         }
-        sensor
     }
 
     fn decode(payload: &[u8]) -> Option<(Values, Calibration)> {

@@ -27,7 +27,8 @@ pub fn identifier(value: u32) -> Option<Id> {
 /// A reply: the echoed code, the status byte and up to six bytes of data.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reply {
-    bytes: [u8; 8],
+    /// The bytes as a little-endian number: to append to it is a shift.
+    bytes: u64,
     length: u8,
 }
 
@@ -35,26 +36,28 @@ impl Reply {
     /// A reply without data.
     pub fn new(fsc: u8, status: u8) -> Self {
         Self {
-            bytes: [fsc, status, 0, 0, 0, 0, 0, 0],
+            bytes: u16::from_le_bytes([fsc, status]).into(),
             length: 2,
         }
     }
 
-    /// Appends the low `size` bytes of `value`; what does not fit into the frame is left out.
-    pub fn with(mut self, value: u32, size: u8) -> Self {
-        let end = usize::from(self.length) + usize::from(size.min(4));
-        if let Some(place) = self.bytes.get_mut(self.length.into()..end) {
-            for (to, from) in place.iter_mut().zip(value.to_le_bytes()) {
-                *to = from;
-            }
-            self.length = end as u8;
+    /// Appends the low `size` bytes (1 to 4) of `value`; what does not fit into the frame is left out.
+    pub fn with(self, value: u32, size: u8) -> Self {
+        let length = self.length.saturating_add(size);
+        if length > 8 {
+            return self;
         }
-        self
+        let unused = 32_u32.saturating_sub(8 * u32::from(size));
+        let value = u64::from(value.wrapping_shl(unused).wrapping_shr(unused));
+        Self {
+            bytes: self.bytes | value.wrapping_shl(8 * u32::from(self.length)),
+            length,
+        }
     }
 
     /// The frame on the wire.
     pub fn frame(&self, id: Id) -> Option<Frame> {
-        Frame::data(id, self.bytes.get(..self.length.into())?)
+        Frame::padded(id, self.bytes.to_le_bytes(), self.length.into())
     }
 }
 
@@ -97,6 +100,25 @@ mod tests {
         let reply = Reply::new(0x17, 3).with(2000, 2).with(2, 1);
         let frame = reply.frame(standard(0x301)).unwrap();
         assert_eq!(frame.bytes(), [0x17, 3, 0xD0, 0x07, 2]);
+    }
+
+    #[test]
+    fn only_the_low_bytes_of_a_value_are_taken() {
+        for size in 1..=4 {
+            let reply = Reply::new(0xFF, 0x80).with(u32::MAX, size).with(0x0201, 2);
+            let frame = reply.frame(standard(0x301)).unwrap();
+            let size = usize::from(size);
+            assert_eq!(frame.bytes()[..2], [0xFF, 0x80]);
+            assert!(frame.bytes()[2..2 + size].iter().all(|&byte| byte == 0xFF));
+            assert_eq!(frame.bytes()[2 + size..], [1, 2]);
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_left_out() {
+        let full = Reply::new(1, 2).with(0x0605_0403, 4).with(0x0807, 2);
+        let frame = full.with(9, 1).frame(standard(0x301)).unwrap();
+        assert_eq!(frame.bytes(), [1, 2, 3, 4, 5, 6, 7, 8]);
     }
 
     #[test]

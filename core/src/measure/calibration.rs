@@ -97,6 +97,7 @@ impl Calibration {
 
     /// The corrected acceleration of a raw one at `temperature` (0.01 degC), 1 g = 2^28, rounded to nearest and held within
     /// -2 g..2 g in each axis. A raw acceleration beyond that counts as -2 g or 2 g.
+    #[inline(never)] // measured and budgeted as a function
     pub fn apply(&self, acceleration: I32x3, temperature: i16) -> I32x3 {
         let (coldest, hottest) = TEMPERATURES;
         let warmth = i32::from(temperature).clamp(coldest, hottest) - REFERENCE;

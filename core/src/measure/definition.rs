@@ -31,6 +31,7 @@ pub struct Perpendicular {
 /// let nose_down = perpendicular(I32x3 { x: -1000, y: 0, z: 1000 });
 /// assert_eq!((nose_down.x.centidegrees(), nose_down.y.centidegrees()), (45_00, 0));
 /// ```
+#[inline(never)] // measured and budgeted as a function
 pub fn perpendicular(up: I32x3) -> Perpendicular {
     let up = normalise(up);
     Perpendicular {

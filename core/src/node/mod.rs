@@ -103,7 +103,8 @@ pub struct Readout {
 /// A CAN sensor, driven from outside.
 ///
 /// After each call that hands something in, call [`poll`](Self::poll) until it returns None, then fetch frames with
-/// [`transmit`](Self::transmit) while a mailbox is free. Nothing changes by itself before [`deadline`](Self::deadline).
+/// [`transmit`](Self::transmit) while a mailbox is free; who is in a hurry may also fetch the reply before. Nothing changes by
+/// itself before [`deadline`](Self::deadline).
 pub trait Node {
     /// Whether a further received frame may be handed in. While false, leave frames in the receive queue: there is no room for
     /// a reply, or a save or restart must come to its end first.

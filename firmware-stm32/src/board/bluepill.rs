@@ -53,12 +53,15 @@ pub const MOUNTING: Mounting = Mounting::ALIGNED;
 /// The accelerometer's SPI and chip select.
 pub type ImuWires = Wires<Spi<pac::SPI1, u8>, PA4<Output>>;
 
+/// The watchdog.
+pub type Watchdog = IndependentWatchdog;
+
 /// What the firmware uses of the board, ready for use.
 pub struct Board {
     /// The time base's timer.
     pub systick: SYST,
     /// The independent watchdog, running.
-    pub watchdog: IndependentWatchdog,
+    pub watchdog: Watchdog,
     /// The status LEDs, off.
     pub leds: StatusLeds,
     /// The CAN controller, with its clock and pins, still in reset state.
@@ -73,12 +76,13 @@ pub struct Board {
 
 impl Board {
     /// Sets up watchdog, clocks and pins; None when called a second time.
+    #[inline(never)] // so that only the boot needs its stack
     pub fn take() -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
         let device = pac::Peripherals::take()?;
 
         // First, so that a crystal that does not start is tried again.
-        let mut watchdog = IndependentWatchdog::new(device.IWDG);
+        let mut watchdog = Watchdog::new(device.IWDG);
         watchdog.stop_on_debug(&device.DBGMCU, true);
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
 

@@ -19,7 +19,7 @@ pub use nucleo_f446re::*;
 const WATCHDOG_PERIOD_MS: u32 = 2000;
 
 /// The clock of the accelerometer's SPI; the part takes up to 10 MHz.
-const SPI_CLOCK_HZ: u32 = 4_000_000;
+const SPI_CLOCK_HZ: u32 = 8_000_000;
 
 /// The serial number: CRC-32 of the 96-bit unique device identifier, so that parts of one wafer get different ones.
 fn serial(unique_id: [u32; 3]) -> u32 {
