@@ -22,6 +22,9 @@ mod scb;
 mod sleep;
 mod systick;
 
+#[cfg(test)]
+mod tests;
+
 use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;

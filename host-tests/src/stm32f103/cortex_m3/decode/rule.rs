@@ -13,6 +13,8 @@ pub enum Rule {
     PermanentlyUndefined,
     /// UNDEFINED: the DSP extension is not implemented.
     DspExtension,
+    /// UNDEFINED: what is Advanced SIMD in other profiles.
+    AdvancedSimd,
     /// UNDEFINED: there is no coprocessor.
     NoCoprocessor,
     /// UNDEFINED: a store relative to PC.
@@ -60,6 +62,9 @@ impl Rule {
             Self::Unallocated => "the encoding is not allocated (A5.1.1)",
             Self::PermanentlyUndefined => "UDF (A7.7.194)",
             Self::DspExtension => "an instruction of the DSP extension (A5.1.1, A1.3)",
+            Self::AdvancedSimd => {
+                "an instruction of Advanced SIMD, which is not in this profile (A5.3)"
+            }
             Self::NoCoprocessor => "an instruction for a coprocessor (A5.3.18, B1.5.14 NOCP)",
             Self::StoreToPc => "a store with Rn = PC (A5.3.10, A7.7.161)",
             Self::ShouldBe => "a bit in parentheses has the other value (A5.1.2)",

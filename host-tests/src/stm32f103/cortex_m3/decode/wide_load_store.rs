@@ -149,6 +149,9 @@ fn signed_offset(magnitude: i16, up: bool) -> i16 {
 /// A single load or store, or a memory hint (A5.3.7 to A5.3.10).
 pub fn single(word: u32) -> Table {
     let (load, signed) = (bit(word, 20), bit(word, 24));
+    if signed && !load {
+        return undefined(Rule::AdvancedSimd);
+    }
     let size = match (bits(word, 21, 2), signed) {
         (0b00, false) => Size::Byte,
         (0b00, true) => Size::SignedByte,
@@ -161,7 +164,6 @@ pub fn single(word: u32) -> Table {
     match (load, n == Register::PC) {
         (true, true) => literal(word, size),
         (true, false) => address(word, size, true),
-        (false, _) if signed => undefined(Rule::Unallocated),
         (false, true) => undefined(Rule::StoreToPc),
         (false, false) => address(word, size, false),
     }

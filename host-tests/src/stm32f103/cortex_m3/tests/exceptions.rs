@@ -1,0 +1,292 @@
+//! Exceptions, priorities and sleep (ARM ARM B1.5).
+
+use super::*;
+
+/// A pulse on an interrupt line.
+fn pulse(processor: &mut CortexM3, interrupt: u8) {
+    processor.set_interrupt_line(interrupt, true);
+    processor.set_interrupt_line(interrupt, false);
+}
+
+/// Takes what is pending, without an instruction.
+fn settle(processor: &mut CortexM3) {
+    let now = processor.cycle();
+    processor
+        .run(&mut OneRegister::default(), now)
+        .expect("no fault");
+}
+
+/// B1.5.6: eight words, SP aligned to 8 bytes and bit 9 of xPSR for it, EXC_RETURN in LR; the return restores all of it.
+#[test]
+fn frame_and_return() {
+    for (stack, frame, aligned) in [(STACK, STACK - 32, 0), (STACK - 4, STACK - 40, 1 << 9)] {
+        let mut processor = processor(&[NOP, NOP]);
+        for number in 0..13 {
+            processor.set_register(number, 100 + u32::from(number));
+        }
+        processor.set_register(13, stack);
+        processor.set_register(14, 114);
+        processor.set_xpsr(0xA800_0000);
+        enable(&mut processor, 5, 0);
+        step(&mut processor, 1);
+        pulse(&mut processor, 5);
+        let before = processor.cycle();
+        settle(&mut processor);
+
+        assert_eq!(
+            (processor.pc(), processor.active_exception()),
+            (handler(21), 21)
+        );
+        assert_eq!(processor.cycle(), before + 12);
+        assert_eq!(processor.register(13), frame);
+        assert_eq!(processor.lowest_stack(), frame);
+        assert_eq!(processor.register(14), 0xFFFF_FFF9);
+        let words: Vec<_> = (0..8)
+            .filter_map(|n| processor.word(frame + 4 * n))
+            .collect();
+        assert_eq!(
+            words,
+            [
+                100,
+                101,
+                102,
+                103,
+                112,
+                114,
+                CODE + 2,
+                0xA900_0000 | aligned
+            ]
+        );
+
+        processor.set_register(0, 0);
+        processor.set_xpsr(0);
+        step(&mut processor, 1);
+        assert_eq!(
+            (processor.pc(), processor.active_exception()),
+            (CODE + 2, 0)
+        );
+        assert_eq!(
+            (processor.register(13), processor.register(0)),
+            (stack, 100)
+        );
+        assert_eq!(processor.xpsr(), 0xA900_0000);
+        assert_eq!(processor.instructions(), 2);
+    }
+}
+
+/// An interrupt in an IT block: the handler runs outside of it, and the block goes on after it.
+#[test]
+fn interrupt_in_an_it_block() {
+    let mut processor = processor(&[0xBF06, 0x2001, 0x2102, 0x2203]);
+    processor.set_xpsr(1 << 30);
+    enable(&mut processor, 0, 0);
+    step(&mut processor, 2);
+    let inside = processor.xpsr();
+    // ITSTATE 0000_1100: EQ, one more "then" and one "else".
+    assert_eq!(inside & 0x0600_FC00, 0x0C00);
+    pulse(&mut processor, 0);
+    settle(&mut processor);
+    assert_eq!(processor.xpsr() & 0x0600_FC00, 0);
+    step(&mut processor, 1);
+    assert_eq!(processor.xpsr(), inside);
+    step(&mut processor, 2);
+    assert_eq!([0, 1, 2].map(|n| processor.register(n)), [1, 2, 0]);
+}
+
+/// A better priority preempts, the same does not; of those that wait the best comes first, then the lowest number.
+#[test]
+fn nesting() {
+    let mut processor = processor(&[STAY]);
+    for (interrupt, priority) in [(0, 0x80), (1, 0x80), (2, 0x40), (3, 0x40)] {
+        enable(&mut processor, interrupt, priority);
+    }
+    pulse(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 17);
+    pulse(&mut processor, 0);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 17);
+    pulse(&mut processor, 3);
+    pulse(&mut processor, 2);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 18);
+    assert_eq!(processor.register(14), 0xFFFF_FFF1);
+    let mut order = Vec::new();
+    while processor.active_exception() != 0 {
+        step(&mut processor, 1);
+        settle(&mut processor);
+        order.push(processor.active_exception());
+    }
+    assert_eq!(order, [19, 17, 16, 0]);
+}
+
+/// PRIGROUP 5: two bits of group priority. 0x40 and 0x60 are of one group, where the lower number only decides who waits less.
+#[test]
+fn priority_groups() {
+    let mut processor = processor(&[STAY]);
+    write(&mut processor, 0xE000_ED0C, 0x05FA_0500);
+    enable(&mut processor, 0, 0x60);
+    enable(&mut processor, 1, 0x40);
+    pulse(&mut processor, 0);
+    settle(&mut processor);
+    pulse(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 16);
+    write(&mut processor, 0xE000_ED0C, 0x05FA_0400);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 17);
+}
+
+/// BASEPRI holds back its own priority and all below; PRIMASK all that can be set; FAULTMASK as well, until the return.
+#[test]
+fn masks() {
+    // MSR BASEPRI, R0; CPSID I; CPSIE I; CPSID F.
+    let mut processor = processor(&[0xF380, 0x8811, CPSID_I, CPSIE_I, 0xB671, STAY]);
+    for (interrupt, priority) in [(0, 0x80), (1, 0x70), (2, 0x00)] {
+        enable(&mut processor, interrupt, priority);
+    }
+    processor.set_register(0, 0x80);
+    step(&mut processor, 1);
+    pulse(&mut processor, 0);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 0);
+    pulse(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 17);
+    step(&mut processor, 2);
+    pulse(&mut processor, 2);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 0);
+    step(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 18);
+    step(&mut processor, 2);
+    pulse(&mut processor, 2);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 0);
+    write(&mut processor, ICSR, 1 << 31);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 2, "NMI");
+}
+
+/// A line that stays high pends again after the handler; one that falls leaves what is pending, and ICPR clears it.
+#[test]
+fn lines_are_levels() {
+    let mut processor = processor(&[NOP; 8]);
+    enable(&mut processor, 0, 0);
+    processor.set_interrupt_line(0, true);
+    settle(&mut processor);
+    assert_eq!(read(&mut processor, 0xE000_E200), 0);
+    step(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 16, "again");
+    processor.set_interrupt_line(0, false);
+    step(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 0);
+
+    write(&mut processor, 0xE000_E180, 1);
+    pulse(&mut processor, 0);
+    assert_eq!(read(&mut processor, 0xE000_E200), 1);
+    write(&mut processor, 0xE000_E280, 1);
+    assert_eq!(read(&mut processor, 0xE000_E200), 0);
+    processor.set_interrupt_line(0, true);
+    write(&mut processor, 0xE000_E280, 1);
+    assert_eq!(read(&mut processor, 0xE000_E200), 1, "still high");
+}
+
+/// B1.5.19: WFI ends with an interrupt that PRIMASK holds back, which is taken later; a disabled one does not end it.
+#[test]
+fn wait_for_interrupt() {
+    let mut processor = processor(&[CPSID_I, WFI, NOP, CPSIE_I, STAY]);
+    processor
+        .run(&mut OneRegister::default(), 1000)
+        .expect("no fault");
+    assert!(processor.is_asleep());
+    assert_eq!((processor.cycle(), processor.instructions()), (1000, 2));
+    processor.set_interrupt_line(7, true);
+    processor
+        .run(&mut OneRegister::default(), 1100)
+        .expect("no fault");
+    assert!(processor.is_asleep(), "it is not enabled");
+    enable(&mut processor, 7, 0);
+    step(&mut processor, 1);
+    assert_eq!(
+        (processor.pc(), processor.active_exception()),
+        (CODE + 6, 0)
+    );
+    step(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 23);
+}
+
+/// B1.5.18: SEV is remembered; PRIMASK counts for WFE; what becomes pending is an event with SEVONPEND.
+#[test]
+fn wait_for_event() {
+    let mut processor = processor(&[0xBF40, CPSID_I, WFE, WFE, NOP]);
+    step(&mut processor, 4);
+    assert!(processor.is_asleep(), "the second time");
+    enable(&mut processor, 0, 0);
+    pulse(&mut processor, 0);
+    settle(&mut processor);
+    assert!(processor.is_asleep(), "PRIMASK");
+    write(&mut processor, 0xE000_ED10, 1 << 4);
+    pulse(&mut processor, 1);
+    settle(&mut processor);
+    assert!(!processor.is_asleep());
+}
+
+/// SCR.SLEEPONEXIT: the thread does not go on after the handler.
+#[test]
+fn sleep_on_exit() {
+    let mut processor = processor(&[NOP, NOP]);
+    write(&mut processor, 0xE000_ED10, 1 << 1);
+    enable(&mut processor, 0, 0);
+    pulse(&mut processor, 0);
+    step(&mut processor, 1);
+    assert!(processor.is_asleep());
+    assert_eq!(processor.pc(), CODE);
+}
+
+/// The thread on the process stack: SVC goes to the main stack and back; PendSV comes after it.
+#[test]
+fn process_stack() {
+    // MSR PSP, R0; MSR CONTROL, R1; SVC 3; MRS R3, CONTROL.
+    let mut processor = processor(&[0xF380, 0x8809, 0xF381, 0x8814, 0xDF03, 0xF3EF, 0x8314]);
+    let process = 0x2000_3000;
+    processor.set_register(0, process);
+    processor.set_register(1, 2);
+    step(&mut processor, 2);
+    assert_eq!(processor.register(13), process);
+    write(&mut processor, 0xE000_ED1C, 0x4000_0000);
+    write(&mut processor, 0xE000_ED20, 0x00F0_0000);
+    step(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(
+        (processor.active_exception(), processor.register(13)),
+        (11, STACK)
+    );
+    assert_eq!(processor.register(14), 0xFFFF_FFFD);
+    assert_eq!(
+        processor.word(process - 32 + 24),
+        Some(CODE + 10),
+        "after the SVC"
+    );
+    write(&mut processor, ICSR, 1 << 28);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 11);
+    step(&mut processor, 1);
+    settle(&mut processor);
+    assert_eq!(processor.active_exception(), 14);
+    step(&mut processor, 2);
+    assert_eq!(
+        (processor.register(13), processor.register(3)),
+        (process, 2)
+    );
+}
+
+#[test]
+fn a_supervisor_call_that_is_masked_escalates() {
+    let mut processor = processor(&[CPSID_I, 0xDF00]);
+    assert_eq!(fault(&mut processor).kind, FaultKind::Escalation);
+}

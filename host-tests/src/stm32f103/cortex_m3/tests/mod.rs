@@ -1,0 +1,143 @@
+//! What the ARM ARM says, on small programs.
+
+mod exceptions;
+mod instructions;
+mod machine;
+mod timer;
+
+use super::{CortexM3, Fault, FaultKind, Pause};
+use crate::stm32f103::io::{AccessError, Io, Width};
+
+/// Where programs start.
+const CODE: u32 = 0x0800_0200;
+/// Where the stack starts.
+const STACK: u32 = 0x2000_1000;
+/// Where the handlers are: this, and 16 bytes for each.
+const HANDLERS: u32 = 0x0800_1000;
+/// A word of RAM to work with.
+const DATA: u32 = 0x2000_2000;
+/// ICSR.
+const ICSR: u32 = 0xE000_ED04;
+
+const NOP: u16 = 0xBF00;
+/// Branches to itself.
+const STAY: u16 = 0xE7FE;
+const BX_LR: u16 = 0x4770;
+const WFI: u16 = 0xBF30;
+const WFE: u16 = 0xBF20;
+/// STR R0, [R1].
+const STORE: u16 = 0x6008;
+/// LDR R0, [R1].
+const LOAD: u16 = 0x6808;
+const CPSID_I: u16 = 0xB672;
+const CPSIE_I: u16 = 0xB662;
+
+/// One peripheral register, and a list of the accesses to it.
+#[derive(Default)]
+struct OneRegister {
+    value: u32,
+    writes: Vec<(u64, u32, Width, u32)>,
+}
+
+impl Io for OneRegister {
+    fn read(&mut self, _: u64, address: u32, _: Width) -> Result<u32, AccessError> {
+        if address == 0x4000_0000 {
+            Ok(self.value)
+        } else {
+            Err(AccessError::Unmapped)
+        }
+    }
+
+    fn write(
+        &mut self,
+        cycle: u64,
+        address: u32,
+        width: Width,
+        value: u32,
+    ) -> Result<(), AccessError> {
+        self.value = value;
+        self.writes.push((cycle, address, width, value));
+        Ok(())
+    }
+
+    fn take_attention(&mut self) -> bool {
+        !self.writes.is_empty()
+    }
+}
+
+/// A processor at the start of this program. Every handler returns at once.
+fn processor(code: &[u16]) -> CortexM3 {
+    let mut processor = CortexM3::new();
+    put(
+        &mut processor,
+        0x0800_0000,
+        &[STACK as u16, (STACK >> 16) as u16],
+    );
+    put_word(&mut processor, 0x0800_0004, CODE | 1);
+    for number in 2..80 {
+        put_word(
+            &mut processor,
+            0x0800_0000 + 4 * number,
+            handler(number as u16) | 1,
+        );
+        put(&mut processor, handler(number as u16), &[BX_LR]);
+    }
+    put(&mut processor, CODE, code);
+    processor.reset();
+    processor
+}
+
+fn handler(number: u16) -> u32 {
+    HANDLERS + 16 * u32::from(number)
+}
+
+fn put(processor: &mut CortexM3, address: u32, half_words: &[u16]) {
+    for (address, half_word) in (address..).step_by(2).zip(half_words) {
+        assert!(processor.load(address, &half_word.to_le_bytes()));
+    }
+}
+
+fn put_word(processor: &mut CortexM3, address: u32, word: u32) {
+    assert!(processor.load(address, &word.to_le_bytes()));
+}
+
+/// Executes this many instructions.
+fn step(processor: &mut CortexM3, count: u64) {
+    let end = processor.instructions() + count;
+    while processor.instructions() < end {
+        let next = processor.cycle() + 1;
+        processor
+            .run(&mut OneRegister::default(), next)
+            .expect("no fault");
+    }
+}
+
+/// Writes a register of the system control space, as the program would.
+fn write(processor: &mut CortexM3, address: u32, value: u32) {
+    processor
+        .write_system(address, Width::Word, value)
+        .expect("the register exists");
+}
+
+fn read(processor: &mut CortexM3, address: u32) -> u32 {
+    processor
+        .read_system(address, Width::Word)
+        .expect("the register exists")
+}
+
+/// Enables an interrupt with a priority.
+fn enable(processor: &mut CortexM3, interrupt: u8, priority: u8) {
+    let number = u32::from(interrupt);
+    write(processor, 0xE000_E100 + number / 32 * 4, 1 << (number % 32));
+    processor
+        .write_system(0xE000_E400 + number, Width::Byte, priority.into())
+        .expect("the register exists");
+}
+
+/// The fault that the program ends with.
+fn fault(processor: &mut CortexM3) -> Fault {
+    let end = processor.cycle() + 100;
+    processor
+        .run(&mut OneRegister::default(), end)
+        .expect_err("the program faults")
+}
