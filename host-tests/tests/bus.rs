@@ -403,3 +403,17 @@ fn time_stands_where_it_was_put() {
     bus.run_until(ms(1));
     assert_eq!(bus.next_event(), None);
 }
+
+/// How long the bus takes for a second in which a lone device repeats its frame: `cargo test --release --test bus -- --ignored
+/// --nocapture`.
+#[test]
+#[ignore = "a measurement"]
+fn what_a_lonely_device_costs() {
+    let mut bus = Bus::new(AT_250K);
+    bus.attach(device(&FIXED, 1));
+    let start = std::time::Instant::now();
+    for step in 0..10_000 {
+        bus.run_until(ms(step));
+    }
+    println!("{:?} for a second", start.elapsed() / 10);
+}

@@ -1,0 +1,230 @@
+//! The bus with sensors that run freely, as simulated microcontrollers do: led to the bit rate, kept in step.
+
+mod common;
+
+use common::{frame, ms};
+use host_tests::bench::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use host_tests::bench::{Bus, BusRate, Flash, Sensor, Source};
+use host_tests::motion::Motion;
+use plumbline::can::{BitRate, Frame};
+use plumbline::node::{BusMode, CANDIDATES, Leds, Readout};
+use plumbline::time::Instant;
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+/// A picosecond's millions: the firmware looks at its controller once a millisecond.
+const MILLISECOND: Picoseconds = 1_000_000_000;
+
+/// How long it listens at a rate on a quiet wire.
+const DWELL: Picoseconds = 80 * MILLISECOND;
+
+/// How far each firmware has come.
+type Clocks = Rc<RefCell<Vec<Picoseconds>>>;
+
+/// A firmware with a main loop that runs once a millisecond; a change of the bit rate takes it one more.
+struct Firmware {
+    protocol: Protocol,
+    time: Picoseconds,
+    number: usize,
+    clocks: Clocks,
+    detects: bool,
+    candidate: usize,
+    joining: bool,
+    listens_since: Picoseconds,
+    error: bool,
+    heard: Vec<Frame>,
+    outbox: VecDeque<Frame>,
+    led_history: VecDeque<(Instant, Leds)>,
+    flash: Flash,
+}
+
+impl Firmware {
+    fn new(number: usize, clocks: &Clocks, detects: bool) -> Self {
+        clocks.borrow_mut().push(0);
+        Self {
+            protocol: Protocol::default(),
+            time: 0,
+            number,
+            clocks: clocks.clone(),
+            detects,
+            candidate: 0,
+            joining: true,
+            listens_since: 0,
+            error: false,
+            heard: Vec::new(),
+            outbox: VecDeque::new(),
+            led_history: VecDeque::new(),
+            flash: Flash::default(),
+        }
+    }
+
+    /// The main loop, once; true when the controller has changed.
+    fn main_loop(&mut self) -> bool {
+        if self.joining {
+            self.joining = false;
+            self.error = false;
+            self.listens_since = self.time;
+            let timing = BitTiming::of(CANDIDATES[self.candidate]);
+            self.protocol.join(self.time, timing, self.detects);
+            return true;
+        }
+        if !self.detects {
+            return false;
+        }
+        if !self.heard.is_empty() {
+            self.detects = false;
+        } else if self.error || self.time >= self.listens_since + DWELL {
+            self.candidate = (self.candidate + 1) % CANDIDATES.len();
+        } else {
+            return false;
+        }
+        self.protocol.leave();
+        self.joining = true;
+        true
+    }
+}
+
+impl Sensor for Firmware {
+    fn power_on(&mut self, _: Instant) {}
+    fn power_off(&mut self, _: Instant) {}
+    fn is_on(&self) -> bool {
+        true
+    }
+    fn boots(&self) -> u32 {
+        1
+    }
+    fn next_event(&self) -> Option<Picoseconds> {
+        Some((self.time / MILLISECOND + 1) * MILLISECOND)
+    }
+    fn runs_freely(&self) -> bool {
+        true
+    }
+    fn advance(&mut self, now: Picoseconds) -> Picoseconds {
+        while self.time < now {
+            let next = (self.time / MILLISECOND + 1) * MILLISECOND;
+            self.time = next.min(now);
+            let mut clocks = self.clocks.borrow_mut();
+            clocks[self.number] = self.time;
+            let apart = clocks.iter().max().unwrap() - clocks.iter().min().unwrap();
+            drop(clocks);
+            assert!(
+                self.clocks.borrow().len() == 1 || apart <= 1_000_000,
+                "{apart} ps apart"
+            );
+            if self.time == next && self.main_loop() {
+                break;
+            }
+        }
+        self.time.min(now)
+    }
+    fn protocol(&self) -> Option<&Protocol> {
+        Some(&self.protocol)
+    }
+    fn protocol_mut(&mut self) -> Option<&mut Protocol> {
+        Some(&mut self.protocol)
+    }
+    fn offered(&self) -> Option<Frame> {
+        self.outbox.front().copied()
+    }
+    fn bus_event(&mut self, _: Picoseconds, event: Event) {
+        match event {
+            Event::Error { .. } => self.error = true,
+            Event::Received(frame) => self.heard.push(frame),
+            Event::Transmitted => {
+                self.outbox.pop_front();
+            }
+            _ => {}
+        }
+    }
+    fn name(&self) -> &'static str {
+        "firmware"
+    }
+    fn mode(&self) -> Option<BusMode> {
+        let listens = self.protocol.is_silent();
+        self.protocol.is_on().then_some(if listens {
+            BusMode::Listen
+        } else {
+            BusMode::Normal
+        })
+    }
+    fn rate(&self) -> Option<BitRate> {
+        self.protocol.is_on().then_some(CANDIDATES[self.candidate])
+    }
+    fn leds(&self) -> Leds {
+        Leds::default()
+    }
+    fn led_history(&self) -> &VecDeque<(Instant, Leds)> {
+        &self.led_history
+    }
+    fn readout(&self) -> Option<Readout> {
+        None
+    }
+    fn set_motion(&mut self, _: Box<dyn Motion>) {}
+    fn flash(&mut self) -> &mut Flash {
+        &mut self.flash
+    }
+}
+
+#[test]
+fn a_slow_firmware_is_led_to_each_rate_in_time() {
+    for rate in BitRate::ALL {
+        let mut bus = Bus::new(BusRate::Fixed(rate));
+        let device = bus.attach(Firmware::new(0, &Clocks::default(), true));
+        let (plc, other) = (bus.adapter(), bus.adapter());
+        bus.open(plc, None, false);
+        bus.open(other, None, false);
+        bus.run_until(ms(100));
+        bus.lead_detection();
+        bus.run_until(ms(160));
+        assert_eq!(bus.device(device).rate(), Some(rate));
+        bus.send(plc, frame(0x7FF, &[]));
+        bus.run_until(ms(300));
+        assert_eq!(bus.device(device).mode(), Some(BusMode::Normal), "{rate:?}");
+        assert_eq!(bus.device(device).rate(), Some(rate));
+        let log = bus.take_log();
+        assert_eq!((log.len(), log[0].start), (1, 160 * MILLISECOND));
+        for adapter in [plc, other] {
+            assert_eq!(bus.disturbed(Source::Adapter(adapter)), 0, "{rate:?}");
+        }
+    }
+}
+
+#[test]
+fn a_following_bus_waits_until_the_firmware_listens_at_250_kbit() {
+    // Whenever the frame comes: it may have to be led, or be about to move on.
+    for start in (0..200).step_by(7) {
+        let mut bus = Bus::new(BusRate::Follow);
+        let device = bus.attach(Firmware::new(0, &Clocks::default(), true));
+        let client = bus.adapter();
+        bus.open(client, Some(BitRate::M1), false);
+        bus.run_until(ms(10 + start));
+        bus.send(client, frame(0x7FF, &[]));
+        bus.run_until(ms(10 + start + 60));
+        assert_eq!(bus.device(device).mode(), Some(BusMode::Normal), "{start}");
+        assert_eq!(bus.device(device).rate(), Some(BitRate::K250));
+        assert_eq!(bus.take_log().len(), 1);
+    }
+}
+
+#[test]
+fn sensors_that_run_freely_keep_in_step() {
+    let clocks = Clocks::default();
+    let mut bus = Bus::new(BusRate::Wire);
+    let mut devices = Vec::new();
+    for number in 0..3 {
+        let mut firmware = Firmware::new(number, &clocks, false);
+        for count in 0..10 {
+            let frame = frame(0x300 + number as u32, &[count, 0, 0xFF]);
+            firmware.outbox.push_back(frame);
+        }
+        devices.push(bus.attach(firmware));
+    }
+    bus.run_until(ms(50));
+    let ids: Vec<_> = bus.take_log().iter().map(|one| one.frame.id()).collect();
+    assert_eq!(ids.len(), 30);
+    assert!(ids.is_sorted(), "the strongest first: {ids:?}");
+    for device in devices {
+        assert_eq!(bus.disturbed(Source::Device(device)), 0);
+    }
+}
