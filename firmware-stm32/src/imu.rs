@@ -25,6 +25,12 @@ use st_mems_bus::blocking::{BusOperation, MemBankFunctions, RegisterOperation};
 /// Between attempts to find the part.
 const RETRY_MS: u32 = 1000;
 
+/// Between attempts right after power-up: the part does not answer while it boots, which takes 10 ms.
+const BOOT_RETRY_MS: u32 = 10;
+
+/// So long it is tried at the shorter interval.
+const BOOT_END: Instant = Instant::from_ticks(100_000);
+
 /// Samples left out after the part was set up: 100 ms, in which it turns on and LPF2 settles.
 const SETTLING_SAMPLES: u8 = 20;
 
@@ -129,12 +135,17 @@ impl Imu {
     }
 
     fn absent(&mut self, now: Instant) -> State {
-        if !self.reported {
+        if !self.reported && reached(now, BOOT_END) {
             warn!("no accelerometer");
             self.reported = true;
         }
+        let pause = if reached(now, BOOT_END) {
+            RETRY_MS
+        } else {
+            BOOT_RETRY_MS
+        };
         State::Absent {
-            retry: after(now, millis(RETRY_MS)),
+            retry: after(now, millis(pause)),
         }
     }
 

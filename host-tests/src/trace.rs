@@ -42,7 +42,7 @@ mod parse;
 mod replay;
 
 pub use difference::Difference;
-pub use replay::{Failure, Scenes};
+pub use replay::{Failure, MakeSensor, Scenes};
 
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, millis};

@@ -4,6 +4,8 @@ use crate::bench::{Bus, BusRate, Device, Flash};
 use crate::models::{self, MODELS};
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, Server, StatusLine, tcp};
+use crate::stm32f103::Microcontroller;
+use crate::stm32f103::elf::Image;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
@@ -11,6 +13,7 @@ use std::fs::OpenOptions;
 use std::io::{self, IsTerminal, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
+use std::rc::Rc;
 
 /// Where clients are expected when nothing is said.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:11898";
@@ -25,6 +28,11 @@ pub struct Options {
     /// The sensor that is simulated
     #[arg(long, default_value = "is2", value_parser = PossibleValuesParser::new(MODELS.iter().map(|model| model.name)))]
     model: String,
+
+    /// Run this firmware image (an ELF file for the Blue Pill) on a simulated microcontroller, instead of the model as it is built for
+    /// the PC
+    #[arg(long, value_name = "FILE")]
+    elf: Option<PathBuf>,
 
     /// Where to listen for clients; port 0 picks a free one [default: 127.0.0.1:11898, or a free port when that one is taken]
     #[arg(long, value_name = "ADDRESS:PORT")]
@@ -97,7 +105,16 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let address = listener.local_addr().map_err(cannot("listen"))?;
 
     let mut bus = Bus::new(options.bus_rate.map_or(BusRate::Follow, BusRate::Fixed));
-    let sensor = bus.attach(Device::new(model, SERIAL, flash, Box::new(scene)));
+    let motion = Box::new(scene);
+    let sensor = match &options.elf {
+        Some(path) => {
+            let image = open_image(path)?;
+            bus.attach(Microcontroller::new(
+                model.name, image, SERIAL, flash, motion,
+            ))
+        }
+        None => bus.attach(Device::new(model, SERIAL, flash, motion)),
+    };
     let status = io::stdout().is_terminal().then(StatusLine::new);
     let (server, events) = Server::new(bus, sensor, log, status);
 
@@ -151,6 +168,16 @@ fn open_store(path: &Path) -> Flash {
         flash.fail_erases(true);
         flash
     })
+}
+
+/// The firmware image in an ELF file.
+fn open_image(path: &Path) -> Result<Rc<Image>, Failure> {
+    let what = format!("read the firmware image {}", path.display());
+    let elf = std::fs::read(path).map_err(cannot(&what))?;
+    match Image::parse(&elf) {
+        Ok(image) => Ok(Rc::new(image)),
+        Err(error) => Err(Failure::Outside(format!("cannot {what}: {error}"))),
+    }
 }
 
 /// Listens at the address, or at the default one.

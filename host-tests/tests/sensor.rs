@@ -121,13 +121,20 @@ impl Sensor for Firmware {
     fn protocol(&self) -> Option<&Protocol> {
         Some(&self.protocol)
     }
-    fn protocol_mut(&mut self) -> Option<&mut Protocol> {
-        Some(&mut self.protocol)
+    fn next_step(&self) -> Option<Picoseconds> {
+        let offers = self.protocol.takes_offer() && !self.outbox.is_empty();
+        self.protocol.next_event(offers)
     }
     fn offered(&self) -> Option<Frame> {
         self.outbox.front().copied()
     }
-    fn bus_event(&mut self, _: Picoseconds, event: Event) {
+    fn wire(&mut self, now: Picoseconds, dominant: bool) {
+        if dominant {
+            self.protocol.edge(now);
+        }
+    }
+    fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
+        let event = self.protocol.step(now, dominant, self.offered())?;
         match event {
             Event::Error { .. } => self.error = true,
             Event::Received(frame) => self.heard.push(frame),
@@ -136,6 +143,7 @@ impl Sensor for Firmware {
             }
             _ => {}
         }
+        Some(event)
     }
     fn name(&self) -> &'static str {
         "firmware"

@@ -128,10 +128,15 @@ impl Bus {
     }
 
     /// Connects a sensor and switches it on.
-    pub fn attach(&mut self, mut sensor: impl Sensor + 'static) -> DeviceId {
+    pub fn attach(&mut self, sensor: impl Sensor) -> DeviceId {
+        self.attach_boxed(Box::new(sensor))
+    }
+
+    /// Connects a sensor of whatever kind and switches it on.
+    pub fn attach_boxed(&mut self, mut sensor: Box<dyn Sensor>) -> DeviceId {
         sensor.power_on(self.now());
         self.devices.push(Attached {
-            sensor: Box::new(sensor),
+            sensor,
             line: Line::default(),
         });
         DeviceId(self.devices.len() - 1)

@@ -7,10 +7,11 @@ use crate::motion::Motion;
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, BusState, Leds, Readout};
 use plumbline::time::Instant;
+use std::any::Any;
 use std::collections::VecDeque;
 
 /// A sensor that can be attached to a [`Bus`](super::Bus).
-pub trait Sensor {
+pub trait Sensor: Any {
     /// Switches the power on.
     fn power_on(&mut self, now: Instant);
 

@@ -19,6 +19,7 @@ use crate::motion::Motion;
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;
+use std::any::Any;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
@@ -80,6 +81,16 @@ impl Microcontroller {
             parameters_touched: true,
             profile: Profile::default(),
         }
+    }
+
+    /// The microcontroller that a sensor is; None for a host build.
+    pub fn of(sensor: &dyn Sensor) -> Option<&Self> {
+        (sensor as &dyn Any).downcast_ref()
+    }
+
+    /// The microcontroller that a sensor is, to be tampered with; None for a host build.
+    pub fn of_mut(sensor: &mut dyn Sensor) -> Option<&mut Self> {
+        (sensor as &mut dyn Any).downcast_mut()
     }
 
     /// The program.

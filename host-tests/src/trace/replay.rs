@@ -1,7 +1,7 @@
 //! Runs a trace against a simulated sensor.
 
 use super::{Difference, Trace, TraceError, What};
-use crate::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
+use crate::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
 use crate::models::Model;
 use crate::motion::Motion;
 use plumbline::can::Frame;
@@ -14,6 +14,9 @@ const LEAD: Duration = millis(60);
 
 /// Turns the text of a `# scene:` line into a motion of this model, or says what is wrong with it.
 pub type Scenes = dyn Fn(&Model, &str) -> Result<Box<dyn Motion>, String>;
+
+/// Makes the sensor: the model, the serial number, what it is mounted on. It has a blank memory.
+pub type MakeSensor<'a> = dyn Fn(&Model, u32, Box<dyn Motion>) -> Box<dyn Sensor> + 'a;
 
 /// Why a replay failed.
 #[derive(Clone, PartialEq, Debug)]
@@ -41,7 +44,22 @@ impl Trace {
     /// # Errors
     /// What the sensor sent differs from the trace, or a scene is not understood.
     pub fn replay(&self, model: &Model, scenes: &Scenes) -> Result<(), Failure> {
-        let mut replay = Replay::new(self, model, scenes)?;
+        self.replay_on(model, scenes, &|model, serial, motion| {
+            Box::new(Device::new(model, serial, Flash::default(), motion))
+        })
+    }
+
+    /// Replays the trace against the sensor that `make` makes.
+    ///
+    /// # Errors
+    /// What the sensor sent differs from the trace, or a scene is not understood.
+    pub fn replay_on(
+        &self,
+        model: &Model,
+        scenes: &Scenes,
+        make: &MakeSensor,
+    ) -> Result<(), Failure> {
+        let mut replay = Replay::new(self, model, scenes, make)?;
         for step in &self.steps {
             replay
                 .step(&step.what, model, scenes)
@@ -74,12 +92,17 @@ struct Replay {
 }
 
 impl Replay {
-    fn new(trace: &Trace, model: &Model, scenes: &Scenes) -> Result<Self, Failure> {
+    fn new(
+        trace: &Trace,
+        model: &Model,
+        scenes: &Scenes,
+        make: &MakeSensor,
+    ) -> Result<Self, Failure> {
         let scene = trace.scene.as_deref().unwrap_or("tilt=0,0");
         let motion = scenes(model, scene).map_err(|message| trace_error(0, message))?;
-        let device = Device::new(model, trace.serial, Flash::default(), motion);
+        let device = make(model, trace.serial, motion);
         let mut bus = Bus::new(trace.bit_rate.map_or(BusRate::Follow, BusRate::Fixed));
-        let device = bus.attach(device);
+        let device = bus.attach_boxed(device);
         let tester = bus.adapter();
         bus.open(tester, None, false);
         Ok(Self {
