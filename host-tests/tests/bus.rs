@@ -404,16 +404,27 @@ fn time_stands_where_it_was_put() {
     assert_eq!(bus.next_event(), None);
 }
 
-/// How long the bus takes for a second in which a lone device repeats its frame: `cargo test --release --test bus -- --ignored
-/// --nocapture`.
+/// What the bus costs; only a release build says something: `cargo test --release --test bus -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
-fn what_a_lonely_device_costs() {
+fn what_the_bus_costs() {
     let mut bus = Bus::new(AT_250K);
     bus.attach(device(&FIXED, 1));
     let start = std::time::Instant::now();
-    for step in 0..10_000 {
-        bus.run_until(ms(step));
+    (0..10_000).for_each(|step| bus.run_until(ms(step)));
+    println!("a lone device: {:?} for a second", start.elapsed() / 10);
+
+    let mut bus = Bus::new(AT_250K);
+    for serial in 1..=3 {
+        bus.attach(device(&FIXED, serial));
     }
-    println!("{:?} for a second", start.elapsed() / 10);
+    let plc = bus.adapter();
+    bus.open(plc, None, false);
+    (0..100_000).for_each(|_| bus.send(plc, frame(0x7FF, &[0x55; 8])));
+    let start = std::time::Instant::now();
+    (0..10_000).for_each(|step| bus.run_until(ms(step)));
+    assert!(bus.queued(plc) > 0);
+    // The assistant is the fifth.
+    let rate = 5.0 * 10.0 * 250e3 / start.elapsed().as_secs_f64() / 1e6;
+    println!("a full bus: {rate:.1} million station-bits per second");
 }

@@ -53,7 +53,8 @@ pub trait Sensor {
     /// The frame that it would send next.
     fn offered(&self) -> Option<Frame>;
 
-    /// A step of its CAN controller brought this.
+    /// A step of its CAN controller brought this. Where several sensors run freely, `now` may be a microsecond before what this
+    /// one has reached.
     fn bus_event(&mut self, now: Picoseconds, event: Event);
 
     /// The name of the model.
