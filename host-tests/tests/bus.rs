@@ -125,6 +125,22 @@ fn two_adapters_that_flood_the_bus_both_get_their_replies() {
 }
 
 #[test]
+fn the_same_frame_from_two_adapters_is_sent_twice_but_once_on_a_copper_wire() {
+    for (rate, frames) in [(AT_250K, 2), (BusRate::Wire, 1)] {
+        let mut bus = Bus::new(rate);
+        let all = [bus.adapter(), bus.adapter(), bus.adapter()];
+        for adapter in all {
+            bus.open(adapter, None, false);
+        }
+        bus.send(all[0], frame(0x300, &[0]));
+        bus.send(all[1], frame(0x300, &[0]));
+        bus.run_until(ms(10));
+        assert_eq!(bus.take_received(all[2]).len(), frames, "{rate:?}");
+        assert_eq!(bus.queued(all[0]) + bus.queued(all[1]), 0);
+    }
+}
+
+#[test]
 fn a_thousand_polls_at_once_get_a_thousand_replies() {
     let (mut bus, _, plc) = booted(AT_250K);
     // The poll is stronger than the reply.

@@ -1,6 +1,9 @@
 //! How time goes on: from one bit to the next while something is on the wire, in leaps while it is quiet.
 
-use super::{Attached, Bus, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds};
+use super::{
+    AdapterId, Attached, Bus, BusRate, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds,
+};
+use crate::bench::frame_length::arbitration;
 use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
@@ -65,15 +68,15 @@ impl Bus {
 
     /// When something happens next on the wire, in a controller, or in a sensor that does not run freely.
     pub(super) fn next_step(&self) -> Option<Picoseconds> {
-        let adapters_send = self.adapters_send();
+        let offering = self.offering();
         let devices = self.devices.iter().filter_map(|Attached { sensor, .. }| {
             let protocol = sensor.protocol()?;
             protocol.next_event(protocol.takes_offer() && sensor.offered().is_some())
         });
-        let adapters = self.adapters.values().filter_map(|(adapter, _)| {
-            let offers = adapters_send && adapter.queued() > 0;
-            adapter.protocol.next_event(offers)
-        });
+        let adapters = self
+            .adapters
+            .iter()
+            .filter_map(|(id, (adapter, _))| adapter.protocol.next_event(offering.contains(id)));
         let (assistant, _) = &self.assistant;
         devices
             .chain(adapters)
@@ -117,7 +120,7 @@ impl Bus {
             && at < beside
         {
             self.time = at.max(self.time);
-            let looks = self.step_controllers(false);
+            let looks = self.step_controllers(&[]);
             self.intervene();
             self.settle();
             if looks || !self.disturbances.is_empty() {
@@ -160,8 +163,8 @@ impl Bus {
             }
         }
         self.follow();
-        let adapters_send = self.adapters_send();
-        self.step_controllers(adapters_send);
+        let offering = self.offering();
+        self.step_controllers(&offering);
         self.intervene();
         self.lead();
         self.deliver();
@@ -169,9 +172,9 @@ impl Bus {
     }
 
     /// Steps every controller that is due; true when that has brought anything.
-    fn step_controllers(&mut self, adapters_send: bool) -> bool {
+    fn step_controllers(&mut self, offering: &[AdapterId]) -> bool {
         let devices = self.step_devices();
-        let adapters = self.step_adapters(adapters_send);
+        let adapters = self.step_adapters(offering);
         let (assistant, line) = &mut self.assistant;
         line.step(self.time, assistant, None);
         devices || adapters
@@ -203,11 +206,11 @@ impl Bus {
         any
     }
 
-    fn step_adapters(&mut self, send: bool) -> bool {
+    fn step_adapters(&mut self, offering: &[AdapterId]) -> bool {
         let now = self.time;
         let mut all = Vec::new();
         for (id, (adapter, line)) in &mut self.adapters {
-            let offered = adapter.offered().filter(|_| send);
+            let offered = adapter.offered().filter(|_| offering.contains(id));
             if let Some(event) = line.step(now, &mut adapter.protocol, offered) {
                 adapter.note(now, event);
                 all.push(Brought {
@@ -260,6 +263,33 @@ impl Bus {
             .any(|(adapter, _)| adapter.queued() > 0)
             && !(self.adapters_wait() && self.devices.iter().any(|one| self.waits(one)))
             && self.is_led()
+    }
+
+    /// The adapters that offer their frames.
+    fn offering(&self) -> Vec<AdapterId> {
+        if !self.adapters_send() {
+            return Vec::new();
+        }
+        self.adapters
+            .iter()
+            .filter_map(|(id, (adapter, _))| {
+                let frame = adapter.offered()?;
+                let offers = adapter.protocol.takes_offer() && !self.is_held(*id, &frame);
+                offers.then_some(*id)
+            })
+            .collect()
+    }
+
+    /// True when another adapter goes first with the same identifier: two clients of one bus are not to collide. On a copper wire
+    /// they do.
+    fn is_held(&self, id: AdapterId, frame: &Frame) -> bool {
+        let same = |other: &Frame| arbitration(other) == arbitration(frame);
+        self.rate != BusRate::Wire
+            && self.adapters.iter().any(|(other, (adapter, _))| {
+                let protocol = &adapter.protocol;
+                let first = protocol.is_transmitting() || (*other < id && protocol.can_send());
+                *other != id && first && adapter.offered().as_ref().is_some_and(same)
+            })
     }
 
     fn adapters_wait(&self) -> bool {
