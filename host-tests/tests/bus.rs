@@ -125,6 +125,22 @@ fn two_adapters_that_flood_the_bus_both_get_their_replies() {
 }
 
 #[test]
+fn the_same_frame_from_two_adapters_is_sent_twice_but_once_on_a_copper_wire() {
+    for (rate, frames) in [(AT_250K, 2), (BusRate::Wire, 1)] {
+        let mut bus = Bus::new(rate);
+        let all = [bus.adapter(), bus.adapter(), bus.adapter()];
+        for adapter in all {
+            bus.open(adapter, None, false);
+        }
+        bus.send(all[0], frame(0x300, &[0]));
+        bus.send(all[1], frame(0x300, &[0]));
+        bus.run_until(ms(10));
+        assert_eq!(bus.take_received(all[2]).len(), frames, "{rate:?}");
+        assert_eq!(bus.queued(all[0]) + bus.queued(all[1]), 0);
+    }
+}
+
+#[test]
 fn a_thousand_polls_at_once_get_a_thousand_replies() {
     let (mut bus, _, plc) = booted(AT_250K);
     // The poll is stronger than the reply.
@@ -404,16 +420,27 @@ fn time_stands_where_it_was_put() {
     assert_eq!(bus.next_event(), None);
 }
 
-/// How long the bus takes for a second in which a lone device repeats its frame: `cargo test --release --test bus -- --ignored
-/// --nocapture`.
+/// What the bus costs; only a release build says something: `cargo test --release --test bus -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
-fn what_a_lonely_device_costs() {
+fn what_the_bus_costs() {
     let mut bus = Bus::new(AT_250K);
     bus.attach(device(&FIXED, 1));
     let start = std::time::Instant::now();
-    for step in 0..10_000 {
-        bus.run_until(ms(step));
+    (0..10_000).for_each(|step| bus.run_until(ms(step)));
+    println!("a lone device: {:?} for a second", start.elapsed() / 10);
+
+    let mut bus = Bus::new(AT_250K);
+    for serial in 1..=3 {
+        bus.attach(device(&FIXED, serial));
     }
-    println!("{:?} for a second", start.elapsed() / 10);
+    let plc = bus.adapter();
+    bus.open(plc, None, false);
+    (0..100_000).for_each(|_| bus.send(plc, frame(0x7FF, &[0x55; 8])));
+    let start = std::time::Instant::now();
+    (0..10_000).for_each(|step| bus.run_until(ms(step)));
+    assert!(bus.queued(plc) > 0);
+    // The assistant is the fifth.
+    let rate = 5.0 * 10.0 * 250e3 / start.elapsed().as_secs_f64() / 1e6;
+    println!("a full bus: {rate:.1} million station-bits per second");
 }

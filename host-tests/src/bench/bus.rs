@@ -9,7 +9,7 @@
 //! - It has no length: a level is everywhere at once.
 //! - Unless it is [`BusRate::Wire`], who has another bit rate is left out, and there is one more participant, which is silent but
 //!   acknowledges what adapters send, so that a lone client can wake a sensor that is detecting the bit rate. A sensor's frame needs
-//!   another sensor or an open adapter.
+//!   another sensor or an open adapter. Two adapters with the same identifier go one after the other.
 
 mod leading;
 mod line;

@@ -58,6 +58,7 @@ pub trait Sensor: Any {
     fn wire(&mut self, now: Picoseconds, dominant: bool);
 
     /// Steps its CAN controller, which is due, and deals with what that brings. `dominant` is the wire just before now.
+    /// Where several sensors run freely, `now` may be a microsecond before what this one has reached.
     fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event>;
 
     /// The name of the model.

@@ -101,6 +101,14 @@ impl Bus {
         (lost && self.leads(attached)).then(|| until.map_or(0, |until| until + PATIENCE))
     }
 
+    /// True when a sensor may have to be led.
+    pub(super) fn may_lead(&self) -> bool {
+        let silent = |one: &Attached| one.sensor.protocol().is_some_and(Protocol::is_silent);
+        self.devices
+            .iter()
+            .any(|one| silent(one) && self.leads(one))
+    }
+
     fn leads(&self, attached: &Attached) -> bool {
         match self.rate {
             BusRate::Fixed(_) => self.leading,

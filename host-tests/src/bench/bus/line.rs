@@ -221,6 +221,9 @@ impl Bus {
 
     /// Does to the frames on the wire what is wished.
     pub(super) fn intervene(&mut self) {
+        if self.wishes.corrupt.0 == 0 && self.wishes.unacknowledged == 0 {
+            return;
+        }
         for (index, attached) in self.devices.iter_mut().enumerate() {
             let source = Source::Device(super::DeviceId(index));
             if let Some(protocol) = attached.sensor.protocol() {

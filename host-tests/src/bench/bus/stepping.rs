@@ -1,6 +1,9 @@
 //! How time goes on: from one bit to the next while something is on the wire, in leaps while it is quiet.
 
-use super::{Attached, Bus, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds};
+use super::{
+    AdapterId, Attached, Bus, BusRate, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds,
+};
+use crate::bench::frame_length::arbitration;
 use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
@@ -33,6 +36,7 @@ impl Bus {
             self.time = self.let_run(target).max(self.time);
             if due.is_some_and(|at| at <= self.time) {
                 self.step();
+                self.run_bits(end);
             } else if self.time >= end {
                 return;
             } else {
@@ -64,38 +68,86 @@ impl Bus {
 
     /// When something happens next on the wire, in a controller, or in a sensor that does not run freely.
     pub(super) fn next_step(&self) -> Option<Picoseconds> {
+        let offering = self.offering();
+        let devices = self.devices.iter().filter_map(|one| one.sensor.next_step());
+        let adapters = self
+            .adapters
+            .iter()
+            .filter_map(|(id, (adapter, _))| adapter.protocol.next_event(offering.contains(id)));
+        let (assistant, _) = &self.assistant;
+        devices
+            .chain(adapters)
+            .chain(assistant.next_event(false))
+            .chain(self.next_beside())
+            .min()
+            .map(|at| at.max(self.time))
+    }
+
+    /// When something happens next that is not a controller's bit.
+    fn next_beside(&self) -> Option<Picoseconds> {
         let now = self.time;
-        let adapters_send = self.adapters_send();
-        let devices = self.devices.iter().map(|attached| {
+        let devices = self.devices.iter().flat_map(|attached| {
             let Attached { sensor, line } = attached;
             let own = sensor.next_event().filter(|_| !sensor.runs_freely());
-            first([
-                own,
-                sensor.next_step(),
-                line.next_event(now),
-                self.next_noise(attached),
-            ])
+            [own, line.next_event(now), self.next_noise(attached)]
         });
-        let adapters = self.adapters.values().map(|(adapter, line)| {
-            let offers = adapters_send && adapter.queued() > 0;
-            first([
-                adapter.protocol.next_event(offers),
-                line.next_event(now),
-                adapter.receives_until(now),
-                None,
-            ])
-        });
+        let adapters = self
+            .adapters
+            .values()
+            .flat_map(|(adapter, line)| [line.next_event(now), adapter.receives_until(now), None]);
         let disturbances = self.disturbances.iter().map(|span| span.next(now));
-        let (assistant, _) = &self.assistant;
         let ended = self.ended.front().map(|(end, _)| *end);
         let waited = self.adapters_wait().then_some(self.adapters_wait_until);
         devices
             .chain(adapters)
             .chain(disturbances)
-            .chain([assistant.next_event(false), ended, waited])
+            .chain([ended, waited])
             .flatten()
             .min()
-            .map(|at| at.max(now))
+    }
+
+    /// Goes from bit to bit as long as nothing but bits happens: a shorter way than [`Self::step`] for what takes most of the time.
+    fn run_bits(&mut self, end: Picoseconds) {
+        if self.devices.iter().any(|one| one.sensor.runs_freely()) || self.may_lead() {
+            return;
+        }
+        let beside = self.next_beside().unwrap_or(Picoseconds::MAX);
+        while let Some(at) = self.next_bit()
+            && at <= end
+            && at < beside
+        {
+            self.time = at.max(self.time);
+            let looks = self.step_controllers(&[]);
+            self.intervene();
+            self.settle();
+            if looks || !self.disturbances.is_empty() {
+                return;
+            }
+        }
+    }
+
+    /// When the next bit of a controller begins or is sampled; None when one of them may begin a frame.
+    fn next_bit(&self) -> Option<Picoseconds> {
+        let (assistant, _) = &self.assistant;
+        let mut next = assistant.next_event(false);
+        let mut consider = |protocol: &Protocol, offers: bool| {
+            let at = protocol.next_event(false);
+            next = next.into_iter().chain(at).min();
+            !(protocol.takes_offer() && offers)
+        };
+        for Attached { sensor, .. } in &self.devices {
+            if let Some(protocol) = sensor.protocol()
+                && !consider(protocol, sensor.offered().is_some())
+            {
+                return None;
+            }
+        }
+        for (adapter, _) in self.adapters.values() {
+            if !consider(&adapter.protocol, adapter.queued() > 0) {
+                return None;
+            }
+        }
+        next
     }
 
     /// Does what is due now.
@@ -108,18 +160,25 @@ impl Bus {
             }
         }
         self.follow();
-        let adapters_send = self.adapters_send();
-        self.step_devices();
-        self.step_adapters(adapters_send);
-        let (assistant, line) = &mut self.assistant;
-        line.step(now, assistant, None);
+        let offering = self.offering();
+        self.step_controllers(&offering);
         self.intervene();
         self.lead();
         self.deliver();
         self.settle();
     }
 
-    fn step_devices(&mut self) {
+    /// Steps every controller that is due; true when that has brought anything.
+    fn step_controllers(&mut self, offering: &[AdapterId]) -> bool {
+        let devices = self.step_devices();
+        let adapters = self.step_adapters(offering);
+        let (assistant, line) = &mut self.assistant;
+        line.step(self.time, assistant, None);
+        devices || adapters
+    }
+
+    fn step_devices(&mut self) -> bool {
+        let mut any = false;
         for index in 0..self.devices.len() {
             let Attached { sensor, line } = &mut self.devices[index];
             let Some(event) = line.step_sensor(self.time, sensor.as_mut()) else {
@@ -136,14 +195,16 @@ impl Bus {
                 end: protocol.bit_start(),
             };
             self.note(brought);
+            any = true;
         }
+        any
     }
 
-    fn step_adapters(&mut self, send: bool) {
+    fn step_adapters(&mut self, offering: &[AdapterId]) -> bool {
         let now = self.time;
         let mut all = Vec::new();
         for (id, (adapter, line)) in &mut self.adapters {
-            let offered = adapter.offered().filter(|_| send);
+            let offered = adapter.offered().filter(|_| offering.contains(id));
             if let Some(event) = line.step(now, &mut adapter.protocol, offered) {
                 adapter.note(now, event);
                 all.push(Brought {
@@ -155,7 +216,9 @@ impl Bus {
                 });
             }
         }
+        let any = !all.is_empty();
         all.into_iter().for_each(|brought| self.note(brought));
+        any
     }
 
     fn note(&mut self, brought: Brought) {
@@ -196,6 +259,33 @@ impl Bus {
             && self.is_led()
     }
 
+    /// The adapters that offer their frames.
+    fn offering(&self) -> Vec<AdapterId> {
+        if !self.adapters_send() {
+            return Vec::new();
+        }
+        self.adapters
+            .iter()
+            .filter_map(|(id, (adapter, _))| {
+                let frame = adapter.offered()?;
+                let offers = adapter.protocol.takes_offer() && !self.is_held(*id, &frame);
+                offers.then_some(*id)
+            })
+            .collect()
+    }
+
+    /// True when another adapter goes first with the same identifier: two clients of one bus are not to collide. On a copper wire
+    /// they do.
+    fn is_held(&self, id: AdapterId, frame: &Frame) -> bool {
+        let same = |other: &Frame| arbitration(other) == arbitration(frame);
+        self.rate != BusRate::Wire
+            && self.adapters.iter().any(|(other, (adapter, _))| {
+                let protocol = &adapter.protocol;
+                let first = protocol.is_transmitting() || (*other < id && protocol.can_send());
+                *other != id && first && adapter.offered().as_ref().is_some_and(same)
+            })
+    }
+
     fn adapters_wait(&self) -> bool {
         self.time < self.adapters_wait_until
     }
@@ -205,9 +295,4 @@ impl Bus {
         let can_send = |one: &Protocol| one.can_send() && self.is_connected(one);
         attached.sensor.protocol().is_some_and(can_send) && attached.sensor.offered().is_some()
     }
-}
-
-/// The earliest.
-fn first(times: [Option<Picoseconds>; 4]) -> Option<Picoseconds> {
-    times.into_iter().flatten().min()
 }
