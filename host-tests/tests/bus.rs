@@ -420,6 +420,20 @@ fn time_stands_where_it_was_put() {
     assert_eq!(bus.next_event(), None);
 }
 
+#[test]
+fn who_was_opened_misses_nothing() {
+    let mut bus = Bus::new(AT_250K);
+    let (first, second) = (bus.adapter(), bus.adapter());
+    bus.open(first, None, false);
+    bus.run_until(ms(1));
+    bus.open(second, None, false);
+    bus.send(first, frame(0x7FF, &[1]));
+    bus.run_until(ms(2));
+    let received = bus.take_received(second);
+    assert_eq!(received.len(), 1);
+    assert_eq!(received[0].1, frame(0x7FF, &[1]));
+}
+
 /// What the bus costs; only a release build says something: `cargo test --release --test bus -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]

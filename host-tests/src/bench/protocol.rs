@@ -193,6 +193,11 @@ impl Protocol {
         self.silent
     }
 
+    /// True between a join and the 11 recessive bits after it.
+    pub fn is_joining(&self) -> bool {
+        matches!(self.phase, Phase::Integrating { .. })
+    }
+
     /// True when it takes part, and nothing is under way.
     pub fn is_idle(&self) -> bool {
         matches!(self.phase, Phase::Idle { .. })

@@ -257,6 +257,14 @@ impl Bus {
             .any(|(adapter, _)| adapter.queued() > 0)
             && !(self.adapters_wait() && self.devices.iter().any(|one| self.waits(one)))
             && self.is_led()
+            && !self.an_adapter_joins()
+    }
+
+    /// True while an adapter that was opened does not take part yet: its client believes that it does and is to miss nothing. On
+    /// a copper wire it would.
+    fn an_adapter_joins(&self) -> bool {
+        let mut adapters = self.adapters.values();
+        self.rate != BusRate::Wire && adapters.any(|(adapter, _)| adapter.protocol.is_joining())
     }
 
     /// The adapters that offer their frames.
