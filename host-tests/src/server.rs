@@ -42,8 +42,8 @@ const BURST: usize = 64;
 /// Frames of one client that may wait for the bus; more are refused with BEL.
 const QUEUE_MAX: usize = 50_000;
 
-/// The bus does not get its turn for every bit, but as often as a USB adapter has its own.
-const PAUSE_MIN: Duration = Duration::from_millis(1);
+/// The bus does not get its turn for every bit: that would cost more than this delay is worth.
+const PAUSE_MIN: Duration = Duration::from_micros(100);
 
 /// How long the frames of a client that has closed its channel or gone may still wait for the bus.
 const LINGER: time::Duration = time::millis(1000);
@@ -147,7 +147,7 @@ struct Traffic {
 }
 
 impl Server {
-    /// A server for `bus`, whose time starts now, and the way to tell it what happens.
+    /// A server for `bus`, whose present is now, and the way to tell it what happens.
     ///
     /// `sensor` is the device that the status line describes.
     pub fn new(
@@ -157,10 +157,12 @@ impl Server {
         status: Option<StatusLine>,
     ) -> (Self, Events) {
         let (sender, events) = sync_channel(EVENTS_MAX);
+        let past = Duration::from_micros(bus.now().ticks());
+        let start = std::time::Instant::now();
         let server = Self {
             bus,
             sensor,
-            start: std::time::Instant::now(),
+            start: start.checked_sub(past).unwrap_or(start),
             events,
             sessions: BTreeMap::new(),
             leaving: Leaving::default(),

@@ -9,6 +9,7 @@ use crate::stm32f103::elf::Image;
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
+use plumbline::time::{Instant, after, millis};
 use std::fs::OpenOptions;
 use std::io::{self, IsTerminal, Write};
 use std::net::TcpListener;
@@ -17,6 +18,9 @@ use std::rc::Rc;
 
 /// Where clients are expected when nothing is said.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:11898";
+
+/// How long the sensor's firmware may boot before clients are let in.
+const BOOT_LIMIT: Instant = Instant::from_ticks(2_000_000);
 
 /// The serial number that the sensor tells.
 const SERIAL: u32 = 1;
@@ -115,6 +119,11 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         None => bus.attach(Device::new(model, SERIAL, flash, motion)),
     };
+    // A client that comes at once finds a sensor that has booted.
+    while bus.device(sensor).mode().is_none() && bus.now() < BOOT_LIMIT {
+        let next = after(bus.now(), millis(1));
+        bus.run_until(next);
+    }
     let status = io::stdout().is_terminal().then(StatusLine::new);
     let (server, events) = Server::new(bus, sensor, log, status);
 
