@@ -29,6 +29,7 @@
 
 pub mod calibration;
 pub mod definition;
+pub mod fir;
 pub mod low_pass;
 mod low_pass_design;
 pub mod zero;
