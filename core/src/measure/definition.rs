@@ -171,7 +171,7 @@ pub fn cross_slope(up: I32x3) -> Angle {
 }
 
 /// `up` shifted left as far as its largest component allows; small vectors would lose the angle in the square root.
-fn normalise(up: I32x3) -> I32x3 {
+pub(super) fn normalise(up: I32x3) -> I32x3 {
     // x ^ (x >> 31) has a leading zero for each sign bit of x, and unlike the absolute value it exists for every x.
     let bits = (up.x ^ (up.x >> 31)) | (up.y ^ (up.y >> 31)) | (up.z ^ (up.z >> 31));
     let shift = bits.leading_zeros().wrapping_sub(1);
@@ -190,7 +190,7 @@ fn tilt(along: i32, a: i32, b: i32) -> Angle {
     if along < 0 { -angle } else { angle }
 }
 
-fn square(value: i32) -> u64 {
+pub(super) fn square(value: i32) -> u64 {
     (i64::from(value) * i64::from(value)) as u64
 }
 

@@ -32,6 +32,7 @@ pub mod definition;
 pub mod fir;
 pub mod low_pass;
 mod low_pass_design;
+pub mod teach;
 pub mod zero;
 
 use crate::time::{Duration, millis};
