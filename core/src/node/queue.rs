@@ -1,12 +1,13 @@
 //! The transmit queue: first in, first out; a reply is never lost, a cyclic value is replaced by a newer one.
 
 use crate::can::Frame;
+use embedded_can::Id;
 use heapless::Deque;
 
 /// Places in the queue.
-const CAPACITY: usize = 12;
-/// Places that only replies already begun (and a cyclic value) may take: see [`TransmitQueue::has_room`].
-const RESERVE: usize = 3;
+const CAPACITY: usize = 16;
+/// Places that only replies already begun (and cyclic values) may take: see [`TransmitQueue::has_room`].
+const RESERVE: usize = 7;
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
@@ -21,7 +22,7 @@ pub struct TransmitQueue {
 }
 
 impl TransmitQueue {
-    /// True while a further request may be taken in: its answer (at most two frames) and a cyclic value will fit.
+    /// True while a further request may be taken in: its answer (at most two frames), an event and four cyclic values will fit.
     pub fn has_room(&self) -> bool {
         self.entries.len() <= CAPACITY - RESERVE
     }
@@ -40,18 +41,30 @@ impl TransmitQueue {
         });
     }
 
-    /// Appends a cyclic value, or puts it in the place of the one that still waits.
+    /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
         let entry = Entry {
             frame,
             cyclic: true,
         };
-        match self.entries.iter_mut().find(|entry| entry.cyclic) {
+        let same = |waiting: &&mut Entry| waiting.cyclic && waiting.frame.id() == frame.id();
+        match self.entries.iter_mut().find(same) {
             Some(stale) => *stale = entry,
             None => {
                 let _ = self.entries.push_back(entry);
             }
         }
+    }
+
+    /// Drops the cyclic value with this identifier.
+    pub fn withdraw(&mut self, id: Id) {
+        self.entries
+            .retain(|entry| !(entry.cyclic && entry.frame.id() == id));
+    }
+
+    /// Drops everything.
+    pub fn clear(&mut self) {
+        self.entries.clear();
     }
 
     /// The next frame to send.
@@ -82,7 +95,20 @@ mod tests {
     }
 
     #[test]
-    fn while_there_is_room_two_replies_and_a_cyclic_value_fit() {
+    fn cyclic_values_of_different_identifiers_do_not_replace_each_other() {
+        let other = |byte| Frame::data(standard(0x302), &[byte]).unwrap();
+        let mut queue = TransmitQueue::default();
+        queue.cyclic(frame(1));
+        queue.cyclic(other(2));
+        queue.cyclic(frame(3));
+        queue.reply(frame(4));
+        queue.withdraw(standard(0x302));
+        let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
+        assert_eq!(order, [frame(3), frame(4)]);
+    }
+
+    #[test]
+    fn while_there_is_room_two_replies_an_event_and_four_cyclic_values_fit() {
         let mut queue = TransmitQueue::default();
         let mut sent = 0;
         while queue.has_room() {
@@ -90,9 +116,13 @@ mod tests {
             queue.reply(frame(sent + 1));
             sent += 2;
         }
-        queue.cyclic(frame(0xFF));
+        queue.reply(frame(sent));
+        let values = [1, 2, 3, 4].map(|id| Frame::data(standard(id), &[]).unwrap());
+        for value in values {
+            queue.cyclic(value);
+        }
         let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
-        let expected: std::vec::Vec<_> = (0..sent).chain([0xFF]).map(frame).collect();
+        let expected: std::vec::Vec<_> = (0..=sent).map(frame).chain(values).collect();
         assert_eq!(order, expected);
     }
 }

@@ -7,6 +7,7 @@ use crate::models::Model;
 use crate::motion::Motion;
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::SAMPLE_PERIOD;
+use plumbline::measure::self_test::Working;
 use plumbline::node::{Action, BusMode, BusState, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
@@ -20,6 +21,9 @@ const ERASE_TIME: Duration = millis(30);
 
 /// How long a restart waits for the mailbox to be sent: a frame that nobody acknowledges must not hold it up for ever.
 const RESTART_PATIENCE: Duration = millis(200);
+
+/// Time that the test of the accelerometer takes.
+const SELF_TEST_TIME: Duration = millis(2000);
 
 /// Actions in a row after which a node is taken to be stuck.
 const ACTIONS_MAX: usize = 1000;
@@ -48,6 +52,12 @@ struct Powered {
     next_step: Option<Instant>,
     /// The processor stands still until then, because flash is programmed or erased.
     stalled_until: Option<Instant>,
+    /// The test of the accelerometer ends then.
+    test_ends: Option<Instant>,
+    /// The terminating resistor is connected.
+    terminated: bool,
+    /// The heater's duty in permille.
+    heater: u16,
     /// A restart is due when the mailbox has been sent, at this time at the latest.
     restart_by: Option<Instant>,
 }
@@ -119,6 +129,16 @@ impl Device {
         Some(self.power.as_ref()?.node.readout())
     }
 
+    /// True while the device terminates the bus.
+    pub fn terminated(&self) -> bool {
+        self.power.as_ref().is_some_and(|power| power.terminated)
+    }
+
+    /// The duty of the device's heater in permille; 0 while the power is off.
+    pub fn heater(&self) -> u16 {
+        self.power.as_ref().map_or(0, |power| power.heater)
+    }
+
     /// How often the device has started: 1 after power-up, one more after each power cycle and restart.
     pub fn boots(&self) -> u32 {
         self.boots
@@ -156,6 +176,9 @@ impl Device {
             next_sample: after(start, SAMPLE_PERIOD),
             next_step: None,
             stalled_until: Some(start),
+            test_ends: None,
+            terminated: false,
+            heater: 0,
             restart_by: None,
         });
         self.cut_off(now);
@@ -178,6 +201,7 @@ impl Device {
             [
                 Some(power.next_sample),
                 power.next_step,
+                power.test_ends,
                 power.restart_by,
                 power.controller.recovered_at(),
                 power.node.deadline(),
@@ -197,6 +221,7 @@ impl Device {
         power.controller.tick(now);
         self.service(now);
         self.sample(now);
+        self.test(now);
         self.step(now);
         let deadline = self.awake().and_then(|power| power.node.deadline());
         assert!(
@@ -321,6 +346,9 @@ impl Device {
                 self.store.save(&image);
             }
             Action::Restart => power.restart_by = Some(after(now, RESTART_PATIENCE)),
+            Action::Termination(connected) => power.terminated = connected,
+            Action::Heater(permille) => power.heater = permille,
+            Action::SelfTest => power.test_ends = Some(after(now, SELF_TEST_TIME)),
         }
     }
 
@@ -344,6 +372,22 @@ impl Device {
         }
         let reading = self.motion.reading(now);
         power.node.sample(now, &reading);
+        self.service(now);
+    }
+
+    /// Reports the test of the accelerometer, all of whose axes work.
+    fn test(&mut self, now: Instant) {
+        let Some(power) = self.awake() else { return };
+        if power.test_ends.is_none_or(|end| !reached(now, end)) {
+            return;
+        }
+        power.test_ends = None;
+        let working = Working {
+            x: true,
+            y: true,
+            z: true,
+        };
+        power.node.tested(now, working);
         self.service(now);
     }
 
