@@ -7,8 +7,8 @@
 //! [`measure::fir`]) and turns it into angles ([`measure::definition`], [`angle`]); the model judges them and adds the zero offset
 //! ([`measure::zero`]). Where the measuring cell is kept warm, [`heater`] does it.
 //!
-//! **The path of a frame**: the driver hands a [`can::Frame`] to the [`node::Node`]; the protocol ([`fsc`]) finds out what it
-//! means in the model's table ([`model`]) and answers it on the spot. What the bus does meanwhile, bit rate detection, fault
+//! **The path of a frame**: the driver hands a [`can::Frame`] to the [`node::Node`]; the protocol ([`fsc`], [`canopen`]) finds
+//! out what it means in the model's table ([`model`]) and answers it on the spot. What the bus does meanwhile, bit rate detection, fault
 //! states, LEDs and the transmit queue, is the business of [`node`], whatever the protocol. What must outlast a power cut goes
 //! through [`store`].
 //!
@@ -43,6 +43,7 @@
 
 pub mod angle;
 pub mod can;
+pub mod canopen;
 pub mod fsc;
 pub mod heater;
 pub mod measure;
