@@ -171,12 +171,16 @@ impl<M: Model> Device<M> {
             let Some(slot) = rule.home.slot() else {
                 continue;
             };
-            let source = if rule.stored {
+            let source = if rule.is_stored() {
                 self.saved.at(slot)
             } else {
                 factory::<M>(slot)
             };
-            let node_id = if rule.node_relative { self.node_id } else { 0 };
+            let node_id = if rule.is_node_relative() {
+                self.node_id
+            } else {
+                0
+            };
             self.values.set(slot, source + u32::from(node_id));
         }
         self.transfer.end();
@@ -315,7 +319,7 @@ impl<M: Model> Device<M> {
         let mut length = 0;
         for (rule, sub) in tpdo.mapping() {
             let value = self.number(rule, *sub).to_le_bytes();
-            let end = length + usize::from(rule.data_type.size());
+            let end = length + usize::from(rule.data_type().size());
             let place = data.get_mut(length..end)?;
             for (to, from) in place.iter_mut().zip(value) {
                 *to = from;

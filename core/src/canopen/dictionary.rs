@@ -1,9 +1,10 @@
 //! How the object dictionary of a model is described: one table is the truth.
 //!
 //! The rich description ([`Object`]) carries names, units and limits; descriptors (EDS) and documents on a PC come from it. The
-//! device itself only keeps the [`Rule`]s, 16 bytes each, which [`rules`] projects from it at compile time. Dispatch, type and
+//! device itself only keeps the [`Rule`]s, 12 bytes each, which [`rules`] projects from it at compile time. Dispatch, type and
 //! range checks, factory values and the image in nonvolatile memory work on those.
 
+use super::emcy::HISTORY;
 use super::values::SLOTS;
 
 /// The data types of CiA 301 that the sensors use.
@@ -167,21 +168,72 @@ pub struct Rule {
     pub index: u16,
     /// The first sub-index.
     pub sub: u8,
-    /// The number of sub-indices.
-    pub count: u8,
-    /// The type.
-    pub data_type: DataType,
-    /// Who may do what with it.
-    pub access: Access,
-    /// The node id is added to the value.
-    pub node_relative: bool,
-    /// It is part of the image.
-    pub stored: bool,
+    /// Type (bits 0 to 2), access (3 and 4), and the flags: these columns in one byte.
+    columns: u8,
     /// Where the value lives, and what may be written.
     pub home: Home,
 }
 
+const NODE_RELATIVE: u8 = 1 << 5;
+const STORED: u8 = 1 << 6;
+
 impl Rule {
+    const fn new(object: &Object) -> Self {
+        let mut columns = object.data_type as u8 | (object.access as u8) << 3;
+        if object.node_relative {
+            columns |= NODE_RELATIVE;
+        }
+        if object.stored {
+            columns |= STORED;
+        }
+        Self {
+            index: object.index,
+            sub: object.sub,
+            columns,
+            home: object.home,
+        }
+    }
+
+    /// The type.
+    pub const fn data_type(&self) -> DataType {
+        match self.columns & 7 {
+            0 => DataType::U8,
+            1 => DataType::U16,
+            2 => DataType::U32,
+            3 => DataType::I16,
+            4 => DataType::I32,
+            _ => DataType::Text,
+        }
+    }
+
+    /// Whether it can be read.
+    pub const fn is_readable(&self) -> bool {
+        self.columns >> 3 & 3 != Access::Wo as u8
+    }
+
+    /// Whether it can be written.
+    pub const fn is_writable(&self) -> bool {
+        self.columns >> 3 & 3 >= Access::Rw as u8
+    }
+
+    /// The node id is added to the value.
+    pub const fn is_node_relative(&self) -> bool {
+        self.columns & NODE_RELATIVE != 0
+    }
+
+    /// It is part of the image.
+    pub const fn is_stored(&self) -> bool {
+        self.columns & STORED != 0
+    }
+
+    /// The number of sub-indices: the history of errors is the only one that has several in a row.
+    pub const fn count(&self) -> u8 {
+        match self.home {
+            Home::Live(Live::ErrorHistory) => HISTORY as u8,
+            _ => 1,
+        }
+    }
+
     /// True for the objects of the communication profile (1000h to 1FFFh).
     pub const fn is_communication(&self) -> bool {
         self.index < 0x2000
@@ -204,16 +256,7 @@ const fn key(index: u16, sub: u8) -> u32 {
 pub const fn rules<const N: usize>(objects: &[Object]) -> [Rule; N] {
     assert!(objects.len() == N, "one rule for each row");
     let mut taken = [false; SLOTS];
-    let mut rules = [Rule {
-        index: 0,
-        sub: 0,
-        count: 0,
-        data_type: DataType::U8,
-        access: Access::Ro,
-        node_relative: false,
-        stored: false,
-        home: Home::Constant(0),
-    }; N];
+    let mut rules = [Rule::new(&Object::PLAIN); N];
     let mut row = 0;
     while row < N {
         let object = &objects[row];
@@ -240,16 +283,11 @@ pub const fn rules<const N: usize>(objects: &[Object]) -> [Rule; N] {
             !(object.stored && object.node_relative),
             "such a value follows the node id"
         );
-        rules[row] = Rule {
-            index: object.index,
-            sub: object.sub,
-            count: object.count,
-            data_type: object.data_type,
-            access: object.access,
-            node_relative: object.node_relative,
-            stored: object.stored,
-            home: object.home,
-        };
+        rules[row] = Rule::new(object);
+        assert!(
+            rules[row].count() == object.count,
+            "only the history has several"
+        );
         row += 1;
     }
     rules
@@ -307,7 +345,7 @@ pub fn find(rules: &'static [Rule], index: u16, sub: u8) -> Found {
     let row = next.checked_sub(1).and_then(|row| rules.get(row));
     let same = |rule: &&Rule| rule.index == index;
     match row.filter(same) {
-        Some(rule) if wanted - rule.key() < rule.count.into() => Found::Row(rule),
+        Some(rule) if wanted - rule.key() < rule.count().into() => Found::Row(rule),
         Some(_) => Found::NoSubIndex,
         None if rules.get(next).is_some_and(|rule| same(&rule)) => Found::NoSubIndex,
         None => Found::NoObject,

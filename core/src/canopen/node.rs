@@ -14,7 +14,7 @@ use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::node::{Action, BusEvent, BusMode, BusState, Node, Readout};
 use crate::store::{Payload, StoreError};
-use crate::time::{Instant, after, earlier, reached};
+use crate::time::{Earliest, Instant, after, reached};
 
 /// The faults that a sample decides on.
 const MEASURED: u8 = emcy::SENSOR | emcy::LIMIT | emcy::TEMPERATURE;
@@ -79,10 +79,9 @@ impl<M: Model> Node for Device<M> {
                 frame
             }
             Link::Restarting(_) => {
-                let frame = self.queue.pop();
                 // A restart waits for the queue to run empty.
-                self.attention |= frame.is_some();
-                frame
+                self.attention |= !self.queue.is_empty();
+                self.queue.pop()
             }
             Link::BusOff | Link::Restarted => None,
         }
@@ -102,10 +101,12 @@ impl<M: Model> Node for Device<M> {
             wire::ERROR_CONTROL + node_id,
         ];
         let tpdos = self.tpdos.iter().filter_map(|tpdo| tpdo.id());
-        own.into_iter()
-            .chain(tpdos)
-            .map(|id| Filter::exact(standard(id)))
-            .collect()
+        let mut filters = Filters::new();
+        for id in own.into_iter().chain(tpdos) {
+            // Six of the eight that there can be.
+            let _ = filters.push(Filter::exact(standard(id)));
+        }
+        filters
     }
 
     fn image(&self) -> Payload {
@@ -329,19 +330,20 @@ impl<M: Model> Device<M> {
     }
 
     fn next_deadline(&self) -> Option<Instant> {
-        let link = match self.link {
-            Link::Restarting(until) => Some(until),
-            Link::Online | Link::BusOff | Link::Restarted => None,
-        };
-        let mut next = earlier(link, self.fresh_until);
-        next = earlier(next, self.transfer.expires);
-        next = earlier(next, self.heartbeat.deadline());
-        next = earlier(next, self.guarding.deadline());
-        next = earlier(next, self.emergency.deadline());
-        for tpdo in &self.tpdos {
-            next = earlier(next, tpdo.deadline());
+        let mut next = Earliest::default();
+        if let Link::Restarting(until) = self.link {
+            next.consider(Some(until));
         }
-        next = earlier(next, self.model.deadline());
-        earlier(next, self.indicator.deadline())
+        next.consider(self.fresh_until);
+        next.consider(self.transfer.expires);
+        next.consider(self.heartbeat.deadline());
+        next.consider(self.guarding.deadline());
+        next.consider(self.emergency.deadline());
+        for tpdo in &self.tpdos {
+            tpdo.consider(&mut next);
+        }
+        next.consider(self.model.deadline());
+        next.consider(self.indicator.deadline());
+        next.instant()
     }
 }

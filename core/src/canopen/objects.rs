@@ -19,7 +19,7 @@ impl<M: Model> Device<M> {
     /// The number in an object; a signed one as its bytes make it.
     pub(super) fn number(&self, rule: &Rule, sub: u8) -> u32 {
         match rule.home {
-            Home::Constant(number) if rule.node_relative => number + u32::from(self.node_id),
+            Home::Constant(number) if rule.is_node_relative() => number + u32::from(self.node_id),
             Home::Constant(number) => number,
             Home::Any(slot)
             | Home::Range(slot, ..)
@@ -62,7 +62,7 @@ impl<M: Model> Device<M> {
             let effect = self.model.write_text(data, &mut self.values)?;
             return Ok(self.carry_out(now, effect));
         }
-        let value = number(data, rule.data_type.size()).ok_or(Abort::Length)?;
+        let value = number(data, rule.data_type().size()).ok_or(Abort::Length)?;
         if let Home::Live(live) = rule.home {
             return self.write_live(live, value);
         }

@@ -16,7 +16,7 @@ use super::timer::Periodic;
 use super::values::Values;
 use super::wire;
 use crate::can::Frame;
-use crate::time::{Duration, Instant, after, earlier, reached};
+use crate::time::{Duration, Earliest, Instant, after, reached};
 
 /// When a TPDO is sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -200,9 +200,11 @@ impl Tpdo {
         true
     }
 
-    /// When [`poll`](Self::poll) can become true.
-    pub fn deadline(&self) -> Option<Instant> {
-        let inhibited = self.inhibited.filter(|_| self.waiting);
-        earlier(inhibited, self.event.deadline())
+    /// Adds the time at which [`poll`](Self::poll) can become true.
+    pub fn consider(&self, next: &mut Earliest) {
+        if self.waiting {
+            next.consider(self.inhibited);
+        }
+        next.consider(self.event.deadline());
     }
 }

@@ -37,7 +37,7 @@ pub(super) struct Saving {
 fn stored(rules: &'static [Rule], communication: bool) -> impl Iterator<Item = u8> {
     rules
         .iter()
-        .filter(move |rule| rule.stored && rule.is_communication() == communication)
+        .filter(move |rule| rule.is_stored() && rule.is_communication() == communication)
         .filter_map(|rule| rule.home.slot())
 }
 

@@ -5,7 +5,7 @@
 
 use super::abort::Abort;
 use super::device::Device;
-use super::dictionary::{Access, Found, Home, Rule, find};
+use super::dictionary::{Found, Home, Rule, find};
 use super::model::{Model, TEXT_MAX};
 use super::wire::{self, Address, Announced, Request};
 use crate::time::{Duration, Instant, after, millis};
@@ -140,10 +140,10 @@ impl<M: Model> Device<M> {
 
     fn upload(&mut self, now: Instant, address: Address) -> Result<[u8; 8], Abort> {
         let rule = Self::lookup(address)?;
-        if rule.access == Access::Wo {
+        if !rule.is_readable() {
             return Err(Abort::WriteOnly);
         }
-        let size = rule.data_type.size();
+        let size = rule.data_type().size();
         if size > 0 {
             let bytes = self.number(rule, address.sub).to_le_bytes();
             let bytes = bytes.get(..size.into()).unwrap_or(&bytes);
@@ -193,12 +193,12 @@ impl<M: Model> Device<M> {
         announced: Announced,
     ) -> Result<Option<[u8; 8]>, Abort> {
         let rule = Self::lookup(address)?;
-        if !matches!(rule.access, Access::Rw | Access::Wo) {
+        if !rule.is_writable() {
             return Err(Abort::ReadOnly);
         }
         match announced {
             Announced::Expedited(data, length) => {
-                let own = match rule.data_type.size() {
+                let own = match rule.data_type().size() {
                     0 => 4,
                     size => size,
                 };
@@ -280,7 +280,10 @@ impl<M: Model> Device<M> {
 pub(super) fn fits(rule: &Rule, size: u32) -> Result<(), Abort> {
     let (least, most) = match rule.home {
         Home::Key => (0, TEXT_MAX as u32),
-        _ => (rule.data_type.size().into(), rule.data_type.size().into()),
+        _ => (
+            rule.data_type().size().into(),
+            rule.data_type().size().into(),
+        ),
     };
     if size > most {
         Err(Abort::TooLong)

@@ -48,19 +48,29 @@ impl Values {
 
     /// Appends the bytes of the stored values and of the `hidden` slots.
     pub fn encode(&self, rules: &[Rule], hidden: Range<u8>, payload: &mut Payload) {
-        let stored = rules.iter().filter(|rule| rule.stored);
-        let sized = stored.filter_map(|rule| Some((rule.home.slot()?, rule.data_type.size())));
-        for (slot, size) in sized.chain(hidden.map(|slot| (slot, 4))) {
-            let bytes = self.at(slot).to_le_bytes();
-            // The size is checked where the model is put together.
-            let _ = payload.extend_from_slice(bytes.get(..size.into()).unwrap_or(&[]));
+        for rule in rules {
+            if let Some(slot) = rule.home.slot().filter(|_| rule.is_stored()) {
+                self.append(slot, rule.data_type().size(), payload);
+            }
+        }
+        for slot in hidden {
+            self.append(slot, 4, payload);
+        }
+    }
+
+    /// Appends a value of `size` bytes.
+    #[inline(never)]
+    fn append(&self, slot: u8, size: u8, payload: &mut Payload) {
+        for byte in self.at(slot).to_le_bytes().into_iter().take(size.into()) {
+            // There is room: the size is checked where the model is put together.
+            let _ = payload.push(byte);
         }
     }
 
     /// Takes the stored values over from the bytes of an image; None unless every single one is permitted and nothing is left.
     pub fn decode(mut self, rules: &[Rule], hidden: Range<u8>, mut bytes: &[u8]) -> Option<Self> {
-        for rule in rules.iter().filter(|rule| rule.stored) {
-            let size = rule.data_type.size();
+        for rule in rules.iter().filter(|rule| rule.is_stored()) {
+            let size = rule.data_type().size();
             let (value, rest) = bytes.split_at_checked(size.into())?;
             let value = number(value, size)?;
             check(rule.home, value).ok()?;

@@ -2,6 +2,7 @@
 //!
 //! Sections are those of the device manual, "JN2101 from firmware 2.2.0".
 
+mod base64;
 mod key;
 mod measuring;
 mod objects;
@@ -14,7 +15,7 @@ use crate::canopen::values::SLOTS;
 use crate::canopen::{self, Abort, Device, Effect, LedTable, Text, Values};
 use crate::heater::{self, Heater, Settings};
 use crate::measure::self_test::Working;
-use crate::measure::{Calibration, I32x3, Reading};
+use crate::measure::{Calibration, I32x3, ONE_G, Reading};
 use crate::node::{Action, Pattern, Readout, SELF_TEST_LIMIT};
 use crate::store::ImageId;
 use crate::time::{Instant, after, reached};
@@ -340,9 +341,11 @@ fn saturated(number: i32) -> i32 {
 ///
 /// The sine of an inclination is the axis's component over the length: sin^2 is 1/2 and 0.4844.
 fn beyond_range(up: I32x3, was: bool) -> bool {
+    // The upper half of a square is enough: 2^24 for 1 g.
+    let square = |component: i32| ((i64::from(component) * i64::from(component)) >> 32) as i32;
     let [x, y, z] = up
         .to_array()
-        .map(|component| i64::from(component).wrapping_mul(component.into()) >> 4);
+        .map(|component| square(component.clamp(-2 * ONE_G, 2 * ONE_G)));
     let squares = x + y + z;
     let limit = squares / 2 - if was { squares >> 6 } else { 0 };
     x.max(y) > limit

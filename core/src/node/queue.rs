@@ -11,7 +11,8 @@ const RESERVE: usize = 7;
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    frame: Frame,
+    /// None: withdrawn.
+    frame: Option<Frame>,
     cyclic: bool,
 }
 
@@ -36,18 +37,21 @@ impl TransmitQueue {
     pub fn reply(&mut self, frame: Frame) {
         // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
         let _ = self.entries.push_back(Entry {
-            frame,
+            frame: Some(frame),
             cyclic: false,
         });
     }
 
     /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
+        let id = frame.id();
         let entry = Entry {
-            frame,
+            frame: Some(frame),
             cyclic: true,
         };
-        let same = |waiting: &&mut Entry| waiting.cyclic && waiting.frame.id() == frame.id();
+        let same = |waiting: &&mut Entry| {
+            waiting.cyclic && waiting.frame.is_some_and(|frame| frame.id() == id)
+        };
         match self.entries.iter_mut().find(same) {
             Some(stale) => *stale = entry,
             None => {
@@ -58,8 +62,11 @@ impl TransmitQueue {
 
     /// Drops the cyclic value with this identifier.
     pub fn withdraw(&mut self, id: Id) {
-        self.entries
-            .retain(|entry| !(entry.cyclic && entry.frame.id() == id));
+        for entry in &mut self.entries {
+            if entry.cyclic && entry.frame.is_some_and(|frame| frame.id() == id) {
+                entry.frame = None;
+            }
+        }
     }
 
     /// Drops everything.
@@ -69,7 +76,11 @@ impl TransmitQueue {
 
     /// The next frame to send.
     pub fn pop(&mut self) -> Option<Frame> {
-        self.entries.pop_front().map(|entry| entry.frame)
+        loop {
+            if let Some(frame) = self.entries.pop_front()?.frame {
+                return Some(frame);
+            }
+        }
     }
 }
 

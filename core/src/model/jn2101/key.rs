@@ -15,11 +15,10 @@
 //! The first of two names is in the lower bits. All little-endian; the CRC is CRC-16/IBM-3740; the eleven bytes are written in
 //! Base64, sixteen characters.
 
-use super::slots;
+use super::{base64, slots};
 use crate::canopen::dictionary::Rule;
 use crate::canopen::values::check;
 use crate::canopen::{Abort, Text, Values};
-use base64ct::{Base64, Encoding};
 use crc::{CRC_16_IBM_3740, Crc, NoTable};
 
 /// The key of a sensor as delivered.
@@ -27,7 +26,6 @@ const FACTORY: &[u8] = b"D0UfZEgRKHAI5Ag=";
 
 const MARK: u8 = 0x50;
 const SIZE: usize = 11;
-const TEXT_SIZE: usize = 16;
 
 const CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_IBM_3740);
 
@@ -72,11 +70,7 @@ pub(super) fn compose(values: &Values, factory: &Values) -> Text {
     let [crc0, crc1] = CRC.checksum(&body).to_le_bytes();
     let [a, b, c, d, e, f, g, h, i] = body;
     let bytes: [u8; SIZE] = [a, b, c, d, e, f, g, h, i, crc0, crc1];
-    let mut text = [0; TEXT_SIZE];
-    match Base64::encode(&bytes, &mut text) {
-        Ok(text) => Text::from_slice(text.as_bytes()).unwrap_or_default(),
-        Err(_) => Text::new(),
-    }
+    base64::encode(&bytes)
 }
 
 /// The values that a key stands for, on top of `values`; each of them is permitted by `rules`.
@@ -91,9 +85,7 @@ pub(super) fn parse(
         parsed.copy(factory, SLOTS);
         return Ok(parsed);
     }
-    let text: &[u8; TEXT_SIZE] = text.try_into().map_err(|_| Abort::Value)?;
-    let mut bytes = [0; 12];
-    let bytes = Base64::decode(text, &mut bytes).map_err(|_| Abort::Value)?;
+    let bytes: [u8; SIZE] = base64::decode(text).ok_or(Abort::Value)?;
     let (body, crc) = bytes.split_last_chunk::<2>().ok_or(Abort::Value)?;
     let &[
         mark,
