@@ -113,7 +113,7 @@ impl<M: Model> Device<M> {
         let stored = boot.loaded.payload.as_ref();
         let image = stored.and_then(|payload| Self::decode(payload));
         let damaged = boot.loaded.damaged || (stored.is_some() && image.is_none());
-        let factory = (Values::new(*M::FACTORY), Calibration::IDENTITY);
+        let factory = (*M::FACTORY, Calibration::IDENTITY);
         let (saved, calibration) = image.unwrap_or(factory);
         let mut device = Self {
             model: M::new(calibration),
@@ -174,7 +174,7 @@ impl<M: Model> Device<M> {
             let source = if rule.is_stored() {
                 self.saved.at(slot)
             } else {
-                factory::<M>(slot)
+                M::FACTORY.at(slot)
             };
             let node_id = if rule.is_node_relative() {
                 self.node_id
@@ -328,11 +328,6 @@ impl<M: Model> Device<M> {
         }
         Frame::data(standard(tpdo.id()?), data.get(..length)?)
     }
-}
-
-/// The factory value in a slot.
-fn factory<M: Model>(slot: u8) -> u32 {
-    M::FACTORY.get(usize::from(slot)).copied().unwrap_or(0)
 }
 
 /// The objects that the fixed mapping of a TPDO (1A00h, 1A01h) names.

@@ -136,7 +136,7 @@ impl<M: Model> Device<M> {
             self.nmt(now, frame);
         } else if id == wire::ERROR_CONTROL + node_id {
             self.guard(now, frame);
-        } else if frame.is_remote() {
+        } else if frame.is_remote() && self.state == State::Operational {
             self.requested(now, id);
         }
     }
@@ -284,18 +284,17 @@ impl<M: Model> Device<M> {
                 self.react(number, Reaction::Send);
             }
         }
-        if self.emergency.is_due(now) {
-            self.send_emergencies(now);
-        }
+        self.send_emergencies(now);
     }
 
     fn send_emergencies(&mut self, now: Instant) {
         let id = self.values.get(Key::EmcyId);
         let enabled = id & wire::DISABLED == 0;
-        while self.link == Link::Online
+        // Whether one is due comes first: it also ends the inhibit time.
+        while self.emergency.is_due(now)
+            && self.link == Link::Online
             && self.state.communicates()
             && self.queue.has_room()
-            && self.emergency.is_due(now)
             && let Some(message) = self.emergency.take(now)
         {
             if enabled {
