@@ -310,23 +310,22 @@ impl<M: Model> Device<M> {
 
     /// Queues a reply of the SDO server.
     pub(super) fn send_sdo(&mut self, bytes: &[u8; 8]) {
-        self.send(wire::SDO_REPLY + u16::from(self.node_id), bytes);
+        let id = standard(wire::SDO_REPLY + u16::from(self.node_id));
+        self.queue.reply(Frame::of(id, *bytes, 8));
     }
 
     /// The present data of a TPDO.
     pub(super) fn compose(&self, tpdo: &Tpdo) -> Option<Frame> {
-        let mut data = [0; 8];
-        let mut length = 0;
+        let (mut data, mut bits) = (0_u64, 0_u32);
         for (rule, sub) in tpdo.mapping() {
-            let value = self.number(rule, *sub).to_le_bytes();
-            let end = length + usize::from(rule.data_type().size());
-            let place = data.get_mut(length..end)?;
-            for (to, from) in place.iter_mut().zip(value) {
-                *to = from;
-            }
-            length = end;
+            let size = u32::from(rule.data_type().size()) * 8;
+            // A signed number comes with more bits than it has.
+            let value = self.number(rule, *sub) & u32::MAX.checked_shr(32 - size)?;
+            data |= u64::from(value).checked_shl(bits)?;
+            bits += size;
         }
-        Frame::data(standard(tpdo.id()?), data.get(..length)?)
+        let id = standard(tpdo.id()?);
+        Some(Frame::of(id, data.to_le_bytes(), (bits / 8) as u8))
     }
 }
 

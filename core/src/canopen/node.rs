@@ -198,8 +198,10 @@ impl<M: Model> Device<M> {
             self.deferred = Some(*frame);
             return;
         }
+        let expires = self.transfer.expires;
         self.serve(now, bytes);
-        self.attention = true;
+        // A read of a number changes nothing that a timer waits for.
+        self.attention |= self.transfer.expires != expires;
     }
 
     fn nmt(&mut self, now: Instant, frame: &Frame) {
