@@ -41,16 +41,19 @@ impl Frame {
         })
     }
 
-    /// A data frame with the first `length` bytes of `data`; None when that is more than 8.
-    pub fn padded(id: Id, data: [u8; 8], length: usize) -> Option<Self> {
+    /// A data frame with the first `length` of these bytes, with all eight when that is more.
+    pub fn of(id: Id, bytes: [u8; 8], length: u8) -> Self {
         // As a number, because that takes a few instructions and a copy of unknown length fifty.
-        let rest = u64::MAX.checked_shl(8 * length as u32).unwrap_or(0);
-        let data = u64::from_le_bytes(data) & !rest;
-        (length <= 8).then_some(Self {
+        let data = u64::from_le_bytes(bytes);
+        let (data, length) = match length {
+            0..8 => (data & !(u64::MAX << (8 * length)), length),
+            _ => (data, 8),
+        };
+        Self {
             head: head(id),
-            length: length as u8,
+            length,
             data: data.to_le_bytes(),
-        })
+        }
     }
 
     /// A remote frame asking for `length` bytes; None when that is more than 8.
@@ -254,13 +257,13 @@ mod tests {
     }
 
     #[test]
-    fn a_padded_frame_is_the_same_as_one_of_its_bytes() {
+    fn what_is_behind_a_frames_length_does_not_count() {
         let data = [1, 2, 3, 4, 5, 6, 7, 8];
-        for length in 0..=8 {
-            let padded = Frame::padded(standard(5), data, length);
-            assert_eq!(padded, Frame::data(standard(5), &data[..length]));
+        for length in 0..=9 {
+            let frame = Frame::of(standard(5), data, length);
+            let bytes = &data[..usize::from(length).min(8)];
+            assert_eq!(Some(frame), Frame::data(standard(5), bytes));
         }
-        assert!(Frame::padded(standard(5), data, 9).is_none());
     }
 
     #[test]

@@ -3,11 +3,12 @@
 //! A sample comes in, a frame goes out. A frame comes in, a frame goes out. Time is an argument. That is the whole program, and
 //! whoever drives it, a board, a test or the virtual sensor, does it through one face: [`node::Node`].
 //!
-//! **The path of a sample**: [`measure`] corrects it ([`measure::calibration`]), filters it ([`measure::low_pass`]) and turns it
-//! into angles ([`measure::definition`], [`angle`]); the model judges them and adds the zero offset ([`measure::zero`]).
+//! **The path of a sample**: [`measure`] corrects it ([`measure::calibration`]), filters it ([`measure::low_pass`],
+//! [`measure::fir`]) and turns it into angles ([`measure::definition`], [`angle`]); the model judges them and adds the zero offset
+//! ([`measure::zero`]). Where the measuring cell is kept warm, [`heater`] does it.
 //!
-//! **The path of a frame**: the driver hands a [`can::Frame`] to the [`node::Node`]; the protocol ([`fsc`]) finds out what it
-//! means in the model's table ([`model`]) and answers it on the spot. What the bus does meanwhile, bit rate detection, fault
+//! **The path of a frame**: the driver hands a [`can::Frame`] to the [`node::Node`]; the protocol ([`fsc`], [`canopen`]) finds
+//! out what it means in the model's table ([`model`]) and answers it on the spot. What the bus does meanwhile, bit rate detection, fault
 //! states, LEDs and the transmit queue, is the business of [`node`], whatever the protocol. What must outlast a power cut goes
 //! through [`store`].
 //!
@@ -42,7 +43,9 @@
 
 pub mod angle;
 pub mod can;
+pub mod canopen;
 pub mod fsc;
+pub mod heater;
 pub mod measure;
 pub mod model;
 pub mod node;

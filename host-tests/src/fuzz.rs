@@ -3,9 +3,12 @@
 //! A stream of bytes decides what happens, so that random numbers and a fuzzer's input drive the same steps. What must hold whatever
 //! happens is checked on the way: see [`Sensor::step`].
 
+mod canopen;
+mod fsc;
+
 use crate::bench::Flash;
-use crate::models::Model;
-use plumbline::can::{Frame, extended, standard};
+use crate::models::{Model, Protocol};
+use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::node::{Action, BusEvent, BusState, Node};
 use plumbline::store::{Payload, Store};
@@ -37,6 +40,8 @@ pub struct Sensor {
     node: Box<dyn Node>,
     store: Option<Store<Flash>>,
     now: Instant,
+    /// The node id on the bus, as the last boot-up message told it.
+    node_id: u8,
     /// Every payload that was ever handed to the memory: nothing else may ever be loaded.
     written: Vec<Payload>,
     /// What the memory must hold: the payload last confirmed, and the one that may have replaced it. Unknown after a flipped bit.
@@ -61,6 +66,7 @@ impl Sensor {
             node: (model.boot)(now, loaded, 1),
             store: Some(store),
             now,
+            node_id: canopen::FACTORY_NODE_ID,
             written: Vec::new(),
             known: Some(vec![None]),
             restarts: 0,
@@ -79,7 +85,10 @@ impl Sensor {
         match source.byte() {
             0..=119 => {
                 if self.node.ready() {
-                    let frame = frame(source);
+                    let frame = match self.model.protocol {
+                        Protocol::Fsc => fsc::frame(source),
+                        Protocol::Canopen => canopen::frame(source, self.node_id),
+                    };
                     self.node.receive(self.now, &frame);
                 }
             }
@@ -107,8 +116,12 @@ impl Sensor {
                     self.settle();
                 }
             }
-            // Reported though nothing was asked for.
-            248 => self.node.stored(self.now, Ok(())),
+            // Reported, perhaps though nothing was asked for.
+            248 if source.byte() < 128 => self.node.stored(self.now, Ok(())),
+            248 => {
+                let [x, y, z] = [0, 1, 2].map(|bit| source.byte() >> bit & 1 != 0);
+                self.node.tested(self.now, Working { x, y, z });
+            }
             249 => self.flash(|flash| flash.fail_writes(true)),
             250 => self.flash(|flash| {
                 flash.fail_writes(false);
@@ -160,15 +173,10 @@ impl Sensor {
             return;
         };
         self.sent += 1;
-        assert!(!frame.is_remote(), "{frame:?}");
-        let [_, status, ..] = *frame.bytes() else {
-            panic!("a reply has a code and a status: {frame:?}");
-        };
-        assert_eq!(
-            status & 0xC0,
-            0,
-            "reserved bits and AccuracyWarning: {frame:?}"
-        );
+        match self.model.protocol {
+            Protocol::Fsc => fsc::check(&frame),
+            Protocol::Canopen => self.node_id = canopen::check(&frame).unwrap_or(self.node_id),
+        }
     }
 
     fn step_store(&mut self) {
@@ -229,11 +237,11 @@ impl Sensor {
                         "{deadline:?} has passed"
                     );
                     let readout = self.node.readout();
-                    assert!((-9000..36_000).contains(&readout.x), "{readout:?}");
-                    assert!(
-                        readout.y.is_none_or(|y| (-9000..=9000).contains(&y)),
-                        "{readout:?}"
-                    );
+                    let possible = match self.model.protocol {
+                        Protocol::Fsc => fsc::is_possible(readout),
+                        Protocol::Canopen => canopen::is_possible(readout),
+                    };
+                    assert!(possible, "{readout:?}");
                     return;
                 }
                 Some(Action::Save) => {
@@ -255,39 +263,6 @@ impl Sensor {
         }
         panic!("the sensor does not come to rest");
     }
-}
-
-/// A frame: mostly a request, mostly of a code that exists.
-fn frame(source: &mut impl Source) -> Frame {
-    let raw = source.number();
-    let id = match source.byte() {
-        0..=199 => standard(0x300),
-        200..=229 => standard(0x100),
-        230..=242 => standard(raw as u16),
-        _ => extended(raw),
-    };
-    let length = usize::from(source.byte() % 9);
-    let mut data: [u8; 8] = std::array::from_fn(|_| source.byte());
-    match source.byte() {
-        // A write of something small, which is often permitted.
-        0..=79 => {
-            data[0] = 0x20 + data[0] % 10;
-            data[2..].iter_mut().for_each(|byte| *byte &= 0x03);
-        }
-        80..=109 => data[0] %= 0x30,
-        110..=119 => data[..5].copy_from_slice(b"\x50SAVE"),
-        120..=124 => data[..5].copy_from_slice(b"\x40LOAD"),
-        125..=129 => data[..6].copy_from_slice(b"\xFFRESET"),
-        // Identifiers that bring the sensor back to where most requests go.
-        130..=139 => data[..5].copy_from_slice(&[0x20, 0x00, 0x03, 0, 0]),
-        _ => {}
-    }
-    let frame = if source.byte() < 8 {
-        Frame::remote(id, length)
-    } else {
-        Frame::data(id, &data[..length])
-    };
-    frame.expect("at most eight bytes")
 }
 
 fn reading(source: &mut impl Source) -> Reading {

@@ -1,16 +1,29 @@
 //! The models by name.
 
+use plumbline::canopen::Model as _;
 use plumbline::fsc::{self, Product, Sensor};
+use plumbline::model::jn2101::{Application, Jn2101};
 use plumbline::model::{is1, is1d, is2, is2d};
 use plumbline::node::{Boot, Node};
 use plumbline::store::{ImageId, Loaded};
 use plumbline::time::Instant;
+
+/// What a model speaks.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Protocol {
+    /// GEMAC's function select codes.
+    Fsc,
+    /// CANopen.
+    Canopen,
+}
 
 /// What the bench needs to know of a model to bring it to life.
 #[derive(Clone, Copy, Debug)]
 pub struct Model {
     /// The name on the command line and in traces: `is2`.
     pub name: &'static str,
+    /// What it speaks.
+    pub protocol: Protocol,
     /// The identification of its images in nonvolatile memory.
     pub image: ImageId,
     /// The size of an image's payload in bytes.
@@ -41,6 +54,13 @@ pub const MODELS: &[Model] = &[
             Boot { loaded, serial },
         ))
     }),
+    Model {
+        name: "jn2101",
+        protocol: Protocol::Canopen,
+        image: Application::IMAGE,
+        payload: Jn2101::PAYLOAD,
+        boot: |now, loaded, serial| Box::new(Jn2101::new(now, Boot { loaded, serial })),
+    },
 ];
 
 /// A product of an FSC model.
@@ -51,6 +71,7 @@ const fn model<M: fsc::Model>(
 ) -> Model {
     Model {
         name,
+        protocol: Protocol::Fsc,
         image: product.image,
         payload: Sensor::<M>::PAYLOAD,
         boot,

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Writes the traces of the GEMAC sensors from the tables of the manual: what a tester sends and what the sensor must answer.
+"""Writes the traces of the sensors from the tables of their manuals: what a tester sends and what the sensor must answer.
 
     python generate.py            write the *.log files beside this script
     python generate.py --check    exit code 1 when one differs from what the manual says
@@ -18,6 +18,7 @@ from pathlib import Path
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "clients"))
 
+import canopen_traces  # noqa: E402
 import gemac_traces  # noqa: E402
 
 
@@ -25,7 +26,7 @@ def main() -> int:
     """Writes or compares; the exit code."""
     folder = Path(__file__).parent
     differing = []
-    for trace in gemac_traces.all_traces():
+    for trace in [*gemac_traces.all_traces(), *canopen_traces.all_traces()]:
         path = folder / f"{trace.name}.log"
         if "--check" in sys.argv[1:]:
             if not path.exists() or path.read_text() != trace.text():

@@ -183,7 +183,8 @@ impl<M: Model> Sensor<M> {
             self.reply_alive();
         }
         let due = self.cyclic.as_mut().is_some_and(|cyclic| cyclic.poll(now));
-        if due && let Some(frame) = self.inclination().frame(self.in_force.reply) {
+        if due {
+            let frame = self.inclination().frame(self.in_force.reply);
             self.queue.cyclic(frame);
         }
     }

@@ -281,9 +281,7 @@ impl<M: Model> Sensor<M> {
     }
 
     pub(super) fn send(&mut self, reply: Reply) {
-        if let Some(frame) = reply.frame(self.in_force.reply) {
-            self.queue.reply(frame);
-        }
+        self.queue.reply(reply.frame(self.in_force.reply));
     }
 
     /// The inclination values (tables 21 and 22); the counter is there while cyclic mode is on.

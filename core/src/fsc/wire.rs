@@ -56,8 +56,8 @@ impl Reply {
     }
 
     /// The frame on the wire.
-    pub fn frame(&self, id: Id) -> Option<Frame> {
-        Frame::padded(id, self.bytes.to_le_bytes(), self.length.into())
+    pub fn frame(&self, id: Id) -> Frame {
+        Frame::of(id, self.bytes.to_le_bytes(), self.length)
     }
 }
 
@@ -98,7 +98,7 @@ mod tests {
     #[test]
     fn a_reply_is_filled_from_byte_2_on() {
         let reply = Reply::new(0x17, 3).with(2000, 2).with(2, 1);
-        let frame = reply.frame(standard(0x301)).unwrap();
+        let frame = reply.frame(standard(0x301));
         assert_eq!(frame.bytes(), [0x17, 3, 0xD0, 0x07, 2]);
     }
 
@@ -106,7 +106,7 @@ mod tests {
     fn only_the_low_bytes_of_a_value_are_taken() {
         for size in 1..=4 {
             let reply = Reply::new(0xFF, 0x80).with(u32::MAX, size).with(0x0201, 2);
-            let frame = reply.frame(standard(0x301)).unwrap();
+            let frame = reply.frame(standard(0x301));
             let size = usize::from(size);
             assert_eq!(frame.bytes()[..2], [0xFF, 0x80]);
             assert!(frame.bytes()[2..2 + size].iter().all(|&byte| byte == 0xFF));
@@ -117,7 +117,7 @@ mod tests {
     #[test]
     fn what_does_not_fit_is_left_out() {
         let full = Reply::new(1, 2).with(0x0605_0403, 4).with(0x0807, 2);
-        let frame = full.with(9, 1).frame(standard(0x301)).unwrap();
+        let frame = full.with(9, 1).frame(standard(0x301));
         assert_eq!(frame.bytes(), [1, 2, 3, 4, 5, 6, 7, 8]);
     }
 

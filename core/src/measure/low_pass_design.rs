@@ -121,7 +121,7 @@ fn high(a: u32, b: u32) -> u32 {
 
 /// `a` / `b` in Q32, for `a` below `b`; cut off. Bit by bit: the 64-bit division of the compiler would be larger than all the
 /// rest of this file.
-fn ratio(a: u32, b: u32) -> u32 {
+pub(super) fn ratio(a: u32, b: u32) -> u32 {
     let (mut rest, mut quotient) = (a, 0);
     for _ in 0..32 {
         let carry = rest >> 31 != 0;

@@ -3,14 +3,15 @@
 //! A [`Reading`] comes from the accelerometer every [`SAMPLE_PERIOD`]. Then, in this order:
 //!
 //! 1. [`calibration`] corrects offset, gain, cross axes and temperature drift of the unit;
-//! 2. [`low_pass`] takes the vibration out of the vector, component by component. Filtering the angle instead would go wrong
-//!    around 0/360 deg and turn vibration into a bias;
-//! 3. [`definition`] makes angles of the vector;
-//! 4. [`Angle`](crate::angle::Angle) rounds them to 0.01 deg;
-//! 5. [`zero`] adds the zero offset.
+//! 2. [`teach`] turns it into the frame of the machine, where a product can be taught one;
+//! 3. [`low_pass`] or [`fir`] takes the vibration out of the vector, component by component. Filtering the angle instead would go
+//!    wrong around 0/360 deg and turn vibration into a bias;
+//! 4. [`definition`] makes angles of the vector;
+//! 5. [`Angle`](crate::angle::Angle) rounds them to 0.01 deg;
+//! 6. [`zero`] adds the zero offset.
 //!
-//! [`Inclinometer`] is the first two steps, which have a state; the others are functions that each product composes as its
-//! manual says.
+//! [`Inclinometer`] is calibration and [`low_pass`]; the others are functions and filters that each product composes as its manual
+//! says. [`self_test`] judges the accelerometer itself.
 //!
 //! ```
 //! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
@@ -29,8 +30,11 @@
 
 pub mod calibration;
 pub mod definition;
+pub mod fir;
 pub mod low_pass;
 mod low_pass_design;
+pub mod self_test;
+pub mod teach;
 pub mod zero;
 
 use crate::time::{Duration, millis};
@@ -69,7 +73,7 @@ pub(crate) const fn saturated(component: i32) -> i32 {
     }
 }
 
-/// The steps of the path that have a state: calibration and low-pass.
+/// Calibration and low-pass.
 #[derive(Clone, Debug, Default)]
 pub struct Inclinometer {
     /// The calibration of the unit.

@@ -5,3 +5,4 @@ pub mod is1;
 pub mod is1d;
 pub mod is2;
 pub mod is2d;
+pub mod jn2101;

@@ -13,17 +13,23 @@ pub enum Pattern {
     On,
     /// 50 ms on, 50 ms off.
     Flickering,
+    /// 200 ms on, 200 ms off.
+    Blinking,
     /// 200 ms on, 1000 ms off.
     SingleFlash,
+    /// Twice 200 ms on with 200 ms between, then 1000 ms off.
+    DoubleFlash,
 }
 
 impl Pattern {
-    /// Milliseconds lit and dark, repeated; None for a steady light.
-    const fn times(self) -> Option<(u32, u32)> {
+    /// Milliseconds lit and dark in turn, repeated; empty for a steady light.
+    const fn times(self) -> &'static [u16] {
         match self {
-            Self::Off | Self::On => None,
-            Self::Flickering => Some((50, 50)),
-            Self::SingleFlash => Some((200, 1000)),
+            Self::Off | Self::On => &[],
+            Self::Flickering => &[50, 50],
+            Self::Blinking => &[200, 200],
+            Self::SingleFlash => &[200, 1000],
+            Self::DoubleFlash => &[200, 200, 200, 1000],
         }
     }
 }
@@ -32,6 +38,8 @@ impl Pattern {
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 struct Led {
     pattern: Pattern,
+    /// The place in the pattern's times; those with an even number are lit.
+    phase: u8,
     lit: bool,
     until: Option<Instant>,
 }
@@ -39,22 +47,29 @@ struct Led {
 impl Led {
     fn show(&mut self, now: Instant, pattern: Pattern) {
         if self.pattern != pattern {
-            let until = pattern.times().map(|(on, _)| after(now, millis(on)));
+            let first = pattern.times().first();
             *self = Self {
                 pattern,
+                phase: 0,
                 lit: pattern != Pattern::Off,
-                until,
+                until: first.map(|&time| after(now, millis(time.into()))),
             };
         }
     }
 
     fn poll(&mut self, now: Instant) {
-        let (Some(until), Some((on, off))) = (self.until, self.pattern.times()) else {
+        let Some(until) = self.until else {
             return;
         };
         if reached(now, until) {
-            self.lit = !self.lit;
-            let time = millis(if self.lit { on } else { off });
+            let times = self.pattern.times();
+            self.phase += 1;
+            if usize::from(self.phase) >= times.len() {
+                self.phase = 0;
+            }
+            self.lit = self.phase.is_multiple_of(2);
+            let time = times.get(usize::from(self.phase)).copied().unwrap_or(200);
+            let time = millis(time.into());
             // In step with the pattern's own clock, unless the caller was away for longer than a state.
             let next = after(until, time);
             self.until = Some(if reached(now, next) {
@@ -131,6 +146,21 @@ mod tests {
         assert_eq!(
             changes(Pattern::SingleFlash, 1400),
             [(0, true), (200, false), (1200, true), (1400, false)]
+        );
+        assert_eq!(
+            changes(Pattern::Blinking, 700),
+            [(0, true), (200, false), (400, true), (600, false)]
+        );
+        assert_eq!(
+            changes(Pattern::DoubleFlash, 1800),
+            [
+                (0, true),
+                (200, false),
+                (400, true),
+                (600, false),
+                (1600, true),
+                (1800, false)
+            ]
         );
     }
 

@@ -14,8 +14,9 @@ pub use queue::TransmitQueue;
 
 use crate::can::{BitRate, Filters, Frame};
 use crate::measure::Reading;
+use crate::measure::self_test::Working;
 use crate::store::{Loaded, Payload, StoreError};
-use crate::time::Instant;
+use crate::time::{Duration, Instant, millis};
 
 /// What a node starts from after power-up or a restart.
 #[derive(Clone, Debug, Default)]
@@ -43,7 +44,17 @@ pub enum Action {
     Save,
     /// Restart the device as after power-up, once the mailboxes have been sent.
     Restart,
+    /// Connect (true) or disconnect the terminating resistor of the bus.
+    Termination(bool),
+    /// Heat the measuring cell with this part of the heater's power, in permille.
+    Heater(u16),
+    /// Test the accelerometer's axes and report through [`Node::tested`], within
+    /// [`SELF_TEST_LIMIT`].
+    SelfTest,
 }
+
+/// How long the test of the accelerometer may take; without a result by then its axes count as faulty.
+pub const SELF_TEST_LIMIT: Duration = millis(4000);
 
 /// How the CAN controller takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -96,7 +107,7 @@ pub struct Leds {
 pub struct Readout {
     /// The angle of a 1-axis sensor, or X, in 0.01 deg, zero offset included.
     pub x: i32,
-    /// Y in 0.01 deg; None on a 1-axis sensor.
+    /// The second angle, or Y, in 0.01 deg; None on a 1-axis sensor.
     pub y: Option<i32>,
 }
 
@@ -122,6 +133,11 @@ pub trait Node {
 
     /// The save that [`Action::Save`] asked for has ended.
     fn stored(&mut self, now: Instant, result: Result<(), StoreError>);
+
+    /// The test that [`Action::SelfTest`] asked for has ended. A model without such a test does nothing.
+    fn tested(&mut self, now: Instant, result: Working) {
+        let _ = (now, result);
+    }
 
     /// What is to be done now; None when there is nothing left. The answer can change after each call that hands something in
     /// and when the deadline comes.

@@ -1,17 +1,29 @@
 //! The transmit queue: first in, first out; a reply is never lost, a cyclic value is replaced by a newer one.
 
 use crate::can::Frame;
+use embedded_can::Id;
 use heapless::Deque;
 
 /// Places in the queue.
-const CAPACITY: usize = 12;
-/// Places that only replies already begun (and a cyclic value) may take: see [`TransmitQueue::has_room`].
-const RESERVE: usize = 3;
+const CAPACITY: usize = 16;
+/// Places that only replies already begun (and cyclic values) may take: see [`TransmitQueue::has_room`].
+const RESERVE: usize = 7;
+
+/// What becomes of a frame that waits.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    /// It is sent.
+    Reply,
+    /// It is sent, unless a newer one takes its place.
+    Cyclic,
+    /// It is not sent.
+    Withdrawn,
+}
 
 #[derive(Clone, Copy, Debug)]
 struct Entry {
     frame: Frame,
-    cyclic: bool,
+    kind: Kind,
 }
 
 /// Frames waiting for a mailbox.
@@ -21,7 +33,7 @@ pub struct TransmitQueue {
 }
 
 impl TransmitQueue {
-    /// True while a further request may be taken in: its answer (at most two frames) and a cyclic value will fit.
+    /// True while a further request may be taken in: its answer (at most two frames), an event and four cyclic values will fit.
     pub fn has_room(&self) -> bool {
         self.entries.len() <= CAPACITY - RESERVE
     }
@@ -33,30 +45,46 @@ impl TransmitQueue {
 
     /// Appends a reply. The caller has seen [`has_room`](Self::has_room) before it took the request in.
     pub fn reply(&mut self, frame: Frame) {
-        // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
-        let _ = self.entries.push_back(Entry {
-            frame,
-            cyclic: false,
-        });
+        self.push(frame, Kind::Reply);
     }
 
-    /// Appends a cyclic value, or puts it in the place of the one that still waits.
+    /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
-        let entry = Entry {
-            frame,
-            cyclic: true,
-        };
-        match self.entries.iter_mut().find(|entry| entry.cyclic) {
-            Some(stale) => *stale = entry,
-            None => {
-                let _ = self.entries.push_back(entry);
+        let id = frame.id();
+        let same = |waiting: &&mut Entry| waiting.kind == Kind::Cyclic && waiting.frame.id() == id;
+        match self.entries.iter_mut().find(same) {
+            Some(stale) => stale.frame = frame,
+            None => self.push(frame, Kind::Cyclic),
+        }
+    }
+
+    fn push(&mut self, frame: Frame, kind: Kind) {
+        // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
+        let _ = self.entries.push_back(Entry { frame, kind });
+    }
+
+    /// Drops the cyclic value with this identifier.
+    pub fn withdraw(&mut self, id: Id) {
+        for entry in &mut self.entries {
+            if entry.kind == Kind::Cyclic && entry.frame.id() == id {
+                entry.kind = Kind::Withdrawn;
             }
         }
     }
 
+    /// Drops everything.
+    pub fn clear(&mut self) {
+        self.entries.clear();
+    }
+
     /// The next frame to send.
     pub fn pop(&mut self) -> Option<Frame> {
-        self.entries.pop_front().map(|entry| entry.frame)
+        loop {
+            let Entry { frame, kind } = self.entries.pop_front()?;
+            if kind != Kind::Withdrawn {
+                return Some(frame);
+            }
+        }
     }
 }
 
@@ -82,7 +110,20 @@ mod tests {
     }
 
     #[test]
-    fn while_there_is_room_two_replies_and_a_cyclic_value_fit() {
+    fn cyclic_values_of_different_identifiers_do_not_replace_each_other() {
+        let other = |byte| Frame::data(standard(0x302), &[byte]).unwrap();
+        let mut queue = TransmitQueue::default();
+        queue.cyclic(frame(1));
+        queue.cyclic(other(2));
+        queue.cyclic(frame(3));
+        queue.reply(frame(4));
+        queue.withdraw(standard(0x302));
+        let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
+        assert_eq!(order, [frame(3), frame(4)]);
+    }
+
+    #[test]
+    fn while_there_is_room_two_replies_an_event_and_four_cyclic_values_fit() {
         let mut queue = TransmitQueue::default();
         let mut sent = 0;
         while queue.has_room() {
@@ -90,9 +131,13 @@ mod tests {
             queue.reply(frame(sent + 1));
             sent += 2;
         }
-        queue.cyclic(frame(0xFF));
+        queue.reply(frame(sent));
+        let values = [1, 2, 3, 4].map(|id| Frame::data(standard(id), &[]).unwrap());
+        for value in values {
+            queue.cyclic(value);
+        }
         let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
-        let expected: std::vec::Vec<_> = (0..sent).chain([0xFF]).map(frame).collect();
+        let expected: std::vec::Vec<_> = (0..=sent).map(frame).chain(values).collect();
         assert_eq!(order, expected);
     }
 }

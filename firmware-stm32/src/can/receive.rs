@@ -54,14 +54,15 @@ fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
     } else {
         standard((identifier.bits() >> 21) as u16)
     };
-    let length = usize::from(mailbox.rdtr().read().dlc().bits().min(8));
+    // A length code of 9 to 15 means 8 bytes.
+    let length = mailbox.rdtr().read().dlc().bits().min(8);
     if identifier.rtr().is_remote() {
-        return Frame::remote(id, length);
+        return Frame::remote(id, length.into());
     }
     let low = mailbox.rdlr().read().bits();
     let high = mailbox.rdhr().read().bits();
     let data = u64::from(high) << 32 | u64::from(low);
-    Frame::padded(id, data.to_le_bytes(), length)
+    Some(Frame::of(id, data.to_le_bytes(), length))
 }
 
 /// From now on received frames go into `queue`.

@@ -10,6 +10,7 @@ use crate::models::Model;
 use crate::motion::Motion;
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::SAMPLE_PERIOD;
+use plumbline::measure::self_test::Working;
 use plumbline::node::{Action, BusMode, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
@@ -26,6 +27,9 @@ const RESTART_PATIENCE: Duration = millis(200);
 
 /// Actions in a row after which a node is taken to be stuck.
 const ACTIONS_MAX: usize = 1000;
+
+/// Time that the test of the accelerometer takes.
+const SELF_TEST_TIME: Duration = millis(2000);
 
 /// LED changes that are remembered.
 const LED_HISTORY: usize = 10_000;
@@ -51,6 +55,12 @@ struct Powered {
     next_step: Option<Instant>,
     /// The processor stands still until then, because flash is programmed or erased.
     stalled_until: Option<Instant>,
+    /// The test of the accelerometer ends then.
+    test_ends: Option<Instant>,
+    /// The terminating resistor is connected.
+    terminated: bool,
+    /// The heater's duty in permille.
+    heater: u16,
     /// A restart is due when the mailbox has been sent, at this time at the latest.
     restart_by: Option<Instant>,
 }
@@ -68,6 +78,16 @@ impl Device {
             boots: 0,
             led_history: VecDeque::new(),
         }
+    }
+
+    /// True while the device terminates the bus.
+    pub fn terminated(&self) -> bool {
+        self.power.as_ref().is_some_and(|power| power.terminated)
+    }
+
+    /// The duty of the device's heater in permille; 0 while the power is off.
+    pub fn heater(&self) -> u16 {
+        self.power.as_ref().map_or(0, |power| power.heater)
     }
 
     /// The powered part, unless the processor stands still.
@@ -140,6 +160,9 @@ impl Device {
                 self.store.save(&image);
             }
             Action::Restart => power.restart_by = Some(after(now, RESTART_PATIENCE)),
+            Action::Termination(connected) => power.terminated = connected,
+            Action::Heater(permille) => power.heater = permille,
+            Action::SelfTest => power.test_ends = Some(after(now, SELF_TEST_TIME)),
         }
     }
 
@@ -163,6 +186,22 @@ impl Device {
         }
         let reading = self.motion.reading(now);
         power.node.sample(now, &reading);
+        self.service(now);
+    }
+
+    /// Reports the test of the accelerometer, all of whose axes work.
+    fn test(&mut self, now: Instant) {
+        let Some(power) = self.awake() else { return };
+        if power.test_ends.is_none_or(|end| !reached(now, end)) {
+            return;
+        }
+        power.test_ends = None;
+        let working = Working {
+            x: true,
+            y: true,
+            z: true,
+        };
+        power.node.tested(now, working);
         self.service(now);
     }
 
@@ -246,6 +285,9 @@ impl Sensor for Device {
             next_sample: after(start, SAMPLE_PERIOD),
             next_step: None,
             stalled_until: Some(start),
+            test_ends: None,
+            terminated: false,
+            heater: 0,
             restart_by: None,
         });
         self.cut_off(now);
@@ -266,6 +308,7 @@ impl Sensor for Device {
             [
                 Some(power.next_sample),
                 power.next_step,
+                power.test_ends,
                 power.restart_by,
                 power.node.deadline(),
             ]
@@ -286,6 +329,7 @@ impl Sensor for Device {
         }
         self.service(now);
         self.sample(now);
+        self.test(now);
         self.step(now);
         let deadline = self.awake().and_then(|power| power.node.deadline());
         assert!(

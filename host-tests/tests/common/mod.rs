@@ -6,7 +6,7 @@
 
 use embedded_can::Id;
 use host_tests::bench::{Device, Flash};
-use host_tests::models::Model;
+use host_tests::models::{Model, Protocol};
 use plumbline::can::{BitRate, Filter, Filters, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::{Action, BusEvent, BusMode, BusState, Leds, Node, Readout};
@@ -83,6 +83,7 @@ pub fn states(serial: u32) -> Vec<BusState> {
 /// The scripted node at a fixed rate.
 pub const FIXED: Model = Model {
     name: "fixed",
+    protocol: Protocol::Fsc,
     image: ImageId(0x7E57),
     payload: PAYLOAD,
     boot: |now, loaded, serial| Box::new(Script::boot(now, loaded, serial, false)),

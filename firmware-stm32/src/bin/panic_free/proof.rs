@@ -3,10 +3,13 @@
 use core::hint::black_box;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use plumbline::can::{Frame, extended, standard};
+use plumbline::canopen::Model;
+use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::model::{
     is1::{self, Is1},
     is2::{self, Is2},
+    jn2101::{Application, Jn2101},
 };
 use plumbline::node::{Boot, BusEvent, Node};
 use plumbline::store::{ImageId, Store, StoreError};
@@ -30,6 +33,7 @@ fn main() -> ! {
     exercise(is2.image, Is2::PAYLOAD, |now, boot| {
         Is2::new(is2, now, boot)
     });
+    exercise(Application::IMAGE, Jn2101::PAYLOAD, Jn2101::new);
     loop {
         cortex_m::asm::wfi();
     }
@@ -67,7 +71,11 @@ fn exercise<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, 
             10 => {
                 black_box(node.readout());
             }
-            11 => store.prepare(),
+            11 => {
+                let [x, y, z] = black_box([false; 3]);
+                node.tested(now(), Working { x, y, z });
+            }
+            15 => store.prepare(),
             12 => store.save(&node.image()),
             13 => {
                 black_box(store.busy());

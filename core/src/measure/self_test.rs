@@ -1,0 +1,103 @@
+//! Is an axis of the accelerometer alive? The part can push its own seismic mass by a known force; the reading must follow
+//! (ifm JN2101 manual 9.8; ISM330DHCX datasheet, "linear acceleration self-test output change").
+//!
+//! Average some readings at rest, switch the self-test of the part on, wait for it to settle, average as many again. The range of
+//! the part must leave room for the push on top of gravity: at +-2 g a clipped axis may fail although it is alive; the datasheet
+//! has it done at +-4 g.
+
+use super::{I32x3, ONE_G};
+
+/// The least change of a working axis, 1 g = 2^28: 90 mg.
+pub const LEAST: u32 = (ONE_G as u64 * 90 / 1000) as u32;
+
+/// The largest change of a working axis, 1 g = 2^28: 1700 mg.
+pub const MOST: u32 = (ONE_G as u64 * 1700 / 1000) as u32;
+
+/// Which axes work.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Working {
+    /// The X axis does.
+    pub x: bool,
+    /// The Y axis does.
+    pub y: bool,
+    /// The Z axis does.
+    pub z: bool,
+}
+
+/// Judges the mean acceleration without (`at_rest`) and with the self-test on (`pushed`), 1 g = 2^28: an axis works when they
+/// differ by [`LEAST`] to [`MOST`], in either direction.
+///
+/// ```
+/// use plumbline::measure::{I32x3, ONE_G, self_test};
+///
+/// let at_rest = I32x3 { x: 0, y: 0, z: ONE_G };
+/// let pushed = I32x3 { x: ONE_G / 2, y: -ONE_G / 2, z: ONE_G };
+/// let working = self_test::judge(at_rest, pushed);
+/// assert!(working.x && working.y && !working.z);
+/// ```
+pub fn judge(at_rest: I32x3, pushed: I32x3) -> Working {
+    let works = |rest: i32, pushed: i32| (LEAST..=MOST).contains(&rest.abs_diff(pushed));
+    Working {
+        x: works(at_rest.x, pushed.x),
+        y: works(at_rest.y, pushed.y),
+        z: works(at_rest.z, pushed.z),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn milli_g(value: f64) -> i32 {
+        (value * f64::from(ONE_G) / 1000.0).round() as i32
+    }
+
+    #[test]
+    fn ninety_to_seventeen_hundred_milli_g_pass_in_either_direction_on_each_axis() {
+        let cases = [
+            (0.0, false),
+            (89.9, false),
+            (90.1, true),
+            (800.0, true),
+            (1699.9, true),
+            (1700.1, false),
+            (3999.0, false),
+        ];
+        for (change, works) in cases {
+            for sign in [1.0, -1.0] {
+                for rest in [-1000.0, 0.0, 700.0] {
+                    let (rest, pushed) = (milli_g(rest), milli_g(rest + sign * change));
+                    let still = I32x3 {
+                        x: rest,
+                        y: rest,
+                        z: rest,
+                    };
+                    let none = Working::default();
+                    let x = judge(still, I32x3 { x: pushed, ..still });
+                    assert_eq!(x, Working { x: works, ..none }, "{change}");
+                    let y = judge(still, I32x3 { y: pushed, ..still });
+                    assert_eq!(y, Working { y: works, ..none }, "{change}");
+                    let z = judge(still, I32x3 { z: pushed, ..still });
+                    assert_eq!(z, Working { z: works, ..none }, "{change}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn the_ends_of_the_integers_do_not_overflow() {
+        let low = I32x3 {
+            x: i32::MIN,
+            y: i32::MIN,
+            z: i32::MIN,
+        };
+        let high = I32x3 {
+            x: i32::MAX,
+            y: i32::MAX,
+            z: i32::MAX,
+        };
+        assert_eq!(judge(low, high), Working::default());
+        assert_eq!(judge(high, low), Working::default());
+    }
+}

@@ -1,0 +1,204 @@
+//! Teach-in: angles against a plane of the machine instead of the plane on which the sensor is mounted (ifm JN2101 manual 9.5).
+//!
+//! In the position in which the machine is level, the sensor takes the up vector u as its new Z axis. The new X axis is the old one
+//! as seen from straight above, the new Y axis completes the right-handed frame:
+//!
+//! ```text
+//! Zb = u / |u|,  Xb = (ex - Zb (Zb . ex)) / |...|,  Yb = Zb x Xb
+//! ```
+//!
+//! Multiplied out, the matrix with these rows is two turns, about the sensor's X axis and then about its Y axis:
+//!
+//! ```text
+//! [Xb]   [ cp  0 -sp ]   [ 1  0   0  ]   sr = uy / sqrt(uy^2 + uz^2)   cr = uz / sqrt(uy^2 + uz^2)
+//! [Yb] = [ 0   1  0  ] * [ 0  cr -sr ]
+//! [Zb]   [ sp  0  cp ]   [ 0  sr  cr ]   sp = ux / |u|                 cp = sqrt(uy^2 + uz^2) / |u|
+//! ```
+//!
+//! These four numbers are what is kept: they make an orthonormal matrix as long as each pair is a sine and a cosine.
+//!
+//! The X axis must not be upright, for then it has no direction seen from above: an error of the up vector turns the new X axis by
+//! 1 / cp times as much. Closer to upright than 5 deg, where this is 11.5 times, the teach-in is refused.
+//!
+//! # Byte map
+//!
+//! ```text
+//!  byte 0         4         8         12        16
+//!       +---------+---------+---------+---------+
+//!       | sr, i32 | cr, i32 | sp, i32 | cp, i32 |
+//!       +---------+---------+---------+---------+
+//! ```
+//!
+//! All little-endian, 1 = 2^30. Each pair's sum of squares is 1 within 2^-21, and cp is at least the sine of 5 deg; anything else
+//! is no teach-in.
+
+use super::definition::{normalise, square};
+use super::low_pass_design::ratio;
+use super::{I32x3, ONE_G};
+
+/// The length of an encoded [`Teach`] in bytes.
+pub const SIZE: usize = 16;
+
+/// 1 in Q30.
+const ONE: i32 = 1 << 30;
+
+/// The sine of 5 deg in Q30: the smallest accepted cosine of the turn about the Y axis.
+const LEAST_COSINE: i32 = 93_582_766;
+
+/// The accepted difference of a sum of squares from 1, in Q60.
+const TOLERANCE: u64 = 1 << (60 - 21);
+
+/// A reference frame that was taught in.
+///
+/// An angle of the new frame is off by at most 3e-5 deg against exact arithmetic on the reference and the sample, the error of
+/// the angle definition included. That holds for samples of 1/2 g and more.
+///
+/// ```
+/// use plumbline::measure::{I32x3, ONE_G, definition::perpendicular, teach::Teach};
+///
+/// let crooked = I32x3 { x: ONE_G / 3, y: ONE_G / 4, z: ONE_G };
+/// let teach = Teach::new(crooked).unwrap();
+/// let now_level = perpendicular(teach.apply(crooked));
+/// assert_eq!((now_level.x.millidegrees(), now_level.y.millidegrees()), (0, 0));
+/// ```
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Teach {
+    /// About the X axis.
+    roll: Turn,
+    /// About the Y axis.
+    pitch: Turn,
+}
+
+/// A turn in a plane, Q30.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+struct Turn {
+    sine: i32,
+    cosine: i32,
+}
+
+impl Teach {
+    /// The frame of the sensor itself.
+    pub const IDENTITY: Self = Self {
+        roll: Turn::NONE,
+        pitch: Turn::NONE,
+    };
+
+    /// The frame whose Z axis is `up`; only the direction counts. None when the X axis is within 5 deg of upright (up or down),
+    /// and for the zero vector.
+    #[inline(never)]
+    pub fn new(up: I32x3) -> Option<Self> {
+        let up = normalise(up);
+        // Half of it, so that the lengths fit 31 bits.
+        let (x, y, z) = (up.x / 2, up.y / 2, up.z / 2);
+        let across = square(y).wrapping_add(square(z));
+        let level = square_root(across);
+        if level == 0 {
+            return None;
+        }
+        let length = square_root(across.wrapping_add(square(x)));
+        let pitch = Turn {
+            sine: quotient(x, length),
+            cosine: quotient(level as i32, length),
+        };
+        if pitch.cosine < LEAST_COSINE {
+            return None;
+        }
+        let roll = Turn {
+            sine: quotient(y, level),
+            cosine: quotient(z, level),
+        };
+        Some(Self { roll, pitch })
+    }
+
+    /// `acceleration` in the new frame, rounded to nearest. A component beyond +-4 g counts as 4 g.
+    #[inline(never)]
+    pub fn apply(&self, acceleration: I32x3) -> I32x3 {
+        let [x, y, z] = acceleration
+            .to_array()
+            .map(|component| component.clamp(-4 * ONE_G, 4 * ONE_G));
+        let (y, z) = self.roll.apply(y, z);
+        let (x, z) = self.pitch.apply(x, z);
+        I32x3 { x, y, z }
+    }
+
+    /// The frame in bytes, as the byte map says.
+    pub fn encode(&self) -> [u8; SIZE] {
+        let mut bytes = [0; SIZE];
+        let values = [
+            self.roll.sine,
+            self.roll.cosine,
+            self.pitch.sine,
+            self.pitch.cosine,
+        ];
+        for (place, value) in bytes.as_chunks_mut().0.iter_mut().zip(values) {
+            *place = value.to_le_bytes();
+        }
+        bytes
+    }
+
+    /// The frame that [`encode`](Self::encode) wrote; None when the numbers are not two turns that [`new`](Self::new) accepts.
+    pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
+        let mut values = [0; 4];
+        for (value, &place) in values.iter_mut().zip(bytes.as_chunks().0) {
+            *value = i32::from_le_bytes(place);
+        }
+        let [roll_sine, roll_cosine, pitch_sine, pitch_cosine] = values;
+        let roll = Turn::checked(roll_sine, roll_cosine)?;
+        let pitch = Turn::checked(pitch_sine, pitch_cosine)?;
+        (pitch.cosine >= LEAST_COSINE).then_some(Self { roll, pitch })
+    }
+}
+
+impl Default for Teach {
+    fn default() -> Self {
+        Self::IDENTITY
+    }
+}
+
+impl Turn {
+    const NONE: Self = Self {
+        sine: 0,
+        cosine: ONE,
+    };
+
+    /// None when the squares do not add up to 1.
+    fn checked(sine: i32, cosine: i32) -> Option<Self> {
+        let sum = square(sine).wrapping_add(square(cosine));
+        (sum.abs_diff(square(ONE)) <= TOLERANCE).then_some(Self { sine, cosine })
+    }
+
+    /// The point (`a`, `b`) turned so that (sine, cosine) comes to lie on the second axis. With both within +-2^30 and any third
+    /// component, the length of the result fits 31 bits.
+    fn apply(self, a: i32, b: i32) -> (i32, i32) {
+        let sum = |p: i32, v: i32, q: i32, w: i32| {
+            let products = i64::from(p) * i64::from(v) + i64::from(q) * i64::from(w);
+            ((products + i64::from(ONE / 2)) >> 30) as i32
+        };
+        (
+            sum(self.cosine, a, -self.sine, b),
+            sum(self.sine, a, self.cosine, b),
+        )
+    }
+}
+
+/// `part` / `whole` in Q30, rounded to nearest, for |`part`| <= `whole`, and `whole` in 1..2^31.
+fn quotient(part: i32, whole: u32) -> i32 {
+    // Half of the quotient, because `ratio` cannot give 1.
+    let q31 = ratio(part.unsigned_abs(), whole.wrapping_mul(2));
+    let q30 = ((q31 >> 1) + (q31 & 1)) as i32;
+    if part < 0 { -q30 } else { q30 }
+}
+
+/// The square root, rounded down. Bit by bit: exact, small, and rarely needed.
+fn square_root(square: u64) -> u32 {
+    (0..32).rev().fold(0, |root, bit| {
+        let trial = root | (1 << bit);
+        let fits = u64::from(trial) * u64::from(trial) <= square;
+        if fits { trial } else { root }
+    })
+}
+
+#[cfg(test)]
+mod tests;
