@@ -158,6 +158,9 @@ impl Peripherals {
 
     /// Brings SPI and accelerometer up to date.
     fn advance_spi(&mut self, cycle: u64) {
+        if !self.spi1.is_due(cycle) {
+            return;
+        }
         let timebase = *self.rcc.timebase();
         let clocks = self.clocks();
         let time_at = |cycle| timebase.time_at(cycle);

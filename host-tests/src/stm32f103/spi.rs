@@ -127,6 +127,11 @@ impl Spi {
             .map(|frame| frame.end)
     }
 
+    /// True when the frame on the wires has ended by `cycle`.
+    pub fn is_due(&self, cycle: u64) -> bool {
+        self.shifting.is_some_and(|frame| frame.end <= cycle)
+    }
+
     /// Ends the frames that end until `cycle`; `time_at` says when a cycle is.
     pub fn advance(
         &mut self,
