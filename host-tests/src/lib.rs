@@ -6,10 +6,12 @@
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
 //! - [`stm32f103`]: the microcontroller, simulated, for the very image that is flashed;
+//! - [`cost`]: what that image costs, measured on it;
 //! - [`models`] and [`motion`]: what all of these share.
 
 pub mod bench;
 pub mod calibrate;
+pub mod cost;
 pub mod descriptors;
 pub mod firmware;
 pub mod fuzz;

@@ -36,7 +36,6 @@ impl<M: Model> Node for Sensor<M> {
             }
             _ => {}
         }
-        self.attention = true;
     }
 
     #[inline(never)] // measured and budgeted as a function
@@ -126,7 +125,7 @@ impl<M: Model> Node for Sensor<M> {
             Link::Online | Link::Restarting(_) => {
                 let frame = self.queue.pop();
                 // A restart waits for the queue to run empty.
-                self.attention |= frame.is_some();
+                self.attention |= self.link != Link::Online;
                 frame
             }
             Link::Detecting(_) | Link::BusOff | Link::Restarted => None,

@@ -84,7 +84,7 @@ impl<M: Model> Sensor<M> {
             return None;
         }
         let was_cyclic = self.values.is_cyclic();
-        self.values.set(row, value);
+        self.values.set(row, rule, value);
         if row == Key::Filter as usize {
             self.retune();
         } else if row == Key::CyclicMode as usize && was_cyclic != self.values.is_cyclic() {
@@ -93,6 +93,7 @@ impl<M: Model> Sensor<M> {
             && let Some(cyclic) = &mut self.cyclic
         {
             cyclic.set_period(now, value);
+            self.attention = true;
         }
         self.update_status();
         Some(())

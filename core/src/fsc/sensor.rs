@@ -102,7 +102,8 @@ pub struct Sensor<M> {
     pub(super) indicator: Indicator,
     pub(super) shown: Leds,
     pub(super) wanted: Wanted,
-    /// Something was handed in since the last poll that found nothing to do.
+    /// There may be something to do or another deadline since the last poll that found nothing: whoever causes that says so here,
+    /// because a poll in vain costs as much as a request.
     pub(super) attention: bool,
     pub(super) wake: Option<Instant>,
     pub(super) model: PhantomData<M>,
@@ -229,6 +230,7 @@ impl<M: Model> Sensor<M> {
     pub(super) fn restart_cyclic(&mut self, now: Instant) {
         let period = self.values.get(Key::CyclicTime);
         self.cyclic = self.values.is_cyclic().then(|| Cyclic::start(now, period));
+        self.attention = true;
     }
 
     /// Hands the filter parameter to the low-pass.
@@ -241,7 +243,7 @@ impl<M: Model> Sensor<M> {
     /// Derives the bits that follow from the parameters.
     pub(super) fn update_status(&mut self) {
         let mut bits = 0;
-        if self.values.is_factory(M::RULES) {
+        if self.values.is_factory() {
             bits |= Status::DEFAULT_PARAM;
         }
         if self.values.get(Key::BaudRate) == 0 {
@@ -324,6 +326,7 @@ impl<M: Model> Sensor<M> {
     pub(super) fn begin_save(&mut self, saving: Saving) {
         self.saving = Some(saving);
         self.wanted.save = true;
+        self.attention = true;
     }
 }
 

@@ -18,7 +18,11 @@ const IDENTIFIERS: [Key; 3] = [Key::SetId, Key::ReplyId, Key::SyncId];
 
 /// The values of all parameters of one sensor, each as the little-endian number that its bytes make.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Values([u32; KEYS]);
+pub struct Values {
+    values: [u32; KEYS],
+    /// A bit for each row that does not have its factory value, so that a write need not compare them all.
+    changed: u16,
+}
 
 impl Values {
     /// The factory values.
@@ -27,7 +31,7 @@ impl Values {
         for (value, rule) in values.iter_mut().zip(rules) {
             *value = rule.factory;
         }
-        Self(values)
+        Self { values, changed: 0 }
     }
 
     /// The value of one parameter; 0 for one that the model does not have.
@@ -37,7 +41,7 @@ impl Values {
 
     /// The value of the parameter in row `row`.
     pub fn at(&self, row: usize) -> u32 {
-        self.0.get(row).copied().unwrap_or(0)
+        self.values.get(row).copied().unwrap_or(0)
     }
 
     /// The identifier in force for `key`; None only for a value that [`permits`](Self::permits) would refuse.
@@ -59,23 +63,25 @@ impl Values {
     }
 
     /// Sets the parameter in row `row` to a value that [`permits`](Self::permits) has let pass.
-    pub fn set(&mut self, row: usize, value: u32) {
-        if let Some(place) = self.0.get_mut(row) {
+    pub fn set(&mut self, row: usize, rule: &Rule, value: u32) {
+        if let Some(place) = self.values.get_mut(row) {
             *place = value;
+            let bit = 1 << row;
+            self.changed &= !bit;
+            if value != rule.factory {
+                self.changed |= bit;
+            }
         }
     }
 
     /// True when every parameter has its factory value.
-    pub fn is_factory(&self, rules: &[Rule]) -> bool {
-        self.0
-            .iter()
-            .zip(rules)
-            .all(|(&value, rule)| value == rule.factory)
+    pub fn is_factory(&self) -> bool {
+        self.changed == 0
     }
 
     /// The bytes of the image.
     pub fn encode(&self, rules: &[Rule]) -> impl Iterator<Item = u8> {
-        self.0
+        self.values
             .into_iter()
             .zip(rules)
             .flat_map(|(value, rule)| value.to_le_bytes().into_iter().take(rule.size.into()))
@@ -83,9 +89,9 @@ impl Values {
 
     /// The values in the bytes of an image; None unless every single one is permitted.
     pub fn decode(rules: &[Rule], mut bytes: &[u8]) -> Option<Self> {
-        let mut values = Self([0; KEYS]);
+        let mut values = Self::factory(rules);
         for (row, rule) in rules.iter().enumerate() {
-            values.set(row, wire::number(bytes, rule.size)?);
+            values.set(row, rule, wire::number(bytes, rule.size)?);
             bytes = bytes.get(rule.size.into()..)?;
         }
         let valid = |(row, rule)| values.permits(row, rule, values.at(row));

@@ -47,6 +47,8 @@ pub struct Iwdg {
     reload: Slow,
     /// Running: what the counter was, and when.
     counter: Option<(u16, Picoseconds)>,
+    /// What comes of all this: kept, since it is asked for after each access to any register.
+    bites_at: Option<Picoseconds>,
 }
 
 impl Default for Iwdg {
@@ -58,6 +60,7 @@ impl Default for Iwdg {
             prescaler: Slow::new(0),
             reload: Slow::new(0xFFF),
             counter: None,
+            bites_at: None,
         }
     }
 }
@@ -83,6 +86,10 @@ impl Iwdg {
 
     /// When it resets the microcontroller unless it is fed before; None while it is stopped.
     pub fn bites_at(&self) -> Option<Picoseconds> {
+        self.bites_at
+    }
+
+    fn next_bite(&self) -> Option<Picoseconds> {
         let mut after = self.clone();
         after.settle(Picoseconds::MAX);
         let (counter, since) = after.counter?;
@@ -120,6 +127,7 @@ impl Iwdg {
         let (register, name, mask) = match offset {
             0x00 => {
                 self.write_key(now, value, violations);
+                self.bites_at = self.next_bite();
                 return Ok(());
             }
             0x04 => (&mut self.prescaler, "IWDG_PR", 0b111),
@@ -133,6 +141,7 @@ impl Iwdg {
             violations.add(name, "written while the last value is on its way");
         } else {
             register.new = Some((value as u16 & mask, due));
+            self.bites_at = self.next_bite();
         }
         Ok(())
     }

@@ -33,7 +33,7 @@ use super::timebase::Picoseconds;
 use super::violation::{Violation, Violations};
 use crate::bench::Flash;
 use crate::motion::Motion;
-use map::{MAP, Module};
+use map::Module;
 use std::ops::Range;
 
 /// The flash, as far as the processor's writes go.
@@ -87,7 +87,7 @@ impl Peripherals {
         self.rcc.reset(cycle, cause);
         self.flash.reset();
         self.iwdg.reset();
-        for (_, _, module) in MAP {
+        for module in Module::ALL {
             self.reset_module(cycle, module);
         }
         self.can.set_clock(self.rcc.pclk1());
@@ -158,6 +158,9 @@ impl Peripherals {
 
     /// Brings SPI and accelerometer up to date.
     fn advance_spi(&mut self, cycle: u64) {
+        if !self.spi1.is_due(cycle) {
+            return;
+        }
         let timebase = *self.rcc.timebase();
         let clocks = self.clocks();
         let time_at = |cycle| timebase.time_at(cycle);
@@ -211,8 +214,10 @@ impl Peripherals {
     /// Violates when the module is held in reset: it does not answer.
     fn is_held_in_reset(&mut self, module: Module) -> bool {
         let held = module.gate().is_some_and(|gate| self.rcc.is_in_reset(gate));
-        self.violations
-            .check(held, module.name(), "accessed while held in reset");
+        if held {
+            self.violations
+                .add(module.name(), "accessed while held in reset");
+        }
         held
     }
 
@@ -279,7 +284,7 @@ impl Peripherals {
         self.can.set_clock(self.rcc.pclk1());
         self.flash
             .check_wait_states(self.rcc.sysclk(), &mut self.violations);
-        for (_, _, module) in MAP {
+        for module in Module::ALL {
             let held = module.gate().is_some_and(|gate| self.rcc.is_in_reset(gate));
             if held {
                 self.reset_module(cycle, module);

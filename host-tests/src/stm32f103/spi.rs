@@ -33,6 +33,7 @@ const DMA: u32 = 0b11;
 const ERROR_INTERRUPT: u32 = 1 << 5;
 const RECEIVE_INTERRUPT: u32 = 1 << 6;
 const TRANSMIT_INTERRUPT: u32 = 1 << 7;
+const INTERRUPTS: u32 = ERROR_INTERRUPT | RECEIVE_INTERRUPT | TRANSMIT_INTERRUPT;
 
 // SPI_SR.
 const RECEIVED: u32 = 1 << 0;
@@ -113,18 +114,24 @@ impl Spi {
     /// The level of the interrupt line.
     pub fn interrupt(&self) -> bool {
         let wants = |enable, event| self.cr2 & enable != 0 && event;
-        wants(RECEIVE_INTERRUPT, self.received.is_some())
-            || wants(TRANSMIT_INTERRUPT, self.waiting.is_none())
-            || wants(ERROR_INTERRUPT, self.overrun || self.mode_fault)
+        // Firmware that polls has none, and this is asked twice for each access.
+        self.cr2 & INTERRUPTS != 0
+            && (wants(RECEIVE_INTERRUPT, self.received.is_some())
+                || wants(TRANSMIT_INTERRUPT, self.waiting.is_none())
+                || wants(ERROR_INTERRUPT, self.overrun || self.mode_fault))
     }
 
     /// The end of the frame on the wires, when an interrupt may come of it. Firmware that polls needs no event: each access
     /// brings the peripheral up to date.
     pub fn next_event(&self) -> Option<u64> {
-        let enabled = ERROR_INTERRUPT | RECEIVE_INTERRUPT | TRANSMIT_INTERRUPT;
         self.shifting
-            .filter(|_| self.cr2 & enabled != 0)
+            .filter(|_| self.cr2 & INTERRUPTS != 0)
             .map(|frame| frame.end)
+    }
+
+    /// True when the frame on the wires has ended by `cycle`.
+    pub fn is_due(&self, cycle: u64) -> bool {
+        self.shifting.is_some_and(|frame| frame.end <= cycle)
     }
 
     /// Ends the frames that end until `cycle`; `time_at` says when a cycle is.

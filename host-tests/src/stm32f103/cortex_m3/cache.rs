@@ -15,7 +15,7 @@ const UNKNOWN: Decoded = Decoded {
 };
 
 /// The decoded instructions, and the breakpoints, which are never among them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Default, Debug)]
 pub struct Cache {
     places: Box<[Decoded]>,
     breakpoints: BTreeSet<u32>,
@@ -31,8 +31,8 @@ impl Cache {
 
     /// The instruction at this address, when it is known.
     #[inline(always)]
-    pub fn get(&self, pc: u32) -> Option<Decoded> {
-        let place = *self.places.get(flash_offset(pc)? / 2)?;
+    pub fn get(&self, pc: u32) -> Option<&Decoded> {
+        let place = self.places.get(flash_offset(pc)? / 2)?;
         (place.length != 0).then_some(place)
     }
 
@@ -69,10 +69,8 @@ impl Cache {
 
 impl CortexM3 {
     /// The instruction at an address that the cache does not know; none where the run has to stop at a breakpoint.
-    #[cold]
-    #[inline(never)]
-    pub(super) fn decode(&mut self, pc: u32) -> Result<Option<Decoded>> {
-        let stops = self.cache.breakpoints.contains(&pc);
+    pub(super) fn decode(&mut self, cache: &mut Cache, pc: u32) -> Result<Option<Decoded>> {
+        let stops = cache.breakpoints.contains(&pc);
         if stops && self.stopped_at.replace(pc) != Some(pc) {
             return Ok(None);
         }
@@ -90,7 +88,7 @@ impl CortexM3 {
         if stops {
             self.stopped_at = None;
         } else {
-            self.cache.keep(pc, decoded);
+            cache.keep(pc, decoded);
         }
         Ok(Some(decoded))
     }

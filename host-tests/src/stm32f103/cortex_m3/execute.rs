@@ -17,9 +17,9 @@ use crate::stm32f103::io::Io;
 impl CortexM3 {
     /// Executes an instruction outside of IT blocks, or one whose condition holds.
     #[inline(always)]
-    pub(super) fn execute(&mut self, io: &mut impl Io, instruction: Instruction) -> Result<()> {
+    pub(super) fn execute(&mut self, io: &mut impl Io, instruction: &Instruction) -> Result<()> {
         use Instruction as I;
-        match instruction {
+        match *instruction {
             I::DataImmediate {
                 op,
                 d,
@@ -249,9 +249,18 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// Executes an instruction in an IT block, or skips it. BKPT knows no condition (A7.7.17).
+    /// Executes any instruction: what the loop over instructions does itself, but for what is seldom.
     #[inline(never)]
-    pub(super) fn execute_in_it_block(&mut self, io: &mut impl Io, decoded: Decoded) -> Result<()> {
+    pub(super) fn execute_apart(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<()> {
+        if self.registers.it.is_active() {
+            self.execute_in_it_block(io, decoded)
+        } else {
+            self.execute(io, &decoded.instruction)
+        }
+    }
+
+    /// Executes an instruction in an IT block, or skips it. BKPT knows no condition (A7.7.17).
+    fn execute_in_it_block(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<()> {
         let it = self.registers.it;
         let refuse = |rule| Err(FaultKind::Unpredictable(rule).into());
         match decoded.it {
@@ -267,7 +276,7 @@ impl CortexM3 {
         // It advances first: what saves or restores ITSTATE, an exception or a return from one, has the last word.
         self.registers.it = it.next();
         self.in_it_block = true;
-        let result = self.execute(io, decoded.instruction);
+        let result = self.execute(io, &decoded.instruction);
         self.in_it_block = false;
         if result.is_err()
             || self

@@ -74,7 +74,8 @@ pub struct CortexM3 {
     in_it_block: bool,
     /// The local monitor of LDREX and STREX.
     exclusive: bool,
-    accessed_io: bool,
+    /// What [`Io::take_attention`] has said since the last pause.
+    attention: bool,
     pause: Option<Pause>,
     /// The breakpoint that the last run stopped at.
     stopped_at: Option<u32>,
@@ -110,7 +111,7 @@ impl CortexM3 {
             interrupted: false,
             in_it_block: false,
             exclusive: false,
-            accessed_io: false,
+            attention: false,
             pause: None,
             stopped_at: None,
             sleep: None,
@@ -145,6 +146,7 @@ impl CortexM3 {
         self.next = entry & !1;
         self.in_it_block = false;
         self.exclusive = false;
+        self.attention = false;
         self.pause = None;
         self.stopped_at = None;
         self.sleep = None;
@@ -162,7 +164,11 @@ impl CortexM3 {
     ///
     /// What would be a fault on the chip, or has no defined effect there. PC stays at the instruction.
     pub fn run(&mut self, io: &mut impl Io, until: u64) -> Result<Pause, Fault> {
-        self.run_to(io, until).map_err(|kind| {
+        // Lent to the run, so that instructions are executed where they lie.
+        let mut cache = std::mem::take(&mut self.cache);
+        let result = self.run_to(io, &mut cache, until);
+        self.cache = cache;
+        result.map_err(|kind| {
             let pc = self.registers.get(Register::PC).wrapping_sub(4);
             self.next = pc;
             Fault {
@@ -173,7 +179,7 @@ impl CortexM3 {
         })
     }
 
-    fn run_to(&mut self, io: &mut impl Io, until: u64) -> fault::Result<Pause> {
+    fn run_to(&mut self, io: &mut impl Io, cache: &mut Cache, until: u64) -> fault::Result<Pause> {
         loop {
             self.note_systick();
             self.note_pending();
@@ -189,40 +195,59 @@ impl CortexM3 {
                 continue;
             }
             self.interrupted = false;
-            self.execute_until(io, limit)?;
+            self.execute_until(io, cache, limit)?;
             if let Some(pause) = self.pause.take() {
                 return Ok(pause);
             }
-            if std::mem::take(&mut self.accessed_io) && io.take_attention() {
+            if std::mem::take(&mut self.attention) {
                 return Ok(Pause::Attention);
             }
         }
     }
 
     /// The loop over instructions, with nothing else in it.
-    fn execute_until(&mut self, io: &mut impl Io, limit: u64) -> fault::Result<()> {
+    #[inline(always)]
+    fn execute_until(
+        &mut self,
+        io: &mut impl Io,
+        cache: &mut Cache,
+        limit: u64,
+    ) -> fault::Result<()> {
         while self.cycle < limit && !self.interrupted {
             let pc = self.next;
             self.registers.set_read_pc(pc.wrapping_add(4));
-            let decoded = match self.cache.get(pc) {
-                Some(decoded) => decoded,
-                None => match self.decode(pc)? {
-                    Some(decoded) => decoded,
-                    None => {
-                        self.pause = Some(Pause::Breakpoint);
-                        return Ok(());
-                    }
-                },
+            let Some(decoded) = cache.get(pc) else {
+                self.execute_unknown(io, cache, pc)?;
+                continue;
             };
             self.next = pc.wrapping_add(u32::from(decoded.length));
             self.cycle += 1;
             if self.registers.it.is_active() {
-                self.execute_in_it_block(io, decoded)?;
+                self.execute_apart(io, decoded)?;
             } else {
-                self.execute(io, decoded.instruction)?;
+                self.execute(io, &decoded.instruction)?;
             }
         }
         Ok(())
+    }
+
+    /// Executes an instruction that the cache does not know, or stops before it at a breakpoint.
+    #[cold]
+    #[inline(never)]
+    fn execute_unknown(
+        &mut self,
+        io: &mut impl Io,
+        cache: &mut Cache,
+        pc: u32,
+    ) -> fault::Result<()> {
+        let Some(decoded) = self.decode(cache, pc)? else {
+            self.pause = Some(Pause::Breakpoint);
+            self.interrupted = true;
+            return Ok(());
+        };
+        self.next = pc.wrapping_add(u32::from(decoded.length));
+        self.cycle += 1;
+        self.execute_apart(io, &decoded)
     }
 
     /// Brings SysTick's exception up to date.

@@ -45,9 +45,10 @@ impl Flags {
         self.zero = result == 0;
     }
 
-    /// Whether a condition holds (A7.3).
+    /// Whether a condition holds (A7.3). By reference: the flags have just been written one by one, and reading them as one copy
+    /// would have to wait for that.
     #[inline(always)]
-    pub fn pass(self, condition: Condition) -> bool {
+    pub fn pass(&self, condition: Condition) -> bool {
         match condition {
             Condition::Eq => self.zero,
             Condition::Ne => !self.zero,

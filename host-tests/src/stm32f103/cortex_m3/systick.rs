@@ -19,8 +19,8 @@ pub struct SysTick {
     /// What the counter was at cycle `since`.
     value: u32,
     since: u64,
-    /// Up to which cycle arrivals at 0 have been noted.
-    noted: u64,
+    /// When the counter next reaches 0: kept, since it is asked for all the time.
+    zero_at: Option<u64>,
     count_flag: bool,
 }
 
@@ -76,15 +76,17 @@ impl SysTick {
         if self.control & TICKINT == 0 {
             return None;
         }
-        self.next_zero(self.noted)
+        self.zero_at
     }
 
     /// Notes what happened up to this cycle; true when the exception becomes pending.
     pub fn advance(&mut self, cycle: u64) -> bool {
-        let arrived = self.next_zero(self.noted).is_some_and(|zero| zero <= cycle);
-        self.noted = cycle;
-        self.count_flag |= arrived;
-        arrived && self.control & TICKINT != 0
+        if self.zero_at.is_none_or(|zero| zero > cycle) {
+            return false;
+        }
+        self.zero_at = self.next_zero(cycle);
+        self.count_flag = true;
+        self.control & TICKINT != 0
     }
 
     /// Starts counting anew from the value that the counter has now.
@@ -124,5 +126,6 @@ impl SysTick {
             }
             _ => {}
         }
+        self.zero_at = self.next_zero(cycle);
     }
 }

@@ -19,32 +19,44 @@ pub(super) enum Module {
     Dbgmcu,
 }
 
-/// First address, length, what is there.
-pub(super) const MAP: [(u32, u32, Module); 13] = [
-    (0x1FFF_F000, 0x1000, Module::Signature),
-    (0x4000_3000, 0x400, Module::Iwdg),
-    (0x4000_6400, 0x400, Module::Can),
-    (0x4001_0000, 0x400, Module::Afio),
-    (0x4001_0800, 0x400, Module::Gpio(PortName::A)),
-    (0x4001_0C00, 0x400, Module::Gpio(PortName::B)),
-    (0x4001_1000, 0x400, Module::Gpio(PortName::C)),
-    (0x4001_1400, 0x400, Module::Gpio(PortName::D)),
-    (0x4001_1800, 0x400, Module::Gpio(PortName::E)),
-    (0x4001_3000, 0x400, Module::Spi1),
-    (0x4002_1000, 0x400, Module::Rcc),
-    (0x4002_2000, 0x400, Module::Flash),
-    (dbgmcu::BASE, 0x400, Module::Dbgmcu),
-];
-
 impl Module {
-    /// The module at an address, and the offset in it.
+    /// All of them.
+    pub(super) const ALL: [Self; 13] = [
+        Self::Signature,
+        Self::Iwdg,
+        Self::Can,
+        Self::Afio,
+        Self::Gpio(PortName::A),
+        Self::Gpio(PortName::B),
+        Self::Gpio(PortName::C),
+        Self::Gpio(PortName::D),
+        Self::Gpio(PortName::E),
+        Self::Spi1,
+        Self::Rcc,
+        Self::Flash,
+        Self::Dbgmcu,
+    ];
+
+    /// The module at an address, and the offset in its 1 KiB.
     pub(super) fn at(address: u32) -> Result<(Self, u32), AccessError> {
-        MAP.iter()
-            .find_map(|&(base, length, module)| {
-                let offset = address.checked_sub(base)?;
-                (offset < length).then_some((module, offset))
-            })
-            .ok_or(AccessError::Unmapped)
+        const SIZE: u32 = 0x400;
+        let module = match address & !(SIZE - 1) {
+            0x1FFF_F000..0x2000_0000 => Self::Signature,
+            0x4000_3000 => Self::Iwdg,
+            0x4000_6400 => Self::Can,
+            0x4001_0000 => Self::Afio,
+            0x4001_0800 => Self::Gpio(PortName::A),
+            0x4001_0C00 => Self::Gpio(PortName::B),
+            0x4001_1000 => Self::Gpio(PortName::C),
+            0x4001_1400 => Self::Gpio(PortName::D),
+            0x4001_1800 => Self::Gpio(PortName::E),
+            0x4001_3000 => Self::Spi1,
+            0x4002_1000 => Self::Rcc,
+            0x4002_2000 => Self::Flash,
+            dbgmcu::BASE => Self::Dbgmcu,
+            _ => return Err(AccessError::Unmapped),
+        };
+        Ok((module, address % SIZE))
     }
 
     /// Where its clock is switched on; None: it always has one.

@@ -67,7 +67,7 @@ impl CortexM3 {
     /// What an operation yields; `carry` is that of the second operand.
     #[inline(always)]
     fn compute(&self, op: DataOp, a: u32, (b, carry): (u32, bool)) -> Outcome {
-        let flags = self.registers.flags;
+        let flags = &self.registers.flags;
         let logical = |value| Outcome {
             value,
             carry,

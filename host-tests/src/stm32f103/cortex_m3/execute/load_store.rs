@@ -185,17 +185,26 @@ impl CortexM3 {
     }
 
     fn read_io(&mut self, io: &mut impl Io, address: u32, width: Width) -> Result<u32> {
-        self.interrupted = true;
-        self.accessed_io = true;
-        io.read(self.cycle, address, width)
-            .map_err(|error| FaultKind::Access(address, error).into())
+        let value = io
+            .read(self.cycle, address, width)
+            .map_err(|error| FaultKind::Access(address, error))?;
+        self.note_attention(io);
+        Ok(value)
     }
 
     fn write_io(&mut self, io: &mut impl Io, address: u32, width: Width, value: u32) -> Result<()> {
-        self.interrupted = true;
-        self.accessed_io = true;
         io.write(self.cycle, address, width, value)
-            .map_err(|error| FaultKind::Access(address, error).into())
+            .map_err(|error| FaultKind::Access(address, error))?;
+        self.note_attention(io);
+        Ok(())
+    }
+
+    /// Ends the run after this instruction when the machine has to look.
+    fn note_attention(&mut self, io: &mut impl Io) {
+        if io.take_attention() {
+            self.attention = true;
+            self.interrupted = true;
+        }
     }
 
     /// A load to a register; to PC it branches.

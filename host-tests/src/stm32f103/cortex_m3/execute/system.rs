@@ -23,7 +23,8 @@ impl CortexM3 {
         if faultmask {
             self.set_faultmask(disable);
         }
-        self.interrupted = true;
+        // Masking lets nothing in.
+        self.interrupted |= !disable;
     }
 
     /// NMI cannot be masked in itself.

@@ -1,0 +1,95 @@
+//! Prints what the flashed image costs: see `cost --help`, and `host_tests::cost` for what each row counts.
+
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
+use host_tests::cost::budgets::Budgets;
+use host_tests::cost::subjects::{self, SUBJECTS, Subject};
+use host_tests::cost::{Report, measure, tables};
+use host_tests::firmware;
+use host_tests::stm32f103::elf::Image;
+use std::error::Error;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::rc::Rc;
+
+/// The models of the README's table.
+const README: [&str; 2] = ["is2", "is1"];
+
+/// Measures what the Blue Pill's images cost, by running them on a simulated microcontroller: memory, instructions, times.
+#[derive(Parser)]
+struct Options {
+    /// Only this model
+    #[arg(long, value_parser = PossibleValuesParser::new(SUBJECTS.iter().map(|subject| subject.name)))]
+    model: Option<String>,
+
+    /// This image of the model, instead of the one that is built
+    #[arg(long, value_name = "FILE", requires = "model")]
+    elf: Option<PathBuf>,
+
+    /// Print JSON, with what exactly each row counts
+    #[arg(long, conflicts_with = "markdown")]
+    json: bool,
+
+    /// Print the table of the README: is2 and is1, or the model that was asked for
+    #[arg(long)]
+    markdown: bool,
+}
+
+fn main() -> ExitCode {
+    match run(&Options::parse()) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("cost: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run(options: &Options) -> Result<(), Box<dyn Error>> {
+    let budgets = Budgets::of_the_project()?;
+    let subjects: Vec<&'static Subject> = match &options.model {
+        Some(model) => subjects::find(model).into_iter().collect(),
+        None if options.markdown => README.into_iter().filter_map(subjects::find).collect(),
+        None => SUBJECTS.iter().collect(),
+    };
+    let reports = reports(&subjects, options.elf.as_deref())?;
+    if options.json {
+        println!("{:#}", tables::json(&reports, &budgets));
+    } else if options.markdown {
+        print!("{}", tables::markdown(&reports));
+    } else {
+        println!("{}", tables::CONDITIONS);
+        for report in &reports {
+            println!("\n{}", tables::text(report, &budgets).trim_end());
+        }
+    }
+    for report in &reports {
+        eprintln!(
+            "{}: {:.0} million simulated instructions per second on this computer",
+            report.model, report.speed
+        );
+    }
+    Ok(())
+}
+
+/// Measures each model, with the given image or with those that are built.
+fn reports(
+    subjects: &[&'static Subject],
+    elf: Option<&Path>,
+) -> Result<Vec<Report>, Box<dyn Error>> {
+    let built = match elf {
+        Some(_) => Default::default(),
+        None => firmware::build()?,
+    };
+    let mut reports = Vec::new();
+    for subject in subjects {
+        let path = elf.or_else(|| built.get(subject.name).map(PathBuf::as_path));
+        let path = path.ok_or_else(|| format!("there is no image {}", subject.name))?;
+        let bytes = std::fs::read(path)
+            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        let image = Image::parse(&bytes)
+            .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        reports.push(measure(subject, Rc::new(image))?);
+    }
+    Ok(reports)
+}

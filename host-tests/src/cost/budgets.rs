@@ -1,0 +1,222 @@
+//! What each figure may be at most. A budget that has become loose is a mistake too: what was won would be lost unnoticed.
+
+use super::Report;
+use super::rows::Row;
+use std::collections::BTreeMap;
+use std::fmt;
+
+/// How many percent a figure may lie below its budget.
+const SLACK: u64 = 20;
+
+/// The budgets of every model: a table per model, with the keys of the rows.
+const FILE: &str = include_str!("budgets.toml");
+
+/// Budgets by model and key.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Budgets(BTreeMap<String, BTreeMap<String, u64>>);
+
+/// What is wrong with a figure or its budget.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Complaint {
+    /// The model.
+    pub model: String,
+    /// The key of the row.
+    pub row: String,
+    /// What is wrong.
+    pub fault: Fault,
+}
+
+/// How a figure and its budget do not fit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Fault {
+    /// The figure is above the budget.
+    Exceeded {
+        /// What was measured.
+        figure: u64,
+        /// What is allowed.
+        budget: u64,
+    },
+    /// The figure is more than 20 % below the budget.
+    Loose {
+        /// What was measured.
+        figure: u64,
+        /// What is allowed.
+        budget: u64,
+    },
+    /// The figure has no budget.
+    NoBudget(
+        /// What was measured.
+        u64,
+    ),
+    /// The budget has no figure.
+    NoFigure(
+        /// What is allowed.
+        u64,
+    ),
+}
+
+impl fmt::Display for Complaint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { model, row, fault } = self;
+        write!(f, "{model}, {row}: ")?;
+        match fault {
+            Fault::Exceeded { figure, budget } => write!(f, "{figure} exceeds the budget {budget}"),
+            Fault::Loose { figure, budget } => write!(
+                f,
+                "{figure} is more than {SLACK} % below the budget {budget}: tighten it"
+            ),
+            Fault::NoBudget(figure) => write!(f, "{figure} has no budget"),
+            Fault::NoFigure(budget) => write!(f, "the budget {budget} has no figure"),
+        }
+    }
+}
+
+impl Budgets {
+    /// Those of the project.
+    ///
+    /// # Errors
+    /// The file is damaged.
+    pub fn of_the_project() -> Result<Self, toml::de::Error> {
+        Self::parse(FILE)
+    }
+
+    /// Reads budgets.
+    ///
+    /// # Errors
+    /// It is not TOML with a table of whole numbers for each model.
+    pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
+        toml::from_str(text).map(Self)
+    }
+
+    /// The models that have budgets.
+    pub fn models(&self) -> impl Iterator<Item = &str> {
+        self.0.keys().map(String::as_str)
+    }
+
+    /// The budget of a row.
+    pub fn of(&self, model: &str, row: &Row) -> Option<u64> {
+        self.0.get(model)?.get(row.key).copied()
+    }
+
+    /// Everything that is wrong with a report.
+    pub fn check(&self, report: &Report) -> Vec<Complaint> {
+        let complaint = |row: &str, fault| Complaint {
+            model: report.model.to_owned(),
+            row: row.to_owned(),
+            fault,
+        };
+        let figures = report.figures.iter().filter_map(|&(row, figure)| {
+            let fault = judge(figure, self.of(report.model, row))?;
+            Some(complaint(row.key, fault))
+        });
+        let budgets = self.0.get(report.model).into_iter().flatten();
+        let without_figure = budgets
+            .filter(|(key, _)| report.figure(key).is_none())
+            .map(|(key, budget)| complaint(key, Fault::NoFigure(*budget)));
+        figures.chain(without_figure).collect()
+    }
+}
+
+/// What is wrong with a figure.
+fn judge(figure: u64, budget: Option<u64>) -> Option<Fault> {
+    let Some(budget) = budget else {
+        return Some(Fault::NoBudget(figure));
+    };
+    if figure > budget {
+        Some(Fault::Exceeded { figure, budget })
+    } else if figure * 100 < budget * (100 - SLACK) {
+        Some(Fault::Loose { figure, budget })
+    } else {
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(figures: &[(&str, u64)]) -> Report {
+        Report {
+            model: "is2",
+            figures: figures
+                .iter()
+                .map(|(key, figure)| (Row::find(key).unwrap(), *figure))
+                .collect(),
+            speed: 1.0,
+        }
+    }
+
+    fn complaints(budgets: &str, figures: &[(&str, u64)]) -> Vec<String> {
+        let budgets = Budgets::parse(budgets).unwrap();
+        let complaints = budgets.check(&report(figures));
+        complaints.iter().map(ToString::to_string).collect()
+    }
+
+    #[test]
+    fn a_figure_may_lie_between_80_percent_and_the_whole_of_its_budget() {
+        let budget = "[is2]\nstack = 1000";
+        for figure in [800, 801, 999, 1000] {
+            assert!(complaints(budget, &[("stack", figure)]).is_empty());
+        }
+        assert_eq!(
+            complaints(budget, &[("stack", 1001)]),
+            ["is2, stack: 1001 exceeds the budget 1000"]
+        );
+        assert_eq!(
+            complaints(budget, &[("stack", 799)]),
+            ["is2, stack: 799 is more than 20 % below the budget 1000: tighten it"]
+        );
+    }
+
+    #[test]
+    fn nothing_has_a_budget_of_nothing() {
+        assert!(complaints("[is2]\nram_core = 0", &[("ram_core", 0)]).is_empty());
+        assert_eq!(
+            complaints("[is2]\nram_core = 0", &[("ram_core", 1)]),
+            ["is2, ram_core: 1 exceeds the budget 0"]
+        );
+    }
+
+    #[test]
+    fn every_figure_has_a_budget_and_every_budget_a_figure() {
+        assert_eq!(
+            complaints("[is2]\nflash = 10\nsync = 5", &[("flash", 10), ("ram", 7)]),
+            [
+                "is2, ram: 7 has no budget",
+                "is2, sync: the budget 5 has no figure"
+            ]
+        );
+        assert_eq!(
+            complaints("[is1]\nflash = 10", &[("flash", 10)]),
+            ["is2, flash: 10 has no budget"]
+        );
+    }
+
+    #[test]
+    fn what_is_no_whole_number_is_refused() {
+        for text in ["[is2]\nflash = 1.5", "[is2]\nflash = -1", "flash = 1", "["] {
+            assert!(Budgets::parse(text).is_err(), "{text}");
+        }
+    }
+
+    /// The ceilings that the project has set itself.
+    #[test]
+    fn the_budgets_of_is2_keep_the_ceilings() {
+        let budgets = Budgets::of_the_project().unwrap();
+        for (key, ceiling) in [
+            ("read_request", 450),
+            ("sync", 450),
+            ("sync_worst", 25_000),
+            ("idle_poll", 60),
+            ("sample_butterworth", 900),
+            ("perpendicular", 260),
+            ("angle", 130),
+            ("stack", 1_536),
+            ("flash", 20_480),
+            ("ram", 6_144),
+        ] {
+            let budget = budgets.of("is2", Row::find(key).unwrap()).unwrap();
+            assert!(budget <= ceiling, "{key}: {budget}");
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! What calls cost, out of the list of those that a run has made.
+
+use super::CostError;
+use super::function::{NodeFunctions, STORE_SAVE, STORE_STEP};
+use crate::stm32f103::profile::Call;
+
+/// The instructions of the dearest call of a function.
+///
+/// # Errors
+/// It was never called.
+pub fn most(calls: &[Call], function: &'static str) -> Result<u64, CostError> {
+    let figures = of(calls, function).map(|call| call.instructions);
+    figures.max().ok_or(CostError::NeverCalled(function))
+}
+
+/// The instructions of a function's call in the middle, when they are sorted.
+///
+/// # Errors
+/// It was never called.
+pub fn median(calls: &[Call], function: &'static str) -> Result<u64, CostError> {
+    let figures = of(calls, function).map(|call| call.instructions).collect();
+    middle(figures).ok_or(CostError::NeverCalled(function))
+}
+
+/// The figure in the middle, when they are sorted; of two the larger. None when there is none.
+pub fn middle(mut figures: Vec<u64>) -> Option<u64> {
+    figures.sort_unstable();
+    figures.get(figures.len() / 2).copied()
+}
+
+/// The instructions in core from the reception of a message on: `receive`, and all `transmit` and `poll` up to the last of the
+/// polls that follow each other, which has found nothing left to do. `calls` are in the order in which they began.
+///
+/// # Errors
+/// There is no reception, or a call is missing after it.
+pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
+    let of_node = [node.receive, node.transmit, node.poll];
+    let mut turn = calls
+        .iter()
+        .filter(|call| of_node.contains(&call.function))
+        .skip_while(|call| call.function != node.receive)
+        .peekable();
+    if turn.peek().is_none() {
+        return Err(CostError::NeverCalled(node.receive));
+    }
+    let (mut instructions, mut transmitted, mut polled) = (0, false, false);
+    for call in turn {
+        if polled && call.function != node.poll {
+            break;
+        }
+        transmitted |= call.function == node.transmit;
+        polled |= call.function == node.poll;
+        instructions += call.instructions;
+    }
+    match (transmitted, polled) {
+        (true, true) => Ok(instructions),
+        (false, _) => Err(CostError::NeverCalled(node.transmit)),
+        (true, false) => Err(CostError::NeverCalled(node.poll)),
+    }
+}
+
+/// The instructions of a save: the image, the store's beginning and its steps, and what the node does when it hears of the end.
+///
+/// # Errors
+/// One of these calls is missing.
+pub fn save(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
+    let first = |function| of(calls, function).next();
+    let begin = first(node.image).ok_or(CostError::NeverCalled(node.image))?;
+    let end = first(node.stored).ok_or(CostError::NeverCalled(node.stored))?;
+    let parts = [node.image, STORE_SAVE, STORE_STEP, node.stored];
+    let mut instructions = 0;
+    for part in parts {
+        let within: Vec<&Call> = of(calls, part)
+            .filter(|call| (begin.start..=end.start).contains(&call.start))
+            .collect();
+        if within.is_empty() {
+            return Err(CostError::NeverCalled(part));
+        }
+        instructions += within.iter().map(|call| call.instructions).sum::<u64>();
+    }
+    Ok(instructions)
+}
+
+fn of<'a>(calls: &'a [Call], function: &'static str) -> impl Iterator<Item = &'a Call> {
+    calls.iter().filter(move |call| call.function == function)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NODE: NodeFunctions = NodeFunctions {
+        receive: "receive",
+        poll: "poll",
+        transmit: "transmit",
+        sample: "sample",
+        image: "image",
+        stored: "stored",
+    };
+
+    /// Calls with these instructions, one after the other.
+    fn calls(made: &[(&'static str, u64)]) -> Vec<Call> {
+        let mut cycle = 0;
+        made.iter()
+            .map(|&(function, instructions)| {
+                let start = cycle;
+                cycle += instructions;
+                Call {
+                    function,
+                    instructions,
+                    start,
+                    end: cycle,
+                    depth: 0,
+                    result: 0,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn the_most_and_the_median_are_those_of_one_function() {
+        let calls = calls(&[("a", 7), ("b", 900), ("a", 5), ("a", 100)]);
+        assert_eq!(most(&calls, "a"), Ok(100));
+        assert_eq!(median(&calls, "a"), Ok(7));
+        assert_eq!(middle(vec![9, 1, 5, 7]), Some(7));
+        assert_eq!(middle(Vec::new()), None);
+        assert_eq!(most(&calls, "c"), Err(CostError::NeverCalled("c")));
+        assert_eq!(median(&calls, "c"), Err(CostError::NeverCalled("c")));
+    }
+
+    #[test]
+    fn an_exchange_ends_with_the_poll_that_finds_nothing() {
+        let made = calls(&[
+            ("poll", 1000),
+            ("sample", 1000),
+            ("receive", 1),
+            ("transmit", 20),
+            ("transmit", 300),
+            ("poll", 4000),
+            ("poll", 50_000),
+            ("transmit", 1000),
+            ("poll", 1000),
+        ]);
+        assert_eq!(exchange(&made, &NODE), Ok(54_321));
+    }
+
+    #[test]
+    fn an_exchange_without_a_part_is_none() {
+        let missing = |made: &[(&'static str, u64)]| exchange(&calls(made), &NODE);
+        let never = |function| Err(CostError::NeverCalled(function));
+        assert_eq!(missing(&[("poll", 1)]), never("receive"));
+        assert_eq!(missing(&[("receive", 1), ("poll", 1)]), never("transmit"));
+        assert_eq!(missing(&[("receive", 1), ("transmit", 1)]), never("poll"));
+    }
+
+    #[test]
+    fn a_save_is_what_lies_between_its_image_and_its_end() {
+        let made = [
+            (STORE_STEP, 1000),
+            ("image", 1),
+            (STORE_SAVE, 20),
+            (STORE_STEP, 300),
+            ("poll", 1000),
+            (STORE_STEP, 4000),
+            ("stored", 50_000),
+            (STORE_STEP, 1000),
+        ];
+        assert_eq!(save(&calls(&made), &NODE), Ok(54_321));
+        assert_eq!(
+            save(&calls(&made[..6]), &NODE),
+            Err(CostError::NeverCalled("stored"))
+        );
+        let without_save: Vec<_> = made.into_iter().filter(|one| one.0 != STORE_SAVE).collect();
+        assert_eq!(
+            save(&calls(&without_save), &NODE),
+            Err(CostError::NeverCalled(STORE_SAVE))
+        );
+    }
+}

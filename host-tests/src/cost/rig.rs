@@ -1,0 +1,203 @@
+//! The microcontroller with its tester on a wire of 1 Mbit/s.
+
+use super::CostError;
+use super::subjects::{Message, Subject};
+use crate::bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Source};
+use crate::motion::Motion;
+use crate::stm32f103::Microcontroller;
+use crate::stm32f103::elf::Image;
+use crate::stm32f103::profile::Call;
+use plumbline::can::BitRate;
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::node::BusState;
+use plumbline::time::{Duration, Instant, after, millis};
+use std::f64::consts::TAU;
+use std::rc::Rc;
+
+/// The longest that an answer is waited for: a save that erases a page takes 40 ms and more.
+const PATIENCE: Duration = millis(500);
+
+/// Frames, one every 10 ms, after which the sensor must have found the bit rate.
+const DETECTION_FRAMES: usize = 300;
+
+/// How often it is looked whether an answer has come.
+const LOOK: Duration = Duration::from_ticks(200);
+
+/// A frame that reveals the bit rate and is meant for nobody.
+const NOBODYS: Message = Message(0x7FE, &[]);
+
+/// Turns in space and visits directions all around, so that no way through the angles is left out. No axis sees more than 1 g.
+struct Tumble;
+
+impl Motion for Tumble {
+    fn reading(&mut self, now: Instant) -> Reading {
+        let seconds = now.ticks() as f64 / 1e6;
+        let (turn, nod) = (TAU * seconds / 0.53, TAU * seconds / 1.7);
+        let one_g = |part: f64| (part * f64::from(ONE_G)) as i32;
+        Reading {
+            acceleration: I32x3 {
+                x: one_g(turn.sin() * nod.cos()),
+                y: one_g(nod.sin()),
+                z: one_g(turn.cos() * nod.cos()),
+            },
+            temperature: 25_00,
+            ..Reading::default()
+        }
+    }
+}
+
+/// A sensor and a tester.
+pub struct Rig {
+    bus: Bus,
+    device: DeviceId,
+    tester: AdapterId,
+    subject: &'static Subject,
+}
+
+impl Rig {
+    /// A sensor with blank memory that is being switched on.
+    pub fn new(subject: &'static Subject, image: Rc<Image>) -> Self {
+        let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
+        let motion = Box::new(Tumble);
+        let device = bus.attach(Microcontroller::new(
+            subject.name,
+            image,
+            1,
+            Flash::default(),
+            motion,
+        ));
+        let tester = bus.adapter();
+        bus.open(tester, None, false);
+        Self {
+            bus,
+            device,
+            tester,
+            subject,
+        }
+    }
+
+    /// The bus.
+    pub fn bus(&mut self) -> &mut Bus {
+        &mut self.bus
+    }
+
+    /// The sensor as a sender.
+    pub fn source(&self) -> Source {
+        Source::Device(self.device)
+    }
+
+    /// Whether a frame of the sensor is in a mailbox.
+    pub fn offers(&self) -> bool {
+        self.bus.device(self.device).offered().is_some()
+    }
+
+    /// Whether the sensor is bus-off.
+    pub fn is_bus_off(&self) -> bool {
+        self.bus.device(self.device).bus_state() == Some(BusState::BusOff)
+    }
+
+    /// Switches the sensor off and on.
+    pub fn power_cycle(&mut self) {
+        self.bus.power_cycle(self.device);
+    }
+
+    /// Pages of its parameter memory that have been erased so far.
+    pub fn erased(&mut self) -> u64 {
+        self.bus.device_mut(self.device).flash().erased()
+    }
+
+    /// The microcontroller.
+    pub fn controller(&self) -> &Microcontroller {
+        Microcontroller::of(self.bus.device(self.device)).expect("it was attached as one")
+    }
+
+    fn controller_mut(&mut self) -> &mut Microcontroller {
+        Microcontroller::of_mut(self.bus.device_mut(self.device)).expect("it was attached as one")
+    }
+
+    /// Counts calls of a function from now on.
+    ///
+    /// # Errors
+    /// The image has no such function.
+    pub fn watch(&mut self, function: &'static str) -> Result<(), CostError> {
+        let name = self.subject.name;
+        let found = self.controller_mut().count_calls(function);
+        found
+            .then_some(())
+            .ok_or(CostError::NoFunction(name, function))
+    }
+
+    /// The calls that have ended since the last time, in the order in which they began.
+    pub fn take_calls(&mut self) -> Vec<Call> {
+        let mut calls = self.controller_mut().take_calls();
+        calls.sort_by_key(|call| call.start);
+        calls
+    }
+
+    /// Lets time pass.
+    pub fn run(&mut self, time: Duration) {
+        let until = after(self.bus.now(), time);
+        self.bus.run_until(until);
+    }
+
+    /// Sends a message and waits until it is answered; gives the calls from the message to half a millisecond after the answer.
+    ///
+    /// # Errors
+    /// There is no answer.
+    pub fn ask(&mut self, message: Message) -> Result<Vec<Call>, CostError> {
+        self.take_calls();
+        self.bus.take_received(self.tester);
+        self.tell(message);
+        self.hear(1, PATIENCE, || format!("message {:02X?}", message.1))?;
+        self.run(Duration::from_ticks(500));
+        Ok(self.take_calls())
+    }
+
+    /// Sends a message.
+    pub fn tell(&mut self, message: Message) {
+        self.bus.send(self.tester, message.frame());
+    }
+
+    /// Sends frames until the sensor has found the bit rate and sent its boot-up messages.
+    ///
+    /// # Errors
+    /// It does not.
+    pub fn detect(&mut self) -> Result<(), CostError> {
+        self.bus.take_received(self.tester);
+        for _ in 0..DETECTION_FRAMES {
+            self.tell(NOBODYS);
+            self.run(millis(10));
+            if !self.bus.take_received(self.tester).is_empty() {
+                return Ok(());
+            }
+        }
+        Err(self.silent("bit rate detection".to_owned()))
+    }
+
+    /// Waits until the sensor has sent `count` frames.
+    ///
+    /// # Errors
+    /// They do not come in time; `what` says what they should have answered.
+    pub fn hear(
+        &mut self,
+        count: usize,
+        patience: Duration,
+        what: impl Fn() -> String,
+    ) -> Result<(), CostError> {
+        let limit = after(self.bus.now(), patience);
+        let mut came = 0;
+        while came < count {
+            if self.bus.now() >= limit {
+                return Err(self.silent(what()));
+            }
+            self.run(LOOK);
+            came += self.bus.take_received(self.tester).len();
+        }
+        Ok(())
+    }
+
+    /// The error that nothing has come as an answer.
+    pub fn silent(&self, to: String) -> CostError {
+        CostError::Silent(self.subject.name, to)
+    }
+}

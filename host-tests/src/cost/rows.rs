@@ -1,0 +1,291 @@
+//! The rows of the table: what each is called, and precisely what it counts.
+//!
+//! Instructions are those of the main program between the first instruction of a function and its return, of the functions that it
+//! calls too; interrupts that come in between do not count, except where a row says so.
+
+use std::fmt;
+
+/// What a figure is measured in.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Unit {
+    /// Bytes of flash or RAM.
+    Bytes,
+    /// Instructions executed.
+    Instructions,
+    /// Nanoseconds of simulated time.
+    Nanoseconds,
+}
+
+/// A row of the table.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Row {
+    /// Its name in `budgets.toml` and in JSON.
+    pub key: &'static str,
+    /// What people read.
+    pub title: &'static str,
+    /// What its figure is measured in.
+    pub unit: Unit,
+    /// What exactly is counted.
+    pub counts: &'static str,
+    /// What others need for the same work; may be empty.
+    pub others: &'static str,
+}
+
+const fn row(
+    unit: Unit,
+    key: &'static str,
+    title: &'static str,
+    counts: &'static str,
+    others: &'static str,
+) -> Row {
+    Row {
+        key,
+        title,
+        unit,
+        counts,
+        others,
+    }
+}
+
+const fn bytes(key: &'static str, title: &'static str, counts: &'static str) -> Row {
+    row(Unit::Bytes, key, title, counts, "")
+}
+
+const fn instructions(
+    key: &'static str,
+    title: &'static str,
+    counts: &'static str,
+    others: &'static str,
+) -> Row {
+    row(Unit::Instructions, key, title, counts, others)
+}
+
+const fn time(key: &'static str, title: &'static str, counts: &'static str) -> Row {
+    row(Unit::Nanoseconds, key, title, counts, "")
+}
+
+/// Every row, in the order of the table. A model need not have all of them.
+pub const ROWS: &[Row] = &[
+    bytes(
+        "flash",
+        "flash",
+        "everything that is programmed: vectors, code, constants, initial values",
+    ),
+    bytes(
+        "flash_core",
+        "- core",
+        "the crate plumbline: measurement, protocol, node, store",
+    ),
+    bytes(
+        "flash_driver",
+        "- driver",
+        "the firmware's own code: main loop, CAN, flash, board",
+    ),
+    bytes(
+        "flash_libraries",
+        "- libraries and HAL",
+        "crates that drive hardware or help",
+    ),
+    bytes(
+        "flash_runtime",
+        "- runtime",
+        "what comes with the compiler, and the startup code",
+    ),
+    bytes("flash_vectors", "- vectors", "the vector table"),
+    bytes(
+        "flash_constants",
+        "- constants",
+        "constants that the compiler has merged or left without a name",
+    ),
+    bytes("flash_padding", "- padding", "gaps that no symbol covers"),
+    bytes(
+        "ram",
+        "RAM with the stack's peak",
+        "static RAM and the peak of the stack",
+    ),
+    bytes(
+        "ram_core",
+        "- core",
+        "statics of the crate plumbline; the sensor itself is a static of the driver",
+    ),
+    bytes(
+        "ram_driver",
+        "- driver",
+        "statics of the firmware's own code, the sensor, the store and the receive queue among them",
+    ),
+    bytes("ram_libraries", "- libraries and HAL", "statics of crates"),
+    bytes(
+        "ram_runtime",
+        "- runtime",
+        "statics of the compiler and of the startup code",
+    ),
+    bytes("ram_padding", "- padding", "gaps between statics"),
+    bytes(
+        "stack",
+        "- stack, peak",
+        "from the top of the stack to the lowest value of the stack pointer, interrupts included, in the whole scenario: boot with \
+         blank memory, bit rate detection, every request, cyclic mode, saves with and without the erase of a page, bus-off and \
+         recovery, power cycle, LOAD, restart",
+    ),
+    instructions(
+        "idle_poll",
+        "poll that finds nothing to do",
+        "one call of Node::poll while nothing has come and no deadline is due: the median over a quiet 100 ms",
+        "CANopenNode 424, zencan 738",
+    ),
+    instructions(
+        "read_request",
+        "request for the inclination to reply",
+        "every call of the node for one request: Node::receive, Node::transmit with the reply and once more without a frame, Node::poll \
+         that finds nothing left to do; the most of 20; what the driver does in between does not count",
+        "SDO upload: CANopenNode 905, zencan 1443",
+    ),
+    instructions(
+        "write_request",
+        "written parameter to reply",
+        "the same for a request that writes a parameter (the cyclic time)",
+        "",
+    ),
+    instructions(
+        "sync",
+        "SYNC to reply",
+        "the same for a synchronous message that is answered with the angles",
+        "SYNC to TPDO of two 16-bit values: CANopenNode 701, zencan 1254",
+    ),
+    instructions(
+        "sample_off",
+        "sample, filter off",
+        "Node::sample: calibration, low-pass, angles, and their judgement; the most of 100 samples in many directions",
+        "",
+    ),
+    instructions(
+        "sample_butterworth",
+        "sample, Butterworth",
+        "the same with the Butterworth filter of order 8 on three components",
+        "",
+    ),
+    instructions(
+        "sample_critically_damped",
+        "sample, critically damped",
+        "the same with the critically damped filter of order 8 on three components",
+        "",
+    ),
+    instructions(
+        "calibration",
+        "- calibration",
+        "Calibration::apply: offset, gain, cross axes, temperature; the most of all samples",
+        "",
+    ),
+    instructions(
+        "step_butterworth",
+        "- low-pass, Butterworth",
+        "LowPass::step: order 8 on three components; the most of 100",
+        "the sections alone 429",
+    ),
+    instructions(
+        "step_critically_damped",
+        "- low-pass, critically damped",
+        "LowPass::step: order 8 on three components; the most of 100",
+        "",
+    ),
+    instructions(
+        "perpendicular",
+        "- both angles",
+        "definition::perpendicular: both angles of a vector; the most of all samples",
+        "",
+    ),
+    instructions(
+        "angle",
+        "- per angle",
+        "half of the row before, rounded up",
+        "",
+    ),
+    instructions(
+        "tilt",
+        "- tilt",
+        "definition::tilt: one of the angles, of a vector that is normalised; the most of all samples",
+        "",
+    ),
+    instructions(
+        "atan2",
+        "- atan2",
+        "Angle::atan2: the most of all samples",
+        "65-entry table 56, idsp 122, CORDIC 304, CMSIS-DSP 559, micromath 786, libm atan2f 1400",
+    ),
+    instructions(
+        "tune_butterworth",
+        "new cut-off, Butterworth",
+        "LowPass::tune: the coefficients from the frequency, and all states settled at the last output; the most of three frequencies",
+        "coefficients with libm 8613",
+    ),
+    instructions(
+        "tune_critically_damped",
+        "new cut-off, critically damped",
+        "the same for the critically damped filter",
+        "",
+    ),
+    instructions(
+        "save",
+        "save",
+        "Node::image, Store::save, every Store::step with the flash driver below it, Node::stored: the median of the saves that fill both \
+         pages of blank memory and erase one; while flash is busy the processor stands still, which costs time but no instructions",
+        "",
+    ),
+    instructions(
+        "save_most",
+        "save, the dearest",
+        "the most of these: a save into the first place of a page, which is first checked to be blank or erased",
+        "",
+    ),
+    instructions(
+        "boot",
+        "boot",
+        "everything executed, interrupts too, from power-up with a saved bit rate until the first frame is in a mailbox (to 1 us); most \
+         of it is the wait for the accelerometer to settle",
+        "",
+    ),
+    time(
+        "boot_time",
+        "power-up to first frame",
+        "from power-up with a saved bit rate to the start of the first boot-up message on the wire",
+    ),
+    time(
+        "sync_median",
+        "end of SYNC to answer, median",
+        "from the end of the SYNC frame, its last bit, to the start of the answer on the wire at 1 Mbit/s, the 3 us of intermission \
+         included; the median of 1000 phases, 5 us apart, against the firmware's sampling and ticks, with the Butterworth filter",
+    ),
+    time(
+        "sync_worst",
+        "end of SYNC to answer, worst",
+        "the longest of these times",
+    ),
+];
+
+impl Row {
+    /// The row with this key.
+    pub fn find(key: &str) -> Option<&'static Self> {
+        ROWS.iter().find(|row| row.key == key)
+    }
+
+    /// A figure of this row, as people read it.
+    pub fn show(&self, figure: u64) -> Shown {
+        Shown(self.unit, figure)
+    }
+}
+
+/// A figure with its unit.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Shown(Unit, u64);
+
+impl fmt::Display for Shown {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self(unit, figure) = *self;
+        f.pad(&match unit {
+            Unit::Bytes => format!("{figure} B"),
+            Unit::Instructions => figure.to_string(),
+            Unit::Nanoseconds if figure < 1_000_000 => format!("{:.2} us", figure as f64 / 1e3),
+            Unit::Nanoseconds => format!("{:.1} ms", figure as f64 / 1e6),
+        })
+    }
+}

@@ -1,0 +1,332 @@
+//! The standard scenario: everything that a sensor does, once at least, and what it costs.
+
+use super::CostError;
+use super::calls::{exchange, median, middle, most, save};
+use super::function::{Angles, CALIBRATION, STEP, STORE_SAVE, STORE_STEP, TUNE};
+use super::rig::Rig;
+use super::subjects::{Message, Protocol, Subject};
+use crate::bench::frame_length::frame_bits;
+use crate::bench::protocol::{Picoseconds, bit_time};
+use crate::stm32f103::elf::Image;
+use crate::stm32f103::profile::Call;
+use plumbline::can::BitRate;
+use plumbline::time::{Duration, Instant, millis};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+
+/// Figures by the keys of their rows.
+pub type Figures = BTreeMap<&'static str, u64>;
+
+/// SYNC frames whose answers are timed.
+const PHASES: usize = 1_000;
+
+/// From one SYNC frame to the next. In the 5 ms of the sampling, and in the five ticks of these, every frame comes at another time, 5 us
+/// from its neighbours, and the thousand fill them.
+const SYNC_PERIOD: Duration = Duration::from_ticks(1_005);
+
+/// Requests of a kind that are counted.
+const REPETITIONS: usize = 20;
+
+/// How long is sampled with each filter: 100 samples.
+const SAMPLING: Duration = millis(500);
+
+/// Saves after which both pages must have been full.
+const SAVES: usize = 200;
+
+/// Transmit errors that lead to bus-off: each counts 8, and the state begins above 255 (ISO 11898-1).
+const ERRORS_TO_BUS_OFF: u32 = 32;
+
+/// What the scenario has found out.
+pub struct Outcome {
+    /// The figures.
+    pub figures: Figures,
+    /// The peak of the stack in bytes.
+    pub stack: u64,
+    /// Instructions that have been simulated.
+    pub instructions: u64,
+}
+
+/// Runs the scenario.
+///
+/// # Errors
+/// The sensor does not do what it should, or a function that is to be measured is not there.
+pub fn run(subject: &'static Subject, image: Rc<Image>) -> Result<Outcome, CostError> {
+    let mut scenario = Scenario {
+        rig: Rig::new(subject, image),
+        protocol: subject.protocol,
+        angles: subject.angles,
+        figures: Figures::new(),
+        samples: Vec::new(),
+    };
+    scenario.watch()?;
+    scenario.play()?;
+    let controller = scenario.rig.controller();
+    let violations = controller.violations();
+    if let Some(first) = violations.first() {
+        return Err(CostError::Violations {
+            model: subject.name,
+            count: violations.len(),
+            first: first.clone(),
+        });
+    }
+    Ok(Outcome {
+        stack: controller.peak_stack().into(),
+        instructions: controller.core().instructions(),
+        figures: scenario.figures,
+    })
+}
+
+struct Scenario {
+    rig: Rig,
+    protocol: &'static Protocol,
+    angles: Angles,
+    figures: Figures,
+    /// The calls of all sampling phases.
+    samples: Vec<Call>,
+}
+
+impl Scenario {
+    fn watch(&mut self) -> Result<(), CostError> {
+        let node = self.protocol.node;
+        let of_node = [
+            node.receive,
+            node.poll,
+            node.transmit,
+            node.sample,
+            node.image,
+            node.stored,
+        ];
+        let shared = [CALIBRATION, STEP, TUNE, STORE_SAVE, STORE_STEP];
+        let of_angles = self.angles.0.iter().map(|(_, function)| *function);
+        of_node
+            .into_iter()
+            .chain(shared)
+            .chain(of_angles)
+            .try_for_each(|function| self.rig.watch(function))
+    }
+
+    fn play(&mut self) -> Result<(), CostError> {
+        self.rig.detect()?;
+        self.quiet()?;
+        self.requests()?;
+        self.samples()?;
+        self.sync()?;
+        self.cyclic()?;
+        for message in self.protocol.set_up {
+            self.rig.ask(*message)?;
+        }
+        self.saves()?;
+        self.boot()?;
+        self.bus_off()?;
+        self.rig.ask(self.protocol.load)?;
+        self.rig.tell(self.protocol.restart);
+        self.rig.run(millis(50));
+        self.rig.detect()
+    }
+
+    /// Nothing comes.
+    fn quiet(&mut self) -> Result<(), CostError> {
+        // Until the LEDs are steady.
+        self.rig.run(millis(500));
+        self.rig.take_calls();
+        self.rig.run(millis(100));
+        let calls = self.rig.take_calls();
+        let poll = median(&calls, self.protocol.node.poll)?;
+        self.figures.insert("idle_poll", poll);
+        Ok(())
+    }
+
+    fn requests(&mut self) -> Result<(), CostError> {
+        let Protocol {
+            read, write, sync, ..
+        } = *self.protocol;
+        for (row, message) in [
+            ("read_request", read),
+            ("write_request", write),
+            ("sync", sync),
+        ] {
+            let figure = self.exchange(message)?;
+            self.figures.insert(row, figure);
+        }
+        for message in self.protocol.others {
+            self.rig.ask(*message)?;
+        }
+        Ok(())
+    }
+
+    /// The most that core needs for this message.
+    fn exchange(&mut self, message: Message) -> Result<u64, CostError> {
+        let mut most = 0;
+        for _ in 0..REPETITIONS {
+            let calls = self.rig.ask(message)?;
+            most = most.max(exchange(&calls, &self.protocol.node)?);
+        }
+        Ok(most)
+    }
+
+    /// Each filter in turn.
+    fn samples(&mut self) -> Result<(), CostError> {
+        let Protocol {
+            filter_off,
+            butterworth,
+            critically_damped,
+            ..
+        } = self.protocol;
+        self.filter(&[*filter_off], "sample_off", None)?;
+        self.filter(
+            butterworth,
+            "sample_butterworth",
+            Some(("step_butterworth", "tune_butterworth")),
+        )?;
+        self.filter(
+            critically_damped,
+            "sample_critically_damped",
+            Some(("step_critically_damped", "tune_critically_damped")),
+        )?;
+        let mut parts = vec![("calibration", CALIBRATION)];
+        parts.extend(self.angles.0);
+        for (row, function) in parts {
+            self.figures.insert(row, most(&self.samples, function)?);
+        }
+        if let Some(both) = self.figures.get("perpendicular") {
+            self.figures.insert("angle", both.div_ceil(2));
+        }
+        Ok(())
+    }
+
+    /// Sets a filter, the last of the frequencies at the end, and takes samples. `rows` are those of one step and of the setting.
+    fn filter(
+        &mut self,
+        settings: &[Message],
+        sample: &'static str,
+        rows: Option<(&'static str, &'static str)>,
+    ) -> Result<(), CostError> {
+        let mut tuned = Vec::new();
+        for setting in settings {
+            tuned.extend(self.rig.ask(*setting)?);
+        }
+        self.rig.run(millis(20));
+        self.rig.take_calls();
+        self.rig.run(SAMPLING);
+        let calls = self.rig.take_calls();
+        let figure = most(&calls, self.protocol.node.sample)?;
+        self.figures.insert(sample, figure);
+        if let Some((step, tune)) = rows {
+            self.figures.insert(step, most(&calls, STEP)?);
+            self.figures.insert(tune, most(&tuned, TUNE)?);
+        }
+        self.samples.extend(calls);
+        Ok(())
+    }
+
+    /// SYNC frames at every phase of the firmware's periods.
+    fn sync(&mut self) -> Result<(), CostError> {
+        let Protocol {
+            sync, butterworth, ..
+        } = *self.protocol;
+        // The dearest filter: an answer waits for a sample that is under way.
+        self.rig.ask(butterworth[0])?;
+        self.rig.bus().take_log();
+        for _ in 0..PHASES {
+            self.rig.tell(sync);
+            self.rig.run(SYNC_PERIOD);
+        }
+        let own = self.rig.source();
+        let log = self.rig.bus().take_log();
+        let length = Picoseconds::from(frame_bits(&sync.frame())) * bit_time(BitRate::M1);
+        let mut times: Vec<Picoseconds> = log
+            .windows(2)
+            .filter(|pair| pair[0].source != own && pair[1].source == own)
+            .map(|pair| pair[1].start - pair[0].start - length)
+            .collect();
+        if times.len() != PHASES {
+            let answered = times.len();
+            return Err(self
+                .rig
+                .silent(format!("SYNC: {answered} of {PHASES} were answered")));
+        }
+        times.sort_unstable();
+        for (row, time) in [
+            ("sync_median", times[PHASES / 2]),
+            ("sync_worst", times[PHASES - 1]),
+        ] {
+            self.figures.insert(row, time.div_ceil(1_000));
+        }
+        Ok(())
+    }
+
+    fn cyclic(&mut self) -> Result<(), CostError> {
+        for message in self.protocol.cyclic {
+            self.rig.ask(*message)?;
+        }
+        self.rig
+            .hear(10, millis(500), || "cyclic mode".to_owned())?;
+        self.rig.ask(self.protocol.not_cyclic)?;
+        Ok(())
+    }
+
+    /// Saves until a page has to be erased.
+    fn saves(&mut self) -> Result<(), CostError> {
+        let before = self.rig.erased();
+        let mut figures = Vec::new();
+        while self.rig.erased() == before {
+            if figures.len() == SAVES {
+                return Err(CostError::NeverHappened("the erase of a page"));
+            }
+            let calls = self.rig.ask(self.protocol.save)?;
+            figures.push(save(&calls, &self.protocol.node)?);
+        }
+        let most = figures.iter().copied().max().unwrap_or_default();
+        self.figures.insert("save_most", most);
+        let median = middle(figures).unwrap_or_default();
+        self.figures.insert("save", median);
+        Ok(())
+    }
+
+    /// Power-up with the bit rate that has been saved.
+    fn boot(&mut self) -> Result<(), CostError> {
+        let instructions = |rig: &Rig| rig.controller().core().instructions();
+        let (start, before) = (self.rig.bus().now(), instructions(&self.rig));
+        self.rig.bus().take_log();
+        self.rig.power_cycle();
+        for _ in 0..1_000_000 {
+            self.rig.run(Duration::from_ticks(1));
+            if self.rig.offers() {
+                break;
+            }
+        }
+        let figure = instructions(&self.rig) - before;
+        self.figures.insert("boot", figure);
+        self.rig
+            .hear(self.protocol.boot_up, millis(100), || "boot-up".to_owned())?;
+        let log = self.rig.bus().take_log();
+        let first = log
+            .first()
+            .ok_or(CostError::NeverHappened("a boot-up message"))?;
+        let time = first.start - picoseconds(start);
+        self.figures.insert("boot_time", time.div_ceil(1_000));
+        Ok(())
+    }
+
+    /// Off the bus, and back on it.
+    fn bus_off(&mut self) -> Result<(), CostError> {
+        let own = self.rig.source();
+        self.rig.bus().corrupt(ERRORS_TO_BUS_OFF, Some(own));
+        self.rig.tell(self.protocol.read);
+        let mut was_off = false;
+        for _ in 0..1_000 {
+            self.rig.run(Duration::from_ticks(20));
+            was_off |= self.rig.is_bus_off();
+        }
+        if !was_off {
+            return Err(CostError::NeverHappened("bus-off"));
+        }
+        self.rig.ask(self.protocol.read)?;
+        Ok(())
+    }
+}
+
+/// A microsecond of the bus in its own unit.
+fn picoseconds(at: Instant) -> Picoseconds {
+    at.ticks() * 1_000_000
+}

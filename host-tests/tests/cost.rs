@@ -1,0 +1,81 @@
+//! What the flashed images cost keeps to its budgets, and the README's table to what they cost.
+
+use host_tests::cost::budgets::Budgets;
+use host_tests::cost::subjects::{self, SUBJECTS, Subject};
+use host_tests::cost::{CostError, Report, measure, tables};
+use host_tests::firmware;
+use host_tests::stm32f103::elf::Image;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+use std::rc::Rc;
+use std::sync::LazyLock;
+
+const README: &str = include_str!("../../README.md");
+
+/// By how many percent a figure in the README may be off.
+const README_TOLERANCE: f64 = 10.0;
+
+static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
+    LazyLock::new(|| firmware::build().unwrap_or_else(|error| panic!("{error}")));
+
+/// One run of the scenario for each model, for all tests.
+static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
+    let report = |subject| measure(subject, image(subject.name));
+    let reports: Result<_, CostError> = SUBJECTS.iter().map(report).collect();
+    reports.unwrap_or_else(|error| panic!("{error}"))
+});
+
+fn image(model: &str) -> Rc<Image> {
+    let elf = std::fs::read(&IMAGES[model]).expect("it has just been built");
+    Rc::new(Image::parse(&elf).expect("the linker writes ELF"))
+}
+
+#[test]
+fn every_figure_keeps_to_its_budget() {
+    let budgets = Budgets::of_the_project().expect("the file is whole");
+    let complaints: Vec<String> = REPORTS
+        .iter()
+        .flat_map(|report| budgets.check(report))
+        .map(|complaint| complaint.to_string())
+        .collect();
+    assert!(complaints.is_empty(), "\n{}", complaints.join("\n"));
+}
+
+#[test]
+fn every_model_with_budgets_is_measured() {
+    let budgets = Budgets::of_the_project().expect("the file is whole");
+    let measured: BTreeSet<&str> = SUBJECTS.iter().map(|subject| subject.name).collect();
+    assert_eq!(budgets.models().collect::<BTreeSet<_>>(), measured);
+}
+
+#[test]
+fn the_table_in_the_readme_is_what_was_measured() {
+    let (_, rest) = README
+        .split_once("checked by host-tests/tests/cost.rs -->\n")
+        .expect("the table's beginning");
+    let (table, _) = rest.split_once("<!-- end -->").expect("the table's end");
+    let shown: Vec<Report> = ["is2", "is1"]
+        .into_iter()
+        .filter_map(|name| REPORTS.iter().find(|report| report.model == name).cloned())
+        .collect();
+    let expected = tables::markdown(&shown);
+    if let Err(difference) = tables::agree(table, &expected, README_TOLERANCE) {
+        panic!("{difference}\nthe README should have this table:\n\n{expected}");
+    }
+}
+
+/// One axis has no perpendicular angles, so its image lacks their function.
+#[test]
+fn a_function_that_is_not_there_is_an_error_with_its_name() {
+    let two_axes = subjects::find("is2").expect("there is an is2");
+    static WRONG: LazyLock<Subject> = LazyLock::new(|| Subject {
+        name: "is1",
+        ..*subjects::find("is2").expect("there is an is2")
+    });
+    assert_eq!(two_axes.angles.0[0].0, "perpendicular");
+    let error = measure(&WRONG, image("is1")).expect_err("there is no such function");
+    assert_eq!(
+        error.to_string(),
+        "is1: the image has no function plumbline::measure::definition::perpendicular"
+    );
+}
