@@ -1,6 +1,6 @@
 //! What the README says of the models is what their tables say.
 
-use host_tests::descriptors::{objects, parameters};
+use host_tests::descriptors::{object_table, parameters};
 use host_tests::models::MODELS;
 use plumbline::model::is2::TwoAxes;
 use plumbline::model::jn2101;
@@ -32,7 +32,7 @@ fn the_parameter_table_is_the_models_own() {
 #[test]
 #[ignore = "the README does not list the objects yet"]
 fn the_object_table_is_the_models_own() {
-    assert_block("objects of jn2101", &objects::<jn2101::Application>());
+    assert_block("objects of jn2101", &object_table::<jn2101::Application>());
 }
 
 #[test]

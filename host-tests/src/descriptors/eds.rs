@@ -5,8 +5,8 @@
 //! key), because a tool that writes factory values would overwrite with it what it has just set; and values that are measured.
 
 use super::objects::{factory, limits, permitted, signed};
+use plumbline::canopen::Model;
 use plumbline::canopen::dictionary::{Access, DataType, Home, Object};
-use plumbline::canopen::{Model, Values};
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
@@ -137,7 +137,7 @@ fn rates<M: Model>() -> BTreeSet<u32> {
             _ => Vec::new(),
         };
         for number in numbers {
-            let mut values = Values::new(*M::FACTORY);
+            let mut values = *M::FACTORY;
             values.set(slot, number);
             rates.insert(M::bit_rate(&values).bits_per_second() / 1000);
         }

@@ -67,7 +67,7 @@ fn named(field: &Field, number: u32) -> String {
 }
 
 /// The object dictionary of model `M` as a Markdown table.
-pub fn objects<M: canopen::Model>() -> String {
+pub fn object_table<M: canopen::Model>() -> String {
     let mut text = String::from(
         "| index | sub | object | type | access | values | unit | factory | stored |\n\
          |---|---|---|---|---|---|---|---|---|\n",

@@ -7,7 +7,7 @@ mod objects;
 
 pub use dbc::dbc;
 pub use eds::eds;
-pub use markdown::{objects, parameters};
+pub use markdown::{object_table, parameters};
 
 use plumbline::fsc::table::Field;
 
