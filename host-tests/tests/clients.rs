@@ -1,4 +1,5 @@
-//! Real clients against the virtual sensor and the descriptors: python-can and cantools, with checks written from the manual.
+//! Real clients against the virtual sensor and the descriptors: python-can, cantools and readers of data sheets, with checks written
+//! from the manual.
 
 #[path = "process/python.rs"]
 mod python;
@@ -40,6 +41,17 @@ fn the_databases_say_what_the_manual_says() {
     python::run(
         "dbc_check.py",
         &["cantools"],
+        &["--descriptors", descriptors],
+    );
+}
+
+#[test]
+fn other_tools_accept_the_data_sheet() {
+    let _alone = alone();
+    let descriptors = env!("CARGO_BIN_EXE_descriptors");
+    python::run(
+        "eds_check.py",
+        &["dcf", "eds_utils", "canopen"],
         &["--descriptors", descriptors],
     );
 }

@@ -1,13 +1,14 @@
-//! Writes the models' descriptions for other tools: a CAN database (DBC) of each.
+//! Writes the models' descriptions for other tools: a CAN database (DBC) or, of CANopen models, a data sheet (EDS) of each.
 
 use clap::Parser;
-use host_tests::descriptors::dbc;
+use host_tests::descriptors::{dbc, eds};
 use plumbline::model::is1::OneAxis;
 use plumbline::model::is2::TwoAxes;
+use plumbline::model::jn2101;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Writes the description of every model, from its own table, as MODEL.dbc
+/// Writes the description of every model, from its own table, as MODEL.dbc or MODEL.eds
 #[derive(Parser)]
 struct Options {
     /// Folder to write to; it is made if it does not exist.
@@ -28,13 +29,17 @@ fn main() -> ExitCode {
 
 fn write(out: &Path) -> std::io::Result<()> {
     std::fs::create_dir_all(out)?;
-    for (model, text) in [
-        ("is1", dbc::<OneAxis>("is1")),
-        ("is2", dbc::<TwoAxes>("is2")),
-        ("is1d", dbc::<OneAxis>("is1d")),
-        ("is2d", dbc::<TwoAxes>("is2d")),
+    for (file, text) in [
+        ("is1.dbc", dbc::<OneAxis>("is1")),
+        ("is2.dbc", dbc::<TwoAxes>("is2")),
+        ("is1d.dbc", dbc::<OneAxis>("is1d")),
+        ("is2d.dbc", dbc::<TwoAxes>("is2d")),
+        (
+            "jn2101.eds",
+            eds::<jn2101::Application>("jn2101", "ifm electronic"),
+        ),
     ] {
-        let path = out.join(model).with_extension("dbc");
+        let path = out.join(file);
         std::fs::write(&path, text)?;
         println!("{}", path.display());
     }

@@ -1,6 +1,9 @@
 //! The parameter tables of the README, written from the models' tables.
 
+use super::objects::{factory, permitted, signed};
 use super::value;
+use plumbline::canopen;
+use plumbline::canopen::dictionary::{Access, DataType, Home, Object};
 use plumbline::fsc::table::{Check, Field, Model};
 use plumbline::fsc::wire;
 use std::fmt::Write;
@@ -60,5 +63,72 @@ fn named(field: &Field, number: u32) -> String {
     match field.meanings.iter().find(|(of, _)| *of == number) {
         Some((_, name)) => format!("{value} ({name})"),
         None => format!("{value} {}", field.unit).trim_end().to_owned(),
+    }
+}
+
+/// The object dictionary of model `M` as a Markdown table.
+pub fn object_table<M: canopen::Model>() -> String {
+    let mut text = String::from(
+        "| index | sub | object | type | access | values | unit | factory | stored |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in M::OBJECTS {
+        let last = row.sub + row.count - 1;
+        let subs = match row.count {
+            1 => format!("{last}"),
+            _ => format!("{}..{last}", row.sub),
+        };
+        let name = match row.group {
+            "" => row.name.to_owned(),
+            group => format!("{group}: {}", row.name),
+        };
+        writeln!(
+            text,
+            "| {:04X}h | {subs} | {name} | {} | {} | {} | {} | {} | {} |",
+            row.index,
+            data_type(row.data_type),
+            access(row.access),
+            permitted(row),
+            row.unit,
+            delivered(row),
+            if row.stored { "yes" } else { "" }
+        )
+        .unwrap();
+    }
+    text
+}
+
+fn data_type(data_type: DataType) -> &'static str {
+    match data_type {
+        DataType::U8 => "u8",
+        DataType::U16 => "u16",
+        DataType::U32 => "u32",
+        DataType::I16 => "i16",
+        DataType::I32 => "i32",
+        DataType::Text => "text",
+    }
+}
+
+fn access(access: Access) -> &'static str {
+    match access {
+        Access::Const => "const",
+        Access::Ro => "ro",
+        Access::Rw => "rw",
+        Access::Wo => "wo",
+    }
+}
+
+/// The factory value; empty for what is measured, composed or differs between units.
+fn delivered(object: &Object) -> String {
+    if let Home::Text(text) = object.home {
+        return (*text).to_owned();
+    }
+    let Some(number) = factory(object) else {
+        return String::new();
+    };
+    match object.data_type {
+        DataType::U32 if object.node_relative => format!("{number:X}h + node id"),
+        DataType::U32 if number > 9 => format!("{number:X}h"),
+        data_type => signed(data_type, number).to_string(),
     }
 }

@@ -1,10 +1,13 @@
 //! Descriptions of the models for other tools, written from the models' own tables.
 
 mod dbc;
+mod eds;
 mod markdown;
+mod objects;
 
 pub use dbc::dbc;
-pub use markdown::parameters;
+pub use eds::eds;
+pub use markdown::{object_table, parameters};
 
 use plumbline::fsc::table::Field;
 

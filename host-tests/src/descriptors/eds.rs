@@ -1,0 +1,340 @@
+//! An Electronic Data Sheet (CiA 306) of a CANopen model, written from its object dictionary.
+//!
+//! Every object has a section of its own, and so has every sub-index; comments in front of them name unit and permitted values,
+//! for which CiA 306 has no entries. Two things are left out on purpose: the factory value of a composed text (the programming
+//! key), because a tool that writes factory values would overwrite with it what it has just set; and values that are measured.
+
+use super::objects::{factory, limits, permitted, signed};
+use plumbline::canopen::Model;
+use plumbline::canopen::dictionary::{Access, DataType, Home, Object};
+use std::collections::BTreeSet;
+use std::fmt::Write;
+
+/// CiA 306 wants dates; they are fixed, so that the same table always gives the same file.
+const TIME: &str = "12:00PM";
+/// Month, day, year.
+const DATE: &str = "11-21-2026";
+
+/// The bit rates that CiA 306 names, in kbit/s.
+const BIT_RATES: [u32; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
+
+/// The objects that every CANopen device has (CiA 301, 7.5.1).
+const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
+
+/// The data sheet of model `M`: the name of the file without `.eds`, and who makes the sensor that it is compatible with.
+pub fn eds<M: Model>(name: &str, maker: &str) -> String {
+    let objects: Vec<&[Object]> = M::OBJECTS
+        .chunk_by(|one, next| one.index == next.index)
+        .collect();
+    let product = product(M::OBJECTS);
+    let mut text = String::new();
+    file_info(&mut text, name, maker, product);
+    device_info::<M>(&mut text, product, &objects);
+    dummy_usage(&mut text);
+    comments(&mut text, maker, product);
+    let indices = || objects.iter().filter_map(|rows| Some(rows.first()?.index));
+    let is_mandatory = |index: &u16| MANDATORY.contains(index);
+    let is_manufacturers = |index: &u16| (0x2000..0x6000).contains(index);
+    let is_optional = |index: &u16| !is_mandatory(index) && !is_manufacturers(index);
+    list(
+        &mut text,
+        "MandatoryObjects",
+        indices().filter(is_mandatory),
+    );
+    list(&mut text, "OptionalObjects", indices().filter(is_optional));
+    list(
+        &mut text,
+        "ManufacturerObjects",
+        indices().filter(is_manufacturers),
+    );
+    for rows in &objects {
+        object(&mut text, rows);
+    }
+    // Sections are parted by one empty line; none is left behind the last.
+    text.trim_end().replace('\n', "\r\n") + "\r\n"
+}
+
+/// Begins a section.
+fn section(text: &mut String, name: &str) {
+    writeln!(text, "[{name}]").unwrap();
+}
+
+fn entry(text: &mut String, key: &str, value: impl std::fmt::Display) {
+    writeln!(text, "{key}={value}").unwrap();
+}
+
+fn end(text: &mut String) {
+    text.push('\n');
+}
+
+fn file_info(text: &mut String, name: &str, maker: &str, product: &str) {
+    section(text, "FileInfo");
+    entry(text, "FileName", format!("{name}.eds"));
+    entry(text, "FileVersion", 1);
+    entry(text, "FileRevision", 0);
+    entry(text, "EDSVersion", "4.0");
+    entry(
+        text,
+        "Description",
+        format!("Inclination sensor, compatible with {maker} {product}"),
+    );
+    for what in ["Creation", "Modification"] {
+        entry(text, &format!("{what}Time"), TIME);
+        entry(text, &format!("{what}Date"), DATE);
+    }
+    entry(text, "CreatedBy", "Plumbline");
+    entry(text, "ModifiedBy", "Plumbline");
+    end(text);
+}
+
+fn device_info<M: Model>(text: &mut String, product: &str, objects: &[&[Object]]) {
+    let identity = |sub| constant(M::OBJECTS, 0x1018, sub);
+    let count = |first: u16| {
+        let indices = first..first + 512;
+        let is = |rows: &&&[Object]| rows.iter().any(|row| indices.contains(&row.index));
+        objects.iter().filter(is).count()
+    };
+    let mapping = |row: &&Object| (0x1A00..0x1C00).contains(&row.index);
+    let maps = M::OBJECTS.iter().filter(mapping);
+    let is_fixed = maps.clone().all(|row| !is_writable(row));
+    section(text, "DeviceInfo");
+    entry(text, "VendorName", "Plumbline");
+    entry(text, "VendorNumber", format!("0x{:08X}", identity(1)));
+    entry(text, "ProductName", product);
+    entry(text, "ProductNumber", format!("0x{:X}", identity(2)));
+    entry(text, "RevisionNumber", format!("0x{:X}", identity(3)));
+    entry(text, "OrderCode", product);
+    let rates = rates::<M>();
+    for rate in BIT_RATES {
+        entry(
+            text,
+            &format!("BaudRate_{rate}"),
+            u8::from(rates.contains(&rate)),
+        );
+    }
+    entry(text, "SimpleBootUpMaster", 0);
+    entry(text, "SimpleBootUpSlave", 1);
+    // 0: the mapping cannot be changed.
+    entry(text, "Granularity", if is_fixed { 0 } else { 8 });
+    entry(text, "DynamicChannelsSupported", 0);
+    entry(text, "GroupMessaging", 0);
+    entry(text, "NrOfRXPDO", count(0x1400));
+    entry(text, "NrOfTXPDO", count(0x1800));
+    entry(text, "LSS_Supported", 0);
+    end(text);
+}
+
+/// The bit rates that the model can be set to, in kbit/s: node id and rate are tried with all that may be written to them.
+fn rates<M: Model>() -> BTreeSet<u32> {
+    let mut rates = BTreeSet::new();
+    for row in M::OBJECTS {
+        let Some(slot) = row.home.slot().filter(|slot| M::TAKEN_ALONG.contains(slot)) else {
+            continue;
+        };
+        let numbers: Vec<u32> = match row.home {
+            Home::Range(_, low, high) => (low.into()..=high.into()).collect(),
+            Home::OneOf(_, list) => list.iter().map(|&number| number.into()).collect(),
+            _ => Vec::new(),
+        };
+        for number in numbers {
+            let mut values = *M::FACTORY;
+            values.set(slot, number);
+            rates.insert(M::bit_rate(&values).bits_per_second() / 1000);
+        }
+    }
+    rates
+}
+
+/// Fixed mapping needs no dummies.
+fn dummy_usage(text: &mut String) {
+    section(text, "DummyUsage");
+    for data_type in 1..=7 {
+        entry(text, &format!("Dummy{data_type:04X}"), 0);
+    }
+    end(text);
+}
+
+fn comments(text: &mut String, maker: &str, product: &str) {
+    let lines = [
+        format!("Plumbline, open firmware that is compatible with {maker} {product}."),
+        format!("Neither the firmware nor this file is made or endorsed by {maker}."),
+        "Vendor and product number are those that the compatible sensor shows.".to_owned(),
+        "Written from the object dictionary of the firmware. Do not edit.".to_owned(),
+    ];
+    section(text, "Comments");
+    entry(text, "Lines", lines.len());
+    for (number, line) in (1..).zip(lines) {
+        entry(text, &format!("Line{number}"), line);
+    }
+    end(text);
+}
+
+fn list(text: &mut String, name: &str, indices: impl Iterator<Item = u16>) {
+    let indices: Vec<_> = indices.collect();
+    section(text, name);
+    entry(text, "SupportedObjects", indices.len());
+    for (number, index) in (1..).zip(indices) {
+        entry(text, &format!("{number}"), format!("0x{index:04X}"));
+    }
+    end(text);
+}
+
+/// The sections of an object: one for a variable, else one for the whole and one for each sub-index.
+fn object(text: &mut String, rows: &[Object]) {
+    let [first, ..] = rows else { return };
+    if first.group.is_empty() {
+        variable(text, &format!("{:04X}", first.index), first.name, first);
+        return;
+    }
+    let subs: usize = rows.iter().map(|row| usize::from(row.count)).sum();
+    section(text, &format!("{:04X}", first.index));
+    entry(text, "ParameterName", first.group);
+    entry(text, "ObjectType", object_type(first.index));
+    entry(text, "SubNumber", subs);
+    end(text);
+    for row in rows {
+        for number in 0..row.count {
+            let name = match row.count {
+                1 => row.name.to_owned(),
+                _ => format!("{} {}", row.name, number + 1),
+            };
+            let section = format!("{:04X}sub{:X}", row.index, row.sub + number);
+            variable(text, &section, &name, row);
+        }
+    }
+}
+
+fn variable(text: &mut String, name: &str, parameter: &str, object: &Object) {
+    let notes = [
+        ("unit", object.unit.to_owned()),
+        ("values", permitted(object)),
+    ];
+    for (what, note) in notes.iter().filter(|(_, note)| !note.is_empty()) {
+        writeln!(text, "; {what}: {note}").unwrap();
+    }
+    section(text, name);
+    entry(text, "ParameterName", parameter);
+    entry(text, "ObjectType", "0x7");
+    entry(text, "DataType", data_type(object.data_type));
+    entry(text, "AccessType", access(object.access));
+    if let Some(value) = default(object) {
+        entry(text, "DefaultValue", value);
+    }
+    if let Some([low, high]) = limits(object) {
+        entry(text, "LowLimit", number(object.data_type, low));
+        entry(text, "HighLimit", number(object.data_type, high));
+    }
+    entry(text, "PDOMapping", u8::from(object.mappable));
+    end(text);
+}
+
+/// ARRAY or RECORD: the objects of CiA 301 are what it says (7.5.2), all others are records.
+fn object_type(index: u16) -> &'static str {
+    match index {
+        0x1003 | 0x1010 | 0x1011 | 0x1029 => "0x8",
+        _ => "0x9",
+    }
+}
+
+fn data_type(data_type: DataType) -> &'static str {
+    match data_type {
+        DataType::I16 => "0x0003",
+        DataType::I32 => "0x0004",
+        DataType::U8 => "0x0005",
+        DataType::U16 => "0x0006",
+        DataType::U32 => "0x0007",
+        DataType::Text => "0x0009",
+    }
+}
+
+fn access(access: Access) -> &'static str {
+    match access {
+        Access::Const => "const",
+        Access::Ro => "ro",
+        Access::Rw => "rw",
+        Access::Wo => "wo",
+    }
+}
+
+fn is_writable(object: &Object) -> bool {
+    matches!(object.access, Access::Rw | Access::Wo)
+}
+
+fn default(object: &Object) -> Option<String> {
+    if let Home::Text(text) = object.home {
+        return Some((*text).to_owned());
+    }
+    let value = number(object.data_type, factory(object)?);
+    Some(if object.node_relative {
+        format!("$NODEID+{value}")
+    } else {
+        value
+    })
+}
+
+/// UNSIGNED32 in hexadecimal, because most of them are identifiers, signatures and bit fields.
+fn number(data_type: DataType, number: u32) -> String {
+    match data_type {
+        DataType::U32 => format!("0x{number:X}"),
+        _ => signed(data_type, number).to_string(),
+    }
+}
+
+/// The number that an object always has; 0 when it has none.
+fn constant(objects: &[Object], index: u16, sub: u8) -> u32 {
+    let row = objects
+        .iter()
+        .find(|row| (row.index, row.sub) == (index, sub));
+    match row.map(|row| row.home) {
+        Some(Home::Constant(number)) => number,
+        _ => 0,
+    }
+}
+
+/// The name of the product, as it tells it itself (1008h).
+fn product(objects: &[Object]) -> &'static str {
+    let row = objects.iter().find(|row| row.index == 0x1008);
+    match row.map(|row| row.home) {
+        Some(Home::Text(text)) => text,
+        _ => "",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline::model::jn2101::Application;
+
+    fn jn2101() -> String {
+        eds::<Application>("jn2101", "ifm electronic").replace("\r\n", "\n")
+    }
+
+    #[test]
+    fn all_bit_rates_of_the_manual_are_offered() {
+        let text = jn2101();
+        for rate in BIT_RATES {
+            assert!(text.contains(&format!("BaudRate_{rate}=1\n")), "{rate}");
+        }
+    }
+
+    #[test]
+    fn the_mapping_is_fixed_and_there_is_no_lss() {
+        let text = jn2101();
+        assert!(text.contains("Granularity=0\n"));
+        assert!(text.contains("NrOfRXPDO=0\nNrOfTXPDO=2\nLSS_Supported=0\n"));
+    }
+
+    #[test]
+    fn sections_of_sub_indices_are_hexadecimal() {
+        let text = jn2101();
+        assert!(text.contains("[1003sub32]\nParameterName=Error code 50\n"));
+        assert!(!text.contains("[1003sub33]"));
+    }
+
+    #[test]
+    fn an_object_tells_unit_and_values_in_front_of_its_section() {
+        let expected = "; unit: 0.001 deg\n; values: 1, 10, 100, 1000\n[6000]\nParameterName=Resolution\nObjectType=0x7\n\
+            DataType=0x0006\nAccessType=rw\nDefaultValue=10\nLowLimit=1\nHighLimit=1000\nPDOMapping=0\n";
+        assert!(jn2101().contains(expected));
+    }
+}

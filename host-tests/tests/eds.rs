@@ -1,0 +1,169 @@
+//! The Electronic Data Sheet: that it is one, that it is the manual's, and that the sensor is as it says.
+
+mod common;
+#[path = "eds/planted.rs"]
+mod planted;
+#[path = "eds/rules.rs"]
+mod rules;
+#[path = "eds/sdo.rs"]
+mod sdo;
+#[path = "eds/sheet.rs"]
+mod sheet;
+
+use host_tests::descriptors::eds;
+use plumbline::model::jn2101::Application;
+use rules::complaints;
+use sdo::{Client, NO_OBJECT, NO_SUB_INDEX, differences};
+use sheet::{DataType, Sheet};
+use std::collections::BTreeSet;
+
+const NOTHING: &[String] = &[];
+
+fn text() -> String {
+    eds::<Application>("jn2101", "ifm electronic")
+}
+
+#[test]
+fn it_is_a_data_sheet() {
+    assert_eq!(complaints(&text()), NOTHING);
+}
+
+#[test]
+fn the_sensor_is_as_it_says() {
+    assert_eq!(differences(&Sheet::parse(&text())), NOTHING);
+}
+
+#[test]
+fn it_is_the_same_every_time() {
+    assert_eq!(text(), text());
+}
+
+#[test]
+fn planted_defects_are_found() {
+    let text = text();
+    for defect in planted::DEFECTS {
+        let planted = defect.plant(&text);
+        let found = match defect.found_by {
+            planted::Judge::Rules => complaints(&planted),
+            planted::Judge::Sensor => {
+                assert_eq!(complaints(&planted), NOTHING, "{}", defect.what);
+                differences(&Sheet::parse(&planted))
+            }
+        };
+        assert!(!found.is_empty(), "{}", defect.what);
+    }
+}
+
+/// Serial number, programming key, and what is measured.
+#[test]
+fn only_what_differs_has_no_factory_value() {
+    let sheet = Sheet::parse(&text());
+    let without: Vec<_> = sheet
+        .variables()
+        .into_iter()
+        .filter(|variable| variable.default.is_none())
+        .map(|variable| variable.address)
+        .collect();
+    let expected = [
+        (0x1018, 4),
+        (0x3000, 0),
+        (0x4080, 0),
+        (0x4081, 0),
+        (0x6010, 0),
+        (0x6020, 0),
+        (0x6110, 0),
+        (0x6120, 0),
+    ];
+    assert_eq!(without, expected);
+}
+
+/// Angles and temperature (manual 7.7); a sensor that lies level cannot show the difference.
+#[test]
+fn what_can_be_negative_is_signed() {
+    let sheet = Sheet::parse(&text());
+    let signed: Vec<_> = sheet
+        .variables()
+        .into_iter()
+        .filter(|variable| matches!(variable.data_type, DataType::Signed(_)))
+        .map(|variable| (variable.address.0, variable.data_type.bits()))
+        .collect();
+    let expected = [
+        (0x4080, 32),
+        (0x6010, 16),
+        (0x6020, 16),
+        (0x6110, 32),
+        (0x6120, 32),
+    ];
+    assert_eq!(signed, expected);
+}
+
+/// Each on a sensor of its own, because some of them restart it.
+#[test]
+fn the_limits_themselves_are_permitted() {
+    for variable in Sheet::parse(&text()).variables() {
+        for number in [variable.low, variable.high].into_iter().flatten() {
+            // The factory value of 207Fh tells a failure and is not written.
+            if (variable.address.0, number) == (0x207F, 0) {
+                continue;
+            }
+            let mut client = Client::new();
+            let written = client.write(variable.address, &variable.data_type.bytes(number));
+            assert_eq!(written, Ok(()), "[{}] {number}", variable.section);
+        }
+    }
+}
+
+#[test]
+fn identifiers_follow_the_node_id() {
+    let mut client = Client::new();
+    assert_eq!(client.write((0x2000, 0), &[32]), Ok(()));
+    // NMT: reset communication of node 10.
+    client.send(0x000, &[0x82, sdo::NODE_ID]);
+    client.wait(100);
+    client.node_id = 32;
+    let relative = |variable: &sheet::Variable| {
+        let default = variable.default.as_deref();
+        default.is_some_and(|default| default.starts_with("$NODEID"))
+    };
+    let variables = Sheet::parse(&text()).variables();
+    let identifiers: Vec<_> = variables.into_iter().filter(relative).collect();
+    assert_eq!(identifiers.len(), 5, "1014h, two of 1200h, 1800h, 1801h");
+    for variable in identifiers {
+        let expected = variable.default_at(32).map(|id| (id as u32).to_le_bytes());
+        let read = client.read(variable.address).ok();
+        assert_eq!(read, expected.map(Vec::from), "[{}]", variable.section);
+    }
+}
+
+#[test]
+fn the_sensor_has_nothing_else() {
+    let sheet = Sheet::parse(&text());
+    let described: BTreeSet<_> = sheet
+        .variables()
+        .into_iter()
+        .map(|variable| variable.address)
+        .collect();
+    let indices: BTreeSet<_> = sheet.indices().into_iter().collect();
+    let mut client = Client::new();
+    for index in 0..=u16::MAX {
+        let subs = if indices.contains(&index) {
+            0..=u8::MAX
+        } else {
+            0..=0
+        };
+        for sub in subs {
+            if described.contains(&(index, sub)) {
+                continue;
+            }
+            let expected = if indices.contains(&index) {
+                NO_SUB_INDEX
+            } else {
+                NO_OBJECT
+            };
+            let read = client.read((index, sub));
+            assert_eq!(read, Err(expected), "{index:04X}h:{sub:02X}");
+            let written = client.write((index, sub), &[0]);
+            assert_eq!(written, Err(expected), "{index:04X}h:{sub:02X}");
+        }
+    }
+}
