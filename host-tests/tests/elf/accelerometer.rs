@@ -138,12 +138,12 @@ fn three_sensors_share_a_wire() {
     bus.attach(host);
     let tester = bus.adapter();
     bus.open(tester, Some(RATE), false);
-    bus.run_until(Instant::from_ticks(3_000_000));
+    bus.run_until(Instant::from_ticks(300_000));
     let boot_ups = bus.take_received(tester);
     assert_eq!(boot_ups.len(), 6, "{boot_ups:?}");
-    for round in 0..50 {
+    for round in 0..20 {
         bus.send(tester, data(SYNC, &[]));
-        bus.run_until(Instant::from_ticks(3_000_000 + (round + 1) * 10_137));
+        bus.run_until(Instant::from_ticks(300_000 + (round + 1) * 10_137));
         let answers = bus.take_received(tester);
         let ids: Vec<_> = answers.iter().map(|(_, frame)| frame.id()).collect();
         let expected = [0x311, 0x321, 0x331].map(plumbline::can::standard);

@@ -120,9 +120,11 @@ pub fn saved(name: &str, parameters: &[&[u8]]) -> Flash {
         bus.send(tester, data(SET, parameter));
     }
     bus.run_until(Instant::from_ticks(200_000));
-    let (_, last) = bus.take_received(tester).pop().expect("replies");
-    assert_eq!(last.bytes()[0], fsc::SAVE[0], "the reply to SAVE");
-    assert_eq!(last.bytes()[1] & status::CMD_PARAM_ERROR, 0);
+    let received = bus.take_received(tester);
+    let is_reply = |frame: &Frame| frame.bytes()[0] == fsc::SAVE[0];
+    let reply = received.iter().find(|(_, frame)| is_reply(frame));
+    let (_, reply) = reply.expect("the reply to SAVE");
+    assert_eq!(reply.bytes()[1] & status::CMD_PARAM_ERROR, 0);
     Flash::new(bus.device_mut(device).flash().bytes().to_vec())
 }
 
