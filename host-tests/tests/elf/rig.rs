@@ -157,7 +157,6 @@ pub struct Rig {
     seen: usize,
     /// The resets that are as they should be, the first power-up included.
     expected: Vec<ResetCause>,
-    finished: bool,
 }
 
 impl Rig {
@@ -179,7 +178,6 @@ impl Rig {
             log: Vec::new(),
             seen: 0,
             expected: vec![ResetCause::PowerOn],
-            finished: false,
         }
     }
 
@@ -336,13 +334,8 @@ impl Rig {
         self.expected.push(cause);
     }
 
-    /// Asserts what nobody should ever see.
-    pub fn finish(mut self) {
-        self.check();
-    }
-
+    /// Asserts what is to be so at the end.
     fn check(&mut self) {
-        self.finished = true;
         let expected = std::mem::take(&mut self.expected);
         let microcontroller = self.microcontroller();
         check(microcontroller);
@@ -369,7 +362,7 @@ pub fn check(microcontroller: &Microcontroller) {
 
 impl Drop for Rig {
     fn drop(&mut self) {
-        if !self.finished && !std::thread::panicking() {
+        if !std::thread::panicking() {
             self.check();
         }
     }
