@@ -24,6 +24,49 @@ fn the_protocol_is_the_manuals() {
     );
 }
 
+/// The models whose images are checked.
+const IMAGES: &[&str] = &["is1", "is2"];
+
+/// The groups that do not depend on the time of the day: a simulated microcontroller is not always as fast as a real one. `boot`
+/// talks to a sensor at once, and an image waits for its accelerometer first.
+const TIMELESS: &[&str] = &[
+    "identity",
+    "codes",
+    "short",
+    "extra",
+    "framing",
+    "sticky",
+    "alive",
+    "values",
+    "clash",
+    "default_param",
+    "communication",
+    "load",
+    "power",
+    "many_saves",
+    "blank",
+    "damaged",
+    "other_model",
+    "angles",
+    "zero",
+    "limits",
+    "sync",
+    "bit_rates",
+    "burst",
+];
+
+#[test]
+fn the_protocol_of_the_flashed_images_is_the_manuals() {
+    let _alone = alone();
+    let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let folder = images["is2"].parent().expect("a folder");
+    let folder = folder.to_str().expect("a path in UTF-8");
+    let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--images", folder];
+    arguments.extend(IMAGES.iter().flat_map(|model| ["--model", model]));
+    arguments.extend(TIMELESS.iter().flat_map(|group| ["--only", group]));
+    python::run("gemac_check.py", &["can", "serial"], &arguments);
+}
+
 #[test]
 fn the_angles_are_those_of_the_scene() {
     let _alone = alone();

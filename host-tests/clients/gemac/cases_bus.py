@@ -59,7 +59,7 @@ def change_rate(context: Context) -> None:
         session.options["bus_rate"], session.bitrate = "62.5", None
         # BTR0/BTR1 of an SJA1000 at 8 MHz: 8 x 16 time quanta.
         timing = can.BitTiming(f_clock=8_000_000, brp=8, tseg1=13, tseg2=2, sjw=1)
-        session.sensor = type(session.sensor)(session.binary, session.model.name, **session.options)
+        session.sensor = type(session.sensor)(session.program, session.model.name, **session.options)
         session.tester = Tester(session.sensor.port, timing=timing)
         got = [str(frame) for frame in session.tester.collect(0.3)]
         report.equal("on a bus at 62.5 kbit/s: boot-up", session.boot_up(), got)

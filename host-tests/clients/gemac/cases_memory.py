@@ -177,7 +177,7 @@ def other_model(context: Context) -> None:
         if other == context.model:
             continue
         store = context.store(f"from-{other.name}")
-        with Session(context.report, context.binary, other, store=store) as session:
+        with Session(context.report, context.program, other, store=store) as session:
             session.tester.request(session.set_id, b"\x25" + p.u16(1234))
             session.tester.request(session.set_id, b"\x50SAVE")
         with context.session(store=store, wake=False) as session:

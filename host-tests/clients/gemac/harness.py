@@ -34,11 +34,24 @@ class Frame:
         return f"{number}#{'R' if self.remote else self.data.hex().upper()}"
 
 
+@dataclass(frozen=True)
+class Program:
+    """The program under test, and the folder with the firmware images that it runs, if it is to."""
+
+    binary: Path
+    images: Path | None = None
+
+    def command(self, model: str) -> list[str]:
+        """What starts a sensor of this model."""
+        command = [str(self.binary), "--model", model]
+        return command if self.images is None else [*command, "--elf", str(self.images / model)]
+
+
 class Sensor:
     """A running virtual-sensor process."""
 
-    def __init__(self, binary: Path, model: str, **options: object) -> None:
-        command = [str(binary), "--model", model, "--listen", "127.0.0.1:0"]
+    def __init__(self, program: Program, model: str, **options: object) -> None:
+        command = [*program.command(model), "--listen", "127.0.0.1:0"]
         for name, value in options.items():
             if value is not None:
                 command += [f"--{name.replace('_', '-')}", str(value)]

@@ -9,6 +9,7 @@ from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 from .context import Context
+from .harness import Program
 from .protocol import MODELS
 from .report import Report
 
@@ -22,6 +23,9 @@ def parser(description: str, groups: Iterable[str], on_request: Iterable[str] = 
         listing += f"; only on request: {slow}"
     options = argparse.ArgumentParser(description=description, epilog=f"Groups: {listing}.")
     options.add_argument("--virtual-sensor", type=Path, required=True, metavar="PATH", help="the program to check")
+    options.add_argument(
+        "--images", type=Path, metavar="FOLDER", help="check these firmware images (named as the models) on it, not the models for the PC"
+    )
     options.add_argument("--model", action="append", choices=list(MODELS), help="only this model (repeatable)")
     options.add_argument(
         "--only", action="append", choices=[*groups, *on_request], metavar="GROUP", help="only this group (repeatable)"
@@ -33,9 +37,10 @@ def parser(description: str, groups: Iterable[str], on_request: Iterable[str] = 
 def run(options: argparse.Namespace, plan: list[tuple[str, Group]]) -> int:
     """Runs (model, group) pairs and prints every check in the order of the plan; the exit code."""
     passed = failed = 0
-    binary = options.virtual_sensor.resolve()
+    images = options.images and options.images.resolve()
+    program = Program(options.virtual_sensor.resolve(), images)
     with ProcessPoolExecutor(options.jobs) as pool:
-        for report in pool.map(run_group, itertools.repeat(binary), *zip(*plan, strict=True)):
+        for report in pool.map(run_group, itertools.repeat(program), *zip(*plan, strict=True)):
             for line in report.lines:
                 print(line)
             passed += report.passed
@@ -49,11 +54,11 @@ REAL_TIME_MODULES = ("gemac.cases_cyclic", "gemac.cases_response")
 ATTEMPTS = 4
 
 
-def run_group(binary: Path, model: str, group: Group) -> Report:
+def run_group(program: Program, model: str, group: Group) -> Report:
     """Runs one group; one that measures in real time once more when it fails, but not for ever."""
     attempts = ATTEMPTS if group.__module__ in REAL_TIME_MODULES else 1
     for attempt in range(1, attempts + 1):
-        report = attempt_group(binary, model, group)
+        report = attempt_group(program, model, group)
         if not report.failed or attempt == attempts:
             break
         # Told, so that a check which often needs a second attempt is noticed.
@@ -61,12 +66,12 @@ def run_group(binary: Path, model: str, group: Group) -> Report:
     return report
 
 
-def attempt_group(binary: Path, model: str, group: Group) -> Report:
+def attempt_group(program: Program, model: str, group: Group) -> Report:
     """Runs one group in an empty folder."""
     report = Report(f"{model} {group.__name__}")
     with tempfile.TemporaryDirectory() as folder:
         try:
-            group(Context(report, binary, MODELS[model], Path(folder)))
+            group(Context(report, program, MODELS[model], Path(folder)))
         except Exception as error:  # one broken group must not hide the others
             place = traceback.extract_tb(error.__traceback__)[-1]
             report.verdict(False, "group", "to run through", f"{error!r} at {place.name}:{place.lineno}")

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from . import protocol as p
 from .book import Book
-from .harness import Frame, Sensor, Tester
+from .harness import Frame, Program, Sensor, Tester
 from .report import Report
 
 # An identifier that means nothing to the sensor, to show it that the bus is alive.
@@ -18,7 +18,7 @@ class Session(Book):
     def __init__(
         self,
         report: Report,
-        binary: Path,
+        program: Program,
         model: p.Model,
         *,
         scene: str | Path = "tilt=0,0",
@@ -28,7 +28,7 @@ class Session(Book):
         wake: bool = True,
     ) -> None:
         super().__init__(model)
-        self.report, self.binary = report, binary
+        self.report, self.program = report, program
         self.options = {"scene": scene, "store": store, "bus_rate": bus_rate}
         self.bitrate = bitrate
         self.power_up(wake=wake)
@@ -43,7 +43,7 @@ class Session(Book):
 
     def power_up(self, *, wake: bool = True) -> None:
         """Starts the process and opens an adapter; with `wake`, gets a sensor with automatic detection to talk."""
-        self.sensor = Sensor(self.binary, self.model.name, **self.options)
+        self.sensor = Sensor(self.program, self.model.name, **self.options)
         self.tester = Tester(self.sensor.port, self.bitrate)
         if wake:
             self.wake()

@@ -6,7 +6,7 @@ mod tests;
 
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
-use object::{Endianness, Error, Object, ObjectSection, ObjectSymbol, SymbolKind};
+use object::{Endianness, Error, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
 
@@ -36,8 +36,16 @@ struct Symbol {
 struct Section {
     address: u32,
     size: u32,
-    kind: object::SectionKind,
+    kind: SectionKind,
     name: String,
+}
+
+impl Section {
+    /// True for variables.
+    fn is_ram(&self) -> bool {
+        let kinds = [SectionKind::Data, SectionKind::UninitializedData];
+        kinds.contains(&self.kind)
+    }
 }
 
 /// A firmware image.
@@ -105,6 +113,13 @@ impl Image {
             .filter(|symbol| symbol.name.contains(part))
             .min_by_key(|symbol| symbol.name.len())
             .map(|symbol| symbol.address)
+    }
+
+    /// The first address behind the static variables, below which the stack must not get.
+    pub fn end_of_statics(&self) -> u32 {
+        let in_ram = self.sections.iter().filter(|section| section.is_ram());
+        let ends = in_ram.map(|section| section.address + section.size);
+        ends.max().unwrap_or_default()
     }
 
     /// How many bytes of flash and RAM each part of the project takes; together what [`Size::of`](crate::image::Size::of) says.

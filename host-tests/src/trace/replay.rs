@@ -12,6 +12,9 @@ use std::fmt;
 /// for each rate that it tries.
 const LEAD: Duration = millis(60);
 
+/// The precision of a trace.
+const STEP: Duration = Duration::from_ticks(1);
+
 /// Turns the text of a `# scene:` line into a motion of this model, or says what is wrong with it.
 pub type Scenes = dyn Fn(&Model, &str) -> Result<Box<dyn Motion>, String>;
 
@@ -44,12 +47,14 @@ impl Trace {
     /// # Errors
     /// What the sensor sent differs from the trace, or a scene is not understood.
     pub fn replay(&self, model: &Model, scenes: &Scenes) -> Result<(), Failure> {
-        self.replay_on(model, scenes, &|model, serial, motion| {
+        let none = Duration::from_ticks(0);
+        self.replay_on(model, scenes, none, &|model, serial, motion| {
             Box::new(Device::new(model, serial, Flash::default(), motion))
         })
     }
 
-    /// Replays the trace against the sensor that `make` makes.
+    /// Replays the trace against the sensor that `make` makes, and that has been on for `boot` when the trace begins: a real one
+    /// waits for its accelerometer before it takes part in the bus.
     ///
     /// # Errors
     /// What the sensor sent differs from the trace, or a scene is not understood.
@@ -57,16 +62,17 @@ impl Trace {
         &self,
         model: &Model,
         scenes: &Scenes,
+        boot: Duration,
         make: &MakeSensor,
     ) -> Result<(), Failure> {
-        let mut replay = Replay::new(self, model, scenes, make)?;
+        let mut replay = Replay::new(self, model, scenes, boot, make)?;
         for step in &self.steps {
             replay
                 .step(&step.what, model, scenes)
                 .map_err(|message| trace_error(step.line, message))?;
         }
         let end = after(replay.last, self.tolerance);
-        replay.bus.run_until(end);
+        replay.run_until(end);
         replay.collect();
         match Difference::between(self, &replay.came) {
             Some(difference) => Err(Failure::Differs(difference)),
@@ -84,6 +90,8 @@ struct Replay {
     device: DeviceId,
     tester: AdapterId,
     tolerance: Duration,
+    /// The bus's time when the trace begins.
+    begin: Duration,
     /// The time of the last frame line.
     last: Instant,
     /// Frames of the sensor that should have come by then.
@@ -96,6 +104,7 @@ impl Replay {
         trace: &Trace,
         model: &Model,
         scenes: &Scenes,
+        begin: Duration,
         make: &MakeSensor,
     ) -> Result<Self, Failure> {
         let scene = trace.scene.as_deref().unwrap_or("tilt=0,0");
@@ -110,6 +119,7 @@ impl Replay {
             device,
             tester,
             tolerance: trace.tolerance,
+            begin,
             last: Instant::from_ticks(0),
             expected: 0,
             came: Vec::new(),
@@ -120,9 +130,9 @@ impl Replay {
         match what {
             What::Send(at, frame) => {
                 let lead = Instant::from_ticks(at.ticks().saturating_sub(LEAD.ticks()));
-                self.bus.run_until(lead);
+                self.run_until(lead);
                 self.bus.lead_detection();
-                self.bus.run_until(*at);
+                self.run_until(*at);
                 self.bus.send(self.tester, *frame);
                 self.last = *at;
                 return Ok(());
@@ -151,21 +161,31 @@ impl Replay {
         Ok(())
     }
 
+    /// Lets everything happen up to this time of the trace.
+    fn run_until(&mut self, at: Instant) {
+        self.bus.run_until(after(at, self.begin));
+    }
+
     /// Lets the frame of the line before come to its end, as long as the tolerance lets it.
     fn catch_up(&mut self) {
-        self.bus.run_until(self.last);
+        self.run_until(self.last);
         self.collect();
-        let patience = after(self.last, self.tolerance);
+        let patience = after(after(self.last, self.tolerance), self.begin);
         while self.bus.queued(self.tester) > 0 || self.came.len() < self.expected {
             let Some(next) = self.bus.next_event().filter(|at| *at <= patience) else {
                 return;
             };
-            self.bus.run_until(next);
+            // A sensor that runs freely may be about to act at any time: time goes on in any case.
+            self.bus.run_until(next.max(after(self.bus.now(), STEP)));
             self.collect();
         }
     }
 
     fn collect(&mut self) {
-        self.came.extend(self.bus.take_received(self.tester));
+        let begin = self.begin.ticks();
+        let received = self.bus.take_received(self.tester).into_iter();
+        let in_trace = |at: Instant| Instant::from_ticks(at.ticks().saturating_sub(begin));
+        self.came
+            .extend(received.map(|(at, frame)| (in_trace(at), frame)));
     }
 }

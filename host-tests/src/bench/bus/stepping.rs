@@ -46,11 +46,15 @@ impl Bus {
         }
     }
 
-    /// How far sensors that run freely may go before the others get their turn.
+    /// How far sensors that run freely may go before the others get their turn: until the first of them acts.
     fn horizon(&self) -> Picoseconds {
-        let free = |attached: &&Attached| attached.sensor.runs_freely();
-        if self.devices.iter().filter(free).count() > 1 {
-            self.time + QUANTUM
+        let free = || {
+            let sensors = self.devices.iter().map(|attached| &attached.sensor);
+            sensors.filter(|sensor| sensor.runs_freely())
+        };
+        if free().count() > 1 {
+            let acts = free().filter_map(|sensor| sensor.next_event()).min();
+            acts.unwrap_or_default().max(self.time + QUANTUM)
         } else {
             Picoseconds::MAX
         }

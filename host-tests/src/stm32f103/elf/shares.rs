@@ -1,6 +1,6 @@
 //! Which part of the project a byte of flash or static RAM belongs to.
 
-use super::{Image, Section, Symbol};
+use super::{Image, Symbol};
 use object::SectionKind;
 use std::fmt;
 
@@ -109,11 +109,7 @@ impl Shares {
             let length = segment.bytes.len() as u32;
             add(&mut shares.flash, image, segment.address, length);
         }
-        let in_ram = |section: &&Section| {
-            let kinds = [SectionKind::Data, SectionKind::UninitializedData];
-            kinds.contains(&section.kind)
-        };
-        for section in image.sections.iter().filter(in_ram) {
+        for section in image.sections.iter().filter(|section| section.is_ram()) {
             add(&mut shares.ram, image, section.address, section.size);
         }
         shares

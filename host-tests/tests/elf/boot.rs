@@ -1,0 +1,146 @@
+//! From power-up to the first frame, restarts, and the watchdog that sees to it that there always is one.
+
+use crate::rig::*;
+use host_tests::bench::{BusRate, Flash};
+use host_tests::stm32f103::rcc::ResetCause;
+use plumbline::can::BitRate;
+
+const RATE: BitRate = BitRate::K500;
+
+/// The boot-up message of table 16 with this status: the alive code, the Set-Parameter-ID, software version 3.44.
+fn boot_up(status: u8) -> plumbline::can::Frame {
+    data(REPLY, &[fsc::ALIVE, status, 0x00, 0x03, 0, 0, 0x44, 0x03])
+}
+
+/// A sensor with a fixed rate, just switched on.
+fn switched_on(name: &str) -> Rig {
+    Rig::with(name, BusRate::Fixed(RATE), fixed(name, RATE))
+}
+
+#[test]
+fn the_first_frame_comes_soon_and_tells_the_truth() {
+    for name in MODELS {
+        let mut rig = switched_on(name);
+        rig.run(1000);
+        let sent = rig.sent();
+        // The accelerometer has settled: no sensor error.
+        let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
+        assert_eq!(frames, [boot_up(0), boot_up(0)], "{name}");
+        let start = sent[0].start / 1_000_000;
+        println!("{name}: the first frame starts {start} us after power-up");
+        assert!(start < 200_000, "{name}: {start} us");
+        assert_eq!(rig.poll()[1], 0);
+    }
+}
+
+#[test]
+fn without_an_accelerometer_the_first_frame_says_so() {
+    for (name, errors) in [
+        ("is1", status::SENSOR_ERROR_X),
+        ("is2", status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y),
+    ] {
+        let mut rig = switched_on(name);
+        rig.io().0.imu.unmount();
+        rig.run(1000);
+        let sent = rig.sent();
+        let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
+        assert_eq!(frames, [boot_up(errors), boot_up(errors)], "{name}");
+        assert!(sent[0].start / 1_000_000 < 300_000);
+    }
+}
+
+#[test]
+fn reset_restarts_the_microcontroller() {
+    for name in MODELS {
+        let mut rig = switched_on(name);
+        rig.boot_up();
+        rig.expect_reset(ResetCause::Software);
+        rig.send(&fsc::RESET);
+        rig.boot_up();
+        assert_eq!(rig.device().boots(), 2);
+        rig.poll();
+    }
+}
+
+#[test]
+fn a_poll_before_a_reset_is_answered_before_it() {
+    let mut rig = switched_on("is2");
+    rig.boot_up();
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&[fsc::INCLINATION]);
+    rig.send(&fsc::RESET);
+    assert_eq!(rig.expect(REPLY, 10).bytes()[0], fsc::INCLINATION);
+    rig.boot_up();
+}
+
+/// The main loop hangs in an endless loop, interrupts are served.
+fn hang(rig: &mut Rig) {
+    rig.wait_until(10, 100, |rig| {
+        let core = rig.microcontroller().core();
+        core.active_exception() == 0 && !core.is_asleep()
+    });
+    let place = rig.microcontroller().image().end_of_statics() + 64;
+    assert!(place + 64 < rig.microcontroller().lowest_stack());
+    let core = rig.tamper().core_mut();
+    // CPSIE i; B to itself.
+    assert!(core.load(place, &[0x62, 0xB6, 0xFE, 0xE7]));
+    core.set_register(15, place);
+}
+
+#[test]
+fn a_main_loop_that_hangs_is_restarted_by_the_watchdog() {
+    // LSI runs at 30 to 60 kHz (DS5319, table 25); the firmware asks for two seconds of a typical one, 40 kHz.
+    for lsi in [30_000, 60_000] {
+        let mut rig = switched_on("is2");
+        rig.io().0.iwdg.set_lsi(lsi);
+        rig.boot_up();
+        rig.run(30);
+        hang(&mut rig);
+        let from = rig.bus.now().ticks();
+        rig.expect_reset(ResetCause::Watchdog);
+        rig.wait_until(1000, 3000, |rig| rig.microcontroller().resets().len() == 2);
+        let (at, _) = rig.microcontroller().resets()[1];
+        let took = at / 1_000_000 - from;
+        let nominal = 2_000_000 * 40_000 / u64::from(lsi);
+        // It was fed with the sample before, at most 5 ms ago, and counts in steps of about a millisecond.
+        assert!(
+            (nominal - 8_000..nominal + 3_000).contains(&took),
+            "{took} us at {lsi} Hz"
+        );
+        rig.boot_up();
+        rig.poll();
+    }
+}
+
+#[test]
+fn the_watchdog_leaves_a_sensor_alone_that_works() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), Flash::default());
+    rig.io().0.iwdg.set_lsi(60_000);
+    // Detecting, then answering and saving, page changes included.
+    rig.run(3_000);
+    rig.bus.lead_detection();
+    rig.run(100);
+    rig.send(&[fsc::INCLINATION]);
+    rig.boot_up();
+    for _ in 0..60 {
+        rig.save();
+        rig.run(50);
+    }
+    assert!(rig.flash().erased() >= 3);
+}
+
+#[test]
+fn a_crystal_that_does_not_start_is_tried_again_and_again() {
+    let mut rig = switched_on("is2");
+    rig.io().0.rcc.break_crystal(true);
+    for boots in 2..=3 {
+        rig.expect_reset(ResetCause::Watchdog);
+        // The first time the watchdog counts from 4095, because its own reload value takes five cycles of LSI to arrive (RM0008,
+        // section 19.4.4): 3.3 s.
+        rig.wait_until(1000, 3_400, |rig| rig.device().boots() == boots);
+    }
+    assert!(rig.log.is_empty());
+    rig.io().0.rcc.break_crystal(false);
+    rig.boot_up();
+    rig.poll();
+}

@@ -1,0 +1,162 @@
+//! SAVE (manual, section 9.8) on the real flash driver: power cuts, page changes, broken flash, and frames that come while the
+//! processor stands still.
+
+use crate::rig::*;
+use plumbline::can::BitRate;
+
+const RATE: BitRate = BitRate::M1;
+
+/// A half-word takes 52 us, and no image has more than these; a page takes 30 ms.
+const SAVE_TIME: u64 = 60;
+
+fn write_time(rig: &mut Rig, value: u16) {
+    let [low, high] = value.to_le_bytes();
+    rig.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
+}
+
+fn read_time(rig: &mut Rig) -> u16 {
+    let reply = rig.request(&[fsc::READ_CYCLIC_TIME]);
+    u16::from_le_bytes([reply[2], reply[3]])
+}
+
+/// Saves until a save has erased a page; returns how many saves that took.
+fn save_until_erased(rig: &mut Rig) -> u32 {
+    let before = rig.flash().erased();
+    let mut saves = 0;
+    while rig.flash().erased() == before {
+        rig.save();
+        saves += 1;
+    }
+    saves
+}
+
+/// Cuts the power in the flash operation after `others` of a save of `new`, where `old` was in force. The parameters after the next
+/// power-up, or None when the save has ended before.
+fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> {
+    write_time(rig, new);
+    rig.flash().cut_in_operation_after(others, others);
+    rig.send(&fsc::SAVE);
+    rig.run(SAVE_TIME);
+    if rig.device().is_on() {
+        assert_eq!(rig.expect(REPLY, 1).bytes()[0], fsc::SAVE[0]);
+        rig.flash().power_on();
+        return None;
+    }
+    assert!(rig.frames().is_empty(), "a reply though nothing is saved");
+    rig.power_cycle();
+    rig.boot_up();
+    let value = read_time(rig);
+    assert!(
+        value == old || value == new,
+        "{value} after a cut in operation {others}"
+    );
+    Some(value)
+}
+
+#[test]
+fn a_power_cut_at_any_half_word_leaves_the_old_or_the_new_parameters() {
+    let mut rig = Rig::booted("is2", RATE);
+    let (mut old, mut new) = (250, 1000);
+    let mut operations = 0;
+    while let Some(value) = save_with_cut(&mut rig, old, new, operations) {
+        (old, new) = (value, new + 1);
+        operations += 1;
+    }
+    println!("a save takes {operations} operations");
+    // A header, more than 20 bytes of parameters and a checksum, two bytes each.
+    assert!(operations >= 17);
+    assert_eq!(read_time(&mut rig), new);
+}
+
+#[test]
+fn a_power_cut_in_a_save_that_erases_leaves_the_old_or_the_new_parameters() {
+    let mut rig = Rig::booted("is2", RATE);
+    save_until_erased(&mut rig);
+    let places = save_until_erased(&mut rig);
+    let (mut old, mut new) = (250, 1000);
+    for operation in [0, 0, 0, 0, 1, 2, 20, 36] {
+        save_until_erased(&mut rig);
+        for _ in 1..places {
+            rig.save();
+        }
+        let erased = rig.flash().erased();
+        let value = save_with_cut(&mut rig, old, new, operation).expect("it takes longer");
+        if operation > 0 {
+            assert!(rig.flash().erased() > erased, "this save was to erase");
+        }
+        (old, new) = (value, new + 1);
+    }
+}
+
+#[test]
+fn saves_go_on_over_page_changes() {
+    for name in MODELS {
+        let mut rig = Rig::booted(name, RATE);
+        let erased = rig.flash().erased();
+        for value in 1..=80 {
+            write_time(&mut rig, value);
+            rig.save();
+            if value % 16 == 0 {
+                rig.power_cycle();
+                rig.boot_up();
+                assert_eq!(read_time(&mut rig), value);
+            }
+        }
+        assert!(rig.flash().erased() - erased >= 4);
+        assert_eq!(rig.request(&[fsc::STATUS])[1], 0);
+    }
+}
+
+#[test]
+fn a_broken_flash_is_reported() {
+    for name in MODELS {
+        let mut rig = Rig::booted(name, RATE);
+        rig.flash().fail_writes(true);
+        rig.flash().fail_erases(true);
+        write_time(&mut rig, 777);
+        let errors = status::CMD_PARAM_ERROR | status::EEPROM_ERROR;
+        assert_eq!(rig.request(&fsc::SAVE), [fsc::SAVE[0], errors]);
+        // Table 14: the bits stay until the status is read.
+        assert_eq!(rig.request(&[fsc::STATUS])[1], errors);
+        assert_eq!(rig.request(&[fsc::STATUS])[1], 0);
+        assert_eq!(read_time(&mut rig), 777);
+        rig.flash().fail_writes(false);
+        rig.flash().fail_erases(false);
+        rig.save();
+        rig.power_cycle();
+        rig.boot_up();
+        assert_eq!(read_time(&mut rig), 777);
+    }
+}
+
+#[test]
+fn frames_beyond_the_fifo_are_lost_while_a_page_is_erased_and_the_sensor_goes_on() {
+    let mut rig = Rig::booted("is2", RATE);
+    save_until_erased(&mut rig);
+    let places = save_until_erased(&mut rig);
+    for _ in 1..places {
+        rig.save();
+    }
+    rig.frames();
+    assert_eq!(rig.microcontroller().can().overruns(), 0);
+
+    let erased = rig.flash().erased();
+    rig.send(&fsc::SAVE);
+    rig.run(2);
+    // The processor stands still for 30 ms, the controller acknowledges.
+    for code in 0x10..=0x15 {
+        rig.send(&[code]);
+    }
+    rig.run(10);
+    assert_eq!(rig.flash().erased(), erased + 1, "this save was to erase");
+    assert_eq!(rig.bus.queued(rig.tester), 0, "all frames are acknowledged");
+    assert!(rig.frames().is_empty());
+    rig.run(100);
+    let replies: Vec<u8> = rig.frames().iter().map(|frame| frame.bytes()[0]).collect();
+    // RM0008, section 24.7.3: without FIFO lock the last message is overwritten, so the first two and the newest stay.
+    assert_eq!(replies, [0x10, 0x11, 0x15, fsc::SAVE[0]]);
+    assert_eq!(rig.microcontroller().can().overruns(), 3);
+    for code in 0x10..=0x15 {
+        rig.request(&[code]);
+    }
+}

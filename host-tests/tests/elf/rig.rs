@@ -1,0 +1,369 @@
+//! A flashed sensor on a bus with a tester, so that a test reads like a story.
+//!
+//! At its end every rig asks what nobody should ever see: a violation of the reference manual's rules, a stack that has reached the
+//! static variables, a reset that the test did not expect.
+
+use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, Sensor, Source};
+use host_tests::firmware;
+use host_tests::models::{self, Model};
+use host_tests::motion::Motion;
+use host_tests::scene::{Axes, Scene};
+use host_tests::stm32f103::Microcontroller;
+use host_tests::stm32f103::elf::Image;
+use host_tests::stm32f103::peripherals::Peripherals;
+use host_tests::stm32f103::rcc::ResetCause;
+use plumbline::can::{BitRate, Frame, standard};
+use plumbline::time::{Duration, Instant, after};
+use std::collections::BTreeMap;
+use std::rc::Rc;
+use std::sync::OnceLock;
+
+/// The models whose images are tested.
+pub const MODELS: [&str; 2] = ["is1", "is2"];
+
+/// The serial number of every sensor here.
+pub const SERIAL: u32 = 1;
+
+/// Factory identifiers (manual, table 17).
+pub const SET: u16 = 0x300;
+pub const REPLY: u16 = 0x301;
+pub const SYNC: u16 = 0x100;
+
+/// Function select codes (manual, table 17).
+pub mod fsc {
+    pub const INCLINATION: u8 = 0x00;
+    pub const STATUS: u8 = 0x02;
+    pub const READ_CYCLIC_TIME: u8 = 0x15;
+    pub const WRITE_BAUD_RATE: u8 = 0x23;
+    pub const WRITE_BUS_OFF_RECOVERY: u8 = 0x24;
+    pub const WRITE_CYCLIC_TIME: u8 = 0x25;
+    pub const WRITE_CYCLIC_MODE: u8 = 0x26;
+    pub const WRITE_FILTER: u8 = 0x27;
+    pub const SAVE: [u8; 5] = *b"\x50SAVE";
+    pub const RESET: [u8; 6] = *b"\xFFRESET";
+    pub const ALIVE: u8 = 0xFF;
+}
+
+/// Bits of the status byte (manual, tables 14 and 15).
+pub mod status {
+    pub const EEPROM_ERROR: u8 = 1 << 2;
+    pub const CMD_PARAM_ERROR: u8 = 1 << 3;
+    pub const SENSOR_ERROR_X: u8 = 1 << 4;
+    pub const SENSOR_ERROR_Y: u8 = 1 << 5;
+}
+
+/// The code of a bit rate in the parameter of table 17 (section 9.10.3).
+pub fn baud_rate_code(rate: BitRate) -> u8 {
+    match rate {
+        BitRate::K10 => 1,
+        BitRate::K20 => 2,
+        BitRate::K50 => 3,
+        BitRate::K100 => 4,
+        BitRate::K125 => 5,
+        BitRate::K250 => 6,
+        BitRate::K500 => 7,
+        BitRate::K800 => 8,
+        BitRate::M1 => 9,
+        BitRate::K62_5 => 10,
+    }
+}
+
+/// The image of a model, as it is flashed on a Blue Pill.
+pub fn image(model: &str) -> Rc<Image> {
+    static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
+    let files = FILES.get_or_init(|| {
+        let built = firmware::build().unwrap_or_else(|error| panic!("{error}"));
+        let read = |path| std::fs::read(path).expect("the file that was just built");
+        built
+            .into_iter()
+            .map(|(name, path)| (name, read(path)))
+            .collect()
+    });
+    let file = files.get(model).expect("an image of this name");
+    Rc::new(Image::parse(file).expect("an ELF file"))
+}
+
+/// A model by its name.
+pub fn model(name: &str) -> &'static Model {
+    models::find(name).expect("a model of this name")
+}
+
+/// At rest with these angles in degrees.
+pub fn tilt(name: &str, x: f64, y: f64) -> Box<dyn Motion> {
+    Box::new(Scene::tilt(x, y, Axes::of(model(name))).expect("angles that exist"))
+}
+
+/// A microcontroller with the image of a model, tilted by 10 and 5 degrees.
+pub fn microcontroller(name: &str, flash: Flash) -> Microcontroller {
+    let motion = tilt(name, 10.0, 5.0);
+    Microcontroller::new(model(name).name, image(name), SERIAL, flash, motion)
+}
+
+/// A parameter memory that holds these parameters, each as the data of the frame that writes it. A sensor built for the PC has saved
+/// them: the memory is the same.
+pub fn saved(name: &str, parameters: &[&[u8]]) -> Flash {
+    let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
+    let model = model(name);
+    let device = bus.attach(Device::new(
+        model,
+        SERIAL,
+        Flash::default(),
+        tilt(name, 0.0, 0.0),
+    ));
+    let tester = bus.adapter();
+    bus.open(tester, None, false);
+    bus.lead_detection();
+    bus.run_until(Instant::from_ticks(100_000));
+    bus.send(tester, data(SET, &[]));
+    bus.run_until(Instant::from_ticks(110_000));
+    for parameter in parameters.iter().copied().chain([&fsc::SAVE[..]]) {
+        bus.send(tester, data(SET, parameter));
+    }
+    bus.run_until(Instant::from_ticks(200_000));
+    let received = bus.take_received(tester);
+    let is_reply = |frame: &Frame| frame.bytes()[0] == fsc::SAVE[0];
+    let reply = received.iter().find(|(_, frame)| is_reply(frame));
+    let (_, reply) = reply.expect("the reply to SAVE");
+    assert_eq!(reply.bytes()[1] & status::CMD_PARAM_ERROR, 0);
+    Flash::new(bus.device_mut(device).flash().bytes().to_vec())
+}
+
+/// A parameter memory with this fixed bit rate.
+pub fn fixed(name: &str, rate: BitRate) -> Flash {
+    saved(name, &[&[fsc::WRITE_BAUD_RATE, baud_rate_code(rate)]])
+}
+
+/// A data frame with an 11-bit identifier.
+pub fn data(id: u16, bytes: &[u8]) -> Frame {
+    Frame::data(standard(id), bytes).expect("eight bytes at most")
+}
+
+/// So many milliseconds.
+pub const fn ms(ms: u64) -> Duration {
+    Duration::from_ticks(ms * 1000)
+}
+
+/// How long a reply may take before a test gives up.
+const PATIENCE: u64 = 200;
+
+/// One flashed sensor and one tester on a wire.
+pub struct Rig {
+    pub bus: Bus,
+    pub sensor: DeviceId,
+    pub tester: AdapterId,
+    /// Every frame so far.
+    pub log: Vec<Logged>,
+    /// How much of the log the test has looked at.
+    seen: usize,
+    /// The resets that are as they should be, the first power-up included.
+    expected: Vec<ResetCause>,
+}
+
+impl Rig {
+    /// A sensor with a blank memory on a wire at this rate, just switched on; everybody else acknowledges.
+    pub fn new(name: &str, rate: BitRate) -> Self {
+        Self::with(name, BusRate::Fixed(rate), Flash::default())
+    }
+
+    /// A sensor with this memory, just switched on.
+    pub fn with(name: &str, rate: BusRate, flash: Flash) -> Self {
+        let mut bus = Bus::new(rate);
+        let sensor = bus.attach(microcontroller(name, flash));
+        let tester = bus.adapter();
+        bus.open(tester, None, false);
+        Self {
+            bus,
+            sensor,
+            tester,
+            log: Vec::new(),
+            seen: 0,
+            expected: vec![ResetCause::PowerOn],
+        }
+    }
+
+    /// A sensor with this fixed bit rate that has sent its boot-up messages.
+    pub fn booted(name: &str, rate: BitRate) -> Self {
+        Self::booted_with(name, rate, &[])
+    }
+
+    /// A sensor with this fixed bit rate and these parameters that has sent its boot-up messages.
+    pub fn booted_with(name: &str, rate: BitRate, parameters: &[&[u8]]) -> Self {
+        let rate_parameter = [fsc::WRITE_BAUD_RATE, baud_rate_code(rate)];
+        let all: Vec<&[u8]> = parameters
+            .iter()
+            .copied()
+            .chain([&rate_parameter[..]])
+            .collect();
+        let mut rig = Self::with(name, BusRate::Fixed(rate), saved(name, &all));
+        rig.boot_up();
+        rig
+    }
+
+    /// Waits for the two boot-up messages.
+    pub fn boot_up(&mut self) {
+        for _ in 0..2 {
+            let frame = self.expect(REPLY, 1000);
+            assert_eq!(frame.bytes()[0], fsc::ALIVE, "{frame:?}");
+        }
+    }
+
+    /// The sensor.
+    pub fn device(&self) -> &dyn Sensor {
+        self.bus.device(self.sensor)
+    }
+
+    /// The microcontroller.
+    pub fn microcontroller(&self) -> &Microcontroller {
+        Microcontroller::of(self.device()).expect("not a host build")
+    }
+
+    /// The microcontroller, to tamper with.
+    pub fn tamper(&mut self) -> &mut Microcontroller {
+        let device = self.bus.device_mut(self.sensor);
+        Microcontroller::of_mut(device).expect("not a host build")
+    }
+
+    /// The peripherals, to break them, and the present in picoseconds.
+    pub fn io(&mut self) -> (&mut Peripherals, u64) {
+        let now = self.bus.now().ticks() * 1_000_000;
+        (self.tamper().io_mut(), now)
+    }
+
+    /// The parameter memory.
+    pub fn flash(&mut self) -> &mut Flash {
+        self.bus.device_mut(self.sensor).flash()
+    }
+
+    /// Lets so many microseconds pass.
+    pub fn run_us(&mut self, us: u64) {
+        let end = after(self.bus.now(), Duration::from_ticks(us));
+        self.bus.run_until(end);
+        let new = self.bus.take_log();
+        self.log.extend(new);
+    }
+
+    /// Lets so many milliseconds pass.
+    pub fn run(&mut self, ms: u64) {
+        self.run_us(ms * 1000);
+    }
+
+    /// Waits until `condition` holds, which is looked at every `step` microseconds; panics when it does not within `limit`
+    /// milliseconds.
+    #[track_caller]
+    pub fn wait_until(&mut self, step: u64, limit: u64, condition: impl Fn(&Self) -> bool) {
+        let end = after(self.bus.now(), ms(limit));
+        while !condition(self) {
+            assert!(self.bus.now() < end, "this has not come to pass");
+            self.run_us(step);
+        }
+    }
+
+    /// Sends a frame with this data on the Set-Parameter-ID.
+    pub fn send(&mut self, bytes: &[u8]) {
+        self.bus.send(self.tester, data(SET, bytes));
+    }
+
+    /// The frames of the sensor since this was last asked.
+    pub fn sent(&mut self) -> Vec<Logged> {
+        let new = self.log[self.seen..].iter();
+        let own = Source::Device(self.sensor);
+        let sent = new.filter(|logged| logged.source == own).copied().collect();
+        self.seen = self.log.len();
+        sent
+    }
+
+    /// As [`sent`](Self::sent), the frames alone.
+    pub fn frames(&mut self) -> Vec<Frame> {
+        self.sent().into_iter().map(|logged| logged.frame).collect()
+    }
+
+    /// The next frame of the sensor, which must have this identifier and come within `limit` milliseconds.
+    #[track_caller]
+    pub fn expect(&mut self, id: u16, limit: u64) -> Frame {
+        let end = after(self.bus.now(), ms(limit));
+        loop {
+            let own = Source::Device(self.sensor);
+            let new = &self.log[self.seen..];
+            if let Some(place) = new.iter().position(|logged| logged.source == own) {
+                let frame = new[place].frame;
+                self.seen += place + 1;
+                assert_eq!(frame.id(), standard(id), "{frame:?}");
+                return frame;
+            }
+            assert!(self.bus.now() < end, "no frame has come");
+            self.run_us(50);
+        }
+    }
+
+    /// Sends a request and returns the data of the reply, which must have the request's code.
+    #[track_caller]
+    pub fn request(&mut self, bytes: &[u8]) -> Vec<u8> {
+        self.send(bytes);
+        let reply = self.expect(REPLY, PATIENCE);
+        assert_eq!(reply.bytes()[0], bytes[0], "{reply:?}");
+        reply.bytes().to_vec()
+    }
+
+    /// Reads the inclination: the whole reply.
+    #[track_caller]
+    pub fn poll(&mut self) -> Vec<u8> {
+        self.request(&[fsc::INCLINATION])
+    }
+
+    /// Writes a parameter, which must not be refused.
+    #[track_caller]
+    pub fn write(&mut self, bytes: &[u8]) {
+        let reply = self.request(bytes);
+        assert_eq!(reply[1] & status::CMD_PARAM_ERROR, 0, "{reply:02X?}");
+    }
+
+    /// Saves the parameters, which must succeed.
+    #[track_caller]
+    pub fn save(&mut self) {
+        self.write(&fsc::SAVE);
+    }
+
+    /// Switches the power off and on again.
+    pub fn power_cycle(&mut self) {
+        self.expected.push(ResetCause::PowerOn);
+        self.bus.power_cycle(self.sensor);
+    }
+
+    /// From now on this reset is as it should be.
+    pub fn expect_reset(&mut self, cause: ResetCause) {
+        self.expected.push(cause);
+    }
+
+    /// Asserts what is to be so at the end.
+    fn check(&mut self) {
+        let expected = std::mem::take(&mut self.expected);
+        let microcontroller = self.microcontroller();
+        check(microcontroller);
+        let causes: Vec<_> = microcontroller
+            .resets()
+            .iter()
+            .map(|(_, cause)| *cause)
+            .collect();
+        assert_eq!(causes, expected, "the resets");
+    }
+}
+
+/// No violation of the reference manual's rules, and a stack above the static variables.
+pub fn check(microcontroller: &Microcontroller) {
+    let violations = microcontroller.violations();
+    assert!(violations.is_empty(), "{}", violations.join("\n"));
+    let statics = microcontroller.image().end_of_statics();
+    let lowest = microcontroller.lowest_stack();
+    assert!(
+        lowest > statics,
+        "the stack has reached {lowest:#x}, static variables end at {statics:#x}"
+    );
+}
+
+impl Drop for Rig {
+    fn drop(&mut self) {
+        if !std::thread::panicking() {
+            self.check();
+        }
+    }
+}

@@ -1,0 +1,125 @@
+//! How soon and how evenly the sensor speaks: the answer to SYNC, and cyclic mode for a long time.
+
+use crate::rig::*;
+use host_tests::bench::frame_length::frame_bits;
+use host_tests::bench::{Logged, Source};
+use plumbline::can::BitRate;
+
+/// Picoseconds in a microsecond, which is a bit at 1 Mbit/s.
+const US: u64 = 1_000_000;
+
+/// How many simulated seconds cyclic mode runs with the accelerometer, which takes the processor most of its time, and without it: a
+/// day.
+const MOUNTED: u64 = 900;
+const UNMOUNTED: u64 = 86_400;
+
+/// The times in ns from the end of each SYNC to the start of the answer.
+fn answer_times(rig: &mut Rig, count: usize) -> Vec<u64> {
+    let mut random = 0x2545_F491_4F6C_DD1D_u64;
+    let start = rig.log.len();
+    for _ in 0..count {
+        random ^= random << 13;
+        random ^= random >> 7;
+        random ^= random << 17;
+        rig.run_us(2_000 + random % 5_000);
+        rig.bus.send(rig.tester, data(SYNC, &[]));
+    }
+    rig.run(5);
+    let own = Source::Device(rig.sensor);
+    let log = &rig.log[start..];
+    let is_sync = |logged: &&Logged| logged.frame == data(SYNC, &[]);
+    log.iter()
+        .filter(is_sync)
+        .map(|sync| {
+            let end = sync.start + u64::from(frame_bits(&sync.frame)) * US;
+            let answer = log.iter().find(|one| one.source == own && one.start > end);
+            (answer.expect("an answer").start - end) / 1000
+        })
+        .collect()
+}
+
+#[test]
+fn sync_is_answered_within_25_us() {
+    let loads: [&[&[u8]]; 2] = [
+        &[],
+        &[
+            // Butterworth, 10 Hz; cyclic mode every 7 ms.
+            &[fsc::WRITE_FILTER, 0x10, 0x27, 1],
+            &[fsc::WRITE_CYCLIC_TIME, 7, 0],
+            &[fsc::WRITE_CYCLIC_MODE, 1],
+        ],
+    ];
+    for name in MODELS {
+        for parameters in loads {
+            let mut rig = Rig::booted_with(name, BitRate::M1, parameters);
+            rig.run(20);
+            let times = answer_times(&mut rig, 300);
+            assert_eq!(times.len(), 300);
+            let longest = times.iter().max().expect("300");
+            let shortest = times.iter().min().expect("300");
+            println!("{name}: SYNC is answered after {shortest} to {longest} ns");
+            assert!(*longest <= 25_000, "{name}: {longest} ns");
+            assert!(*shortest >= 3_000, "not within the intermission");
+        }
+    }
+}
+
+/// Cyclic mode for so many simulated seconds: every counter comes once, in time.
+fn cyclic(rig: &mut Rig, period: u64, seconds: u64, error_bits: u8) {
+    let [low, high] = (period as u16).to_le_bytes();
+    rig.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
+    rig.write(&[fsc::WRITE_CYCLIC_MODE, 1]);
+    rig.run(1);
+    rig.frames();
+    rig.log.clear();
+    let own = Source::Device(rig.sensor);
+    let mut counter: u16 = 0;
+    let mut first = None;
+    let (mut earliest, mut latest) = (0_i64, 0_i64);
+    for _ in 0..seconds {
+        let end = rig.bus.now().ticks() + 1_000_000;
+        rig.bus.run_until(plumbline::time::Instant::from_ticks(end));
+        for logged in rig.bus.take_log() {
+            assert_eq!(logged.source, own);
+            let bytes = logged.frame.bytes();
+            counter = counter.wrapping_add(1);
+            let [.., a, b] = *bytes else {
+                panic!("{bytes:?}")
+            };
+            assert_eq!(u16::from_le_bytes([a, b]), counter);
+            assert_eq!(bytes[..2], [fsc::INCLINATION, error_bits]);
+            let start = (logged.start / US) as i64;
+            let (begin, number) = first.get_or_insert((start, 0));
+            let off = start - *begin - *number * period as i64 * 1000;
+            *number += 1;
+            (earliest, latest) = (earliest.min(off), latest.max(off));
+        }
+    }
+    let (_, frames) = first.expect("frames");
+    println!("{frames} frames, {earliest} to {latest} us off their times");
+    assert!(latest - earliest <= 1_000, "{earliest} to {latest} us");
+    assert!(frames.unsigned_abs().abs_diff(seconds * 1000 / period) <= 1);
+    assert_eq!(rig.microcontroller().can().overruns(), 0);
+}
+
+#[test]
+fn cyclic_mode_keeps_its_period() {
+    let mut rig = Rig::booted("is2", BitRate::K125);
+    cyclic(&mut rig, 100, MOUNTED, 0);
+    assert_eq!(rig.device().error_counters(), Some((0, 0)));
+}
+
+#[test]
+fn the_counter_wraps_after_65535() {
+    let mut rig = Rig::booted("is1", BitRate::K500);
+    cyclic(&mut rig, 10, 660, 0);
+}
+
+#[test]
+fn cyclic_mode_runs_without_an_accelerometer() {
+    let mut rig = Rig::booted("is2", BitRate::K125);
+    rig.io().0.imu.unmount();
+    rig.run(300);
+    let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
+    cyclic(&mut rig, 250, UNMOUNTED, errors);
+}

@@ -1,0 +1,64 @@
+//! Every recorded trace, replayed against the image: the same bytes as from the model that is built for the PC.
+#![cfg(target_os = "linux")]
+
+use crate::rig::*;
+use host_tests::bench::Flash;
+use host_tests::models::Model;
+use host_tests::motion::Motion;
+use host_tests::scene::{Axes, Scene, SceneArgument};
+use host_tests::stm32f103::Microcontroller;
+use host_tests::trace::Trace;
+use plumbline::time::Duration;
+use std::path::Path;
+
+/// How long the image needs at most before it listens to the bus: it waits for the accelerometer to settle.
+const BOOT: Duration = ms(200);
+
+/// How much later than the model the image may act by itself: it keeps its deadlines with the next tick of its clock, and hands an
+/// event on with the next turn of its main loop.
+const TICK: Duration = ms(1);
+
+fn scene(model: &Model, text: &str) -> Result<Box<dyn Motion>, String> {
+    let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
+    let scene = Scene::open(Some(&argument), Axes::of(model)).map_err(|error| error.to_string())?;
+    Ok(Box::new(scene))
+}
+
+/// Replays a trace, if it is of a model whose image is tested.
+fn replay(path: &Path) -> Option<Result<(), String>> {
+    let text = std::fs::read_to_string(path).expect("a trace");
+    let mut trace: Trace = text.parse().expect("a trace");
+    if !MODELS.contains(&trace.model.as_str()) {
+        return None;
+    }
+    trace.tolerance += TICK;
+    let result = trace.replay_on(
+        model(&trace.model),
+        &scene,
+        BOOT,
+        &|model, serial, motion| {
+            let image = image(model.name);
+            let flash = Flash::default();
+            Box::new(Microcontroller::new(
+                model.name, image, serial, flash, motion,
+            ))
+        },
+    );
+    Some(result.map_err(|failure| format!("{}:\n{failure}", path.display())))
+}
+
+#[test]
+fn every_trace_passes() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
+    let mut paths: Vec<_> = folder
+        .read_dir()
+        .expect("the folder of the traces")
+        .map(|entry| entry.expect("an entry of the folder").path())
+        .filter(|path| path.extension().is_some_and(|extension| extension == "log"))
+        .collect();
+    paths.sort();
+    let results: Vec<_> = paths.iter().filter_map(|path| replay(path)).collect();
+    assert!(results.len() >= 10, "{paths:?}");
+    let failures: Vec<String> = results.into_iter().filter_map(Result::err).collect();
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
