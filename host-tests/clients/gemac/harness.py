@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -37,8 +38,8 @@ class Frame:
 class Sensor:
     """A running virtual-sensor process."""
 
-    def __init__(self, binary: Path, model: str, **options: object) -> None:
-        command = [str(binary), "--model", model, "--listen", "127.0.0.1:0"]
+    def __init__(self, binary: Path, model: str, *, arguments: Sequence[str] = (), **options: object) -> None:
+        command = [str(binary), *arguments, "--model", model, "--listen", "127.0.0.1:0"]
         for name, value in options.items():
             if value is not None:
                 command += [f"--{name.replace('_', '-')}", str(value)]
