@@ -26,6 +26,16 @@ impl Frame {
         })
     }
 
+    /// A data frame of the first `length` of these bytes, of all eight when that is more; nothing is copied byte by byte.
+    pub const fn of(id: Id, bytes: [u8; 8], length: u8) -> Self {
+        Self {
+            id,
+            remote: false,
+            length: if length > 8 { 8 } else { length },
+            data: bytes,
+        }
+    }
+
     /// A remote frame asking for `length` bytes; None when that is more than 8.
     pub fn remote(id: Id, length: usize) -> Option<Self> {
         (length <= 8).then_some(Self {

@@ -113,7 +113,7 @@ impl<M: Model> Device<M> {
         let stored = boot.loaded.payload.as_ref();
         let image = stored.and_then(|payload| Self::decode(payload));
         let damaged = boot.loaded.damaged || (stored.is_some() && image.is_none());
-        let factory = (Values::new(*M::FACTORY), Calibration::IDENTITY);
+        let factory = (*M::FACTORY, Calibration::IDENTITY);
         let (saved, calibration) = image.unwrap_or(factory);
         let mut device = Self {
             model: M::new(calibration),
@@ -174,7 +174,7 @@ impl<M: Model> Device<M> {
             let source = if rule.is_stored() {
                 self.saved.at(slot)
             } else {
-                factory::<M>(slot)
+                M::FACTORY.at(slot)
             };
             let node_id = if rule.is_node_relative() {
                 self.node_id
@@ -310,29 +310,23 @@ impl<M: Model> Device<M> {
 
     /// Queues a reply of the SDO server.
     pub(super) fn send_sdo(&mut self, bytes: &[u8; 8]) {
-        self.send(wire::SDO_REPLY + u16::from(self.node_id), bytes);
+        let id = standard(wire::SDO_REPLY + u16::from(self.node_id));
+        self.queue.reply(Frame::of(id, *bytes, 8));
     }
 
     /// The present data of a TPDO.
     pub(super) fn compose(&self, tpdo: &Tpdo) -> Option<Frame> {
-        let mut data = [0; 8];
-        let mut length = 0;
+        let (mut data, mut bits) = (0_u64, 0_u32);
         for (rule, sub) in tpdo.mapping() {
-            let value = self.number(rule, *sub).to_le_bytes();
-            let end = length + usize::from(rule.data_type().size());
-            let place = data.get_mut(length..end)?;
-            for (to, from) in place.iter_mut().zip(value) {
-                *to = from;
-            }
-            length = end;
+            let size = u32::from(rule.data_type().size()) * 8;
+            // A signed number comes with more bits than it has.
+            let value = self.number(rule, *sub) & u32::MAX.checked_shr(32 - size)?;
+            data |= u64::from(value).checked_shl(bits)?;
+            bits += size;
         }
-        Frame::data(standard(tpdo.id()?), data.get(..length)?)
+        let id = standard(tpdo.id()?);
+        Some(Frame::of(id, data.to_le_bytes(), (bits / 8) as u8))
     }
-}
-
-/// The factory value in a slot.
-fn factory<M: Model>(slot: u8) -> u32 {
-    M::FACTORY.get(usize::from(slot)).copied().unwrap_or(0)
 }
 
 /// The objects that the fixed mapping of a TPDO (1A00h, 1A01h) names.

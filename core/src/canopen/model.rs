@@ -3,7 +3,7 @@
 use super::abort::Abort;
 use super::dictionary::{Object, Rule};
 use super::emcy::Fault;
-use super::values::{SLOTS, Values};
+use super::values::Values;
 use crate::can::BitRate;
 use crate::measure::self_test::Working;
 use crate::measure::{Calibration, Reading};
@@ -60,7 +60,7 @@ pub trait Model: Sized {
     /// What the device keeps of it: its projection by [`rules`](super::dictionary::rules).
     const RULES: &'static [Rule];
     /// The factory values by slot: its projection by [`factory`](super::dictionary::factory).
-    const FACTORY: &'static [u32; SLOTS];
+    const FACTORY: &'static Values;
     /// Slots of stored values that are no objects.
     const HIDDEN: Range<u8>;
     /// Slots that are stored as soon as [`Effect::Store`] asks for it.

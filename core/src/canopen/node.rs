@@ -136,7 +136,7 @@ impl<M: Model> Device<M> {
             self.nmt(now, frame);
         } else if id == wire::ERROR_CONTROL + node_id {
             self.guard(now, frame);
-        } else if frame.is_remote() {
+        } else if frame.is_remote() && self.state == State::Operational {
             self.requested(now, id);
         }
     }
@@ -198,8 +198,10 @@ impl<M: Model> Device<M> {
             self.deferred = Some(*frame);
             return;
         }
+        let expires = self.transfer.expires;
         self.serve(now, bytes);
-        self.attention = true;
+        // A read of a number changes nothing that a timer waits for.
+        self.attention |= self.transfer.expires != expires;
     }
 
     fn nmt(&mut self, now: Instant, frame: &Frame) {
@@ -284,18 +286,17 @@ impl<M: Model> Device<M> {
                 self.react(number, Reaction::Send);
             }
         }
-        if self.emergency.is_due(now) {
-            self.send_emergencies(now);
-        }
+        self.send_emergencies(now);
     }
 
     fn send_emergencies(&mut self, now: Instant) {
         let id = self.values.get(Key::EmcyId);
         let enabled = id & wire::DISABLED == 0;
-        while self.link == Link::Online
+        // Whether one is due comes first: it also ends the inhibit time.
+        while self.emergency.is_due(now)
+            && self.link == Link::Online
             && self.state.communicates()
             && self.queue.has_room()
-            && self.emergency.is_due(now)
             && let Some(message) = self.emergency.take(now)
         {
             if enabled {

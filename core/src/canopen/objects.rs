@@ -57,6 +57,7 @@ impl<M: Model> Device<M> {
         rule: &Rule,
         data: &[u8],
     ) -> Result<Written, Abort> {
+        self.attention = true;
         fits(rule, data.len() as u32)?;
         if rule.home == Home::Key {
             let effect = self.model.write_text(data, &mut self.values)?;

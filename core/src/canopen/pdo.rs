@@ -136,11 +136,8 @@ impl Tpdo {
         &self.mapping
     }
 
-    /// A SYNC has come.
+    /// A SYNC has come in operational.
     pub fn sync(&mut self) -> Reaction {
-        if !self.running || self.id.is_none() {
-            return Reaction::None;
-        }
         match self.kind {
             Type::Acyclic => Reaction::SendChanged,
             Type::Cyclic(count) => {
@@ -156,9 +153,9 @@ impl Tpdo {
         }
     }
 
-    /// A remote frame with its identifier has come.
+    /// A remote frame with its identifier has come in operational.
     pub fn request(&mut self, now: Instant) -> Reaction {
-        if !self.running || !self.remote {
+        if !self.remote {
             return Reaction::None;
         }
         match self.kind {

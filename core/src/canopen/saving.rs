@@ -44,13 +44,12 @@ fn stored(rules: &'static [Rule], communication: bool) -> impl Iterator<Item = u
 impl<M: Model> Device<M> {
     /// Begins a save; the SDO reply comes when the memory holds it.
     pub(super) fn begin_save(&mut self, what: What) -> Written {
-        let factory = Values::new(*M::FACTORY);
         let mut values = self.saved;
         match what {
             What::Everything => values = self.values,
             What::AtOnce => values.copy(&self.values, M::AT_ONCE),
-            What::FactoryCommunication => values.copy(&factory, stored(M::RULES, true)),
-            What::FactoryOwn => values.copy(&factory, own::<M>()),
+            What::FactoryCommunication => values.copy(M::FACTORY, stored(M::RULES, true)),
+            What::FactoryOwn => values.copy(M::FACTORY, own::<M>()),
         }
         self.saving = Some(Saving { what, values });
         self.wanted.save = true;
@@ -75,7 +74,7 @@ impl<M: Model> Device<M> {
             }
             What::FactoryOwn => {
                 if succeeded {
-                    self.values.copy(&Values::new(*M::FACTORY), own::<M>());
+                    self.values.copy(M::FACTORY, own::<M>());
                 }
                 self.values.set(M::FACTORY_RESET, succeeded.into());
             }
@@ -115,7 +114,7 @@ impl<M: Model> Device<M> {
         let size = payload.len().checked_sub(calibration::SIZE)?;
         let (values, calibration) = payload.split_at_checked(size)?;
         let calibration = Calibration::decode(calibration.try_into().ok()?)?;
-        let values = Values::new(*M::FACTORY).decode(M::RULES, M::HIDDEN, values)?;
+        let values = M::FACTORY.decode(M::RULES, M::HIDDEN, values)?;
         M::is_whole(&values).then_some((values, calibration))
     }
 }

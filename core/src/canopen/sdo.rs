@@ -254,7 +254,7 @@ impl<M: Model> Device<M> {
         if size.is_some_and(|size| size != length) {
             return Err(Abort::Length);
         }
-        let data = self.transfer.data.clone();
+        let data = core::mem::take(&mut self.transfer.data);
         let written = self.write(now, rule, &data)?;
         Ok(self.answer_write(written, reply))
     }

@@ -10,7 +10,7 @@ use crate::store::Payload;
 use core::ops::Range;
 
 /// The number of slots for values, enough for every model.
-pub const SLOTS: usize = 40;
+pub const SLOTS: usize = 36;
 
 /// The values of all parameters of one sensor, by slot; a signed number is there as its bytes make it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -67,22 +67,23 @@ impl Values {
         }
     }
 
-    /// Takes the stored values over from the bytes of an image; None unless every single one is permitted and nothing is left.
-    pub fn decode(mut self, rules: &[Rule], hidden: Range<u8>, mut bytes: &[u8]) -> Option<Self> {
+    /// These values, but the stored ones from the bytes of an image; None unless every single one is permitted and nothing is left.
+    pub fn decode(&self, rules: &[Rule], hidden: Range<u8>, mut bytes: &[u8]) -> Option<Self> {
+        let mut values = *self;
         for rule in rules.iter().filter(|rule| rule.is_stored()) {
             let size = rule.data_type().size();
             let (value, rest) = bytes.split_at_checked(size.into())?;
             let value = number(value, size)?;
             check(rule.home, value).ok()?;
-            self.set(rule.home.slot()?, value);
+            values.set(rule.home.slot()?, value);
             bytes = rest;
         }
         for slot in hidden {
-            let (value, rest) = bytes.split_first_chunk()?;
-            self.set(slot, u32::from_le_bytes(*value));
+            let (number, rest) = bytes.split_first_chunk()?;
+            values.set(slot, u32::from_le_bytes(*number));
             bytes = rest;
         }
-        bytes.is_empty().then_some(self)
+        bytes.is_empty().then_some(values)
     }
 }
 
@@ -91,9 +92,8 @@ pub fn number(bytes: &[u8], size: u8) -> Option<u32> {
     if bytes.len() != usize::from(size) {
         return None;
     }
-    let mut number = [0; 4];
-    number.get_mut(..bytes.len())?.copy_from_slice(bytes);
-    Some(u32::from_le_bytes(number))
+    let digits = bytes.iter().rev();
+    Some(digits.fold(0, |number, &byte| number << 8 | u32::from(byte)))
 }
 
 /// Whether `value` may be written to a value that lives in `home`.

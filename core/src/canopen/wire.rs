@@ -132,15 +132,14 @@ impl Request {
 /// The reply to the initiation of an upload of `data`: with the data in it, or with their number.
 pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
     let mut content = [0; 4];
-    let command = match content.get_mut(..data.len()) {
-        Some(place) if !data.is_empty() => {
-            place.copy_from_slice(data);
-            0x43 | (4 - data.len() as u8) << 2
+    let command = if (1..=4).contains(&data.len()) {
+        for (to, from) in content.iter_mut().zip(data) {
+            *to = *from;
         }
-        _ => {
-            content = (data.len() as u32).to_le_bytes();
-            0x41
-        }
+        0x43 | (4 - data.len() as u8) << 2
+    } else {
+        content = (data.len() as u32).to_le_bytes();
+        0x41
     };
     addressed(command, address, content)
 }

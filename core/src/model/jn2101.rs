@@ -11,7 +11,6 @@ mod slots;
 use crate::can::BitRate;
 use crate::canopen::dictionary::{Object, Rule, factory, rules};
 use crate::canopen::emcy::{self, Fault};
-use crate::canopen::values::SLOTS;
 use crate::canopen::{self, Abort, Device, Effect, LedTable, Text, Values};
 use crate::heater::{self, Heater, Settings};
 use crate::measure::self_test::Working;
@@ -26,7 +25,7 @@ use measuring::{Measuring, Output, frame, keep_frame};
 pub type Jn2101 = Device<Application>;
 
 static RULES: [Rule; objects::ROWS] = rules(&objects::OBJECTS);
-static FACTORY: [u32; SLOTS] = factory(&objects::OBJECTS);
+static FACTORY: Values = Values::new(factory(&objects::OBJECTS));
 
 /// The emergency codes (7.6.1 and 11) of the bits of the status register.
 static FAULTS: [Fault; 8] = [
@@ -98,7 +97,7 @@ struct Wanted {
 impl canopen::Model for Application {
     const OBJECTS: &'static [Object] = &objects::OBJECTS;
     const RULES: &'static [Rule] = &RULES;
-    const FACTORY: &'static [u32; SLOTS] = &FACTORY;
+    const FACTORY: &'static Values = &FACTORY;
     const HIDDEN: Range<u8> = slots::HIDDEN;
     const AT_ONCE: Range<u8> = slots::TEACH..slots::HIDDEN.end;
     const FACTORY_RESET: u8 = slots::FACTORY_RESET;
@@ -201,11 +200,11 @@ impl canopen::Model for Application {
     }
 
     fn text(&self, values: &Values) -> Text {
-        key::compose(values, &Values::new(FACTORY))
+        key::compose(values, &FACTORY)
     }
 
     fn write_text(&mut self, text: &[u8], values: &mut Values) -> Result<Effect, Abort> {
-        let mut new = key::parse(text, values, &Values::new(FACTORY), &RULES)?;
+        let mut new = key::parse(text, values, &FACTORY, &RULES)?;
         // A key does not carry what was taught or zeroed, so it can end that but not bring it about.
         let mut effect = Effect::None;
         for slot in [slots::TEACH, slots::ZERO] {

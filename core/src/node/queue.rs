@@ -9,11 +9,21 @@ const CAPACITY: usize = 16;
 /// Places that only replies already begun (and cyclic values) may take: see [`TransmitQueue::has_room`].
 const RESERVE: usize = 7;
 
+/// What becomes of a frame that waits.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Kind {
+    /// It is sent.
+    Reply,
+    /// It is sent, unless a newer one takes its place.
+    Cyclic,
+    /// It is not sent.
+    Withdrawn,
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Entry {
-    /// None: withdrawn.
-    frame: Option<Frame>,
-    cyclic: bool,
+    frame: Frame,
+    kind: Kind,
 }
 
 /// Frames waiting for a mailbox.
@@ -35,36 +45,29 @@ impl TransmitQueue {
 
     /// Appends a reply. The caller has seen [`has_room`](Self::has_room) before it took the request in.
     pub fn reply(&mut self, frame: Frame) {
-        // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
-        let _ = self.entries.push_back(Entry {
-            frame: Some(frame),
-            cyclic: false,
-        });
+        self.push(frame, Kind::Reply);
     }
 
     /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
         let id = frame.id();
-        let entry = Entry {
-            frame: Some(frame),
-            cyclic: true,
-        };
-        let same = |waiting: &&mut Entry| {
-            waiting.cyclic && waiting.frame.is_some_and(|frame| frame.id() == id)
-        };
+        let same = |waiting: &&mut Entry| waiting.kind == Kind::Cyclic && waiting.frame.id() == id;
         match self.entries.iter_mut().find(same) {
-            Some(stale) => *stale = entry,
-            None => {
-                let _ = self.entries.push_back(entry);
-            }
+            Some(stale) => stale.frame = frame,
+            None => self.push(frame, Kind::Cyclic),
         }
+    }
+
+    fn push(&mut self, frame: Frame, kind: Kind) {
+        // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
+        let _ = self.entries.push_back(Entry { frame, kind });
     }
 
     /// Drops the cyclic value with this identifier.
     pub fn withdraw(&mut self, id: Id) {
         for entry in &mut self.entries {
-            if entry.cyclic && entry.frame.is_some_and(|frame| frame.id() == id) {
-                entry.frame = None;
+            if entry.kind == Kind::Cyclic && entry.frame.id() == id {
+                entry.kind = Kind::Withdrawn;
             }
         }
     }
@@ -77,7 +80,8 @@ impl TransmitQueue {
     /// The next frame to send.
     pub fn pop(&mut self) -> Option<Frame> {
         loop {
-            if let Some(frame) = self.entries.pop_front()?.frame {
+            let Entry { frame, kind } = self.entries.pop_front()?;
+            if kind != Kind::Withdrawn {
                 return Some(frame);
             }
         }
