@@ -1,4 +1,5 @@
-//! Real clients against the virtual sensor and the descriptors: python-can and cantools, with checks written from the manual.
+//! Real clients against the virtual sensor and the descriptors: python-can, python-canopen, tshark and cantools, with checks
+//! written from the manuals.
 
 #[path = "process/python.rs"]
 mod python;
@@ -19,6 +20,16 @@ fn the_protocol_is_the_manuals() {
     python::run(
         "gemac_check.py",
         &["can", "serial"],
+        &["--virtual-sensor", VIRTUAL_SENSOR],
+    );
+}
+
+#[test]
+fn the_canopen_sensor_is_the_manuals() {
+    let _alone = alone();
+    python::run(
+        "canopen_check.py",
+        &["can", "canopen", "serial"],
         &["--virtual-sensor", VIRTUAL_SENSOR],
     );
 }

@@ -48,7 +48,7 @@ def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, 
     )
     options.add_argument("--virtual-sensor", type=Path, required=True, metavar="PATH", help="the program to check")
     options.add_argument("--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)")
-    options.add_argument("--jobs", type=int, default=2, metavar="N", help="groups at the same time (default: 2)")
+    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time, which mostly wait (default: 6)")
     known, others = options.parse_known_args()
     return known, tuple(others)
 

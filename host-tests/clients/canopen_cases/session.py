@@ -67,9 +67,11 @@ class Session:
         """Until the adapter is open nobody acknowledges. When that takes a while, the controller is error passive, and the sensor
         says so after its boot-up message. Clears that error, and waits until the first reading has come."""
         self.wait(lambda frame: False, 0.06)
-        passive = Frame(p.EMCY + self.node, p.encode(p.ERROR_PASSIVE, 2) + b"\x11".ljust(6, b"\x00"))
-        if passive in self.others:
-            self.others = [frame for frame in self.others if frame.id != p.EMCY + self.node]
+        code = p.encode(p.ERROR_PASSIVE, 2)
+        lonely = [n for n, frame in enumerate(self.others) if frame.id == p.EMCY + self.node and frame.data[:2] == code]
+        if lonely:
+            # The error and its end.
+            del self.others[lonely[0] : lonely[0] + 2]
             self.put(0x1003, 0, 0)
 
     def power_down(self) -> None:
