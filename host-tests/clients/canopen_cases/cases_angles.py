@@ -21,7 +21,9 @@ EXCAVATOR = {
 }
 
 
-def near(session: Session, name: str, expected: tuple[float | None, ...], unit: float = 0.01, tolerance: float = 0.01) -> None:
+def near(
+    session: Session, name: str, expected: tuple[float | None, ...], unit: float = 0.01, tolerance: float = 0.01
+) -> None:
     """Compares both slopes (6110h and 6120h) with angles in deg; one unit of the resolution may be lost by rounding."""
     got = [value * unit for value in session.settle()]
     good = all(want is None or abs(want - value) <= tolerance + 1e-9 for want, value in zip(expected, got, strict=True))
@@ -35,7 +37,8 @@ def excavator(context: Context) -> None:
             for definition, expected in rows.items():
                 session.put(0x2044, 0, definition)
                 near(session, f"{position}, definition {definition}", expected, tolerance=0.015)
-                session.report.equal(f"{position}, definition {definition}: 16 and 32 bit", session.slopes(True), session.slopes())
+                name = f"{position}, definition {definition}: 16 and 32 bit"
+                session.report.equal(name, session.slopes(wide=True), session.slopes())
 
 
 def quadrants(context: Context) -> None:

@@ -124,7 +124,9 @@ def swinging(path: Path, half: float, count: int) -> Path:
 
 def limit(context: Context) -> None:
     """The range of +-45 deg, both axes, and an error from the start."""
-    for x, y, beyond in ((44, 0, False), (-44, 0, False), (0, 44, False), (47, 0, True), (-47, 0, True), (0, 47, True), (0, -47, True)):
+    within, outside = ((44, 0), (-44, 0), (0, 44), (0, -44)), ((47, 0), (-47, 0), (0, 47), (0, -47))
+    for x, y in within + outside:
+        beyond = (x, y) in outside
         with context.session(scene=f"tilt={x},{y}") as session:
             session.collect(1.0)
             register = session.get(0x1001)

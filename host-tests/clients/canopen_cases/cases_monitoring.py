@@ -69,10 +69,15 @@ def life_guarding(context: Context) -> None:
                 other.quiet(f"{index:04X}h = 0: no life guarding", 0.4)
 
 
+def shortest_overflow() -> tuple[int, int]:
+    """Guard time (ms) and factor whose product in us is the least above 2^32."""
+    pairs = [((1 << 32) // 1000 // factor + 1, factor) for factor in range(66, 256)]
+    return min(pairs, key=lambda pair: pair[0] * pair[1])
+
+
 def long_life(context: Context) -> None:
     """A life time of more than 2^32 us, whose lowest 32 bits would be short."""
-    factor = next(f for f in range(255, 65, -1) for g in [-(-(1 << 32) // 1000 // f)] if g <= 0xFFFF and g * f * 1000 % (1 << 32) < 400_000)
-    guard_time = -(-(1 << 32) // 1000 // factor)
+    guard_time, factor = shortest_overflow()
     with context.session() as session:
         session.put(0x100C, 0, guard_time)
         session.put(0x100D, 0, factor)
@@ -165,9 +170,10 @@ def resets_guarding(context: Context) -> None:
             frames = [str(frame) for frame in session.collect(0.5)]
             # Reset communication may tell the end of an error that it keeps in its list; it comes after the boot-up message.
             wanted = ["70A#00", "08A#0000000000000000"][: 2 if command == p.RESET_COMMUNICATION else 1]
-            session.report.verdict(frames in (wanted, wanted[:1]), f"master lost, command {command}: boot-up, no error", wanted, frames)
-            session.reads(f"master lost, command {command}: 1001h", 0x1001, 0, 0)
-            session.report.equal(f"master lost, command {command}: guarded from 0 again", p.PRE_OPERATIONAL, session.guard().data[0])
+            name = f"master lost, command {command}"
+            session.report.verdict(frames in (wanted, wanted[:1]), f"{name}: boot-up, no error", wanted, frames)
+            session.reads(f"{name}: 1001h", 0x1001, 0, 0)
+            session.report.equal(f"{name}: the toggle bit is 0 again", p.PRE_OPERATIONAL, session.guard().data[0])
 
 
 GROUPS = (guarding, life_guarding, long_life, error_behaviour, heartbeat, heartbeat_and_guarding, once, resets_guarding)

@@ -21,7 +21,8 @@ def aborts(session: Session, name: str, request: bytes, codes: int | set[int], i
     session.refused(name, codes, session.exchange, request)
     if index is not None:
         answer = session.sdo(request)
-        session.report.equal(f"{name}: the abort names the object", p.encode(index, 2).hex(), answer[1:3].hex() if answer else None)
+        named = answer[1:3].hex() if answer else None
+        session.report.equal(f"{name}: the abort names the object", p.encode(index, 2).hex(), named)
 
 
 def alive(session: Session, name: str) -> None:
@@ -215,6 +216,17 @@ def resets(context: Context) -> None:
             aborts(session, f"command {command}: the transfer has ended", b"\x60", p.UNKNOWN_COMMAND)
 
 
+def stopped(context: Context) -> None:
+    """In stopped there is no SDO: not the time-out of a transfer that was begun before, and not its rest either."""
+    with context.session() as session:
+        session.exchange(initiate(0x40, 0x3000, 0))
+        session.nmt(p.STOP)
+        session.send(p.SDO_REQUEST + session.node, b"\x60".ljust(8, b"\x00"))
+        session.quiet("a transfer that was begun before: nothing in stopped", 3.0)
+        session.nmt(p.ENTER_PRE_OPERATIONAL)
+        alive(session, "pre-operational again")
+
+
 def pause(context: Context) -> None:
     """A client that pauses can go on, or is told that its time is over; the server is free again either way."""
     with context.session() as session:
@@ -253,6 +265,7 @@ GROUPS = (
     unknown_commands,
     malformed,
     resets,
+    stopped,
     pause,
     burst,
 )

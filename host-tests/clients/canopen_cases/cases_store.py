@@ -6,8 +6,8 @@ from . import protocol as p
 from .runner import Context
 from .session import Session
 
-# One changed value per setting that is saved by 1010h (1029h is not: column "Save" of section 7.6); the node id, the bit rate and 1F80h have checks of their own, zero and
-# teach save themselves (J11).
+# One changed value per setting that is saved by 1010h (1029h is not: column "Save" of section 7.6). The node id, the bit rate and
+# 1F80h have checks of their own; zero and teach save themselves (J11).
 CHANGED = {
     (0x1005, 0): 0x85,
     (0x100C, 0): 300,

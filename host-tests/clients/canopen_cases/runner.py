@@ -47,8 +47,10 @@ def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, 
         allow_abbrev=False,
     )
     options.add_argument("--virtual-sensor", type=Path, required=True, metavar="PATH", help="the program to check")
-    options.add_argument("--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)")
-    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time, which mostly wait (default: 6)")
+    options.add_argument(
+        "--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)"
+    )
+    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time; most wait (default: 6)")
     known, others = options.parse_known_args()
     return known, tuple(others)
 
