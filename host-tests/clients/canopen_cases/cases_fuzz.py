@@ -23,7 +23,7 @@ def invalid_frames(context: Context) -> None:
                 send_invalid(session, generator)
                 if number % 50 == 0:
                     session.tester.collect_until_quiet(0.01)
-            session.tester.collect_until_quiet()
+            session.resynchronise()
             session.check_state(f"state {state}: {COUNT} invalid frames, then the state", state)
             session.report.equal(f"state {state}: {COUNT} invalid frames, then everything", before, session.snapshot())
             session.report.equal(f"state {state}: no error", (0, 0), (session.get(0x1001), session.get(0x1003)))
@@ -68,10 +68,10 @@ def random_frames(context: Context) -> None:
     with context.session(store=context.store()) as session:
         for _ in range(COUNT):
             send_random(session, generator)
-        session.tester.collect_until_quiet(0.1, 5.0)
+        session.nmt(p.ENTER_PRE_OPERATIONAL, 0)
+        session.resynchronise()
         running = session.sensor.running
         session.report.verdict(running, f"{COUNT} random frames: the process", "runs", "runs" if running else "ended")
-        session.nmt(p.ENTER_PRE_OPERATIONAL, 0)
         session.put(0x1017, 0, 0)
         session.collect(0.1)
         session.report.equal("it still answers", 0x4019A, session.get(0x1000))

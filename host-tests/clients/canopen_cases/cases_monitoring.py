@@ -7,7 +7,6 @@ from gemac.harness import EXTENDED, Frame
 from . import protocol as p
 from .monitoring import lose_master
 from .runner import Context
-from .session import Session
 
 
 def guarding(context: Context) -> None:
