@@ -198,7 +198,8 @@ class Session:
         """Waits until every request that was sent before is served, and forgets the answers: the answer to this one comes last."""
         request = initiate(0x40, 0x1018, 0xA5)
         self.send(p.SDO_REQUEST + self.node, request)
-        self.wait(lambda frame: frame.id == p.SDO_REPLY + self.node and frame.data[1:4] == request[1:4], 20.0)
+        answer = p.SDO_REPLY + self.node
+        self.wait(lambda frame: frame.id == answer and frame.data[1:4] == request[1:4], 20.0)
         self.others.clear()
 
     def get(self, index: int, sub: int = 0) -> int:
