@@ -193,6 +193,21 @@ fn a_silent_guarding_master_is_an_emergency() {
 }
 
 #[test]
+fn a_reset_forgets_that_the_master_was_lost() {
+    for command in ["000#810A", "000#820A"] {
+        let mut t = guarded();
+        t.exchange("70A#R1");
+        t.wait(400);
+        assert_eq!(t.read(0x1001, 0), Ok(0x11));
+        let sent = t.exchange(command);
+        assert_eq!(sent[0], "70A#00");
+        assert!(!sent.iter().any(|frame| frame.starts_with("08A#3081")));
+        assert_eq!(t.read(0x1001, 0), Ok(0), "{command}");
+        assert_eq!(t.wait(2000), []);
+    }
+}
+
+#[test]
 fn the_error_behaviour_says_what_becomes_of_the_state() {
     for (start, behaviour, end) in [
         ("000#0100", 0, "FF"),

@@ -1,5 +1,5 @@
-//! Real clients against the virtual sensor and the descriptors: python-can, cantools and readers of data sheets, with checks written
-//! from the manual.
+//! Real clients against the virtual sensor and the descriptors: python-can, python-canopen, tshark, cantools and readers of data
+//! sheets, with checks written from the manuals.
 
 #[path = "process/python.rs"]
 mod python;
@@ -65,6 +65,16 @@ fn the_protocol_of_the_flashed_images_is_the_manuals() {
     arguments.extend(IMAGES.iter().flat_map(|model| ["--model", model]));
     arguments.extend(TIMELESS.iter().flat_map(|group| ["--only", group]));
     python::run("gemac_check.py", &["can", "serial"], &arguments);
+}
+
+#[test]
+fn the_canopen_sensor_is_the_manuals() {
+    let _alone = alone();
+    python::run(
+        "canopen_check.py",
+        &["can", "canopen", "serial"],
+        &["--virtual-sensor", VIRTUAL_SENSOR],
+    );
 }
 
 #[test]

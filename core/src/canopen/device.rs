@@ -155,8 +155,9 @@ impl<M: Model> Device<M> {
         values.copy(&self.values, M::TAKEN_ALONG);
         self.values = values;
         self.model.configure(&values);
-        // The history begins anew; the faults that still are begin again behind the boot-up message.
-        let faults = self.emergency.present();
+        // The history begins anew; the faults that still are begin again behind the boot-up message. A master that was lost is
+        // none of them: guarding begins anew as well.
+        let faults = self.emergency.present() & !emcy::GUARDING;
         self.emergency = Emergency::new(M::FAULTS);
         self.reset_communication(now);
         self.emergency.update(faults, faults);

@@ -6,6 +6,7 @@ import subprocess
 import tempfile
 import threading
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -36,14 +37,15 @@ class Frame:
 
 @dataclass(frozen=True)
 class Program:
-    """The program under test, and the folder with the firmware images that it runs, if it is to."""
+    """The program under test, further arguments for it, and the folder with the firmware images that it runs, if it is to."""
 
     binary: Path
     images: Path | None = None
+    arguments: Sequence[str] = ()
 
     def command(self, model: str) -> list[str]:
         """What starts a sensor of this model."""
-        command = [str(self.binary), "--model", model]
+        command = [str(self.binary), *self.arguments, "--model", model]
         return command if self.images is None else [*command, "--elf", str(self.images / model)]
 
 

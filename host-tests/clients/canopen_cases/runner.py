@@ -1,0 +1,93 @@
+"""Runs groups of checks and prints the count."""
+
+import argparse
+import itertools
+import tempfile
+import traceback
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from gemac.report import Report
+
+from .session import Session
+
+MODEL = "jn2101"
+# A machine that is busy with something else can spoil one attempt of a group that measures in real time, but not every one.
+ATTEMPTS = 3
+
+
+@dataclass
+class Context:
+    """The sensor program with further arguments for it, an empty folder and the report."""
+
+    report: Report
+    binary: Path
+    arguments: tuple[str, ...]
+    folder: Path
+
+    def session(self, **options: object) -> Session:
+        """Starts a sensor; see `Session` for the options."""
+        return Session(self.report, self.binary, MODEL, self.arguments, **options)
+
+    def store(self, name: str = "memory") -> Path:
+        """A path for a nonvolatile memory that does not exist yet."""
+        return self.folder / f"{name}.bin"
+
+
+Group = Callable[[Context], None]
+
+
+def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, tuple[str, ...]]:
+    """The command line, and what of it is for the sensor program."""
+    options = argparse.ArgumentParser(
+        description=description,
+        epilog=f"Other arguments go to the sensor program. Groups: {', '.join(groups)}.",
+        allow_abbrev=False,
+    )
+    options.add_argument("--virtual-sensor", type=Path, required=True, metavar="PATH", help="the program to check")
+    options.add_argument(
+        "--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)"
+    )
+    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time; most wait (default: 6)")
+    known, others = options.parse_known_args()
+    return known, tuple(others)
+
+
+def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterable[Group]) -> int:
+    """Runs the groups and prints every check in their order; the exit code."""
+    passed = failed = 0
+    binary = options.virtual_sensor.resolve()
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for report in pool.map(run_group, itertools.repeat(binary), itertools.repeat(arguments), groups):
+            for line in report.lines:
+                print(line)
+            passed += report.passed
+            failed += report.failed
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+def run_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
+    """Runs one group, once more when it fails, but not for ever."""
+    for attempt in range(1, ATTEMPTS + 1):
+        report = attempt_group(binary, arguments, group)
+        if not report.failed or attempt == ATTEMPTS:
+            break
+        # Told, so that a check which often needs a second attempt is noticed.
+        print(f"attempt {attempt} of {group.__name__} failed:", *(x for x in report.lines if "FAIL" in x), sep="\n  ", flush=True)
+    return report
+
+
+def attempt_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
+    """Runs one group in an empty folder."""
+    report = Report(f"{MODEL} {group.__name__}")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            group(Context(report, binary, arguments, Path(folder)))
+        except Exception as error:  # one broken group must not hide the others
+            places = traceback.extract_tb(error.__traceback__)
+            place = " in ".join(f"{step.name}:{step.lineno}" for step in reversed(places[-4:]))
+            report.verdict(False, "group", "to run through", f"{error!r} at {place}")
+    return report
