@@ -6,7 +6,7 @@
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
 //! - [`stm32f103`]: the microcontroller, simulated, for the very image that is flashed;
-//! - [`models`] and [`motion`]: what all of these share.
+//! - [`models`], [`motion`] and [`thermal`]: what all of these share.
 
 pub mod bench;
 pub mod calibrate;
@@ -20,6 +20,7 @@ pub mod scene;
 pub mod server;
 pub mod slcan;
 pub mod stm32f103;
+pub mod thermal;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod virtual_sensor;

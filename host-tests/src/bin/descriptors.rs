@@ -4,6 +4,7 @@ use clap::Parser;
 use host_tests::descriptors::dbc;
 use plumbline::model::is1::OneAxis;
 use plumbline::model::is2::TwoAxes;
+use plumbline::model::{is1tk, is2tk};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -33,6 +34,8 @@ fn write(out: &Path) -> std::io::Result<()> {
         ("is2", dbc::<TwoAxes>("is2")),
         ("is1d", dbc::<OneAxis>("is1d")),
         ("is2d", dbc::<TwoAxes>("is2d")),
+        ("is1tk", dbc::<is1tk::OneAxis>("is1tk")),
+        ("is2tk", dbc::<is2tk::TwoAxes>("is2tk")),
     ] {
         let path = out.join(model).with_extension("dbc");
         std::fs::write(&path, text)?;
