@@ -9,9 +9,9 @@ use core::marker::PhantomData;
 /// The heater of the measuring cell.
 ///
 /// The temperature is to be independent of the operating temperature (section 9.3), which ends at +80 degC (table 1). A heater cannot
-/// cool, so the set point lies above that; the accelerometer is specified up to 85 degC. The power is what the peak of 4.8 W (table
-/// 1) leaves beside the electronics. With a cell that gets 150 K warmer with it, in 90 s, the temperature stands after two
-/// minutes from 25 degC and after four from -20 degC, and overshoots by at most 0.2 K.
+/// cool, so the set point lies above that; the accelerometer is specified up to 85 degC. The power is what the peak of 4.8 W
+/// (table 1) leaves beside the electronics. In a cell that it makes 150 K warmer, in 90 s, the temperature stands after two minutes
+/// from 25 degC and after four from -20 degC, and overshoots by at most 0.2 K.
 static HEATER: Settings = Settings {
     set_point: 82_00,
     proportional: 100,
