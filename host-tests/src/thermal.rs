@@ -99,7 +99,7 @@ mod tests {
             reading.temperature
         };
         assert_eq!(temperature(150, 1000, 25_00), 25_00 + 94_82);
-        assert_eq!(temperature(10_000, 1000, 25_00), 175_00);
+        assert_eq!(temperature(10_000, 1000, 25_00), 17_500);
         assert_eq!(temperature(20_000, 500, -20_00), 55_00);
     }
 
