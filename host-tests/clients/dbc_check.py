@@ -60,6 +60,7 @@ def common(name, database, codes):
     status = decode(database, [0x02, 0x0F])
     check(f"{name}: status bits", [status[bit] for bit in
           ("DefaultParam", "AutobaudDetection", "EEPROMError", "CmdParamError", "AccuracyWarning")], [1, 1, 1, 1, 0])
+    check(f"{name}: AccuracyWarning", decode(database, [0x02, 0x40])["AccuracyWarning"], 1)
 
     def encode(**values):
         # A multiplexed message wants just the signals of its code.
@@ -79,7 +80,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([program, "--out", folder], check=True, stdout=subprocess.DEVNULL)
         load = lambda name: cantools.database.load_file(pathlib.Path(folder, f"{name}.dbc"), strict=True)
-        for name in ("is2", "is2d"):
+        for name in ("is2", "is2d", "is2tk"):
             database = load(name)
             common(name, database, FUNCTIONS | READS | WRITES)
             # The manual's conversion: value / 100, two's complement; the counter follows while cyclic mode is on.
@@ -91,7 +92,7 @@ def main():
             check(f"{name}: SensorErrorY", (status["SensorErrorX"], status["SensorErrorY"]), (0, 1))
             check(f"{name}: zero offset written",
                   database.encode_message("SetParameter", {"FSC": 0x28, "ZeroOffsetX": -90.0}).hex()[:6], "28d8dc")
-        for name in ("is1", "is1d"):
+        for name in ("is1", "is1d", "is1tk"):
             database = load(name)
             common(name, database, FUNCTIONS | READS - {0x19} | WRITES - {0x29})
             # The manual's example: 1065 / 100 = 10.65 deg.

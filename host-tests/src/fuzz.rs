@@ -8,6 +8,7 @@ mod fsc;
 
 use crate::bench::Flash;
 use crate::models::{Model, Protocol};
+use plumbline::heater;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::node::{Action, BusEvent, BusState, Node};
@@ -174,7 +175,7 @@ impl Sensor {
         };
         self.sent += 1;
         match self.model.protocol {
-            Protocol::Fsc => fsc::check(&frame),
+            Protocol::Fsc => fsc::check(&frame, self.model.cell.is_some()),
             Protocol::Canopen => self.node_id = canopen::check(&frame).unwrap_or(self.node_id),
         }
     }
@@ -257,6 +258,9 @@ impl Sensor {
                 Some(Action::Restart) => {
                     self.restarts += 1;
                     self.boot();
+                }
+                Some(Action::Heater(duty)) => {
+                    assert!(self.model.cell.is_some() && duty <= heater::FULL);
                 }
                 Some(_) => {}
             }

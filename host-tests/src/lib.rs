@@ -7,7 +7,7 @@
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
 //! - [`stm32f103`]: the microcontroller, simulated, for the very image that is flashed;
 //! - [`cost`]: what that image costs, measured on it;
-//! - [`models`] and [`motion`]: what all of these share.
+//! - [`models`], [`motion`] and [`thermal`]: what all of these share.
 
 pub mod bench;
 pub mod calibrate;
@@ -22,6 +22,7 @@ pub mod scene;
 pub mod server;
 pub mod slcan;
 pub mod stm32f103;
+pub mod thermal;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod virtual_sensor;

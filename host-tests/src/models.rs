@@ -1,9 +1,10 @@
 //! The models by name.
 
+use crate::thermal::Body;
 use plumbline::canopen::Model as _;
 use plumbline::fsc::{self, Product, Sensor};
 use plumbline::model::jn2101::{Application, Jn2101};
-use plumbline::model::{is1, is1d, is2, is2d};
+use plumbline::model::{is1, is1d, is1tk, is2, is2d, is2tk};
 use plumbline::node::{Boot, Node};
 use plumbline::store::{ImageId, Loaded};
 use plumbline::time::Instant;
@@ -28,6 +29,8 @@ pub struct Model {
     pub image: ImageId,
     /// The size of an image's payload in bytes.
     pub payload: usize,
+    /// The measuring cell, where the model has a heater for it.
+    pub cell: Option<Body>,
     /// Starts a node as after power-up: the time, what nonvolatile memory holds, the serial number.
     pub boot: fn(now: Instant, loaded: Loaded, serial: u32) -> Box<dyn Node>,
 }
@@ -54,11 +57,29 @@ pub const MODELS: &[Model] = &[
             Boot { loaded, serial },
         ))
     }),
+    heated::<is1tk::OneAxis>("is1tk", &is1tk::METAL, |now, loaded, serial| {
+        Box::new(is1tk::Is1tk::new(
+            &is1tk::METAL,
+            now,
+            Boot { loaded, serial },
+        ))
+    }),
+    heated::<is2tk::TwoAxes>("is2tk", &is2tk::METAL, |now, loaded, serial| {
+        Box::new(is2tk::Is2tk::new(
+            &is2tk::METAL,
+            now,
+            Boot { loaded, serial },
+        ))
+    }),
     Model {
         name: "jn2101",
         protocol: Protocol::Canopen,
         image: Application::IMAGE,
         payload: Jn2101::PAYLOAD,
+        cell: Some(Body {
+            rise: 120.0,
+            time_constant: 90.0,
+        }),
         boot: |now, loaded, serial| Box::new(Jn2101::new(now, Boot { loaded, serial })),
     },
 ];
@@ -74,7 +95,23 @@ const fn model<M: fsc::Model>(
         protocol: Protocol::Fsc,
         image: product.image,
         payload: Sensor::<M>::PAYLOAD,
+        cell: None,
         boot,
+    }
+}
+
+/// A product of an FSC model with a heater: 4 W, which hold 82 degC down to -40 degC with some to spare.
+const fn heated<M: fsc::Model>(
+    name: &'static str,
+    product: &'static Product,
+    boot: fn(Instant, Loaded, u32) -> Box<dyn Node>,
+) -> Model {
+    Model {
+        cell: Some(Body {
+            rise: 150.0,
+            time_constant: 90.0,
+        }),
+        ..model::<M>(name, product, boot)
     }
 }
 

@@ -9,10 +9,12 @@
 //! - [`table`]: how a model's parameters and functions are described, and the lean rules that the device keeps of that;
 //! - [`Values`]: the parameters' values, their range checks and their place in the EEPROM image;
 //! - [`Status`]: the status byte in every reply;
-//! - [`Sensor`]: the node that puts these together: it answers requests, synchronously and cyclically.
+//! - [`Sensor`]: the node that puts these together: it answers requests, synchronously and cyclically, and keeps its measuring cell
+//!   warm where the model has a heater.
 
 pub mod code;
 mod cyclic;
+mod heating;
 mod key;
 mod measured;
 mod node;

@@ -53,6 +53,7 @@ impl<M: Model> Node for Sensor<M> {
             errors = M::SENSOR_ERRORS;
         }
         self.status.replace(M::SENSOR_ERRORS, errors);
+        self.keep_warm(now, reading.temperature);
     }
 
     #[inline(never)] // measured and budgeted as a function
@@ -176,6 +177,7 @@ impl<M: Model> Sensor<M> {
         if self.fresh_until.is_some_and(|until| reached(now, until)) {
             self.fresh_until = None;
             self.status.raise(M::SENSOR_ERRORS);
+            self.stop_heating();
         }
         if core::mem::take(&mut self.wanted.boot_up) {
             self.reply_alive();
@@ -203,6 +205,9 @@ impl<M: Model> Sensor<M> {
         }
         if core::mem::take(&mut self.wanted.save) {
             return Some(Action::Save);
+        }
+        if let Some(action) = self.heater_action() {
+            return Some(action);
         }
         match self.link {
             Link::Restarting(until) if self.queue.is_empty() || reached(now, until) => {

@@ -2,6 +2,7 @@
 
 use super::code;
 use super::cyclic::Cyclic;
+use super::heating::Heating;
 use super::key::Key;
 use super::measured::Measured;
 use super::status::Status;
@@ -90,6 +91,8 @@ pub struct Sensor<M> {
     pub(super) inclinometer: Inclinometer,
     pub(super) measured: Measured,
     pub(super) clip_hold: u8,
+    /// There exactly where the model has a heater.
+    pub(super) heating: Option<Heating>,
     /// Without a further sample the angles are out of date then; None: they are.
     pub(super) fresh_until: Option<Instant>,
     pub(super) link: Link,
@@ -159,6 +162,9 @@ impl<M: Model> Sensor<M> {
         }
         // Until the first sample there is no angle.
         status.raise(M::SENSOR_ERRORS);
+        if M::HEATER.is_some() {
+            status.raise(Status::ACCURACY_WARNING);
+        }
         Self {
             product,
             serial: boot.serial,
@@ -171,6 +177,7 @@ impl<M: Model> Sensor<M> {
             },
             measured: Measured::default(),
             clip_hold: 0,
+            heating: M::HEATER.map(Heating::new),
             fresh_until: None,
             link: Link::Detecting(Autobaud::start(now)),
             bus_state: BusState::Active,
@@ -274,6 +281,7 @@ impl<M: Model> Sensor<M> {
     pub(super) fn restart(&mut self, now: Instant) {
         self.link = Link::Restarting(after(now, RESTART_PATIENCE));
         self.cyclic = None;
+        self.stop_heating();
         self.show(now);
     }
 

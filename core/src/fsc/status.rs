@@ -25,7 +25,7 @@ impl Status {
     pub const SENSOR_ERROR_X: u8 = 1 << 4;
     /// 2-axis: Y is out of its range, or the accelerometer clips.
     pub const SENSOR_ERROR_Y: u8 = 1 << 5;
-    /// With active temperature compensation: the temperature does not stand yet.
+    /// With active temperature compensation: the measuring cell does not have its constant temperature.
     pub const ACCURACY_WARNING: u8 = 1 << 6;
 
     /// The bits that stay until the status is read.

@@ -6,6 +6,7 @@
 
 use super::key::{KEYS, Key};
 use super::measured::Measured;
+use crate::heater::Settings;
 use crate::measure::I32x3;
 use crate::node::Pattern;
 use crate::store::ImageId;
@@ -115,6 +116,8 @@ pub trait Model {
     const AXES: u8;
     /// The status bits that stand for sensor errors.
     const SENSOR_ERRORS: u8;
+    /// The heater of the measuring cell, for active temperature compensation (section 9.3); None without it.
+    const HEATER: Option<&'static Settings> = None;
 
     /// The angles and sensor errors for a filtered up vector.
     fn measure(up: I32x3, product: &Product) -> Measured;

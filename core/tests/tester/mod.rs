@@ -38,6 +38,8 @@ pub struct Tester<M: Model> {
     pub memory_works: Option<bool>,
     /// The specific force at present; the sensor gets a sample of it every 50 ms.
     force: [i32; 3],
+    /// The temperature of the accelerometer in 0.01 degC.
+    pub temperature: i16,
     product: &'static Product,
 }
 
@@ -67,6 +69,7 @@ impl<M: Model> Tester<M> {
             memory,
             memory_works: Some(true),
             force: [0, 0, ONE_G],
+            temperature: 25_00,
             product,
         };
         tester.first_sample();
@@ -151,7 +154,7 @@ impl<M: Model> Tester<M> {
         let reading = Reading {
             acceleration,
             angular_rate,
-            temperature: 2500,
+            temperature: self.temperature,
             clipped,
         };
         self.sensor.sample(self.now, &reading);

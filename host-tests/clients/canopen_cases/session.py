@@ -4,7 +4,7 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-from gemac.harness import Frame, Sensor, Program, SensorGone, Tester
+from gemac.harness import Frame, Program, Sensor, SensorGone, Tester
 from gemac.report import Report
 
 from . import protocol as p

@@ -31,6 +31,8 @@ class Book:
     def status(self) -> int:
         """The status byte that the next reply must carry (section 9.5.2; DefaultParam is derived, G12)."""
         status = self.errors | self.sensor_bits
+        if self.model.heated:  # after power-up, as long as these checks last (9.3, G6)
+            status |= p.ACCURACY_WARNING
         if all(value == parameter.factory for parameter, value in self.values.items()):
             status |= p.DEFAULT_PARAM
         if self.values[p.BAUD_RATE] == b"\x00":

@@ -1,4 +1,4 @@
-"""What goes over the wire: function select codes, status bits, parameters and the four models (tables 14 to 26)."""
+"""What goes over the wire: function select codes, status bits, parameters and the models (tables 14 to 26)."""
 
 from dataclasses import dataclass
 
@@ -104,6 +104,7 @@ class Model:
     axes: int
     product: int
     version: bytes
+    heated: bool = False
 
     @property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -142,6 +143,8 @@ MODELS = {
         Model("is2", 2, 2305430, _V3_44),
         Model("is1d", 1, 2305030, _V1_03),
         Model("is2d", 2, 2305430, _V1_03),
+        Model("is1tk", 1, 2302030, _V3_44, heated=True),
+        Model("is2tk", 2, 2302430, _V3_44, heated=True),
     )
 }
 REVISION = 1

@@ -8,9 +8,10 @@ use super::protocol::{Event, Picoseconds, Protocol};
 use super::sensor::Sensor;
 use crate::models::Model;
 use crate::motion::Motion;
+use crate::thermal::Cell;
 use plumbline::can::{BitRate, Frame};
-use plumbline::measure::SAMPLE_PERIOD;
 use plumbline::measure::self_test::Working;
+use plumbline::measure::{Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, BusMode, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
@@ -40,6 +41,8 @@ pub struct Device {
     serial: u32,
     store: Store<Flash>,
     motion: Box<dyn Motion>,
+    /// The measuring cell, when it has a heater.
+    cell: Option<Cell>,
     power: Option<Powered>,
     boots: u32,
     led_history: VecDeque<(Instant, Leds)>,
@@ -74,6 +77,7 @@ impl Device {
             serial,
             store,
             motion,
+            cell: model.cell.map(Cell::new),
             power: None,
             boots: 0,
             led_history: VecDeque::new(),
@@ -184,9 +188,21 @@ impl Device {
         while reached(now, power.next_sample) {
             power.next_sample = after(power.next_sample, SAMPLE_PERIOD);
         }
-        let reading = self.motion.reading(now);
-        power.node.sample(now, &reading);
+        let reading = self.reading(now);
+        if let Some(power) = &mut self.power {
+            power.node.sample(now, &reading);
+        }
         self.service(now);
+    }
+
+    /// What the accelerometer reads: the scene, at the temperature of the measuring cell.
+    fn reading(&mut self, now: Instant) -> Reading {
+        let reading = self.motion.reading(now);
+        let duty = self.heater();
+        match &mut self.cell {
+            Some(cell) => cell.reading(now, duty, reading),
+            None => reading,
+        }
     }
 
     /// Reports the test of the accelerometer, all of whose axes work.
@@ -277,7 +293,7 @@ impl Sensor for Device {
         self.boots += 1;
         let mut node = (self.model.boot)(start, loaded, self.serial);
         // As on the boards: the first reading before the node's first word.
-        node.sample(start, &self.motion.reading(start));
+        node.sample(start, &self.reading(start));
         self.power = Some(Powered {
             node,
             controller: Controller::new(),

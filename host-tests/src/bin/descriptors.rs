@@ -4,7 +4,7 @@ use clap::Parser;
 use host_tests::descriptors::{dbc, eds};
 use plumbline::model::is1::OneAxis;
 use plumbline::model::is2::TwoAxes;
-use plumbline::model::jn2101;
+use plumbline::model::{is1tk, is2tk, jn2101};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -34,6 +34,8 @@ fn write(out: &Path) -> std::io::Result<()> {
         ("is2.dbc", dbc::<TwoAxes>("is2")),
         ("is1d.dbc", dbc::<OneAxis>("is1d")),
         ("is2d.dbc", dbc::<TwoAxes>("is2d")),
+        ("is1tk.dbc", dbc::<is1tk::OneAxis>("is1tk")),
+        ("is2tk.dbc", dbc::<is2tk::TwoAxes>("is2tk")),
         (
             "jn2101.eds",
             eds::<jn2101::Application>("jn2101", "ifm electronic"),

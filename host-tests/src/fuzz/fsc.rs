@@ -37,17 +37,18 @@ pub fn frame(source: &mut impl Source) -> Frame {
     frame.expect("at most eight bytes")
 }
 
-/// What every frame of such a sensor keeps to.
+/// What every frame of such a sensor keeps to, `heated` or not.
 ///
 /// # Panics
 /// When this one does not.
-pub fn check(frame: &Frame) {
+pub fn check(frame: &Frame, heated: bool) {
     assert!(!frame.is_remote(), "{frame:?}");
     let [_, status, ..] = *frame.bytes() else {
         panic!("a reply has a code and a status: {frame:?}");
     };
+    let never = if heated { 0x80 } else { 0xC0 };
     assert_eq!(
-        status & 0xC0,
+        status & never,
         0,
         "reserved bits and AccuracyWarning: {frame:?}"
     );

@@ -86,6 +86,7 @@ pub const FIXED: Model = Model {
     protocol: Protocol::Fsc,
     image: ImageId(0x7E57),
     payload: PAYLOAD,
+    cell: None,
     boot: |now, loaded, serial| Box::new(Script::boot(now, loaded, serial, false)),
 };
 

@@ -9,6 +9,7 @@ use plumbline::measure::{I32x3, Reading};
 use plumbline::model::{
     is1::{self, Is1},
     is2::{self, Is2},
+    is2tk::{self, Is2tk},
     jn2101::{Application, Jn2101},
 };
 use plumbline::node::{Boot, BusEvent, Node};
@@ -32,6 +33,10 @@ fn main() -> ! {
     let is2 = black_box(&is2::BP_CL);
     exercise(is2.image, Is2::PAYLOAD, |now, boot| {
         Is2::new(is2, now, boot)
+    });
+    let is2tk = black_box(&is2tk::METAL);
+    exercise(is2tk.image, Is2tk::PAYLOAD, |now, boot| {
+        Is2tk::new(is2tk, now, boot)
     });
     exercise(Application::IMAGE, Jn2101::PAYLOAD, Jn2101::new);
     loop {

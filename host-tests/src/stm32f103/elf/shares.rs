@@ -42,7 +42,9 @@ impl Part {
         match crates.next() {
             Some("plumbline") => Self::Core,
             // The panic handler is the firmware's, under the compiler's name.
-            Some("firmware_stm32" | "is1" | "is1d" | "is2" | "is2d" | "__rustc") => Self::Driver,
+            Some(
+                "firmware_stm32" | "is1" | "is1d" | "is1tk" | "is2" | "is2d" | "is2tk" | "__rustc",
+            ) => Self::Driver,
             Some("compiler_builtins" | "cortex_m_rt") => Self::Runtime,
             Some(_) => Self::Libraries,
             None if name.contains("::") => Self::Runtime,
