@@ -18,6 +18,7 @@ use crate::measure::calibration;
 use crate::node::{Boot, BusState, Indicator, Leds, Pattern, TransmitQueue};
 use crate::store::PAYLOAD_MAX;
 use crate::time::{Duration, Instant, after, millis};
+use core::mem::MaybeUninit;
 
 /// How long the angles hold without a further sample; then the accelerometer has failed.
 pub(super) const SAMPLE_LIMIT: Duration = millis(100);
@@ -110,12 +111,35 @@ impl<M: Model> Device<M> {
 
     /// A sensor after power-up or a restart. An image that does not decode as a whole gives factory values and the hardware fault.
     pub fn new(now: Instant, boot: Boot) -> Self {
+        let mut device = Self::assemble(now, &boot);
+        device.begin(now);
+        device
+    }
+
+    /// As [`new`](Self::new), for a small stack: the sensor is on it for a moment only, before it gets its place and begins.
+    pub fn place<'a>(place: &'a mut MaybeUninit<Self>, now: Instant, boot: &Boot) -> &'a mut Self {
+        let device = Self::put(place, now, boot);
+        device.begin(now);
+        device
+    }
+
+    #[inline(never)] // what assembling puts on the stack is gone when the sensor begins
+    fn put<'a>(place: &'a mut MaybeUninit<Self>, now: Instant, boot: &Boot) -> &'a mut Self {
+        place.write(Self::assemble(now, boot))
+    }
+
+    /// The parts of a sensor that has not begun yet.
+    fn assemble(now: Instant, boot: &Boot) -> Self {
         let stored = boot.loaded.payload.as_ref();
         let image = stored.and_then(|payload| Self::decode(payload));
         let damaged = boot.loaded.damaged || (stored.is_some() && image.is_none());
         let factory = (*M::FACTORY, Calibration::IDENTITY);
         let (saved, calibration) = image.unwrap_or(factory);
-        let mut device = Self {
+        let mut emergency = Emergency::new(M::FAULTS);
+        if damaged {
+            emergency.update(emcy::HARDWARE, emcy::HARDWARE);
+        }
+        Self {
             model: M::new(calibration),
             serial: boot.serial,
             values: saved,
@@ -127,7 +151,7 @@ impl<M: Model> Device<M> {
             link: Link::Online,
             bus_state: BusState::Active,
             tpdos: Default::default(),
-            emergency: Emergency::new(M::FAULTS),
+            emergency,
             guarding: Guarding::default(),
             heartbeat: Periodic::default(),
             transfer: Transfer::default(),
@@ -140,13 +164,13 @@ impl<M: Model> Device<M> {
             wanted: Wanted::default(),
             attention: true,
             wake: None,
-        };
-        device.model.configure(&saved);
-        device.reset_communication(now);
-        if damaged {
-            device.emergency.update(emcy::HARDWARE, emcy::HARDWARE);
         }
-        device
+    }
+
+    /// Begins with what the parameters say.
+    fn begin(&mut self, now: Instant) {
+        self.model.configure(&self.values);
+        self.reset_communication(now);
     }
 
     /// Starts anew with the stored values. Node id and bit rate are taken along even when they are not stored.

@@ -25,12 +25,14 @@ impl<M: Model> Node for Device<M> {
         self.queue.has_room() && self.deferred.is_none() && !restarting
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn receive(&mut self, now: Instant, frame: &Frame) {
         if self.link == Link::Online {
             self.dispatch(now, frame);
         }
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn sample(&mut self, now: Instant, reading: &Reading) {
         self.attention |= self.fresh_until.is_none();
         self.fresh_until = Some(after(now, SAMPLE_LIMIT));
@@ -39,6 +41,7 @@ impl<M: Model> Node for Device<M> {
         self.attention |= self.emergency.is_waiting() || self.model.has_action();
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn bus(&mut self, now: Instant, event: BusEvent) {
         match event {
             BusEvent::Error => return,
@@ -48,16 +51,19 @@ impl<M: Model> Node for Device<M> {
         self.show(now);
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
         self.end_save(now, result);
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn tested(&mut self, _now: Instant, result: Working) {
         self.model.tested(result, &mut self.values);
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn poll(&mut self, now: Instant) -> Option<Action> {
         let due = self.wake.is_some_and(|wake| reached(now, wake));
         if !self.attention && !due {
@@ -70,6 +76,7 @@ impl<M: Model> Node for Device<M> {
         action
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn transmit(&mut self, _now: Instant) -> Option<Frame> {
         match self.link {
             Link::Online => {
@@ -109,6 +116,7 @@ impl<M: Model> Node for Device<M> {
         filters
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn image(&self) -> Payload {
         self.payload()
     }

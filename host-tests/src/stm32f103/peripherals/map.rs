@@ -9,6 +9,7 @@ use super::super::rcc::Gate;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Module {
     Signature,
+    Tim3,
     Iwdg,
     Can,
     Afio,
@@ -20,8 +21,9 @@ pub(super) enum Module {
 }
 
 /// First address, length, what is there.
-pub(super) const MAP: [(u32, u32, Module); 13] = [
+pub(super) const MAP: [(u32, u32, Module); 14] = [
     (0x1FFF_F000, 0x1000, Module::Signature),
+    (0x4000_0400, 0x400, Module::Tim3),
     (0x4000_3000, 0x400, Module::Iwdg),
     (0x4000_6400, 0x400, Module::Can),
     (0x4001_0000, 0x400, Module::Afio),
@@ -50,6 +52,7 @@ impl Module {
     /// Where its clock is switched on; None: it always has one.
     pub(super) fn gate(self) -> Option<Gate> {
         match self {
+            Self::Tim3 => Some(Gate::Apb1(1)),
             Self::Can => Some(Gate::Apb1(25)),
             Self::Afio => Some(Gate::Apb2(0)),
             Self::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
@@ -61,6 +64,7 @@ impl Module {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Signature => "electronic signature",
+            Self::Tim3 => "TIM3",
             Self::Iwdg => "IWDG",
             Self::Can => "CAN",
             Self::Afio => "AFIO",
