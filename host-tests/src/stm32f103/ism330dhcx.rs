@@ -15,6 +15,7 @@
 //! | 18h | CTRL9_XL | E0h | kept |
 //! | 19h | CTRL10_C | 00h | kept |
 //! | 1Eh | STATUS_REG | 00h | TDA, GDA, XLDA |
+//! | 1Fh | reserved | | reads as 0, for who reads the status with the values |
 //! | 20h..2Dh | OUT_TEMP, OUTX_G.. OUTZ_A | | values, low byte first |
 //!
 //! The part's axes are the sensor's. Other registers read as 0; an access to one is noted ([`Ism330dhcx::take_unmodelled`]).
@@ -41,6 +42,7 @@ const CTRL8_XL: u8 = 0x17;
 const CTRL9_XL: u8 = 0x18;
 const CTRL10_C: u8 = 0x19;
 const STATUS_REG: u8 = 0x1E;
+const RESERVED: u8 = 0x1F;
 const OUT_TEMP_L: u8 = 0x20;
 const OUTZ_H_A: u8 = 0x2D;
 
@@ -223,6 +225,7 @@ impl Ism330dhcx {
             PIN_CTRL | CTRL1_XL..=CTRL10_C => self.registers.get(register),
             WHO_AM_I => IDENTIFIER,
             STATUS_REG => self.sampling.status(),
+            RESERVED => 0,
             OUT_TEMP_L..=OUTZ_H_A => self.sampling.output(
                 register - OUT_TEMP_L,
                 self.registers.get(CTRL3_C) & BDU != 0,

@@ -87,7 +87,7 @@ fn reset_values() {
     assert_eq!(bench.read::<2>(0x01), [0x00, 0x3F]);
     assert_eq!(bench.read::<1>(0x0F), [0x6B]);
     assert_eq!(bench.read::<10>(0x10), [0, 0, 4, 0, 0, 0, 0, 0, 0xE0, 0]);
-    assert_eq!(bench.status(), 0);
+    assert_eq!(bench.read::<2>(0x1E), [0, 0]);
     assert_eq!(bench.part.take_unmodelled(), None);
 }
 
