@@ -184,7 +184,10 @@ impl Microcontroller {
     fn reset(&mut self, cause: ResetCause) {
         self.resets.push((self.time(), cause));
         self.boots += 1;
-        self.lowest_stack = self.lowest_stack();
+        if cause != ResetCause::PowerOn {
+            // What was before the power came on was noted when it went; before the first time there was no stack.
+            self.lowest_stack = self.lowest_stack();
+        }
         self.profile.reset(&mut self.core);
         self.core.reset();
         if cause != ResetCause::PowerOn {
