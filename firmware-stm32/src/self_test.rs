@@ -18,6 +18,8 @@ const SETTLING: u8 = 40;
 /// Readings in a mean, as a power of two.
 const MEAN: u32 = 7;
 
+const ZERO: I32x3 = I32x3 { x: 0, y: 0, z: 0 };
+
 /// How the part is to be set up.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SetUp {
@@ -56,7 +58,8 @@ pub struct SelfTest {
     stage: Stage,
     /// Readings in this stage.
     readings: u8,
-    sum: [i64; 3],
+    /// The mean so far: the sum of the readings, each divided by their number.
+    mean: I32x3,
     at_rest: I32x3,
     working: Working,
     /// The last acceleration before the test, which holds while it lasts.
@@ -66,11 +69,10 @@ pub struct SelfTest {
 impl SelfTest {
     /// A test that begins with the next reading.
     pub const fn new() -> Self {
-        const ZERO: I32x3 = I32x3 { x: 0, y: 0, z: 0 };
         Self {
             stage: Stage::Begin,
             readings: 0,
-            sum: [0; 3],
+            mean: ZERO,
             at_rest: ZERO,
             working: Working {
                 x: false,
@@ -99,16 +101,14 @@ impl SelfTest {
         if self.stage == Stage::Back {
             return Step::Done(self.working);
         }
-        let parts = [acceleration.x, acceleration.y, acceleration.z];
-        for (sum, part) in self.sum.iter_mut().zip(parts) {
-            *sum += i64::from(part);
-        }
+        // At +-4 g a count is worth twice as much.
+        self.mean.x += acceleration.x >> (MEAN - 1);
+        self.mean.y += acceleration.y >> (MEAN - 1);
+        self.mean.z += acceleration.z >> (MEAN - 1);
         if self.readings < SETTLING + (1 << MEAN) {
             return Step::None;
         }
-        // At +-4 g a count is worth twice as much.
-        let [x, y, z] = self.sum.map(|sum| (sum >> (MEAN - 1)) as i32);
-        let mean = I32x3 { x, y, z };
+        let mean = self.mean;
         if self.stage == Stage::AtRest {
             self.at_rest = mean;
             return self.enter(Stage::Pushed, SetUp::Test { pushed: true });
@@ -120,7 +120,7 @@ impl SelfTest {
     fn enter(&mut self, stage: Stage, set_up: SetUp) -> Step {
         self.stage = stage;
         self.readings = 0;
-        self.sum = [0; 3];
+        self.mean = ZERO;
         Step::SetUp(set_up)
     }
 }

@@ -340,16 +340,21 @@ impl<M: Model> Device<M> {
 
     /// The present data of a TPDO.
     pub(super) fn compose(&self, tpdo: &Tpdo) -> Option<Frame> {
-        let (mut data, mut bits) = (0_u64, 0_u32);
-        for (rule, sub) in tpdo.mapping() {
-            let size = u32::from(rule.data_type().size()) * 8;
+        let (mut data, mut length) = (0_u64, 0);
+        // From the last object to the first, because shifts of 64 bits by a constant are cheap.
+        for (rule, sub) in tpdo.mapping().iter().rev() {
+            let value = u64::from(self.number(rule, *sub));
+            let size = rule.data_type().size();
             // A signed number comes with more bits than it has.
-            let value = self.number(rule, *sub) & u32::MAX.checked_shr(32 - size)?;
-            data |= u64::from(value).checked_shl(bits)?;
-            bits += size;
+            data = match size {
+                1 => data << 8 | value & 0xFF,
+                2 => data << 16 | value & 0xFFFF,
+                _ => data << 32 | value,
+            };
+            length += size;
         }
         let id = standard(tpdo.id()?);
-        Some(Frame::of(id, data.to_le_bytes(), (bits / 8) as u8))
+        Some(Frame::of(id, data.to_le_bytes(), length))
     }
 }
 

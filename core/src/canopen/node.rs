@@ -14,7 +14,7 @@ use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::node::{Action, BusEvent, BusMode, BusState, Node, Readout};
 use crate::store::{Payload, StoreError};
-use crate::time::{Earliest, Instant, after, reached};
+use crate::time::{Earliest, Instant, after, is_due, reached};
 
 /// The faults that a sample decides on.
 const MEASURED: u8 = emcy::SENSOR | emcy::LIMIT | emcy::TEMPERATURE;
@@ -78,6 +78,10 @@ impl<M: Model> Node for Device<M> {
 
     #[inline(never)] // measured and budgeted as a function
     fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+        if self.wanted.bus {
+            // It would be dropped from its mailbox.
+            return None;
+        }
         match self.link {
             Link::Online => {
                 let frame = self.queue.pop();
@@ -267,7 +271,7 @@ impl<M: Model> Device<M> {
 
     /// What the timers want done by now; only called when there may be something.
     fn tick(&mut self, now: Instant) {
-        if self.fresh_until.is_some_and(|until| reached(now, until)) {
+        if is_due(&self.fresh_until, now) {
             self.fresh_until = None;
             self.model.lose();
             self.emergency.update(emcy::SENSOR, emcy::SENSOR);
@@ -275,7 +279,7 @@ impl<M: Model> Device<M> {
         if self.guarding.poll(now) {
             self.master_lost(now);
         }
-        if self.transfer.expires.is_some_and(|at| reached(now, at)) {
+        if is_due(&self.transfer.expires, now) {
             self.abort_transfer(Abort::TimeOut);
         }
         self.model.tick(now, &mut self.values);
