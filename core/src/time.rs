@@ -25,7 +25,6 @@ pub const fn reached(now: Instant, deadline: Instant) -> bool {
 }
 
 /// True when there is a deadline and it has come.
-#[inline(never)] // 20 bytes at each of its many places otherwise
 pub fn is_due(deadline: &Option<Instant>, now: Instant) -> bool {
     deadline.is_some_and(|deadline| reached(now, deadline))
 }

@@ -90,7 +90,7 @@ impl Imu {
 
     /// Begins a self-test; [`tested`](Self::tested) has the result in about 2 s. One that is under way begins again.
     pub fn test(&mut self) {
-        self.test = Some(SelfTest::new());
+        self.test = Some(SelfTest::begin());
     }
 
     /// The result of the self-test, once.

@@ -68,7 +68,7 @@ pub struct SelfTest {
 
 impl SelfTest {
     /// A test that begins with the next reading.
-    pub const fn new() -> Self {
+    pub const fn begin() -> Self {
         Self {
             stage: Stage::Begin,
             readings: 0,
@@ -132,7 +132,7 @@ mod tests {
 
     /// Runs a test of a part whose push is worth so many mg on its axes; the result and the readings that it took.
     fn run(push: [i32; 3]) -> (Working, usize) {
-        let mut test = SelfTest::new();
+        let mut test = SelfTest::begin();
         let mut set_up = SetUp::Normal;
         let rest = [100, -200, 1000];
         for readings in 1..1000 {

@@ -4,8 +4,8 @@ use host_tests::bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
 use host_tests::firmware;
 use host_tests::models::{self, Model};
 use host_tests::motion::Motion;
+use host_tests::stm32f103::Microcontroller;
 use host_tests::stm32f103::elf::Image;
-use host_tests::stm32f103::{Microcontroller, profile::Call};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Instant, after, millis};
@@ -333,59 +333,63 @@ fn it_replays_its_traces() {
     assert!(replayed > 0);
 }
 
-/// The calls of the node's functions from the frame `text` on.
-fn calls(desk: &mut Desk, text: &str) -> Vec<Call> {
-    let functions = ["receive", "transmit", "poll", "sample"];
-    for function in functions {
-        let found = desk.chip_mut().count_calls(function_name(function));
-        assert!(found, "{function}");
-    }
-    desk.exchange(text);
-    desk.chip_mut().take_calls();
-    desk.exchange(text);
-    desk.chip_mut().take_calls()
-}
+/// The functions of the node that are counted.
+const FUNCTIONS: [&str; 3] = [
+    "Device<M>>::receive",
+    "Device<M>>::transmit",
+    "Device<M>>::poll",
+];
 
-fn function_name(function: &str) -> &'static str {
-    match function {
-        "receive" => "Device<M>>::receive",
-        "transmit" => "Device<M>>::transmit",
-        "poll" => "Device<M>>::poll",
-        _ => "Device<M>>::sample",
+/// The instructions of the node from the reception of a frame until its one answer is handed out, and those of an idle poll.
+fn cost(desk: &mut Desk, text: &str) -> (u64, u64) {
+    // What a change before has set going comes to its end.
+    desk.exchange(text);
+    for function in FUNCTIONS {
+        assert!(desk.chip_mut().count_calls(function), "{function}");
     }
+    desk.chip_mut().take_calls();
+    assert_eq!(desk.exchange(text).len(), 1, "{text}");
+    let calls = desk.chip_mut().take_calls();
+    let [receive, transmit, poll] = FUNCTIONS;
+    let received = calls.iter().position(|call| call.function == receive);
+    let calls = &calls[received.expect("the frame is received")..];
+    let handed_out = calls.iter().position(|call| call.function == transmit);
+    let answer = &calls[..=handed_out.expect("the answer is fetched")];
+    let idle = calls.iter().rfind(|call| call.function == poll);
+    (
+        answer.iter().map(|call| call.instructions).sum(),
+        idle.expect("polls").instructions,
+    )
 }
 
 #[test]
-fn scratch() {
+fn what_an_answer_costs() {
     let mut desk = Desk::new(table(25_00));
-    let mut show = |desk: &mut Desk, text: &str| {
-        println!("{text}");
-        for call in calls(desk, text).iter().take(5) {
-            println!(
-                "  {:40} {:5} r{}",
-                call.function, call.instructions, call.result
-            );
-        }
-    };
     desk.exchange("000#010A");
-    for text in [
-        DEVICE_TYPE.0,
-        "60A#4017100000000000",
-        "60A#4010600000000000",
-        "60A#4018100400000000",
-        "60A#4004400200000000",
-        "60A#4003103200000000",
-        "60A#4004010000000000",
-        "080#",
-    ] {
-        show(&mut desk, text);
+    for request in [DEVICE_TYPE.0, "60A#4010600000000000"] {
+        let (upload, idle) = cost(&mut desk, request);
+        assert!(upload <= 450, "{request}: {upload} instructions");
+        assert!(idle <= 60, "{idle} instructions in an idle poll");
     }
+    // The second TPDO by its timer only, which is off.
+    desk.download(0x1801, 5, [0, 0]);
     desk.download(0x1801, 2, [254]);
-    println!("one TPDO");
-    show(&mut desk, "080#");
-    println!("peak stack {}", desk.chip().peak_stack());
-    let shares = desk.chip().image().shares();
-    for part in host_tests::stm32f103::elf::Part::ALL {
-        println!("{part:12} {:6} {:6}", shares.flash(part), shares.ram(part));
-    }
+    let (sync, _) = cost(&mut desk, "080#");
+    assert!(sync <= 350, "SYNC: {sync} instructions");
+}
+
+#[test]
+fn flash_and_memory_suffice() {
+    let mut desk = Desk::new(table(25_00));
+    desk.exchange("000#010A");
+    desk.exchange("080#");
+    desk.download(0x4004, 1, [1]);
+    desk.wait(2500);
+    desk.bus.send(desk.tester, frame("60A#2310100173617665"));
+    desk.wait(200);
+    let size = host_tests::image::Size::of(elf()).expect("the image is one");
+    let stack = desk.chip().peak_stack();
+    assert!(size.flash <= 30 * 1024, "{} bytes of flash", size.flash);
+    assert!(stack <= 2 * 1024, "{stack} bytes of stack");
+    assert!(size.ram + u64::from(stack) <= 8 * 1024);
 }

@@ -335,7 +335,8 @@ impl<M: Model> Device<M> {
     /// Queues a reply of the SDO server.
     pub(super) fn send_sdo(&mut self, bytes: &[u8; 8]) {
         let id = standard(wire::SDO_REPLY + u16::from(self.node_id));
-        self.queue.reply(Frame::of(id, *bytes, 8));
+        self.queue
+            .reply(Frame::word(id, u64::from_le_bytes(*bytes), 8));
     }
 
     /// The present data of a TPDO.
@@ -354,7 +355,7 @@ impl<M: Model> Device<M> {
             length += size;
         }
         let id = standard(tpdo.id()?);
-        Some(Frame::of(id, data.to_le_bytes(), length))
+        Some(Frame::word(id, data, length))
     }
 }
 
