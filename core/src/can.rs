@@ -56,6 +56,15 @@ impl Frame {
         }
     }
 
+    /// A data frame with the first `length` bytes of a little-endian number that has no others, 8 at most.
+    pub(crate) fn word(id: Id, data: u64, length: u8) -> Self {
+        Self {
+            head: head(id),
+            length,
+            data: data.to_le_bytes(),
+        }
+    }
+
     /// A remote frame asking for `length` bytes; None when that is more than 8.
     pub fn remote(id: Id, length: usize) -> Option<Self> {
         (length <= 8).then_some(Self {

@@ -24,6 +24,11 @@ pub const fn reached(now: Instant, deadline: Instant) -> bool {
     now.ticks() >= deadline.ticks()
 }
 
+/// True when there is a deadline and it has come.
+pub fn is_due(deadline: &Option<Instant>, now: Instant) -> bool {
+    deadline.is_some_and(|deadline| reached(now, deadline))
+}
+
 /// The earlier of two deadlines, where None means never.
 pub fn earlier(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
     match (a, b) {

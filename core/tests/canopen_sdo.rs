@@ -3,6 +3,7 @@
 mod canopen_tester;
 
 use canopen_tester::*;
+use plumbline::node::{Action, Node};
 
 const TOGGLE: u32 = 0x0503_0000;
 const COMMAND: u32 = 0x0504_0001;
@@ -406,4 +407,16 @@ fn there_are_no_sdos_in_stopped() {
     assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
     t.send("000#010A");
     assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+}
+
+/// A board fetches the reply before it polls; a reply in a mailbox would be dropped with the filters' change.
+#[test]
+fn a_reply_waits_until_the_controller_has_its_new_filters() {
+    let mut tester = Tester::booted();
+    let request = frame("60A#23051000A0000000");
+    tester.sensor.receive(tester.now, &request);
+    assert_eq!(tester.sensor.transmit(tester.now), None);
+    let action = tester.sensor.poll(tester.now);
+    assert!(matches!(action, Some(Action::Bus(..))), "{action:?}");
+    assert_eq!(tester.sent(), ["58A#6005100000000000"]);
 }

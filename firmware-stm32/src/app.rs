@@ -5,7 +5,7 @@
 //!
 //! SysTick wakes the loop every millisecond, which is how precisely it keeps the node's deadlines; it does not ask for them.
 
-use crate::board::{self, Board, StatusLeds, Watchdog};
+use crate::board::{self, Board, StatusLeds, Switches, Watchdog};
 use crate::can::Bus;
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
@@ -40,6 +40,7 @@ pub fn run<N: Node + 'static>(
         imu: parts.imu,
         store: parts.store,
         leds: parts.leds,
+        switches: parts.switches,
         sample_due: after(now, SAMPLE_PERIOD),
         reading: parts.first,
     };
@@ -61,6 +62,7 @@ struct Parts {
     first: Option<Reading>,
     bus: &'static mut Bus,
     leds: StatusLeds,
+    switches: Switches,
 }
 
 /// The nonvolatile parameters on this board.
@@ -92,6 +94,7 @@ fn start(image: ImageId, payload: usize) -> Option<Parts> {
         first,
         bus: Bus::new(board.can)?,
         leds: board.leds,
+        switches: board.switches,
     })
 }
 
@@ -133,6 +136,7 @@ struct App<N: 'static> {
     imu: &'static mut Imu,
     store: &'static mut ParameterStore,
     leds: StatusLeds,
+    switches: Switches,
     sample_due: Instant,
     /// A reading that waits to be handed in.
     reading: Option<Reading>,
@@ -184,6 +188,10 @@ impl<N: Node + 'static> App<N> {
     /// Reads the accelerometer when it is due, step by step; true when there is more to do at once.
     fn read(&mut self) -> bool {
         let now = clock::now();
+        if let Some(working) = self.imu.tested() {
+            self.node.tested(now, working);
+            return true;
+        }
         if self.imu.busy() {
             self.reading = self.imu.step(now);
             if let Some(reading) = &self.reading {
@@ -244,8 +252,9 @@ impl<N: Node + 'static> App<N> {
             Action::Leds(leds) => self.leds.show(leds),
             Action::Save => self.store.save(&self.node.image()),
             Action::Restart => self.restart(),
-            // No model of these boards asks for them.
-            Action::Termination(_) | Action::Heater(_) | Action::SelfTest => {}
+            Action::Termination(on) => self.switches.terminate(on),
+            Action::Heater(permille) => self.switches.heat(permille),
+            Action::SelfTest => self.imu.test(),
         }
     }
 
@@ -260,6 +269,7 @@ impl<N: Node + 'static> App<N> {
 
     /// Resets the board once everything is sent.
     fn restart(&mut self) -> ! {
+        self.switches.heat(0);
         while self.store.busy() {
             self.store.step();
         }

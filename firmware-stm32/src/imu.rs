@@ -6,19 +6,24 @@
 //!
 //! A reading is one transfer of 17 bytes, cut into pieces ([`Imu::step`]): between two of them the main loop looks after frames.
 //!
+//! While the part tests itself ([`self_test`](crate::self_test)) the last acceleration holds.
+//!
 //! A part that is missing or fails costs nothing but samples: it is tried again every second.
 
 use crate::board::{Delay, ImuWires, MOUNTING};
 use crate::counts::{self, TRANSFER};
+use crate::self_test::{SelfTest, SetUp, Step};
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiBus;
 use ism330dhcx_rs::blocking::prelude::{
-    Ctrl1Xl, Ctrl3C, Ctrl8Xl, Ctrl9Xl, FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl, Reg,
+    Ctrl1Xl, Ctrl3C, Ctrl5C, Ctrl8Xl, Ctrl9Xl, FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl, Reg,
+    StXl,
 };
 use ism330dhcx_rs::blocking::{Error, ISM330DHCX_ID, Ism330dhcx};
 use plumbline::measure::Reading;
+use plumbline::measure::self_test::Working;
 use plumbline::time::{Instant, after, millis, reached};
 use st_mems_bus::blocking::{BusOperation, MemBankFunctions, RegisterOperation};
 
@@ -60,6 +65,10 @@ pub struct Imu {
     part: Ism330dhcx<ImuWires, Delay, MainBank>,
     state: State,
     transfer: Option<Transfer>,
+    /// A self-test under way.
+    test: Option<SelfTest>,
+    /// The result of the last self-test, until it is taken.
+    tested: Option<Working>,
     /// The log knows that it is missing.
     reported: bool,
 }
@@ -73,12 +82,27 @@ impl Imu {
                 retry: Instant::from_ticks(0),
             },
             transfer: None,
+            test: None,
+            tested: None,
             reported: false,
         }
     }
 
+    /// Begins a self-test; [`tested`](Self::tested) has the result in about 2 s. One that is under way begins again.
+    pub fn test(&mut self) {
+        self.test = Some(SelfTest::begin());
+    }
+
+    /// The result of the self-test, once.
+    pub fn tested(&mut self) -> Option<Working> {
+        self.tested.take()
+    }
+
     /// Begins a reading, or looks for the part when it is missing. Call it once per sample period.
     pub fn start(&mut self, now: Instant) {
+        if matches!(self.state, State::Absent { .. }) && self.test.take().is_some() {
+            self.tested = Some(Working::default());
+        }
         match self.state {
             State::Absent { retry } if reached(now, retry) => self.state = self.find(now),
             State::Absent { .. } => {}
@@ -131,7 +155,34 @@ impl Imu {
             },
             None => self.absent(now),
         };
-        reading.filter(|_| settling == 0)
+        let reading = reading.filter(|_| settling == 0)?;
+        if self.test.is_some() {
+            return self.carry_test_on(now, reading);
+        }
+        Some(reading)
+    }
+
+    /// Carries the self-test on; no transfer is under way. Returns what counts as the reading.
+    #[inline(never)] // seldom
+    fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
+        let test = self.test.as_mut()?;
+        let step = test.step(reading.acceleration);
+        let reading = Reading {
+            acceleration: test.held(),
+            clipped: false,
+            ..reading
+        };
+        match step {
+            Step::None => {}
+            Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
+            Step::SetUp(_) => self.state = self.absent(now),
+            Step::Done(working) => {
+                info!("self-test: {}", working);
+                self.test = None;
+                self.tested = Some(working);
+            }
+        }
+        Some(reading)
     }
 
     fn absent(&mut self, now: Instant) -> State {
@@ -192,12 +243,23 @@ impl Imu {
         Ctrl8Xl::new()
             .with_hpcf_xl(HpSlopeXlEn::LpOdrDiv20 as u8)
             .write(part)?;
+        self.change(SetUp::Normal)?;
+        Ok(true)
+    }
+
+    /// Sets range and self-test.
+    fn change(&mut self, set_up: SetUp) -> Result<(), Error<<ImuWires as BusOperation>::Error>> {
+        let (range, push) = match set_up {
+            SetUp::Normal => (FsXl::_2g, StXl::Disable),
+            SetUp::Test { pushed: false } => (FsXl::_4g, StXl::Disable),
+            SetUp::Test { pushed: true } => (FsXl::_4g, StXl::Positive),
+        };
+        Ctrl5C::new().with_st_xl(push as u8).write(&mut self.part)?;
         Ctrl1Xl::new()
             .with_lpf2_xl_en(1)
-            .with_fs_xl(FsXl::_2g as u8)
+            .with_fs_xl(range as u8)
             .with_odr_xl(OdrXl::_416hz as u8)
-            .write(part)?;
-        Ok(true)
+            .write(&mut self.part)
     }
 }
 

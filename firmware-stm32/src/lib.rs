@@ -5,7 +5,7 @@
 //! turns; `board` knows the pins; and a file in `src/bin` names the model.
 //!
 //! A board is a feature (`bluepill`, `nucleo-f446re`), and so is the log (`defmt`). On a PC only the parts without hardware
-//! exist, for their tests: [`bit_timing`] and [`counts`].
+//! exist, for their tests: [`bit_timing`], [`counts`] and [`self_test`].
 #![cfg_attr(target_os = "none", no_std)]
 
 #[cfg(all(
@@ -22,6 +22,7 @@ compile_error!("the Blue Pill has no FPU: build it with --target thumbv7m-none-e
 
 pub mod bit_timing;
 pub mod counts;
+pub mod self_test;
 
 #[macro_use]
 mod log;
@@ -44,26 +45,35 @@ mod reset;
 #[cfg(board)]
 mod sleep;
 
-/// The main function of a model: on a board it runs the node, on a PC it says where it belongs.
+/// The main function of a model: on a board it runs the node, on a PC it says where it belongs. A product has name, image and
+/// constants of its own; a model without products names them here, and how it gets its place.
 #[macro_export]
 macro_rules! firmware {
     ($sensor:ty, $product:expr) => {
+        $crate::firmware!(
+            $sensor,
+            $product.name,
+            $product.image,
+            |place, now, boot| <$sensor>::place(place, $product, now, boot)
+        );
+    };
+    ($sensor:ty, $name:expr, $image:expr, $place:expr) => {
         #[cfg(target_os = "none")]
         #[cortex_m_rt::entry]
         fn main() -> ! {
             // In static memory, so that its size shows in the image and not on the stack; `entry` makes it safe to borrow.
             static mut SENSOR: core::mem::MaybeUninit<$sensor> = core::mem::MaybeUninit::uninit();
-            $crate::app::run($product.image, <$sensor>::PAYLOAD, |now, boot| {
-                <$sensor>::place(SENSOR, $product, now, boot)
+            $crate::app::run($image, <$sensor>::PAYLOAD, |now, boot| {
+                ($place)(SENSOR, now, boot)
             })
         }
 
         #[cfg(not(target_os = "none"))]
         fn main() {
-            let bytes = <$sensor>::PAYLOAD;
+            let (bytes, image) = (<$sensor>::PAYLOAD, $image);
             println!(
-                "{} is firmware for a board ({bytes} bytes of parameters): see the README",
-                $product.name
+                "{} is firmware for a board ({bytes} bytes of parameters, {image:?}): see the README",
+                $name
             );
         }
     };

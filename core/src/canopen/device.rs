@@ -18,6 +18,7 @@ use crate::measure::calibration;
 use crate::node::{Boot, BusState, Indicator, Leds, Pattern, TransmitQueue};
 use crate::store::PAYLOAD_MAX;
 use crate::time::{Duration, Instant, after, millis};
+use core::mem::MaybeUninit;
 
 /// How long the angles hold without a further sample; then the accelerometer has failed.
 pub(super) const SAMPLE_LIMIT: Duration = millis(100);
@@ -110,12 +111,35 @@ impl<M: Model> Device<M> {
 
     /// A sensor after power-up or a restart. An image that does not decode as a whole gives factory values and the hardware fault.
     pub fn new(now: Instant, boot: Boot) -> Self {
+        let mut device = Self::assemble(now, &boot);
+        device.begin(now);
+        device
+    }
+
+    /// As [`new`](Self::new), for a small stack: the sensor is on it for a moment only, before it gets its place and begins.
+    pub fn place<'a>(place: &'a mut MaybeUninit<Self>, now: Instant, boot: &Boot) -> &'a mut Self {
+        let device = Self::put(place, now, boot);
+        device.begin(now);
+        device
+    }
+
+    #[inline(never)] // what assembling puts on the stack is gone when the sensor begins
+    fn put<'a>(place: &'a mut MaybeUninit<Self>, now: Instant, boot: &Boot) -> &'a mut Self {
+        place.write(Self::assemble(now, boot))
+    }
+
+    /// The parts of a sensor that has not begun yet.
+    fn assemble(now: Instant, boot: &Boot) -> Self {
         let stored = boot.loaded.payload.as_ref();
         let image = stored.and_then(|payload| Self::decode(payload));
         let damaged = boot.loaded.damaged || (stored.is_some() && image.is_none());
         let factory = (*M::FACTORY, Calibration::IDENTITY);
         let (saved, calibration) = image.unwrap_or(factory);
-        let mut device = Self {
+        let mut emergency = Emergency::new(M::FAULTS);
+        if damaged {
+            emergency.update(emcy::HARDWARE, emcy::HARDWARE);
+        }
+        Self {
             model: M::new(calibration),
             serial: boot.serial,
             values: saved,
@@ -127,7 +151,7 @@ impl<M: Model> Device<M> {
             link: Link::Online,
             bus_state: BusState::Active,
             tpdos: Default::default(),
-            emergency: Emergency::new(M::FAULTS),
+            emergency,
             guarding: Guarding::default(),
             heartbeat: Periodic::default(),
             transfer: Transfer::default(),
@@ -140,13 +164,13 @@ impl<M: Model> Device<M> {
             wanted: Wanted::default(),
             attention: true,
             wake: None,
-        };
-        device.model.configure(&saved);
-        device.reset_communication(now);
-        if damaged {
-            device.emergency.update(emcy::HARDWARE, emcy::HARDWARE);
         }
-        device
+    }
+
+    /// Begins with what the parameters say.
+    fn begin(&mut self, now: Instant) {
+        self.model.configure(&self.values);
+        self.reset_communication(now);
     }
 
     /// Starts anew with the stored values. Node id and bit rate are taken along even when they are not stored.
@@ -312,21 +336,27 @@ impl<M: Model> Device<M> {
     /// Queues a reply of the SDO server.
     pub(super) fn send_sdo(&mut self, bytes: &[u8; 8]) {
         let id = standard(wire::SDO_REPLY + u16::from(self.node_id));
-        self.queue.reply(Frame::of(id, *bytes, 8));
+        self.queue
+            .reply(Frame::word(id, u64::from_le_bytes(*bytes), 8));
     }
 
     /// The present data of a TPDO.
     pub(super) fn compose(&self, tpdo: &Tpdo) -> Option<Frame> {
-        let (mut data, mut bits) = (0_u64, 0_u32);
-        for (rule, sub) in tpdo.mapping() {
-            let size = u32::from(rule.data_type().size()) * 8;
+        let (mut data, mut length) = (0_u64, 0);
+        // From the last object to the first, because shifts of 64 bits by a constant are cheap.
+        for (rule, sub) in tpdo.mapping().iter().rev() {
+            let value = u64::from(self.number(rule, *sub));
+            let size = rule.data_type().size();
             // A signed number comes with more bits than it has.
-            let value = self.number(rule, *sub) & u32::MAX.checked_shr(32 - size)?;
-            data |= u64::from(value).checked_shl(bits)?;
-            bits += size;
+            data = match size {
+                1 => data << 8 | value & 0xFF,
+                2 => data << 16 | value & 0xFFFF,
+                _ => data << 32 | value,
+            };
+            length += size;
         }
         let id = standard(tpdo.id()?);
-        Some(Frame::of(id, data.to_le_bytes(), (bits / 8) as u8))
+        Some(Frame::word(id, data, length))
     }
 }
 

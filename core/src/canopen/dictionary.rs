@@ -164,22 +164,20 @@ impl Object {
 /// What the device keeps of an [`Object`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rule {
-    /// The index.
-    pub index: u16,
-    /// The first sub-index.
-    pub sub: u8,
-    /// Type (bits 0 to 2), access (3 and 4), and the flags: these columns in one byte.
-    columns: u8,
+    /// Index (bits 16 to 31), first sub-index (8 to 15), type (0 to 2), access (3 and 4), and the flags: these columns in one word,
+    /// by which a search compares.
+    columns: u32,
     /// Where the value lives, and what may be written.
     pub home: Home,
 }
 
-const NODE_RELATIVE: u8 = 1 << 5;
-const STORED: u8 = 1 << 6;
+const NODE_RELATIVE: u32 = 1 << 5;
+const STORED: u32 = 1 << 6;
 
 impl Rule {
     const fn new(object: &Object) -> Self {
-        let mut columns = object.data_type as u8 | (object.access as u8) << 3;
+        let mut columns = key(object.index, object.sub) << 8;
+        columns |= object.data_type as u32 | (object.access as u32) << 3;
         if object.node_relative {
             columns |= NODE_RELATIVE;
         }
@@ -187,11 +185,19 @@ impl Rule {
             columns |= STORED;
         }
         Self {
-            index: object.index,
-            sub: object.sub,
             columns,
             home: object.home,
         }
+    }
+
+    /// The index.
+    pub const fn index(&self) -> u16 {
+        (self.columns >> 16) as u16
+    }
+
+    /// The first sub-index.
+    pub const fn sub(&self) -> u8 {
+        (self.columns >> 8) as u8
     }
 
     /// The type.
@@ -208,12 +214,12 @@ impl Rule {
 
     /// Whether it can be read.
     pub const fn is_readable(&self) -> bool {
-        self.columns >> 3 & 3 != Access::Wo as u8
+        self.columns >> 3 & 3 != Access::Wo as u32
     }
 
     /// Whether it can be written.
     pub const fn is_writable(&self) -> bool {
-        self.columns >> 3 & 3 >= Access::Rw as u8
+        self.columns >> 3 & 3 >= Access::Rw as u32
     }
 
     /// The node id is added to the value.
@@ -236,11 +242,11 @@ impl Rule {
 
     /// True for the objects of the communication profile (1000h to 1FFFh).
     pub const fn is_communication(&self) -> bool {
-        self.index < 0x2000
+        self.index() < 0x2000
     }
 
     const fn key(&self) -> u32 {
-        key(self.index, self.sub)
+        self.columns >> 8
     }
 }
 
@@ -341,9 +347,10 @@ pub enum Found {
 pub fn find(rules: &'static [Rule], index: u16, sub: u8) -> Found {
     let wanted = key(index, sub);
     // The first row behind it; the rows are sorted.
-    let next = rules.partition_point(|rule| rule.key() <= wanted);
+    let last = wanted << 8 | 0xFF;
+    let next = rules.partition_point(|rule| rule.columns <= last);
     let row = next.checked_sub(1).and_then(|row| rules.get(row));
-    let same = |rule: &&Rule| rule.index == index;
+    let same = |rule: &&Rule| rule.index() == index;
     match row.filter(same) {
         Some(rule) if wanted - rule.key() < rule.count().into() => Found::Row(rule),
         Some(_) => Found::NoSubIndex,

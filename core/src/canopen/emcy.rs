@@ -11,7 +11,7 @@
 //!
 //! A fault is announced when it begins, with its code, and when it ends, with code 0; only its beginning is history.
 
-use crate::time::{Duration, Instant, after, reached};
+use crate::time::{Duration, Instant, after, is_due};
 use heapless::Deque;
 
 /// There is no valid measurement.
@@ -156,7 +156,7 @@ impl Emergency {
 
     /// Whether a message waits and the inhibit time is over.
     pub fn is_due(&mut self, now: Instant) -> bool {
-        if self.inhibited.is_some_and(|until| reached(now, until)) {
+        if is_due(&self.inhibited, now) {
             self.inhibited = None;
         }
         self.is_waiting() && self.inhibited.is_none()

@@ -4,7 +4,7 @@
 //! guard time times life time factor, takes the master for dead. It begins to count with the first request.
 
 use super::nmt::State;
-use crate::time::{Duration, Instant, after, millis, reached};
+use crate::time::{Duration, Instant, after, is_due, millis};
 
 /// The guarded node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -40,7 +40,7 @@ impl Guarding {
 
     /// True at the moment at which the master is taken for dead.
     pub fn poll(&mut self, now: Instant) -> bool {
-        let over = self.until.is_some_and(|until| reached(now, until));
+        let over = is_due(&self.until, now);
         if over {
             self.until = None;
             self.failed = true;

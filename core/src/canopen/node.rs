@@ -14,7 +14,7 @@ use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::node::{Action, BusEvent, BusMode, BusState, Node, Readout};
 use crate::store::{Payload, StoreError};
-use crate::time::{Earliest, Instant, after, reached};
+use crate::time::{Earliest, Instant, after, is_due, reached};
 
 /// The faults that a sample decides on.
 const MEASURED: u8 = emcy::SENSOR | emcy::LIMIT | emcy::TEMPERATURE;
@@ -25,12 +25,14 @@ impl<M: Model> Node for Device<M> {
         self.queue.has_room() && self.deferred.is_none() && !restarting
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn receive(&mut self, now: Instant, frame: &Frame) {
         if self.link == Link::Online {
             self.dispatch(now, frame);
         }
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn sample(&mut self, now: Instant, reading: &Reading) {
         self.attention |= self.fresh_until.is_none();
         self.fresh_until = Some(after(now, SAMPLE_LIMIT));
@@ -39,6 +41,7 @@ impl<M: Model> Node for Device<M> {
         self.attention |= self.emergency.is_waiting() || self.model.has_action();
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn bus(&mut self, now: Instant, event: BusEvent) {
         match event {
             BusEvent::Error => return,
@@ -48,16 +51,19 @@ impl<M: Model> Node for Device<M> {
         self.show(now);
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
         self.end_save(now, result);
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn tested(&mut self, _now: Instant, result: Working) {
         self.model.tested(result, &mut self.values);
         self.attention = true;
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn poll(&mut self, now: Instant) -> Option<Action> {
         let due = self.wake.is_some_and(|wake| reached(now, wake));
         if !self.attention && !due {
@@ -70,7 +76,12 @@ impl<M: Model> Node for Device<M> {
         action
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+        if self.wanted.bus {
+            // It would be dropped from its mailbox.
+            return None;
+        }
         match self.link {
             Link::Online => {
                 let frame = self.queue.pop();
@@ -109,6 +120,7 @@ impl<M: Model> Node for Device<M> {
         filters
     }
 
+    #[inline(never)] // measured and budgeted as a function
     fn image(&self) -> Payload {
         self.payload()
     }
@@ -259,7 +271,7 @@ impl<M: Model> Device<M> {
 
     /// What the timers want done by now; only called when there may be something.
     fn tick(&mut self, now: Instant) {
-        if self.fresh_until.is_some_and(|until| reached(now, until)) {
+        if is_due(&self.fresh_until, now) {
             self.fresh_until = None;
             self.model.lose();
             self.emergency.update(emcy::SENSOR, emcy::SENSOR);
@@ -267,7 +279,7 @@ impl<M: Model> Device<M> {
         if self.guarding.poll(now) {
             self.master_lost(now);
         }
-        if self.transfer.expires.is_some_and(|at| reached(now, at)) {
+        if is_due(&self.transfer.expires, now) {
             self.abort_transfer(Abort::TimeOut);
         }
         self.model.tick(now, &mut self.values);

@@ -16,7 +16,7 @@ use super::timer::Periodic;
 use super::values::Values;
 use super::wire;
 use crate::can::Frame;
-use crate::time::{Duration, Earliest, Instant, after, reached};
+use crate::time::{Duration, Earliest, Instant, after, is_due};
 
 /// When a TPDO is sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -189,7 +189,7 @@ impl Tpdo {
     /// True when the TPDO is to be sent now, because of its timer or of an event that the inhibit time has held back.
     pub fn poll(&mut self, now: Instant) -> bool {
         self.waiting |= self.event.poll(now);
-        if !self.waiting || self.inhibited.is_some_and(|until| !reached(now, until)) {
+        if !self.waiting || (self.inhibited.is_some() && !is_due(&self.inhibited, now)) {
             return false;
         }
         self.waiting = false;

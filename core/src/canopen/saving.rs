@@ -82,7 +82,7 @@ impl<M: Model> Device<M> {
         self.model.configure(&self.values);
         let fault = if succeeded { 0 } else { emcy::HARDWARE };
         self.emergency.update(emcy::HARDWARE, fault);
-        if self.transfer.stage == Stage::Storing {
+        if matches!(self.transfer.stage, Stage::Storing) {
             if succeeded {
                 let reply = self.transfer.reply;
                 self.transfer.end();

@@ -18,7 +18,7 @@ pub const TIME_OUT: Duration = millis(1000);
 const SEGMENT: usize = 7;
 
 /// How far the transfer is.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default)]
 pub(super) enum Stage {
     /// There is none.
     #[default]
@@ -113,7 +113,7 @@ impl<M: Model> Device<M> {
         };
         match reply {
             Ok(Some(reply)) => {
-                if self.transfer.stage == Stage::Idle {
+                if matches!(self.transfer.stage, Stage::Idle) {
                     self.transfer.end();
                 }
                 self.send_sdo(&reply);
@@ -145,9 +145,8 @@ impl<M: Model> Device<M> {
         }
         let size = rule.data_type().size();
         if size > 0 {
-            let bytes = self.number(rule, address.sub).to_le_bytes();
-            let bytes = bytes.get(..size.into()).unwrap_or(&bytes);
-            return Ok(wire::upload_reply(address, bytes));
+            let number = self.number(rule, address.sub);
+            return Ok(wire::number_reply(address, number, size));
         }
         self.transfer.data = self.text(rule);
         if self.transfer.data.len() > 4 {

@@ -129,19 +129,23 @@ impl Request {
     }
 }
 
+/// The reply to the reading of a number of `size` bytes, 1 to 4.
+pub fn number_reply(address: Address, number: u32, size: u8) -> [u8; 8] {
+    let unused = 4_u8.saturating_sub(size);
+    // A signed number comes with more bits than it has.
+    let number = number & u32::MAX.checked_shr(8 * u32::from(unused)).unwrap_or(0);
+    addressed(0x43 | unused << 2, address, number.to_le_bytes())
+}
+
 /// The reply to the initiation of an upload of `data`: with the data in it, or with their number.
 pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
-    let mut content = [0; 4];
-    let command = if (1..=4).contains(&data.len()) {
-        for (to, from) in content.iter_mut().zip(data) {
-            *to = *from;
-        }
-        0x43 | (4 - data.len() as u8) << 2
-    } else {
-        content = (data.len() as u32).to_le_bytes();
-        0x41
-    };
-    addressed(command, address, content)
+    let length = data.len() as u8;
+    if let 1..=4 = length {
+        let number = data.iter().rev();
+        let number = number.fold(0, |number, &byte| number << 8 | u32::from(byte));
+        return number_reply(address, number, length);
+    }
+    addressed(0x41, address, u32::from(length).to_le_bytes())
 }
 
 /// A segment of an upload: up to seven bytes of data.

@@ -295,6 +295,7 @@ impl Default for Fir {
 
 impl Mean {
     /// The mean of the block that ends and the one before, rounded to nearest; the next block starts.
+    #[inline(never)] // one copy instead of three
     fn end(&mut self, decimation: u32) -> i32 {
         // The weights of both blocks add up to the square of their length.
         let half = (1i64 << (2 * decimation)) >> 1;
@@ -307,6 +308,7 @@ impl Mean {
     }
 }
 
+#[inline(never)] // one copy instead of two
 fn add_products(sums: &mut [i64; 3], vectors: &[[i32; 3]], coefficients: &[i16]) {
     let [mut x, mut y, mut z] = *sums;
     for ([vx, vy, vz], &coefficient) in vectors.iter().zip(coefficients) {
@@ -319,6 +321,7 @@ fn add_products(sums: &mut [i64; 3], vectors: &[[i32; 3]], coefficients: &[i16])
 }
 
 /// The point on the straight line from `from` to `to` after `way` of 2^`steps` steps, rounded to nearest.
+#[inline(never)] // one copy instead of three
 fn between(from: i32, to: i32, way: i32, steps: u32) -> i32 {
     let difference = i64::from(to).wrapping_sub(i64::from(from));
     let half = (1i64 << steps) >> 1;

@@ -17,7 +17,7 @@ use crate::measure::self_test::Working;
 use crate::measure::{Calibration, I32x3, ONE_G, Reading};
 use crate::node::{Action, Pattern, Readout, SELF_TEST_LIMIT};
 use crate::store::ImageId;
-use crate::time::{Instant, after, reached};
+use crate::time::{Instant, after, is_due};
 use core::ops::Range;
 use measuring::{Measuring, Output, frame, keep_frame};
 
@@ -225,7 +225,7 @@ impl canopen::Model for Application {
         }
         let clips = self.clip_hold > 0;
         self.clip_hold = self.clip_hold.saturating_sub(1);
-        if self.temperature_due.is_none_or(|due| reached(now, due)) {
+        if self.temperature_due.is_none() || is_due(&self.temperature_due, now) {
             self.temperature_due = Some(after(now, heater::PERIOD));
             self.take_temperature(reading.temperature);
         }
@@ -271,7 +271,7 @@ impl canopen::Model for Application {
     }
 
     fn tick(&mut self, now: Instant, values: &mut Values) {
-        if self.test_until.is_some_and(|until| reached(now, until)) {
+        if is_due(&self.test_until, now) {
             self.tested(Working::default(), values);
         }
     }

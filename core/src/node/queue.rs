@@ -30,6 +30,8 @@ struct Entry {
 #[derive(Debug, Default)]
 pub struct TransmitQueue {
     entries: Deque<Entry, CAPACITY>,
+    /// How many of them are cyclic values: mostly none, and nothing has to be searched.
+    cyclic: u8,
 }
 
 impl TransmitQueue {
@@ -50,12 +52,21 @@ impl TransmitQueue {
 
     /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
-        let id = frame.id();
-        let same = |waiting: &&mut Entry| waiting.kind == Kind::Cyclic && waiting.frame.id() == id;
-        match self.entries.iter_mut().find(same) {
-            Some(stale) => stale.frame = frame,
-            None => self.push(frame, Kind::Cyclic),
+        if self.cyclic > 0
+            && let Some(stale) = self.waiting(frame.id())
+        {
+            stale.frame = frame;
+            return;
         }
+        self.cyclic += 1;
+        self.push(frame, Kind::Cyclic);
+    }
+
+    /// The cyclic value with this identifier.
+    #[inline(never)] // seldom
+    fn waiting(&mut self, id: Id) -> Option<&mut Entry> {
+        let same = |waiting: &&mut Entry| waiting.kind == Kind::Cyclic && waiting.frame.id() == id;
+        self.entries.iter_mut().find(same)
     }
 
     fn push(&mut self, frame: Frame, kind: Kind) {
@@ -65,25 +76,28 @@ impl TransmitQueue {
 
     /// Drops the cyclic value with this identifier.
     pub fn withdraw(&mut self, id: Id) {
-        for entry in &mut self.entries {
-            if entry.kind == Kind::Cyclic && entry.frame.id() == id {
-                entry.kind = Kind::Withdrawn;
-            }
+        if let Some(entry) = self.waiting(id) {
+            entry.kind = Kind::Withdrawn;
+            self.cyclic -= 1;
         }
     }
 
     /// Drops everything.
     pub fn clear(&mut self) {
         self.entries.clear();
+        self.cyclic = 0;
     }
 
     /// The next frame to send.
     pub fn pop(&mut self) -> Option<Frame> {
         loop {
             let Entry { frame, kind } = self.entries.pop_front()?;
-            if kind != Kind::Withdrawn {
-                return Some(frame);
+            match kind {
+                Kind::Withdrawn => continue,
+                Kind::Cyclic => self.cyclic -= 1,
+                Kind::Reply => {}
             }
+            return Some(frame);
         }
     }
 }

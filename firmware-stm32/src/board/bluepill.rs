@@ -10,12 +10,17 @@
 //! | PA7  | ISM330DHCX SDA (SDI)                                         |
 //! | PC13 | run LED: the one on the board, lit when low                  |
 //! | PB12 | error LED with its resistor to ground, lit when high         |
+//! | PB0  | heater's switch (a logic-level MOSFET), on when high, PWM     |
+//! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
+//!
+//! PB0 and PB1 are for the models that have a heater or switch their termination; each has a resistor to ground, so that both are off
+//! while the microcontroller is in reset.
 //!
 //! CAN is remapped to PB8 and PB9 because the board's USB socket pulls PA12 up. The transceiver runs at 3.3 V and must have no
 //! dominant time-out that a bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 64 MHz instead of 72 so that APB1
 //! runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
 
-use super::{SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
@@ -25,11 +30,12 @@ use embedded_hal::spi::MODE_0;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f1xx_hal::flash::{self, FlashSize, SectorSize};
-use stm32f1xx_hal::gpio::{Output, PA4, PB12, PC13, PinState};
+use stm32f1xx_hal::gpio::{Output, PA4, PB1, PB12, PC13, PinState};
 use stm32f1xx_hal::pac::{self, interrupt};
 use stm32f1xx_hal::prelude::*;
 use stm32f1xx_hal::rcc::{self, Enable};
 use stm32f1xx_hal::spi::Spi;
+use stm32f1xx_hal::timer::{PwmChannel, Tim3NoRemap};
 use stm32f1xx_hal::watchdog::IndependentWatchdog;
 
 /// The core clock in Hz.
@@ -64,6 +70,8 @@ pub struct Board {
     pub watchdog: Watchdog,
     /// The status LEDs, off.
     pub leds: StatusLeds,
+    /// Heater and terminating resistor, off.
+    pub switches: Switches,
     /// The CAN controller, with its clock and pins, still in reset state.
     pub can: CanPeripheral,
     /// The accelerometer's SPI and chip select.
@@ -112,6 +120,24 @@ impl Board {
         gpiob.pb8.into_pull_up_input(&mut gpiob.crh);
         gpiob.pb9.into_alternate_push_pull(&mut gpiob.crh);
 
+        let heater_pin = gpiob.pb0.into_alternate_push_pull(&mut gpiob.crl);
+        let mut heater = device
+            .TIM3
+            .pwm_us::<Tim3NoRemap, _, _>(
+                heater_pin,
+                &mut afio.mapr,
+                HEATER_PERIOD_US.micros(),
+                &mut rcc,
+            )
+            .split();
+        heater.enable();
+        let switches = Switches {
+            heater,
+            termination: gpiob
+                .pb1
+                .into_push_pull_output_with_state(&mut gpiob.crl, PinState::Low),
+        };
+
         let select = gpioa
             .pa4
             .into_push_pull_output_with_state(&mut gpioa.crl, PinState::High);
@@ -124,6 +150,7 @@ impl Board {
             systick: core.SYST,
             watchdog,
             leds,
+            switches,
             can: device.CAN,
             imu: Wires::new(spi, select),
             flash: ParameterFlash(Flash(flash)),
@@ -143,6 +170,25 @@ impl StatusLeds {
     pub fn show(&mut self, leds: Leds) {
         self.run.set_state((!leds.run).into());
         self.error.set_state(leds.error.into());
+    }
+}
+
+/// Heater and terminating resistor.
+pub struct Switches {
+    heater: PwmChannel<pac::TIM3, 2>,
+    termination: PB1<Output>,
+}
+
+impl Switches {
+    /// Connects or disconnects the terminating resistor.
+    pub fn terminate(&mut self, on: bool) {
+        self.termination.set_state(on.into());
+    }
+
+    /// Heats with this part of the heater's power, 0 to 1000 permille.
+    pub fn heat(&mut self, permille: u16) {
+        // A period is 1000 ticks.
+        self.heater.set_duty(permille);
     }
 }
 

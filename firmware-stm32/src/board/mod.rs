@@ -21,6 +21,9 @@ const WATCHDOG_PERIOD_MS: u32 = 2000;
 /// The clock of the accelerometer's SPI; the part takes up to 10 MHz.
 const SPI_CLOCK_HZ: u32 = 8_000_000;
 
+/// The period of the heater's PWM: 1 kHz, in ticks of 1 us the duty's permille.
+const HEATER_PERIOD_US: u32 = 1000;
+
 /// The serial number: CRC-32 of the 96-bit unique device identifier, so that parts of one wafer get different ones.
 fn serial(unique_id: [u32; 3]) -> u32 {
     let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);

@@ -10,12 +10,17 @@
 //! | PB15 | ISM330DHCX SDA (SDI)                                         |
 //! | PA5  | run LED: LD2 on the board, lit when high                     |
 //! | PB10 | error LED with its resistor to ground, lit when high         |
+//! | PB0  | heater's switch (a logic-level MOSFET), on when high, PWM     |
+//! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
+//!
+//! PB0 and PB1 are for the models that have a heater or switch their termination; each has a resistor to ground, so that both are off
+//! while the microcontroller is in reset.
 //!
 //! SPI2 is used because SPI1's clock is on PA5, the LED. The transceiver runs at 3.3 V and must have no dominant time-out that a
 //! bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 128 MHz so that a quarter of it is APB1's 32 MHz
 //! ([`bit_timing`](crate::bit_timing)).
 
-use super::{SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
@@ -24,11 +29,12 @@ use cortex_m::peripheral::SYST;
 use embedded_hal::spi::MODE_0;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
-use stm32f4xx_hal::gpio::{Output, PA5, PB10, PB12, PinState};
+use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PinState};
 use stm32f4xx_hal::pac::{self, interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
 use stm32f4xx_hal::spi::Spi;
+use stm32f4xx_hal::timer::PwmChannel;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 /// The core clock in Hz.
@@ -63,6 +69,8 @@ pub struct Board {
     pub watchdog: Watchdog,
     /// The status LEDs, off.
     pub leds: StatusLeds,
+    /// Heater and terminating resistor, off.
+    pub switches: Switches,
     /// The CAN controller, with its clock and pins, still in reset state.
     pub can: CanPeripheral,
     /// The accelerometer's SPI and chip select.
@@ -108,6 +116,14 @@ impl Board {
             .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
         gpioa.pa12.into_alternate::<9>();
 
+        let (_, (_, _, heater, _)) = device.TIM3.pwm_us(HEATER_PERIOD_US.micros(), &mut rcc);
+        let mut heater = heater.with(gpiob.pb0);
+        heater.enable();
+        let switches = Switches {
+            heater,
+            termination: gpiob.pb1.into_push_pull_output_in_state(PinState::Low),
+        };
+
         let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
         let pins = (Some(gpiob.pb13), Some(gpiob.pb14), Some(gpiob.pb15));
         let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);
@@ -116,6 +132,7 @@ impl Board {
             systick: core.SYST,
             watchdog,
             leds,
+            switches,
             can: device.CAN1,
             imu: Wires::new(spi, select),
             flash: ParameterFlash(Flash(device.FLASH)),
@@ -135,6 +152,25 @@ impl StatusLeds {
     pub fn show(&mut self, leds: Leds) {
         self.run.set_state(leds.run.into());
         self.error.set_state(leds.error.into());
+    }
+}
+
+/// Heater and terminating resistor.
+pub struct Switches {
+    heater: PwmChannel<pac::TIM3, 2>,
+    termination: PB1<Output>,
+}
+
+impl Switches {
+    /// Connects or disconnects the terminating resistor.
+    pub fn terminate(&mut self, on: bool) {
+        self.termination.set_state(on.into());
+    }
+
+    /// Heats with this part of the heater's power, 0 to 1000 permille.
+    pub fn heat(&mut self, permille: u16) {
+        // A period is 1000 ticks.
+        self.heater.set_duty(permille);
     }
 }
 

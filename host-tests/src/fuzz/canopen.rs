@@ -65,8 +65,8 @@ fn rule(source: &mut impl Source) -> &'static Rule {
 /// An SDO request.
 fn request(source: &mut impl Source) -> [u8; 8] {
     let rule = rule(source);
-    let [low, high] = rule.index.to_le_bytes();
-    let sub = rule.sub + source.byte() % (rule.count() + 1);
+    let [low, high] = rule.index().to_le_bytes();
+    let sub = rule.sub() + source.byte() % (rule.count() + 1);
     match source.byte() {
         0..=59 => [0x40, low, high, sub, 0, 0, 0, 0],
         60..=159 => {
@@ -121,8 +121,8 @@ fn value(rule: &Rule, source: &mut impl Source) -> u32 {
         (_, Home::Range(_, low, high)) => u32::from(low) + raw % (u32::from(high - low) + 1),
         (_, Home::OneOf(_, list)) => list[raw as usize % list.len()].into(),
         (_, Home::SyncId(_)) => 0x80 | raw & DISABLED,
-        (_, Home::Live(_)) if rule.index == 0x1010 => u32::from_le_bytes(*b"save"),
-        (_, Home::Live(_)) if rule.index == 0x1011 => u32::from_le_bytes(*b"load"),
+        (_, Home::Live(_)) if rule.index() == 0x1010 => u32::from_le_bytes(*b"save"),
+        (_, Home::Live(_)) if rule.index() == 0x1011 => u32::from_le_bytes(*b"load"),
         _ => raw % 300,
     }
 }

@@ -13,6 +13,7 @@ use super::violation::Violations;
 /// SWJ_CFG in AFIO_MAPR: the debug port; write-only.
 const DEBUG_PORT: u32 = 0b111 << 24;
 const SPI1_REMAP: u32 = 1 << 0;
+const TIM3_REMAP: u32 = 0b11 << 10;
 const CAN_REMAP: u32 = 0b11 << 13;
 
 /// The CAN transceiver's RXD on the board.
@@ -75,6 +76,11 @@ impl Afio {
             && is_output(5)
             && is_output(7)
             && gpio.mode(Pin(PortName::A, 6)).is_digital_input()
+    }
+
+    /// True unless TIM3 is remapped as a whole (RM0008, table 43).
+    pub fn tim3_channels_3_and_4_are_on_pb0_and_pb1(&self) -> bool {
+        self.remap & TIM3_REMAP != TIM3_REMAP
     }
 
     /// Reads the register at `offset`.

@@ -161,6 +161,20 @@ impl Microcontroller {
         self.profile.take()
     }
 
+    /// True while the sensor terminates the bus.
+    pub fn terminated(&self) -> bool {
+        self.on && board::terminated(&self.io.gpio)
+    }
+
+    /// The duty of the heater in permille; 0 while the power is off.
+    pub fn heater(&self) -> u16 {
+        if self.on {
+            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
+        } else {
+            0
+        }
+    }
+
     /// The time of the processor.
     fn time(&self) -> Picoseconds {
         self.io.now(self.core.cycle())

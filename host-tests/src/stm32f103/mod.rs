@@ -4,7 +4,7 @@
 //! - [`elf`]: the image: what is loaded, symbols, and which part of the project its bytes belong to
 //! - [`io`]: what lies between the processor and the peripherals
 //! - [`peripherals`]: all peripherals together: address map, clocks, violations
-//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
+//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
 //! - [`ism330dhcx`]: the accelerometer at the end of the SPI
 //! - [`microcontroller`]: all of it in step, on its board; [`profile`]: what functions cost
 //! - [`timebase`] and [`violation`]: what these share
@@ -30,6 +30,7 @@ pub mod rcc;
 pub mod signature;
 pub mod spi;
 pub mod timebase;
+pub mod timer;
 pub mod violation;
 
 pub use microcontroller::Microcontroller;

@@ -3,6 +3,7 @@
 //! | address | peripheral | clock |
 //! |---|---|---|
 //! | 1FFF_F000h | electronic signature | |
+//! | 4000_0400h | TIM3 | RCC_APB1ENR.TIM3EN |
 //! | 4000_3000h | IWDG | |
 //! | 4000_6400h | bxCAN | RCC_APB1ENR.CANEN |
 //! | 4001_0000h | AFIO | RCC_APB2ENR.AFIOEN |
@@ -30,6 +31,7 @@ use super::rcc::{Rcc, ResetCause};
 use super::signature::Signature;
 use super::spi::{Clocks, Spi, SpiPart};
 use super::timebase::Picoseconds;
+use super::timer::Timer;
 use super::violation::{Violation, Violations};
 use crate::bench::Flash;
 use crate::motion::Motion;
@@ -52,6 +54,8 @@ pub struct Peripherals {
     pub flash: FlashInterface,
     /// The SPI of the accelerometer.
     pub spi1: Spi,
+    /// The timer that makes the heater's PWM.
+    pub tim3: Timer,
     /// The independent watchdog.
     pub iwdg: Iwdg,
     /// The accelerometer.
@@ -73,6 +77,7 @@ impl Peripherals {
             afio: Afio::default(),
             flash: FlashInterface::new(parameters),
             spi1: Spi::default(),
+            tim3: Timer::default(),
             iwdg: Iwdg::default(),
             imu: Ism330dhcx::new(motion),
             can: BxCan::new(),
@@ -182,6 +187,7 @@ impl Peripherals {
             Module::Afio => self.afio = Afio::default(),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(cycle, port)),
             Module::Spi1 => self.spi1 = Spi::default(),
+            Module::Tim3 => self.tim3 = Timer::default(),
             _ => {}
         }
     }
@@ -230,6 +236,7 @@ impl Peripherals {
         let now = self.now(cycle);
         match module {
             Module::Signature => Err(AccessError::Unmapped),
+            Module::Tim3 => self.tim3.read(offset),
             Module::Iwdg => self.iwdg.read(now, offset),
             Module::Can => self.can.read(now, offset),
             Module::Afio => self.afio.read(offset),
@@ -255,6 +262,7 @@ impl Peripherals {
         let clocks = self.clocks();
         match module {
             Module::Signature => Err(AccessError::Refused("system memory is read-only")),
+            Module::Tim3 => self.tim3.write(offset, value, &mut self.violations),
             Module::Iwdg => self.iwdg.write(now, offset, value, &mut self.violations),
             Module::Can => self.can.write(now, offset, value),
             Module::Afio => self.afio.write(offset, value, &mut self.violations),

@@ -200,6 +200,12 @@ impl Rcc {
         self.hclk() >> apb_shift(self.cfgr >> 8)
     }
 
+    /// The clock of the timers on APB1 in Hz: twice that of the bus where the bus divides (RM0008, figure 8).
+    pub fn timer_clock(&self) -> u32 {
+        let shift = apb_shift(self.cfgr >> 8);
+        self.hclk() >> shift.saturating_sub(1)
+    }
+
     /// APB2 clock in Hz: that of SPI1.
     pub fn pclk2(&self) -> u32 {
         self.hclk() >> apb_shift(self.cfgr >> 11)

@@ -9,6 +9,7 @@ use super::super::rcc::Gate;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Module {
     Signature,
+    Tim3,
     Iwdg,
     Can,
     Afio,
@@ -21,8 +22,9 @@ pub(super) enum Module {
 
 impl Module {
     /// All of them.
-    pub(super) const ALL: [Self; 13] = [
+    pub(super) const ALL: [Self; 14] = [
         Self::Signature,
+        Self::Tim3,
         Self::Iwdg,
         Self::Can,
         Self::Afio,
@@ -42,6 +44,7 @@ impl Module {
         const SIZE: u32 = 0x400;
         let module = match address & !(SIZE - 1) {
             0x1FFF_F000..0x2000_0000 => Self::Signature,
+            0x4000_0400 => Self::Tim3,
             0x4000_3000 => Self::Iwdg,
             0x4000_6400 => Self::Can,
             0x4001_0000 => Self::Afio,
@@ -62,6 +65,7 @@ impl Module {
     /// Where its clock is switched on; None: it always has one.
     pub(super) fn gate(self) -> Option<Gate> {
         match self {
+            Self::Tim3 => Some(Gate::Apb1(1)),
             Self::Can => Some(Gate::Apb1(25)),
             Self::Afio => Some(Gate::Apb2(0)),
             Self::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
@@ -73,6 +77,7 @@ impl Module {
     pub(super) fn name(self) -> &'static str {
         match self {
             Self::Signature => "electronic signature",
+            Self::Tim3 => "TIM3",
             Self::Iwdg => "IWDG",
             Self::Can => "CAN",
             Self::Afio => "AFIO",

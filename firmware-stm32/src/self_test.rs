@@ -1,0 +1,180 @@
+//! The self-test of the accelerometer (datasheet, "Accelerometer self-test"): the part pushes its seismic mass by a known force, and
+//! the mean of some readings must move by what [`plumbline::measure::self_test`] says.
+//!
+//! ```text
+//!  at +-4 g      at rest       at +-4 g      pushed        at +-2 g
+//!  settling 40   mean of 128   settling 40   mean of 128   settling 40    readings of 5 ms: 1.9 s
+//! ```
+//!
+//! The range is +-4 g because at +-2 g an axis that the push adds to gravity could clip. It settles for 200 ms where the datasheet
+//! has 100, since LPF2 settles too.
+
+use plumbline::measure::I32x3;
+use plumbline::measure::self_test::{Working, judge};
+
+/// Readings left out after each change.
+const SETTLING: u8 = 40;
+
+/// Readings in a mean, as a power of two.
+const MEAN: u32 = 7;
+
+const ZERO: I32x3 = I32x3 { x: 0, y: 0, z: 0 };
+
+/// How the part is to be set up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum SetUp {
+    /// For measuring.
+    Normal,
+    /// For the test, without and with the push.
+    Test {
+        /// The part pushes its mass.
+        pushed: bool,
+    },
+}
+
+/// What a reading has brought.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Step {
+    /// Nothing yet.
+    None,
+    /// From now on the part is to be set up like this.
+    SetUp(SetUp),
+    /// The end: the part measures again, and these axes work.
+    Done(Working),
+}
+
+/// How far a test has come.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Stage {
+    Begin,
+    AtRest,
+    Pushed,
+    Back,
+}
+
+/// A test under way.
+#[derive(Clone, Debug)]
+pub struct SelfTest {
+    stage: Stage,
+    /// Readings in this stage.
+    readings: u8,
+    /// The mean so far: the sum of the readings, each divided by their number.
+    mean: I32x3,
+    at_rest: I32x3,
+    working: Working,
+    /// The last acceleration before the test, which holds while it lasts.
+    held: I32x3,
+}
+
+impl SelfTest {
+    /// A test that begins with the next reading.
+    pub const fn begin() -> Self {
+        Self {
+            stage: Stage::Begin,
+            readings: 0,
+            mean: ZERO,
+            at_rest: ZERO,
+            working: Working {
+                x: false,
+                y: false,
+                z: false,
+            },
+            held: ZERO,
+        }
+    }
+
+    /// The last acceleration before the test.
+    pub fn held(&self) -> I32x3 {
+        self.held
+    }
+
+    /// Takes the acceleration of a reading in; it is in the units of +-2 g whatever the part is set to.
+    pub fn step(&mut self, acceleration: I32x3) -> Step {
+        if self.stage == Stage::Begin {
+            self.held = acceleration;
+            return self.enter(Stage::AtRest, SetUp::Test { pushed: false });
+        }
+        self.readings += 1;
+        if self.readings <= SETTLING {
+            return Step::None;
+        }
+        if self.stage == Stage::Back {
+            return Step::Done(self.working);
+        }
+        // At +-4 g a count is worth twice as much.
+        self.mean.x += acceleration.x >> (MEAN - 1);
+        self.mean.y += acceleration.y >> (MEAN - 1);
+        self.mean.z += acceleration.z >> (MEAN - 1);
+        if self.readings < SETTLING + (1 << MEAN) {
+            return Step::None;
+        }
+        let mean = self.mean;
+        if self.stage == Stage::AtRest {
+            self.at_rest = mean;
+            return self.enter(Stage::Pushed, SetUp::Test { pushed: true });
+        }
+        self.working = judge(self.at_rest, mean);
+        self.enter(Stage::Back, SetUp::Normal)
+    }
+
+    fn enter(&mut self, stage: Stage, set_up: SetUp) -> Step {
+        self.stage = stage;
+        self.readings = 0;
+        self.mean = ZERO;
+        Step::SetUp(set_up)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline::measure::ONE_G;
+
+    /// Runs a test of a part whose push is worth so many mg on its axes; the result and the readings that it took.
+    fn run(push: [i32; 3]) -> (Working, usize) {
+        let mut test = SelfTest::begin();
+        let mut set_up = SetUp::Normal;
+        let rest = [100, -200, 1000];
+        for readings in 1..1000 {
+            let milli_g = match set_up {
+                SetUp::Normal => rest,
+                // Half as many counts at +-4 g.
+                SetUp::Test { pushed: false } => rest.map(|part| part / 2),
+                SetUp::Test { pushed: true } => [0, 1, 2].map(|axis| (rest[axis] + push[axis]) / 2),
+            };
+            let [x, y, z] = milli_g.map(|part| ONE_G / 1000 * part);
+            match test.step(I32x3 { x, y, z }) {
+                Step::None => {}
+                Step::SetUp(new) => {
+                    assert_ne!(new, set_up);
+                    set_up = new;
+                }
+                Step::Done(working) => {
+                    assert_eq!(set_up, SetUp::Normal, "left as it was");
+                    assert_eq!(test.held().z, ONE_G / 1000 * 1000);
+                    return (working, readings);
+                }
+            }
+        }
+        panic!("the test has no end");
+    }
+
+    #[test]
+    fn an_axis_works_when_the_push_moves_it_by_what_the_datasheet_says() {
+        let cases = [
+            ([500, 500, 500], [true, true, true]),
+            ([0, 500, -500], [false, true, true]),
+            ([80, 100, 1800], [false, true, false]),
+            ([1600, 1000, 80], [true, true, false]),
+        ];
+        for (push, [x, y, z]) in cases {
+            assert_eq!(run(push).0, Working { x, y, z }, "{push:?}");
+        }
+    }
+
+    #[test]
+    fn it_takes_about_two_seconds() {
+        let milliseconds = run([500; 3]).1 * 5;
+        assert!((1500..=2500).contains(&milliseconds), "{milliseconds} ms");
+    }
+}

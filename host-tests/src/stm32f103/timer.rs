@@ -1,0 +1,196 @@
+//! A general-purpose timer as a source of PWM (RM0008, chapter 15): counting up, PWM mode 1.
+//!
+//! | offset | register | |
+//! |---|---|---|
+//! | 00h | TIMx_CR1 | CEN, URS, ARPE |
+//! | 14h | TIMx_EGR | UG |
+//! | 18h, 1Ch | TIMx_CCMR1, TIMx_CCMR2 | mode and preload of the channels |
+//! | 20h | TIMx_CCER | which channels reach their pins |
+//! | 28h, 2Ch | TIMx_PSC, TIMx_ARR | prescaler and period |
+//! | 34h..40h | TIMx_CCR1..4 | duties |
+//!
+//! What is preloaded takes effect with an update event (UG, or the end of a period). A period is short against whatever looks at the
+//! duty, so that of a running counter counts as come at once. Anything else, interrupts above all, is refused.
+
+use super::io::AccessError;
+use super::violation::Violations;
+
+// TIMx_CR1.
+const ENABLE: u32 = 1 << 0;
+const UPDATE_SOURCE: u32 = 1 << 2;
+const PRELOAD: u32 = 1 << 7;
+
+/// UG in TIMx_EGR.
+const UPDATE: u32 = 1 << 0;
+
+/// A channel's byte in TIMx_CCMRx: PWM mode 1 as an output; OCxPE may be set or not.
+const PWM_1: u32 = 0b110 << 4;
+const CHANNEL_PRELOAD: u32 = 1 << 3;
+
+/// A general-purpose timer, TIM2 to TIM4.
+#[derive(Clone, Debug, Default)]
+pub struct Timer {
+    control: u32,
+    modes: [u32; 2],
+    outputs: u32,
+    prescaler: u32,
+    /// TIMx_PSC as it was at the last update event.
+    prescaler_in_force: u32,
+    period: u32,
+    compares: [u32; 4],
+}
+
+impl Timer {
+    /// The frequency of the PWM in Hz when the counter gets `clock` Hz; None while the counter stands.
+    pub fn frequency(&self, clock: u32) -> Option<f64> {
+        let ticks = f64::from(self.prescaler_in_force + 1) * f64::from(self.period + 1);
+        self.counts().then(|| f64::from(clock) / ticks)
+    }
+
+    /// The part of a period in permille, rounded to nearest, for which a channel (1 to 4) is high; None when it makes no PWM on its
+    /// pin.
+    pub fn duty(&self, channel: usize) -> Option<u16> {
+        let index = channel.checked_sub(1)?;
+        let mode = self.modes.get(index / 2)? >> (8 * (index % 2)) & 0xFF;
+        let reaches_pin = self.outputs >> (4 * index) & 1 != 0;
+        if !self.counts() || mode & !CHANNEL_PRELOAD != PWM_1 || !reaches_pin {
+            return None;
+        }
+        let period = self.period + 1;
+        // High while the counter is below the compare value: above the period, always.
+        let high = self.compares[index].min(period);
+        Some(((high * 1000 + period / 2) / period) as u16)
+    }
+
+    /// With a period of 0 the counter is blocked (RM0008, TIMx_ARR).
+    fn counts(&self) -> bool {
+        self.control & ENABLE != 0 && self.period > 0
+    }
+
+    /// Reads the register at `offset`.
+    pub fn read(&self, offset: u32) -> Result<u32, AccessError> {
+        Ok(match offset {
+            0x00 => self.control,
+            0x18 | 0x1C => self.modes[(offset as usize - 0x18) / 4],
+            0x20 => self.outputs,
+            0x28 => self.prescaler,
+            0x2C => self.period,
+            0x34..=0x40 => self.compares[(offset as usize - 0x34) / 4],
+            _ => return Err(AccessError::Refused("TIM: register not modelled")),
+        })
+    }
+
+    /// Writes the register at `offset`.
+    pub fn write(
+        &mut self,
+        offset: u32,
+        value: u32,
+        violations: &mut Violations,
+    ) -> Result<(), AccessError> {
+        let value = value & 0xFFFF;
+        match offset {
+            0x00 => {
+                let known = ENABLE | UPDATE_SOURCE | PRELOAD;
+                violations.check(value & !known != 0, "TIMx_CR1", "not modelled");
+                self.control = value & known;
+            }
+            0x14 => {
+                violations.check(value & !UPDATE != 0, "TIMx_EGR", "not modelled");
+                if value & UPDATE != 0 {
+                    self.prescaler_in_force = self.prescaler;
+                }
+            }
+            0x18 | 0x1C => {
+                let known = |mode| matches!(mode & !CHANNEL_PRELOAD, 0 | PWM_1);
+                violations.check(
+                    !known(value & 0xFF) || !known(value >> 8),
+                    "TIMx_CCMRx",
+                    "not modelled: neither frozen nor PWM mode 1",
+                );
+                self.modes[(offset as usize - 0x18) / 4] = value;
+            }
+            0x20 => {
+                violations.check(value & !0x1111 != 0, "TIMx_CCER", "not modelled");
+                self.outputs = value;
+            }
+            0x28 => self.prescaler = value,
+            0x2C => self.period = value,
+            0x34..=0x40 => self.compares[(offset as usize - 0x34) / 4] = value,
+            _ => return Err(AccessError::Refused("TIM: register not modelled")),
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A timer after these writes, none of which is a violation.
+    fn after(writes: &[(u32, u32)]) -> Timer {
+        let (mut timer, mut violations) = (Timer::default(), Violations::default());
+        for &(offset, value) in writes {
+            timer.write(offset, value, &mut violations).unwrap();
+        }
+        assert_eq!(violations.list(), []);
+        timer
+    }
+
+    /// Channel 3 at 1 kHz out of 64 MHz: PSC 63, ARR 999, UG, PWM mode 1 with preload, CC3E, CEN.
+    const SET_UP: [(u32, u32); 6] = [
+        (0x28, 63),
+        (0x2C, 999),
+        (0x14, 1),
+        (0x1C, 0x68),
+        (0x20, 0x100),
+        (0x00, 0x81),
+    ];
+
+    #[test]
+    fn the_duty_is_the_compare_value_over_the_period() {
+        for (compare, permille) in [
+            (0, 0),
+            (1, 1),
+            (250, 250),
+            (999, 999),
+            (1000, 1000),
+            (65_535, 1000),
+        ] {
+            let timer = after(&[&SET_UP[..], &[(0x3C, compare)]].concat());
+            assert_eq!(timer.duty(3), Some(permille));
+            assert_eq!([1, 2, 4].map(|channel| timer.duty(channel)), [None; 3]);
+            assert_eq!(timer.frequency(64_000_000), Some(1000.0));
+        }
+    }
+
+    #[test]
+    fn every_step_of_the_set_up_is_needed() {
+        for left_out in [1, 3, 4, 5] {
+            let mut writes = SET_UP.to_vec();
+            writes.remove(left_out);
+            assert_eq!(after(&writes).duty(3), None, "{left_out}");
+        }
+        let mut writes = SET_UP.to_vec();
+        writes.remove(2);
+        let frequency = after(&writes).frequency(64_000_000);
+        assert_eq!(
+            frequency,
+            Some(64_000.0),
+            "the prescaler needs an update event"
+        );
+    }
+
+    #[test]
+    fn what_is_not_modelled_is_not_silent() {
+        for (offset, value) in [(0x00, 0x10), (0x14, 2), (0x18, 0x70), (0x20, 2)] {
+            let mut violations = Violations::default();
+            Timer::default()
+                .write(offset, value, &mut violations)
+                .unwrap();
+            assert_eq!(violations.list().len(), 1, "{offset:#x}");
+        }
+        let mut violations = Violations::default();
+        assert!(Timer::default().write(0x0C, 1, &mut violations).is_err());
+        assert!(Timer::default().read(0x24).is_err());
+    }
+}
