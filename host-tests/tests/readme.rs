@@ -30,7 +30,6 @@ fn the_parameter_table_is_the_models_own() {
 }
 
 #[test]
-#[ignore = "the README does not list the objects yet"]
 fn the_object_table_is_the_models_own() {
     assert_block("objects of jn2101", &object_table::<jn2101::Application>());
 }
