@@ -204,6 +204,13 @@ fn the_self_test_tells_which_axes_work() {
             "18A#00000000",
             "it measures again"
         );
+        if works {
+            let mut shaken = table(25_00);
+            shaken.acceleration.z = 3 * ONE_G;
+            desk.chip_mut().set_motion(shaken);
+            let clipped = "08A#0010010100000000";
+            assert_eq!(desk.wait(200), [clipped], "at +-2 g");
+        }
     }
 }
 
