@@ -16,7 +16,7 @@ use crate::can::{BitRate, Frame, standard};
 use crate::measure::Calibration;
 use crate::measure::calibration;
 use crate::node::{Boot, BusState, Indicator, Leds, Pattern, TransmitQueue};
-use crate::store::PAYLOAD_MAX;
+use crate::store::{ImageId, PAYLOAD_MAX};
 use crate::time::{Duration, Instant, after, millis};
 use core::mem::MaybeUninit;
 
@@ -101,6 +101,9 @@ pub struct Device<M> {
 }
 
 impl<M: Model> Device<M> {
+    /// Marks the images of this model.
+    pub const IMAGE: ImageId = M::IMAGE;
+
     /// The size in bytes of the payload of an image: the values, then the calibration.
     pub const PAYLOAD: usize = {
         let hidden = (M::HIDDEN.end - M::HIDDEN.start) as usize;

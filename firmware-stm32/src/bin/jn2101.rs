@@ -1,7 +1,6 @@
 //! ifm JN2101, two axes, CANopen.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-use plumbline::canopen::Model;
-use plumbline::model::jn2101::{Application, Jn2101};
+use plumbline::model::jn2101::Jn2101;
 
-firmware_stm32::firmware!(Jn2101, "ifm JN2101", Application::IMAGE, Jn2101::place);
+firmware_stm32::firmware!(Jn2101, "ifm JN2101", Jn2101::IMAGE, Jn2101::place);
