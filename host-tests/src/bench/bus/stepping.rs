@@ -8,7 +8,7 @@ use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 
-/// How far sensors that run freely may be apart when there are several: a bit at the highest rate.
+/// How far sensors that run freely may be apart when there are several and one of them acts: a bit at the highest rate.
 const QUANTUM: Picoseconds = 1_000_000;
 
 /// For so many bits after the frame of an adapter a sensor goes first: the intermission and a start of frame.
