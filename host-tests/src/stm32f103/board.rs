@@ -9,12 +9,6 @@ const RUN: Pin = Pin(PortName::C, 13);
 /// The error LED, lit when high.
 const ERROR: Pin = Pin(PortName::B, 12);
 
-/// Remembers what the pins of the LEDs do from now on.
-pub(super) fn watch_leds(gpio: &mut Gpio) {
-    gpio.watch(RUN);
-    gpio.watch(ERROR);
-}
-
 /// What the LEDs show; a pin that drives nothing lets its LED go dark.
 pub(super) fn leds(gpio: &Gpio) -> Leds {
     Leds {
