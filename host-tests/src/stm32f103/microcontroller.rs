@@ -368,7 +368,7 @@ impl Sensor for Microcontroller {
                 Ok(Pause::Reset) => self.reset(ResetCause::Software),
                 Ok(Pause::Breakpoint) => self.profile.stopped(&mut self.core),
                 Ok(Pause::Bkpt(number)) => {
-                    self.stop(self.core.register(15), format!("breakpoint {number}"))
+                    self.stop(self.core.pc(), format!("breakpoint {number}"))
                 }
                 Err(fault) => self.stop(fault.pc, reason(&fault.kind)),
             }
