@@ -23,6 +23,7 @@ pub use status::StatusLine;
 
 use crate::bench::{AdapterId, Bus, DeviceId, Source};
 use crate::slcan::{Channel, Port, QueueFull};
+use crate::stm32f103::Microcontroller;
 use outbox::Outbox;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{self, Instant, after, reached};
@@ -153,12 +154,15 @@ impl Server {
     pub fn new(
         bus: Bus,
         sensor: DeviceId,
-        log: Option<Log>,
+        mut log: Option<Log>,
         status: Option<StatusLine>,
     ) -> (Self, Events) {
         let (sender, events) = sync_channel(EVENTS_MAX);
         let past = Duration::from_micros(bus.now().ticks());
         let start = std::time::Instant::now();
+        if let Some(log) = &mut log {
+            log.begin(past);
+        }
         let server = Self {
             bus,
             sensor,
@@ -250,6 +254,12 @@ impl Server {
         }
         if let Some(log) = &mut self.log {
             log.write(&logged)?;
+        }
+        // Before the status line, which is written again below it.
+        if let Some(sensor) = Microcontroller::of_mut(self.bus.device_mut(self.sensor)) {
+            for violation in sensor.take_new_violations() {
+                eprintln!("virtual-sensor: the image breaks a rule of the chip: {violation}");
+            }
         }
         if let Some(status) = &mut self.status {
             status.show(

@@ -112,7 +112,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let motion = Box::new(scene);
     let sensor = match &options.elf {
         Some(path) => {
-            let image = open_image(path)?;
+            let image = open_image(path, model.name)?;
             bus.attach(Microcontroller::new(
                 model.name, image, SERIAL, flash, motion,
             ))
@@ -123,6 +123,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     while bus.device(sensor).mode().is_none() && bus.now() < BOOT_LIMIT {
         let next = after(bus.now(), millis(1));
         bus.run_until(next);
+    }
+    if bus.device(sensor).mode().is_none() {
+        let seconds = BOOT_LIMIT.ticks() / 1_000_000;
+        eprintln!(
+            "virtual-sensor: the image has not switched its CAN controller on within {seconds} s"
+        );
     }
     let status = io::stdout().is_terminal().then(StatusLine::new);
     let (server, events) = Server::new(bus, sensor, log, status);
@@ -179,14 +185,24 @@ fn open_store(path: &Path) -> Flash {
     })
 }
 
-/// The firmware image in an ELF file.
-fn open_image(path: &Path) -> Result<Rc<Image>, Failure> {
+/// The firmware image in an ELF file, which is one of this model as far as its symbols tell.
+fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
     let what = format!("read the firmware image {}", path.display());
     let elf = std::fs::read(path).map_err(cannot(&what))?;
-    match Image::parse(&elf) {
-        Ok(image) => Ok(Rc::new(image)),
-        Err(error) => Err(Failure::Outside(format!("cannot {what}: {error}"))),
+    let image =
+        Image::parse(&elf).map_err(|error| Failure::Outside(format!("cannot {what}: {error}")))?;
+    let known: Vec<&str> = image
+        .models()
+        .filter(|name| models::find(name).is_some())
+        .collect();
+    if !known.is_empty() && !known.contains(&model) {
+        return Err(Failure::Usage(format!(
+            "{} is an image of the model {}, not of {model}",
+            path.display(),
+            known.join(", ")
+        )));
     }
+    Ok(Rc::new(image))
 }
 
 /// Listens at the address, or at the default one.

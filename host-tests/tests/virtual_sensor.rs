@@ -146,6 +146,75 @@ fn files_that_do_not_work_are_named() {
     let nowhere = text(&nowhere);
     assert_fails(&["--scene", nowhere], 1, &["cannot read", nowhere]);
     assert_fails(&["--log", nowhere], 1, &["cannot write the log", nowhere]);
+    let read = "cannot read the firmware image";
+    assert_fails(&["--elf", nowhere], 1, &[read, nowhere]);
+    let built = fs::read(image("is2")).expect("it was just built");
+    // The machine is 62 (x86-64); the first segment is to be loaded into RAM (ELF-32: header of 52 bytes, p_paddr at 12).
+    let machine = [&built[..18], &[62, 0], &built[20..]].concat();
+    let ram = [&built[..64], &[0, 0, 0, 0x20], &built[68..]].concat();
+    for (name, bytes, words) in [
+        ("garbage.elf", b"no image".to_vec(), "not an ELF file"),
+        ("machine.elf", machine, "another processor"),
+        ("ram.elf", ram, "0x20000000"),
+    ] {
+        let path = new_path(name);
+        fs::write(&path, bytes).expect("a folder");
+        assert_fails(&["--elf", text(&path)], 1, &[read, text(&path), words]);
+    }
+}
+
+/// The image of a model for the Blue Pill.
+fn image(model: &str) -> PathBuf {
+    let mut images = host_tests::firmware::build().expect("it builds");
+    images.remove(model).expect("an image of this name")
+}
+
+#[test]
+fn the_image_of_another_model_is_told() {
+    for (model, other) in [("is1", "is2"), ("is2", "is2d"), ("is1d", "is1")] {
+        let image = image(other);
+        let sentence = format!("is an image of the model {other}, not of {model}");
+        assert_fails(
+            &["--model", model, "--elf", text(&image)],
+            2,
+            &[text(&image), &sentence],
+        );
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn the_flashed_image_answers_as_the_model_does() {
+    let log = new_path("flashed.log");
+    let image = image("is2");
+    let mut sensor = Sensor::start(&[
+        "--elf",
+        text(&image),
+        "--scene",
+        "tilt=12.34,-5.67",
+        "--log",
+        text(&log),
+    ]);
+    let mut client = Client::awake(&sensor);
+    let end = Instant::now() + PATIENCE;
+    loop {
+        let (x, y) = client.poll();
+        if (x - 1234).abs() <= 5 && (y + 567).abs() <= 5 {
+            break;
+        }
+        assert!(Instant::now() < end, "{x} {y}");
+    }
+    let now = std::time::UNIX_EPOCH.elapsed().expect("a clock");
+    assert_eq!(sensor.interrupt(), Some(0));
+    // No offence against the chip's manual.
+    assert_eq!(sensor.errors(), "");
+    let log = fs::read_to_string(&log).expect("it is there");
+    let stamps: Vec<f64> = log
+        .lines()
+        .filter_map(|line| line.strip_prefix('(')?.split_once(')')?.0.parse().ok())
+        .collect();
+    assert!(stamps.len() > 2 && stamps.is_sorted(), "{log}");
+    assert!(stamps.iter().all(|at| *at <= now.as_secs_f64() + 0.01));
 }
 
 #[cfg(unix)]

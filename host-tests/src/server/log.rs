@@ -25,15 +25,17 @@ pub struct Log {
 }
 
 impl Log {
-    /// Creates the file, or empties it. The bus's time is taken to start now.
+    /// Creates the file, or empties it. The bus's time is taken to start now, until [`begin`](Self::begin) says otherwise.
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self {
             file: BufWriter::new(File::create(path)?),
-            // A clock before 1970 is no clock; the log then counts from zero.
-            start: SystemTime::now()
-                .duration_since(UNIX_EPOCH)
-                .unwrap_or_default(),
+            start: time_of_day(),
         })
+    }
+
+    /// It is now that the bus's time is so long after its zero: the sensor's start took simulated time, but hardly any real time.
+    pub(super) fn begin(&mut self, bus: Duration) {
+        self.start = time_of_day().saturating_sub(bus);
     }
 
     /// Appends lines and hands them to the operating system, so that others see them at once.
@@ -43,6 +45,13 @@ impl Log {
         }
         self.file.flush()
     }
+}
+
+/// The time since 1970. A clock before that is no clock; the log then counts from zero.
+fn time_of_day() -> Duration {
+    SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default()
 }
 
 /// One line without its end.

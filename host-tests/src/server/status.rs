@@ -49,6 +49,7 @@ impl StatusLine {
         self.next = Instant::now() + INTERVAL;
         let line = text(&Display {
             model: sensor.name(),
+            is_on: sensor.is_on(),
             readout: sensor.readout(),
             leds: sensor.leds(),
             rate: sensor.rate(),
@@ -77,6 +78,7 @@ fn print(text: &str) {
 /// What the line shows.
 struct Display {
     model: &'static str,
+    is_on: bool,
     readout: Option<Readout>,
     leds: Leds,
     rate: Option<BitRate>,
@@ -89,7 +91,8 @@ struct Display {
 /// The line.
 fn text(display: &Display) -> String {
     let state = match (display.mode, display.state) {
-        (None, _) | (_, None) => "off",
+        _ if !display.is_on => "off",
+        (None, _) | (_, None) => "not on the bus",
         (_, Some(BusState::BusOff)) => "bus off",
         (Some(BusMode::Listen), _) => "listening",
         (_, Some(BusState::Active)) => "active",
@@ -100,7 +103,7 @@ fn text(display: &Display) -> String {
     format!(
         "{} {} {} {} {} {state} in {received} out {sent} clients {}",
         display.model,
-        angles(display.readout),
+        angles(display.is_on, display.readout),
         lamp("run", display.leds.run, 32),
         lamp("err", display.leds.error, 31),
         kbits(display.rate),
@@ -117,10 +120,12 @@ fn lamp(name: &str, lit: bool, colour: u8) -> String {
     }
 }
 
-fn angles(readout: Option<Readout>) -> String {
+/// "-" where they cannot be known.
+fn angles(is_on: bool, readout: Option<Readout>) -> String {
     let degrees = |hundredths: i32| f64::from(hundredths) / 100.0;
     match readout {
-        None => "off".into(),
+        _ if !is_on => "off".into(),
+        None => "-".into(),
         Some(Readout { x, y: None }) => format!("{:7.2}°", degrees(x)),
         Some(Readout { x, y: Some(y) }) => {
             format!("X{:+7.2}° Y{:+7.2}°", degrees(x), degrees(y))
@@ -149,6 +154,7 @@ mod tests {
     fn display() -> Display {
         Display {
             model: "is2",
+            is_on: true,
             readout: Some(Readout {
                 x: -123,
                 y: Some(9000),
@@ -192,6 +198,37 @@ mod tests {
         assert_eq!(
             plain(&display),
             "is1  359.99° ○run ●err - kbit/s listening in 3 out 1234 clients 2"
+        );
+    }
+
+    #[test]
+    fn angles_that_cannot_be_known_and_no_power() {
+        let unknown = Display {
+            readout: None,
+            ..display()
+        };
+        assert_eq!(
+            plain(&unknown),
+            "is2 - ●run ○err 62.5 kbit/s active in 3 out 1234 clients 2"
+        );
+        let starting = Display {
+            rate: None,
+            mode: None,
+            state: None,
+            ..unknown
+        };
+        assert_eq!(
+            plain(&starting),
+            "is2 - ●run ○err - kbit/s not on the bus in 3 out 1234 clients 2"
+        );
+        let off = Display {
+            is_on: false,
+            leds: Leds::default(),
+            ..starting
+        };
+        assert_eq!(
+            plain(&off),
+            "is2 off ○run ○err - kbit/s off in 3 out 1234 clients 2"
         );
     }
 }

@@ -131,9 +131,9 @@ mod tests {
         let (mut afio, mut gpio) = (Afio::default(), Gpio::default());
         let mut violations = Violations::default();
         afio.write(0x04, mapr, &mut violations).unwrap();
-        gpio.write(0, PortName::A, 0x00, crl_a, &mut violations)
+        gpio.write(PortName::A, 0x00, crl_a, &mut violations)
             .unwrap();
-        gpio.write(0, PortName::B, 0x04, crh_b, &mut violations)
+        gpio.write(PortName::B, 0x04, crh_b, &mut violations)
             .unwrap();
         assert!(violations.list().is_empty());
         (afio, gpio)

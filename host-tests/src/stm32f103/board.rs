@@ -20,12 +20,6 @@ const HEATER_CHANNEL: usize = 3;
 /// The switch of the terminating resistor, on when high.
 const TERMINATION: Pin = Pin(PortName::B, 1);
 
-/// Remembers what the pins of the LEDs do from now on.
-pub(super) fn watch_leds(gpio: &mut Gpio) {
-    gpio.watch(RUN);
-    gpio.watch(ERROR);
-}
-
 /// What the LEDs show; a pin that drives nothing lets its LED go dark.
 pub(super) fn leds(gpio: &Gpio) -> Leds {
     Leds {

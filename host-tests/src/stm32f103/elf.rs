@@ -4,11 +4,47 @@ mod shares;
 #[cfg(test)]
 mod tests;
 
-use object::elf::{FileHeader32, PT_LOAD};
+use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
-use object::{Endianness, Error, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
+use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
+use std::ops::Range;
+use thiserror::Error;
+
+/// The flash that is the program's. The two pages behind it hold the parameters.
+const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
+
+/// The RAM of the STM32F103x8 (DS5319, figure 11).
+const RAM: Range<u32> = 0x2000_0000..0x2000_5000;
+
+/// What models share of each other; whatever else lies in a model's module is its product.
+const RULES: &str = "RULES";
+
+/// Why a file is no image for this microcontroller.
+#[derive(Clone, PartialEq, Eq, Debug, Error)]
+pub enum ImageError {
+    /// It is not an ELF file of 32 bits, or a table in it is damaged.
+    #[error("it is not an ELF file of 32 bits, or it is damaged: {0}")]
+    Elf(#[from] object::Error),
+    /// It is for another processor, of this number in the header.
+    #[error("it is a program for another processor than an ARM (machine {0})")]
+    Machine(u16),
+    /// It is not linked: nothing is to be loaded.
+    #[error("nothing in it is to be loaded")]
+    Empty,
+    /// The file ends before what is to be loaded.
+    #[error("what belongs at {0:#010x} is not in the file")]
+    Truncated(u32),
+    /// It has something to load at this address, which is not the program's.
+    #[error(
+        "it is to be loaded at {0:#010x}, which is outside of the program's flash, 0x08000000 to 0x0800f7ff"
+    )]
+    Place(u32),
+    /// There is no vector table at the start of flash.
+    #[error("there is no vector table at 0x08000000: a stack in RAM, and a start in flash")]
+    Vectors,
+}
 
 /// Bytes to load.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -61,8 +97,11 @@ impl Image {
     /// Reads an ELF file.
     ///
     /// # Errors
-    /// It is not an ELF file of 32 bits, or it is damaged.
-    pub fn parse(elf: &[u8]) -> Result<Self, Error> {
+    /// [`ImageError`].
+    pub fn parse(elf: &[u8]) -> Result<Self, ImageError> {
+        let segments = segments(elf)?;
+        check_places(&segments)?;
+        check_vectors(&segments)?;
         let file: ElfFile32 = ElfFile32::parse(elf)?;
         let mut symbols: Vec<Symbol> = file.symbols().filter_map(symbol).collect();
         symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
@@ -76,9 +115,9 @@ impl Image {
                     name: section.name()?.to_owned(),
                 })
             })
-            .collect::<Result<_, Error>>()?;
+            .collect::<Result<_, object::Error>>()?;
         Ok(Self {
-            segments: segments(elf)?,
+            segments,
             sections,
             symbols,
         })
@@ -115,10 +154,20 @@ impl Image {
             .map(|symbol| symbol.address)
     }
 
+    /// The models whose descriptions are in the image, by the name of the core's module, e.g. `is2`; none when the symbols are
+    /// stripped.
+    pub fn models(&self) -> impl Iterator<Item = &str> {
+        self.symbols.iter().filter_map(|symbol| {
+            let inside = symbol.name.strip_prefix("plumbline::model::")?;
+            let (model, product) = inside.split_once("::")?;
+            (product != RULES).then_some(model)
+        })
+    }
+
     /// The first address behind the static variables, below which the stack must not get.
     pub fn end_of_statics(&self) -> u32 {
         let in_ram = self.sections.iter().filter(|section| section.is_ram());
-        let ends = in_ram.map(|section| section.address + section.size);
+        let ends = in_ram.map(|section| section.address.saturating_add(section.size));
         ends.max().unwrap_or_default()
     }
 
@@ -128,21 +177,66 @@ impl Image {
     }
 }
 
-fn segments(elf: &[u8]) -> Result<Vec<Segment>, Error> {
+fn segments(elf: &[u8]) -> Result<Vec<Segment>, ImageError> {
     let header = FileHeader32::<Endianness>::parse(elf)?;
     let endian = header.endian()?;
+    let machine = header.e_machine(endian);
+    if machine != EM_ARM {
+        return Err(ImageError::Machine(machine.0));
+    }
     let mut segments = Vec::new();
     for segment in header.program_headers(endian, elf)? {
-        let bytes = segment.data(endian, elf).unwrap_or_default();
-        if segment.p_type(endian) == PT_LOAD && !bytes.is_empty() {
-            segments.push(Segment {
-                load_address: segment.p_paddr(endian),
-                address: segment.p_vaddr(endian),
-                bytes: bytes.to_vec(),
-            });
+        let load_address = segment.p_paddr(endian);
+        if segment.p_type(endian) != PT_LOAD || segment.p_filesz(endian) == 0 {
+            continue;
         }
+        let bytes = segment
+            .data(endian, elf)
+            .map_err(|()| ImageError::Truncated(load_address))?;
+        segments.push(Segment {
+            load_address,
+            address: segment.p_vaddr(endian),
+            bytes: bytes.to_vec(),
+        });
     }
     Ok(segments)
+}
+
+/// There is something to load, and all of it belongs into the program's flash.
+fn check_places(segments: &[Segment]) -> Result<(), ImageError> {
+    if segments.is_empty() {
+        return Err(ImageError::Empty);
+    }
+    let fits = |segment: &Segment| {
+        let end = u64::from(segment.load_address) + segment.bytes.len() as u64;
+        PROGRAM.contains(&segment.load_address) && end <= u64::from(PROGRAM.end)
+    };
+    match segments.iter().find(|segment| !fits(segment)) {
+        Some(segment) => Err(ImageError::Place(segment.load_address)),
+        None => Ok(()),
+    }
+}
+
+/// The first two vectors are such that the processor can start: the stack, which grows down from its top, in RAM and aligned to
+/// words, the program in flash and in Thumb state (PM0056, sections 2.1.3 and 2.3.4).
+fn check_vectors(segments: &[Segment]) -> Result<(), ImageError> {
+    let first = segments
+        .iter()
+        .find(|segment| segment.load_address == PROGRAM.start);
+    let vector = |at: usize| {
+        let bytes = first?.bytes.get(4 * at..)?.first_chunk()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    let (Some(stack), Some(reset)) = (vector(0), vector(1)) else {
+        return Err(ImageError::Vectors);
+    };
+    let has_stack = RAM.start < stack && stack <= RAM.end && stack % 4 == 0;
+    let has_start = PROGRAM.contains(&reset) && reset % 2 == 1;
+    if has_stack && has_start {
+        Ok(())
+    } else {
+        Err(ImageError::Vectors)
+    }
 }
 
 /// A function or a static that has a place; None for sections, files and the marks between code and data.

@@ -58,17 +58,6 @@ impl PinMode {
     }
 }
 
-/// A pin that has changed its output.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Change {
-    /// The cycle of the write.
-    pub cycle: u64,
-    /// The pin.
-    pub pin: Pin,
-    /// What the port drives from then on; None: nothing.
-    pub level: Option<bool>,
-}
-
 /// How far the sequence that locks a port has come: LCKK written 1, then 0, each with the same pins (RM0008, section 9.2.7).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Lock {
@@ -187,8 +176,6 @@ impl Port {
 #[derive(Debug)]
 pub struct Gpio {
     ports: [Port; 5],
-    watched: Vec<Pin>,
-    history: Vec<Change>,
 }
 
 impl Default for Gpio {
@@ -196,30 +183,11 @@ impl Default for Gpio {
     fn default() -> Self {
         Self {
             ports: [Port::RESET; 5],
-            watched: Vec::new(),
-            history: Vec::new(),
         }
     }
 }
 
 impl Gpio {
-    /// From now on keeps the changes of what the port drives this pin to.
-    pub fn watch(&mut self, pin: Pin) {
-        if !self.watched.contains(&pin) {
-            self.watched.push(pin);
-        }
-    }
-
-    /// The changes of the watched pins, the oldest first.
-    pub fn history(&self) -> &[Change] {
-        &self.history
-    }
-
-    /// Forgets the changes so far.
-    pub fn forget_history(&mut self) {
-        self.history.clear();
-    }
-
     /// What a pin is set up as.
     pub fn mode(&self, Pin(port, pin): Pin) -> PinMode {
         self.ports[port as usize].mode(pin)
@@ -244,15 +212,13 @@ impl Gpio {
     }
 
     /// Resets one port; what the board drives stays.
-    pub fn reset(&mut self, cycle: u64, name: PortName) {
-        self.change(cycle, |ports| {
-            let port = &mut ports[name as usize];
-            *port = Port {
-                driven: port.driven,
-                outside: port.outside,
-                ..Port::RESET
-            };
-        });
+    pub fn reset(&mut self, name: PortName) {
+        let port = &mut self.ports[name as usize];
+        *port = Port {
+            driven: port.driven,
+            outside: port.outside,
+            ..Port::RESET
+        };
     }
 
     /// Reads the register at `offset` of a port.
@@ -263,13 +229,12 @@ impl Gpio {
     /// Writes the register at `offset` of a port.
     pub fn write(
         &mut self,
-        cycle: u64,
         name: PortName,
         offset: u32,
         value: u32,
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
-        self.change(cycle, |ports| ports[name as usize].write(offset, value))?;
+        self.ports[name as usize].write(offset, value)?;
         let is_reserved = |pin| self.mode(Pin(name, pin)) == PinMode::Reserved;
         violations.check(
             offset <= 0x04 && (0..16).any(is_reserved),
@@ -277,20 +242,6 @@ impl Gpio {
             "CNF 11 with MODE 00 is reserved",
         );
         Ok(())
-    }
-
-    /// Does something to the ports and notes what it changed.
-    fn change<T>(&mut self, cycle: u64, f: impl FnOnce(&mut [Port; 5]) -> T) -> T {
-        let before = self.ports;
-        let result = f(&mut self.ports);
-        for &pin in &self.watched {
-            let Pin(port, number) = pin;
-            let level = self.ports[port as usize].output(number);
-            if before[port as usize].output(number) != level {
-                self.history.push(Change { cycle, pin, level });
-            }
-        }
-        result
     }
 }
 

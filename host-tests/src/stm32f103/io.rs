@@ -1,5 +1,7 @@
 //! What lies between the processor and the peripherals.
 
+use thiserror::Error;
+
 /// How wide an access is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Width {
@@ -12,13 +14,16 @@ pub enum Width {
 }
 
 /// Why a peripheral refused an access; it stops the run.
-#[derive(Clone, PartialEq, Eq, Debug)]
+#[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum AccessError {
     /// There is nothing at this address.
+    #[error("there is nothing")]
     Unmapped,
     /// The peripheral's clock is off (RCC).
+    #[error("{0} has no clock")]
     Unclocked(&'static str),
     /// The peripheral cannot be accessed like that: width, alignment, read-only, a register that is not modelled.
+    #[error("{0}")]
     Refused(&'static str),
 }
 

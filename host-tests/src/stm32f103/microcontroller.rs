@@ -6,7 +6,7 @@
 
 use super::board;
 use super::bxcan::BxCan;
-use super::cortex_m3::{CortexM3, Fault, Pause};
+use super::cortex_m3::{CortexM3, FaultKind, Pause};
 use super::elf::Image;
 use super::flash::{PARAMETERS, Work};
 use super::peripherals::Peripherals;
@@ -20,7 +20,8 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;
 use std::any::Any;
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
+use std::fmt::Display;
 use std::rc::Rc;
 
 /// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
@@ -31,6 +32,9 @@ const SPI1_INTERRUPT: u8 = 35;
 
 /// LED changes that are remembered.
 const LED_HISTORY: usize = 10_000;
+
+/// Starts that are remembered.
+const RESETS: usize = 1000;
 
 /// A microcontroller with its program.
 pub struct Microcontroller {
@@ -47,13 +51,19 @@ pub struct Microcontroller {
     /// Somebody may have changed the parameter pages from outside.
     parameters_touched: bool,
     profile: Profile,
+    told: Told,
+}
+
+/// Which violations have been told: how many of either list, and what they were.
+#[derive(Default)]
+struct Told {
+    io: usize,
+    can: usize,
+    kinds: BTreeSet<(String, String)>,
 }
 
 impl Microcontroller {
     /// A microcontroller that is not switched on, with this program and this serial number.
-    ///
-    /// # Panics
-    /// When the image has something to load where this part has no memory.
     pub fn new(
         name: &'static str,
         image: Rc<Image>,
@@ -65,7 +75,7 @@ impl Microcontroller {
         for segment in image.segments() {
             let address = segment.load_address;
             let loaded = core.load(address, &segment.bytes);
-            assert!(loaded, "{name}: there is no memory at {address:#010x}");
+            assert!(loaded, "an image has been checked: {address:#010x}");
         }
         Self {
             name,
@@ -80,6 +90,7 @@ impl Microcontroller {
             lowest_stack: u32::MAX,
             parameters_touched: true,
             profile: Profile::default(),
+            told: Told::default(),
         }
     }
 
@@ -123,14 +134,36 @@ impl Microcontroller {
         &self.io.can
     }
 
-    /// Everything that the program did against the reference manual's rules, one sentence each.
+    /// What the program did against the reference manual's rules, one sentence each; the first thousand of the CAN controller and
+    /// of everything else.
     pub fn violations(&self) -> Vec<String> {
         let io = self.io.violations().iter().map(ToString::to_string);
         let can = self.io.can.violations().iter().map(ToString::to_string);
         io.chain(can).collect()
     }
 
-    /// Every start with its reason and its time, oldest first.
+    /// As [`violations`](Self::violations), those since the last time; what was done in the same way before is left out.
+    pub fn take_new_violations(&mut self) -> Vec<String> {
+        let told = &mut self.told;
+        let (io, can) = (self.io.violations(), self.io.can.violations());
+        let mut new = Vec::new();
+        for violation in &io[told.io..] {
+            let kind = (violation.register.clone(), violation.reason.to_owned());
+            if told.kinds.insert(kind) {
+                new.push(violation.to_string());
+            }
+        }
+        for violation in &can[told.can..] {
+            let kind = (violation.register.to_owned(), violation.reason.clone());
+            if told.kinds.insert(kind) {
+                new.push(violation.to_string());
+            }
+        }
+        (told.io, told.can) = (io.len(), can.len());
+        new
+    }
+
+    /// The first thousand starts, each with its time and its reason, oldest first; [`boots`](Sensor::boots) counts all.
     pub fn resets(&self) -> &[(Picoseconds, ResetCause)] {
         &self.resets
     }
@@ -182,7 +215,9 @@ impl Microcontroller {
 
     /// A reset that leaves the power on.
     fn reset(&mut self, cause: ResetCause) {
-        self.resets.push((self.time(), cause));
+        if self.resets.len() < RESETS {
+            self.resets.push((self.time(), cause));
+        }
         self.boots += 1;
         if cause != ResetCause::PowerOn {
             // What was before the power came on was noted when it went; before the first time there was no stack.
@@ -265,13 +300,21 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    fn stop(&self, fault: &Fault) -> ! {
-        let place = |address| match self.image.name_of(address) {
-            Some((name, offset)) => format!("{address:#010x}, {name}+{offset:#x}"),
-            None => format!("{address:#010x}"),
-        };
-        let (name, pc) = (self.name, place(fault.pc));
-        panic!("{name} has stopped at {pc}: {fault}")
+    /// Ends the run at this place of the program.
+    fn stop(&self, pc: u32, reason: impl Display) -> ! {
+        let name = self.name;
+        let function = self.image.name_of(pc);
+        let function = function.map(|(function, offset)| format!(", {function}+{offset:#x}"));
+        let function = function.unwrap_or_default();
+        panic!("{name} has stopped at {pc:#010x}{function}: {reason}")
+    }
+}
+
+/// What went wrong, with what the peripheral says about it.
+fn reason(fault: &FaultKind) -> String {
+    match fault {
+        FaultKind::Access(address, error) => format!("access to {address:#010x}: {error}"),
+        fault => fault.to_string(),
     }
 }
 
@@ -283,7 +326,6 @@ impl Sensor for Microcontroller {
         let time = now.ticks() * 1_000_000;
         self.on = true;
         self.io.power_on(self.core.cycle(), time);
-        board::watch_leds(&mut self.io.gpio);
         self.reset(ResetCause::PowerOn);
         self.parameters_touched = true;
     }
@@ -340,9 +382,9 @@ impl Sensor for Microcontroller {
                 Ok(Pause::Reset) => self.reset(ResetCause::Software),
                 Ok(Pause::Breakpoint) => self.profile.stopped(&mut self.core),
                 Ok(Pause::Bkpt(number)) => {
-                    panic!("{} has stopped at breakpoint {number}", self.name)
+                    self.stop(self.core.pc(), format!("breakpoint {number}"))
                 }
-                Err(fault) => self.stop(&fault),
+                Err(fault) => self.stop(fault.pc, reason(&fault.kind)),
             }
         }
         now

@@ -185,7 +185,7 @@ impl Peripherals {
         match module {
             Module::Can => self.can.reset(),
             Module::Afio => self.afio = Afio::default(),
-            Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(cycle, port)),
+            Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(port)),
             Module::Spi1 => self.spi1 = Spi::default(),
             Module::Tim3 => self.tim3 = Timer::default(),
             _ => {}
@@ -267,7 +267,7 @@ impl Peripherals {
             Module::Can => self.can.write(now, offset, value),
             Module::Afio => self.afio.write(offset, value, &mut self.violations),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, violations| {
-                gpio.write(cycle, port, offset, value, violations)
+                gpio.write(port, offset, value, violations)
             }),
             Module::Spi1 => {
                 self.advance_spi(cycle);

@@ -50,6 +50,28 @@ fn without_an_accelerometer_the_first_frame_says_so() {
 }
 
 #[test]
+fn the_plastic_models_start_and_answer_too() {
+    for name in ["is1d", "is2d"] {
+        let mut rig = Rig::booted(name, RATE);
+        assert_eq!(rig.poll()[1], 0, "{name}");
+    }
+}
+
+#[test]
+fn violations_of_a_kind_are_told_once() {
+    let mut controller = microcontroller("is2", Flash::default());
+    // Reserved bits of CAN_MCR and CAN_IER (RM0008, section 24.9.2).
+    for (offset, value) in [(0x00, 0x0002_0001), (0x00, 0x0002_0001), (0x14, 0x80)] {
+        let written = controller.io_mut().can.write(0, offset, value);
+        written.expect("registers that are there");
+    }
+    assert_eq!(controller.violations().len(), 3);
+    let told = controller.take_new_violations();
+    assert!(matches!(&told[..], [mcr, ier] if mcr.contains("CAN_MCR") && ier.contains("CAN_IER")));
+    assert!(controller.take_new_violations().is_empty());
+}
+
+#[test]
 fn reset_restarts_the_microcontroller() {
     for name in MODELS {
         let mut rig = switched_on(name);

@@ -2,7 +2,7 @@
 
 use super::registers::Register;
 use super::timing::Timing;
-use super::{BxCan, mode, timing};
+use super::{BTR_HISTORY, BxCan, mode, timing};
 use crate::bench::protocol::Picoseconds;
 use crate::stm32f103::io::AccessError;
 
@@ -135,7 +135,10 @@ impl BxCan {
             return Ok(());
         }
         self.state.timing = Timing::new(value);
-        self.btr_history.push((now, self.state.timing.value()));
+        if self.btr_history.len() == BTR_HISTORY {
+            self.btr_history.pop_front();
+        }
+        self.btr_history.push_back((now, self.state.timing.value()));
         Ok(())
     }
 

@@ -29,12 +29,16 @@ use plumbline::can::Frame;
 use plumbline::node::BusState;
 use receive::Fifo;
 use registers::Register;
+use std::collections::VecDeque;
 use timing::Timing;
 use transmit::{Outcome, Transmitter};
 use violations::Violations;
 
 /// PCLK1 after a reset of the microcontroller: the internal oscillator, in Hz.
 const RESET_CLOCK: u32 = 8_000_000;
+
+/// Values of CAN_BTR that are remembered: a sensor without traffic tries the bit rates for ever.
+const BTR_HISTORY: usize = 1000;
 
 /// Where the recovery from bus-off stands.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -69,7 +73,7 @@ pub struct BxCan {
     sampled_dominant: bool,
     attention: bool,
     overruns: u64,
-    btr_history: Vec<(Picoseconds, u32)>,
+    btr_history: VecDeque<(Picoseconds, u32)>,
     violations: Violations,
 }
 
@@ -91,7 +95,7 @@ impl BxCan {
             sampled_dominant: false,
             attention: false,
             overruns: 0,
-            btr_history: Vec::new(),
+            btr_history: VecDeque::new(),
             violations: Violations::default(),
         }
     }
@@ -228,8 +232,8 @@ impl BxCan {
         self.state.timing.is_silent()
     }
 
-    /// Every value written to CAN_BTR, with its time.
-    pub fn btr_history(&self) -> &[(Picoseconds, u32)] {
+    /// The values written to CAN_BTR, with their times, oldest first; the newest thousand.
+    pub fn btr_history(&self) -> &VecDeque<(Picoseconds, u32)> {
         &self.btr_history
     }
 
@@ -238,7 +242,7 @@ impl BxCan {
         self.overruns
     }
 
-    /// What software did wrong, oldest first.
+    /// What software did wrong, oldest first; at most 1000.
     pub fn violations(&self) -> &[Violation] {
         &self.violations.all
     }

@@ -169,7 +169,7 @@ fn bit_timing_is_for_initialization_mode() {
         can.wrongs(),
         [("CAN_BTR", "written outside initialization mode")]
     );
-    assert_eq!(can.btr_history(), [(NOW, BTR_500K)]);
+    assert_eq!(*can.btr_history(), [(NOW, BTR_500K)]);
     let mut joining = initializing(BTR_500K);
     joining.set(MCR, 0);
     joining.set(BTR, 0x011C_0001);

@@ -25,7 +25,7 @@ impl fmt::Display for Violation {
     }
 }
 
-/// All of them, oldest first.
+/// The first thousand of them, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct Violations {
     /// The time of the access that is being carried out.
@@ -34,7 +34,13 @@ pub(super) struct Violations {
 }
 
 impl Violations {
+    /// How many are kept: a firmware that does one thing wrong mostly does it again and again.
+    const MOST: usize = 1000;
+
     pub(super) fn record(&mut self, register: &'static str, reason: impl Into<String>) {
+        if self.all.len() == Self::MOST {
+            return;
+        }
         self.all.push(Violation {
             at: self.now,
             register,

@@ -39,7 +39,16 @@ type SectionOf = (&'static str, u32, u32, u32, u32, u32);
 /// Name, address, size, type, section.
 type SymbolOf = (&'static str, u32, u32, u8, u16);
 
-/// An ELF file for ARM; each section is a segment, its bytes the low bytes of their offset.
+/// The initial stack pointer and the reset vector, in Thumb state.
+const VECTORS: [u32; 2] = [0x2000_5000, 0x0800_0131];
+
+/// Where a field of the file header or of the first program header is, as `build` writes them.
+const MACHINE: usize = 18;
+const OFFSET: usize = 52 + 4;
+const LOAD_ADDRESS: usize = 52 + 12;
+const IN_FILE: usize = 52 + 16;
+
+/// An ELF file for ARM; each section is a segment, its bytes the low bytes of their offset, at the start of flash behind vectors.
 fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
     let mut names = Strings::default();
     let mut symbol_names = Strings::default();
@@ -48,7 +57,13 @@ fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
     for &(name, kind, flags, address, load_address, size) in sections {
         let offset = start + content.len() as u32;
         let in_file = if kind == NOBITS { 0 } else { size };
-        content.extend((0..in_file).map(|at| at as u8));
+        let vectors = match address {
+            0x0800_0000 => words(&VECTORS),
+            _ => Vec::new(),
+        };
+        let rest = vectors.len() as u32..in_file;
+        content.extend(vectors);
+        content.extend(rest.map(|at| at as u8));
         headers.extend(words(&[
             names.add(name),
             kind,
@@ -212,7 +227,109 @@ fn segments_are_loaded_where_they_are_programmed() {
         ]
     );
     assert_eq!(image.segments()[1].bytes[..3], [0, 1, 2]);
-    assert!(Image::parse(b"no ELF").is_err());
+}
+
+/// The error of the sample with these bytes instead.
+fn error_with(place: usize, bytes: &[u8]) -> ImageError {
+    let mut elf = sample();
+    elf[place..place + bytes.len()].copy_from_slice(bytes);
+    Image::parse(&elf).unwrap_err()
+}
+
+#[test]
+fn what_is_no_image_is_refused() {
+    for garbage in [&b""[..], b"no ELF", &sample()[..40], &[0; 1000]] {
+        let error = Image::parse(garbage).unwrap_err();
+        assert!(matches!(error, ImageError::Elf(_)), "{error}");
+    }
+    // 62: x86-64; the type stays that of an executable.
+    assert_eq!(error_with(MACHINE, &[62, 0]), ImageError::Machine(62));
+    assert_eq!(
+        error_with(OFFSET, &0x10_0000_u32.to_le_bytes()),
+        ImageError::Truncated(0x0800_0000)
+    );
+    assert_eq!(
+        error_with(IN_FILE, &u32::MAX.to_le_bytes()),
+        ImageError::Truncated(0x0800_0000)
+    );
+    let unlinked = build(&[(".bss", NOBITS, ALLOC | WRITE, 0x2000_0000, 0, 8)], &[]);
+    assert_eq!(Image::parse(&unlinked).unwrap_err(), ImageError::Empty);
+}
+
+#[test]
+fn what_belongs_elsewhere_is_refused() {
+    // RAM, below flash, beyond the end of the address space, and the last bytes in the parameter pages.
+    for address in [0x2000_0000, 0, 0xFFFF_FFF0, 0x0800_F6D1_u32] {
+        assert_eq!(
+            error_with(LOAD_ADDRESS, &address.to_le_bytes()),
+            ImageError::Place(address)
+        );
+    }
+    // It fits to the last byte; but the vectors are missing now.
+    assert_eq!(
+        error_with(LOAD_ADDRESS, &0x0800_F6D0_u32.to_le_bytes()),
+        ImageError::Vectors
+    );
+}
+
+#[test]
+fn without_a_vector_table_nothing_starts() {
+    let vectors = 52 + 32 * 5;
+    for stack in [
+        0,
+        0x2000_0000,
+        0x2000_5004,
+        0x2000_0FFE,
+        0x0800_1000,
+        !0_u32,
+    ] {
+        assert_eq!(
+            error_with(vectors, &stack.to_le_bytes()),
+            ImageError::Vectors
+        );
+    }
+    for reset in [0, 0x0800_0130, 0x0800_F801, 0x2000_0001, !0_u32] {
+        assert_eq!(
+            error_with(vectors + 4, &reset.to_le_bytes()),
+            ImageError::Vectors
+        );
+    }
+}
+
+#[test]
+fn no_damage_makes_it_panic() {
+    let elf = sample();
+    for length in 0..elf.len() {
+        // Whatever it makes of it.
+        let _ = Image::parse(&elf[..length]);
+    }
+    for place in 0..elf.len() {
+        let mut damaged = elf.clone();
+        damaged[place] ^= 0xFF;
+        if let Ok(image) = Image::parse(&damaged) {
+            image.end_of_statics();
+            image.name_of(0x0800_0140);
+        }
+    }
+}
+
+#[test]
+fn the_model_is_that_of_the_product() {
+    let of = |names: &[&'static str]| {
+        let symbols: Vec<SymbolOf> = names
+            .iter()
+            .map(|name| (*name, 0x0800_0040, 4, OBJECT, 1))
+            .collect();
+        let section = (".vectors", PROGBITS, ALLOC, 0x0800_0000, 0x0800_0000, 0x130);
+        let image = Image::parse(&build(&[section], &symbols)).unwrap();
+        image.models().map(str::to_owned).collect::<Vec<_>>()
+    };
+    let rules = "_ZN9plumbline5model3is25RULES17h3d50da7199befd8bE";
+    let plastic = "_ZN9plumbline5model4is2d7PLASTIC17h3d50da7199befd8bE";
+    let classic = "_ZN9plumbline5model3is25BP_CL17h3d50da7199befd8bE";
+    assert_eq!(of(&[rules, plastic]), ["is2d"]);
+    assert_eq!(of(&[rules, classic]), ["is2"]);
+    assert!(of(&[]).is_empty());
 }
 
 #[test]

@@ -1,10 +1,8 @@
 use super::*;
 
-const PC13: Pin = Pin(PortName::C, 13);
-
 fn write(gpio: &mut Gpio, name: PortName, offset: u32, value: u32) {
     let mut violations = Violations::default();
-    gpio.write(0, name, offset, value, &mut violations).unwrap();
+    gpio.write(name, offset, value, &mut violations).unwrap();
     assert!(violations.list().is_empty());
 }
 
@@ -90,45 +88,16 @@ fn the_lock_sequence_holds_the_mode_but_not_the_output() {
     assert_eq!(gpio.read(PortName::C, 0x00), Ok(0x4444_4434));
     write(&mut gpio, PortName::C, 0x0C, 1);
     assert_eq!(gpio.read(PortName::C, 0x0C), Ok(1));
-    gpio.reset(0, PortName::C);
+    gpio.reset(PortName::C);
     write(&mut gpio, PortName::C, 0x00, 0x4444_4433);
     assert_eq!(gpio.read(PortName::C, 0x00), Ok(0x4444_4433));
-}
-
-#[test]
-fn history_has_the_changes_of_watched_pins() {
-    let mut gpio = Gpio::default();
-    let mut violations = Violations::default();
-    gpio.watch(PC13);
-    // High before it becomes an output, so that it never is low; PC14 is not watched.
-    for (cycle, offset, value) in [
-        (1, 0x10, 1 << 13),
-        (2, 0x04, 0x4434_4444),
-        (3, 0x10, 1 << 14),
-        (4, 0x14, 1 << 13),
-        (5, 0x14, 1 << 13),
-    ] {
-        gpio.write(cycle, PortName::C, offset, value, &mut violations)
-            .unwrap();
-    }
-    let change = |cycle, level| Change {
-        cycle,
-        pin: PC13,
-        level,
-    };
-    assert_eq!(
-        gpio.history(),
-        [change(2, Some(true)), change(4, Some(false))]
-    );
-    gpio.reset(6, PortName::C);
-    assert_eq!(gpio.history()[2..], [change(6, None)]);
 }
 
 #[test]
 fn the_reserved_mode_is_a_violation() {
     let mut gpio = Gpio::default();
     let mut violations = Violations::default();
-    gpio.write(0, PortName::E, 0x00, 0x4444_444C, &mut violations)
+    gpio.write(PortName::E, 0x00, 0x4444_444C, &mut violations)
         .unwrap();
     assert_eq!(violations.list().len(), 1);
 }
