@@ -10,8 +10,11 @@
 //! A model of GEMAC's reference line is at its constant temperature, and clears its AccuracyWarning, about two minutes after a start at
 //! 25 degC and four after one at -20 degC; the manual gives its accuracy after a running time of 10 minutes.
 
+use crate::motion::Motion;
 use plumbline::measure::Reading;
 use plumbline::time::Instant;
+use std::cell::RefCell;
+use std::rc::Rc;
 
 /// What a model's cell and heater are like.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -51,6 +54,43 @@ impl Cell {
             temperature: (temperature * 100.0).round() as i16,
             ..scene
         }
+    }
+}
+
+/// A cell around an accelerometer that is read by itself, as that of a simulated microcontroller is.
+#[derive(Clone, Debug)]
+pub struct Heated(Rc<RefCell<(Cell, u16)>>);
+
+impl Heated {
+    /// A cell that has the temperature of what is around it, not heated.
+    pub fn new(body: Body) -> Self {
+        Self(Rc::new(RefCell::new((Cell::new(body), 0))))
+    }
+
+    /// From now on the heater has this duty in permille.
+    pub fn set_duty(&self, duty: u16) {
+        self.0.borrow_mut().1 = duty;
+    }
+
+    /// What moves the accelerometer, at the temperature of the cell.
+    pub fn around(&self, motion: Box<dyn Motion>) -> Box<dyn Motion> {
+        Box::new(Inside {
+            heated: self.clone(),
+            motion,
+        })
+    }
+}
+
+struct Inside {
+    heated: Heated,
+    motion: Box<dyn Motion>,
+}
+
+impl Motion for Inside {
+    fn reading(&mut self, now: Instant) -> Reading {
+        let scene = self.motion.reading(now);
+        let (cell, duty) = &mut *self.heated.0.borrow_mut();
+        cell.reading(now, *duty, scene)
     }
 }
 

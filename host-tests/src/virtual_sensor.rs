@@ -113,8 +113,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let sensor = match &options.elf {
         Some(path) => {
             let image = open_image(path, model.name)?;
-            bus.attach(Microcontroller::new(
-                model.name, image, SERIAL, flash, motion,
+            bus.attach(Microcontroller::of_model(
+                model, image, SERIAL, flash, motion,
             ))
         }
         None => bus.attach(Device::new(model, SERIAL, flash, motion)),

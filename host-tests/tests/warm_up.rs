@@ -3,13 +3,16 @@
 mod common;
 
 use common::frame;
-use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
+use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
 use host_tests::models;
 use host_tests::motion::Motion;
 use host_tests::scene::{Axes, Scene};
+use host_tests::stm32f103::Microcontroller;
+use host_tests::stm32f103::elf::Image;
 use plumbline::can::BitRate;
 use plumbline::time::{Instant, after, millis};
 use std::path::Path;
+use std::rc::Rc;
 
 /// Bit 6 of the status byte (tables 14 and 15).
 const ACCURACY_WARNING: u8 = 0x40;
@@ -28,8 +31,22 @@ impl Bench {
     /// A sensor that has booted in this scene.
     fn new(model: &str, motion: Box<dyn Motion>) -> Self {
         let model = models::find(model).expect("one of the models");
+        Self::of(Device::new(model, 1, Flash::default(), motion))
+    }
+
+    /// The same with the flashed image.
+    fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
+        let model = models::find(model).expect("one of the models");
+        let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+        let elf = std::fs::read(&images[model.name]).expect("the image can be read");
+        let image = Rc::new(Image::parse(&elf).expect("it is an image"));
+        let flash = Flash::default();
+        Self::of(Microcontroller::of_model(model, image, 1, flash, motion))
+    }
+
+    fn of(sensor: impl Sensor) -> Self {
         let mut bus = Bus::new(BusRate::Fixed(BitRate::K250));
-        let device = bus.attach(Device::new(model, 1, Flash::default(), motion));
+        let device = bus.attach(sensor);
         let tester = bus.adapter();
         bus.open(tester, None, false);
         let mut bench = Self {
@@ -43,7 +60,7 @@ impl Bench {
 
     /// The first frame on the bus, and the two boot-up messages, which warn.
     fn boot(&mut self) {
-        self.bus.run_until(after(self.bus.now(), millis(100)));
+        self.bus.run_until(after(self.bus.now(), millis(200)));
         self.bus.lead_detection();
         self.bus.run_until(after(self.bus.now(), millis(60)));
         self.bus.send(self.tester, frame(0x7FE, &[]));
@@ -112,6 +129,16 @@ fn without_a_temperature_in_the_scene_it_warms_up_within_minutes() {
         assert!((60..RUNNING_TIME).contains(&seconds), "{seconds}");
         bench.stays_accurate(seconds + 300);
     }
+}
+
+#[test]
+fn the_flashed_image_warms_up_too() {
+    let scene = Scene::tilt(10.0, 5.0, Axes::Two).expect("a pose that exists");
+    let mut bench = Bench::of_image("is2tk", Box::new(scene));
+    let seconds = bench.warning_becomes(false);
+    println!("the image of is2tk from 25 degC: {seconds} s");
+    assert!((60..RUNNING_TIME).contains(&seconds), "{seconds}");
+    bench.stays_accurate(seconds + 100);
 }
 
 #[test]

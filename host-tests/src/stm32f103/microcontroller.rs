@@ -15,7 +15,9 @@ use super::rcc::ResetCause;
 use super::signature::unique_id;
 use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use crate::bench::{Flash, Sensor};
+use crate::models::Model;
 use crate::motion::Motion;
+use crate::thermal::Heated;
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;
@@ -42,6 +44,8 @@ pub struct Microcontroller {
     image: Rc<Image>,
     core: CortexM3,
     io: Peripherals,
+    /// The measuring cell, when the model has a heater.
+    heated: Option<Heated>,
     on: bool,
     boots: u32,
     resets: Vec<(Picoseconds, ResetCause)>,
@@ -82,6 +86,7 @@ impl Microcontroller {
             image,
             core,
             io: Peripherals::new(unique_id(serial), flash, motion),
+            heated: None,
             on: false,
             boots: 0,
             resets: Vec::new(),
@@ -91,6 +96,25 @@ impl Microcontroller {
             parameters_touched: true,
             profile: Profile::default(),
             told: Told::default(),
+        }
+    }
+
+    /// A microcontroller that is not switched on, with the program of this model, its accelerometer in the model's measuring cell.
+    pub fn of_model(
+        model: &Model,
+        image: Rc<Image>,
+        serial: u32,
+        flash: Flash,
+        motion: Box<dyn Motion>,
+    ) -> Self {
+        let heated = model.cell.map(Heated::new);
+        let motion = match &heated {
+            Some(heated) => heated.around(motion),
+            None => motion,
+        };
+        Self {
+            heated,
+            ..Self::new(model.name, image, serial, flash, motion)
         }
     }
 
@@ -387,6 +411,9 @@ impl Sensor for Microcontroller {
                 Err(fault) => self.stop(fault.pc, reason(&fault.kind)),
             }
         }
+        if let Some(heated) = &self.heated {
+            heated.set_duty(self.heater());
+        }
         now
     }
 
@@ -453,6 +480,10 @@ impl Sensor for Microcontroller {
 
     fn set_motion(&mut self, motion: Box<dyn Motion>) {
         let now = self.time();
+        let motion = match &self.heated {
+            Some(heated) => heated.around(motion),
+            None => motion,
+        };
         self.io.imu.set_motion(now, motion);
     }
 
