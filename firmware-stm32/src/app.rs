@@ -3,7 +3,8 @@
 //! Boot order: watchdog, clocks and pins, then the parameters, whose memory is erased ahead while that disturbs nobody, then the
 //! accelerometer, the node, and with its first action the bus.
 //!
-//! SysTick wakes the loop every millisecond, which is how precisely it keeps the node's deadlines; it does not ask for them.
+//! The loop sleeps until an interrupt brings it something or the time that `App::wake` names has come: the next sample, or the
+//! node's deadline if that is sooner. The alarm goes off with a tick of SysTick, so deadlines are kept to a millisecond.
 
 use crate::board::{self, Board, StatusLeds, Switches, Watchdog};
 use crate::can::Bus;

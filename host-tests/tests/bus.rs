@@ -1,4 +1,4 @@
-//! The simulated wire: frame times, arbitration, acknowledge, bit rates.
+//! The simulated wire: frame times, arbitration, acknowledge, a bus that follows.
 
 mod common;
 
@@ -266,93 +266,6 @@ fn a_following_bus_goes_where_the_device_goes() {
 }
 
 #[test]
-fn a_detecting_device_sees_errors_until_it_listens_at_the_rate_of_the_traffic() {
-    let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
-    let device = bus.attach(device(&DETECTING, 1));
-    let (plc, other) = (bus.adapter(), bus.adapter());
-    bus.open(plc, Some(BitRate::K125), false);
-    bus.open(other, None, false);
-    bus.run_until(ms(1));
-    for count in 1..=20 {
-        bus.send(plc, frame(0x300, &[0x00, 0xFF, count]));
-        bus.run_until(ms(10 * u64::from(count)));
-    }
-    assert_eq!(bus.device(device).mode(), Some(BusMode::Normal));
-    assert_eq!(bus.device(device).rate(), Some(BitRate::K125));
-    let entries: Vec<Entry> = journal(1).into_iter().map(|(_, entry)| entry).collect();
-    // It has come from 10 over 20, 50, 62.5 and 100 to 125 kbit/s.
-    assert_eq!(entries[..5], [Entry::Event(BusEvent::Error); 5]);
-    assert!(matches!(entries[5..], [Entry::Frame(_)]), "{entries:?}");
-    assert_eq!(bus.take_received(plc).len(), 1, "its boot-up frame");
-    for adapter in [plc, other] {
-        assert_eq!(bus.disturbed(Source::Adapter(adapter)), 0);
-    }
-}
-
-#[test]
-fn a_device_at_another_rate_hears_and_disturbs_nothing() {
-    let mut bus = Bus::new(BusRate::Fixed(BitRate::K500));
-    let device = bus.attach(device(&FIXED, 1));
-    let (a, b) = (bus.adapter(), bus.adapter());
-    bus.open(a, Some(BitRate::K500), false);
-    bus.open(b, None, false);
-    bus.run_until(ms(1));
-    bus.send(a, frame(0x201, &[command::ECHO]));
-    bus.run_until(ms(100));
-    assert_eq!(bus.take_received(b).len(), 1);
-    assert!(bus.take_received(a).is_empty());
-    for adapter in [a, b] {
-        assert_eq!(bus.disturbed(Source::Adapter(adapter)), 0);
-    }
-    // It is alone with its boot-up frame.
-    let frames = journal(1)
-        .into_iter()
-        .filter(|(_, entry)| matches!(entry, Entry::Frame(_)));
-    assert_eq!(frames.count(), 0);
-    assert_eq!(bus.device(device).error_counters(), Some((128, 0)));
-}
-
-#[test]
-fn on_a_copper_wire_a_device_at_another_rate_disturbs_everybody() {
-    let mut bus = Bus::new(BusRate::Wire);
-    let device = bus.attach(device(&FIXED, 1));
-    let (a, b) = (bus.adapter(), bus.adapter());
-    bus.open(a, Some(BitRate::K500), false);
-    bus.open(b, Some(BitRate::K500), false);
-    for count in 0..100 {
-        bus.send(a, frame(0x123, &[0x00, 0xFF, count]));
-    }
-    bus.run_until(ms(1000));
-    assert!(bus.disturbed(Source::Adapter(b)) > 0);
-    let state = bus.device(device).bus_state().unwrap();
-    assert_ne!(state, BusState::Active);
-    // Error passive, it disturbs nobody any more.
-    assert_eq!(bus.take_received(b).len(), 100);
-}
-
-#[test]
-fn on_a_copper_wire_nobody_helps_out_unless_asked() {
-    let mut bus = Bus::new(BusRate::Wire);
-    let lone = bus.adapter();
-    bus.open(lone, Some(BitRate::K500), false);
-    bus.send(lone, frame(0x123, &[]));
-    bus.run_until(ms(100));
-    assert_eq!(bus.queued(lone), 1);
-    assert!(bus.disturbed(Source::Adapter(lone)) > 100);
-    // The assistant has the rate of the first device, or 250 kbit/s.
-    let other = bus.adapter();
-    bus.open(other, Some(BitRate::K500), false);
-    bus.run_until(ms(200));
-    assert_eq!(bus.queued(lone), 0);
-    bus.assist(true);
-    bus.close(other);
-    bus.open(lone, None, false);
-    bus.send(lone, frame(0x123, &[]));
-    bus.run_until(ms(300));
-    assert_eq!(bus.queued(lone), 0);
-}
-
-#[test]
 fn an_adapter_at_another_rate_reaches_nobody() {
     let (mut bus, device, good) = booted(AT_250K);
     let detecting = bus.attach(common::device(&DETECTING, 2));
@@ -432,29 +345,4 @@ fn who_was_opened_misses_nothing() {
     let received = bus.take_received(second);
     assert_eq!(received.len(), 1);
     assert_eq!(received[0].1, frame(0x7FF, &[1]));
-}
-
-/// What the bus costs; only a release build says something: `cargo test --release --test bus -- --ignored --nocapture`.
-#[test]
-#[ignore = "a measurement"]
-fn what_the_bus_costs() {
-    let mut bus = Bus::new(AT_250K);
-    bus.attach(device(&FIXED, 1));
-    let start = std::time::Instant::now();
-    (0..10_000).for_each(|step| bus.run_until(ms(step)));
-    println!("a lone device: {:?} for a second", start.elapsed() / 10);
-
-    let mut bus = Bus::new(AT_250K);
-    for serial in 1..=3 {
-        bus.attach(device(&FIXED, serial));
-    }
-    let plc = bus.adapter();
-    bus.open(plc, None, false);
-    (0..100_000).for_each(|_| bus.send(plc, frame(0x7FF, &[0x55; 8])));
-    let start = std::time::Instant::now();
-    (0..10_000).for_each(|step| bus.run_until(ms(step)));
-    assert!(bus.queued(plc) > 0);
-    // The assistant is the fifth.
-    let rate = 5.0 * 10.0 * 250e3 / start.elapsed().as_secs_f64() / 1e6;
-    println!("a full bus: {rate:.1} million station-bits per second");
 }

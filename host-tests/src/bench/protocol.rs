@@ -7,6 +7,7 @@
 
 mod coding;
 mod confinement;
+mod flags;
 mod machine;
 mod timing;
 

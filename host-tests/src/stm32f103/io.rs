@@ -27,8 +27,12 @@ pub enum AccessError {
     Refused(&'static str),
 }
 
-/// Everything outside of the processor and its memories: addresses 0x4000_0000..0x4200_0000 (the processor resolves the
-/// bit-band alias) and writes to 0x0800_0000..0x0801_0000 (flash programming).
+/// Everything outside of the processor and its memories:
+///
+/// - 0x4000_0000..0x4200_0000: the peripherals (the processor resolves the bit-band alias);
+/// - 0x1FFF_0000..0x2000_0000: system memory, option bytes and electronic signature;
+/// - 0xE004_2000..0xE004_2400: DBGMCU;
+/// - 0x0800_0000..0x0801_0000 and its alias at 0, writes alone: flash programming.
 pub trait Io {
     /// Reads a register at processor cycle `cycle`. Narrow reads return the byte or half-word in the low bits.
     fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError>;

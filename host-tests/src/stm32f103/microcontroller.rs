@@ -350,6 +350,7 @@ impl Sensor for Microcontroller {
         let time = now.ticks() * 1_000_000;
         self.on = true;
         self.io.power_on(self.core.cycle(), time);
+        self.core.forget_ram();
         self.reset(ResetCause::PowerOn);
         self.parameters_touched = true;
     }

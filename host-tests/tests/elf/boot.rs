@@ -95,6 +95,27 @@ fn a_poll_before_a_reset_is_answered_before_it() {
     rig.boot_up();
 }
 
+/// RAM is kept in a reset and lost with the power, so no start may count on what was in it.
+#[test]
+fn ram_is_lost_with_the_power_alone() {
+    for name in MODELS {
+        let mut rig = switched_on(name);
+        rig.boot_up();
+        let place = (rig.microcontroller().image().end_of_statics() + 67) & !3;
+        assert!(place + 64 < rig.microcontroller().lowest_stack());
+        let mark = 0x1234_5678_u32;
+        assert!(rig.tamper().core_mut().load(place, &mark.to_le_bytes()));
+        rig.expect_reset(ResetCause::Software);
+        rig.send(&fsc::RESET);
+        rig.boot_up();
+        assert_eq!(rig.microcontroller().core().word(place), Some(mark));
+        rig.power_cycle();
+        rig.boot_up();
+        assert_ne!(rig.microcontroller().core().word(place), Some(mark));
+        rig.poll();
+    }
+}
+
 /// The main loop hangs in an endless loop, interrupts are served.
 fn hang(rig: &mut Rig) {
     rig.wait_until(10, 100, |rig| {

@@ -2,6 +2,7 @@
 
 use super::coding::{Incoming, Outgoing};
 use super::confinement::Role;
+use super::flags::Cost;
 use super::{ErrorCode, Event, Protocol};
 use plumbline::can::Frame;
 
@@ -12,7 +13,7 @@ const INTEGRATION: u8 = 11;
 const RECOVERY: u8 = 128;
 
 /// The bits of an error or overload flag.
-const FLAG: u8 = 6;
+pub(super) const FLAG: u8 = 6;
 
 /// The bits of an error or overload delimiter.
 const DELIMITER: u8 = 8;
@@ -25,9 +26,6 @@ const INTERMISSION: u8 = 3;
 
 /// The bits that an error passive transmitter waits after the intermission.
 const SUSPEND: u8 = 8;
-
-/// The dominant bits after a flag, each time, that are one more error.
-const STUCK: u8 = 8;
 
 /// What the next bit is to a controller. Numbers count the bits that are over.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -77,16 +75,6 @@ pub(super) enum Phase {
 pub(super) enum Flag {
     Error,
     Overload,
-}
-
-/// What an error adds to the error counter.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Cost {
-    Nothing,
-    /// 8 for a transmitter, 1 for a receiver.
-    Usual,
-    /// 8 for both.
-    Serious,
 }
 
 impl Protocol {
@@ -166,12 +154,12 @@ impl Protocol {
         }
     }
 
-    fn go(&mut self, phase: Phase) -> Option<Event> {
+    pub(super) fn go(&mut self, phase: Phase) -> Option<Event> {
         self.phase = phase;
         None
     }
 
-    fn role(&self) -> Role {
+    pub(super) fn role(&self) -> Role {
         if self.transmitter {
             Role::Transmitter
         } else {
@@ -298,56 +286,6 @@ impl Protocol {
         None
     }
 
-    fn wait_for_six(&mut self, dominant: bool, equal: u8, unacknowledged: bool) -> Option<Event> {
-        if dominant && unacknowledged {
-            self.confinement.serious_error(self.role());
-            if self.confinement.is_bus_off() {
-                return self.go_bus_off(ErrorCode::Acknowledgment);
-            }
-        }
-        self.go(if equal == FLAG {
-            Phase::OthersFlags {
-                kind: Flag::Error,
-                dominant: 0,
-            }
-        } else {
-            Phase::PassiveFlag {
-                equal,
-                dominant,
-                unacknowledged: unacknowledged && !dominant,
-            }
-        })
-    }
-
-    /// A dominant bit after one's own flag, `before` of them have been before it.
-    fn outlast(&mut self, kind: Flag, before: u8) -> Option<Event> {
-        let role = self.role();
-        if before == 0 && kind == Flag::Error && role == Role::Receiver {
-            self.confinement.serious_error(role);
-        }
-        let stuck = before + 1 == STUCK;
-        self.phase = Phase::OthersFlags {
-            kind,
-            // After the first eight, zero would look like the first bit after the flag.
-            dominant: if before + 1 == 2 * STUCK {
-                STUCK
-            } else {
-                before + 1
-            },
-        };
-        if !stuck && before + 1 != 2 * STUCK {
-            return None;
-        }
-        self.confinement.serious_error(role);
-        if self.confinement.is_bus_off() {
-            return self.go_bus_off(ErrorCode::Form);
-        }
-        Some(Event::Error {
-            code: ErrorCode::Form,
-            transmitting: self.transmitter,
-        })
-    }
-
     fn pause(&mut self, dominant: bool, over: u8, offered: Option<Frame>) -> Option<Event> {
         let last = over + 1 == INTERMISSION;
         let suspended = self.transmitter && self.confinement.is_passive();
@@ -364,63 +302,6 @@ impl Protocol {
             (false, _) => Phase::Intermission(over + 1),
             (true, true) => Phase::Suspend(0),
             (true, false) => Phase::Idle { edge: false },
-        })
-    }
-
-    fn overload(&mut self) -> Option<Event> {
-        self.go(Phase::ActiveFlag {
-            kind: Flag::Overload,
-            sent: 0,
-        })
-    }
-
-    /// An error, counted as every error is.
-    fn fail(&mut self, code: ErrorCode) -> Option<Event> {
-        self.raise_flag(code, Cost::Usual)
-    }
-
-    /// Tells everybody of an error. What makes a controller error passive is still told with an active flag.
-    fn raise_flag(&mut self, code: ErrorCode, cost: Cost) -> Option<Event> {
-        let (passive, role) = (self.confinement.is_passive(), self.role());
-        let unacknowledged = passive && code == ErrorCode::Acknowledgment;
-        match cost {
-            Cost::Usual if !unacknowledged => self.confinement.error(role),
-            Cost::Serious => self.confinement.serious_error(role),
-            Cost::Usual | Cost::Nothing => {}
-        }
-        if self.confinement.is_bus_off() {
-            return self.go_bus_off(code);
-        }
-        self.outgoing = None;
-        self.error_flags += 1;
-        self.phase = if passive {
-            Phase::PassiveFlag {
-                equal: 0,
-                dominant: false,
-                unacknowledged,
-            }
-        } else {
-            Phase::ActiveFlag {
-                kind: Flag::Error,
-                sent: 0,
-            }
-        };
-        Some(Event::Error {
-            code,
-            transmitting: self.transmitter,
-        })
-    }
-
-    fn go_bus_off(&mut self, code: ErrorCode) -> Option<Event> {
-        self.outgoing = None;
-        self.transmitter = false;
-        self.phase = Phase::BusOff {
-            sequences: None,
-            recessive: 0,
-        };
-        Some(Event::Error {
-            code,
-            transmitting: true,
         })
     }
 }

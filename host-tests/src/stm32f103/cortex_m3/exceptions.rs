@@ -77,22 +77,25 @@ impl Exceptions {
 
     /// The priority at which the processor runs (ExecutionPriority), with PRIMASK or as if it were clear.
     pub fn execution_priority(&self, registers: &Registers, with_primask: bool) -> i16 {
-        let mut priority = LOWEST;
+        let mut priority = self.mask(registers);
         let mut left = self.active;
         while left != 0 {
             priority = priority.min(self.group_priority(left.trailing_zeros() as u16));
             left &= left - 1;
         }
-        if registers.basepri != 0 {
-            priority = priority.min(self.group(registers.basepri));
-        }
         if registers.primask && with_primask {
             priority = priority.min(0);
         }
-        if registers.faultmask {
-            priority = priority.min(-1);
-        }
         priority
+    }
+
+    /// What BASEPRI and FAULTMASK alone hold back: this group priority and all below.
+    fn mask(&self, registers: &Registers) -> i16 {
+        match (registers.faultmask, registers.basepri) {
+            (true, _) => -1,
+            (false, 0) => LOWEST,
+            (false, basepri) => self.group(basepri),
+        }
     }
 
     /// The pending exception to be taken first: of the best priority, then of the lowest number.
@@ -127,8 +130,10 @@ impl Exceptions {
             .is_some_and(|number| self.preempts(number, registers, false))
     }
 
-    /// The number in ICSR.VECTPENDING; 0 when nothing is pending.
-    pub fn pending_number(&self) -> u16 {
-        self.first_pending().unwrap_or(0)
+    /// The number in ICSR.VECTPENDING, 0 for none: BASEPRI and FAULTMASK count, PRIMASK does not (PM0056 4.4.3).
+    pub fn pending_number(&self, registers: &Registers) -> u16 {
+        self.first_pending()
+            .filter(|number| self.group_priority(*number) < self.mask(registers))
+            .unwrap_or(0)
     }
 }

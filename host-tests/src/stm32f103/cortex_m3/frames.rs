@@ -5,7 +5,7 @@
 use super::decode::instruction::Register;
 use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
-use super::registers::{Flags, ItState};
+use super::registers::{Flags, ItState, THUMB};
 use super::sleep::Sleep;
 use super::{CortexM3, EXCEPTION_CYCLES};
 
@@ -137,6 +137,9 @@ impl CortexM3 {
             return Err(
                 FaultKind::InvalidReturn(return_address, "an odd address in the frame").into(),
             );
+        }
+        if status & THUMB == 0 {
+            return Err(FaultKind::InvalidReturn(status, "xPSR in the frame has T clear").into());
         }
         self.next = return_address;
         self.registers.flags = Flags::from_bits(status);

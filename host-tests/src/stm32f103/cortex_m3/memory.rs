@@ -9,6 +9,9 @@ pub const RAM_START: u32 = 0x2000_0000;
 /// 20 KiB of RAM.
 pub const RAM_SIZE: usize = 20 * 1024;
 
+/// What RAM holds after power-up, where the chip has anything: neither zeros nor an initial value of a variable.
+const FORGOTTEN: u8 = 0xA5;
+
 /// Where in flash an address is, be it in the alias at 0.
 #[inline(always)]
 pub const fn flash_offset(address: u32) -> Option<usize> {
@@ -33,6 +36,11 @@ impl Memory {
             flash: vec![0xFF; FLASH_SIZE].into(),
             ram: vec![0; RAM_SIZE].into(),
         }
+    }
+
+    /// Overwrites all of RAM, as if the power had been off.
+    pub fn forget_ram(&mut self) {
+        self.ram.fill(FORGOTTEN);
     }
 
     /// The bytes at this address; none where they are not all in one memory.

@@ -61,6 +61,8 @@ pub struct CortexM3 {
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
+    /// EPSR.T: clear, no instruction can be executed (ARM ARM B1.4.2).
+    thumb: bool,
     cycle: u64,
     /// Cycles in which no instruction was executed.
     idle_cycles: u64,
@@ -104,6 +106,7 @@ impl CortexM3 {
         Self {
             registers: Registers::new(0),
             next: 0,
+            thumb: true,
             cycle: 0,
             idle_cycles: 0,
             handler_instructions: 0,
@@ -138,12 +141,14 @@ impl CortexM3 {
     }
 
     /// Resets the processor (ARM ARM B1.5.5): the main stack pointer and PC come from the start of flash, the core peripherals and
-    /// the interrupt lines go to their reset values. Memories, breakpoints and the cycle counter stay.
+    /// the interrupt lines go to their reset values. Memories, breakpoints and the cycle counter stay. Bit 0 of the reset vector goes to
+    /// EPSR.T (TakeReset): with an even one the first instruction faults.
     pub fn reset(&mut self) {
         let word = |address| self.memory.word(address).expect("flash has a start");
         let (stack, entry) = (word(FLASH_START), word(FLASH_START + 4));
         self.registers = Registers::new(stack);
         self.next = entry & !1;
+        self.thumb = entry & 1 != 0;
         self.in_it_block = false;
         self.exclusive = false;
         self.attention = false;
@@ -156,6 +161,11 @@ impl CortexM3 {
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
+    }
+
+    /// The power goes: no program may count on what is in RAM when it comes back.
+    pub fn forget_ram(&mut self) {
+        self.memory.forget_ram();
     }
 
     /// Runs until cycle `until` at most. Asleep, the cycle counter jumps.
@@ -180,6 +190,10 @@ impl CortexM3 {
     }
 
     fn run_to(&mut self, io: &mut impl Io, cache: &mut Cache, until: u64) -> fault::Result<Pause> {
+        if !self.thumb {
+            self.registers.set_read_pc(self.next.wrapping_add(4));
+            return Err(FaultKind::InvalidState(self.next).into());
+        }
         loop {
             self.note_systick();
             self.note_pending();

@@ -14,6 +14,8 @@ const KEY_READ: u32 = 0xFA05;
 
 /// SCR: sleep when the last handler ends.
 const SLEEPONEXIT: u32 = 1 << 1;
+/// SCR: WFI and WFE enter Stop or Standby mode (RM0008 4.3.4).
+const SLEEPDEEP: u32 = 1 << 2;
 /// SCR: what becomes pending is an event.
 const SEVONPEND: u32 = 1 << 4;
 
@@ -154,7 +156,7 @@ impl CortexM3 {
             0xD04 => self.write_interrupt_control(value),
             0xD08 => self.system.vector_table = value & 0x3FFF_FF80,
             0xD0C => self.write_reset_control(address, value)?,
-            0xD10 => self.system.sleep_control = value & (SLEEPONEXIT | 1 << 2 | SEVONPEND),
+            0xD10 => self.write_sleep_control(address, value)?,
             0xD14 => self.system.configuration = value & CCR_BITS,
             0xD24 => self.system.handler_control = value & 0x0007_0000,
             // Written to clear fault bits, of which there are none.
@@ -175,7 +177,7 @@ impl CortexM3 {
         let others_active = exceptions.active & !only(self.registers.exception) != 0;
         u32::from(self.registers.exception)
             | flag(!others_active, 11)
-            | u32::from(exceptions.pending_number()) << 12
+            | u32::from(exceptions.pending_number(&self.registers)) << 12
             | flag(interrupts, 22)
             | flag(pends(SYSTICK), 26)
             | flag(pends(PENDSV), 28)
@@ -192,6 +194,16 @@ impl CortexM3 {
         };
         self.exceptions.pending &= !(bit(25, SYSTICK) | bit(27, PENDSV));
         self.exceptions.pending |= bit(26, SYSTICK) | bit(28, PENDSV) | bit(31, NMI);
+    }
+
+    /// SCR.
+    fn write_sleep_control(&mut self, address: u32, value: u32) -> Result<()> {
+        if value & SLEEPDEEP != 0 {
+            // It would stop the clocks of the peripherals as well.
+            return Err(FaultKind::System(address, "SLEEPDEEP is not modelled").into());
+        }
+        self.system.sleep_control = value & (SLEEPONEXIT | SEVONPEND);
+        Ok(())
     }
 
     /// AIRCR, which ignores writes without its key.

@@ -7,6 +7,8 @@ pub mod instruction;
 pub mod rule;
 
 mod narrow;
+mod narrow_load_store;
+mod operand;
 mod wide;
 mod wide_branch;
 mod wide_data;

@@ -248,6 +248,52 @@ fn sleep_on_exit() {
     assert_eq!(processor.pc(), CODE);
 }
 
+/// SCR.SLEEPDEEP would stop the clocks (RM0008 4.3.4): refused.
+#[test]
+fn deep_sleep_is_refused() {
+    let mut processor = processor(&[STORE]);
+    processor.set_register(0, 1 << 2);
+    processor.set_register(1, 0xE000_ED10);
+    let expected = FaultKind::System(0xE000_ED10, "SLEEPDEEP is not modelled");
+    assert_eq!(fault(&mut processor).kind, expected);
+}
+
+/// B1.5.8: the return takes T from the frame, and there is no ARM state.
+#[test]
+fn a_frame_without_thumb_faults() {
+    let mut processor = processor(&[NOP, NOP]);
+    enable(&mut processor, 5, 0);
+    pulse(&mut processor, 5);
+    settle(&mut processor);
+    let place = processor.register(13) + 28;
+    let status = processor.word(place).expect("xPSR in the frame") & !(1 << 24);
+    put_word(&mut processor, place, status);
+    let fault = fault(&mut processor);
+    assert!(matches!(fault.kind, FaultKind::InvalidReturn(value, _) if value == status));
+    assert_eq!(fault.pc, handler(21));
+}
+
+/// PM0056 4.4.3: VECTPENDING includes the effect of BASEPRI and FAULTMASK, but not that of PRIMASK.
+#[test]
+fn vectpending_knows_basepri_and_faultmask() {
+    // CPSID I; MSR BASEPRI, R0; MSR BASEPRI, R1; CPSID F.
+    let mut processor = processor(&[CPSID_I, 0xF380, 0x8811, 0xF381, 0x8811, 0xB671]);
+    let number = |processor: &mut CortexM3| read(processor, ICSR) >> 12 & 0x1FF;
+    enable(&mut processor, 3, 0x80);
+    processor.set_register(0, 0x80);
+    processor.set_register(1, 0x90);
+    step(&mut processor, 1);
+    assert_eq!(number(&mut processor), 0);
+    pulse(&mut processor, 3);
+    assert_eq!(number(&mut processor), 19, "PRIMASK does not count");
+    step(&mut processor, 1);
+    assert_eq!(number(&mut processor), 0, "BASEPRI is the same");
+    step(&mut processor, 1);
+    assert_eq!(number(&mut processor), 19, "BASEPRI is below");
+    step(&mut processor, 1);
+    assert_eq!(number(&mut processor), 0, "FAULTMASK");
+}
+
 /// The thread on the process stack: SVC goes to the main stack and back; PendSV comes after it.
 #[test]
 fn process_stack() {

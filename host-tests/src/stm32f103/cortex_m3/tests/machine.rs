@@ -114,6 +114,41 @@ fn bkpt_and_reset_stop() {
     assert_eq!((reset.pc(), reset.register(13)), (CODE, STACK));
 }
 
+/// TakeReset (ARM ARM B1.5.5): bit 0 of the reset vector goes to EPSR.T, without which the first instruction faults.
+#[test]
+fn an_even_reset_vector_faults() {
+    let mut processor = processor(&[NOP]);
+    put_word(&mut processor, 0x0800_0004, CODE);
+    processor.reset();
+    let expected = Fault {
+        kind: FaultKind::InvalidState(CODE),
+        pc: CODE,
+        address: CODE,
+    };
+    assert_eq!(fault(&mut processor), expected);
+    assert_eq!(processor.instructions(), 0);
+    put_word(&mut processor, 0x0800_0004, CODE | 1);
+    processor.reset();
+    step(&mut processor, 1);
+    assert_eq!(processor.pc(), CODE + 2);
+}
+
+/// A reset keeps RAM. After the power was off nothing of it is left, neither at its start nor at its end.
+#[test]
+fn ram_is_forgotten_with_the_power() {
+    let mut processor = processor(&[NOP]);
+    let places = [0x2000_0000, DATA, 0x2000_4FFC];
+    for place in places {
+        put_word(&mut processor, place, 0x1234_5678);
+    }
+    processor.reset();
+    let words = |processor: &CortexM3| places.map(|place| processor.word(place));
+    assert_eq!(words(&processor), [Some(0x1234_5678); 3]);
+    processor.forget_ram();
+    assert_eq!(words(&processor), [Some(0xA5A5_A5A5); 3]);
+    assert_eq!(processor.word(0x0800_0004), Some(CODE | 1), "flash stays");
+}
+
 #[test]
 fn faults_tell_where() {
     for (address, kind) in [
