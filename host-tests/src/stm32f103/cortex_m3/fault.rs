@@ -23,7 +23,7 @@ pub enum FaultKind {
     #[error("unaligned access to {0:#010x}")]
     Unaligned(u32),
     /// A peripheral refused.
-    #[error("access to {0:#010x}: {1:?}")]
+    #[error("access to {0:#010x}: {1}")]
     Access(u32, AccessError),
     /// A register of the system control space cannot be accessed like that.
     #[error("access to the system register {0:#010x}: {1}")]

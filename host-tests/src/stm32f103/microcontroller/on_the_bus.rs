@@ -1,0 +1,161 @@
+//! The microcontroller as a sensor on the bench's bus: power, time, and its CAN controller on the wire.
+
+use super::Microcontroller;
+use crate::bench::protocol::{Event, Picoseconds, Protocol};
+use crate::bench::{Flash, Sensor};
+use crate::motion::Motion;
+use crate::stm32f103::cortex_m3::Pause;
+use crate::stm32f103::rcc::ResetCause;
+use plumbline::can::{BitRate, Frame};
+use plumbline::node::{BusMode, Leds, Readout};
+use plumbline::time::Instant;
+use std::collections::VecDeque;
+
+impl Sensor for Microcontroller {
+    fn power_on(&mut self, now: Instant) {
+        let time = now.ticks() * 1_000_000;
+        self.on = true;
+        self.io.power_on(self.core.cycle(), time);
+        self.core.forget_ram();
+        self.reset(ResetCause::PowerOn);
+        self.parameters_touched = true;
+    }
+
+    fn power_off(&mut self, _: Instant) {
+        if self.on {
+            self.switch_off();
+        }
+    }
+
+    fn is_on(&self) -> bool {
+        self.on
+    }
+
+    fn boots(&self) -> u32 {
+        self.boots
+    }
+
+    fn next_event(&self) -> Option<Picoseconds> {
+        if !self.on {
+            return None;
+        }
+        if !self.core.is_asleep() {
+            return Some(self.time());
+        }
+        let events = [self.core.next_wake(), self.io.next_event()];
+        let next = events.into_iter().flatten().min()?;
+        Some(self.io.now(next))
+    }
+
+    fn runs_freely(&self) -> bool {
+        true
+    }
+
+    fn advance(&mut self, now: Picoseconds) -> Picoseconds {
+        self.load_parameters();
+        while self.on {
+            let target = self.io.rcc.timebase().cycle_at(now);
+            if self.core.cycle() >= target {
+                break;
+            }
+            let until = self
+                .io
+                .next_event()
+                .map_or(target, |event| event.clamp(self.core.cycle() + 1, target));
+            match self.core.run(&mut self.io, until) {
+                Ok(Pause::Reached) => self.settle(),
+                Ok(Pause::Attention) => {
+                    self.settle();
+                    if self.io.can.take_attention() {
+                        return self.time().min(now);
+                    }
+                }
+                Ok(Pause::Reset) => self.reset(ResetCause::Software),
+                Ok(Pause::Breakpoint) => self.profile.stopped(&mut self.core),
+                Ok(Pause::Bkpt(number)) => {
+                    self.stop(self.core.pc(), format!("breakpoint {number}"))
+                }
+                Err(fault) => self.stop(fault.pc, &fault.kind),
+            }
+        }
+        if let Some(heated) = &self.heated {
+            heated.set_duty(self.heater());
+        }
+        now
+    }
+
+    fn protocol(&self) -> Option<&Protocol> {
+        let connected = self.on && self.io.can_is_connected();
+        connected.then(|| self.io.can.protocol())
+    }
+
+    fn next_step(&self) -> Option<Picoseconds> {
+        self.protocol()?;
+        self.io.can.next_event()
+    }
+
+    fn offered(&self) -> Option<Frame> {
+        self.protocol()?;
+        self.io.can.offered()
+    }
+
+    fn wire(&mut self, now: Picoseconds, dominant: bool) {
+        if self.protocol().is_some() {
+            self.io.can.wire(now, dominant);
+            self.set_lines();
+        }
+    }
+
+    fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
+        self.protocol()?;
+        let event = self.io.can.step(now, dominant);
+        self.set_lines();
+        event
+    }
+
+    fn name(&self) -> &'static str {
+        self.name
+    }
+
+    fn mode(&self) -> Option<BusMode> {
+        self.rate()?;
+        Some(if self.io.can.is_silent() {
+            BusMode::Listen
+        } else {
+            BusMode::Normal
+        })
+    }
+
+    fn rate(&self) -> Option<BitRate> {
+        let rate = self.io.can.bit_rate().filter(|_| self.on)?;
+        BitRate::ALL
+            .into_iter()
+            .find(|known| known.bits_per_second() == rate)
+    }
+
+    fn leds(&self) -> Leds {
+        self.leds
+    }
+
+    fn led_history(&self) -> &VecDeque<(Instant, Leds)> {
+        &self.led_history
+    }
+
+    fn readout(&self) -> Option<Readout> {
+        None
+    }
+
+    fn set_motion(&mut self, motion: Box<dyn Motion>) {
+        let now = self.time();
+        let motion = match &self.heated {
+            Some(heated) => heated.around(motion),
+            None => motion,
+        };
+        self.io.imu.set_motion(now, motion);
+    }
+
+    fn flash(&mut self) -> &mut Flash {
+        self.parameters_touched = true;
+        self.io.flash.parameters_mut()
+    }
+}
