@@ -95,6 +95,34 @@ fn each_of_the_ten_rates_is_found_without_disturbing_anybody() {
     }
 }
 
+/// At a wrong rate one error follows the other, until the controller has left the bus. None of them may count at the next rate: it
+/// could be the right one, and would be left again.
+#[test]
+fn on_a_full_bus_each_rate_is_found_at_the_first_visit() {
+    for name in MODELS {
+        for (rate, btr) in BIT_TIMING {
+            let mut rig = Rig::with(name, BusRate::Wire, Flash::default());
+            let traffic = Traffic::at(&mut rig, rate);
+            for number in 0..5_000_u16 {
+                while rig.bus.queued(traffic.ends[0]) < 20 {
+                    let [low, high] = number.to_le_bytes();
+                    rig.bus
+                        .send(traffic.ends[0], data(0x1A5, &[low, high, 0, 0xFF]));
+                }
+                rig.run(1);
+                if rig.device().mode() == Some(BusMode::Normal) {
+                    break;
+                }
+            }
+            assert_eq!(rig.device().rate(), Some(rate), "{name}");
+            let history = rig.microcontroller().can().btr_history();
+            let visits = history.iter().filter(|(_, one)| *one == btr | SILENT);
+            assert_eq!(visits.count(), 1, "{name} at {rate:?}: {history:X?}");
+            traffic.assert_undisturbed(&rig);
+        }
+    }
+}
+
 #[test]
 fn without_traffic_a_sensor_listens_for_ever() {
     let mut rig = Rig::with("is2", BusRate::Wire, Flash::default());
