@@ -347,51 +347,6 @@ fn it_replays_its_traces() {
     assert!(replayed > 0);
 }
 
-/// The functions of the node that are counted.
-const FUNCTIONS: [&str; 3] = [
-    "Device<M>>::receive",
-    "Device<M>>::transmit",
-    "Device<M>>::poll",
-];
-
-/// The instructions of the node from the reception of a frame until its one answer is handed out, and those of an idle poll.
-fn cost(desk: &mut Desk, text: &str) -> (u64, u64) {
-    // What a change before has set going comes to its end.
-    desk.exchange(text);
-    for function in FUNCTIONS {
-        assert!(desk.chip_mut().count_calls(function), "{function}");
-    }
-    desk.chip_mut().take_calls();
-    assert_eq!(desk.exchange(text).len(), 1, "{text}");
-    let calls = desk.chip_mut().take_calls();
-    let [receive, transmit, poll] = FUNCTIONS;
-    let received = calls.iter().position(|call| call.function == receive);
-    let calls = &calls[received.expect("the frame is received")..];
-    let handed_out = calls.iter().position(|call| call.function == transmit);
-    let answer = &calls[..=handed_out.expect("the answer is fetched")];
-    let idle = calls.iter().rfind(|call| call.function == poll);
-    (
-        answer.iter().map(|call| call.instructions).sum(),
-        idle.expect("polls").instructions,
-    )
-}
-
-#[test]
-fn what_an_answer_costs() {
-    let mut desk = Desk::new(table(25_00));
-    desk.exchange("000#010A");
-    for request in [DEVICE_TYPE.0, "60A#4010600000000000"] {
-        let (upload, idle) = cost(&mut desk, request);
-        assert!(upload <= 450, "{request}: {upload} instructions");
-        assert!(idle <= 60, "{idle} instructions in an idle poll");
-    }
-    // The second TPDO by its timer only, which is off.
-    desk.download(0x1801, 5, [0, 0]);
-    desk.download(0x1801, 2, [254]);
-    let (sync, _) = cost(&mut desk, "080#");
-    assert!(sync <= 350, "SYNC: {sync} instructions");
-}
-
 #[test]
 fn flash_and_memory_suffice() {
     let mut desk = Desk::new(table(25_00));

@@ -3,7 +3,7 @@
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use host_tests::cost::budgets::Budgets;
-use host_tests::cost::subjects::{self, SUBJECTS, Subject};
+use host_tests::cost::subjects::{self, README, SUBJECTS, Subject};
 use host_tests::cost::{Report, measure, tables};
 use host_tests::firmware;
 use host_tests::stm32f103::elf::Image;
@@ -11,9 +11,6 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
-
-/// The models of the README's table.
-const README: [&str; 2] = ["is2", "is1"];
 
 /// Measures what the Blue Pill's images cost, by running them on a simulated microcontroller: memory, instructions, times.
 #[derive(Parser)]
@@ -30,7 +27,7 @@ struct Options {
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
 
-    /// Print the table of the README: is2 and is1, or the model that was asked for
+    /// Print the table of the README: is2, is1 and jn2101, or the model that was asked for
     #[arg(long)]
     markdown: bool,
 }

@@ -199,11 +199,19 @@ mod tests {
         }
     }
 
+    #[track_caller]
+    fn assert_ceilings(model: &str, ceilings: &[(&str, u64)]) {
+        let budgets = Budgets::of_the_project().unwrap();
+        for &(key, ceiling) in ceilings {
+            let budget = budgets.of(model, Row::find(key).unwrap()).unwrap();
+            assert!(budget <= ceiling, "{key}: {budget}");
+        }
+    }
+
     /// The ceilings that the project has set itself.
     #[test]
     fn the_budgets_of_is2_keep_the_ceilings() {
-        let budgets = Budgets::of_the_project().unwrap();
-        for (key, ceiling) in [
+        let ceilings = [
             ("read_request", 450),
             ("sync", 450),
             ("sync_worst", 25_000),
@@ -214,9 +222,20 @@ mod tests {
             ("stack", 1_536),
             ("flash", 20_480),
             ("ram", 6_144),
-        ] {
-            let budget = budgets.of("is2", Row::find(key).unwrap()).unwrap();
-            assert!(budget <= ceiling, "{key}: {budget}");
-        }
+        ];
+        assert_ceilings("is2", &ceilings);
+    }
+
+    #[test]
+    fn the_budgets_of_jn2101_keep_the_ceilings() {
+        let ceilings = [
+            ("read_reply", 450),
+            ("sync_reply", 350),
+            ("idle_poll", 60),
+            ("flash_protocol", 14_336),
+            ("flash", 30_720),
+            ("ram", 8_192),
+        ];
+        assert_ceilings("jn2101", &ceilings);
     }
 }

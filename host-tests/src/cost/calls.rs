@@ -59,6 +59,31 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> 
     }
 }
 
+/// The part of an [`exchange`] until the answer is handed out: `receive` and all up to the first `transmit`.
+///
+/// # Errors
+/// There is no reception, or no `transmit` after it.
+pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
+    let of_node = [node.receive, node.transmit, node.poll];
+    let turn = calls
+        .iter()
+        .filter(|call| of_node.contains(&call.function))
+        .skip_while(|call| call.function != node.receive);
+    let mut instructions = 0;
+    for call in turn {
+        instructions += call.instructions;
+        if call.function == node.transmit {
+            return Ok(instructions);
+        }
+    }
+    let received = instructions > 0;
+    Err(CostError::NeverCalled(if received {
+        node.transmit
+    } else {
+        node.receive
+    }))
+}
+
 /// The instructions of a save: the image, the store's beginning and its steps, and what the node does when it hears of the end.
 ///
 /// # Errors
@@ -142,6 +167,15 @@ mod tests {
             ("poll", 1000),
         ]);
         assert_eq!(exchange(&made, &NODE), Ok(54_321));
+        assert_eq!(reply(&made, &NODE), Ok(21));
+        assert_eq!(
+            reply(&made[..3], &NODE),
+            Err(CostError::NeverCalled("transmit"))
+        );
+        assert_eq!(
+            reply(&made[..2], &NODE),
+            Err(CostError::NeverCalled("receive"))
+        );
     }
 
     #[test]

@@ -23,6 +23,8 @@ pub const CALIBRATION: &str = "plumbline::measure::calibration::Calibration::app
 pub const STEP: &str = "plumbline::measure::low_pass::LowPass::step";
 /// Another filter or cut-off frequency.
 pub const TUNE: &str = "plumbline::measure::low_pass::LowPass::tune";
+/// One step of the low-pass with a finite impulse response.
+pub const FIR_STEP: &str = "plumbline::measure::fir::Fir::step";
 /// The beginning of a save.
 pub const STORE_SAVE: &str = "plumbline::store::slots::Store<M>::save";
 /// A piece of a save.

@@ -84,6 +84,7 @@ impl Report {
 pub fn measure(subject: &'static Subject, image: Rc<Image>) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
+    let protocol = image.flash_of(subject.protocol.module);
     let scenario::Outcome {
         mut figures,
         stack,
@@ -91,6 +92,7 @@ pub fn measure(subject: &'static Subject, image: Rc<Image>) -> Result<Report, Co
     } = scenario::run(subject, image)?;
     let speed = instructions as f64 / begin.elapsed().as_secs_f64() / 1e6;
     add_sizes(&mut figures, subject.name, &shares, stack)?;
+    figures.insert("flash_protocol", protocol);
     Ok(Report {
         model: subject.name,
         figures: ROWS

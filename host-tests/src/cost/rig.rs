@@ -1,13 +1,12 @@
-//! The microcontroller with its tester on a wire of 1 Mbit/s.
+//! The microcontroller with its tester on a wire.
 
 use super::CostError;
 use super::subjects::{Message, Subject};
-use crate::bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Source};
+use crate::bench::{AdapterId, Bus, DeviceId, Flash, Source};
 use crate::motion::Motion;
 use crate::stm32f103::Microcontroller;
 use crate::stm32f103::elf::Image;
 use crate::stm32f103::profile::Call;
-use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::BusState;
 use plumbline::time::{Duration, Instant, after, millis};
@@ -57,7 +56,7 @@ pub struct Rig {
 impl Rig {
     /// A sensor with blank memory that is being switched on.
     pub fn new(subject: &'static Subject, image: Rc<Image>) -> Self {
-        let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
+        let mut bus = Bus::new(subject.protocol.bus);
         let motion = Box::new(Tumble);
         let device = bus.attach(Microcontroller::new(
             subject.name,

@@ -76,6 +76,13 @@ pub const ROWS: &[Row] = &[
         "- core",
         "the crate plumbline: measurement, protocol, node, store",
     ),
+    row(
+        Unit::Bytes,
+        "flash_protocol",
+        "- - protocol",
+        "of core, the functions and tables of the protocol: the module fsc or canopen, with what was inlined there",
+        "CANopenNode 17656",
+    ),
     bytes(
         "flash_driver",
         "- driver",
@@ -141,6 +148,12 @@ pub const ROWS: &[Row] = &[
         "SDO upload: CANopenNode 905, zencan 1443",
     ),
     instructions(
+        "read_reply",
+        "- until the reply is handed out",
+        "of these, Node::receive to the end of the Node::transmit that hands out the reply; the most of 20",
+        "",
+    ),
+    instructions(
         "write_request",
         "written parameter to reply",
         "the same for a request that writes a parameter (the cyclic time)",
@@ -151,6 +164,12 @@ pub const ROWS: &[Row] = &[
         "SYNC to reply",
         "the same for a synchronous message that is answered with the angles",
         "SYNC to TPDO of two 16-bit values: CANopenNode 701, zencan 1254",
+    ),
+    instructions(
+        "sync_reply",
+        "- until the answer is handed out",
+        "of these, Node::receive to the end of the Node::transmit that hands out the answer; the most of 20",
+        "",
     ),
     instructions(
         "sample_off",
@@ -171,6 +190,20 @@ pub const ROWS: &[Row] = &[
         "",
     ),
     instructions(
+        "sample_fir_10",
+        "sample, FIR 10 Hz",
+        "the same with the FIR filter of 10 Hz on three components",
+        "",
+    ),
+    instructions("sample_fir_5", "sample, FIR 5 Hz", "the same with 5 Hz", ""),
+    instructions("sample_fir_1", "sample, FIR 1 Hz", "the same with 1 Hz", ""),
+    instructions(
+        "sample_fir_half",
+        "sample, FIR 0.5 Hz",
+        "the same with 0.5 Hz",
+        "",
+    ),
+    instructions(
         "calibration",
         "- calibration",
         "Calibration::apply: offset, gain, cross axes, temperature; the most of all samples",
@@ -186,6 +219,12 @@ pub const ROWS: &[Row] = &[
         "step_critically_damped",
         "- low-pass, critically damped",
         "LowPass::step: order 8 on three components; the most of 100",
+        "",
+    ),
+    instructions(
+        "step_fir",
+        "- low-pass, FIR",
+        "Fir::step: the most of 100 with each frequency",
         "",
     ),
     instructions(
@@ -253,7 +292,7 @@ pub const ROWS: &[Row] = &[
         "sync_median",
         "end of SYNC to answer, median",
         "from the end of the SYNC frame, its last bit, to the start of the answer on the wire at 1 Mbit/s, the 3 us of intermission \
-         included; the median of 1000 phases, 5 us apart, against the firmware's sampling and ticks, with the Butterworth filter",
+         included; the median of 1000 phases, 5 us apart, against the firmware's sampling and ticks, with the dearest filter",
     ),
     time(
         "sync_worst",

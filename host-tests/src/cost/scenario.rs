@@ -1,17 +1,16 @@
 //! The standard scenario: everything that a sensor does, once at least, and what it costs.
 
 use super::CostError;
-use super::calls::{exchange, median, middle, most, save};
-use super::function::{Angles, CALIBRATION, STEP, STORE_SAVE, STORE_STEP, TUNE};
+use super::calls::{exchange, median, middle, most, reply, save};
+use super::function::{Angles, CALIBRATION, STORE_SAVE, STORE_STEP};
 use super::rig::Rig;
-use super::subjects::{Message, Protocol, Subject};
+use super::subjects::{Filter, Message, Protocol, Subject};
 use crate::bench::frame_length::frame_bits;
 use crate::bench::protocol::{Picoseconds, bit_time};
 use crate::stm32f103::elf::Image;
 use crate::stm32f103::profile::Call;
-use plumbline::can::BitRate;
 use plumbline::time::{Duration, Instant, millis};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
 
 /// Figures by the keys of their rows.
@@ -96,17 +95,26 @@ impl Scenario {
             node.image,
             node.stored,
         ];
-        let shared = [CALIBRATION, STEP, TUNE, STORE_SAVE, STORE_STEP];
-        let of_angles = self.angles.0.iter().map(|(_, function)| *function);
-        of_node
+        let shared = [CALIBRATION, STORE_SAVE, STORE_STEP];
+        let filters = self.protocol.filters.iter();
+        let of_filters = filters.flat_map(|filter| filter.step.into_iter().chain(filter.tune));
+        let of_rows = of_filters.chain(self.angles.0.iter().copied());
+        // Each once, though several filters share some.
+        let functions: BTreeSet<&'static str> = of_node
             .into_iter()
             .chain(shared)
-            .chain(of_angles)
+            .chain(of_rows.map(|(_, function)| function))
+            .collect();
+        functions
+            .into_iter()
             .try_for_each(|function| self.rig.watch(function))
     }
 
     fn play(&mut self) -> Result<(), CostError> {
         self.rig.detect()?;
+        for message in self.protocol.preparation {
+            self.rig.ask(*message)?;
+        }
         self.quiet()?;
         self.requests()?;
         self.samples()?;
@@ -140,13 +148,14 @@ impl Scenario {
         let Protocol {
             read, write, sync, ..
         } = *self.protocol;
-        for (row, message) in [
-            ("read_request", read),
-            ("write_request", write),
-            ("sync", sync),
+        for (row, reply_row, message) in [
+            ("read_request", Some("read_reply"), read),
+            ("write_request", None, write),
+            ("sync", Some("sync_reply"), sync),
         ] {
-            let figure = self.exchange(message)?;
-            self.figures.insert(row, figure);
+            let (whole, until_reply) = self.exchange(message)?;
+            self.figures.insert(row, whole);
+            self.figures.extend(reply_row.map(|row| (row, until_reply)));
         }
         for message in self.protocol.others {
             self.rig.ask(*message)?;
@@ -154,35 +163,22 @@ impl Scenario {
         Ok(())
     }
 
-    /// The most that core needs for this message.
-    fn exchange(&mut self, message: Message) -> Result<u64, CostError> {
-        let mut most = 0;
+    /// The most that core needs for this message, and until the reply to it is handed out.
+    fn exchange(&mut self, message: Message) -> Result<(u64, u64), CostError> {
+        let (mut whole, mut until_reply) = (0, 0);
         for _ in 0..REPETITIONS {
             let calls = self.rig.ask(message)?;
-            most = most.max(exchange(&calls, &self.protocol.node)?);
+            whole = whole.max(exchange(&calls, &self.protocol.node)?);
+            until_reply = until_reply.max(reply(&calls, &self.protocol.node)?);
         }
-        Ok(most)
+        Ok((whole, until_reply))
     }
 
     /// Each filter in turn.
     fn samples(&mut self) -> Result<(), CostError> {
-        let Protocol {
-            filter_off,
-            butterworth,
-            critically_damped,
-            ..
-        } = self.protocol;
-        self.filter(&[*filter_off], "sample_off", None)?;
-        self.filter(
-            butterworth,
-            "sample_butterworth",
-            Some(("step_butterworth", "tune_butterworth")),
-        )?;
-        self.filter(
-            critically_damped,
-            "sample_critically_damped",
-            Some(("step_critically_damped", "tune_critically_damped")),
-        )?;
+        for filter in self.protocol.filters {
+            self.filter(filter)?;
+        }
         let mut parts = vec![("calibration", CALIBRATION)];
         parts.extend(self.angles.0);
         for (row, function) in parts {
@@ -194,15 +190,10 @@ impl Scenario {
         Ok(())
     }
 
-    /// Sets a filter, the last of the frequencies at the end, and takes samples. `rows` are those of one step and of the setting.
-    fn filter(
-        &mut self,
-        settings: &[Message],
-        sample: &'static str,
-        rows: Option<(&'static str, &'static str)>,
-    ) -> Result<(), CostError> {
+    /// Sets a filter, the last of the settings at the end, and takes samples.
+    fn filter(&mut self, filter: &Filter) -> Result<(), CostError> {
         let mut tuned = Vec::new();
-        for setting in settings {
+        for setting in filter.settings {
             tuned.extend(self.rig.ask(*setting)?);
         }
         self.rig.run(millis(20));
@@ -210,10 +201,13 @@ impl Scenario {
         self.rig.run(SAMPLING);
         let calls = self.rig.take_calls();
         let figure = most(&calls, self.protocol.node.sample)?;
-        self.figures.insert(sample, figure);
-        if let Some((step, tune)) = rows {
-            self.figures.insert(step, most(&calls, STEP)?);
-            self.figures.insert(tune, most(&tuned, TUNE)?);
+        self.figures.insert(filter.sample, figure);
+        for (part, calls) in [(filter.step, &calls), (filter.tune, &tuned)] {
+            if let Some((row, function)) = part {
+                let figure = most(calls, function)?;
+                let dearest = self.figures.entry(row).or_default();
+                *dearest = figure.max(*dearest);
+            }
         }
         self.samples.extend(calls);
         Ok(())
@@ -222,10 +216,12 @@ impl Scenario {
     /// SYNC frames at every phase of the firmware's periods.
     fn sync(&mut self) -> Result<(), CostError> {
         let Protocol {
-            sync, butterworth, ..
+            sync,
+            dearest_filter,
+            ..
         } = *self.protocol;
-        // The dearest filter: an answer waits for a sample that is under way.
-        self.rig.ask(butterworth[0])?;
+        // An answer waits for a sample that is under way.
+        self.rig.ask(dearest_filter)?;
         self.rig.bus().take_log();
         for _ in 0..PHASES {
             self.rig.tell(sync);
@@ -233,7 +229,7 @@ impl Scenario {
         }
         let own = self.rig.source();
         let log = self.rig.bus().take_log();
-        let length = Picoseconds::from(frame_bits(&sync.frame())) * bit_time(BitRate::M1);
+        let length = Picoseconds::from(frame_bits(&sync.frame())) * bit_time(self.rig.bus().rate());
         let mut times: Vec<Picoseconds> = log
             .windows(2)
             .filter(|pair| pair[0].source != own && pair[1].source == own)

@@ -1,7 +1,8 @@
 //! What is measured: the models, the messages of their protocol, and the functions in their images.
 
-use super::function::{Angles, NodeFunctions};
-use plumbline::can::{Frame, standard};
+use super::function::{Angles, FIR_STEP, NodeFunctions, STEP, TUNE};
+use crate::bench::BusRate;
+use plumbline::can::{BitRate, Frame, standard};
 
 /// A message of the tester: an 11-bit identifier and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -17,11 +18,30 @@ impl Message {
     }
 }
 
+/// A setting of the low-pass, and the rows that it fills.
+#[derive(Clone, Copy, Debug)]
+pub struct Filter {
+    /// What sets it, with different frequencies. Samples are counted with the last one.
+    pub settings: &'static [Message],
+    /// The row of its samples.
+    pub sample: &'static str,
+    /// The row of one step of the low-pass, and its function.
+    pub step: Option<(&'static str, &'static str)>,
+    /// The row of the setting, and its function.
+    pub tune: Option<(&'static str, &'static str)>,
+}
+
 /// What the scenario says in a protocol. Each of these messages is answered by one frame, if nothing else is said.
 #[derive(Clone, Copy, Debug)]
 pub struct Protocol {
     /// The functions of its node.
     pub node: NodeFunctions,
+    /// The path of its code in core.
+    pub module: &'static str,
+    /// The bit rate of the wire; 1 Mbit/s when the preparation is over.
+    pub bus: BusRate,
+    /// What makes a sensor with blank memory answer a synchronous message with one frame.
+    pub preparation: &'static [Message],
     /// Boot-up messages after each start.
     pub boot_up: usize,
     /// Asks for the inclination.
@@ -30,25 +50,23 @@ pub struct Protocol {
     pub write: Message,
     /// Is answered with the angles, synchronously.
     pub sync: Message,
-    /// Switches the filter off.
-    pub filter_off: Message,
-    /// Switches the Butterworth filter on, with different frequencies.
-    pub butterworth: [Message; 3],
-    /// Switches the critically damped filter on, with different frequencies.
-    pub critically_damped: [Message; 3],
+    /// Each filter.
+    pub filters: &'static [Filter],
+    /// Sets the dearest of them.
+    pub dearest_filter: Message,
     /// Every other request that is there.
     pub others: &'static [Message],
     /// Cyclic mode on.
     pub cyclic: &'static [Message],
     /// Cyclic mode off.
     pub not_cyclic: Message,
-    /// What the sensor needs to start at 1 Mbit/s and to recover from bus-off.
+    /// What the sensor needs to start at 1 Mbit/s and to recover from bus-off, and what is to go on while it saves.
     pub set_up: &'static [Message],
     /// Saves the parameters.
     pub save: Message,
     /// Loads the factory values.
     pub load: Message,
-    /// Restarts the sensor; this is answered by the boot-up messages only.
+    /// Restarts the sensor; the boot-up messages follow.
     pub restart: Message,
 }
 
@@ -69,6 +87,9 @@ pub const SUBJECTS: &[Subject] = &[
     subject("is2", &FSC, Angles::TWO_AXES),
     subject("is1d", &FSC, Angles::ONE_AXIS),
     subject("is2d", &FSC, Angles::TWO_AXES),
+    subject("is1tk", &FSC, Angles::ONE_AXIS),
+    subject("is2tk", &FSC, Angles::TWO_AXES),
+    subject("jn2101", &CANOPEN, Angles::TWO_AXES),
 ];
 
 const fn subject(name: &'static str, protocol: &'static Protocol, angles: Angles) -> Subject {
@@ -79,6 +100,9 @@ const fn subject(name: &'static str, protocol: &'static Protocol, angles: Angles
     }
 }
 
+/// The models of the README's table.
+pub const README: [&str; 3] = ["is2", "is1", "jn2101"];
+
 /// The model of this name.
 pub fn find(name: &str) -> Option<&'static Subject> {
     SUBJECTS.iter().find(|subject| subject.name == name)
@@ -88,6 +112,9 @@ pub fn find(name: &str) -> Option<&'static Subject> {
 const fn request(data: &'static [u8]) -> Message {
     Message(0x300, data)
 }
+
+/// The Butterworth filter with 0.1 Hz.
+const BUTTERWORTH: Message = request(&[0x27, 0x64, 0x00, 1]);
 
 /// GEMAC's function select codes (table 17 of the manual). One axis refuses the writes of two bytes to its second angle, which
 /// is an answer too.
@@ -100,24 +127,46 @@ const FSC: Protocol = Protocol {
         image: "Node for plumbline::fsc::sensor::Sensor<M>>::image",
         stored: "Node for plumbline::fsc::sensor::Sensor<M>>::stored",
     },
+    module: "plumbline::fsc::",
+    // The sensor detects it.
+    bus: BusRate::Fixed(BitRate::M1),
+    preparation: &[],
     boot_up: 2,
     read: request(&[0x00]),
     // Cyclic time 20 ms.
     write: request(&[0x25, 20, 0]),
     sync: Message(0x100, &[]),
-    filter_off: request(&[0x27, 0xD0, 0x07, 0]),
-    // 0.1 Hz, 25 Hz, and 2 Hz, with which the samples are measured.
-    butterworth: [
-        request(&[0x27, 0x64, 0x00, 1]),
-        request(&[0x27, 0xA8, 0x61, 1]),
-        request(&[0x27, 0xD0, 0x07, 1]),
+    filters: &[
+        Filter {
+            settings: &[request(&[0x27, 0xD0, 0x07, 0])],
+            sample: "sample_off",
+            step: None,
+            tune: None,
+        },
+        // 0.1 Hz, 25 Hz, and 2 Hz, with which the samples are measured.
+        Filter {
+            settings: &[
+                BUTTERWORTH,
+                request(&[0x27, 0xA8, 0x61, 1]),
+                request(&[0x27, 0xD0, 0x07, 1]),
+            ],
+            sample: "sample_butterworth",
+            step: Some(("step_butterworth", STEP)),
+            tune: Some(("tune_butterworth", TUNE)),
+        },
+        // 0.1 Hz, 8 Hz, 2 Hz.
+        Filter {
+            settings: &[
+                request(&[0x27, 0x64, 0x00, 2]),
+                request(&[0x27, 0x40, 0x1F, 2]),
+                request(&[0x27, 0xD0, 0x07, 2]),
+            ],
+            sample: "sample_critically_damped",
+            step: Some(("step_critically_damped", STEP)),
+            tune: Some(("tune_critically_damped", TUNE)),
+        },
     ],
-    // 0.1 Hz, 8 Hz, 2 Hz.
-    critically_damped: [
-        request(&[0x27, 0x64, 0x00, 2]),
-        request(&[0x27, 0x40, 0x1F, 2]),
-        request(&[0x27, 0xD0, 0x07, 2]),
-    ],
+    dearest_filter: BUTTERWORTH,
     others: &[
         request(&[0x02]),
         request(&[0x03]),
@@ -150,4 +199,127 @@ const FSC: Protocol = Protocol {
     save: request(&[0x50, b'S', b'A', b'V', b'E']),
     load: request(&[0x40, b'L', b'O', b'A', b'D']),
     restart: request(&[0xFF, b'R', b'E', b'S', b'E', b'T']),
+};
+
+/// An SDO request to the JN2101's factory node id.
+const fn sdo(data: &'static [u8; 8]) -> Message {
+    Message(0x60A, data)
+}
+
+/// "save" to 1010h:01.
+const SAVE: Message = sdo(b"\x23\x10\x10\x01save");
+
+/// The FIR filter with 10 Hz (2043h).
+const TEN_HERTZ: Message = sdo(&[0x2F, 0x43, 0x20, 0, 1, 0, 0, 0]);
+
+const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
+    Filter {
+        settings: setting,
+        sample,
+        step: Some(("step_fir", FIR_STEP)),
+        tune: None,
+    }
+}
+
+/// CANopen with the JN2101's objects (14 of its manual).
+const CANOPEN: Protocol = Protocol {
+    node: NodeFunctions {
+        receive: "Node for plumbline::canopen::device::Device<M>>::receive",
+        poll: "Node for plumbline::canopen::device::Device<M>>::poll",
+        transmit: "Node for plumbline::canopen::device::Device<M>>::transmit",
+        sample: "Node for plumbline::canopen::device::Device<M>>::sample",
+        image: "Node for plumbline::canopen::device::Device<M>>::image",
+        stored: "Node for plumbline::canopen::device::Device<M>>::stored",
+    },
+    module: "plumbline::canopen::",
+    bus: BusRate::Follow,
+    preparation: &[
+        // 1000 kbit/s.
+        sdo(&[0x2B, 0x01, 0x20, 0, 0xE8, 0x03, 0, 0]),
+        // Operational after each boot-up message.
+        sdo(&[0x23, 0x80, 0x1F, 0, 8, 0, 0, 0]),
+        // The second TPDO by its timer only, which is off.
+        sdo(&[0x2B, 0x01, 0x18, 5, 0, 0, 0, 0]),
+        sdo(&[0x2F, 0x01, 0x18, 2, 254, 0, 0, 0]),
+        SAVE,
+        // Reset node: both are in force.
+        Message(0x000, &[0x81, 0]),
+    ],
+    boot_up: 1,
+    // Longitudinal, 16 bits.
+    read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
+    // The first TPDO's timer, 20 ms; it counts in another type only.
+    write: sdo(&[0x2B, 0x00, 0x18, 5, 20, 0, 0, 0]),
+    sync: Message(0x080, &[]),
+    filters: &[
+        Filter {
+            settings: &[sdo(&[0x2F, 0x43, 0x20, 0, 0, 0, 0, 0])],
+            sample: "sample_off",
+            step: None,
+            tune: None,
+        },
+        fir(&[TEN_HERTZ], "sample_fir_10"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 2, 0, 0, 0])], "sample_fir_5"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 3, 0, 0, 0])], "sample_fir_1"),
+        fir(
+            &[sdo(&[0x2F, 0x43, 0x20, 0, 4, 0, 0, 0])],
+            "sample_fir_half",
+        ),
+    ],
+    dearest_filter: TEN_HERTZ,
+    others: &[
+        sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x01, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x03, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x05, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x20, 0x60, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x10, 0x61, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x20, 0x61, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x80, 0x40, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x81, 0x40, 0, 0, 0, 0, 0]),
+        // The programming key, in segments; the last request comes when there is no more.
+        sdo(&[0x40, 0x00, 0x30, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        // Terminating resistor and heating, off and on.
+        sdo(&[0x2F, 0x45, 0x20, 0, 0, 0, 0, 0]),
+        sdo(&[0x2F, 0x45, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x41, 0x20, 0, 0, 0, 0, 0]),
+        sdo(&[0x2F, 0x41, 0x20, 0, 1, 0, 0, 0]),
+        // Every other angle definition, and the factory's.
+        sdo(&[0x2F, 0x44, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x44, 0x20, 0, 2, 0, 0, 0]),
+        sdo(&[0x2F, 0x44, 0x20, 0, 3, 0, 0, 0]),
+        sdo(&[0x2F, 0x44, 0x20, 0, 0, 0, 0, 0]),
+        // Teach-in and zero point, on and off.
+        sdo(&[0x2F, 0x42, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x42, 0x20, 0, 2, 0, 0, 0]),
+        sdo(&[0x2F, 0x46, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x46, 0x20, 0, 2, 0, 0, 0]),
+        // Heartbeat, off.
+        sdo(&[0x2B, 0x17, 0x10, 0, 0, 0, 0, 0]),
+        // An object that there is not.
+        sdo(&[0x40, 0x77, 0x77, 0, 0, 0, 0, 0]),
+    ],
+    // The first TPDO every 5 ms.
+    cyclic: &[
+        sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
+        sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),
+    ],
+    not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
+    // The self-test, which goes on during the saves.
+    set_up: &[sdo(&[0x2F, 0x04, 0x40, 1, 1, 0, 0, 0])],
+    save: SAVE,
+    load: sdo(b"\x23\x11\x10\x01load"),
+    restart: sdo(&[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]),
 };

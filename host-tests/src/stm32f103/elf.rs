@@ -9,6 +9,7 @@ use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
 use rustc_demangle::demangle;
 pub use shares::{Part, Shares};
+use std::collections::BTreeSet;
 use std::ops::Range;
 use thiserror::Error;
 
@@ -174,6 +175,26 @@ impl Image {
     /// How many bytes of flash and RAM each part of the project takes; together what [`Size::of`](crate::image::Size::of) says.
     pub fn shares(&self) -> Shares {
         Shares::of(self)
+    }
+
+    /// Bytes of the functions and constants of a module, which is named by its path with `::` at the end. What core's traits do for
+    /// another module's types does not count: a symbol belongs to the first of plumbline's modules in its name.
+    pub fn flash_of(&self, module: &str) -> u64 {
+        let mut bytes = BTreeSet::new();
+        for symbol in &self.symbols {
+            let path = symbol.name.find("plumbline::");
+            if path.is_some_and(|path| symbol.name[path..].starts_with(module)) {
+                bytes.extend(symbol.address..symbol.address.saturating_add(symbol.size));
+            }
+        }
+        let in_flash = |address: &&u32| {
+            let mut segments = self.segments.iter();
+            segments.any(|segment| {
+                let offset = address.checked_sub(segment.address);
+                offset.is_some_and(|offset| (offset as usize) < segment.bytes.len())
+            })
+        };
+        bytes.iter().filter(in_flash).count() as u64
     }
 }
 

@@ -43,7 +43,8 @@ impl Part {
             Some("plumbline") => Self::Core,
             // The panic handler is the firmware's, under the compiler's name.
             Some(
-                "firmware_stm32" | "is1" | "is1d" | "is1tk" | "is2" | "is2d" | "is2tk" | "__rustc",
+                "firmware_stm32" | "is1" | "is1d" | "is1tk" | "is2" | "is2d" | "is2tk" | "jn2101"
+                | "__rustc",
             ) => Self::Driver,
             Some("compiler_builtins" | "cortex_m_rt") => Self::Runtime,
             Some(_) => Self::Libraries,
@@ -186,6 +187,11 @@ mod tests {
             ),
             ("firmware_stm32::app::run", Part::Driver),
             ("is2::__cortex_m_rt_main", Part::Driver),
+            (
+                "jn2101::__cortex_m_rt_main_trampoline::SENSOR",
+                Part::Driver,
+            ),
+            ("plumbline::model::jn2101::RULES", Part::Core),
             ("main", Part::Driver),
             ("__rustc::rust_begin_unwind", Part::Driver),
             ("USB_LP_CAN_RX0", Part::Driver),
