@@ -25,7 +25,7 @@ pub struct Log {
 }
 
 impl Log {
-    /// Creates the file, or empties it. The bus's time is taken to start now, until [`begin`](Self::begin) says otherwise.
+    /// Creates the file, or empties it. The bus's time is taken to start now, until the server begins.
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self {
             file: BufWriter::new(File::create(path)?),
