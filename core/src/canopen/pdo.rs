@@ -41,7 +41,7 @@ pub enum Reaction {
     None,
     /// Send the present data.
     Send,
-    /// Send the present data if they differ from what was [sent](Tpdo::sent) last.
+    /// Send the present data if they differ from what was sent last.
     SendChanged,
     /// Keep the present data with [`Tpdo::keep`].
     Keep,
