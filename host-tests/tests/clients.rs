@@ -77,6 +77,52 @@ fn the_canopen_sensor_is_the_manuals() {
     );
 }
 
+/// The groups for the JN2101's image: those that do not measure time, and whose sensor has the client's acknowledge from its first
+/// frame on. Without it an image sends an emergency before the boot-up message that waits: the mailbox with the higher priority goes
+/// first.
+const CANOPEN_IMAGE: &[&str] = &[
+    "boot_up",
+    "transitions",
+    "states",
+    "expedited",
+    "segmented_upload",
+    "segmented_download",
+    "lengths",
+    "unknown_commands",
+    "malformed",
+    "invalid_frames",
+    "defaults",
+    "access",
+    "limits",
+    "signatures",
+    "node_id",
+    "programming_key",
+    "content",
+    "synchronous",
+    "remote",
+    "guarding",
+    "excavator",
+    "resolution",
+    "zero_point",
+    "teach",
+    "master",
+];
+
+#[test]
+fn the_canopen_of_the_flashed_image_is_the_manuals() {
+    let _alone = alone();
+    let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let image = images["jn2101"].to_str().expect("a path in UTF-8");
+    let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--jobs", "2"];
+    arguments.extend(CANOPEN_IMAGE.iter().flat_map(|group| ["--only", group]));
+    arguments.extend(["--elf", image]);
+    python::run(
+        "canopen_check.py",
+        &["can", "canopen", "serial"],
+        &arguments,
+    );
+}
+
 #[test]
 fn the_angles_are_those_of_the_scene() {
     let _alone = alone();

@@ -1,0 +1,107 @@
+//! Two JN2101 on one wire, one built for the PC and one the flashed image, with different node-IDs: each answers for itself alone.
+
+use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
+use host_tests::models;
+use host_tests::stm32f103::Microcontroller;
+use host_tests::stm32f103::elf::Image;
+use plumbline::can::{BitRate, Frame, standard};
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::time::{after, millis};
+use std::rc::Rc;
+
+const LEVEL: Reading = Reading {
+    acceleration: I32x3 {
+        x: 0,
+        y: 0,
+        z: ONE_G,
+    },
+    angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+    temperature: 2500,
+    clipped: false,
+};
+
+struct Wire {
+    bus: Bus,
+    tester: AdapterId,
+}
+
+impl Wire {
+    fn new() -> Self {
+        let mut bus = Bus::new(BusRate::Wire);
+        let tester = bus.adapter();
+        bus.open(tester, Some(BitRate::K125), false);
+        Self { bus, tester }
+    }
+
+    /// What comes within so many milliseconds, sorted by identifier.
+    fn wait(&mut self, ms: u32) -> Vec<String> {
+        self.bus.run_until(after(self.bus.now(), millis(ms)));
+        let frames = self.bus.take_received(self.tester).into_iter();
+        let mut texts: Vec<String> = frames.map(|(_, frame)| format!("{frame:?}")).collect();
+        texts.sort();
+        texts
+    }
+
+    fn exchange(&mut self, id: u16, data: &[u8]) -> Vec<String> {
+        let frame = Frame::data(standard(id), data).expect("at most 8 bytes");
+        self.bus.send(self.tester, frame);
+        self.wait(20)
+    }
+}
+
+/// The sensor built for the PC.
+fn first(wire: &mut Wire) -> DeviceId {
+    let model = models::find("jn2101").expect("the model is known");
+    let device = Device::new(model, 1, Flash::default(), Box::new(LEVEL));
+    wire.bus.attach(device)
+}
+
+/// The flashed image.
+fn second(wire: &mut Wire) -> DeviceId {
+    let model = models::find("jn2101").expect("the model is known");
+    let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
+    let image = Rc::new(Image::parse(&elf).expect("it is an image"));
+    let motion = Box::new(LEVEL);
+    let sensor = Microcontroller::of_model(model, image, 2, Flash::default(), motion);
+    wire.bus.attach(sensor)
+}
+
+#[test]
+fn each_answers_for_itself_alone() {
+    let mut wire = Wire::new();
+    let one = first(&mut wire);
+    assert_eq!(wire.wait(50), ["70A#00"]);
+    // Node-ID 11, saved, and in force after "reset node".
+    let written = wire.exchange(0x60A, &[0x2F, 0x00, 0x20, 0, 11, 0, 0, 0]);
+    assert_eq!(written, ["58A#6000200000000000"]);
+    let saved = wire.exchange(0x60A, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
+    assert_eq!(saved, ["58A#6010100100000000"]);
+    assert_eq!(wire.exchange(0x000, &[0x81, 10]), ["70B#00"]);
+
+    let two = second(&mut wire);
+    assert_eq!(wire.wait(300), ["70A#00"]);
+
+    // Read 1018h:04, the serial number, from each.
+    let read = [0x40, 0x18, 0x10, 4, 0, 0, 0, 0];
+    assert_eq!(wire.exchange(0x60B, &read), ["58B#4318100401000000"]);
+    assert_eq!(wire.exchange(0x60A, &read), ["58A#4318100402000000"]);
+
+    // Only who is started answers the SYNC.
+    let (ten, eleven) = ("18A#00000000", "18B#00000000");
+    assert_eq!(wire.exchange(0x000, &[0x01, 11]), [""; 0]);
+    let answers = wire.exchange(0x080, &[]);
+    assert!(answers.iter().any(|text| text == eleven), "{answers:?}");
+    assert!(!answers.iter().any(|text| text == ten), "{answers:?}");
+
+    // Both, by the node-ID for everybody.
+    assert_eq!(wire.exchange(0x000, &[0x01, 0]), [""; 0]);
+    let answers = wire.exchange(0x080, &[]);
+    for wanted in [ten, eleven] {
+        assert!(answers.iter().any(|text| text == wanted), "{answers:?}");
+    }
+    for sensor in [one, two] {
+        let sensor = wire.bus.device(sensor);
+        assert_eq!(sensor.error_counters(), Some((0, 0)), "{}", sensor.boots());
+    }
+}
