@@ -77,9 +77,8 @@ fn the_canopen_sensor_is_the_manuals() {
     );
 }
 
-/// The groups for the JN2101's image: those that do not measure time, and whose sensor has the client's acknowledge from its first
-/// frame on. Without it an image sends an emergency before the boot-up message that waits: the mailbox with the higher priority goes
-/// first.
+/// The groups for the JN2101's image: those that do not measure time. `error_passive` is not among them, because an image that nobody
+/// has acknowledged sends the emergency before the boot-up message: of two mailboxes the one with the higher priority goes first.
 const CANOPEN_IMAGE: &[&str] = &[
     "boot_up",
     "transitions",
