@@ -260,7 +260,9 @@ impl Sensor {
                     self.boot();
                 }
                 Some(Action::Heater(duty)) => {
-                    assert!(self.model.cell.is_some() && duty <= heater::FULL);
+                    let heats =
+                        self.model.cell.is_some() || self.model.protocol == Protocol::Canopen;
+                    assert!(heats && duty <= heater::FULL);
                 }
                 Some(_) => {}
             }

@@ -76,10 +76,8 @@ pub const MODELS: &[Model] = &[
         protocol: Protocol::Canopen,
         image: Application::IMAGE,
         payload: Jn2101::PAYLOAD,
-        cell: Some(Body {
-            rise: 120.0,
-            time_constant: 90.0,
-        }),
+        // Its temperature can be read (4080h): that of the scene is the cell's own.
+        cell: None,
         boot: |now, loaded, serial| Box::new(Jn2101::new(now, Boot { loaded, serial })),
     },
 ];
