@@ -2,8 +2,8 @@
 
 mod common;
 
+use can_wire::frame_length::frame_bits;
 use common::*;
-use host_tests::bench::frame_length::frame_bits;
 use host_tests::bench::{Bus, BusRate, Source};
 use plumbline::can::{BitRate, Frame, extended, standard};
 use plumbline::node::{BusEvent, BusMode, BusState};

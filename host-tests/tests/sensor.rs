@@ -2,8 +2,8 @@
 
 mod common;
 
+use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use common::{frame, ms};
-use host_tests::bench::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use host_tests::bench::{Bus, BusRate, Flash, Sensor, Source};
 use host_tests::motion::Motion;
 use plumbline::can::{BitRate, Frame};

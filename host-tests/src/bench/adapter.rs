@@ -1,6 +1,6 @@
 //! An adapter: what a PLC, a tester or an slcan client sends and receives with.
 
-use super::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use std::collections::VecDeque;
 

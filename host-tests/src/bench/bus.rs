@@ -16,8 +16,8 @@ mod line;
 mod stepping;
 
 use super::adapter::Adapter;
-use super::protocol::{BitTiming, Picoseconds, Protocol};
 use super::sensor::Sensor;
+use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use line::{Line, NOISE, Span, Wishes};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;

@@ -1,6 +1,6 @@
 //! A device's CAN controller: the protocol with one transmit mailbox, a receive queue and acceptance filters around it.
 
-use super::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Filters, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState};
 use std::collections::VecDeque;

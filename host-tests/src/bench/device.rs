@@ -4,11 +4,11 @@
 use super::bus::{instant, picoseconds};
 use super::controller::Controller;
 use super::flash::Flash;
-use super::protocol::{Event, Picoseconds, Protocol};
 use super::sensor::Sensor;
 use crate::models::Model;
 use crate::motion::Motion;
 use crate::thermal::Cell;
+use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};

@@ -4,15 +4,9 @@
 //! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
 //! - [`Sensor`]: what the bus asks of a sensor, so that one on a simulated microcontroller can take a device's place
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
-//! - [`protocol`]: what every CAN controller does, bit by bit
-//! - [`frame_length`]: how many bits a frame takes
-//! - [`protocol`]: the CAN protocol bit by bit, below the registers of a simulated controller
 //!
 //! The same bench serves the tests, which let virtual time run as fast as it can, and the virtual sensor, which lets it run
 //! with the clock on the wall.
-
-pub mod frame_length;
-pub mod protocol;
 
 mod adapter;
 mod bus;

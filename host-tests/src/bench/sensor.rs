@@ -2,8 +2,8 @@
 //! microcontroller.
 
 use super::flash::Flash;
-use super::protocol::{Event, Picoseconds, Protocol};
 use crate::motion::Motion;
+use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, BusState, Leds, Readout};
 use plumbline::time::Instant;

@@ -1,6 +1,6 @@
 //! From processor cycles to time and back. A cycle is an HCLK cycle, and HCLK changes when the firmware sets up the clocks.
 
-pub use crate::bench::protocol::Picoseconds;
+pub use can_wire::protocol::Picoseconds;
 
 /// Picoseconds in a second.
 pub const SECOND: Picoseconds = 1_000_000_000_000;

@@ -1,8 +1,8 @@
 //! A bus that is full, and frames that have to wait for a mailbox.
 
 use crate::rig::*;
+use can_wire::frame_length::{INTERMISSION, frame_bits};
 use host_tests::bench::Source;
-use host_tests::bench::frame_length::{INTERMISSION, frame_bits};
 use plumbline::can::{BitRate, Frame, extended, standard};
 
 #[test]

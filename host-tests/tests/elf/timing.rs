@@ -1,7 +1,7 @@
 //! How soon and how evenly the sensor speaks: the answer to SYNC, and cyclic mode for a long time.
 
 use crate::rig::*;
-use host_tests::bench::frame_length::frame_bits;
+use can_wire::frame_length::frame_bits;
 use host_tests::bench::{Logged, Source};
 use plumbline::can::BitRate;
 

@@ -4,7 +4,7 @@
 //! right one.
 
 use super::{Attached, Bus, BusRate, FOLLOW_RATE};
-use crate::bench::protocol::{BitTiming, Picoseconds, Protocol};
+use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use plumbline::can::BitRate;
 
 /// How far, in parts of a bit, a clock may be off and still have the bit rate.

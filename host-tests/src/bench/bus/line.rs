@@ -1,8 +1,8 @@
 //! Between a participant and the wire: what reaches whom, and what is done to the wire from outside.
 
 use super::{Attached, Bus, BusRate, Source};
-use crate::bench::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use crate::bench::sensor::Sensor;
+use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 
 /// Bits of a disturbance: one more than may be equal in a frame.

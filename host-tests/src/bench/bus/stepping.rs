@@ -3,8 +3,8 @@
 use super::{
     AdapterId, Attached, Bus, BusRate, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds,
 };
-use crate::bench::frame_length::arbitration;
-use crate::bench::protocol::{Event, Picoseconds, Protocol};
+use can_wire::frame_length::arbitration;
+use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 

@@ -3,8 +3,8 @@
 use super::registers::Register;
 use super::timing::Timing;
 use super::{BTR_HISTORY, BxCan, mode, timing};
-use crate::bench::protocol::Picoseconds;
 use crate::stm32f103::io::AccessError;
+use can_wire::protocol::Picoseconds;
 
 /// CAN_MSR.RX and SAMP: the level on the receive pin, now and at the last sample point.
 const RECESSIVE: u32 = 1 << 11;

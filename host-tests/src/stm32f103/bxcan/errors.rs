@@ -10,7 +10,7 @@
 //! | 2, 1, 0 | BOFF, EPVF, EWGF | bus-off, error passive, warning |
 
 use super::receive::{FULL, OVERRUN, PENDING};
-use crate::bench::protocol::{ErrorCode, Protocol};
+use can_wire::protocol::{ErrorCode, Protocol};
 use plumbline::node::BusState;
 
 /// Bit n of CAN_ESR's three flags is enabled by bit 8 + n of CAN_IER (EWGIE, EPVIE, BOFIE).

@@ -21,7 +21,7 @@ mod violations;
 
 pub use violations::Violation;
 
-use crate::bench::protocol::{Event, Picoseconds, Protocol};
+use can_wire::protocol::{Event, Picoseconds, Protocol};
 use errors::{Confinement, Status};
 use filters::Filters;
 use mode::{Change, Control, Mode};

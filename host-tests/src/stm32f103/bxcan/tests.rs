@@ -4,8 +4,8 @@ mod frames;
 mod wire;
 
 use super::*;
-use crate::bench::protocol::ErrorCode;
 use crate::stm32f103::io::AccessError;
+use can_wire::protocol::ErrorCode;
 use plumbline::can::{BitRate, extended, standard};
 
 const MCR: u32 = 0x000;

@@ -8,7 +8,7 @@
 //! | 19..16 | TS1 | time quanta from the synchronization segment to the sample point - 1 |
 //! | 9..0 | BRP | clock cycles of a time quantum - 1 |
 
-use crate::bench::protocol::{BitTiming, Picoseconds};
+use can_wire::protocol::{BitTiming, Picoseconds};
 
 /// CAN_BTR after a reset.
 pub(super) const RESET: u32 = 0x0123_0000;

@@ -14,7 +14,7 @@
 use super::mailbox::{self, Words};
 use super::registers::{IDENTIFIER, Register};
 use super::violations::Violations;
-use crate::bench::frame_length::arbitration;
+use can_wire::frame_length::arbitration;
 use plumbline::can::Frame;
 
 /// TIxR.TXRQ: the mailbox waits to be sent.

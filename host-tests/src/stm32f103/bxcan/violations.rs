@@ -1,6 +1,6 @@
 //! What firmware did against the reference manual's rules.
 
-use crate::bench::protocol::Picoseconds;
+use can_wire::protocol::Picoseconds;
 use std::fmt;
 
 /// A programming error.

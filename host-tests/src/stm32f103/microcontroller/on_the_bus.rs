@@ -1,11 +1,11 @@
 //! The microcontroller as a sensor on the bench's bus: power, time, and its CAN controller on the wire.
 
 use super::Microcontroller;
-use crate::bench::protocol::{Event, Picoseconds, Protocol};
 use crate::bench::{Flash, Sensor};
 use crate::motion::Motion;
 use crate::stm32f103::cortex_m3::Pause;
 use crate::stm32f103::rcc::ResetCause;
+use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;

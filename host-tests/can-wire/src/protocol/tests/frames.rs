@@ -1,7 +1,7 @@
 //! Frames on the wire: their bits, their length, when who has them.
 
 use super::*;
-use crate::bench::frame_length::frame_bits;
+use crate::frame_length::frame_bits;
 use plumbline::can::extended;
 
 #[test]

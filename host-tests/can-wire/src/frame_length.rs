@@ -18,7 +18,7 @@ pub const INTERMISSION: u32 = 3;
 const TAIL: u32 = 1 + 1 + 1 + END_OF_FRAME;
 
 /// The recessive bits that end a frame.
-pub(super) const END_OF_FRAME: u32 = 7;
+const END_OF_FRAME: u32 = 7;
 
 /// The length of a frame in bits from the start of frame to the end of frame, stuff bits included, intermission not.
 pub fn frame_bits(frame: &Frame) -> u32 {

@@ -1,7 +1,7 @@
 //! Errors and fault confinement: what each error is called, what it costs, and what follows.
 
 use super::*;
-use crate::bench::frame_length::frame_bits;
+use crate::frame_length::frame_bits;
 
 /// No stuff bit in its header: its bits are easy to count. SOF, 11 identifier, RTR, IDE, r0, 4 DLC, 64 data, 15 CRC.
 fn plain() -> Frame {

@@ -1,7 +1,7 @@
 //! Several controllers on one wire: arbitration, clocks that differ, other bit rates.
 
 use super::*;
-use crate::bench::frame_length::arbitration;
+use crate::frame_length::arbitration;
 use plumbline::can::extended;
 
 #[test]
@@ -58,7 +58,7 @@ fn a_stuff_error_in_arbitration_costs_the_transmitter_nothing() {
 fn the_third_bit_of_the_intermission_may_be_a_start_of_frame() {
     let mut wire = Wire::joined(2);
     let first = data(0x555, &[]);
-    let bits = u64::from(crate::bench::frame_length::frame_bits(&first));
+    let bits = u64::from(crate::frame_length::frame_bits(&first));
     wire.send(0, first);
     wire.send(1, data(0x556, &[]));
     // The second controller's frame, without its start of frame, follows the foreign one.
