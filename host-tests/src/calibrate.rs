@@ -4,8 +4,8 @@
 //! raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (5 K apart at
 //! least) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
-use crate::bench::Flash;
-use crate::models::Model;
+use bench::Flash;
+use bench::models::Model;
 use plumbline::measure::ONE_G;
 use plumbline::measure::calibration::{Calibration, SIZE};
 use plumbline::store::Store;

@@ -6,8 +6,8 @@
 mod canopen;
 mod fsc;
 
-use crate::bench::Flash;
-use crate::models::{Model, Protocol};
+use bench::Flash;
+use bench::models::{Model, Protocol};
 use plumbline::heater;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};

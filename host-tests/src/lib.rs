@@ -1,28 +1,22 @@
-//! Everything a PC does with Plumbline's core.
+//! Everything a PC does with Plumbline's core, on the test bench of the crate [`bench`](::bench):
 //!
-//! - [`mod@bench`]: everything around a sensor that is hardware on a board, in virtual time: flash, device, bus;
 //! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
 //! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
 //! - [`stm32f103`]: the microcontroller, simulated, for the very image that is flashed;
-//! - [`cost`]: what that image costs, measured on it;
-//! - [`models`], [`motion`] and [`thermal`]: what all of these share.
+//! - [`cost`]: what that image costs, measured on it.
 
-pub mod bench;
 pub mod calibrate;
 pub mod cost;
 pub mod descriptors;
 pub mod firmware;
 pub mod fuzz;
 pub mod image;
-pub mod models;
-pub mod motion;
 pub mod scene;
 pub mod server;
 pub mod slcan;
 pub mod stm32f103;
-pub mod thermal;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod virtual_sensor;

@@ -2,8 +2,8 @@
 
 mod recording;
 
-use crate::models::Model;
-use crate::motion::Motion;
+use bench::models::Model;
+use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::store::Loaded;
 use plumbline::time::Instant;

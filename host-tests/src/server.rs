@@ -21,9 +21,9 @@ pub mod tcp;
 pub use log::Log;
 pub use status::StatusLine;
 
-use crate::bench::{AdapterId, Bus, DeviceId, Source};
 use crate::slcan::{Channel, Port, QueueFull};
 use crate::stm32f103::Microcontroller;
+use bench::{AdapterId, Bus, DeviceId, Source};
 use outbox::Outbox;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{self, Instant, after, reached};

@@ -28,7 +28,7 @@
 //! | `# origin: text` | where the trace comes from; always needed |
 //! | `# model: name` | the model; always needed |
 //! | `# scene: text` | what the sensor is mounted on; between frames it changes |
-//! | `# bitrate: N` | bits per second on the wire. A sensor that detects the rate is led there before each of the tester's frames. Without this line the wire follows the sensor ([`BusRate::Follow`](crate::bench::BusRate::Follow)) |
+//! | `# bitrate: N` | bits per second on the wire. A sensor that detects the rate is led there before each of the tester's frames. Without this line the wire follows the sensor ([`BusRate::Follow`](bench::BusRate::Follow)) |
 //! | `# tolerance-us: N` | how far a frame may be off its time, in microseconds; 1000 without this line |
 //! | `# serial: N` | the serial number; 1 without this line |
 //! | `# power-cycle` | the power goes off and on again |

@@ -1,11 +1,11 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
-use crate::bench::{Bus, BusRate, Device, Flash};
-use crate::models::{self, MODELS};
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, Server, StatusLine, tcp};
 use crate::stm32f103::Microcontroller;
 use crate::stm32f103::elf::Image;
+use bench::models::{self, MODELS};
+use bench::{Bus, BusRate, Device, Flash};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;

@@ -1,7 +1,7 @@
 //! No input, no power cut and no bus fault may make a sensor panic, hang or lose a saved parameter.
 
+use bench::models::MODELS;
 use host_tests::fuzz::Sensor;
-use host_tests::models::MODELS;
 
 /// Steps for each model.
 const STEPS: u64 = 2_000_000;

@@ -1,6 +1,5 @@
 //! The Electronic Data Sheet: that it is one, that it is the manual's, and that the sensor is as it says.
 
-mod common;
 #[path = "eds/planted.rs"]
 mod planted;
 #[path = "eds/rules.rs"]

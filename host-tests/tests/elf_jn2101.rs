@@ -1,9 +1,9 @@
 //! The JN2101's image for the Blue Pill, run by the simulated microcontroller.
 
-use host_tests::bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
+use bench::models::{self, Model};
+use bench::motion::Motion;
+use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
 use host_tests::firmware;
-use host_tests::models::{self, Model};
-use host_tests::motion::Motion;
 use host_tests::stm32f103::Microcontroller;
 use host_tests::stm32f103::elf::Image;
 use plumbline::can::{BitRate, Frame, standard};
@@ -293,8 +293,8 @@ fn boot_up(sensor: impl Sensor) -> u64 {
 }
 
 #[cfg(target_os = "linux")]
-fn built_for_the_pc() -> host_tests::bench::Device {
-    host_tests::bench::Device::new(model(), 1, Flash::default(), table(25_00))
+fn built_for_the_pc() -> bench::Device {
+    bench::Device::new(model(), 1, Flash::default(), table(25_00))
 }
 
 /// A trace with everything later by so many us: the board takes its time to boot.

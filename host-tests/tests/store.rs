@@ -2,7 +2,7 @@
 
 mod saves;
 
-use host_tests::bench::Flash;
+use bench::Flash;
 use saves::*;
 
 /// Where a series of saves was cut off.

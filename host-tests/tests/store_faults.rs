@@ -2,7 +2,7 @@
 
 mod saves;
 
-use host_tests::bench::{Flash, PAGE_SIZE};
+use bench::{Flash, PAGE_SIZE};
 use plumbline::store::{ImageId, Store, StoreError};
 use saves::*;
 

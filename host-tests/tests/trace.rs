@@ -1,11 +1,9 @@
 //! The replayer of traces itself: does it catch what it is there to catch?
 #![cfg(target_os = "linux")]
 
-mod common;
-
-use common::{FIXED, LEVEL};
-use host_tests::models::Model;
-use host_tests::motion::Motion;
+use bench::models::Model;
+use bench::motion::Motion;
+use bench::script::{self, FIXED, LEVEL};
 use host_tests::trace::{Difference, Failure, Trace};
 
 /// What the scripted node 1 does: the boot-up frame `101#FF00` with a blank memory, echoes, saves.
@@ -181,7 +179,7 @@ fn a_detecting_sensor_is_led_to_the_bit_rate() {
 (0.101936) can0 101#FF00 R
 ";
     let trace: Trace = text.parse().unwrap();
-    trace.replay(&common::DETECTING, &level).unwrap();
+    trace.replay(&script::DETECTING, &level).unwrap();
 }
 
 #[test]

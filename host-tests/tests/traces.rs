@@ -1,8 +1,8 @@
 //! Every recorded trace in host-tests/traces, replayed against the sensor that it names.
 #![cfg(target_os = "linux")]
 
-use host_tests::models::{self, Model};
-use host_tests::motion::Motion;
+use bench::models::{self, Model};
+use bench::motion::Motion;
 use host_tests::scene::{Axes, Scene, SceneArgument};
 use host_tests::trace::Trace;
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! Two JN2101 on one wire, one built for the PC and one the flashed image, with different node-IDs: each answers for itself alone.
 
-use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
-use host_tests::models;
+use bench::models;
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
 use host_tests::stm32f103::Microcontroller;
 use host_tests::stm32f103::elf::Image;
 use plumbline::can::{BitRate, Frame, standard};

@@ -1,11 +1,9 @@
 //! GEMAC's reference line warms up: AccuracyWarning over minutes, in scenes with a temperature (manual 9.3 and 9.5.2).
 
-mod common;
-
-use common::frame;
-use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
-use host_tests::models;
-use host_tests::motion::Motion;
+use bench::models;
+use bench::motion::Motion;
+use bench::script::frame;
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
 use host_tests::scene::{Axes, Scene};
 use host_tests::stm32f103::Microcontroller;
 use host_tests::stm32f103::elf::Image;

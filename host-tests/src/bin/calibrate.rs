@@ -1,9 +1,9 @@
 //! Calibrates a unit: from a six-position measurement to an image of its nonvolatile memory.
 
+use bench::models::{self, MODELS};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use host_tests::calibrate::{calibration, write};
-use host_tests::models::{self, MODELS};
 use std::path::PathBuf;
 use std::process::ExitCode;
 

@@ -2,11 +2,11 @@
 
 use super::CostError;
 use super::subjects::{Message, Subject};
-use crate::bench::{AdapterId, Bus, DeviceId, Flash, Source};
-use crate::motion::Motion;
 use crate::stm32f103::Microcontroller;
 use crate::stm32f103::elf::Image;
 use crate::stm32f103::profile::Call;
+use bench::motion::Motion;
+use bench::{AdapterId, Bus, DeviceId, Flash, Source};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::BusState;
 use plumbline::time::{Duration, Instant, after, millis};

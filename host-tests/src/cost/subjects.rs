@@ -1,7 +1,7 @@
 //! What is measured: the models, the messages of their protocol, and the functions in their images.
 
 use super::function::{Angles, FIR_STEP, NodeFunctions, STEP, TUNE};
-use crate::bench::BusRate;
+use bench::BusRate;
 use plumbline::can::{BitRate, Frame, standard};
 
 /// A message of the tester: an 11-bit identifier and data.

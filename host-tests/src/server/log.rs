@@ -7,7 +7,7 @@
 //!
 //! `T` marks what a client of the virtual sensor transmitted, `R` what was received from the sensor.
 
-use crate::bench::{Logged, Source};
+use bench::{Logged, Source};
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -72,7 +72,7 @@ fn line(start: Duration, entry: &Logged) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::bench::{Bus, BusRate};
+    use bench::{Bus, BusRate};
     use plumbline::can::{Frame, extended, standard};
     use plumbline::time::Instant;
 

@@ -1,7 +1,7 @@
 //! One line on a terminal that tells what the sensor is doing.
 
 use super::Traffic;
-use crate::bench::Sensor;
+use bench::Sensor;
 use plumbline::can::BitRate;
 use plumbline::node::{BusMode, BusState, Leds, Readout};
 use std::io::{self, Write};

@@ -16,7 +16,7 @@
 use super::io::{AccessError, Width};
 use super::timebase::{MICROSECOND, Picoseconds};
 use super::violation::Violations;
-use crate::bench::{Flash, FlashError, PAGE_SIZE};
+use bench::{Flash, FlashError, PAGE_SIZE};
 use embedded_storage::nor_flash::NorFlash;
 use std::ops::Range;
 

@@ -27,7 +27,7 @@ mod tests;
 
 use super::spi::SpiPart;
 use super::timebase::{MICROSECOND, Picoseconds};
-use crate::motion::Motion;
+use bench::motion::Motion;
 use sampling::Sampling;
 use std::fmt;
 

@@ -15,10 +15,10 @@ use super::peripherals::Peripherals;
 use super::profile::{Call, Profile};
 use super::rcc::ResetCause;
 use super::signature::unique_id;
-use crate::bench::{Flash, Sensor};
-use crate::models::Model;
-use crate::motion::Motion;
-use crate::thermal::Heated;
+use bench::models::Model;
+use bench::motion::Motion;
+use bench::thermal::Heated;
+use bench::{Flash, Sensor};
 use can_wire::protocol::Picoseconds;
 use plumbline::node::Leds;
 use plumbline::time::Instant;
@@ -275,7 +275,7 @@ impl Microcontroller {
                     self.core.program(address, value);
                 }
                 Work::Erase { page } => {
-                    self.core.erase(page, crate::bench::PAGE_SIZE);
+                    self.core.erase(page, bench::PAGE_SIZE);
                 }
                 Work::InVain { .. } => {}
             }

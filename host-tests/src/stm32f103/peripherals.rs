@@ -33,8 +33,8 @@ use super::spi::{Clocks, Spi, SpiPart};
 use super::timebase::Picoseconds;
 use super::timer::Timer;
 use super::violation::{Violation, Violations};
-use crate::bench::Flash;
-use crate::motion::Motion;
+use bench::Flash;
+use bench::motion::Motion;
 use map::Module;
 use std::ops::Range;
 

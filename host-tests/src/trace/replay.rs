@@ -1,9 +1,9 @@
 //! Runs a trace against a simulated sensor.
 
 use super::{Difference, Trace, TraceError, What};
-use crate::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
-use crate::models::Model;
-use crate::motion::Motion;
+use bench::models::Model;
+use bench::motion::Motion;
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
 use plumbline::can::Frame;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::fmt;

@@ -1,9 +1,9 @@
 //! An SDO client on the bench, and the comparison of a data sheet with the sensor that it talks to.
 
 use super::sheet::{DataType, Sheet, Variable};
-use crate::common::LEVEL;
-use host_tests::bench::{AdapterId, Bus, BusRate, Device, Flash};
-use host_tests::models;
+use bench::models;
+use bench::script::LEVEL;
+use bench::{AdapterId, Bus, BusRate, Device, Flash};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{after, millis};
 

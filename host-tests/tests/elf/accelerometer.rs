@@ -1,7 +1,7 @@
 //! The accelerometer fails, comes back, clips, is late, or runs by a clock of its own; and several sensors on one wire.
 
 use crate::rig::*;
-use host_tests::bench::{Bus, BusRate, Device, Flash};
+use bench::{Bus, BusRate, Device, Flash};
 use host_tests::stm32f103::Microcontroller;
 use host_tests::stm32f103::ism330dhcx::Fault;
 use plumbline::can::BitRate;

@@ -1,7 +1,7 @@
 //! From power-up to the first frame, restarts, and the watchdog that sees to it that there always is one.
 
 use crate::rig::*;
-use host_tests::bench::{BusRate, Flash};
+use bench::{BusRate, Flash};
 use host_tests::stm32f103::rcc::ResetCause;
 use plumbline::can::BitRate;
 

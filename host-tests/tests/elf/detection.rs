@@ -1,7 +1,7 @@
 //! Automatic bit rate detection (manual, section 9.10.3): it disturbs nobody, finds each of the ten rates, and only then says a word.
 
 use crate::rig::*;
-use host_tests::bench::{AdapterId, BusRate, Flash, Source};
+use bench::{AdapterId, BusRate, Flash, Source};
 use plumbline::can::BitRate;
 use plumbline::node::BusMode;
 

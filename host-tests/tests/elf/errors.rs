@@ -1,7 +1,7 @@
 //! Fault confinement (ISO 11898-1) as the manual wants it: no acknowledge, bus-off, and what the LEDs say (table 12).
 
 use crate::rig::*;
-use host_tests::bench::{BusRate, Source};
+use bench::{BusRate, Source};
 use plumbline::can::BitRate;
 use plumbline::node::{BusState, Leds};
 

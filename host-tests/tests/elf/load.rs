@@ -1,8 +1,8 @@
 //! A bus that is full, and frames that have to wait for a mailbox.
 
 use crate::rig::*;
+use bench::Source;
 use can_wire::frame_length::{INTERMISSION, frame_bits};
-use host_tests::bench::Source;
 use plumbline::can::{BitRate, Frame, extended, standard};
 
 #[test]
@@ -85,9 +85,7 @@ fn a_full_bus_costs_no_reply() {
             }
             rig.run(1);
         }
-        let bits = |logged: &host_tests::bench::Logged| {
-            u64::from(frame_bits(&logged.frame) + INTERMISSION)
-        };
+        let bits = |logged: &bench::Logged| u64::from(frame_bits(&logged.frame) + INTERMISSION);
         let load: u64 = rig.log[start..].iter().map(bits).sum();
         println!("{name}: the bus was busy for {load} of {TIME}000 bits");
         assert!(load * 100 >= TIME * 1000 * 97, "{load}");

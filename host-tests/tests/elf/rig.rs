@@ -3,10 +3,10 @@
 //! At its end every rig asks what nobody should ever see: a violation of the reference manual's rules, a stack that has reached the
 //! static variables, a reset that the test did not expect.
 
-use host_tests::bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, Sensor, Source};
+use bench::models::{self, Model};
+use bench::motion::Motion;
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, Sensor, Source};
 use host_tests::firmware;
-use host_tests::models::{self, Model};
-use host_tests::motion::Motion;
 use host_tests::scene::{Axes, Scene};
 use host_tests::stm32f103::Microcontroller;
 use host_tests::stm32f103::elf::Image;

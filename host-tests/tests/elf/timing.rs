@@ -1,8 +1,8 @@
 //! How soon and how evenly the sensor speaks: the answer to SYNC, and cyclic mode for a long time.
 
 use crate::rig::*;
+use bench::{Logged, Source};
 use can_wire::frame_length::frame_bits;
-use host_tests::bench::{Logged, Source};
 use plumbline::can::BitRate;
 
 /// Picoseconds in a microsecond, which is a bit at 1 Mbit/s.

@@ -2,9 +2,9 @@
 #![cfg(target_os = "linux")]
 
 use crate::rig::*;
-use host_tests::bench::Flash;
-use host_tests::models::Model;
-use host_tests::motion::Motion;
+use bench::Flash;
+use bench::models::Model;
+use bench::motion::Motion;
 use host_tests::scene::{Axes, Scene, SceneArgument};
 use host_tests::stm32f103::Microcontroller;
 use host_tests::trace::Trace;

@@ -1,7 +1,7 @@
 //! What the tests of the store share: payloads, saves, and what a device would find.
 #![allow(dead_code, reason = "not every test uses everything")]
 
-use host_tests::bench::{Flash, PAGE_SIZE};
+use bench::{Flash, PAGE_SIZE};
 use plumbline::store::{ImageId, Loaded, Store, StoreError};
 
 pub const ID: ImageId = ImageId(0x1234);

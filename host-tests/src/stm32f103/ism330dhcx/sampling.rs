@@ -3,7 +3,7 @@
 use super::super::timebase::{MICROSECOND, Picoseconds, SECOND};
 use super::Fault;
 use super::filter::{LowPass, Memory};
-use crate::motion::Motion;
+use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G};
 use plumbline::time::Instant;
 

@@ -1,10 +1,10 @@
 //! The microcontroller as a sensor on the bench's bus: power, time, and its CAN controller on the wire.
 
 use super::Microcontroller;
-use crate::bench::{Flash, Sensor};
-use crate::motion::Motion;
 use crate::stm32f103::cortex_m3::Pause;
 use crate::stm32f103::rcc::ResetCause;
+use bench::motion::Motion;
+use bench::{Flash, Sensor};
 use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, Leds, Readout};

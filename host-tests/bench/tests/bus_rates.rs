@@ -1,9 +1,7 @@
 //! Bit rates on the simulated wire: detection, a device at another rate, a copper wire.
 
-mod common;
-
-use common::*;
-use host_tests::bench::{Bus, BusRate, Source};
+use bench::script::*;
+use bench::{Bus, BusRate, Source};
 use plumbline::can::BitRate;
 use plumbline::node::{BusEvent, BusMode, BusState};
 

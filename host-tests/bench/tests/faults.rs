@@ -1,9 +1,7 @@
 //! The simulated wire and device when something goes wrong: bus errors, bus-off, lost power, a slow node.
 
-mod common;
-
-use common::*;
-use host_tests::bench::{AdapterId, Bus, BusRate, DeviceId, Source};
+use bench::script::*;
+use bench::{AdapterId, Bus, BusRate, DeviceId, Source};
 use plumbline::can::BitRate;
 use plumbline::node::{BusEvent, BusState};
 use plumbline::time::Instant;

@@ -2,11 +2,10 @@
 //!
 //! With serial number n it boots at 250 kbit/s (or detects the rate), sends a boot-up frame `10n#` with what the memory held,
 //! and answers commands on `20n`. What it is told goes into a journal.
-#![allow(dead_code, reason = "not every test uses everything")]
 
+use crate::models::{Model, Protocol};
+use crate::{Device, Flash};
 use embedded_can::Id;
-use host_tests::bench::{Device, Flash};
-use host_tests::models::{Model, Protocol};
 use plumbline::can::{BitRate, Filter, Filters, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::{Action, BusEvent, BusMode, BusState, Leds, Node, Readout};
@@ -37,9 +36,13 @@ pub mod command {
 /// What a node was told.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Entry {
+    /// A frame came.
     Frame(Frame),
+    /// Something happened on the bus.
     Event(BusEvent),
+    /// A reading came.
     Sample,
+    /// A save has ended.
     Stored(Result<(), StoreError>),
 }
 

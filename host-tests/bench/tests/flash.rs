@@ -1,7 +1,7 @@
 //! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the file behind it.
 
+use bench::{Flash, FlashError, PAGE_SIZE};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
-use host_tests::bench::{Flash, FlashError, PAGE_SIZE};
 use std::fs;
 use std::path::PathBuf;
 

@@ -1,11 +1,9 @@
 //! The bus with sensors that run freely, as simulated microcontrollers do: led to the bit rate, kept in step.
 
-mod common;
-
+use bench::motion::Motion;
+use bench::script::{frame, ms};
+use bench::{Bus, BusRate, Flash, Sensor, Source};
 use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
-use common::{frame, ms};
-use host_tests::bench::{Bus, BusRate, Flash, Sensor, Source};
-use host_tests::motion::Motion;
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, CANDIDATES, Leds, Readout};
 use plumbline::time::Instant;

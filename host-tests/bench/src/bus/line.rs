@@ -1,7 +1,7 @@
 //! Between a participant and the wire: what reaches whom, and what is done to the wire from outside.
 
 use super::{Attached, Bus, BusRate, Source};
-use crate::bench::sensor::Sensor;
+use crate::sensor::Sensor;
 use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 

@@ -4,6 +4,9 @@
 //! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
 //! - [`Sensor`]: what the bus asks of a sensor, so that one on a simulated microcontroller can take a device's place
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
+//! - [`models`]: the models by name
+//! - [`motion`] and [`thermal`]: where readings come from, and the heated cell around the accelerometer
+//! - [`script`]: a node for tests of the bench itself
 //!
 //! The same bench serves the tests, which let virtual time run as fast as it can, and the virtual sensor, which lets it run
 //! with the clock on the wall.
@@ -14,7 +17,11 @@ mod controller;
 mod device;
 mod flash;
 mod flash_file;
+pub mod models;
+pub mod motion;
+pub mod script;
 mod sensor;
+pub mod thermal;
 
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
 pub use device::Device;

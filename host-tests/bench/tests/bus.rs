@@ -1,10 +1,8 @@
 //! The simulated wire: frame times, arbitration, acknowledge, a bus that follows.
 
-mod common;
-
+use bench::script::{self, *};
+use bench::{Bus, BusRate, Source};
 use can_wire::frame_length::frame_bits;
-use common::*;
-use host_tests::bench::{Bus, BusRate, Source};
 use plumbline::can::{BitRate, Frame, extended, standard};
 use plumbline::node::{BusEvent, BusMode, BusState};
 
@@ -17,13 +15,7 @@ const BOOT_UP_BITS: u64 = 65;
 const JOIN_BITS: u64 = 11;
 
 /// A bus with node 1 and an open adapter, after the boot-up frame.
-fn booted(
-    rate: BusRate,
-) -> (
-    Bus,
-    host_tests::bench::DeviceId,
-    host_tests::bench::AdapterId,
-) {
+fn booted(rate: BusRate) -> (Bus, bench::DeviceId, bench::AdapterId) {
     let mut bus = Bus::new(rate);
     let device = bus.attach(device(&FIXED, 1));
     let adapter = bus.adapter();
@@ -268,7 +260,7 @@ fn a_following_bus_goes_where_the_device_goes() {
 #[test]
 fn an_adapter_at_another_rate_reaches_nobody() {
     let (mut bus, device, good) = booted(AT_250K);
-    let detecting = bus.attach(common::device(&DETECTING, 2));
+    let detecting = bus.attach(script::device(&DETECTING, 2));
     let wrong = bus.adapter();
     bus.open(wrong, Some(BitRate::K500), false);
     bus.run_until(ms(2));

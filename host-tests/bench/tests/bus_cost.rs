@@ -1,9 +1,7 @@
 //! What the simulated wire costs in computing time.
 
-mod common;
-
-use common::*;
-use host_tests::bench::{Bus, BusRate};
+use bench::script::*;
+use bench::{Bus, BusRate};
 use plumbline::can::BitRate;
 
 const RATE: BusRate = BusRate::Fixed(BitRate::K250);
