@@ -4,7 +4,7 @@
     pip install -r requirements.txt
     python thumb_judge.py SAMPLES
 
-`tests/thumb.rs` writes the samples with the results of the simulated processor. The exit code is 1 when one differs.
+`stm32-sim/tests/thumb` writes the samples with the results of the simulated processor. The exit code is 1 when one differs.
 Unicorn is under the GPL: it is only ever run like this, as a process of its own, and no part of the project is linked with it.
 """
 

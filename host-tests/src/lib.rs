@@ -3,20 +3,18 @@
 //! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
-//! - [`descriptors`]: the models for other tools; [`image`]: the size of what is flashed;
-//! - [`stm32f103`]: the microcontroller, simulated, for the very image that is flashed;
-//! - [`cost`]: what that image costs, measured on it.
+//! - [`descriptors`]: the models for other tools;
+//! - [`python`]: clients written in Python, for the tests of every crate here;
+//! - [`cost`]: what the flashed image costs, measured on it.
 
 pub mod calibrate;
 pub mod cost;
 pub mod descriptors;
-pub mod firmware;
 pub mod fuzz;
-pub mod image;
+pub mod python;
 pub mod scene;
 pub mod server;
 pub mod slcan;
-pub mod stm32f103;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod virtual_sensor;

@@ -22,7 +22,6 @@ pub use log::Log;
 pub use status::StatusLine;
 
 use crate::slcan::{Channel, Port, QueueFull};
-use crate::stm32f103::Microcontroller;
 use bench::{AdapterId, Bus, DeviceId, Source};
 use outbox::Outbox;
 use plumbline::can::{BitRate, Frame};
@@ -33,6 +32,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::Duration;
 use std::{fmt, io};
+use stm32_sim::Microcontroller;
 
 /// Events that may wait for the main loop before those who send them are held up.
 const EVENTS_MAX: usize = 256;

@@ -2,8 +2,6 @@
 
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, Server, StatusLine, tcp};
-use crate::stm32f103::Microcontroller;
-use crate::stm32f103::elf::Image;
 use bench::models::{self, MODELS};
 use bench::{Bus, BusRate, Device, Flash};
 use clap::Parser;
@@ -15,6 +13,8 @@ use std::io::{self, IsTerminal, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
+use stm32_sim::Microcontroller;
+use stm32_sim::elf::Image;
 
 /// Where clients are expected when nothing is said.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:11898";

@@ -1,9 +1,7 @@
 //! Real clients against the virtual sensor and the descriptors: python-can, python-canopen, tshark, cantools and readers of data
 //! sheets, with checks written from the manuals.
 
-#[path = "process/python.rs"]
-mod python;
-
+use host_tests::python;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 /// Checks in real time do not run beside each other.
@@ -58,7 +56,7 @@ const TIMELESS: &[&str] = &[
 #[test]
 fn the_protocol_of_the_flashed_images_is_the_manuals() {
     let _alone = alone();
-    let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let folder = images["is2"].parent().expect("a folder");
     let folder = folder.to_str().expect("a path in UTF-8");
     let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--images", folder];
@@ -110,7 +108,7 @@ const CANOPEN_IMAGE: &[&str] = &[
 #[test]
 fn the_canopen_of_the_flashed_image_is_the_manuals() {
     let _alone = alone();
-    let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let image = images["jn2101"].to_str().expect("a path in UTF-8");
     let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--jobs", "2"];
     arguments.extend(CANOPEN_IMAGE.iter().flat_map(|group| ["--only", group]));

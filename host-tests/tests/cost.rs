@@ -3,12 +3,12 @@
 use host_tests::cost::budgets::Budgets;
 use host_tests::cost::subjects::{self, SUBJECTS, Subject};
 use host_tests::cost::{CostError, Report, measure, tables};
-use host_tests::firmware;
-use host_tests::stm32f103::elf::Image;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::rc::Rc;
 use std::sync::LazyLock;
+use stm32_sim::elf::Image;
+use stm32_sim::firmware;
 
 const README: &str = include_str!("../../README.md");
 

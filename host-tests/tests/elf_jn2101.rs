@@ -3,14 +3,14 @@
 use bench::models::{self, Model};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
-use host_tests::firmware;
-use host_tests::stm32f103::Microcontroller;
-use host_tests::stm32f103::elf::Image;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Instant, after, millis};
 use std::rc::Rc;
 use std::sync::OnceLock;
+use stm32_sim::Microcontroller;
+use stm32_sim::elf::Image;
+use stm32_sim::firmware;
 
 fn elf() -> &'static [u8] {
     static ELF: OnceLock<Vec<u8>> = OnceLock::new();
@@ -356,7 +356,7 @@ fn flash_and_memory_suffice() {
     desk.wait(2500);
     desk.bus.send(desk.tester, frame("60A#2310100173617665"));
     desk.wait(200);
-    let size = host_tests::image::Size::of(elf()).expect("the image is one");
+    let size = stm32_sim::image::Size::of(elf()).expect("the image is one");
     let stack = desk.chip().peak_stack();
     assert!(size.flash <= 30 * 1024, "{} bytes of flash", size.flash);
     assert!(stack <= 2 * 1024, "{stack} bytes of stack");

@@ -2,12 +2,12 @@
 
 use bench::models;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
-use host_tests::stm32f103::Microcontroller;
-use host_tests::stm32f103::elf::Image;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{after, millis};
 use std::rc::Rc;
+use stm32_sim::Microcontroller;
+use stm32_sim::elf::Image;
 
 const LEVEL: Reading = Reading {
     acceleration: I32x3 {
@@ -59,7 +59,7 @@ fn first(wire: &mut Wire) -> DeviceId {
 /// The flashed image.
 fn second(wire: &mut Wire) -> DeviceId {
     let model = models::find("jn2101").expect("the model is known");
-    let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
     let image = Rc::new(Image::parse(&elf).expect("it is an image"));
     let motion = Box::new(LEVEL);

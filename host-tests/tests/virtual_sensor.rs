@@ -2,6 +2,7 @@
 
 mod process;
 
+use host_tests::python;
 use process::client::{BEL, Client};
 use process::sensor::{Killed, PATIENCE, Sensor, fails};
 use std::fs;
@@ -165,7 +166,7 @@ fn files_that_do_not_work_are_named() {
 
 /// The image of a model for the Blue Pill.
 fn image(model: &str) -> PathBuf {
-    let mut images = host_tests::firmware::build().expect("it builds");
+    let mut images = stm32_sim::firmware::build().expect("it builds");
     images.remove(model).expect("an image of this name")
 }
 
@@ -308,7 +309,7 @@ fn python_can_works_with_it() {
         );
     }
     let script: Vec<&str> = script.iter().map(String::as_str).collect();
-    process::python::run("smoke.py", &["can", "serial"], &script);
+    python::run("smoke.py", &["can", "serial"], &script);
 }
 
 #[cfg(unix)]

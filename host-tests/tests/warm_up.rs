@@ -5,12 +5,12 @@ use bench::motion::Motion;
 use bench::script::frame;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
 use host_tests::scene::{Axes, Scene};
-use host_tests::stm32f103::Microcontroller;
-use host_tests::stm32f103::elf::Image;
 use plumbline::can::BitRate;
 use plumbline::time::{Instant, after, millis};
 use std::path::Path;
 use std::rc::Rc;
+use stm32_sim::Microcontroller;
+use stm32_sim::elf::Image;
 
 /// Bit 6 of the status byte (tables 14 and 15).
 const ACCURACY_WARNING: u8 = 0x40;
@@ -35,7 +35,7 @@ impl Bench {
     /// The same with the flashed image.
     fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
         let model = models::find(model).expect("one of the models");
-        let images = host_tests::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+        let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
         let elf = std::fs::read(&images[model.name]).expect("the image can be read");
         let image = Rc::new(Image::parse(&elf).expect("it is an image"));
         let flash = Flash::default();

@@ -5,12 +5,12 @@ use clap::builder::PossibleValuesParser;
 use host_tests::cost::budgets::Budgets;
 use host_tests::cost::subjects::{self, README, SUBJECTS, Subject};
 use host_tests::cost::{Report, measure, tables};
-use host_tests::firmware;
-use host_tests::stm32f103::elf::Image;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
+use stm32_sim::elf::Image;
+use stm32_sim::firmware;
 
 /// Measures what the Blue Pill's images cost, by running them on a simulated microcontroller: memory, instructions, times.
 #[derive(Parser)]

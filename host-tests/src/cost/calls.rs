@@ -2,7 +2,7 @@
 
 use super::CostError;
 use super::function::{NodeFunctions, STORE_SAVE, STORE_STEP};
-use crate::stm32f103::profile::Call;
+use stm32_sim::profile::Call;
 
 /// The instructions of the dearest call of a function.
 ///

@@ -18,11 +18,11 @@ pub mod scenario;
 pub mod subjects;
 pub mod tables;
 
-use crate::stm32f103::elf::{Image, Part, Shares};
 use rows::{ROWS, Row};
 use scenario::Figures;
 use std::rc::Rc;
 use std::time::Instant;
+use stm32_sim::elf::{Image, Part, Shares};
 use subjects::Subject;
 
 /// Why a figure cannot be had.

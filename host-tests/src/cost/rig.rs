@@ -2,9 +2,6 @@
 
 use super::CostError;
 use super::subjects::{Message, Subject};
-use crate::stm32f103::Microcontroller;
-use crate::stm32f103::elf::Image;
-use crate::stm32f103::profile::Call;
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, DeviceId, Flash, Source};
 use plumbline::measure::{I32x3, ONE_G, Reading};
@@ -12,6 +9,9 @@ use plumbline::node::BusState;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::f64::consts::TAU;
 use std::rc::Rc;
+use stm32_sim::Microcontroller;
+use stm32_sim::elf::Image;
+use stm32_sim::profile::Call;
 
 /// The longest that an answer is waited for: a save that erases a page takes 40 ms and more.
 const PATIENCE: Duration = millis(500);

@@ -5,13 +5,13 @@ use super::calls::{exchange, median, middle, most, reply, save};
 use super::function::{Angles, CALIBRATION, STORE_SAVE, STORE_STEP};
 use super::rig::Rig;
 use super::subjects::{Filter, Message, Protocol, Subject};
-use crate::stm32f103::elf::Image;
-use crate::stm32f103::profile::Call;
 use can_wire::frame_length::frame_bits;
 use can_wire::protocol::{Picoseconds, bit_time};
 use plumbline::time::{Duration, Instant, millis};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
+use stm32_sim::elf::Image;
+use stm32_sim::profile::Call;
 
 /// Figures by the keys of their rows.
 pub type Figures = BTreeMap<&'static str, u64>;

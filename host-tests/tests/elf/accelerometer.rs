@@ -2,11 +2,11 @@
 
 use crate::rig::*;
 use bench::{Bus, BusRate, Device, Flash};
-use host_tests::stm32f103::Microcontroller;
-use host_tests::stm32f103::ism330dhcx::Fault;
 use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::Instant;
+use stm32_sim::Microcontroller;
+use stm32_sim::ism330dhcx::Fault;
 
 const RATE: BitRate = BitRate::K500;
 

@@ -2,8 +2,8 @@
 
 use crate::rig::*;
 use bench::{BusRate, Flash};
-use host_tests::stm32f103::rcc::ResetCause;
 use plumbline::can::BitRate;
+use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
 

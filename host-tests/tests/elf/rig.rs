@@ -6,17 +6,17 @@
 use bench::models::{self, Model};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, Sensor, Source};
-use host_tests::firmware;
 use host_tests::scene::{Axes, Scene};
-use host_tests::stm32f103::Microcontroller;
-use host_tests::stm32f103::elf::Image;
-use host_tests::stm32f103::peripherals::Peripherals;
-use host_tests::stm32f103::rcc::ResetCause;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Duration, Instant, after};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::OnceLock;
+use stm32_sim::Microcontroller;
+use stm32_sim::elf::Image;
+use stm32_sim::firmware;
+use stm32_sim::peripherals::Peripherals;
+use stm32_sim::rcc::ResetCause;
 
 /// The models whose images are tested.
 pub const MODELS: [&str; 2] = ["is1", "is2"];

@@ -1,4 +1,5 @@
-//! The simulated Cortex-M3 against an independent judge: the same random instructions in Unicorn (`clients/thumb_judge.py`).
+//! The simulated Cortex-M3 against an independent judge: the same random instructions in Unicorn
+//! (`host-tests/clients/thumb_judge.py`).
 //!
 //! A sample is a short straight program, with IT blocks, which may end with a branch, on random registers and flags; most registers
 //! point into RAM. Compared are all registers, the flags and all of RAM. Words that the decoder says are UNDEFINED must be refused
@@ -15,15 +16,13 @@
 //! - stores relative to PC, which the judge executes ("if Rn == '1111' then UNDEFINED", A7.7.161);
 //! - LDREX but in a pair with its STREX: whether the monitor compares addresses is IMPLEMENTATION DEFINED (ARM ARM A3.4.1).
 
-#[path = "process/python.rs"]
-mod python;
-#[path = "thumb/sample.rs"]
 mod sample;
 
-use host_tests::stm32f103::cortex_m3::decode;
-use host_tests::stm32f103::cortex_m3::decode::instruction::Instruction;
+use host_tests::python;
 use sample::{Random, Sampler};
 use std::path::Path;
+use stm32_sim::cortex_m3::decode;
+use stm32_sim::cortex_m3::decode::instruction::Instruction;
 
 /// Programs that run.
 const PROGRAMS: usize = 6000;

@@ -2,6 +2,7 @@
 //!
 //! - [`cortex_m3`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: what is loaded, symbols, and which part of the project its bytes belong to
+//! - [`image`]: how large it is; [`firmware`]: builds the images
 //! - [`io`]: what lies between the processor and the peripherals
 //! - [`peripherals`]: all peripherals together: address map, clocks, violations
 //! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
@@ -18,8 +19,10 @@ pub mod bxcan;
 pub mod cortex_m3;
 pub mod dbgmcu;
 pub mod elf;
+pub mod firmware;
 pub mod flash;
 pub mod gpio;
+pub mod image;
 pub mod io;
 pub mod ism330dhcx;
 pub mod iwdg;

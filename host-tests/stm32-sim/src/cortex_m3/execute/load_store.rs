@@ -4,7 +4,7 @@ use super::super::CortexM3;
 use super::super::decode::instruction::{Index, Register, Size};
 use super::super::fault::{FaultKind, Result};
 use super::super::memory::{RAM_SIZE, RAM_START, flash_offset};
-use crate::stm32f103::io::{Io, Width};
+use crate::io::{Io, Width};
 
 /// The bit-band alias of RAM: a word for each bit from 0x2000_0000 on.
 const RAM_BITS: std::ops::Range<u32> = 0x2200_0000..0x2400_0000;

@@ -1,14 +1,14 @@
-//! Random programs, and what the simulated processor makes of them, as `clients/thumb_judge.py` reads them.
+//! Random programs, and what the simulated processor makes of them, as `host-tests/clients/thumb_judge.py` reads them.
 //!
 //! The file: all of RAM as it is before each sample; then for each sample its verdict (0 runs, 1 refused), how many instructions
 //! to execute (0: until the end of the code), bytes of code, the code, R0 to R15 and xPSR before and after, the number of changed
 //! bytes of RAM (16 bits), and each with its offset (16 bits) and value.
 
-use host_tests::stm32f103::cortex_m3::decode::instruction::{Instruction, ItRule, Register};
-use host_tests::stm32f103::cortex_m3::decode::rule::Rule;
-use host_tests::stm32f103::cortex_m3::decode::{self};
-use host_tests::stm32f103::cortex_m3::{CortexM3, FaultKind, Pause};
-use host_tests::stm32f103::io::{AccessError, Io, Width};
+use stm32_sim::cortex_m3::decode::instruction::{Instruction, ItRule, Register};
+use stm32_sim::cortex_m3::decode::rule::Rule;
+use stm32_sim::cortex_m3::decode::{self};
+use stm32_sim::cortex_m3::{CortexM3, FaultKind, Pause};
+use stm32_sim::io::{AccessError, Io, Width};
 
 const CODE: u32 = 0x0800_0400;
 /// The judge has this much room for code.

@@ -6,7 +6,7 @@ mod machine;
 mod timer;
 
 use super::{CortexM3, Fault, FaultKind, Pause};
-use crate::stm32f103::io::{AccessError, Io, Width};
+use crate::io::{AccessError, Io, Width};
 
 /// Where programs start.
 const CODE: u32 = 0x0800_0200;

@@ -3,7 +3,7 @@
 use super::super::CortexM3;
 use super::super::decode::instruction::{Index, Multiple, Register, Size};
 use super::super::fault::{FaultKind, Result};
-use crate::stm32f103::io::Io;
+use crate::io::Io;
 
 fn aligned(address: u32, mask: u32) -> Result<()> {
     if address & mask == 0 {

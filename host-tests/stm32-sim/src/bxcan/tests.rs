@@ -4,7 +4,7 @@ mod frames;
 mod wire;
 
 use super::*;
-use crate::stm32f103::io::AccessError;
+use crate::io::AccessError;
 use can_wire::protocol::ErrorCode;
 use plumbline::can::{BitRate, extended, standard};
 

@@ -4,7 +4,7 @@
 //! run, whatever the firmware enabled in SHCSR.
 
 use super::decode::rule::Rule;
-use crate::stm32f103::io::AccessError;
+use crate::io::AccessError;
 use thiserror::Error;
 
 /// Why the processor cannot go on.

@@ -3,7 +3,7 @@
 use super::registers::Register;
 use super::timing::Timing;
 use super::{BTR_HISTORY, BxCan, mode, timing};
-use crate::stm32f103::io::AccessError;
+use crate::io::AccessError;
 use can_wire::protocol::Picoseconds;
 
 /// CAN_MSR.RX and SAMP: the level on the receive pin, now and at the last sample point.

@@ -1,8 +1,8 @@
 //! The microcontroller as a sensor on the bench's bus: power, time, and its CAN controller on the wire.
 
 use super::Microcontroller;
-use crate::stm32f103::cortex_m3::Pause;
-use crate::stm32f103::rcc::ResetCause;
+use crate::cortex_m3::Pause;
+use crate::rcc::ResetCause;
 use bench::motion::Motion;
 use bench::{Flash, Sensor};
 use can_wire::protocol::{Event, Picoseconds, Protocol};

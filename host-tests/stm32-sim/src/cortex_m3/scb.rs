@@ -4,7 +4,7 @@ use super::CortexM3;
 use super::exceptions::{FIRST_INTERRUPT, NMI, PENDSV, SYSTICK, only};
 use super::fault::{FaultKind, Result};
 use super::{Pause, nvic};
-use crate::stm32f103::io::Width;
+use crate::io::Width;
 
 /// CPUID: Cortex-M3 r1p1 (PM0056 4.4.2).
 const CPUID: u32 = 0x411F_C231;

@@ -12,7 +12,7 @@ use super::decode::instruction::{Decoded, Instruction, ItRule, SetFlags};
 use super::decode::rule::Rule;
 use super::fault::{FaultKind, Result};
 use super::sleep::Sleep;
-use crate::stm32f103::io::Io;
+use crate::io::Io;
 
 impl CortexM3 {
     /// Executes an instruction outside of IT blocks, or one whose condition holds.

@@ -1,9 +1,9 @@
 //! Prints the size of firmware images and fails when one exceeds its budget.
 
 use clap::Parser;
-use host_tests::image::Size;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use stm32_sim::image::Size;
 
 /// Prints what firmware images take of flash and RAM.
 #[derive(Parser)]

@@ -85,5 +85,5 @@ fn add_target() -> Result<(), BuildError> {
 /// The root of the project.
 fn workspace() -> &'static Path {
     let own = Path::new(env!("CARGO_MANIFEST_DIR"));
-    own.parent().unwrap_or(own)
+    own.ancestors().nth(2).unwrap_or(own)
 }

@@ -1,4 +1,4 @@
-//! Clients written in Python.
+//! Clients written in Python, which the tests run.
 //!
 //! They need the packages of `clients/requirements.txt`. They run with the interpreter that `PLUMBLINE_PYTHON` names, or that of
 //! the virtual environment `clients-venv` in the target directory, or the system's `python3`, the first of them that has the
@@ -43,15 +43,16 @@ pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
 
 /// The first interpreter that has these modules.
 fn interpreter(modules: &[&str]) -> Option<PathBuf> {
-    let target = Path::new(env!("CARGO_TARGET_TMPDIR")).parent();
-    let environment = target.map(|target| {
-        let folder = if cfg!(windows) { "Scripts" } else { "bin" };
-        target.join("clients-venv").join(folder).join("python")
-    });
+    let scripts = if cfg!(windows) { "Scripts" } else { "bin" };
+    let environment = Path::new("clients-venv").join(scripts).join("python");
+    // The test runs from somewhere in the target directory.
+    let test = std::env::current_exe().unwrap_or_default();
+    let environments = test.ancestors().map(|folder| folder.join(&environment));
     let named = std::env::var_os("PLUMBLINE_PYTHON").map(PathBuf::from);
-    [named, environment, Some("python3".into())]
+    named
         .into_iter()
-        .flatten()
+        .chain(environments)
+        .chain(["python3".into()])
         .find(|python| {
             Command::new(python)
                 .arg("-c")

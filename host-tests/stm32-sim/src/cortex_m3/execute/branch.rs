@@ -3,7 +3,7 @@
 use super::super::CortexM3;
 use super::super::decode::instruction::{Register, Size};
 use super::super::fault::{FaultKind, Result};
-use crate::stm32f103::io::Io;
+use crate::io::Io;
 
 impl CortexM3 {
     /// Relative to PC, which is the instruction's address and 4.
