@@ -1,7 +1,7 @@
 //! What the README says of the models is what their tables say.
 
 use bench::models::MODELS;
-use host_tests::descriptors::{object_table, parameters};
+use descriptors::{object_table, parameters};
 use plumbline::model::is2::TwoAxes;
 use plumbline::model::jn2101;
 

@@ -1,15 +1,11 @@
 //! The Electronic Data Sheet: that it is one, that it is the manual's, and that the sensor is as it says.
 
-#[path = "eds/planted.rs"]
 mod planted;
-#[path = "eds/rules.rs"]
 mod rules;
-#[path = "eds/sdo.rs"]
 mod sdo;
-#[path = "eds/sheet.rs"]
 mod sheet;
 
-use host_tests::descriptors::eds;
+use descriptors::eds;
 use plumbline::model::jn2101::Application;
 use rules::complaints;
 use sdo::{Client, NO_OBJECT, NO_SUB_INDEX, differences};

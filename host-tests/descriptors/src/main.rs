@@ -1,7 +1,7 @@
 //! Writes the models' descriptions for other tools: a CAN database (DBC) or, of CANopen models, a data sheet (EDS) of each.
 
 use clap::Parser;
-use host_tests::descriptors::{dbc, eds};
+use descriptors::{dbc, eds};
 use plumbline::model::is1::OneAxis;
 use plumbline::model::is2::TwoAxes;
 use plumbline::model::{is1tk, is2tk, jn2101};
