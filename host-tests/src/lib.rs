@@ -3,11 +3,9 @@
 //! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
 //! - [`fuzz`]: whatever may come, fed to a sensor;
 //! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
-//! - [`python`]: clients written in Python, for the tests of every crate here;
-//! - [`cost`]: what the flashed image costs, measured on it.
+//! - [`python`]: clients written in Python, for the tests of every crate here.
 
 pub mod calibrate;
-pub mod cost;
 pub mod fuzz;
 pub mod python;
 pub mod scene;

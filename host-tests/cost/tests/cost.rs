@@ -1,8 +1,8 @@
 //! What the flashed images cost keeps to its budgets, and the README's table to what they cost.
 
-use host_tests::cost::budgets::Budgets;
-use host_tests::cost::subjects::{self, SUBJECTS, Subject};
-use host_tests::cost::{CostError, Report, measure, tables};
+use cost::budgets::Budgets;
+use cost::subjects::{self, SUBJECTS, Subject};
+use cost::{CostError, Report, measure, tables};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -10,7 +10,7 @@ use std::sync::LazyLock;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
-const README: &str = include_str!("../../README.md");
+const README: &str = include_str!("../../../README.md");
 
 /// By how many percent a figure in the README may be off.
 const README_TOLERANCE: f64 = 10.0;
@@ -51,7 +51,7 @@ fn every_model_with_budgets_is_measured() {
 #[test]
 fn the_table_in_the_readme_is_what_was_measured() {
     let (_, rest) = README
-        .split_once("checked by host-tests/tests/cost.rs -->\n")
+        .split_once("checked by host-tests/cost/tests/cost.rs -->\n")
         .expect("the table's beginning");
     let (table, _) = rest.split_once("<!-- end -->").expect("the table's end");
     let shown: Vec<Report> = subjects::README

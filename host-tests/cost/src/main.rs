@@ -1,10 +1,10 @@
-//! Prints what the flashed image costs: see `cost --help`, and `host_tests::cost` for what each row counts.
+//! Prints what the flashed image costs: see `cost --help`, and the library for what each row counts.
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use host_tests::cost::budgets::Budgets;
-use host_tests::cost::subjects::{self, README, SUBJECTS, Subject};
-use host_tests::cost::{Report, measure, tables};
+use cost::budgets::Budgets;
+use cost::subjects::{self, README, SUBJECTS, Subject};
+use cost::{Report, measure, tables};
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
