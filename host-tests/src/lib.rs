@@ -1,16 +1,16 @@
-//! Everything a PC does with Plumbline's core, on the test bench of the crate [`bench`](::bench):
+//! What a PC does with Plumbline's core, beside the crates in the folders of this one.
 //!
-//! - [`trace`]: recorded traffic, replayed against a sensor on the bench;
-//! - [`fuzz`]: whatever may come, fed to a sensor;
-//! - [`virtual_sensor`]: a sensor for real clients: [`slcan`], its [`server`], and the [`scene`] that it is in;
-//! - [`python`]: clients written in Python, for the tests of every crate here.
+//! - [`trace`]: recorded traffic, replayed against a sensor on the [`mod@bench`]
+//! - [`fuzz`]: whatever may come, fed to a sensor
+//! - [`calibrate`]: from a measurement to the calibration in a unit's memory
+//! - [`python`]: runs the clients written in Python, for the tests of every crate here
+//!
+//! Those crates are `can-wire` (the CAN protocol), `bench` (a sensor and its bus in virtual time), `stm32-sim` (the simulated
+//! microcontroller), `virtual-sensor` (a sensor for real clients), `descriptors` (the models for other tools) and `cost` (what the
+//! flashed image costs).
 
 pub mod calibrate;
 pub mod fuzz;
 pub mod python;
-pub mod scene;
-pub mod server;
-pub mod slcan;
 #[cfg(target_os = "linux")]
 pub mod trace;
-pub mod virtual_sensor;

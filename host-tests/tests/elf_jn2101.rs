@@ -317,8 +317,8 @@ fn later(trace: &str, delay: u64) -> String {
 #[cfg(target_os = "linux")]
 #[test]
 fn it_replays_its_traces() {
-    use host_tests::scene::{Axes, Scene, SceneArgument};
     use host_tests::trace::Trace;
+    use virtual_sensor::scene::{Axes, Scene, SceneArgument};
     let scene = |model: &Model, text: &str| -> Result<Box<dyn Motion>, String> {
         let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
         let scene = Scene::open(Some(&argument), Axes::of(model));

@@ -3,9 +3,9 @@
 
 use bench::models::{self, Model};
 use bench::motion::Motion;
-use host_tests::scene::{Axes, Scene, SceneArgument};
 use host_tests::trace::Trace;
 use std::path::{Path, PathBuf};
+use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
 /// The traces are here; eight of them at least are what the first sensor came with.
 fn traces() -> Vec<PathBuf> {

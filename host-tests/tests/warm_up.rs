@@ -4,13 +4,13 @@ use bench::models;
 use bench::motion::Motion;
 use bench::script::frame;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
-use host_tests::scene::{Axes, Scene};
 use plumbline::can::BitRate;
 use plumbline::time::{Instant, after, millis};
 use std::path::Path;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::elf::Image;
+use virtual_sensor::scene::{Axes, Scene};
 
 /// Bit 6 of the status byte (tables 14 and 15).
 const ACCURACY_WARNING: u8 = 0x40;

@@ -6,7 +6,6 @@
 use bench::models::{self, Model};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, Sensor, Source};
-use host_tests::scene::{Axes, Scene};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Duration, Instant, after};
 use std::collections::BTreeMap;
@@ -17,6 +16,7 @@ use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 use stm32_sim::peripherals::Peripherals;
 use stm32_sim::rcc::ResetCause;
+use virtual_sensor::scene::{Axes, Scene};
 
 /// The models whose images are tested.
 pub const MODELS: [&str; 2] = ["is1", "is2"];

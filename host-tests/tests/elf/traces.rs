@@ -5,11 +5,11 @@ use crate::rig::*;
 use bench::Flash;
 use bench::models::Model;
 use bench::motion::Motion;
-use host_tests::scene::{Axes, Scene, SceneArgument};
 use host_tests::trace::Trace;
 use plumbline::time::Duration;
 use std::path::Path;
 use stm32_sim::Microcontroller;
+use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
 /// How long the image needs at most before it listens to the bus: it waits for the accelerometer to settle.
 const BOOT: Duration = ms(200);

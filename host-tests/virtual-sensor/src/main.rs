@@ -1,8 +1,8 @@
 //! A CAN inclination sensor on a PC: see `virtual-sensor --help`.
 
 use clap::Parser;
-use host_tests::virtual_sensor::{Failure, Options, run};
 use std::process::ExitCode;
+use virtual_sensor::program::{Failure, Options, run};
 
 fn main() -> ExitCode {
     match run(&Options::parse()) {
