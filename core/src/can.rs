@@ -10,56 +10,103 @@ use embedded_can::{ExtendedId, Id, StandardId};
 /// on the way from the bus to the answer is half of the time.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
-    /// The identifier, [`EXTENDED`] and [`REMOTE`].
+    /// A [`CanId`] and [`REMOTE`].
     head: u32,
     length: u8,
     data: [u8; 8],
 }
 
-/// In the head of a frame: the identifier has 29 bits.
-const EXTENDED: u32 = 1 << 31;
 /// In the head of a frame: a remote frame.
 const REMOTE: u32 = 1 << 30;
 
-/// The head of a data frame.
-fn head(id: Id) -> u32 {
-    match id {
-        Id::Standard(id) => id.as_raw().into(),
-        Id::Extended(id) => id.as_raw() | EXTENDED,
+/// An identifier with its format in one word, which compares in one instruction.
+///
+/// Bit 31 is the format (1 = 29 bit), bits 30 and 29 are 0, the identifier is right-aligned.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct CanId(u32);
+
+/// In a [`CanId`] and in the head of a frame: the identifier has 29 bits.
+const EXTENDED: u32 = 1 << 31;
+
+impl CanId {
+    /// An 11-bit identifier; the upper bits of `id` are dropped.
+    pub const fn standard(id: u16) -> Self {
+        Self((id & 0x7FF) as u32)
+    }
+
+    /// A 29-bit identifier; the upper bits of `id` are dropped.
+    pub const fn extended(id: u32) -> Self {
+        Self(id & 0x1FFF_FFFF | EXTENDED)
+    }
+
+    /// The identifier with these bits; those that are always 0 are dropped.
+    pub const fn from_bits(bits: u32) -> Self {
+        if bits & EXTENDED != 0 {
+            Self::extended(bits)
+        } else {
+            Self::standard(bits as u16)
+        }
+    }
+
+    /// Its bits.
+    pub const fn bits(self) -> u32 {
+        self.0
+    }
+}
+
+impl From<Id> for CanId {
+    fn from(id: Id) -> Self {
+        match id {
+            Id::Standard(id) => Self(id.as_raw().into()),
+            Id::Extended(id) => Self(id.as_raw() | EXTENDED),
+        }
+    }
+}
+
+impl From<CanId> for Id {
+    fn from(id: CanId) -> Self {
+        if id.0 & EXTENDED != 0 {
+            extended(id.0)
+        } else {
+            standard(id.0 as u16)
+        }
     }
 }
 
 impl Frame {
+    /// A frame without data, with the identifier 0.
+    pub(crate) const EMPTY: Self = Self {
+        head: 0,
+        length: 0,
+        data: [0; 8],
+    };
+
     /// A data frame; None when `data` is longer than 8 bytes.
     pub fn data(id: Id, data: &[u8]) -> Option<Self> {
         let mut bytes = [0; 8];
         bytes.get_mut(..data.len())?.copy_from_slice(data);
         Some(Self {
-            head: head(id),
+            head: CanId::from(id).0,
             length: data.len() as u8,
             data: bytes,
         })
     }
 
     /// A data frame with the first `length` of these bytes, with all eight when that is more.
-    pub fn of(id: Id, bytes: [u8; 8], length: u8) -> Self {
+    pub fn of(id: impl Into<CanId>, bytes: [u8; 8], length: u8) -> Self {
         // As a number, because that takes a few instructions and a copy of unknown length fifty.
         let data = u64::from_le_bytes(bytes);
         let (data, length) = match length {
             0..8 => (data & !(u64::MAX << (8 * length)), length),
             _ => (data, 8),
         };
-        Self {
-            head: head(id),
-            length,
-            data: data.to_le_bytes(),
-        }
+        Self::word(id, data, length)
     }
 
     /// A data frame with the first `length` bytes of a little-endian number that has no others, 8 at most.
-    pub(crate) fn word(id: Id, data: u64, length: u8) -> Self {
+    pub(crate) fn word(id: impl Into<CanId>, data: u64, length: u8) -> Self {
         Self {
-            head: head(id),
+            head: id.into().0,
             length,
             data: data.to_le_bytes(),
         }
@@ -68,19 +115,20 @@ impl Frame {
     /// A remote frame asking for `length` bytes; None when that is more than 8.
     pub fn remote(id: Id, length: usize) -> Option<Self> {
         (length <= 8).then_some(Self {
-            head: head(id) | REMOTE,
+            head: CanId::from(id).0 | REMOTE,
             length: length as u8,
             data: [0; 8],
         })
     }
 
     /// The identifier with its format (11 or 29 bit).
-    pub const fn id(&self) -> Id {
-        if self.head & EXTENDED != 0 {
-            extended(self.head)
-        } else {
-            standard(self.head as u16)
-        }
+    pub fn id(&self) -> Id {
+        self.can_id().into()
+    }
+
+    /// The identifier with its format, in one word.
+    pub const fn can_id(&self) -> CanId {
+        CanId(self.head & !REMOTE)
     }
 
     /// True for a remote transmission request.
@@ -94,6 +142,7 @@ impl Frame {
     }
 
     /// The data bytes; none in a remote frame.
+    #[inline]
     pub fn bytes(&self) -> &[u8] {
         if self.is_remote() {
             &[]
@@ -204,6 +253,22 @@ impl BitRate {
         Self::M1,
     ];
 
+    /// The rate with its unit.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::K10 => "10 kbit/s",
+            Self::K20 => "20 kbit/s",
+            Self::K50 => "50 kbit/s",
+            Self::K62_5 => "62.5 kbit/s",
+            Self::K100 => "100 kbit/s",
+            Self::K125 => "125 kbit/s",
+            Self::K250 => "250 kbit/s",
+            Self::K500 => "500 kbit/s",
+            Self::K800 => "800 kbit/s",
+            Self::M1 => "1 Mbit/s",
+        }
+    }
+
     /// Bits per second.
     pub const fn bits_per_second(self) -> u32 {
         match self {
@@ -232,9 +297,9 @@ pub struct Filter {
 
 impl Filter {
     /// Accepts exactly `id`, data and remote frames.
-    pub const fn exact(id: Id) -> Self {
+    pub fn exact(id: impl Into<CanId>) -> Self {
         Self {
-            id,
+            id: id.into().into(),
             mask: 0x1FFF_FFFF,
         }
     }
@@ -251,22 +316,19 @@ impl Filter {
     }
 }
 
-/// The acceptance filters of a node: a frame that none of them accepts is not passed to it.
-pub type Filters = heapless::Vec<Filter, 8>;
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn more_than_eight_bytes_make_no_frame() {
+    fn frame_has_at_most_eight_bytes() {
         assert!(Frame::data(standard(1), &[0; 9]).is_none());
         assert!(Frame::remote(standard(1), 9).is_none());
         assert_eq!(Frame::data(standard(1), &[0; 8]).map(|f| f.dlc()), Some(8));
     }
 
     #[test]
-    fn what_is_behind_a_frames_length_does_not_count() {
+    fn frame_ignores_bytes_beyond_dlc() {
         let data = [1, 2, 3, 4, 5, 6, 7, 8];
         for length in 0..=9 {
             let frame = Frame::of(standard(5), data, length);
@@ -276,7 +338,16 @@ mod tests {
     }
 
     #[test]
-    fn an_identifier_keeps_its_format_and_all_its_bits() {
+    fn can_id_keeps_format_and_bits() {
+        assert_eq!(CanId::from(standard(0x7FF)).bits(), 0x7FF);
+        assert_eq!(CanId::from(extended(0x361)).bits(), 0x8000_0361);
+        assert_eq!(Id::from(CanId::from_bits(0x8000_0361)), extended(0x361));
+        assert_eq!(CanId::from_bits(0xFFFF_FFFF).bits(), 0x9FFF_FFFF);
+        assert_eq!(CanId::from_bits(0x7FFF_FFFF).bits(), 0x7FF);
+    }
+
+    #[test]
+    fn frame_keeps_format_and_bits_of_its_identifier() {
         let ids = [0, 1, 0x400, 0x7FF].map(standard).into_iter();
         for id in ids.chain([0, 1, 0x7FF, 0x1000_0000, 0x1FFF_FFFF].map(extended)) {
             for frame in [Frame::data(id, &[1]), Frame::remote(id, 1)] {
@@ -289,7 +360,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_print_as_candump_does() {
+    fn frame_prints_as_candump_does() {
         let text = |frame: Option<Frame>| std::format!("{:?}", frame.unwrap());
         assert_eq!(text(Frame::data(standard(0x301), &[0xFF, 2])), "301#FF02");
         assert_eq!(text(Frame::data(extended(0x361), &[])), "00000361#");
@@ -298,7 +369,7 @@ mod tests {
     }
 
     #[test]
-    fn a_filter_tells_the_formats_apart() {
+    fn filter_compares_format_and_masked_bits() {
         let filter = Filter::exact(standard(0x300));
         assert!(filter.accepts(standard(0x300)));
         assert!(!filter.accepts(standard(0x301)));

@@ -13,7 +13,7 @@
 //! - All of it is integers. The integral is a sum of errors in 0.01 K, not of their rounded share of the duty, so that the last
 //!   0.01 K counts too.
 
-use crate::time::{Duration, millis};
+use crate::time::{Duration, Instant, after, millis, reached};
 
 /// The period of the regulator: as often as the manual has the temperature determined (ifm JN2101 manual 9.9).
 pub const PERIOD: Duration = millis(200);
@@ -70,7 +70,8 @@ pub struct Settings {
 /// ```
 #[derive(Clone, Debug)]
 pub struct Heater {
-    settings: &'static Settings,
+    /// None: there is no heater.
+    settings: Option<&'static Settings>,
     enabled: bool,
     /// Kp times the sum of the errors, in 0.01 permille.
     integral: u32,
@@ -83,15 +84,22 @@ pub struct Heater {
 }
 
 impl Heater {
+    /// No heater: it never heats.
+    pub const NONE: Self = Self {
+        settings: None,
+        enabled: false,
+        integral: 0,
+        trail: None,
+        close_for: 0,
+        duty: 0,
+    };
+
     /// A heater that is enabled and has not heated yet.
     pub const fn new(settings: &'static Settings) -> Self {
         Self {
-            settings,
+            settings: Some(settings),
             enabled: true,
-            integral: 0,
-            trail: None,
-            close_for: 0,
-            duty: 0,
+            ..Self::NONE
         }
     }
 
@@ -112,13 +120,14 @@ impl Heater {
     /// Takes in the temperature of the measuring cell in 0.01 degC, once per [`PERIOD`], and returns the duty until the next one,
     /// 0..=1000 permille. Without a temperature (None: the sensor is missing or faulty) the heater is off and starts afresh later.
     pub fn regulate(&mut self, temperature: Option<i16>) -> u16 {
-        let Some(temperature) = temperature.filter(|_| self.enabled) else {
+        let (Some(temperature), Some(settings), true) = (temperature, self.settings, self.enabled)
+        else {
             self.rest();
             return 0;
         };
-        let error = i32::from(self.settings.set_point) - i32::from(temperature);
-        self.judge(error);
-        self.duty = self.duty_for(error, self.slope(temperature));
+        let error = i32::from(settings.set_point) - i32::from(temperature);
+        self.judge(settings, error);
+        self.duty = self.duty_for(settings, error, self.slope(temperature));
         self.follow(temperature);
         self.duty
     }
@@ -129,23 +138,22 @@ impl Heater {
     }
 
     /// The heating power in force, in mW (ifm JN2101 manual, object 4081h).
-    pub const fn power(&self) -> u16 {
-        (self.settings.full_power as u32 * self.duty as u32 / FULL as u32) as u16
+    pub fn power(&self) -> u16 {
+        let full = self.settings.map_or(0, |settings| settings.full_power);
+        (u32::from(full) * u32::from(self.duty) / u32::from(FULL)) as u16
     }
 
     /// True when the temperature stands: it has been as close to the set point as the settings ask for, for as long as they ask
     /// for. Its opposite is the AccuracyWarning (GEMAC manual 9.5), also while the heater is disabled or the sensor is faulty.
     pub fn is_steady(&self) -> bool {
         // At least one period, so that it is not steady before it has been measured.
-        self.close_for >= self.periods_to_steady()
+        let periods = |settings: &Settings| (u32::from(settings.steady_after) * RATE).max(1);
+        self.settings
+            .is_some_and(|settings| self.close_for >= periods(settings))
     }
 
-    fn periods_to_steady(&self) -> u32 {
-        (u32::from(self.settings.steady_after) * RATE).max(1)
-    }
-
-    fn judge(&mut self, error: i32) {
-        let close = error.unsigned_abs() <= u32::from(self.settings.tolerance);
+    fn judge(&mut self, settings: &Settings, error: i32) {
+        let close = error.unsigned_abs() <= u32::from(settings.tolerance);
         self.close_for = if close {
             self.close_for.saturating_add(1)
         } else {
@@ -167,12 +175,12 @@ impl Heater {
     }
 
     /// The regulator: `error` in 0.01 K, `slope` in 0.01 K / 2^SMOOTHING. Sums are in 0.01 permille.
-    fn duty_for(&mut self, error: i32, slope: i32) -> u16 {
+    fn duty_for(&mut self, settings: &Settings, error: i32, slope: i32) -> u16 {
         const END: i32 = FULL as i32 * 100;
-        let proportional = i32::from(self.settings.proportional).saturating_mul(error);
-        let quick = proportional.saturating_sub(self.derivative(slope));
+        let proportional = i32::from(settings.proportional).saturating_mul(error);
+        let quick = proportional.saturating_sub(derivative(settings, slope));
 
-        let time = (u32::from(self.settings.integral_time) * RATE).max(1);
+        let time = (u32::from(settings.integral_time) * RATE).max(1);
         let before = quick.saturating_add((self.integral / time) as i32);
         let driven_further = (before >= END && error > 0) || (before <= 0 && error < 0);
         if !driven_further {
@@ -183,20 +191,70 @@ impl Heater {
         (sum.clamp(0, END) / 100) as u16
     }
 
-    /// Kp Td times the slope, in 0.01 permille.
-    fn derivative(&self, slope: i32) -> i32 {
-        // A tenth of a second is half a period.
-        let gain = i32::from(self.settings.proportional)
-            .saturating_mul(i32::from(self.settings.derivative_time));
-        gain.saturating_mul(slope) >> (2 * SMOOTHING + 1)
-    }
-
     /// Off, with nothing remembered.
     fn rest(&mut self) {
         *self = Self {
+            settings: self.settings,
             enabled: self.enabled,
-            ..Self::new(self.settings)
+            ..Self::NONE
         };
+    }
+}
+
+/// Kp Td times the slope, in 0.01 permille.
+fn derivative(settings: &Settings, slope: i32) -> i32 {
+    // A tenth of a second is half a period.
+    let gain = i32::from(settings.proportional).saturating_mul(i32::from(settings.derivative_time));
+    gain.saturating_mul(slope) >> (2 * SMOOTHING + 1)
+}
+
+/// A measuring cell with its heater, which regulates with the first temperature and then once per [`PERIOD`].
+#[derive(Clone, Debug)]
+pub struct HeatedCell {
+    heater: Heater,
+    /// When the next temperature is taken in; None: with the next one.
+    due: Option<Instant>,
+}
+
+impl HeatedCell {
+    /// A cell without a heater.
+    pub const UNHEATED: Self = Self {
+        heater: Heater::NONE,
+        due: None,
+    };
+
+    /// A cell that has not been heated yet.
+    pub const fn new(settings: &'static Settings) -> Self {
+        Self {
+            heater: Heater::new(settings),
+            due: None,
+        }
+    }
+
+    /// Takes the temperature of the cell in 0.01 degC in, when it is time to; true when it was.
+    pub fn take(&mut self, now: Instant, temperature: i16) -> bool {
+        let due = self.due.is_none_or(|due| reached(now, due));
+        if due {
+            self.due = Some(after(now, PERIOD));
+            self.heater.regulate(Some(temperature));
+        }
+        due
+    }
+
+    /// Off at once; the next temperature starts the regulator afresh.
+    pub fn stop(&mut self) {
+        self.due = None;
+        self.heater.regulate(None);
+    }
+
+    /// Switches the regulation on or off, as [`Heater::enable`] does.
+    pub fn enable(&mut self, on: bool) {
+        self.heater.enable(on);
+    }
+
+    /// The heater.
+    pub const fn heater(&self) -> &Heater {
+        &self.heater
     }
 }
 

@@ -15,12 +15,12 @@
 //! ```
 //! use plumbline::can::{Frame, standard};
 //! use plumbline::measure::{I32x3, ONE_G, Reading};
-//! use plumbline::model::is2::{BP_CL, Is2};
+//! use plumbline::model::gemac::is2::{BP_CL, Is2};
 //! use plumbline::node::{Boot, Node};
 //! use plumbline::time::Instant;
 //!
 //! let now = Instant::from_ticks(0);
-//! let mut sensor = Is2::new(&BP_CL, now, Boot::default());
+//! let mut sensor = Is2::new(&BP_CL, now, &Boot::default());
 //! let level = I32x3 { x: 0, y: 0, z: ONE_G };
 //! sensor.sample(now, &Reading { acceleration: level, ..Reading::default() });
 //! // Any frame on the bus reveals the bit rate, and two boot-up messages answer it.
@@ -42,6 +42,7 @@
 )]
 
 pub mod angle;
+pub mod application;
 pub mod can;
 pub mod canopen;
 pub mod fsc;
@@ -49,5 +50,6 @@ pub mod heater;
 pub mod measure;
 pub mod model;
 pub mod node;
+pub mod param;
 pub mod store;
 pub mod time;

@@ -11,11 +11,12 @@ use crate::can::Bus;
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::{clock, sleep};
+use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, Boot, Node};
-use plumbline::store::{ImageId, Store};
+use plumbline::store::{Owner, Store};
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 
 /// How long a restart waits for the last frames: four, one of them waiting for a mailbox, of 16 ms each at 10 kbit/s.
@@ -24,29 +25,45 @@ const RESTART_LIMIT: Duration = millis(100);
 /// How long the boot waits for the accelerometer: it settles in 100 ms.
 const FIRST_READING_LIMIT: Duration = millis(200);
 
-/// Runs a node for ever. `image` and `payload` say how it is stored, and `node` starts it.
-pub fn run<N: Node + 'static>(
-    image: ImageId,
-    payload: usize,
-    node: impl FnOnce(Instant, &Boot) -> &'static mut N,
+/// Runs a node for ever. `owner` says whose records its memory holds, by the serial number; `store` is where the [`Store`] goes,
+/// with a `BUFFER` of the node's [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER); and `start_node` starts the node.
+pub fn run<N: Node + 'static, const BUFFER: usize>(
+    owner: fn(u32) -> Owner,
+    store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
+    node: &'static mut N,
+    start_node: impl FnOnce(&mut N, Instant, &Boot),
 ) -> ! {
-    let Some(mut parts) = start(image, payload) else {
+    let Some(parts) = start(owner, store) else {
         // Only a second call gets here.
         SCB::sys_reset()
     };
+    let Parts {
+        mut watchdog,
+        store,
+        imu,
+        first,
+        bus,
+        leds,
+        switches,
+    } = parts;
     let now = clock::now();
+    let boot = store.boot();
+    if boot.damaged {
+        warn!("stored parameters are damaged");
+    }
+    start_node(node, now, &boot);
     let mut app = App {
-        node: node(now, parts.boot),
-        bus: parts.bus,
-        imu: parts.imu,
-        store: parts.store,
-        leds: parts.leds,
-        switches: parts.switches,
+        node,
+        bus,
+        imu,
+        store,
+        leds,
+        switches,
         sample_due: after(now, SAMPLE_PERIOD),
-        reading: parts.first,
+        reading: first,
     };
     loop {
-        parts.watchdog.feed();
+        watchdog.feed();
         if !app.turn() {
             sleep::sleep(app.wake());
         }
@@ -55,10 +72,9 @@ pub fn run<N: Node + 'static>(
 
 /// Everything but the node, ready to run. What is large lies in static memory: so its size shows in the image, and it is never on
 /// the stack on its way from one function to the next.
-struct Parts {
+struct Parts<const BUFFER: usize> {
     watchdog: Watchdog,
-    store: &'static mut ParameterStore,
-    boot: &'static Boot,
+    store: &'static mut ParameterStore<BUFFER>,
     imu: &'static mut Imu,
     first: Option<Reading>,
     bus: &'static mut Bus,
@@ -66,21 +82,21 @@ struct Parts {
     switches: Switches,
 }
 
-/// The nonvolatile parameters on this board.
-type ParameterStore = Store<ParameterFlash<board::Flash>>;
+/// The nonvolatile memory on this board.
+pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
 
 /// Boots up to the node; None when called a second time.
 #[inline(never)] // what booting puts on the stack is gone when the main loop begins
-fn start(image: ImageId, payload: usize) -> Option<Parts> {
+fn start<const BUFFER: usize>(
+    owner: fn(u32) -> Owner,
+    store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
+) -> Option<Parts<BUFFER>> {
     let board = Board::take()?;
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
     info!("serial number {=u32}", board.serial);
-    let (store, boot) = open_store(board.flash, image, payload, board.serial)?;
-    if boot.loaded.damaged {
-        warn!("stored parameters are damaged");
-    }
+    let store = open_store(store, board.flash, owner(board.serial));
     watchdog.feed();
     store.prepare();
     watchdog.feed();
@@ -90,7 +106,6 @@ fn start(image: ImageId, payload: usize) -> Option<Parts> {
     Some(Parts {
         watchdog,
         store,
-        boot,
         imu,
         first,
         bus: Bus::new(board.can)?,
@@ -99,18 +114,14 @@ fn start(image: ImageId, payload: usize) -> Option<Parts> {
     })
 }
 
-/// Finds the nonvolatile parameters; None when called a second time.
+/// Opens the nonvolatile memory.
 #[inline(never)] // as `start`
-fn open_store(
+fn open_store<const BUFFER: usize>(
+    place: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     flash: ParameterFlash<board::Flash>,
-    image: ImageId,
-    payload: usize,
-    serial: u32,
-) -> Option<(&'static mut ParameterStore, &'static Boot)> {
-    let (store, loaded) = Store::open(flash, image, payload);
-    let store = singleton!(: ParameterStore = store)?;
-    let boot = singleton!(: Boot = Boot { loaded, serial })?;
-    Some((store, boot))
+    owner: Owner,
+) -> &'static mut ParameterStore<BUFFER> {
+    place.write(Store::open(flash, owner))
 }
 
 /// Waits for the accelerometer to settle, so that the first frame tells the truth; None when it does not come up.
@@ -131,11 +142,11 @@ fn first_reading(imu: &mut Imu) -> Option<Reading> {
 }
 
 /// Everything that the main loop turns.
-struct App<N: 'static> {
+struct App<N: 'static, const BUFFER: usize> {
     node: &'static mut N,
     bus: &'static mut Bus,
     imu: &'static mut Imu,
-    store: &'static mut ParameterStore,
+    store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
     switches: Switches,
     sample_due: Instant,
@@ -143,7 +154,7 @@ struct App<N: 'static> {
     reading: Option<Reading>,
 }
 
-impl<N: Node + 'static> App<N> {
+impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
     /// One turn of the loop: the frames that have come, then a small piece of everything else. True when there may be more to do at
     /// once.
     fn turn(&mut self) -> bool {
@@ -153,7 +164,7 @@ impl<N: Node + 'static> App<N> {
             self.node.sample(clock::now(), &reading);
             return true;
         }
-        self.bus.step();
+        self.bus.step(self.node);
         while let Some(event) = self.bus.event() {
             self.node.bus(clock::now(), event);
         }
@@ -244,14 +255,14 @@ impl<N: Node + 'static> App<N> {
         match action {
             Action::Bus(mode, rate) => {
                 info!("{} at {}", mode, rate);
-                self.bus.configure(mode, rate, self.node.filters());
+                self.bus.configure(mode, rate);
             }
             Action::Recover => {
                 info!("recover from bus-off");
                 self.bus.recover();
             }
             Action::Leds(leds) => self.leds.show(leds),
-            Action::Save => self.store.save(&self.node.image()),
+            Action::Save => self.store.save(|buffer| self.node.image(buffer)),
             Action::Restart => self.restart(),
             Action::Termination(on) => self.switches.terminate(on),
             Action::Heater(permille) => self.switches.heat(permille),

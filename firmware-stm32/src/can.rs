@@ -21,8 +21,8 @@ use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use embedded_can::Id;
 use heapless::spsc::{Consumer, Queue};
-use plumbline::can::{BitRate, Filter, Filters, Frame};
-use plumbline::node::{BusEvent, BusMode, BusState};
+use plumbline::can::{BitRate, Filter, Frame};
+use plumbline::node::{BusEvent, BusMode, BusState, Node};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
 /// Received frames that wait for the node: 1.5 ms of a full bus at 1 Mbit/s with the shortest frames.
@@ -77,11 +77,10 @@ enum Change {
 }
 
 /// How to take part in the bus.
-#[derive(Clone)]
+#[derive(Clone, Copy)]
 struct Settings {
     mode: BusMode,
     rate: BitRate,
-    filters: Filters,
 }
 
 /// The CAN controller as the main loop sees it: everything but the receive FIFO.
@@ -125,14 +124,9 @@ impl Bus {
         })
     }
 
-    /// Changes over to this mode and bit rate, dropping whatever waits to be sent. In listen mode everything is accepted,
-    /// otherwise what `filters` let pass. [`step`](Self::step) carries it out.
-    pub fn configure(&mut self, mode: BusMode, rate: BitRate, filters: Filters) {
-        self.settings = Some(Settings {
-            mode,
-            rate,
-            filters,
-        });
+    /// Changes over to this mode and bit rate, dropping whatever waits to be sent. [`step`](Self::step) carries it out.
+    pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
+        self.settings = Some(Settings { mode, rate });
         self.waiting = None;
         abort_all(self.registers());
         self.leave();
@@ -153,13 +147,14 @@ impl Bus {
         self.change = Change::Leaving { limit };
     }
 
-    /// Carries a change of mode on; call it every millisecond or more often.
-    pub fn step(&mut self) {
+    /// Carries a change of mode on; call it every millisecond or more often. In listen mode everything is accepted, otherwise what
+    /// the filters of `node` let pass.
+    pub fn step(&mut self, node: &impl Node) {
         match self.change {
             Change::Done => {}
             Change::Leaving { limit } => {
                 if self.registers().msr().read().inak().bit_is_set() {
-                    self.join();
+                    self.join(node);
                 } else if reached(clock::now(), limit) {
                     // At a wrong bit rate the end of a frame may never be seen. Off the bus by force, into sleep.
                     self.registers().mcr().write(|w| w.reset().set_bit());
@@ -189,15 +184,15 @@ impl Bus {
 
     /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. What was heard at the rate before,
     /// frames and errors, is forgotten: it would be taken for the new rate's.
-    fn join(&mut self) {
+    fn join(&mut self, node: &impl Node) {
         while self.received.dequeue().is_some() {}
         self.forget_error();
-        let Some(settings) = &self.settings else {
+        let Some(settings) = self.settings else {
             return;
         };
         let silent = u32::from(settings.mode == BusMode::Listen) << 31;
         let timing = btr(settings.rate) | silent;
-        set_filters(&mut self.can, settings);
+        set_filters(&mut self.can, settings.mode, node);
         // SAFETY: timing fields from the table, which is tested, and the silent bit; loop back stays off.
         self.registers().btr().write(|w| unsafe { w.bits(timing) });
         self.can.enable_interrupts(
@@ -332,19 +327,23 @@ fn mailbox_free(registers: &CanPeripheral) -> bool {
 
 /// Gives each filter a bank of its own, all of them 32 bits wide, in mask mode and for FIFO 0: so none outranks another and a
 /// frame that agrees with two is stored once. Data and remote frames pass.
-fn set_filters(can: &mut bxcan::Can<Controller>, settings: &Settings) {
+fn set_filters(can: &mut bxcan::Can<Controller>, mode: BusMode, node: &impl Node) {
     let mut banks = can.modify_filters();
     banks.clear();
-    if settings.mode == BusMode::Listen {
+    if mode == BusMode::Listen {
         banks.enable_bank(0, Fifo::Fifo0, Mask32::accept_all());
         return;
     }
-    // At most 8 filters for 14 banks.
-    for (bank, filter) in (0..).zip(&settings.filters) {
-        if let Some(mask) = mask(filter) {
+    let mut bank = 0;
+    node.filters(&mut |filter| {
+        // There is a bank for each filter: the firmware checks it when it is built.
+        if bank < board::FILTER_BANKS
+            && let Some(mask) = mask(&filter)
+        {
             banks.enable_bank(bank, Fifo::Fifo0, mask);
+            bank += 1;
         }
-    }
+    });
 }
 
 fn mask(filter: &Filter) -> Option<Mask32> {

@@ -41,39 +41,54 @@ pub mod flash;
 #[cfg(board)]
 pub mod imu;
 #[cfg(board)]
+mod mem;
+#[cfg(board)]
 mod reset;
 #[cfg(board)]
 mod sleep;
 
-/// The main function of a model: on a board it runs the node, on a PC it says where it belongs. A product has name, image and
-/// constants of its own; a model without products names them here, and how it gets its place.
+/// The main function of a product: on a board it runs the node, on a PC it says where it belongs. An article has name and image of
+/// its own; a product without articles names them here.
 #[macro_export]
 macro_rules! firmware {
-    ($sensor:ty, $product:expr) => {
-        $crate::firmware!(
-            $sensor,
-            $product.name,
-            $product.image,
-            |place, now, boot| <$sensor>::place(place, $product, now, boot)
-        );
+    ($node:ty, $article:expr) => {
+        $crate::firmware!($node, $article.name, $article.image, |node, now, boot| node
+            .start($article, now, boot));
     };
-    ($sensor:ty, $name:expr, $image:expr, $place:expr) => {
+    ($node:ty, $name:expr, $image:expr) => {
+        $crate::firmware!($node, $name, $image, |node, now, boot| node
+            .start(now, boot));
+    };
+    ($node:ty, $name:expr, $image:expr, |$it:ident, $now:ident, $boot:ident| $start:expr) => {
+        #[cfg(target_os = "none")]
+        const _: () = assert!(
+            <$node>::FILTERS <= $crate::board::FILTER_BANKS as usize,
+            "the controller has a bank for each filter"
+        );
+
         #[cfg(target_os = "none")]
         #[cortex_m_rt::entry]
         fn main() -> ! {
             // In static memory, so that its size shows in the image and not on the stack; `entry` makes it safe to borrow.
-            static mut SENSOR: core::mem::MaybeUninit<$sensor> = core::mem::MaybeUninit::uninit();
-            $crate::app::run($image, <$sensor>::PAYLOAD, |now, boot| {
-                ($place)(SENSOR, now, boot)
-            })
+            static mut NODE: $node = <$node>::INITIAL;
+            static mut STORE: core::mem::MaybeUninit<
+                $crate::app::ParameterStore<{ <$node>::STORE_BUFFER }>,
+            > = core::mem::MaybeUninit::uninit();
+            $crate::app::run(
+                |serial| <$node>::owner($image, serial),
+                STORE,
+                NODE,
+                |$it: &mut $node, $now, $boot: &_| $start,
+            )
         }
 
         #[cfg(not(target_os = "none"))]
         fn main() {
-            let (bytes, image) = (<$sensor>::PAYLOAD, $image);
             println!(
-                "{} is firmware for a board ({bytes} bytes of parameters, {image:?}): see the README",
-                $name
+                "{} is firmware for a board ({} filters, {:?}): see the README",
+                $name,
+                <$node>::FILTERS,
+                <$node>::owner($image, 0),
             );
         }
     };

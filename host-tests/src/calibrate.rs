@@ -4,12 +4,10 @@
 //! raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (5 K apart at
 //! least) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
-use bench::Flash;
-use bench::models::Model;
+use bench::{Flash, STORE_BUFFER};
 use plumbline::measure::ONE_G;
-use plumbline::measure::calibration::{Calibration, SIZE};
-use plumbline::store::Store;
-use plumbline::time::Instant;
+use plumbline::measure::calibration::Calibration;
+use plumbline::store::{Owner, Store};
 use std::path::Path;
 
 /// Rows of one set may differ by this much in temperature, in K.
@@ -189,20 +187,15 @@ fn combine(a: Vector, b: Vector, f: impl Fn(f64, f64) -> f64) -> Vector {
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// Puts the calibration into the memory in `path`, beside the parameters that are there, or the factory values when there are none.
+/// Puts the calibration into the memory of this unit in `path`; parameters that are there stay.
 ///
 /// # Errors
 /// The file cannot be read or written.
-pub fn write(model: &Model, calibration: &Calibration, path: &Path) -> Result<(), String> {
+pub fn write(owner: Owner, calibration: &Calibration, path: &Path) -> Result<(), String> {
     let text = |error: std::io::Error| format!("{}: {error}", path.display());
     let flash = Flash::in_file(path).map_err(text)?;
-    let (mut store, loaded) = Store::open(flash, model.image, model.payload);
-    let node = (model.boot)(Instant::from_ticks(0), loaded, 0);
-    // Whatever the model, the calibration ends its payload.
-    let mut payload = node.image();
-    let end = payload.len();
-    payload[end - SIZE..].copy_from_slice(&calibration.encode());
-    store.save(&payload);
+    let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
+    store.calibrate(calibration);
     loop {
         if let Some(result) = store.step() {
             return result.map_err(|_| format!("{}: cannot be written", path.display()));

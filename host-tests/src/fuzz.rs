@@ -6,14 +6,18 @@
 mod canopen;
 mod fsc;
 
-use bench::Flash;
-use bench::models::{Model, Protocol};
+use bench::{Flash, NodeType, STORE_BUFFER};
 use plumbline::heater;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};
+use plumbline::model::catalog::{Product, Protocol};
 use plumbline::node::{Action, BusEvent, BusState, Node};
-use plumbline::store::{Payload, Store};
+use plumbline::param::{Parameter, Permitted};
+use plumbline::store::Store;
 use plumbline::time::Instant;
+
+/// The serial number of the sensor.
+const SERIAL: u32 = 1;
 
 /// The actions that one input may cause at most.
 const ACTIONS_MAX: usize = 64;
@@ -35,18 +39,41 @@ impl<I: Iterator<Item = u8>> Source for I {
     }
 }
 
+/// A value of a parameter that is often permitted.
+fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
+    let raw = source.number();
+    if source.byte() < 32 {
+        return raw;
+    }
+    match parameter.permitted {
+        Permitted::Any => raw % 300,
+        Permitted::Range(low, high) => (low + i64::from(raw) % (high - low + 1)) as u32,
+        Permitted::Named => parameter.meanings[raw as usize % parameter.meanings.len()].0,
+        Permitted::OneOf(list) => list[raw as usize % list.len()],
+        Permitted::Ranges(ranges) => {
+            let (low, high) = ranges.ranges[raw as usize % ranges.ranges.len()];
+            let number = low + (raw >> 8) % (high - low + 1);
+            // The bits that do not count, too.
+            let ignored = u32::from(ranges.ignored_bits);
+            let flags = raw.checked_shr(32 - ignored).unwrap_or(0);
+            number | flags.checked_shl(32 - ignored).unwrap_or(0)
+        }
+    }
+}
+
 /// A sensor under attack.
 pub struct Sensor {
-    model: &'static Model,
+    product: &'static Product,
+    node_type: NodeType,
     node: Box<dyn Node>,
-    store: Option<Store<Flash>>,
+    store: Option<Store<Flash, STORE_BUFFER>>,
     now: Instant,
-    /// The node id on the bus, as the last boot-up message told it.
+    /// The node-ID in the last boot-up message.
     node_id: u8,
-    /// Every payload that was ever handed to the memory: nothing else may ever be loaded.
-    written: Vec<Payload>,
-    /// What the memory must hold: the payload last confirmed, and the one that may have replaced it. Unknown after a flipped bit.
-    known: Option<Vec<Option<Payload>>>,
+    /// All parameters that were ever handed to the memory: nothing else may ever be loaded.
+    written: Vec<Vec<u8>>,
+    /// What the memory must hold: the parameters last confirmed, and those that may have replaced them. Unknown after a flipped bit.
+    known: Option<Vec<Option<Vec<u8>>>>,
     /// Restarts, power cuts and accepted saves so far, to see that the attack reaches them.
     pub restarts: u64,
     /// Power cuts so far.
@@ -58,16 +85,18 @@ pub struct Sensor {
 }
 
 impl Sensor {
-    /// A factory-new sensor of this model.
-    pub fn new(model: &'static Model) -> Self {
+    /// A factory-new sensor.
+    pub fn new(product: &'static Product) -> Self {
         let now = Instant::from_ticks(0);
-        let (store, loaded) = Store::open(Flash::default(), model.image, model.payload);
+        let node_type = NodeType::from(product);
+        let mut store = Store::open(Flash::default(), node_type.owner(SERIAL));
         Self {
-            model,
-            node: (model.boot)(now, loaded, 1),
+            product,
+            node_type,
+            node: (node_type.start)(&node_type, now, &store.boot()),
             store: Some(store),
             now,
-            node_id: canopen::FACTORY_NODE_ID,
+            node_id: canopen::factory_node_id(product),
             written: Vec::new(),
             known: Some(vec![None]),
             restarts: 0,
@@ -80,15 +109,17 @@ impl Sensor {
     /// One step, chosen by `source`.
     ///
     /// # Panics
-    /// When the sensor does, when it does not come to rest, when it sends a frame that no sensor of the model sends, or when its memory
+    /// When the sensor does, when it does not come to rest, when it sends a frame that no such sensor sends, or when its memory
     /// gives back something that was not saved last.
     pub fn step(&mut self, source: &mut impl Source) {
         match source.byte() {
             0..=119 => {
                 if self.node.ready() {
-                    let frame = match self.model.protocol {
-                        Protocol::Fsc => fsc::frame(source),
-                        Protocol::Canopen => canopen::frame(source, self.node_id),
+                    let frame = match &self.product.protocol {
+                        Protocol::Fsc(tables) => fsc::frame(source, tables, self.product),
+                        Protocol::Canopen(tables) => {
+                            canopen::frame(source, tables, self.product, self.node_id)
+                        }
                     };
                     self.node.receive(self.now, &frame);
                 }
@@ -174,9 +205,12 @@ impl Sensor {
             return;
         };
         self.sent += 1;
-        match self.model.protocol {
-            Protocol::Fsc => fsc::check(&frame, self.model.cell.is_some()),
-            Protocol::Canopen => self.node_id = canopen::check(&frame).unwrap_or(self.node_id),
+        match &self.product.protocol {
+            Protocol::Fsc(tables) => fsc::check(&frame, tables, self.product.heater.is_some()),
+            Protocol::Canopen(tables) => {
+                let started = canopen::check(&frame, tables, self.product);
+                self.node_id = started.unwrap_or(self.node_id);
+            }
         }
     }
 
@@ -211,21 +245,19 @@ impl Sensor {
         };
         let mut flash = store.into_memory();
         flash.power_on();
-        let (mut store, loaded) = Store::open(flash, self.model.image, self.model.payload);
+        let mut store = Store::open(flash, self.node_type.owner(SERIAL));
+        let boot = store.boot();
+        let loaded = boot.parameters.map(<[u8]>::to_vec);
         if let Some(known) = &self.known {
-            assert!(
-                known.contains(&loaded.payload),
-                "{:?} instead of {known:?}",
-                loaded.payload
-            );
-            self.known = Some(vec![loaded.payload.clone()]);
+            assert!(known.contains(&loaded), "{loaded:?} instead of {known:?}");
+            self.known = Some(vec![loaded.clone()]);
         }
-        if let Some(payload) = &loaded.payload {
-            assert!(self.written.contains(payload), "never saved: {payload:?}");
+        if let Some(loaded) = &loaded {
+            assert!(self.written.contains(loaded), "never saved: {loaded:?}");
         }
+        self.node = (self.node_type.start)(&self.node_type, self.now, &boot);
         store.prepare();
         self.store = Some(store);
-        self.node = (self.model.boot)(self.now, loaded, 1);
     }
 
     fn settle(&mut self) {
@@ -238,17 +270,19 @@ impl Sensor {
                         "{deadline:?} has passed"
                     );
                     let readout = self.node.readout();
-                    let possible = match self.model.protocol {
-                        Protocol::Fsc => fsc::is_possible(readout),
-                        Protocol::Canopen => canopen::is_possible(readout),
+                    let possible = match self.product.protocol {
+                        Protocol::Fsc(_) => fsc::is_possible(readout),
+                        Protocol::Canopen(_) => canopen::is_possible(readout),
                     };
                     assert!(possible, "{readout:?}");
                     return;
                 }
                 Some(Action::Save) => {
-                    let image = self.node.image();
+                    let mut image = vec![0; STORE_BUFFER];
+                    let length = self.node.image(&mut image).expect("room enough");
+                    image.truncate(length);
                     if let Some(store) = &mut self.store {
-                        store.save(&image);
+                        store.save(|buffer| self.node.image(buffer));
                     }
                     if let Some(known) = &mut self.known {
                         known.push(Some(image.clone()));
@@ -260,9 +294,7 @@ impl Sensor {
                     self.boot();
                 }
                 Some(Action::Heater(duty)) => {
-                    let heats =
-                        self.model.cell.is_some() || self.model.protocol == Protocol::Canopen;
-                    assert!(heats && duty <= heater::FULL);
+                    assert!(self.product.heater.is_some() && duty <= heater::FULL);
                 }
                 Some(_) => {}
             }

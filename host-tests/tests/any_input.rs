@@ -1,7 +1,7 @@
 //! No input, no power cut and no bus fault may make a sensor panic, hang or lose a saved parameter.
 
-use bench::models::MODELS;
 use host_tests::fuzz::Sensor;
+use plumbline::model::catalog::PRODUCTS;
 
 /// Steps for each model.
 const STEPS: u64 = 2_000_000;
@@ -21,12 +21,12 @@ fn random(seed: u64) -> impl Iterator<Item = u8> {
 
 #[test]
 fn two_million_steps_for_each_model() {
-    for model in MODELS {
+    for product in PRODUCTS {
         let mut counts = [0; 4];
         for seed in 1..=STEPS / ROUND {
             let result = std::panic::catch_unwind(|| {
                 let mut source = random(seed);
-                let mut sensor = Sensor::new(model);
+                let mut sensor = Sensor::new(product);
                 (0..ROUND).for_each(|_| sensor.step(&mut source));
                 [
                     sensor.restarts,
@@ -35,7 +35,7 @@ fn two_million_steps_for_each_model() {
                     sensor.sent,
                 ]
             });
-            let round = result.unwrap_or_else(|_| panic!("{} with seed {seed}", model.name));
+            let round = result.unwrap_or_else(|_| panic!("{} with seed {seed}", product.name));
             counts
                 .iter_mut()
                 .zip(round)
@@ -44,7 +44,7 @@ fn two_million_steps_for_each_model() {
         let [restarts, power_cuts, saves, sent] = counts;
         println!(
             "{}: {STEPS} steps, {sent} frames, {saves} saves, {restarts} restarts, {power_cuts} power cuts",
-            model.name
+            product.name
         );
         // The attack must get somewhere, or it shows nothing.
         assert!(

@@ -1,6 +1,6 @@
 //! The JN2101's image for the Blue Pill, run by the simulated microcontroller.
 
-use bench::models::{self, Model};
+use bench::NodeType;
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
 use plumbline::can::{BitRate, Frame, standard};
@@ -20,8 +20,8 @@ fn elf() -> &'static [u8] {
     })
 }
 
-fn model() -> &'static Model {
-    models::find("jn2101").expect("the model is known")
+fn node_type() -> NodeType {
+    NodeType::find("jn2101").expect("a product")
 }
 
 /// At rest on a table, as warm as this in 0.01 degC.
@@ -294,7 +294,7 @@ fn boot_up(sensor: impl Sensor) -> u64 {
 
 #[cfg(target_os = "linux")]
 fn built_for_the_pc() -> bench::Device {
-    bench::Device::new(model(), 1, Flash::default(), table(25_00))
+    bench::Device::new(&node_type(), 1, Flash::default(), table(25_00))
 }
 
 /// A trace with everything later by so many us: the board takes its time to boot.
@@ -319,9 +319,9 @@ fn later(trace: &str, delay: u64) -> String {
 fn it_replays_its_traces() {
     use host_tests::trace::Trace;
     use virtual_sensor::scene::{Axes, Scene, SceneArgument};
-    let scene = |model: &Model, text: &str| -> Result<Box<dyn Motion>, String> {
+    let scene = |node_type: &NodeType, text: &str| -> Result<Box<dyn Motion>, String> {
         let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
-        let scene = Scene::open(Some(&argument), Axes::of(model));
+        let scene = Scene::open(Some(&argument), Axes::of(node_type));
         Ok(Box::new(scene.map_err(|error| error.to_string())?))
     };
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
@@ -336,7 +336,7 @@ fn it_replays_its_traces() {
         let text = std::fs::read_to_string(&path).expect("the trace can be read");
         let trace: Trace = later(&text, delay).parse().expect("it is a trace");
         let booted = millis(0);
-        let result = trace.replay_on(model(), &scene, booted, &|_, serial, motion| {
+        let result = trace.replay_on(&node_type(), &scene, booted, &|_, serial, motion| {
             Box::new(microcontroller(serial, motion))
         });
         if let Err(failure) = result {

@@ -1,9 +1,7 @@
 //! What the README says of the models is what their tables say.
 
-use bench::models::MODELS;
 use descriptors::{object_table, parameters};
-use plumbline::model::is2::TwoAxes;
-use plumbline::model::jn2101;
+use plumbline::model::catalog::{PRODUCTS, Protocol, find};
 
 const README: &str = include_str!("../../README.md");
 
@@ -26,21 +24,29 @@ fn assert_block(name: &str, expected: &str) {
 
 #[test]
 fn the_parameter_table_is_the_models_own() {
-    assert_block("parameters of is2", &parameters::<TwoAxes>());
+    let product = find("is2").expect("a product");
+    let Protocol::Fsc(tables) = &product.protocol else {
+        panic!("it speaks FSC")
+    };
+    assert_block("parameters of is2", &parameters(product, tables));
 }
 
 #[test]
 fn the_object_table_is_the_models_own() {
-    assert_block("objects of jn2101", &object_table::<jn2101::Application>());
+    let product = find("jn2101").expect("a product");
+    let Protocol::Canopen(tables) = &product.protocol else {
+        panic!("it speaks CANopen")
+    };
+    assert_block("objects of jn2101", &object_table(product, tables));
 }
 
 #[test]
 fn every_model_is_listed() {
-    for model in MODELS {
+    for product in PRODUCTS {
         assert!(
-            README.contains(&format!("| `{}` |", model.name)),
+            README.contains(&format!("| `{}` |", product.name)),
             "{}",
-            model.name
+            product.name
         );
     }
 }

@@ -49,61 +49,60 @@ fn run(flash: Flash, count: usize, restart: fn(usize) -> bool) -> Option<Cut> {
 /// The restarts that are tried: none, before each save, and now and then.
 const RESTARTS: [fn(usize) -> bool; 3] = [|_| false, |_| true, |number| number % 5 == 3];
 
-/// After a cut the old image is there or the new one (before the very first one, none), and saving goes on as if nothing had
-/// happened, all around the memory.
+/// After a cut the old record is there or the new one (before the first save, none), and the following saves succeed in both pages.
 fn survives(cut: Cut, what: &str) {
-    let after = found(&cut.flash);
-    let old = after.payload == loaded(cut.saved, false).payload;
-    let new = cut.saving.is_some() && after.payload == loaded(cut.saving, false).payload;
+    let after = found_by(OWNER, &cut.flash);
+    let old = after.parameters == loaded(cut.saved, false).parameters;
+    let new = cut.saving.is_some() && after.parameters == loaded(cut.saving, false).parameters;
     assert!(old || new, "{what}: {after:?}");
     if new {
-        assert!(!after.damaged, "{what}: the new image is whole");
+        assert!(!after.damaged, "{what}: the new record is complete");
     }
     let mut flash = cut.flash;
     flash.power_on();
     let mut store = boot(flash);
     assert_eq!(
-        found(store.memory()).payload,
-        after.payload,
-        "{what}: erasing ahead takes away the image"
+        found(&mut store).parameters,
+        after.parameters,
+        "{what}: erasing ahead loses the record"
     );
     for number in 100..100 + 2 * PLACES + 2 {
         assert_eq!(save(&mut store, number), Ok(()), "{what}: save {number}");
         if number < 103 {
-            let next = found(store.memory());
+            let next = found(&mut store);
             assert_eq!(next, loaded(Some(number), false), "{what}");
         }
     }
-    let last = loaded(Some(101 + 2 * PLACES), false).payload;
-    assert_eq!(found(store.memory()).payload, last, "{what}");
+    let last = loaded(Some(101 + 2 * PLACES), false).parameters;
+    assert_eq!(found(&mut store).parameters, last, "{what}");
 }
 
 #[test]
-fn a_power_cut_in_any_programmed_byte_leaves_the_old_image_or_the_new_one() {
+fn power_cut_in_any_programmed_byte_keeps_the_old_record_or_the_new_one() {
     const SAVES: usize = 2 * PLACES + 3;
     for restart in RESTARTS {
-        for byte in 0..SAVES * IMAGE {
+        for byte in 0..SAVES * RECORD {
             let mut flash = Flash::default();
             flash.cut_in_byte_after(byte as u64);
-            let cut = run(flash, SAVES, restart).expect("the fuse blows");
-            assert_eq!(cut.saving, Some(byte / IMAGE));
-            let after = found(&cut.flash);
-            if after.payload == loaded(cut.saved, false).payload {
+            let cut = run(flash, SAVES, restart).expect("the power is cut");
+            assert_eq!(cut.saving, Some(byte / RECORD));
+            let after = found_by(OWNER, &cut.flash);
+            if after.parameters == loaded(cut.saved, false).parameters {
                 assert_eq!(
                     after.damaged, cut.changed,
-                    "byte {byte}: the newest image is lost"
+                    "byte {byte}: the newest record is damaged"
                 );
             }
             survives(cut, &format!("byte {byte}"));
         }
         let mut flash = Flash::default();
-        flash.cut_in_byte_after((SAVES * IMAGE) as u64);
+        flash.cut_in_byte_after((SAVES * RECORD) as u64);
         assert!(run(flash, SAVES, restart).is_none(), "all bytes were tried");
     }
 }
 
 #[test]
-fn a_power_cut_in_any_erase_leaves_the_old_image_or_the_new_one() {
+fn power_cut_in_any_erase_keeps_the_old_record_or_the_new_one() {
     const SAVES: usize = 6 * PLACES;
     for restart in RESTARTS {
         let mut erases = 0;
@@ -129,7 +128,7 @@ fn a_power_cut_in_any_erase_leaves_the_old_image_or_the_new_one() {
 }
 
 #[test]
-fn power_cuts_one_after_the_other_never_lose_the_image() {
+fn repeated_power_cuts_never_lose_the_record() {
     let mut flash = Flash::default();
     let mut random = 12345_u64;
     let mut next = || {
@@ -143,7 +142,7 @@ fn power_cuts_one_after_the_other_never_lose_the_image() {
     for number in 0..5000 {
         flash.power_on();
         match next() % 3 {
-            0 => flash.cut_in_byte_after((next() % (2 * IMAGE)) as u64),
+            0 => flash.cut_in_byte_after((next() % (2 * RECORD)) as u64),
             1 => flash.cut_in_erase_after((next() % 2) as u64, next() as u64),
             _ => {}
         }
@@ -151,8 +150,8 @@ fn power_cuts_one_after_the_other_never_lose_the_image() {
         let result = save(&mut store, number % 60);
         flash = store.into_memory();
         cuts += usize::from(flash.is_cut());
-        let after = found(&flash).payload;
-        let new = loaded(Some(number % 60), false).payload;
+        let after = found_by(OWNER, &flash).parameters;
+        let new = loaded(Some(number % 60), false).parameters;
         if result.is_ok() {
             assert_eq!(after, new, "{number}");
         } else {
@@ -164,17 +163,17 @@ fn power_cuts_one_after_the_other_never_lose_the_image() {
 }
 
 #[test]
-fn debris_of_long_ago_is_not_damage() {
+fn debris_older_than_the_newest_record_is_not_damage() {
     // A cut in save 3, then on and on without a restart.
     let mut flash = Flash::default();
-    flash.cut_in_byte_after((3 * IMAGE + 20) as u64);
+    flash.cut_in_byte_after((3 * RECORD + 20) as u64);
     let cut = run(flash, 10, RESTARTS[0]).unwrap();
     let mut flash = cut.flash;
     flash.power_on();
     let mut store = boot(flash);
     for number in 100..100 + 6 * PLACES {
         assert_eq!(save(&mut store, number), Ok(()));
-        let after = found(store.memory());
+        let after = found(&mut store);
         assert_eq!(after, loaded(Some(number), false), "save {number}");
     }
 }

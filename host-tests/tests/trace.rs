@@ -1,7 +1,7 @@
 //! The replayer of traces itself: does it catch what it is there to catch?
 #![cfg(target_os = "linux")]
 
-use bench::models::Model;
+use bench::NodeType;
 use bench::motion::Motion;
 use bench::script::{self, FIXED, LEVEL};
 use host_tests::trace::{Difference, Failure, Trace};
@@ -23,7 +23,7 @@ const GOOD: &str = "\
 (0.200524) can0 301#0102 R
 ";
 
-fn level(_: &Model, text: &str) -> Result<Box<dyn Motion>, String> {
+fn level(_: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
     match text {
         "tilt=0,0" => Ok(Box::new(LEVEL)),
         _ => Err("only level".to_owned()),

@@ -1,9 +1,10 @@
 //! Every recorded trace in host-tests/traces, replayed against the sensor that it names.
 #![cfg(target_os = "linux")]
 
-use bench::models::{self, Model};
+use bench::NodeType;
 use bench::motion::Motion;
 use host_tests::trace::Trace;
+use plumbline::model::catalog::PRODUCTS;
 use std::path::{Path, PathBuf};
 use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
@@ -18,18 +19,19 @@ fn traces() -> Vec<PathBuf> {
     traces
 }
 
-fn scene(model: &Model, text: &str) -> Result<Box<dyn Motion>, String> {
+fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
     let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
-    let scene = Scene::open(Some(&argument), Axes::of(model)).map_err(|error| error.to_string())?;
+    let scene =
+        Scene::open(Some(&argument), Axes::of(node_type)).map_err(|error| error.to_string())?;
     Ok(Box::new(scene))
 }
 
 fn replay(path: &Path) -> Result<(), String> {
     let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
     let trace: Trace = text.parse().map_err(|error| format!("{error}"))?;
-    let model = models::find(&trace.model).ok_or("there is no such model")?;
+    let node_type = NodeType::find(&trace.model).ok_or("there is no such model")?;
     trace
-        .replay(model, &scene)
+        .replay(&node_type, &scene)
         .map_err(|failure| failure.to_string())
 }
 
@@ -45,13 +47,13 @@ fn every_trace_passes() {
 }
 
 #[test]
-fn every_model_has_a_trace() {
-    for model in models::MODELS {
-        let named = format!("{}-", model.name);
+fn every_product_has_a_trace() {
+    for product in PRODUCTS {
+        let named = format!("{}-", product.name);
         let of = |path: &PathBuf| {
             path.file_name()
                 .is_some_and(|name| name.to_string_lossy().starts_with(&named))
         };
-        assert!(traces().iter().any(of), "{}", model.name);
+        assert!(traces().iter().any(of), "{}", product.name);
     }
 }

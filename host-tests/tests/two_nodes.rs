@@ -1,6 +1,6 @@
 //! Two JN2101 on one wire, one built for the PC and one the flashed image, with different node-IDs: each answers for itself alone.
 
-use bench::models;
+use bench::NodeType;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
@@ -51,19 +51,19 @@ impl Wire {
 
 /// The sensor built for the PC.
 fn first(wire: &mut Wire) -> DeviceId {
-    let model = models::find("jn2101").expect("the model is known");
-    let device = Device::new(model, 1, Flash::default(), Box::new(LEVEL));
+    let node_type = NodeType::find("jn2101").expect("a product");
+    let device = Device::new(&node_type, 1, Flash::default(), Box::new(LEVEL));
     wire.bus.attach(device)
 }
 
 /// The flashed image.
 fn second(wire: &mut Wire) -> DeviceId {
-    let model = models::find("jn2101").expect("the model is known");
+    let node_type = NodeType::find("jn2101").expect("a product");
     let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
     let image = Rc::new(Image::parse(&elf).expect("it is an image"));
     let motion = Box::new(LEVEL);
-    let sensor = Microcontroller::of_model(model, image, 2, Flash::default(), motion);
+    let sensor = Microcontroller::of_type(&node_type, image, 2, Flash::default(), motion);
     wire.bus.attach(sensor)
 }
 

@@ -1,9 +1,8 @@
 //! GEMAC's reference line warms up: AccuracyWarning over minutes, in scenes with a temperature (manual 9.3 and 9.5.2).
 
-use bench::models;
 use bench::motion::Motion;
 use bench::script::frame;
-use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType, Sensor};
 use plumbline::can::BitRate;
 use plumbline::time::{Instant, after, millis};
 use std::path::Path;
@@ -28,18 +27,20 @@ struct Bench {
 impl Bench {
     /// A sensor that has booted in this scene.
     fn new(model: &str, motion: Box<dyn Motion>) -> Self {
-        let model = models::find(model).expect("one of the models");
-        Self::of(Device::new(model, 1, Flash::default(), motion))
+        let node_type = NodeType::find(model).expect("a product");
+        Self::of(Device::new(&node_type, 1, Flash::default(), motion))
     }
 
     /// The same with the flashed image.
     fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
-        let model = models::find(model).expect("one of the models");
+        let node_type = NodeType::find(model).expect("a product");
         let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
-        let elf = std::fs::read(&images[model.name]).expect("the image can be read");
+        let elf = std::fs::read(&images[node_type.name]).expect("the image can be read");
         let image = Rc::new(Image::parse(&elf).expect("it is an image"));
         let flash = Flash::default();
-        Self::of(Microcontroller::of_model(model, image, 1, flash, motion))
+        Self::of(Microcontroller::of_type(
+            &node_type, image, 1, flash, motion,
+        ))
     }
 
     fn of(sensor: impl Sensor) -> Self {
@@ -194,11 +195,11 @@ fn after_a_loss_of_power_it_warns_until_the_temperature_stands_again() {
 #[test]
 fn a_model_without_heater_has_the_temperature_of_the_scene_and_no_warning() {
     let rows = [(0, -20.0), (60, 82.0)];
-    let model = models::find("is2").expect("one of the models");
-    assert_eq!(model.cell, None);
+    let node_type = NodeType::find("is2").expect("a product");
+    assert_eq!(node_type.cell, None);
     let mut bus = Bus::new(BusRate::Fixed(BitRate::K250));
     let scene = recording("unheated.csv", &rows);
-    bus.attach(Device::new(model, 1, Flash::default(), scene));
+    bus.attach(Device::new(&node_type, 1, Flash::default(), scene));
     let tester = bus.adapter();
     bus.open(tester, None, false);
     bus.lead_detection();

@@ -1,5 +1,7 @@
 //! The SDO abort codes (CiA 301, 7.2.4.3.17).
 
+use crate::param::Refused;
+
 /// Why an SDO transfer was aborted.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -37,4 +39,15 @@ pub enum Abort {
     Signature = 0x0800_0020,
     /// Not in the present state of the device.
     DeviceState = 0x0800_0022,
+}
+
+impl From<Refused> for Abort {
+    fn from(refused: Refused) -> Self {
+        match refused {
+            Refused::TooLow => Self::TooLow,
+            Refused::TooHigh => Self::TooHigh,
+            Refused::NotPermitted => Self::Value,
+            Refused::State => Self::DeviceState,
+        }
+    }
 }

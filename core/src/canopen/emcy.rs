@@ -2,76 +2,199 @@
 //! 1003h, 1015h).
 //!
 //! ```text
-//!  byte 0      2                3                            4         8
-//!       +------+----------------+----------------------------+---------+
-//!       | code | error register | manufacturer's status      | 0       |
-//!       | u16  | (1001h)        | (the faults that are now)  |         |
-//!       +------+----------------+----------------------------+---------+
+//!  byte 0      2                3                        4         8
+//!       +------+----------------+------------------------+---------+
+//!       | code | error register | manufacturer's status  | 0       |
+//!       | u16  | (1001h)        | (active faults)        |         |
+//!       +------+----------------+------------------------+---------+
 //! ```
 //!
 //! A fault is announced when it begins, with its code, and when it ends, with code 0; only its beginning is history.
 
+use crate::application::Faults;
 use crate::time::{Duration, Instant, after, is_due};
 use heapless::Deque;
 
-/// There is no valid measurement.
-pub const SENSOR: u8 = 1 << 0;
-/// The inclination is beyond the measuring range.
-pub const LIMIT: u8 = 1 << 1;
-/// The temperature is out of its range.
-pub const TEMPERATURE: u8 = 1 << 2;
-/// The nonvolatile memory failed.
-pub const HARDWARE: u8 = 1 << 3;
-/// Received frames were lost.
-pub const OVERRUN: u8 = 1 << 4;
-/// The CAN controller is error passive.
-pub const PASSIVE: u8 = 1 << 5;
-/// The guarding master is silent.
-pub const GUARDING: u8 = 1 << 6;
-/// The CAN controller was bus-off.
-pub const BUS_OFF: u8 = 1 << 7;
-
-/// Bit 0 of the error register: any error.
-const GENERIC: u8 = 1 << 0;
-
-/// How a fault is told.
+/// What makes a fault active.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Fault {
+pub enum Cause {
+    /// Nothing: the bit is reserved.
+    Never,
+    /// One of these faults of the application.
+    Application(Faults),
+    /// The nonvolatile memory failed.
+    Memory,
+    /// Received frames were lost.
+    Overrun,
+    /// The CAN controller is error passive.
+    Passive,
+    /// The guarding master is silent.
+    Guarding,
+    /// The CAN controller was bus-off.
+    BusOff,
+}
+
+/// A bit of the manufacturer's status byte, and how its fault is announced.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct FaultBit {
+    /// What it is.
+    pub name: &'static str,
+    /// What makes it active.
+    pub cause: Cause,
     /// The emergency error code.
     pub code: u16,
     /// Its bits of the error register, besides the generic one.
     pub register: u8,
 }
 
+impl FaultBit {
+    /// A reserved bit.
+    pub const RESERVED: Self = Self {
+        name: "",
+        cause: Cause::Never,
+        code: 0,
+        register: 0,
+    };
+}
+
+/// What the device keeps of a [`FaultBit`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Fault {
+    code: u16,
+    register: u8,
+    /// The faults of the application that make it active.
+    faults: Faults,
+}
+
+/// Projects the description of the faults.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
+    let mut faults = [Fault {
+        code: 0,
+        register: 0,
+        faults: Faults::NONE,
+    }; 8];
+    let mut bit = 0;
+    while bit < 8 {
+        faults[bit] = Fault {
+            code: bits[bit].code,
+            register: bits[bit].register,
+            faults: match bits[bit].cause {
+                Cause::Application(faults) => faults,
+                _ => Faults::NONE,
+            },
+        };
+        bit += 1;
+    }
+    faults
+}
+
+/// The bits with a cause, other than the application's.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
+    let (mut mask, mut bit) = (0, 0);
+    while bit < 8 {
+        let same = matches!(
+            (bits[bit].cause, cause),
+            (Cause::Memory, Cause::Memory)
+                | (Cause::Overrun, Cause::Overrun)
+                | (Cause::Passive, Cause::Passive)
+                | (Cause::Guarding, Cause::Guarding)
+                | (Cause::BusOff, Cause::BusOff)
+        );
+        if same {
+            mask |= 1 << bit;
+        }
+        bit += 1;
+    }
+    mask
+}
+
+/// Bit 0 of the error register: any error.
+const GENERIC: u8 = 1 << 0;
+
 /// Emergency messages that wait; the oldest of more is dropped, the history has it.
 const WAITING: usize = 8;
 
-/// The number of errors in the history.
-pub const HISTORY: usize = 50;
+/// The history of errors (1003h).
+pub trait History {
+    /// No error.
+    const EMPTY: Self;
+    /// How many errors it holds; the oldest of more is dropped.
+    const CAPACITY: usize;
 
-/// The faults of one sensor.
+    /// Adds the newest error.
+    fn push(&mut self, error: u32);
+
+    /// The number of errors.
+    fn count(&self) -> usize;
+
+    /// The error at a place; 0 is the newest.
+    fn get(&self, place: usize) -> Option<u32>;
+
+    /// Forgets all errors.
+    fn clear(&mut self);
+}
+
+impl<const N: usize> History for Deque<u32, N> {
+    const EMPTY: Self = Self::new();
+    const CAPACITY: usize = N;
+
+    fn push(&mut self, error: u32) {
+        if self.is_full() {
+            self.pop_back();
+        }
+        let _ = self.push_front(error);
+    }
+
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn get(&self, place: usize) -> Option<u32> {
+        self.iter().nth(place).copied()
+    }
+
+    fn clear(&mut self) {
+        Deque::clear(self);
+    }
+}
+
+/// The faults of one node, with a history `H`.
 #[derive(Debug)]
-pub struct Emergency {
-    faults: &'static [Fault; 8],
-    /// The faults that are now: the manufacturer's status register.
-    present: u8,
+pub(super) struct Emergency<H> {
+    /// How each bit of the status byte is announced, from bit 0 on; None before it is started.
+    faults: Option<&'static [Fault; 8]>,
+    /// Active faults: the manufacturer's status byte.
+    active: u8,
     waiting: Deque<[u8; 4], WAITING>,
-    history: Deque<u32, HISTORY>,
+    history: H,
     inhibit: Duration,
     inhibited: Option<Instant>,
 }
 
-impl Emergency {
-    /// No faults; `faults` says how each bit of the status register is told, from bit 0 on.
-    pub fn new(faults: &'static [Fault; 8]) -> Self {
-        Self {
-            faults,
-            present: 0,
-            waiting: Deque::new(),
-            history: Deque::new(),
-            inhibit: Duration::from_ticks(0),
-            inhibited: None,
-        }
+impl<H: History> Emergency<H> {
+    /// No faults, and none that could be.
+    pub const INITIAL: Self = Self {
+        faults: None,
+        active: 0,
+        waiting: Deque::new(),
+        history: H::EMPTY,
+        inhibit: Duration::from_ticks(0),
+        inhibited: None,
+    };
+
+    /// Starts with no fault active; `faults` says how each bit of the status byte is announced, from bit 0 on.
+    pub fn start(&mut self, faults: &'static [Fault; 8]) {
+        self.faults = Some(faults);
+    }
+
+    /// Forgets everything.
+    pub fn reset(&mut self) {
+        *self = Self {
+            faults: self.faults,
+            ..Self::INITIAL
+        };
     }
 
     /// Sets the inhibit time, in 100 us.
@@ -79,9 +202,19 @@ impl Emergency {
         self.inhibit = Duration::from_ticks(u64::from(inhibit) * 100);
     }
 
+    /// Takes the faults of the application over; announces what has begun or ended.
+    pub fn update_application(&mut self, faults: Faults) {
+        let (mut mask, mut active) = (0, 0);
+        for fault in self.faults.into_iter().flatten().rev() {
+            mask = mask << 1 | u8::from(fault.faults != Faults::NONE);
+            active = active << 1 | u8::from(fault.faults.intersects(faults));
+        }
+        self.update(mask, active);
+    }
+
     /// The faults of `mask` are now those of `bits`; announces what has begun or ended.
     pub fn update(&mut self, mask: u8, bits: u8) {
-        let changed = (self.present ^ bits) & mask;
+        let changed = (self.active ^ bits) & mask;
         if changed != 0 {
             self.announce(changed);
         }
@@ -89,21 +222,18 @@ impl Emergency {
 
     #[cold]
     fn announce(&mut self, changed: u8) {
-        for (bit, fault) in self.faults.iter().enumerate() {
+        for (bit, fault) in self.faults.into_iter().flatten().enumerate() {
             let bit = 1 << bit;
             if changed & bit == 0 {
                 continue;
             }
-            self.present ^= bit;
-            if self.present & bit == 0 {
+            self.active ^= bit;
+            if self.active & bit == 0 {
                 self.queue(0);
             } else {
                 self.queue(fault.code);
-                if self.history.is_full() {
-                    self.history.pop_back();
-                }
-                let entry = u32::from(self.present) << 16 | u32::from(fault.code);
-                let _ = self.history.push_front(entry);
+                let entry = u32::from(self.active) << 16 | u32::from(fault.code);
+                self.history.push(entry);
             }
         }
     }
@@ -113,40 +243,39 @@ impl Emergency {
             self.waiting.pop_front();
         }
         let [low, high] = code.to_le_bytes();
-        let message = [low, high, self.register(), self.present];
+        let message = [low, high, self.register(), self.active];
         let _ = self.waiting.push_back(message);
     }
 
-    /// A fault that is over at once.
-    pub fn event(&mut self, bit: u8) {
-        self.update(bit, bit);
-        self.update(bit, 0);
+    /// A momentary fault: sends the error, then the error reset.
+    pub fn event(&mut self, bits: u8) {
+        self.update(bits, bits);
+        self.update(bits, 0);
     }
 
-    /// The faults that are now.
-    pub fn present(&self) -> u8 {
-        self.present
+    /// Active faults.
+    pub fn active(&self) -> u8 {
+        self.active
     }
 
     /// The error register (1001h).
     pub fn register(&self) -> u8 {
-        let register = |bit: usize| self.faults.get(bit).map_or(0, |fault| fault.register);
+        let fault = |bit: usize| self.faults.and_then(|faults| faults.get(bit));
+        let register = |bit| fault(bit).map_or(0, |fault| fault.register);
         (0..8)
-            .filter(|bit| self.present >> bit & 1 != 0)
+            .filter(|bit| self.active >> bit & 1 != 0)
             .fold(0, |bits, bit| bits | GENERIC | register(bit))
     }
 
     /// The number of errors in the history.
     pub fn count(&self) -> u32 {
-        self.history.len() as u32
+        self.history.count() as u32
     }
 
-    /// The error at `sub` (1 is the newest): its code, and the status register above it; 0 when there are fewer.
+    /// The error at `sub` (1 is the newest): its code, and the status byte above it; 0 when there are fewer.
     pub fn entry(&self, sub: u8) -> u32 {
         let place = usize::from(sub).checked_sub(1);
-        place
-            .and_then(|place| self.history.iter().nth(place))
-            .map_or(0, |entry| *entry)
+        place.and_then(|place| self.history.get(place)).unwrap_or(0)
     }
 
     /// Forgets the history.
@@ -179,5 +308,88 @@ impl Emergency {
     /// The end of the inhibit time, while it holds a message back.
     pub fn deadline(&self) -> Option<Instant> {
         self.inhibited.filter(|_| self.is_waiting())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BITS: [FaultBit; 8] = {
+        let mut bits = [FaultBit::RESERVED; 8];
+        bits[0] = FaultBit {
+            name: "Range",
+            cause: Cause::Application(Faults::X.and(Faults::Y)),
+            code: 0x9000,
+            register: 0,
+        };
+        bits[3] = FaultBit {
+            name: "Memory",
+            cause: Cause::Memory,
+            code: 0x5000,
+            register: 1 << 4,
+        };
+        bits
+    };
+    const FAULTS: &[Fault; 8] = &faults(&BITS);
+    const MEMORY: u8 = bits_of(&BITS, Cause::Memory);
+
+    fn at(us: u64) -> Instant {
+        Instant::from_ticks(us)
+    }
+
+    #[test]
+    fn fault_is_announced_when_it_begins_and_when_it_ends() {
+        let mut emergency = Emergency::<Deque<u32, 4>>::INITIAL;
+        emergency.start(FAULTS);
+        emergency.update_application(Faults::Y);
+        emergency.update_application(Faults::Y);
+        assert_eq!(MEMORY, 1 << 3);
+        emergency.update(MEMORY, MEMORY);
+        emergency.update_application(Faults::WARM_UP);
+        let messages: std::vec::Vec<_> = std::iter::from_fn(|| emergency.take(at(0))).collect();
+        assert_eq!(
+            messages,
+            [
+                [0x00, 0x90, 0x01, 0x01, 0, 0, 0, 0],
+                [0x00, 0x50, 0x11, 0x09, 0, 0, 0, 0],
+                [0x00, 0x00, 0x11, 0x08, 0, 0, 0, 0],
+            ]
+        );
+        assert_eq!(emergency.count(), 2);
+        assert_eq!(emergency.entry(1), 0x09_5000);
+        assert_eq!(emergency.entry(2), 0x01_9000);
+        assert_eq!(emergency.entry(3), 0);
+        assert_eq!(emergency.register(), 0x11);
+    }
+
+    #[test]
+    fn history_drops_the_oldest_error() {
+        let mut emergency = Emergency::<Deque<u32, 2>>::INITIAL;
+        emergency.start(FAULTS);
+        emergency.event(MEMORY);
+        emergency.update_application(Faults::X);
+        emergency.event(MEMORY);
+        assert_eq!(emergency.count(), 2);
+        assert_eq!(
+            (emergency.entry(1), emergency.entry(2)),
+            (0x09_5000, 0x01_9000)
+        );
+        emergency.clear_history();
+        assert_eq!(emergency.count(), 0);
+        assert_eq!(emergency.active(), 1);
+    }
+
+    #[test]
+    fn inhibit_time_holds_the_next_message_back() {
+        let mut emergency = Emergency::<Deque<u32, 2>>::INITIAL;
+        emergency.start(FAULTS);
+        emergency.configure(10);
+        emergency.event(MEMORY);
+        assert!(emergency.is_due(at(0)));
+        assert!(emergency.take(at(0)).is_some());
+        assert!(!emergency.is_due(at(999)));
+        assert_eq!(emergency.deadline(), Some(at(1000)));
+        assert!(emergency.is_due(at(1000)));
     }
 }

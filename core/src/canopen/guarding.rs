@@ -1,13 +1,13 @@
-//! Node guarding and life guarding (CiA 301, 7.2.8.2.2.1 and 7.2.8.2.2.2).
+//! Error control: node guarding and life guarding (CiA 301, 7.2.8.2.2.1 and 7.2.8.2.2.2).
 //!
-//! The master asks with remote frames and gets the state and a bit that alternates. A node that is not asked for its life time,
-//! guard time times life time factor, takes the master for dead. It begins to count with the first request.
+//! The master asks with remote frames; the answer is the state and a toggle bit. Life guarding times out when the master has not
+//! asked for the life time, guard time times life time factor. It begins with the first request.
 
 use super::nmt::State;
 use crate::time::{Duration, Instant, after, is_due, millis};
 
 /// The guarded node.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Guarding {
     /// The life time; None: the master is not guarded.
     life_time: Option<Duration>,
@@ -19,6 +19,14 @@ pub struct Guarding {
 }
 
 impl Guarding {
+    /// The master is not guarded.
+    pub const OFF: Self = Self {
+        life_time: None,
+        toggle: false,
+        until: None,
+        failed: false,
+    };
+
     /// Sets guard time (in ms) and life time factor; 0 in one of them: the master is not guarded.
     pub fn configure(&mut self, now: Instant, guard_time: u32, factor: u32) {
         let life_time = guard_time.saturating_mul(factor);
@@ -38,7 +46,7 @@ impl Guarding {
         answer
     }
 
-    /// True at the moment at which the master is taken for dead.
+    /// True at the moment at which life guarding times out.
     pub fn poll(&mut self, now: Instant) -> bool {
         let over = is_due(&self.until, now);
         if over {
@@ -48,7 +56,7 @@ impl Guarding {
         over
     }
 
-    /// Whether the master is taken for dead.
+    /// Whether life guarding has timed out, and the master has not asked again.
     pub fn failed(&self) -> bool {
         self.failed
     }
@@ -56,5 +64,42 @@ impl Guarding {
     /// The end of the life time.
     pub fn deadline(&self) -> Option<Instant> {
         self.until
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_ticks(ms * 1000)
+    }
+
+    #[test]
+    fn toggle_bit_starts_at_0_and_alternates() {
+        let mut guarding = Guarding::OFF;
+        let answers = [1, 2, 3].map(|ms| guarding.answer(at(ms), State::PreOperational));
+        assert_eq!(answers, [0x7F, 0xFF, 0x7F]);
+    }
+
+    #[test]
+    fn life_guarding_times_out_after_the_life_time_from_the_first_request_on() {
+        let mut guarding = Guarding::OFF;
+        guarding.configure(at(0), 100, 3);
+        assert_eq!(guarding.deadline(), None);
+        guarding.answer(at(1000), State::Operational);
+        assert!(!guarding.poll(at(1299)));
+        assert!(guarding.poll(at(1300)));
+        assert!(guarding.failed() && !guarding.poll(at(1301)));
+        guarding.answer(at(2000), State::Operational);
+        assert!(!guarding.failed());
+    }
+
+    #[test]
+    fn life_guarding_is_off_while_a_factor_is_0() {
+        let mut guarding = Guarding::OFF;
+        guarding.configure(at(0), 100, 0);
+        guarding.answer(at(0), State::Stopped);
+        assert_eq!(guarding.deadline(), None);
     }
 }

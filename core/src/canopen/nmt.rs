@@ -7,6 +7,8 @@ use crate::can::Frame;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum State {
+    /// Before the boot-up message.
+    Initialising = 0,
     /// Only NMT and error control.
     Stopped = 4,
     /// Everything.
@@ -18,7 +20,7 @@ pub enum State {
 impl State {
     /// Whether SDO, SYNC and EMCY are in use.
     pub const fn communicates(self) -> bool {
-        !matches!(self, Self::Stopped)
+        !matches!(self, Self::Stopped | Self::Initialising)
     }
 }
 

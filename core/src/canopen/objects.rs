@@ -1,13 +1,15 @@
-//! Reading and writing objects: what each home in the dictionary means in the device.
+//! Reading and writing objects: what each kind of row in the dictionary means in the node.
 
-use super::abort::Abort;
-use super::device::Device;
-use super::dictionary::{Home, Live, Rule};
-use super::key::{Key, OWN, TPDOS};
-use super::model::{Effect, Model, Text};
+use super::Abort;
+use super::dictionary::{Kind, Row, Service, find};
+use super::emcy::History;
+use super::product::{ParametersOf, Product};
+use super::protocol::{ContextOf, Services};
 use super::saving::What;
-use super::sdo::{Written, fits};
-use super::values::{check, number};
+use super::sdo::message::Address;
+use super::sdo::{Buffer, Objects, Written};
+use crate::application::{Application, Effect, Values};
+use crate::param::{ParameterId, number};
 use crate::time::Instant;
 
 /// "save", as the number that its bytes make (1010h).
@@ -15,140 +17,182 @@ const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// "load", as the number that its bytes make (1011h).
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
-impl<M: Model> Device<M> {
-    /// The number in an object; a signed one as its bytes make it.
-    pub(super) fn number(&self, rule: &Rule, sub: u8) -> u32 {
-        match rule.home {
-            Home::Constant(number) if rule.is_node_relative() => number + u32::from(self.node_id),
-            Home::Constant(number) => number,
-            Home::Any(slot)
-            | Home::Range(slot, ..)
-            | Home::OneOf(slot, _)
-            | Home::Transmission(slot)
-            | Home::SyncId(slot) => self.values.at(slot),
-            Home::Measured(which) => self.model.measured(which),
-            Home::Live(live) => self.live(live, sub),
-            Home::Text(_) | Home::Key => 0,
+/// The objects of a node, for the SDO server.
+pub(super) struct View<'a, P: Product> {
+    pub services: &'a mut Services<P>,
+    pub cx: &'a mut ContextOf<P>,
+}
+
+/// The row at an address.
+pub(super) fn find_row<P: Product>(index: u16, sub: u8) -> Option<&'static Row> {
+    lookup::<P>(Address { index, sub }).ok()
+}
+
+#[inline(never)] // many callers
+fn lookup<P: Product>(address: Address) -> Result<&'static Row, Abort> {
+    find(P::ROWS, P::History::CAPACITY, address)
+}
+
+impl<P: Product> Objects for View<'_, P> {
+    type Object = &'static Row;
+    type Text = P::Text;
+
+    fn find(&self, address: Address) -> Result<&'static Row, Abort> {
+        lookup::<P>(address)
+    }
+
+    fn is_readable(row: &'static Row) -> bool {
+        row.is_readable()
+    }
+
+    fn is_writable(row: &'static Row) -> bool {
+        row.is_writable()
+    }
+
+    fn size(row: &'static Row) -> u8 {
+        row.size()
+    }
+
+    fn number(&self, row: &'static Row, sub: u8) -> u32 {
+        self.services.number(self.cx, row, sub)
+    }
+
+    fn text(&self, row: &'static Row) -> P::Text {
+        if row.kind() != Kind::Text {
+            return P::text(&self.cx.parameters);
+        }
+        let constant = P::TEXTS.get(row.number() as usize);
+        let mut text = P::Text::EMPTY;
+        // It fits: the constant texts are checked at compile time.
+        text.append(constant.map_or(&[], |constant| constant.as_bytes()));
+        text
+    }
+
+    fn write(&mut self, now: Instant, row: &'static Row, data: &[u8]) -> Result<Written, Abort> {
+        let Self { services, cx } = self;
+        cx.shell.wake_up();
+        match row.kind() {
+            Kind::Parameter | Kind::CobId | Kind::Command => {
+                let value = number(data);
+                services.write(cx, now, row, value)
+            }
+            Kind::Service => services.write_service(cx, now, row, data),
+            _ => Err(Abort::ReadOnly),
+        }
+    }
+}
+
+impl<P: Product> Services<P> {
+    /// The number in an object; a signed one may have more bits than its type.
+    pub(super) fn number(&self, cx: &ContextOf<P>, row: &Row, sub: u8) -> u32 {
+        match row.kind() {
+            Kind::Parameter | Kind::CobId => cx.parameters.get(row.id()),
+            Kind::Value | Kind::Command => cx.values.number(row.value_id()),
+            Kind::Constant => row.number(),
+            Kind::NodeRelative => row.number() + u32::from(self.node_id),
+            Kind::Service => self.service(cx, row, sub),
+            Kind::Text => 0,
         }
     }
 
-    fn live(&self, live: Live, sub: u8) -> u32 {
-        match live {
-            Live::ErrorRegister => self.emergency.register().into(),
-            Live::ErrorCount => self.emergency.count(),
-            Live::ErrorHistory => self.emergency.entry(sub),
-            Live::Store | Live::Restore => 0,
-            Live::Serial => self.serial,
+    fn service(&self, cx: &ContextOf<P>, row: &Row, sub: u8) -> u32 {
+        match row.service() {
+            Some(Service::ErrorRegister) => self.emergency.register().into(),
+            Some(Service::ErrorCount) => self.emergency.count(),
+            Some(Service::ErrorHistory) => self.emergency.entry(sub),
+            Some(Service::SerialNumber) => cx.shell.serial(),
+            Some(Service::RestoreApplication) => self.saved.restored.into(),
+            _ => 0,
         }
     }
 
-    /// The text in an object.
-    pub(super) fn text(&self, rule: &Rule) -> Text {
-        match rule.home {
-            Home::Text(text) => Text::from_slice(text.as_bytes()).unwrap_or_default(),
-            _ => self.model.text(&self.values),
-        }
-    }
-
-    /// Writes `data` to an object that can be written; on an error nothing has changed.
-    pub(super) fn write(
+    /// Writes a parameter.
+    fn write(
         &mut self,
+        cx: &mut ContextOf<P>,
         now: Instant,
-        rule: &Rule,
-        data: &[u8],
+        row: &Row,
+        value: u32,
     ) -> Result<Written, Abort> {
-        self.attention = true;
-        fits(rule, data.len() as u32)?;
-        if rule.home == Home::Key {
-            let effect = self.model.write_text(data, &mut self.values)?;
-            return Ok(self.carry_out(now, effect));
+        let id: ParameterId = row.id();
+        ParametersOf::<P>::check(id, value)?;
+        if row.is_communication() {
+            cx.parameters.set(id, value);
+            self.apply(cx, now, row.index());
+            return Ok(Written::Done);
         }
-        let value = number(data, rule.data_type().size()).ok_or(Abort::Length)?;
-        if let Home::Live(live) = rule.home {
-            return self.write_live(live, value);
-        }
-        check(rule.home, value)?;
-        match rule.home.slot() {
-            Some(slot) if slot >= OWN => {
-                let effect = self.model.write(now, slot, value, &mut self.values)?;
-                Ok(self.carry_out(now, effect))
-            }
-            Some(slot) => {
-                self.values.set(slot, value);
-                self.apply(now, slot);
-                Ok(Written::Done)
-            }
-            None => Err(Abort::ReadOnly),
-        }
+        let effect = P::Application::write(id, value, &cx.values, &mut cx.parameters)?;
+        cx.apply();
+        Ok(self.carry_out(cx, effect))
     }
 
-    fn write_live(&mut self, live: Live, value: u32) -> Result<Written, Abort> {
-        let what = match (live, value) {
-            (Live::ErrorCount, 0) => {
-                self.emergency.clear_history();
-                return Ok(Written::Done);
-            }
-            (Live::ErrorCount, _) => return Err(Abort::Value),
-            (Live::Store, SAVE) => What::Everything,
-            (Live::Restore, LOAD) => What::FactoryCommunication,
-            _ => return Err(Abort::Signature),
-        };
-        Ok(self.begin_save(what))
-    }
-
-    /// What a written value of the model has made necessary.
-    fn carry_out(&mut self, now: Instant, effect: Effect) -> Written {
-        self.model.configure(&self.values);
+    fn carry_out(&mut self, cx: &mut ContextOf<P>, effect: Effect) -> Written {
         match effect {
             Effect::None => Written::Done,
-            Effect::Store => self.begin_save(What::AtOnce),
-            Effect::FactoryReset => self.begin_save(What::FactoryOwn),
-            Effect::Restart => {
-                self.restart(now);
-                Written::Done
-            }
+            Effect::Store => self.save(cx, What::AtOnce),
         }
     }
 
-    /// Puts a value of the communication profile into force.
-    fn apply(&mut self, now: Instant, slot: u8) {
-        const SYNC: u8 = Key::SyncId as u8;
-        const GUARD_TIME: u8 = Key::GuardTime as u8;
-        const LIFE_TIME_FACTOR: u8 = Key::LifeTimeFactor as u8;
-        const EMCY_INHIBIT: u8 = Key::EmcyInhibit as u8;
-        const HEARTBEAT: u8 = Key::Heartbeat as u8;
-        const FIRST_TPDO: u8 = Key::Tpdo as u8;
-        match slot {
-            SYNC => self.readdress(),
-            GUARD_TIME | LIFE_TIME_FACTOR => self.configure_guarding(now),
-            EMCY_INHIBIT => self.emergency.configure(self.values.get(Key::EmcyInhibit)),
-            HEARTBEAT => {
-                self.heartbeat.start(now, self.values.get(Key::Heartbeat));
-                self.configure_guarding(now);
+    fn write_service(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        row: &Row,
+        data: &[u8],
+    ) -> Result<Written, Abort> {
+        let service = row.service().ok_or(Abort::ReadOnly)?;
+        match (service, number(data)) {
+            (Service::Text, _) => {
+                let effect = P::write_text(data, &mut cx.parameters)?;
+                cx.apply();
+                Ok(self.carry_out(cx, effect))
             }
-            FIRST_TPDO.. => self.configure_tpdos(now),
+            (Service::ErrorCount, 0) => {
+                self.emergency.clear_history();
+                Ok(Written::Done)
+            }
+            (Service::ErrorCount, _) => Err(Abort::Value),
+            (Service::Store, SAVE) => Ok(self.save(cx, What::Everything)),
+            (Service::RestoreCommunication, LOAD) => Ok(self.save(cx, What::FactoryCommunication)),
+            (Service::RestoreApplication, 1) => Ok(self.save(cx, What::FactoryApplication)),
+            (Service::RestoreApplication, _) => Err(Abort::Value),
+            (Service::Restart, 0) => Ok(Written::Done),
+            (Service::Restart, 1) => {
+                self.restart(cx, now);
+                Ok(Written::Done)
+            }
+            (Service::Restart, _) => Err(Abort::TooHigh),
+            _ => Err(Abort::Signature),
+        }
+    }
+
+    /// Accepts a restart.
+    fn restart(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.heartbeat.stop();
+        for tpdo in self.tpdos.as_mut() {
+            tpdo.stop();
+        }
+        cx.shell.restart(now);
+    }
+
+    /// Puts a parameter of the communication profile into force.
+    fn apply(&mut self, cx: &mut ContextOf<P>, now: Instant, index: u16) {
+        let mut identifiers_changed = false;
+        match index {
+            0x1005 => identifiers_changed = self.take_sync(cx),
+            0x100C | 0x100D => self.configure_guarding(cx, now),
+            0x1015 => self.configure_emergency(cx),
+            0x1017 => {
+                self.configure_heartbeat(cx, now);
+                self.configure_guarding(cx, now);
+            }
+            0x1800..0x1A00 => {
+                identifiers_changed = self.configure_tpdo(cx, now, usize::from(index - 0x1800));
+            }
             _ => {}
         }
-    }
-
-    /// Life guarding as the parameters say; the heartbeat goes before it.
-    pub(super) fn configure_guarding(&mut self, now: Instant) {
-        let guards = self.values.get(Key::Heartbeat) == 0;
-        let guard_time = if guards {
-            self.values.get(Key::GuardTime)
-        } else {
-            0
-        };
-        self.guarding
-            .configure(now, guard_time, self.values.get(Key::LifeTimeFactor));
-        self.tell_guarding(now);
-    }
-
-    /// The TPDOs as their parameters say.
-    pub(super) fn configure_tpdos(&mut self, now: Instant) {
-        for (number, tpdo) in (0..TPDOS as u8).zip(&mut self.tpdos) {
-            tpdo.configure(now, number, &self.values);
+        if identifiers_changed {
+            self.readdress(cx);
         }
-        self.readdress();
     }
 }

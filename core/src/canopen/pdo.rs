@@ -10,19 +10,24 @@
 //!
 //! A remote frame is answered in every type, unless bit 30 of the COB-ID is set.
 
-use super::dictionary::Rule;
-use super::key::{TpdoKey, tpdo};
+use super::cob_id;
+use super::dictionary::Row;
 use super::timer::Periodic;
-use super::values::Values;
-use super::wire;
 use crate::can::Frame;
+use crate::param::Ranges;
 use crate::time::{Duration, Earliest, Instant, after, is_due};
 
+/// The transmission types of a TPDO; 241 to 251 are reserved.
+pub const TRANSMISSION_TYPES: Ranges = Ranges {
+    text: "",
+    ignored_bits: 0,
+    ranges: &[(0, 240), (252, 255)],
+};
+
 /// When a TPDO is sent.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Type {
     /// With a SYNC, when the data have changed.
-    #[default]
     Acyclic,
     /// With every so-many-th SYNC.
     Cyclic(u8),
@@ -49,11 +54,36 @@ pub enum Reaction {
     SendKept,
 }
 
+/// The most objects that a TPDO carries: one for each byte.
+const ENTRIES: usize = 8;
+
+/// An object that a TPDO carries.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Entry {
+    pub row: &'static Row,
+    pub sub: u8,
+    /// In bytes.
+    pub size: u8,
+}
+
 /// The objects that a TPDO carries.
-pub type Mapping = heapless::Vec<(&'static Rule, u8), 4>;
+pub(super) type Mapping = heapless::Vec<Entry, ENTRIES>;
+
+/// The communication parameter of a TPDO, as its objects have it (1800h and on).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) struct Communication {
+    /// Sub-index 1.
+    pub cob_id: u32,
+    /// Sub-index 2.
+    pub transmission_type: u32,
+    /// Sub-index 3, in 100 us.
+    pub inhibit_time: u32,
+    /// Sub-index 5, in ms.
+    pub event_timer: u32,
+}
 
 /// One transmit PDO.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Tpdo {
     /// The identifier; None: disabled.
     id: Option<u16>,
@@ -76,36 +106,53 @@ pub struct Tpdo {
 }
 
 impl Tpdo {
-    /// A TPDO that carries these objects; [`configure`](Self::configure) follows.
-    pub fn new(mapping: Mapping) -> Self {
-        Self {
+    /// A TPDO that does not exist on the bus and carries nothing.
+    pub(super) const DISABLED: Self = Self {
+        id: None,
+        remote: false,
+        kind: Type::Acyclic,
+        inhibit: None,
+        event_ms: 0,
+        event: Periodic::OFF,
+        inhibited: None,
+        waiting: false,
+        syncs: 0,
+        kept: None,
+        running: false,
+        mapping: Mapping::new(),
+    };
+
+    /// Starts anew with the objects that it carries; the identifier stays until [`configure`](Self::configure).
+    pub(super) fn map(&mut self, mapping: Mapping) {
+        *self = Self {
+            id: self.id,
             mapping,
-            ..Self::default()
-        }
+            ..Self::DISABLED
+        };
     }
 
-    /// Takes its communication parameter over; `number` counts from 0.
-    pub fn configure(&mut self, now: Instant, number: u8, values: &Values) {
-        let value = |key| values.at(tpdo(number, key));
-        let id = value(TpdoKey::Id);
-        self.id = (id & wire::DISABLED == 0).then_some((id & 0x7FF) as u16);
-        self.remote = id & wire::BIT_30 == 0;
-        let kind = match value(TpdoKey::Type) {
+    /// Takes its communication parameter over; true when the identifier has changed.
+    pub(super) fn configure(&mut self, now: Instant, parameter: Communication) -> bool {
+        let id = cob_id::in_use(parameter.cob_id);
+        let readdressed = id != self.id;
+        self.id = id;
+        self.remote = parameter.cob_id & cob_id::BIT_30 == 0;
+        let kind = match parameter.transmission_type {
             0 => Type::Acyclic,
             252 => Type::SyncRemote,
             253 => Type::Remote,
             254.. => Type::Event,
             count => Type::Cyclic(count as u8),
         };
-        let event_ms = value(TpdoKey::Event);
-        let changed = (kind, event_ms) != (self.kind, self.event_ms);
-        let inhibit = u64::from(value(TpdoKey::Inhibit)) * 100;
+        let changed = (kind, parameter.event_timer) != (self.kind, self.event_ms);
+        let inhibit = u64::from(parameter.inhibit_time) * 100;
         self.inhibit = (inhibit > 0).then(|| Duration::from_ticks(inhibit));
         self.kind = kind;
-        self.event_ms = event_ms;
+        self.event_ms = parameter.event_timer;
         if changed && self.running {
             self.start(now);
         }
+        readdressed
     }
 
     /// The node has become operational.
@@ -132,7 +179,7 @@ impl Tpdo {
     }
 
     /// The objects that it carries.
-    pub fn mapping(&self) -> &Mapping {
+    pub(super) fn mapping(&self) -> &[Entry] {
         &self.mapping
     }
 

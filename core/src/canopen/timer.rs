@@ -3,10 +3,13 @@
 use crate::time::{Duration, Instant, after, millis, reached};
 
 /// A periodic timer; off until it is started.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Periodic(Option<(Duration, Instant)>);
 
 impl Periodic {
+    /// Not started.
+    pub const OFF: Self = Self(None);
+
     /// Begins a period of so many milliseconds; 0 switches the timer off.
     pub fn start(&mut self, now: Instant, period_ms: u32) {
         let period = millis(period_ms);
@@ -45,7 +48,7 @@ mod tests {
 
     #[test]
     fn late_polls_do_not_shift_the_period_and_missed_ones_are_left_out() {
-        let mut timer = Periodic::default();
+        let mut timer = Periodic::OFF;
         assert!(!timer.poll(at(1000)));
         timer.start(at(0), 10);
         assert!(!timer.poll(at(9)));

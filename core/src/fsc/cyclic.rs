@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn the_first_value_comes_after_a_full_period_and_carries_1() {
+    fn first_value_comes_after_one_period_with_counter_1() {
         let mut cyclic = Cyclic::start(at(3), 250);
         assert!(!cyclic.poll(at(252)));
         assert_eq!(cyclic.counter(), 0);
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn every_missed_period_counts_and_the_counter_wraps() {
+    fn missed_periods_count_and_the_counter_wraps() {
         let mut cyclic = Cyclic::start(at(0), 1);
         assert!(cyclic.poll(at(65_535)));
         assert_eq!(cyclic.counter(), 65_535);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn a_new_period_acts_at_once_and_the_counter_goes_on() {
+    fn new_period_acts_at_once_and_keeps_the_counter() {
         let mut cyclic = Cyclic::start(at(0), 100);
         assert!(cyclic.poll(at(100)));
         cyclic.set_period(at(150), 20);

@@ -2,120 +2,128 @@
 //!
 //! A refused request is answered with its code and the status, CmdParamError set, and changes nothing.
 
-use super::code;
-use super::key::Key;
-use super::sensor::{Saving, Sensor};
-use super::status::Status;
-use super::table::{Model, Rule};
-use super::wire::{self, Reply};
+use super::projection::{Row, signature_of};
+use super::protocol::{ContextOf, Fsc, ParametersOf};
+use super::table::{Operation, Product};
+use crate::application::Application;
 use crate::can::Frame;
+use crate::param::number;
 use crate::time::Instant;
 
-impl<M: Model> Sensor<M> {
+impl<P: Product> Fsc<P> {
+    const LOAD_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Load);
+    const SAVE_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Save);
+    const RESET_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Alive);
+
     /// Answers the request in `frame`.
-    pub(super) fn request(&mut self, now: Instant, frame: &Frame) {
-        let Some((&fsc, data)) = frame.bytes().split_first() else {
+    #[inline(never)] // keeps the way of a sync frame short
+    pub(super) fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if frame.is_remote() {
+            return;
+        }
+        let Some((&code, data)) = frame.bytes().split_first() else {
             // There is no code to echo, so there is no reply.
-            self.status.raise(Status::CMD_PARAM_ERROR);
+            self.raise_cmd_param_error();
             return;
         };
-        if self.must_wait(fsc, data) {
-            self.deferred = Some(*frame);
+        let row = P::CODES.find(code);
+        if cx.is_saving() && self.must_wait(row, data) {
+            cx.shell.defer(frame);
             return;
         }
-        match fsc {
-            code::INCLINATION => self.send(self.inclination()),
-            code::STATUS => {
-                self.reply(fsc);
-                self.status.replace(Status::STICKY, 0);
+        let Some(row) = row else {
+            self.refuse(cx, code);
+            return;
+        };
+        match row.operation {
+            Operation::Read | Operation::Inclination => self.send(cx, row),
+            Operation::ReadStatus => {
+                self.send(cx, row);
+                self.sticky = 0;
             }
-            code::PRODUCT => self.reply_product(),
-            code::SERIAL => self.reply_serial(),
-            code::LOAD if data.starts_with(code::LOAD_SIGNATURE) => {
-                self.begin_save(Saving::Factory);
+            Operation::Write => match self.write(cx, now, row, data) {
+                Some(()) => self.acknowledge(cx, code),
+                None => self.refuse(cx, code),
+            },
+            Operation::Load if data.starts_with(Self::LOAD_SIGNATURE) => {
+                self.loading = true;
+                cx.save(ParametersOf::<P>::factory());
             }
-            code::SAVE if data.starts_with(code::SAVE_SIGNATURE) => {
-                self.begin_save(Saving::Parameters);
+            Operation::Save if data.starts_with(Self::SAVE_SIGNATURE) => {
+                self.loading = false;
+                cx.save(cx.parameters);
             }
-            code::ALIVE if data.starts_with(code::RESET_SIGNATURE) => self.restart(now),
-            code::ALIVE => {
+            Operation::Load | Operation::Save => self.refuse(cx, code),
+            Operation::Alive if data.starts_with(Self::RESET_SIGNATURE) => self.restart(cx, now),
+            Operation::Alive => {
                 if !data.is_empty() {
-                    self.status.raise(Status::CMD_PARAM_ERROR);
+                    self.raise_cmd_param_error();
                 }
-                self.reply_alive();
-            }
-            _ => self.parameter(now, fsc, data),
-        }
-    }
-
-    /// Reads or writes a parameter; any other code is invalid.
-    fn parameter(&mut self, now: Instant, fsc: u8, data: &[u8]) {
-        let row = usize::from(fsc & 0x0F);
-        match (fsc & 0xF0, M::RULES.get(row)) {
-            (code::READ, Some(rule)) => {
-                let reply = Reply::new(fsc, self.status.0);
-                self.send(reply.with(self.values.at(row), rule.size));
-            }
-            (code::WRITE, Some(rule)) => {
-                let written = self.write(now, row, rule, data);
-                if written.is_none() {
-                    self.status.raise(Status::CMD_PARAM_ERROR);
-                }
-                self.reply(fsc);
-            }
-            _ => {
-                self.status.raise(Status::CMD_PARAM_ERROR);
-                self.reply(fsc);
+                self.send(cx, row);
             }
         }
     }
 
-    /// Writes a parameter if its value is permitted and puts it into force, if it is not one that waits for a restart.
-    fn write(&mut self, now: Instant, row: usize, rule: &Rule, data: &[u8]) -> Option<()> {
-        let zero_x = row == Key::ZeroX as usize;
-        let zero_y = row == Key::ZeroY as usize;
-        let value = match data {
-            // Without data: automatic zero point adjustment (section 9.2).
-            [] if zero_x => M::zero_for(self.measured.x),
-            [] if zero_y => M::zero_for(self.measured.y),
-            _ => wire::number(data, rule.size)?,
-        };
-        if !self.values.permits(row, rule, value) {
-            return None;
+    fn refuse(&mut self, cx: &mut ContextOf<P>, code: u8) {
+        self.raise_cmd_param_error();
+        self.acknowledge(cx, code);
+    }
+
+    /// Writes parameters if their values are permitted and puts them into force, if they do not wait for a restart. Bytes beyond
+    /// the last value are ignored.
+    #[inline(never)] // keeps the way of a read short
+    fn write(&mut self, cx: &mut ContextOf<P>, now: Instant, row: Row, data: &[u8]) -> Option<()> {
+        let was_cyclic = cx.parameters.get(P::ROLES.cyclic_mode);
+        if row.has_several() || row.is_constrained() {
+            // All of them or none.
+            let before = cx.parameters;
+            if Self::set(cx, row, data).is_none() || !cx.parameters.is_consistent() {
+                cx.parameters = before;
+                return None;
+            }
+        } else {
+            Self::set(cx, row, data)?;
         }
-        let was_cyclic = self.values.is_cyclic();
-        self.values.set(row, rule, value);
-        if row == Key::Filter as usize {
-            self.retune();
-        } else if row == Key::CyclicMode as usize && was_cyclic != self.values.is_cyclic() {
-            self.restart_cyclic(now);
-        } else if row == Key::CyclicTime as usize
+        if !row.is_own() {
+            cx.apply();
+        } else if was_cyclic != cx.parameters.get(P::ROLES.cyclic_mode) {
+            self.restart_cyclic(cx, now);
+        } else if row.is_cyclic_time()
             && let Some(cyclic) = &mut self.cyclic
         {
-            cyclic.set_period(now, value);
-            self.attention = true;
+            cyclic.set_period(now, cx.parameters.get(P::ROLES.cyclic_time));
+            cx.shell.wake_up();
         }
-        self.update_status();
+        Some(())
+    }
+
+    /// Sets the parameters of a row one after the other, up to the first whose value is missing or not permitted.
+    fn set(cx: &mut ContextOf<P>, row: Row, mut data: &[u8]) -> Option<()> {
+        let derived = data.is_empty();
+        for item in P::CODES.items(row) {
+            let id = item.parameter()?;
+            let value = if derived {
+                // Automatic zero point adjustment (section 9.2).
+                P::Application::derive(id, &cx.values)?
+            } else {
+                let (bytes, rest) = data.split_at_checked(item.size.into())?;
+                data = rest;
+                number(bytes)
+            };
+            ParametersOf::<P>::check(id, value).ok()?;
+            cx.parameters.set(id, value);
+        }
         Some(())
     }
 
     /// Whether a request must wait for the running save to end: another save or a restart, and while LOAD is under way, which
     /// will replace the parameters, also a write.
-    fn must_wait(&self, fsc: u8, data: &[u8]) -> bool {
-        match self.saving {
-            None => false,
-            Some(saving) => match fsc {
-                code::LOAD | code::SAVE => true,
-                code::ALIVE => data.starts_with(code::RESET_SIGNATURE),
-                _ => saving == Saving::Factory && fsc & 0xF0 == code::WRITE,
-            },
-        }
-    }
-
-    /// Carries the request out that waited for the save which has ended.
-    pub(super) fn resume(&mut self, now: Instant) {
-        if let Some(frame) = self.deferred.take() {
-            self.request(now, &frame);
+    fn must_wait(&self, row: Option<Row>, data: &[u8]) -> bool {
+        match row.map(|row| row.operation) {
+            Some(Operation::Load | Operation::Save) => true,
+            Some(Operation::Alive) => data.starts_with(Self::RESET_SIGNATURE),
+            Some(Operation::Write) => self.loading,
+            _ => false,
         }
     }
 }

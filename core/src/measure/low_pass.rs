@@ -86,7 +86,8 @@ impl LowPass {
     pub const fn new() -> Self {
         Self {
             kind: Kind::Off,
-            cutoff: 100,
+            // None that can be set, so that all bits are 0.
+            cutoff: 0,
             chain: Chain::Off,
             output: None,
         }

@@ -29,6 +29,7 @@
 //! ```
 
 pub mod calibration;
+pub mod clipping;
 pub mod definition;
 pub mod fir;
 pub mod low_pass;
@@ -39,6 +40,7 @@ pub mod zero;
 
 use crate::time::{Duration, millis};
 pub use calibration::Calibration;
+pub use clipping::Clipping;
 pub use low_pass::LowPass;
 pub use micromath::vector::I32x3;
 
@@ -83,6 +85,12 @@ pub struct Inclinometer {
 }
 
 impl Inclinometer {
+    /// Not calibrated, the filter off.
+    pub const INITIAL: Self = Self {
+        calibration: Calibration::IDENTITY,
+        low_pass: LowPass::new(),
+    };
+
     /// Takes a reading in and returns the filtered up vector, 1 g = 2^28.
     pub fn sample(&mut self, reading: &Reading) -> I32x3 {
         let corrected = self

@@ -6,6 +6,10 @@
 //! has it done at +-4 g.
 
 use super::{I32x3, ONE_G};
+use crate::time::{Duration, millis};
+
+/// How long the test may take; without a result by then the axes count as faulty.
+pub const LIMIT: Duration = millis(4000);
 
 /// The least change of a working axis, 1 g = 2^28: 90 mg.
 pub const LEAST: u32 = (ONE_G as u64 * 90 / 1000) as u32;

@@ -1,11 +1,7 @@
-//! The products that are replaced, one file each: parameters, factory values, limits, LEDs, and what they are composed of.
+//! The products that are replaced, one room for each maker's family: parameters, factory values, limits, LEDs, measurement; and the
+//! [`catalog`] of all of them.
 
-mod gemac;
-mod gemac_reference;
-pub mod is1;
-pub mod is1d;
-pub mod is1tk;
-pub mod is2;
-pub mod is2d;
-pub mod is2tk;
+pub mod catalog;
+pub mod gemac;
 pub mod jn2101;
+pub mod listing;

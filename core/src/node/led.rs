@@ -1,7 +1,27 @@
-//! Blink patterns of the two status LEDs, as data that a model's LED table refers to.
+//! The status LEDs: four channels, and the blink patterns that a product's LED table refers to.
 
-use super::Leds;
-use crate::time::{Instant, after, earlier, millis, reached};
+use super::BusState;
+use crate::time::{Earliest, Instant, after, millis, reached};
+
+/// One of something for each LED channel. A product with two LEDs uses the first two; one with two two-colour LEDs uses all.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct Channels<T> {
+    /// The run LED, green (CiA 303-3); the green half of a network status LED.
+    pub run: T,
+    /// The error LED, red; the red half of a network status LED.
+    pub error: T,
+    /// The green half of a module status LED.
+    pub module_green: T,
+    /// The red half of a module status LED.
+    pub module_red: T,
+}
+
+/// Which LEDs are lit.
+pub type Leds = Channels<bool>;
+
+/// What each LED shows.
+pub type Patterns = Channels<Pattern>;
 
 /// What one LED shows. A state lasts 200 ms, in flickering 50 ms.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -34,80 +54,132 @@ impl Pattern {
     }
 }
 
+/// What the error LED shows in the fault confinement states of the CAN controller.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ErrorPatterns {
+    /// Error active.
+    pub working: Pattern,
+    /// The warning limit was reached, or error passive.
+    pub warning: Pattern,
+    /// Bus-off.
+    pub bus_off: Pattern,
+}
+
+impl ErrorPatterns {
+    /// The pattern of a state.
+    pub const fn of(&self, state: BusState) -> Pattern {
+        match state {
+            BusState::Active => self.working,
+            BusState::Warning | BusState::Passive => self.warning,
+            BusState::BusOff => self.bus_off,
+        }
+    }
+}
+
 /// One LED on its way through a pattern.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Led {
+    /// When the state ends; None in a steady light.
+    until: Option<Instant>,
     pattern: Pattern,
     /// The place in the pattern's times; those with an even number are lit.
     phase: u8,
-    lit: bool,
-    until: Option<Instant>,
 }
 
 impl Led {
+    const DARK: Self = Self {
+        until: None,
+        pattern: Pattern::Off,
+        phase: 0,
+    };
+
     fn show(&mut self, now: Instant, pattern: Pattern) {
         if self.pattern != pattern {
+            self.pattern = pattern;
+            self.phase = 0;
             let first = pattern.times().first();
-            *self = Self {
-                pattern,
-                phase: 0,
-                lit: pattern != Pattern::Off,
-                until: first.map(|&time| after(now, millis(time.into()))),
-            };
+            self.until = first.map(|&time| after(now, millis(time.into())));
         }
     }
 
-    fn poll(&mut self, now: Instant) {
-        let Some(until) = self.until else {
-            return;
-        };
-        if reached(now, until) {
-            let times = self.pattern.times();
-            self.phase += 1;
-            if usize::from(self.phase) >= times.len() {
-                self.phase = 0;
-            }
-            self.lit = self.phase.is_multiple_of(2);
-            let time = times.get(usize::from(self.phase)).copied().unwrap_or(200);
-            let time = millis(time.into());
-            // In step with the pattern's own clock, unless the caller was away for longer than a state.
-            let next = after(until, time);
-            self.until = Some(if reached(now, next) {
-                after(now, time)
-            } else {
-                next
-            });
+    /// Whether the LED is lit.
+    fn poll(&mut self, now: Instant) -> bool {
+        if let Some(until) = self.until
+            && reached(now, until)
+        {
+            self.next(now, until);
         }
+        self.pattern != Pattern::Off && self.phase.is_multiple_of(2)
+    }
+
+    #[inline(never)] // seldom
+    fn next(&mut self, now: Instant, until: Instant) {
+        let times = self.pattern.times();
+        self.phase += 1;
+        if usize::from(self.phase) >= times.len() {
+            self.phase = 0;
+        }
+        let time = times.get(usize::from(self.phase)).copied().unwrap_or(200);
+        let time = millis(time.into());
+        // In step with the pattern's own clock, unless the caller was away for longer than a state.
+        let next = after(until, time);
+        let missed = reached(now, next);
+        self.until = Some(if missed { after(now, time) } else { next });
     }
 }
 
-/// The run and the error LED.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+/// The status LEDs.
+#[derive(Clone, Copy, Debug)]
 pub struct Indicator {
-    run: Led,
-    error: Led,
+    leds: [Led; 4],
+    /// Which were lit at the last poll: a bit for each.
+    lit: u8,
 }
 
 impl Indicator {
-    /// Shows these patterns from now on; one that is shown already goes on undisturbed.
-    pub fn show(&mut self, now: Instant, run: Pattern, error: Pattern) {
-        self.run.show(now, run);
-        self.error.show(now, error);
-    }
+    /// All LEDs dark.
+    pub const DARK: Self = Self {
+        leds: [Led::DARK; 4],
+        lit: 0,
+    };
 
-    /// The LEDs as they are now.
-    pub fn poll(&mut self, now: Instant) -> Leds {
-        self.run.poll(now);
-        self.error.poll(now);
-        Leds {
-            run: self.run.lit,
-            error: self.error.lit,
+    /// Shows these patterns from now on; one that is shown already continues.
+    pub fn show(&mut self, now: Instant, patterns: Patterns) {
+        let Patterns {
+            run,
+            error,
+            module_green,
+            module_red,
+        } = patterns;
+        let patterns = [run, error, module_green, module_red];
+        for (led, pattern) in self.leds.iter_mut().zip(patterns) {
+            led.show(now, pattern);
         }
     }
 
-    /// When an LED changes next.
-    pub fn deadline(&self) -> Option<Instant> {
-        earlier(self.run.until, self.error.until)
+    /// The LEDs as they are now; None when none has changed since this was last asked.
+    pub fn poll(&mut self, now: Instant) -> Option<Leds> {
+        let mut lit = 0;
+        for led in &mut self.leds {
+            lit = lit << 1 | u8::from(led.poll(now));
+        }
+        if lit == self.lit {
+            return None;
+        }
+        self.lit = lit;
+        Some(Leds {
+            run: lit & 8 != 0,
+            error: lit & 4 != 0,
+            module_green: lit & 2 != 0,
+            module_red: lit & 1 != 0,
+        })
+    }
+
+    /// Takes the time of the next change into account.
+    pub fn consider(&self, next: &mut Earliest) {
+        for led in &self.leds {
+            next.consider(led.until);
+        }
     }
 }
 
@@ -115,20 +187,29 @@ impl Indicator {
 mod tests {
     use super::*;
 
+    fn deadline(indicator: &Indicator) -> Option<Instant> {
+        let mut next = Earliest::default();
+        indicator.consider(&mut next);
+        next.instant()
+    }
+
     /// The times in ms at which the error LED changes while it is polled at its deadlines, up to `end` ms.
     fn changes(pattern: Pattern, end: u64) -> std::vec::Vec<(u64, bool)> {
-        let mut indicator = Indicator::default();
+        let mut indicator = Indicator::DARK;
         let mut now = Instant::from_ticks(0);
-        indicator.show(now, Pattern::Off, pattern);
-        let mut lit = false;
+        indicator.show(
+            now,
+            Patterns {
+                error: pattern,
+                ..Patterns::default()
+            },
+        );
         let mut changes = std::vec::Vec::new();
         loop {
-            let leds = indicator.poll(now);
-            if leds.error != lit {
-                lit = leds.error;
-                changes.push((now.ticks() / 1000, lit));
+            if let Some(leds) = indicator.poll(now) {
+                changes.push((now.ticks() / 1000, leds.error));
             }
-            match indicator.deadline() {
+            match deadline(&indicator) {
                 Some(next) if next.ticks() <= end * 1000 => now = next,
                 _ => return changes,
             }
@@ -136,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn patterns_keep_the_times_of_the_led_table() {
+    fn patterns_have_the_times_of_the_led_table() {
         assert_eq!(changes(Pattern::Off, 5000), []);
         assert_eq!(changes(Pattern::On, 5000), [(0, true)]);
         assert_eq!(
@@ -165,12 +246,44 @@ mod tests {
     }
 
     #[test]
-    fn a_late_caller_finds_the_pattern_going_on() {
-        let mut indicator = Indicator::default();
-        indicator.show(Instant::from_ticks(0), Pattern::Flickering, Pattern::Off);
+    fn pattern_continues_after_a_late_poll() {
+        let mut indicator = Indicator::DARK;
+        let patterns = Patterns {
+            run: Pattern::Flickering,
+            ..Patterns::default()
+        };
+        indicator.show(Instant::from_ticks(0), patterns);
         let late = Instant::from_ticks(3_600_000_000);
-        let before = indicator.poll(late);
-        assert_eq!(indicator.deadline(), Some(after(late, millis(50))));
-        assert_ne!(indicator.poll(after(late, millis(50))), before);
+        indicator.poll(late);
+        assert_eq!(deadline(&indicator), Some(after(late, millis(50))));
+        assert!(indicator.poll(after(late, millis(50))).is_some());
+    }
+
+    #[test]
+    fn each_channel_has_its_own_pattern() {
+        let mut indicator = Indicator::DARK;
+        let start = Instant::from_ticks(0);
+        let patterns = Patterns {
+            run: Pattern::On,
+            error: Pattern::Off,
+            module_green: Pattern::Blinking,
+            module_red: Pattern::Flickering,
+        };
+        indicator.show(start, patterns);
+        let lit = |ms: u32, indicator: &mut Indicator| indicator.poll(after(start, millis(ms)));
+        let all = Leds {
+            run: true,
+            error: false,
+            module_green: true,
+            module_red: true,
+        };
+        assert_eq!(lit(0, &mut indicator), Some(all));
+        assert_eq!(lit(0, &mut indicator), None);
+        assert_eq!(deadline(&indicator), Some(after(start, millis(50))));
+        let red_off = Leds {
+            module_red: false,
+            ..all
+        };
+        assert_eq!(lit(50, &mut indicator), Some(red_off));
     }
 }

@@ -5,27 +5,27 @@
 //! so the same code runs on a board, in a test and in the virtual sensor.
 
 mod autobaud;
+mod boot;
+mod can_node;
 mod led;
+mod protocol;
 mod queue;
+mod shell;
 
+pub use crate::application::Readout;
+pub use crate::store::Boot;
 pub use autobaud::{Autobaud, CANDIDATES, DWELL_MAX, DWELL_MIN};
-pub use led::{Indicator, Pattern};
+pub use can_node::CanNode;
+pub use led::{Channels, ErrorPatterns, Indicator, Leds, Pattern, Patterns};
+pub use protocol::{BusChange, Context, Protocol};
 pub use queue::TransmitQueue;
+pub use shell::{NodeState, Shell};
 
-use crate::can::{BitRate, Filters, Frame};
+use crate::can::{BitRate, Filter, Frame};
 use crate::measure::Reading;
 use crate::measure::self_test::Working;
-use crate::store::{Loaded, Payload, StoreError};
-use crate::time::{Duration, Instant, millis};
-
-/// What a node starts from after power-up or a restart.
-#[derive(Clone, Debug, Default)]
-pub struct Boot {
-    /// What the nonvolatile memory held.
-    pub loaded: Loaded,
-    /// The serial number of this unit.
-    pub serial: u32,
-}
+use crate::store::StoreError;
+use crate::time::Instant;
 
 /// What a node asks of the hardware around it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -49,12 +49,9 @@ pub enum Action {
     /// Heat the measuring cell with this part of the heater's power, in permille.
     Heater(u16),
     /// Test the accelerometer's axes and report through [`Node::tested`], within
-    /// [`SELF_TEST_LIMIT`].
+    /// [`self_test::LIMIT`](crate::measure::self_test::LIMIT).
     SelfTest,
 }
-
-/// How long the test of the accelerometer may take; without a result by then its axes count as faulty.
-pub const SELF_TEST_LIMIT: Duration = millis(4000);
 
 /// How the CAN controller takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -90,25 +87,6 @@ pub enum BusEvent {
     Error,
     /// Received frames were lost because nobody fetched them in time.
     Overrun,
-}
-
-/// The two status LEDs.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-#[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Leds {
-    /// The run LED (green).
-    pub run: bool,
-    /// The error LED (red).
-    pub error: bool,
-}
-
-/// The inclination as the node reports it, for displays on a PC.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Readout {
-    /// The angle of a 1-axis sensor, or X, in 0.01 deg, zero offset included.
-    pub x: i32,
-    /// The second angle, or Y, in 0.01 deg; None on a 1-axis sensor.
-    pub y: Option<i32>,
 }
 
 /// A CAN sensor, driven from outside.
@@ -150,11 +128,12 @@ pub trait Node {
     /// When to poll again at the latest; None: only after new input.
     fn deadline(&self) -> Option<Instant>;
 
-    /// The acceptance filters in force in [`BusMode::Normal`].
-    fn filters(&self) -> Filters;
+    /// Calls `accept` for each acceptance filter in force in [`BusMode::Normal`].
+    fn filters(&self, accept: &mut dyn FnMut(Filter));
 
-    /// The payload of the image that [`Action::Save`] wants written.
-    fn image(&self) -> Payload;
+    /// Writes the parameters that [`Action::Save`] wants stored into `buffer`; returns how many bytes they are, or None when the
+    /// buffer is too small.
+    fn image(&self, buffer: &mut [u8]) -> Option<usize>;
 
     /// The inclination as last reported.
     fn readout(&self) -> Readout;

@@ -1,105 +1,126 @@
 //! The transmit queue: first in, first out; a reply is never lost, a cyclic value is replaced by a newer one.
 
-use crate::can::Frame;
-use embedded_can::Id;
-use heapless::Deque;
+use crate::can::{CanId, Frame};
 
 /// Places in the queue.
 const CAPACITY: usize = 16;
-/// Places that only replies already begun (and cyclic values) may take: see [`TransmitQueue::has_room`].
-const RESERVE: usize = 7;
-
-/// What becomes of a frame that waits.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Kind {
-    /// It is sent.
-    Reply,
-    /// It is sent, unless a newer one takes its place.
-    Cyclic,
-    /// It is not sent.
-    Withdrawn,
-}
-
-#[derive(Clone, Copy, Debug)]
-struct Entry {
-    frame: Frame,
-    kind: Kind,
-}
+/// The most frames that answer a request.
+const REPLIES: usize = 2;
 
 /// Frames waiting for a mailbox.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct TransmitQueue {
-    entries: Deque<Entry, CAPACITY>,
-    /// How many of them are cyclic values: mostly none, and nothing has to be searched.
-    cyclic: u8,
+    frames: [Frame; CAPACITY],
+    /// The place of the oldest frame, modulo the capacity,
+    first: u8,
+    /// and how many there are, one behind the other.
+    length: u8,
+    /// Two bits for each place: the frame is a cyclic value (bits 0 to 15), or it is not sent (bits 16 to 31).
+    marks: u32,
 }
 
 impl TransmitQueue {
-    /// True while a further request may be taken in: its answer (at most two frames), an event and four cyclic values will fit.
+    /// Nothing waits.
+    pub const EMPTY: Self = Self {
+        frames: [Frame::EMPTY; CAPACITY],
+        first: 0,
+        length: 0,
+        marks: 0,
+    };
+
+    /// How many frames besides replies there is always room for: cyclic values of different identifiers, and one event.
+    pub const OTHERS: usize = 5;
+
+    /// True while a further request may be taken in: there is room for its replies and for all [others](Self::OTHERS).
     pub fn has_room(&self) -> bool {
-        self.entries.len() <= CAPACITY - RESERVE
+        usize::from(self.length) <= CAPACITY - REPLIES - Self::OTHERS
     }
 
     /// True when nothing waits.
     pub fn is_empty(&self) -> bool {
-        self.entries.is_empty()
+        self.length == 0
     }
 
     /// Appends a reply. The caller has seen [`has_room`](Self::has_room) before it took the request in.
     pub fn reply(&mut self, frame: Frame) {
-        self.push(frame, Kind::Reply);
+        self.push(frame);
     }
 
     /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
     pub fn cyclic(&mut self, frame: Frame) {
-        if self.cyclic > 0
-            && let Some(stale) = self.waiting(frame.id())
+        if self.marks != 0
+            && let Some(place) = self.waiting(frame.can_id())
         {
-            stale.frame = frame;
+            if let Some(stale) = self.frames.get_mut(place) {
+                *stale = frame;
+            }
             return;
         }
-        self.cyclic += 1;
-        self.push(frame, Kind::Cyclic);
+        self.marks |= self.push(frame);
     }
 
-    /// The cyclic value with this identifier.
+    /// The place of the cyclic value with this identifier.
     #[inline(never)] // seldom
-    fn waiting(&mut self, id: Id) -> Option<&mut Entry> {
-        let same = |waiting: &&mut Entry| waiting.kind == Kind::Cyclic && waiting.frame.id() == id;
-        self.entries.iter_mut().find(same)
+    fn waiting(&self, id: CanId) -> Option<usize> {
+        let mut frames = self.frames.iter().enumerate();
+        let same = |(place, frame): &(usize, &Frame)| {
+            self.marks & cyclic(*place) != 0 && frame.can_id() == id
+        };
+        frames.find(same).map(|(place, _)| place)
     }
 
-    fn push(&mut self, frame: Frame, kind: Kind) {
-        // Cannot fail, thanks to the reserve; a frame too many would be dropped rather than panic.
-        let _ = self.entries.push_back(Entry { frame, kind });
+    /// Appends a frame; gives the mark of a cyclic value at its place.
+    fn push(&mut self, frame: Frame) -> u32 {
+        let place = usize::from(self.first.wrapping_add(self.length)) % CAPACITY;
+        // There is room, thanks to the reserve; a frame too many would be dropped rather than overwrite another.
+        if usize::from(self.length) < CAPACITY
+            && let Some(free) = self.frames.get_mut(place)
+        {
+            *free = frame;
+            self.length += 1;
+            return cyclic(place);
+        }
+        0
     }
 
     /// Drops the cyclic value with this identifier.
-    pub fn withdraw(&mut self, id: Id) {
-        if let Some(entry) = self.waiting(id) {
-            entry.kind = Kind::Withdrawn;
-            self.cyclic -= 1;
+    pub fn withdraw(&mut self, id: CanId) {
+        if let Some(place) = self.waiting(id) {
+            self.marks = self.marks & !cyclic(place) | withdrawn(place);
         }
     }
 
     /// Drops everything.
     pub fn clear(&mut self) {
-        self.entries.clear();
-        self.cyclic = 0;
+        self.length = 0;
+        self.marks = 0;
     }
 
     /// The next frame to send.
+    #[inline(always)] // called from one place
     pub fn pop(&mut self) -> Option<Frame> {
-        loop {
-            let Entry { frame, kind } = self.entries.pop_front()?;
-            match kind {
-                Kind::Withdrawn => continue,
-                Kind::Cyclic => self.cyclic -= 1,
-                Kind::Reply => {}
+        while self.length > 0 {
+            let place = usize::from(self.first) % CAPACITY;
+            self.first = self.first.wrapping_add(1);
+            self.length -= 1;
+            let marks = self.marks;
+            self.marks = marks & !(cyclic(place) | withdrawn(place));
+            if marks & withdrawn(place) == 0 {
+                return self.frames.get(place).copied();
             }
-            return Some(frame);
         }
+        None
     }
+}
+
+/// The mark of a cyclic value at a place.
+const fn cyclic(place: usize) -> u32 {
+    1 << (place % CAPACITY)
+}
+
+/// The mark of a frame that is not sent.
+const fn withdrawn(place: usize) -> u32 {
+    1 << (CAPACITY + place % CAPACITY)
 }
 
 #[cfg(test)]
@@ -112,8 +133,8 @@ mod tests {
     }
 
     #[test]
-    fn a_newer_cyclic_value_takes_the_place_of_the_stale_one() {
-        let mut queue = TransmitQueue::default();
+    fn newer_cyclic_value_replaces_the_waiting_one() {
+        let mut queue = TransmitQueue::EMPTY;
         queue.reply(frame(1));
         queue.cyclic(frame(2));
         queue.reply(frame(3));
@@ -126,19 +147,19 @@ mod tests {
     #[test]
     fn cyclic_values_of_different_identifiers_do_not_replace_each_other() {
         let other = |byte| Frame::data(standard(0x302), &[byte]).unwrap();
-        let mut queue = TransmitQueue::default();
+        let mut queue = TransmitQueue::EMPTY;
         queue.cyclic(frame(1));
         queue.cyclic(other(2));
         queue.cyclic(frame(3));
         queue.reply(frame(4));
-        queue.withdraw(standard(0x302));
+        queue.withdraw(CanId::standard(0x302));
         let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
         assert_eq!(order, [frame(3), frame(4)]);
     }
 
     #[test]
-    fn while_there_is_room_two_replies_an_event_and_four_cyclic_values_fit() {
-        let mut queue = TransmitQueue::default();
+    fn queue_with_room_takes_two_replies_an_event_and_four_cyclic_values() {
+        let mut queue = TransmitQueue::EMPTY;
         let mut sent = 0;
         while queue.has_room() {
             queue.reply(frame(sent));

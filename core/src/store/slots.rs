@@ -1,100 +1,101 @@
-//! Two slots of flash that hold the images, oldest to newest, appended until a slot is full.
-//!
-//! ```text
-//!            place 0     place 1     place 2          ...
-//!   slot 0  | image 7   | image 8   | image 9   | (full)
-//!   slot 1  | image 10  | erased    | erased    |          <- the next image goes to place 1
-//! ```
-//!
-//! A slot is half of the memory. The newest image is never touched: the next one goes to the next erased place, and when the
-//! slot is full to the start of the other one, which is erased ahead at boot ([`Store::prepare`]) because erasing stalls the
-//! processor. Only what could be newer than the newest whole image counts as damage; older debris does not.
+//! The two slots: where the records are, and how the next one gets there.
 
-use super::image::{self, Content, IMAGE_MAX, Image};
-use super::{ImageId, PAYLOAD_MAX, Payload, StoreError};
+use super::record::{self, CALIBRATION_AT, CALIBRATION_SIZE};
+use super::survey::{Found, Survey, WORD, is_blank, survey};
+use super::{Boot, Owner, StoreError};
+use crate::measure::calibration::{self, Calibration};
 use embedded_storage::nor_flash::NorFlash;
 
-/// Bytes programmed in one [`Store::step`].
-const STEP: usize = 4;
-
-/// What was found in memory at boot.
-#[derive(Clone, PartialEq, Eq, Debug, Default)]
-pub struct Loaded {
-    /// The payload of the newest whole image; None: use the factory values.
-    pub payload: Option<Payload>,
-    /// Something newer than that is damaged, or nothing is whole although the memory is not blank.
-    pub damaged: bool,
-}
-
-/// A place for one image.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-struct Place {
-    slot: usize,
-    index: usize,
-}
-
-/// A save under way.
-#[derive(Debug)]
-struct Save {
-    image: Image,
-    place: Place,
-    state: State,
-}
-
-/// What there is in one slot.
-#[derive(Clone, Copy, Debug, Default)]
-struct Survey {
-    /// The place behind the last one that is not blank.
-    used: usize,
-    /// The last place that is neither blank nor whole.
-    unusable: Option<usize>,
-    /// The newest whole image: sequence number and place.
-    newest: Option<(u32, usize)>,
-}
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum State {
+enum Stage {
     Erase,
-    /// Bytes programmed so far.
+    /// Everything in the buffer before this place is programmed.
     Program(usize),
-    Verify,
 }
 
-/// The images of one model in a memory of two slots.
+/// A save under way: what is in the buffer from `from` to `end` goes to the end of `slot`.
+#[derive(Clone, Copy, Debug)]
+struct Save {
+    slot: usize,
+    stage: Stage,
+    from: usize,
+    end: usize,
+}
+
+/// What is known of a slot.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slot {
+    /// Behind the last word that is not blank.
+    used: usize,
+    /// It holds parameters,
+    has_parameters: bool,
+    /// and the calibration of the unit.
+    has_calibration: bool,
+}
+
+/// The records of one unit in a memory of two slots. `N` is the [`buffer_size`](super::buffer_size) of its parameters.
 #[derive(Debug)]
-pub struct Store<M> {
+pub struct Store<M, const N: usize> {
     memory: M,
-    id: ImageId,
-    payload: usize,
-    /// The newest whole image; its slot is never erased.
-    newest: Option<Place>,
-    /// Where the next image goes; behind the last place when the slot is full.
-    next: Place,
+    /// The size of a slot.
+    size: usize,
+    owner: Owner,
+    slots: [Slot; 2],
+    /// The slot with the newest parameters; it is never erased.
+    home: usize,
+    newest: Found,
+    /// Where the calibration of the unit is; 0: there is none.
+    calibration: usize,
+    damaged: bool,
     sequence: u32,
     save: Option<Save>,
+    /// The record of the calibration, then that of the parameters.
+    buffer: [u8; N],
 }
 
-impl<M: NorFlash> Store<M> {
-    /// Looks through `memory` for images of `id` with payloads of `payload` bytes (at most [`PAYLOAD_MAX`]) and returns the
-    /// newest whole one. Nothing is written.
-    pub fn open(memory: M, id: ImageId, payload: usize) -> (Self, Loaded) {
+impl<M: NorFlash, const N: usize> Store<M, N> {
+    /// Looks through `memory` for the records of `owner`. Nothing is written.
+    pub fn open(memory: M, owner: Owner) -> Self {
         const {
-            assert!(M::WRITE_SIZE <= STEP && STEP.is_multiple_of(M::WRITE_SIZE));
+            assert!(M::WRITE_SIZE <= WORD && WORD.is_multiple_of(M::WRITE_SIZE));
             assert!(M::READ_SIZE == 1);
+            assert!(N >= super::buffer_size(0));
         }
-        let payload = payload.min(PAYLOAD_MAX);
-        let next = Place { slot: 0, index: 0 };
         let mut store = Self {
+            size: memory.capacity() / 2 / M::ERASE_SIZE * M::ERASE_SIZE,
             memory,
-            id,
-            payload,
-            newest: None,
-            next,
+            owner,
+            slots: [Slot::default(); 2],
+            home: 0,
+            newest: Found::default(),
+            calibration: 0,
+            damaged: false,
             sequence: 0,
             save: None,
+            buffer: [0; N],
         };
-        let loaded = store.scan();
-        (store, loaded)
+        store.scan();
+        store
+    }
+
+    /// What the memory held when it was opened; ask before the first save.
+    pub fn boot(&mut self) -> Boot<'_> {
+        let calibration = self.read_calibration();
+        let calibration = calibration.and_then(|bytes| Calibration::decode(&bytes));
+        // What a newer firmware has stored beyond the buffer is not known.
+        let buffer = self.buffer.get_mut(..self.newest.length.min(N));
+        let parameters = buffer
+            .filter(|_| self.newest.is_there())
+            .and_then(|buffer| {
+                let read = self.memory.read(self.newest.address as u32, buffer);
+                read.is_ok().then_some(&*buffer)
+            });
+        Boot {
+            parameters,
+            calibration: calibration.unwrap_or(Calibration::IDENTITY),
+            damaged: self.damaged,
+            serial: self.owner.serial,
+        }
     }
 
     /// Gives the memory back.
@@ -108,46 +109,52 @@ impl<M: NorFlash> Store<M> {
     }
 
     /// Erases ahead: call it at boot, before the node takes part in the bus. The spare slot is erased when the other one is more
-    /// than half full, so that at least half a slot of saves never has to erase; until then the older images stay.
+    /// than half full, so that at least half a slot of saves never has to erase; until then the older records stay.
     pub fn prepare(&mut self) {
-        let spare = self.spare();
-        let roomy = self.next.index <= self.places() / 2;
-        if self.next.slot != spare && !roomy && !self.blank(spare) {
+        let roomy = self.slot(self.home).used <= self.size / 2;
+        if !roomy && self.slot(self.spare()).used > 0 {
             // A failure shows again, and is reported, when the slot is needed.
-            let _ = self.erase(spare);
+            let _ = self.erase(self.spare());
         }
     }
 
-    /// Begins to save `payload`; carry it out with [`step`](Self::step). A save under way is given up.
+    /// Begins to save parameters, which `encode` writes into a buffer; carry it out with [`step`](Self::step). A save under way is
+    /// given up.
     #[inline(never)] // measured and budgeted as a function
-    pub fn save(&mut self, payload: &[u8]) {
-        if let Some(given_up) = self.save.take()
-            && given_up.state != State::Erase
-        {
-            self.pass(given_up.place);
+    pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
+        self.give_up();
+        if let Some(bytes) = self.read_calibration() {
+            self.seal_calibration(&bytes);
         }
-        let image = (payload.len() == self.payload)
-            .then(|| image::encode(self.id, self.sequence.wrapping_add(1), payload))
-            .flatten();
-        let mut place = self.next;
-        if place.index >= self.places() {
-            place = Place {
-                slot: self.spare(),
-                index: 0,
-            };
-        }
-        let state = if place.index == 0 && !self.blank(place.slot) {
-            State::Erase
-        } else {
-            State::Program(0)
-        };
-        // A payload of the wrong size cannot come from a model; the empty image fails to verify.
-        let image = image.unwrap_or_default();
-        self.save = Some(Save {
-            image,
-            place,
-            state,
+        self.save_behind_calibration(encode);
+    }
+
+    /// Begins to save another calibration, and the newest parameters behind it; carry it out with [`step`](Self::step). For a
+    /// memory that was opened and not saved to.
+    pub fn calibrate(&mut self, calibration: &Calibration) {
+        let mut copy = [0; N];
+        let parameters = self.boot().parameters;
+        let length = parameters.map(|parameters| {
+            for (to, from) in copy.iter_mut().zip(parameters) {
+                *to = *from;
+            }
+            parameters.len()
         });
+        self.seal_calibration(&calibration.encode());
+        // Wherever there is one, it is not this one.
+        self.calibration = usize::MAX;
+        for slot in &mut self.slots {
+            slot.has_calibration = false;
+        }
+        match length {
+            Some(length) => self.save_behind_calibration(|buffer| {
+                buffer
+                    .get_mut(..length)?
+                    .copy_from_slice(copy.get(..length)?);
+                Some(length)
+            }),
+            None => self.begin(CALIBRATION_SIZE),
+        }
     }
 
     /// True while a save is under way.
@@ -157,180 +164,219 @@ impl<M: NorFlash> Store<M> {
 
     /// Carries a save one small step further: four bytes, or one erase. Returns the result when the save has ended.
     pub fn step(&mut self) -> Option<Result<(), StoreError>> {
-        let mut save = self.save.take()?;
-        let outcome = match save.state {
-            State::Erase => self
-                .erase(save.place.slot)
-                .map(|()| Some(State::Program(0))),
-            State::Program(at) => self.program(&save, at).map(Some),
-            State::Verify => self.verify(&save).map(|()| None),
+        let save = self.save?;
+        let result = match save.stage {
+            Stage::Erase => self.erase(save.slot).map(|()| save.from),
+            Stage::Program(at) if at < save.end => self.program(&save, at).map(|()| at + WORD),
+            Stage::Program(_) => {
+                let result = self.verify(&save);
+                if result.is_err() {
+                    self.give_up();
+                } else {
+                    self.succeed(&save);
+                }
+                self.save = None;
+                return Some(result);
+            }
         };
-        match outcome {
-            Ok(Some(state)) => {
-                save.state = state;
-                self.save = Some(save);
+        match result {
+            Ok(at) => {
+                let stage = Stage::Program(at);
+                self.save = Some(Save { stage, ..save });
                 None
             }
-            Ok(None) => {
-                self.sequence = self.sequence.wrapping_add(1);
-                self.newest = Some(save.place);
-                self.pass(save.place);
-                Some(Ok(()))
-            }
             Err(StoreError) => {
-                // A slot that could not be erased is erased next time; it is not programmed.
-                if save.state != State::Erase {
-                    self.pass(save.place);
-                }
+                self.give_up();
                 Some(Err(StoreError))
             }
         }
     }
 
-    /// The slot that may be erased: the one without the newest image.
-    fn spare(&self) -> usize {
-        1 - self.newest.unwrap_or(self.next).slot.min(1)
+    fn save_behind_calibration(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
+        let sequence = self.sequence.wrapping_add(1);
+        let place = self.buffer.get_mut(CALIBRATION_SIZE..).unwrap_or_default();
+        let size =
+            record::encode_parameters(place, self.owner, self.calibration > 0, sequence, encode);
+        // What does not fit cannot come from a node of this product; a save of nothing does not verify.
+        self.begin(size.map_or(0, |size| CALIBRATION_SIZE + size));
     }
 
-    /// The next image goes behind `place`, unless that is still, or again, erased.
-    fn pass(&mut self, place: Place) {
-        let used = self.judge(place) != Content::Blank;
-        let index = place.index + usize::from(used);
-        self.next = Place { index, ..place };
-    }
-
-    /// Finds the newest whole image and the place for the next one.
-    fn scan(&mut self) -> Loaded {
-        let first = self.survey(0);
-        let second = self.survey(1);
-        let second_is_newer = match (first.newest, second.newest) {
-            (Some((a, _)), Some((b, _))) => b.wrapping_sub(a) < 1 << 31,
-            (first, _) => first.is_none(),
-        };
-        let (slot, own, other) = if second_is_newer && second.newest.is_some() {
-            (1, second, first)
+    /// Plans the save of what is in the buffer up to `end`.
+    fn begin(&mut self, end: usize) {
+        let spare = self.spare();
+        // In the spare slot a save that was cut off is continued behind the damage, so that this is seen until one succeeds.
+        let (slot, stage) = if self.fits(self.home, end) {
+            (self.home, None)
+        } else if self.fits(spare, end) && !self.slot(spare).has_parameters {
+            (spare, None)
         } else {
-            (0, first, second)
+            (spare, Some(Stage::Erase))
         };
-        self.next = Place {
+        let has_calibration = self.slot(slot).has_calibration && stage.is_none();
+        let from = if self.calibration > 0 && !has_calibration {
+            0
+        } else {
+            CALIBRATION_SIZE
+        };
+        self.save = Some(Save {
             slot,
-            index: own.used,
-        };
-        let Some((sequence, index)) = own.newest else {
-            return Loaded {
-                payload: None,
-                damaged: own.unusable.is_some() || other.unusable.is_some(),
-            };
-        };
-        let place = Place { slot, index };
-        self.newest = Some(place);
-        self.sequence = sequence;
-        // In its own slot everything behind the newest image is newer. The other slot is newer only when this one is full; then
-        // it has just been begun. A slot full of debris is an erase that was cut off.
-        let full = index + 1 >= self.places();
-        let begun = full && other.newest.is_none() && other.used < self.places();
-        let damaged = own.unusable.is_some_and(|unusable| unusable > index)
-            || (begun && other.unusable.is_some());
-        if begun && damaged {
-            // Go on behind the damage, so that it is seen until the next save.
-            self.next = Place {
-                slot: 1 - slot,
-                index: other.used,
-            };
-        }
-        let payload = self
-            .load(place)
-            .and_then(|bytes| image::payload(&bytes, self.payload));
-        Loaded { payload, damaged }
+            stage: stage.unwrap_or(Stage::Program(from)),
+            from,
+            end,
+        });
     }
 
-    /// Looks through one slot.
-    fn survey(&mut self, slot: usize) -> Survey {
-        let mut survey = Survey::default();
-        for index in 0..self.places() {
-            match self.judge(Place { slot, index }) {
-                Content::Blank => continue,
-                Content::Unusable => survey.unusable = Some(index),
-                Content::Whole(sequence) => {
-                    let newer = |(best, _): (u32, usize)| sequence.wrapping_sub(best) < 1 << 31;
-                    if survey.newest.is_none_or(newer) {
-                        survey.newest = Some((sequence, index));
-                    }
-                }
-            }
-            survey.used = index + 1;
+    /// Whether what is in the buffer up to `end` fits behind what a slot holds, without the calibration if that is there.
+    fn fits(&self, number: usize, end: usize) -> bool {
+        let slot = self.slot(number);
+        let from = if slot.has_calibration || self.calibration == 0 {
+            CALIBRATION_SIZE
+        } else {
+            0
+        };
+        slot.used + end <= self.size + from
+    }
+
+    fn program(&mut self, save: &Save, at: usize) -> Result<(), StoreError> {
+        let address = self.address(save) + at - save.from;
+        let bytes = self.buffer.get(at..at + WORD).ok_or(StoreError)?;
+        let written = self.memory.write(address as u32, bytes);
+        written.map_err(|_| StoreError)
+    }
+
+    /// Compares what was saved with what is in the memory now.
+    fn verify(&mut self, save: &Save) -> Result<(), StoreError> {
+        let address = self.address(save);
+        let mut same = save.end > save.from;
+        for at in (save.from..save.end).step_by(WORD) {
+            let mut word = [0; WORD];
+            let read = self
+                .memory
+                .read((address + at - save.from) as u32, &mut word);
+            same &= read.is_ok() && self.buffer.get(at..at + WORD) == Some(&word);
         }
+        if same { Ok(()) } else { Err(StoreError) }
+    }
+
+    fn succeed(&mut self, save: &Save) {
+        let address = self.address(save);
+        let slot = self.slot_mut(save.slot);
+        slot.used += save.end - save.from;
+        slot.has_parameters |= save.end > CALIBRATION_SIZE;
+        if save.from == 0 {
+            slot.has_calibration = true;
+            // The slot in which it was may be erased.
+            self.calibration = address + CALIBRATION_AT;
+        }
+        self.home = save.slot;
+        self.sequence = self.sequence.wrapping_add(1);
+    }
+
+    /// Ends a save that has not succeeded. The next one goes behind what it has programmed, if that is anything.
+    fn give_up(&mut self) {
+        let Some(save) = self.save.take() else {
+            return;
+        };
+        let size = save.end.saturating_sub(save.from);
+        let address = self.address(&save);
+        if save.stage != Stage::Erase && !is_blank(&mut self.memory, address, size) {
+            self.slot_mut(save.slot).used += size;
+        }
+    }
+
+    /// Where the save goes.
+    fn address(&self, save: &Save) -> usize {
+        self.start(save.slot) + self.slot(save.slot).used
+    }
+
+    /// Finds the newest parameters, the calibration, and the place for the next record.
+    fn scan(&mut self) {
+        let [first, second] = [0, 1].map(|number| self.survey(number));
+        let in_second = if first.parameters.is_there() || second.parameters.is_there() {
+            second.parameters.is_newer(&first.parameters)
+        } else {
+            first.calibration == 0 && second.calibration > 0
+        };
+        let (home, other) = if in_second {
+            (&second, &first)
+        } else {
+            (&first, &second)
+        };
+        let newest = home.parameters;
+        self.home = in_second.into();
+        self.newest = newest;
+        self.sequence = newest.sequence;
+        self.damaged = if newest.is_there() {
+            // In its own slot everything behind the newest parameters is newer. The other slot is newer only when this one is full;
+            // then it has just been begun. A slot full of debris is an erase that was cut off.
+            let full = !self.fits(self.home, CALIBRATION_SIZE + newest.length);
+            let begun = !other.parameters.is_there() && other.used < self.size;
+            home.unusable > newest.address || (full && begun && other.unusable > 0)
+        } else {
+            home.unusable > 0 || other.unusable > 0
+        };
+        self.calibration = home.calibration;
+        for place in [newest.calibration, other.calibration] {
+            if self.calibration == 0 {
+                self.calibration = place;
+            }
+        }
+        self.damaged |= newest.is_calibrated && self.calibration == 0;
+    }
+
+    #[inline(never)] // one copy instead of two
+    fn survey(&mut self, number: usize) -> Survey {
+        let (start, size) = (self.start(number), self.size);
+        let survey = survey(&mut self.memory, self.owner, start, size);
+        *self.slot_mut(number) = Slot {
+            used: survey.used,
+            has_parameters: survey.parameters.is_there(),
+            has_calibration: survey.calibration > 0,
+        };
         survey
     }
 
-    /// Places for images in one slot.
-    fn places(&self) -> usize {
-        self.slot_size().checked_div(self.place_size()).unwrap_or(0)
+    /// The bytes of the calibration; None when there is none.
+    fn read_calibration(&mut self) -> Option<[u8; calibration::SIZE]> {
+        let mut bytes = [0; calibration::SIZE];
+        let read = self.memory.read(self.calibration as u32, &mut bytes);
+        (self.calibration > 0 && read.is_ok()).then_some(bytes)
     }
 
-    fn slot_size(&self) -> usize {
-        self.memory.capacity() / 2 / M::ERASE_SIZE * M::ERASE_SIZE
-    }
-
-    fn place_size(&self) -> usize {
-        image::image_size(self.payload)
-    }
-
-    fn address(&self, place: Place) -> u32 {
-        (place.slot * self.slot_size() + place.index * self.place_size()) as u32
-    }
-
-    /// The bytes of a place; None when they cannot be read.
-    fn load(&mut self, place: Place) -> Option<Image> {
-        let mut bytes = Image::new();
-        bytes.resize(self.place_size().min(IMAGE_MAX), 0).ok()?;
-        let address = self.address(place);
-        self.memory.read(address, &mut bytes).ok()?;
-        Some(bytes)
-    }
-
-    fn judge(&mut self, place: Place) -> Content {
-        let Some(bytes) = self.load(place) else {
-            return Content::Unusable;
-        };
-        image::judge(&bytes, self.id, self.payload)
-    }
-
-    /// True when the whole slot is erased, also the rest behind the last place.
-    fn blank(&mut self, slot: usize) -> bool {
-        let start = slot * self.slot_size();
-        (start..start + self.slot_size())
-            .step_by(STEP)
-            .all(|address| {
-                let mut bytes = [0; STEP];
-                self.memory.read(address as u32, &mut bytes).is_ok() && bytes == [0xFF; STEP]
-            })
-    }
-
-    fn erase(&mut self, slot: usize) -> Result<(), StoreError> {
-        let start = slot * self.slot_size();
-        let end = start + self.slot_size();
-        self.memory
-            .erase(start as u32, end as u32)
-            .map_err(|_| StoreError)
-    }
-
-    /// Programs the next bytes of the image and says what comes then.
-    fn program(&mut self, save: &Save, at: usize) -> Result<State, StoreError> {
-        let Some(bytes) = save.image.get(at..at + STEP) else {
-            return Ok(State::Verify);
-        };
-        let address = self.address(save.place) as usize + at;
-        self.memory
-            .write(address as u32, bytes)
-            .map_err(|_| StoreError)?;
-        Ok(State::Program(at + STEP))
-    }
-
-    fn verify(&mut self, save: &Save) -> Result<(), StoreError> {
-        match self.load(save.place) {
-            Some(bytes) if bytes == save.image => Ok(()),
-            _ => Err(StoreError),
+    /// Puts the record of a calibration into the buffer.
+    fn seal_calibration(&mut self, bytes: &[u8; calibration::SIZE]) {
+        let place = self.buffer.iter_mut().skip(CALIBRATION_AT);
+        for (to, from) in place.zip(bytes) {
+            *to = *from;
         }
+        record::seal_calibration(&mut self.buffer, self.owner.serial);
+    }
+
+    /// The slot that may be erased: the one without the newest parameters.
+    fn spare(&self) -> usize {
+        1 - self.home.min(1)
+    }
+
+    fn slot(&self, number: usize) -> Slot {
+        let [first, second] = self.slots;
+        if number == 0 { first } else { second }
+    }
+
+    fn slot_mut(&mut self, number: usize) -> &mut Slot {
+        let [first, second] = &mut self.slots;
+        if number == 0 { first } else { second }
+    }
+
+    fn start(&self, number: usize) -> usize {
+        number * self.size
+    }
+
+    fn erase(&mut self, number: usize) -> Result<(), StoreError> {
+        let start = self.start(number);
+        let end = start + self.size;
+        let erased = self.memory.erase(start as u32, end as u32);
+        erased.map_err(|_| StoreError)?;
+        *self.slot_mut(number) = Slot::default();
+        Ok(())
     }
 }

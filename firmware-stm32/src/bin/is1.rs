@@ -1,10 +1,10 @@
 //! GEMAC IS1xx360-C-xL, one axis.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-use plumbline::fsc::Product;
-use plumbline::model::is1::{self, Is1};
+use plumbline::fsc::Article;
+use plumbline::model::gemac::is1::{self, Is1};
 
 /// The article that this sensor replaces.
-const PRODUCT: &Product = &is1::BP_CL;
+const ARTICLE: &Article = &is1::BP_CL;
 
-firmware_stm32::firmware!(Is1, PRODUCT);
+firmware_stm32::firmware!(Is1, ARTICLE);

@@ -1,10 +1,10 @@
 //! GEMAC IS1D 00 P20, one axis, the older type.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-use plumbline::fsc::Product;
-use plumbline::model::is1d::{self, Is1d};
+use plumbline::fsc::Article;
+use plumbline::model::gemac::is1d::{self, Is1d};
 
 /// The article that this sensor replaces.
-const PRODUCT: &Product = &is1d::PLASTIC;
+const ARTICLE: &Article = &is1d::PLASTIC;
 
-firmware_stm32::firmware!(Is1d, PRODUCT);
+firmware_stm32::firmware!(Is1d, ARTICLE);

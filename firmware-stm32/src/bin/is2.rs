@@ -1,10 +1,10 @@
 //! GEMAC IS2xx090-C-xL, two axes.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-use plumbline::fsc::Product;
-use plumbline::model::is2::{self, Is2};
+use plumbline::fsc::Article;
+use plumbline::model::gemac::is2::{self, Is2};
 
 /// The article that this sensor replaces.
-const PRODUCT: &Product = &is2::BP_CL;
+const ARTICLE: &Article = &is2::BP_CL;
 
-firmware_stm32::firmware!(Is2, PRODUCT);
+firmware_stm32::firmware!(Is2, ARTICLE);

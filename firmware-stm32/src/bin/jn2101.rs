@@ -3,4 +3,4 @@
 
 use plumbline::model::jn2101::Jn2101;
 
-firmware_stm32::firmware!(Jn2101, "ifm JN2101", Jn2101::IMAGE, Jn2101::place);
+firmware_stm32::firmware!(Jn2101, "ifm JN2101", Jn2101::IMAGE);

@@ -10,6 +10,8 @@
 //! | PA7  | ISM330DHCX SDA (SDI)                                         |
 //! | PC13 | run LED: the one on the board, lit when low                  |
 //! | PB12 | error LED with its resistor to ground, lit when high         |
+//! | PB13 | green module LED with its resistor to ground, lit when high  |
+//! | PB14 | red module LED with its resistor to ground, lit when high    |
 //! | PB0  | heater's switch (a logic-level MOSFET), on when high, PWM     |
 //! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
 //!
@@ -30,7 +32,7 @@ use embedded_hal::spi::MODE_0;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f1xx_hal::flash::{self, FlashSize, SectorSize};
-use stm32f1xx_hal::gpio::{Output, PA4, PB1, PB12, PC13, PinState};
+use stm32f1xx_hal::gpio::{Output, PA4, PB1, PB12, PB13, PB14, PC13, PinState};
 use stm32f1xx_hal::pac::{self, interrupt};
 use stm32f1xx_hal::prelude::*;
 use stm32f1xx_hal::rcc::{self, Enable};
@@ -109,6 +111,12 @@ impl Board {
             error: gpiob
                 .pb12
                 .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
+            module_green: gpiob
+                .pb13
+                .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
+            module_red: gpiob
+                .pb14
+                .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
         };
 
         // The controller drives TXD recessive before the pin is connected to it.
@@ -163,6 +171,8 @@ impl Board {
 pub struct StatusLeds {
     run: PC13<Output>,
     error: PB12<Output>,
+    module_green: PB13<Output>,
+    module_red: PB14<Output>,
 }
 
 impl StatusLeds {
@@ -170,6 +180,8 @@ impl StatusLeds {
     pub fn show(&mut self, leds: Leds) {
         self.run.set_state((!leds.run).into());
         self.error.set_state(leds.error.into());
+        self.module_green.set_state(leds.module_green.into());
+        self.module_red.set_state(leds.module_red.into());
     }
 }
 

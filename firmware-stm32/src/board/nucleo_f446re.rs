@@ -10,6 +10,8 @@
 //! | PB15 | ISM330DHCX SDA (SDI)                                         |
 //! | PA5  | run LED: LD2 on the board, lit when high                     |
 //! | PB10 | error LED with its resistor to ground, lit when high         |
+//! | PC6  | green module LED with its resistor to ground, lit when high  |
+//! | PC7  | red module LED with its resistor to ground, lit when high    |
 //! | PB0  | heater's switch (a logic-level MOSFET), on when high, PWM     |
 //! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
 //!
@@ -29,7 +31,7 @@ use cortex_m::peripheral::SYST;
 use embedded_hal::spi::MODE_0;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
-use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PinState};
+use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState};
 use stm32f4xx_hal::pac::{self, interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
@@ -102,10 +104,13 @@ impl Board {
 
         let gpioa = device.GPIOA.split(&mut rcc);
         let gpiob = device.GPIOB.split(&mut rcc);
+        let gpioc = device.GPIOC.split(&mut rcc);
 
         let leds = StatusLeds {
             run: gpioa.pa5.into_push_pull_output_in_state(PinState::Low),
             error: gpiob.pb10.into_push_pull_output_in_state(PinState::Low),
+            module_green: gpioc.pc6.into_push_pull_output_in_state(PinState::Low),
+            module_red: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         };
 
         // The controller drives TXD recessive before the pin is connected to it.
@@ -145,6 +150,8 @@ impl Board {
 pub struct StatusLeds {
     run: PA5<Output>,
     error: PB10<Output>,
+    module_green: PC6<Output>,
+    module_red: PC7<Output>,
 }
 
 impl StatusLeds {
@@ -152,6 +159,8 @@ impl StatusLeds {
     pub fn show(&mut self, leds: Leds) {
         self.run.set_state(leds.run.into());
         self.error.set_state(leds.error.into());
+        self.module_green.set_state(leds.module_green.into());
+        self.module_red.set_state(leds.module_red.into());
     }
 }
 

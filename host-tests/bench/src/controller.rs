@@ -1,7 +1,7 @@
 //! A device's CAN controller: the protocol with one transmit mailbox, a receive queue and acceptance filters around it.
 
 use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
-use plumbline::can::{BitRate, Filters, Frame};
+use plumbline::can::{BitRate, Filter, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState};
 use std::collections::VecDeque;
 
@@ -18,7 +18,7 @@ pub(super) struct Controller {
     setting: Option<(BusMode, BitRate)>,
     /// The setting is to take effect when the frame that is being sent has come to its end.
     changing: bool,
-    filters: Filters,
+    filters: Vec<Filter>,
     mailbox: Option<Frame>,
     received: VecDeque<Frame>,
     in_fifo: usize,
@@ -33,7 +33,7 @@ impl Controller {
             protocol: Protocol::default(),
             setting: None,
             changing: false,
-            filters: Filters::new(),
+            filters: Vec::new(),
             mailbox: None,
             received: VecDeque::new(),
             in_fifo: 0,
@@ -49,7 +49,7 @@ impl Controller {
         now: Picoseconds,
         mode: BusMode,
         rate: BitRate,
-        filters: Filters,
+        filters: Vec<Filter>,
     ) {
         self.setting = Some((mode, rate));
         self.changing = true;

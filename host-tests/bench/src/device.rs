@@ -5,8 +5,8 @@ use super::bus::{instant, picoseconds};
 use super::controller::Controller;
 use super::flash::Flash;
 use super::sensor::Sensor;
-use crate::models::Model;
 use crate::motion::Motion;
+use crate::node_type::{NodeType, STORE_BUFFER};
 use crate::thermal::Cell;
 use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
@@ -37,9 +37,9 @@ const LED_HISTORY: usize = 10_000;
 
 /// One sensor on the bench.
 pub struct Device {
-    model: Model,
+    node_type: NodeType,
     serial: u32,
-    store: Store<Flash>,
+    store: Store<Flash, STORE_BUFFER>,
     motion: Box<dyn Motion>,
     /// The measuring cell, when it has a heater.
     cell: Option<Cell>,
@@ -70,14 +70,13 @@ struct Powered {
 
 impl Device {
     /// A sensor that is not switched on; [`Bus::attach`](super::Bus::attach) does that.
-    pub fn new(model: &Model, serial: u32, flash: Flash, motion: Box<dyn Motion>) -> Self {
-        let (store, _) = Store::open(flash, model.image, model.payload);
+    pub fn new(node_type: &NodeType, serial: u32, flash: Flash, motion: Box<dyn Motion>) -> Self {
         Self {
-            model: *model,
+            node_type: *node_type,
             serial,
-            store,
+            store: Store::open(flash, node_type.owner(serial)),
             motion,
-            cell: model.cell.map(Cell::new),
+            cell: node_type.cell.map(Cell::new),
             power: None,
             boots: 0,
             led_history: VecDeque::new(),
@@ -128,7 +127,7 @@ impl Device {
             assert!(
                 actions <= ACTIONS_MAX,
                 "{}: poll never returns None, its last answer at {now} is {action:?}",
-                self.model.name
+                self.node_type.name
             );
             self.perform(now, action);
         }
@@ -148,7 +147,8 @@ impl Device {
         let Some(power) = &mut self.power else { return };
         match action {
             Action::Bus(mode, rate) => {
-                let filters = power.node.filters();
+                let mut filters = Vec::new();
+                power.node.filters(&mut |filter| filters.push(filter));
                 power
                     .controller
                     .configure(picoseconds(now), mode, rate, filters);
@@ -159,9 +159,8 @@ impl Device {
                 self.show(now, leds);
             }
             Action::Save => {
-                let image = power.node.image();
                 power.next_step = Some(now);
-                self.store.save(&image);
+                self.store.save(|buffer| power.node.image(buffer));
             }
             Action::Restart => power.restart_by = Some(after(now, RESTART_PATIENCE)),
             Action::Termination(connected) => power.terminated = connected,
@@ -285,13 +284,12 @@ impl Sensor for Device {
     fn power_on(&mut self, now: Instant) {
         let mut flash = core::mem::take(self.store.memory());
         flash.power_on();
-        let (store, loaded) = Store::open(flash, self.model.image, self.model.payload);
-        self.store = store;
+        self.store = Store::open(flash, self.node_type.owner(self.serial));
         let before = self.flash_work();
         self.store.prepare();
         let start = after(now, self.flash_time(before));
         self.boots += 1;
-        let mut node = (self.model.boot)(start, loaded, self.serial);
+        let mut node = (self.node_type.start)(&self.node_type, start, &self.store.boot());
         // As on the boards: the first reading before the node's first word.
         node.sample(start, &self.reading(start));
         self.power = Some(Powered {
@@ -351,7 +349,7 @@ impl Sensor for Device {
         assert!(
             deadline.is_none_or(|at| !reached(now, at)),
             "{}: polled until None at {now}, yet its deadline stays at {deadline:?}",
-            self.model.name
+            self.node_type.name
         );
         at
     }
@@ -391,7 +389,7 @@ impl Sensor for Device {
     }
 
     fn name(&self) -> &'static str {
-        self.model.name
+        self.node_type.name
     }
 
     fn mode(&self) -> Option<BusMode> {

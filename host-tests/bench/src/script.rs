@@ -3,13 +3,11 @@
 //! With serial number n it boots at 250 kbit/s (or detects the rate), sends a boot-up frame `10n#` with what the memory held,
 //! and answers commands on `20n`. What it is told goes into a journal.
 
-use crate::models::{Model, Protocol};
-use crate::{Device, Flash};
-use embedded_can::Id;
-use plumbline::can::{BitRate, Filter, Filters, Frame, standard};
+use crate::{Device, Flash, NodeType};
+use plumbline::can::{BitRate, Filter, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
-use plumbline::node::{Action, BusEvent, BusMode, BusState, Leds, Node, Readout};
-use plumbline::store::{ImageId, Loaded, Payload, StoreError};
+use plumbline::node::{Action, Boot, BusEvent, BusMode, BusState, Leds, Node, Readout};
+use plumbline::store::{ImageId, StoreError};
 use plumbline::time::{Duration, Instant, after, reached};
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -84,27 +82,27 @@ pub fn states(serial: u32) -> Vec<BusState> {
 }
 
 /// The scripted node at a fixed rate.
-pub const FIXED: Model = Model {
+pub const FIXED: NodeType = NodeType {
     name: "fixed",
-    protocol: Protocol::Fsc,
-    image: ImageId(0x7E57),
-    payload: PAYLOAD,
+    article: None,
+    image: ImageId::new(0x7E57),
+    layout: 1,
     cell: None,
-    boot: |now, loaded, serial| Box::new(Script::boot(now, loaded, serial, false)),
+    start: |_, _, boot| Box::new(Script::new(boot, false)),
 };
 
 /// The scripted node with automatic bit rate detection.
-pub const DETECTING: Model = Model {
+pub const DETECTING: NodeType = NodeType {
     name: "detecting",
-    boot: |now, loaded, serial| Box::new(Script::boot(now, loaded, serial, true)),
+    start: |_, _, boot| Box::new(Script::new(boot, true)),
     ..FIXED
 };
 
 /// A node that never comes to an end.
-pub const ENDLESS: Model = Model {
+pub const ENDLESS: NodeType = NodeType {
     name: "endless",
-    boot: |now, loaded, serial| {
-        let mut script = Script::boot(now, loaded, serial, false);
+    start: |_, _, boot| {
+        let mut script = Script::new(boot, false);
         script.endless = true;
         Box::new(script)
     },
@@ -124,8 +122,8 @@ pub const LEVEL: Reading = Reading {
 };
 
 /// A device with a blank memory.
-pub fn device(model: &Model, serial: u32) -> Device {
-    Device::new(model, serial, Flash::default(), Box::new(LEVEL))
+pub fn device(node_type: &NodeType, serial: u32) -> Device {
+    Device::new(node_type, serial, Flash::default(), Box::new(LEVEL))
 }
 
 /// A data frame with an 11-bit identifier.
@@ -152,27 +150,29 @@ struct Script {
     rate: usize,
     actions: VecDeque<Action>,
     outbox: VecDeque<Frame>,
-    payload: Payload,
+    /// What it wants saved.
+    image: Vec<u8>,
     paused_until: Option<Instant>,
     saving: bool,
     endless: bool,
 }
 
 impl Script {
-    fn boot(_: Instant, loaded: Loaded, serial: u32, detecting: bool) -> Self {
+    fn new(boot: &Boot, detecting: bool) -> Self {
+        let serial = boot.serial;
         let mut script = Self {
             serial,
             detecting,
             rate: 0,
             actions: VecDeque::new(),
             outbox: VecDeque::new(),
-            payload: Payload::new(),
+            image: Vec::new(),
             paused_until: None,
             saving: false,
             endless: false,
         };
-        let first = loaded.payload.as_ref().and_then(|payload| payload.first());
-        let held = [first.copied().unwrap_or(0xFF), u8::from(loaded.damaged)];
+        let first = boot.parameters.and_then(<[u8]>::first);
+        let held = [first.copied().unwrap_or(0xFF), u8::from(boot.damaged)];
         script.outbox.push_back(frame(0x100 + serial, &held));
         script.actions.push_back(if detecting {
             Action::Bus(BusMode::Listen, TRIED[0])
@@ -207,8 +207,7 @@ impl Node for Script {
         match *received.bytes() {
             [command::ECHO, ..] => self.reply(received.bytes()),
             [command::SAVE, value] => {
-                self.payload.clear();
-                self.payload.resize(PAYLOAD, value).unwrap();
+                self.image = vec![value; PAYLOAD];
                 self.actions.push_back(Action::Save);
                 self.saving = true;
             }
@@ -249,6 +248,7 @@ impl Node for Script {
                 self.actions.push_back(Action::Leds(Leds {
                     run: true,
                     error: state != BusState::Active,
+                    ..Leds::default()
                 }));
                 if state == BusState::BusOff {
                     self.actions.push_back(Action::Recover);
@@ -282,13 +282,13 @@ impl Node for Script {
         self.paused_until
     }
 
-    fn filters(&self) -> Filters {
-        let own: Id = standard(0x200 + self.serial as u16);
-        Filters::from_slice(&[Filter::exact(own)]).unwrap()
+    fn filters(&self, accept: &mut dyn FnMut(Filter)) {
+        accept(Filter::exact(standard(0x200 + self.serial as u16)));
     }
 
-    fn image(&self) -> Payload {
-        self.payload.clone()
+    fn image(&self, buffer: &mut [u8]) -> Option<usize> {
+        buffer.get_mut(..PAYLOAD)?.copy_from_slice(&self.image);
+        Some(PAYLOAD)
     }
 
     fn readout(&self) -> Readout {

@@ -84,17 +84,16 @@ pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
     }))
 }
 
-/// The instructions of a save: the image, the store's beginning and its steps, and what the node does when it hears of the end.
+/// The instructions of a save: its beginning with the image of the parameters, its steps, and what the node does when it ends.
 ///
 /// # Errors
 /// One of these calls is missing.
 pub fn save(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
     let first = |function| of(calls, function).next();
-    let begin = first(node.image).ok_or(CostError::NeverCalled(node.image))?;
+    let begin = first(STORE_SAVE).ok_or(CostError::NeverCalled(STORE_SAVE))?;
     let end = first(node.stored).ok_or(CostError::NeverCalled(node.stored))?;
-    let parts = [node.image, STORE_SAVE, STORE_STEP, node.stored];
     let mut instructions = 0;
-    for part in parts {
+    for part in [STORE_SAVE, STORE_STEP, node.stored] {
         let within: Vec<&Call> = of(calls, part)
             .filter(|call| (begin.start..=end.start).contains(&call.start))
             .collect();
@@ -119,7 +118,6 @@ mod tests {
         poll: "poll",
         transmit: "transmit",
         sample: "sample",
-        image: "image",
         stored: "stored",
     };
 
@@ -188,11 +186,10 @@ mod tests {
     }
 
     #[test]
-    fn a_save_is_what_lies_between_its_image_and_its_end() {
+    fn save_is_counted_from_its_beginning_to_its_end() {
         let made = [
             (STORE_STEP, 1000),
-            ("image", 1),
-            (STORE_SAVE, 20),
+            (STORE_SAVE, 21),
             (STORE_STEP, 300),
             ("poll", 1000),
             (STORE_STEP, 4000),
@@ -201,7 +198,7 @@ mod tests {
         ];
         assert_eq!(save(&calls(&made), &NODE), Ok(54_321));
         assert_eq!(
-            save(&calls(&made[..6]), &NODE),
+            save(&calls(&made[..5]), &NODE),
             Err(CostError::NeverCalled("stored"))
         );
         let without_save: Vec<_> = made.into_iter().filter(|one| one.0 != STORE_SAVE).collect();

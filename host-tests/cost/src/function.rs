@@ -11,11 +11,18 @@ pub struct NodeFunctions {
     pub transmit: &'static str,
     /// `Node::sample`.
     pub sample: &'static str,
-    /// `Node::image`.
-    pub image: &'static str,
     /// `Node::stored`.
     pub stored: &'static str,
 }
+
+/// Those of a node of any product.
+pub const NODE: NodeFunctions = NodeFunctions {
+    receive: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::receive",
+    poll: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::poll",
+    transmit: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::transmit",
+    sample: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
+    stored: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::stored",
+};
 
 /// The calibration of a reading.
 pub const CALIBRATION: &str = "plumbline::measure::calibration::Calibration::apply";
@@ -26,9 +33,9 @@ pub const TUNE: &str = "plumbline::measure::low_pass::LowPass::tune";
 /// One step of the low-pass with a finite impulse response.
 pub const FIR_STEP: &str = "plumbline::measure::fir::Fir::step";
 /// The beginning of a save.
-pub const STORE_SAVE: &str = "plumbline::store::slots::Store<M>::save";
+pub const STORE_SAVE: &str = "plumbline::store::slots::Store<M,_>::save";
 /// A piece of a save.
-pub const STORE_STEP: &str = "plumbline::store::slots::Store<M>::step";
+pub const STORE_STEP: &str = "plumbline::store::slots::Store<M,_>::step";
 /// Both angles of two axes.
 pub const PERPENDICULAR: &str = "plumbline::measure::definition::perpendicular";
 /// One of them.

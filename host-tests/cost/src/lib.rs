@@ -81,10 +81,15 @@ impl Report {
 ///
 /// # Panics
 /// When the program does what is a fault on the chip.
-pub fn measure(subject: &'static Subject, image: Rc<Image>) -> Result<Report, CostError> {
+pub fn measure(subject: Subject, image: Rc<Image>) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
-    let protocol = image.flash_of(subject.protocol.module);
+    let modules = [
+        subject.protocol.module,
+        "plumbline::node::",
+        "plumbline::param::",
+    ];
+    let protocol = modules.map(|module| image.flash_of(module)).iter().sum();
     let scenario::Outcome {
         mut figures,
         stack,

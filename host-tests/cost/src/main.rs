@@ -3,8 +3,9 @@
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use cost::budgets::Budgets;
-use cost::subjects::{self, README, SUBJECTS, Subject};
+use cost::subjects::{self, Subject};
 use cost::{Report, measure, tables};
+use plumbline::model::catalog::PRODUCTS;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -16,7 +17,7 @@ use stm32_sim::firmware;
 #[derive(Parser)]
 struct Options {
     /// Only this model
-    #[arg(long, value_parser = PossibleValuesParser::new(SUBJECTS.iter().map(|subject| subject.name)))]
+    #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: Option<String>,
 
     /// This image of the model, instead of the one that is built
@@ -27,7 +28,7 @@ struct Options {
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
 
-    /// Print the table of the README: is2, is1 and jn2101, or the model that was asked for
+    /// Print the figures as a Markdown table
     #[arg(long)]
     markdown: bool,
 }
@@ -44,10 +45,9 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     let budgets = Budgets::of_the_project()?;
-    let subjects: Vec<&'static Subject> = match &options.model {
+    let subjects: Vec<Subject> = match &options.model {
         Some(model) => subjects::find(model).into_iter().collect(),
-        None if options.markdown => README.into_iter().filter_map(subjects::find).collect(),
-        None => SUBJECTS.iter().collect(),
+        None => subjects::all(),
     };
     let reports = reports(&subjects, options.elf.as_deref())?;
     if options.json {
@@ -70,10 +70,7 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
 }
 
 /// Measures each model, with the given image or with those that are built.
-fn reports(
-    subjects: &[&'static Subject],
-    elf: Option<&Path>,
-) -> Result<Vec<Report>, Box<dyn Error>> {
+fn reports(subjects: &[Subject], elf: Option<&Path>) -> Result<Vec<Report>, Box<dyn Error>> {
     let built = match elf {
         Some(_) => Default::default(),
         None => firmware::build()?,
@@ -86,7 +83,7 @@ fn reports(
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let image = Image::parse(&bytes)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        reports.push(measure(subject, Rc::new(image))?);
+        reports.push(measure(*subject, Rc::new(image))?);
     }
     Ok(reports)
 }

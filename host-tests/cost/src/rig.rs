@@ -50,12 +50,12 @@ pub struct Rig {
     bus: Bus,
     device: DeviceId,
     tester: AdapterId,
-    subject: &'static Subject,
+    subject: Subject,
 }
 
 impl Rig {
     /// A sensor with blank memory that is being switched on.
-    pub fn new(subject: &'static Subject, image: Rc<Image>) -> Self {
+    pub fn new(subject: Subject, image: Rc<Image>) -> Self {
         let mut bus = Bus::new(subject.protocol.bus);
         let motion = Box::new(Tumble);
         let device = bus.attach(Microcontroller::new(

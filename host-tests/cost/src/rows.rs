@@ -79,8 +79,8 @@ pub const ROWS: &[Row] = &[
     row(
         Unit::Bytes,
         "flash_protocol",
-        "- - protocol",
-        "of core, the functions and tables of the protocol: the module fsc or canopen, with what was inlined there",
+        "- - node and protocol",
+        "of core, the functions of the modules node, param, and fsc or canopen, with what was inlined there",
         "CANopenNode 17656",
     ),
     bytes(

@@ -2,7 +2,7 @@
 
 use super::CostError;
 use super::calls::{exchange, median, middle, most, reply, save};
-use super::function::{Angles, CALIBRATION, STORE_SAVE, STORE_STEP};
+use super::function::{Angles, CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
 use super::rig::Rig;
 use super::subjects::{Filter, Message, Protocol, Subject};
 use can_wire::frame_length::frame_bits;
@@ -49,7 +49,7 @@ pub struct Outcome {
 ///
 /// # Errors
 /// The sensor does not do what it should, or a function that is to be measured is not there.
-pub fn run(subject: &'static Subject, image: Rc<Image>) -> Result<Outcome, CostError> {
+pub fn run(subject: Subject, image: Rc<Image>) -> Result<Outcome, CostError> {
     let mut scenario = Scenario {
         rig: Rig::new(subject, image),
         protocol: subject.protocol,
@@ -86,13 +86,12 @@ struct Scenario {
 
 impl Scenario {
     fn watch(&mut self) -> Result<(), CostError> {
-        let node = self.protocol.node;
+        let node = NODE;
         let of_node = [
             node.receive,
             node.poll,
             node.transmit,
             node.sample,
-            node.image,
             node.stored,
         ];
         let shared = [CALIBRATION, STORE_SAVE, STORE_STEP];
@@ -139,7 +138,7 @@ impl Scenario {
         self.rig.take_calls();
         self.rig.run(millis(100));
         let calls = self.rig.take_calls();
-        let poll = median(&calls, self.protocol.node.poll)?;
+        let poll = median(&calls, NODE.poll)?;
         self.figures.insert("idle_poll", poll);
         Ok(())
     }
@@ -168,8 +167,8 @@ impl Scenario {
         let (mut whole, mut until_reply) = (0, 0);
         for _ in 0..REPETITIONS {
             let calls = self.rig.ask(message)?;
-            whole = whole.max(exchange(&calls, &self.protocol.node)?);
-            until_reply = until_reply.max(reply(&calls, &self.protocol.node)?);
+            whole = whole.max(exchange(&calls, &NODE)?);
+            until_reply = until_reply.max(reply(&calls, &NODE)?);
         }
         Ok((whole, until_reply))
     }
@@ -200,7 +199,7 @@ impl Scenario {
         self.rig.take_calls();
         self.rig.run(SAMPLING);
         let calls = self.rig.take_calls();
-        let figure = most(&calls, self.protocol.node.sample)?;
+        let figure = most(&calls, NODE.sample)?;
         self.figures.insert(filter.sample, figure);
         for (part, calls) in [(filter.step, &calls), (filter.tune, &tuned)] {
             if let Some((row, function)) = part {
@@ -270,7 +269,7 @@ impl Scenario {
                 return Err(CostError::NeverHappened("the erase of a page"));
             }
             let calls = self.rig.ask(self.protocol.save)?;
-            figures.push(save(&calls, &self.protocol.node)?);
+            figures.push(save(&calls, &NODE)?);
         }
         let most = figures.iter().copied().max().unwrap_or_default();
         self.figures.insert("save_most", most);

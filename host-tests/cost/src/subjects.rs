@@ -1,8 +1,9 @@
-//! What is measured: the models, the messages of their protocol, and the functions in their images.
+//! What is measured: the products, the messages of their protocol, and the functions in their images.
 
-use super::function::{Angles, FIR_STEP, NodeFunctions, STEP, TUNE};
+use super::function::{Angles, FIR_STEP, STEP, TUNE};
 use bench::BusRate;
 use plumbline::can::{BitRate, Frame, standard};
+use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, with};
 
 /// A message of the tester: an 11-bit identifier and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -34,8 +35,6 @@ pub struct Filter {
 /// What the scenario says in a protocol. Each of these messages is answered by one frame, if nothing else is said.
 #[derive(Clone, Copy, Debug)]
 pub struct Protocol {
-    /// The functions of its node.
-    pub node: NodeFunctions,
     /// The path of its code in core.
     pub module: &'static str,
     /// The bit rate of the wire; 1 Mbit/s when the preparation is over.
@@ -70,7 +69,7 @@ pub struct Protocol {
     pub restart: Message,
 }
 
-/// A model.
+/// A product that is measured.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject {
     /// Its name, and that of its image.
@@ -81,31 +80,33 @@ pub struct Subject {
     pub angles: Angles,
 }
 
-/// Every model that is measured.
-pub const SUBJECTS: &[Subject] = &[
-    subject("is1", &FSC, Angles::ONE_AXIS),
-    subject("is2", &FSC, Angles::TWO_AXES),
-    subject("is1d", &FSC, Angles::ONE_AXIS),
-    subject("is2d", &FSC, Angles::TWO_AXES),
-    subject("is1tk", &FSC, Angles::ONE_AXIS),
-    subject("is2tk", &FSC, Angles::TWO_AXES),
-    subject("jn2101", &CANOPEN, Angles::TWO_AXES),
-];
-
-const fn subject(name: &'static str, protocol: &'static Protocol, angles: Angles) -> Subject {
-    Subject {
-        name,
-        protocol,
-        angles,
+impl From<&Product> for Subject {
+    fn from(product: &Product) -> Self {
+        let axes = with(product.name, &Settings::default(), |node| node.readout());
+        let has_y = axes.is_some_and(|readout| readout.y.is_some());
+        Self {
+            name: product.name,
+            protocol: match product.protocol {
+                catalog::Protocol::Fsc(_) => &FSC,
+                catalog::Protocol::Canopen(_) => &CANOPEN,
+            },
+            angles: if has_y {
+                Angles::TWO_AXES
+            } else {
+                Angles::ONE_AXIS
+            },
+        }
     }
 }
 
-/// The models of the README's table.
-pub const README: [&str; 3] = ["is2", "is1", "jn2101"];
+/// Every product.
+pub fn all() -> Vec<Subject> {
+    PRODUCTS.iter().map(Subject::from).collect()
+}
 
-/// The model of this name.
-pub fn find(name: &str) -> Option<&'static Subject> {
-    SUBJECTS.iter().find(|subject| subject.name == name)
+/// The product of this name.
+pub fn find(name: &str) -> Option<Subject> {
+    catalog::find(name).map(Subject::from)
 }
 
 /// A request on the factory's Set-Parameter-ID.
@@ -119,14 +120,6 @@ const BUTTERWORTH: Message = request(&[0x27, 0x64, 0x00, 1]);
 /// GEMAC's function select codes (table 17 of the manual). One axis refuses the writes of two bytes to its second angle, which
 /// is an answer too.
 const FSC: Protocol = Protocol {
-    node: NodeFunctions {
-        receive: "Node for plumbline::fsc::sensor::Sensor<M>>::receive",
-        poll: "Node for plumbline::fsc::sensor::Sensor<M>>::poll",
-        transmit: "Node for plumbline::fsc::sensor::Sensor<M>>::transmit",
-        sample: "Node for plumbline::fsc::sensor::Sensor<M>>::sample",
-        image: "Node for plumbline::fsc::sensor::Sensor<M>>::image",
-        stored: "Node for plumbline::fsc::sensor::Sensor<M>>::stored",
-    },
     module: "plumbline::fsc::",
     // The sensor detects it.
     bus: BusRate::Fixed(BitRate::M1),
@@ -223,14 +216,6 @@ const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
 
 /// CANopen with the JN2101's objects (14 of its manual).
 const CANOPEN: Protocol = Protocol {
-    node: NodeFunctions {
-        receive: "Node for plumbline::canopen::device::Device<M>>::receive",
-        poll: "Node for plumbline::canopen::device::Device<M>>::poll",
-        transmit: "Node for plumbline::canopen::device::Device<M>>::transmit",
-        sample: "Node for plumbline::canopen::device::Device<M>>::sample",
-        image: "Node for plumbline::canopen::device::Device<M>>::image",
-        stored: "Node for plumbline::canopen::device::Device<M>>::stored",
-    },
     module: "plumbline::canopen::",
     bus: BusRate::Follow,
     preparation: &[

@@ -1,8 +1,8 @@
-//! What the flashed images cost keeps to its budgets, and the README's table to what they cost.
+//! What the flashed images cost keeps to its budgets.
 
 use cost::budgets::Budgets;
-use cost::subjects::{self, SUBJECTS, Subject};
-use cost::{CostError, Report, measure, tables};
+use cost::subjects::{self, Subject};
+use cost::{CostError, Report, measure};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -10,18 +10,13 @@ use std::sync::LazyLock;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
-const README: &str = include_str!("../../../README.md");
-
-/// By how many percent a figure in the README may be off.
-const README_TOLERANCE: f64 = 10.0;
-
 static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
     LazyLock::new(|| firmware::build().unwrap_or_else(|error| panic!("{error}")));
 
 /// One run of the scenario for each model, for all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
-    let report = |subject| measure(subject, image(subject.name));
-    let reports: Result<_, CostError> = SUBJECTS.iter().map(report).collect();
+    let report = |subject: Subject| measure(subject, image(subject.name));
+    let reports: Result<_, CostError> = subjects::all().into_iter().map(report).collect();
     reports.unwrap_or_else(|error| panic!("{error}"))
 });
 
@@ -44,36 +39,21 @@ fn every_figure_keeps_to_its_budget() {
 #[test]
 fn every_model_with_budgets_is_measured() {
     let budgets = Budgets::of_the_project().expect("the file is whole");
-    let measured: BTreeSet<&str> = SUBJECTS.iter().map(|subject| subject.name).collect();
+    let subjects = subjects::all();
+    let measured: BTreeSet<&str> = subjects.iter().map(|subject| subject.name).collect();
     assert_eq!(budgets.models().collect::<BTreeSet<_>>(), measured);
-}
-
-#[test]
-fn the_table_in_the_readme_is_what_was_measured() {
-    let (_, rest) = README
-        .split_once("checked by host-tests/cost/tests/cost.rs -->\n")
-        .expect("the table's beginning");
-    let (table, _) = rest.split_once("<!-- end -->").expect("the table's end");
-    let shown: Vec<Report> = subjects::README
-        .into_iter()
-        .filter_map(|name| REPORTS.iter().find(|report| report.model == name).cloned())
-        .collect();
-    let expected = tables::markdown(&shown);
-    if let Err(difference) = tables::agree(table, &expected, README_TOLERANCE) {
-        panic!("{difference}\nthe README should have this table:\n\n{expected}");
-    }
 }
 
 /// One axis has no perpendicular angles, so its image lacks their function.
 #[test]
 fn a_function_that_is_not_there_is_an_error_with_its_name() {
     let two_axes = subjects::find("is2").expect("there is an is2");
-    static WRONG: LazyLock<Subject> = LazyLock::new(|| Subject {
+    let wrong = Subject {
         name: "is1",
-        ..*subjects::find("is2").expect("there is an is2")
-    });
+        ..two_axes
+    };
     assert_eq!(two_axes.angles.0[0].0, "perpendicular");
-    let error = measure(&WRONG, image("is1")).expect_err("there is no such function");
+    let error = measure(wrong, image("is1")).expect_err("there is no such function");
     assert_eq!(
         error.to_string(),
         "is1: the image has no function plumbline::measure::definition::perpendicular"

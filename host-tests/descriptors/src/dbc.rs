@@ -1,22 +1,25 @@
-//! A CAN database (DBC) of an FSC model, written from its tables.
+//! A CAN database (DBC) of a product that speaks FSC, written from its tables.
 //!
 //! Requests and replies are one message each, multiplexed by the function select code in byte 0. Identifiers are the factory
 //! ones. Replies are shorter than 8 bytes where the function has less to say.
 
-use super::{identifier, value};
-use plumbline::fsc::code;
-use plumbline::fsc::table::{Field, Model};
-use plumbline::fsc::{Key, Values};
+use crate::number::Number;
+use plumbline::fsc::table::{Access, Field, Operation, Source};
+use plumbline::model::catalog::Product;
+use plumbline::model::listing::fsc::Tables;
+use plumbline::param::{Meaning, ParameterId};
 use std::fmt::Write;
 
 /// Where the sensor's data begin in a request and in a reply.
 const REQUEST_DATA: u8 = 1;
 const REPLY_DATA: u8 = 2;
 
-/// The database of model `M` under this name.
-pub fn dbc<M: Model>(name: &str) -> String {
-    let factory = Values::factory(M::RULES);
-    let [set, reply, sync] = [Key::SetId, Key::ReplyId, Key::SyncId].map(|key| factory.get(key));
+/// The database of a product.
+pub fn dbc(product: &Product, tables: &Tables) -> String {
+    let factory = |id: ParameterId| product.parameters[usize::from(id.0)].factory;
+    let set = factory(tables.roles.set_id);
+    let reply = factory(tables.roles.reply_id);
+    let sync = factory(tables.roles.sync_id);
     let mut text = String::new();
     let mut values = String::new();
     head(&mut text);
@@ -24,84 +27,93 @@ pub fn dbc<M: Model>(name: &str) -> String {
     message(&mut text, set, "SetParameter", 8, "Master");
     multiplexor(&mut text, "Sensor");
     let mut request_codes = Vec::new();
-    for function in M::FUNCTIONS {
-        request_codes.push((u32::from(function.fsc), function.name.to_owned()));
+    for function in tables.functions {
+        request_codes.push((u32::from(function.code), function.name.to_owned()));
         if !function.signature.is_empty() {
             let name = identifier(function.name) + "Signature";
             // A signature is a number too; the last byte of RESET does not fit into 32 bits and DBC has up to 64.
             let bits = function.signature.len() * 8;
-            let line = format!(
-                " SG_ {name} m{} : 8|{bits}@1+ (1,0) [0|0] \"\" Sensor",
-                function.fsc
-            );
+            let code = function.code;
+            let line = format!(" SG_ {name} m{code} : 8|{bits}@1+ (1,0) [0|0] \"\" Sensor");
             writeln!(text, "{line}").unwrap();
         }
     }
-    for parameter in M::PARAMETERS {
-        request_codes.push((
-            parameter.read_code().into(),
-            format!("Read {}", parameter.name),
-        ));
-        request_codes.push((
-            parameter.write_code().into(),
-            format!("Write {}", parameter.name),
-        ));
-        signals(
-            &mut text,
-            parameter.write_code(),
-            REQUEST_DATA,
-            parameter.fields,
-            "Sensor",
-        );
-        meanings(&mut values, set, parameter.fields);
+    for access in tables.access {
+        request_codes.push((access.read.into(), format!("Read {}", access.name)));
+        request_codes.push((access.write.into(), format!("Write {}", access.name)));
+        let numbers = numbers(access, product);
+        signals(&mut text, access.write, REQUEST_DATA, &numbers, "Sensor");
+        meanings(&mut values, set, &numbers);
     }
     table(&mut values, set, "FSC", &request_codes);
 
     message(&mut text, reply, "ReplyParameter", 8, "Sensor");
     multiplexor(&mut text, "Master");
-    for (bit, name) in M::STATUS_BITS
-        .iter()
-        .enumerate()
-        .filter(|(_, name)| !name.is_empty())
-    {
-        writeln!(
-            text,
-            " SG_ {name} : {}|1@1+ (1,0) [0|1] \"\" Master",
-            8 + bit
-        )
-        .unwrap();
+    for (bit, row) in tables.status.iter().enumerate() {
+        if !row.name.is_empty() {
+            let (name, bit) = (row.name, 8 + bit);
+            writeln!(text, " SG_ {name} : {bit}|1@1+ (1,0) [0|1] \"\" Master").unwrap();
+        }
     }
     let mut reply_codes = Vec::new();
-    for function in M::FUNCTIONS {
-        reply_codes.push((u32::from(function.fsc), function.name.to_owned()));
-        signals(
-            &mut text,
-            function.fsc,
-            REPLY_DATA,
-            function.reply,
-            "Master",
-        );
+    for function in tables.functions {
+        reply_codes.push((u32::from(function.code), function.name.to_owned()));
+        let fields = function.reply.iter();
+        let numbers: Vec<_> = fields.map(|field| number(field, product, tables)).collect();
+        signals(&mut text, function.code, REPLY_DATA, &numbers, "Master");
     }
-    for parameter in M::PARAMETERS {
-        reply_codes.push((parameter.read_code().into(), parameter.name.to_owned()));
-        reply_codes.push((
-            parameter.write_code().into(),
-            format!("{} written", parameter.name),
-        ));
-        signals(
-            &mut text,
-            parameter.read_code(),
-            REPLY_DATA,
-            parameter.fields,
-            "Master",
-        );
-        meanings(&mut values, reply, parameter.fields);
+    for access in tables.access {
+        reply_codes.push((access.read.into(), access.name.to_owned()));
+        reply_codes.push((access.write.into(), format!("{} written", access.name)));
+        let numbers = numbers(access, product);
+        signals(&mut text, access.read, REPLY_DATA, &numbers, "Master");
+        meanings(&mut values, reply, &numbers);
     }
     table(&mut values, reply, "FSC", &reply_codes);
 
     message(&mut text, sync, "Sync", 0, "Master");
-    comments(&mut text, name, set, reply, sync);
+    comments(&mut text, product.name, tables, [set, reply, sync]);
     text + &values
+}
+
+/// The parameters of a pair of codes.
+fn numbers(access: &Access, product: &Product) -> Vec<Number> {
+    let of = |id: &ParameterId| Number::from(&product.parameters[usize::from(id.0)]);
+    access.parameters.iter().map(of).collect()
+}
+
+/// A field of a reply.
+fn number(field: &Field, product: &Product, tables: &Tables) -> Number {
+    let number = match field.source {
+        Source::Parameter(id) => Number::from(&product.parameters[usize::from(id.0)]),
+        Source::Value(id) => Number::from(&product.quantities[usize::from(id.0)]),
+        // An identifier, as its parameter is.
+        Source::ActiveSetId => {
+            Number::from(&product.parameters[usize::from(tables.roles.set_id.0)])
+        }
+        source => {
+            let data_type = source.data_type(product.parameters, product.quantities);
+            Number::any(field.name, data_type)
+        }
+    };
+    let name = if field.name.is_empty() {
+        number.name
+    } else {
+        field.name
+    };
+    Number { name, ..number }
+}
+
+/// A name as one identifier: `Set-Parameter-ID` becomes `SetParameterID`.
+fn identifier(name: &str) -> String {
+    name.split([' ', '-']).map(capitalised).collect()
+}
+
+fn capitalised(word: &str) -> String {
+    let mut letters = word.chars();
+    letters.next().map_or(String::new(), |first| {
+        first.to_ascii_uppercase().to_string() + letters.as_str()
+    })
 }
 
 fn head(text: &mut String) {
@@ -116,34 +128,33 @@ fn multiplexor(text: &mut String, receiver: &str) {
     writeln!(text, " SG_ FSC M : 0|8@1+ (1,0) [0|255] \"\" {receiver}").unwrap();
 }
 
-/// The fields of one code, from byte `start` on.
-fn signals(text: &mut String, code: u8, start: u8, fields: &[Field], receiver: &str) {
+/// The numbers of one code, from byte `start` on.
+fn signals(text: &mut String, code: u8, start: u8, numbers: &[Number], receiver: &str) {
     let mut bit = u32::from(start) * 8;
-    for field in fields {
-        let bits = u32::from(field.size) * 8;
-        let sign = if field.signed { '-' } else { '+' };
-        let factor = value(
-            &Field {
-                decimals: field.decimals,
-                ..*field
-            },
-            1,
-        );
-        let [min, max] = [field.min, field.max].map(|number| value(field, number));
-        let (name, unit) = (identifier(field.name), field.unit);
-        writeln!(text, " SG_ {name} m{code} : {bit}|{bits}@1{sign} ({factor},0) [{min}|{max}] \"{unit}\" {receiver}").unwrap();
+    for number in numbers {
+        let bits = u32::from(number.data_type.size()) * 8;
+        let sign = if number.data_type.is_signed() {
+            '-'
+        } else {
+            '+'
+        };
+        let factor = number.value(1);
+        let (min, max) = (number.value(number.limits.0), number.value(number.limits.1));
+        let (name, unit) = (identifier(number.name), number.unit);
+        writeln!(
+            text,
+            " SG_ {name} m{code} : {bit}|{bits}@1{sign} ({factor},0) [{min}|{max}] \"{unit}\" {receiver}"
+        )
+        .unwrap();
         bit += bits;
     }
 }
 
-fn meanings(values: &mut String, message: u32, fields: &[Field]) {
-    for field in fields.iter().filter(|field| !field.meanings.is_empty()) {
-        let names: Vec<_> = field
-            .meanings
-            .iter()
-            .map(|&(number, name)| (number, name.to_owned()))
-            .collect();
-        table(values, message, &identifier(field.name), &names);
+fn meanings(values: &mut String, message: u32, numbers: &[Number]) {
+    for number in numbers.iter().filter(|number| !number.meanings.is_empty()) {
+        let owned = |&(number, name): &Meaning| (number, name.to_owned());
+        let names: Vec<_> = number.meanings.iter().map(owned).collect();
+        table(values, message, &identifier(number.name), &names);
     }
 }
 
@@ -155,38 +166,56 @@ fn table(values: &mut String, message: u32, signal: &str, names: &[(u32, String)
     values.push_str(" ;\n");
 }
 
-fn comments(text: &mut String, name: &str, set: u32, reply: u32, sync: u32) {
-    let alive = code::ALIVE;
-    writeln!(
-        text,
-        "\nCM_ \"{name}: function select codes on raw CAN, factory identifiers\";"
-    )
-    .unwrap();
-    writeln!(
-        text,
-        "CM_ BO_ {set} \"Requests; a function without data has DLC 1\";"
-    )
-    .unwrap();
-    writeln!(text, "CM_ BO_ {reply} \"Replies, cyclic values and boot-up (FSC {alive}); as long as the function needs\";").unwrap();
-    writeln!(
-        text,
-        "CM_ BO_ {sync} \"Asks every sensor for its inclination\";"
-    )
-    .unwrap();
+fn comments(text: &mut String, name: &str, tables: &Tables, [set, reply, sync]: [u32; 3]) {
+    let is_alive = |operation| matches!(operation, Operation::Alive);
+    let mut functions = tables.functions.iter();
+    let alive = functions.find(|function| is_alive(function.operation));
+    let alive = alive.map_or(0, |function| function.code);
+    for (message, comment) in [
+        (
+            String::new(),
+            format!("{name}: function select codes on raw CAN, factory identifiers"),
+        ),
+        (
+            format!("BO_ {set} "),
+            "Requests; a function without data has DLC 1".to_owned(),
+        ),
+        (
+            format!("BO_ {reply} "),
+            format!(
+                "Replies, cyclic values and boot-up (FSC {alive}); as long as the function needs"
+            ),
+        ),
+        (
+            format!("BO_ {sync} "),
+            "Asks every sensor for its inclination".to_owned(),
+        ),
+    ] {
+        let gap = if message.is_empty() { "\n" } else { "" };
+        writeln!(text, "{gap}CM_ {message}\"{comment}\";").unwrap();
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumbline::model::{is1::OneAxis, is2::TwoAxes};
+    use plumbline::model::catalog::{Protocol, find};
+
+    fn database(name: &str) -> String {
+        let product = find(name).unwrap();
+        match &product.protocol {
+            Protocol::Fsc(tables) => dbc(product, tables),
+            _ => panic!("{name} does not speak FSC"),
+        }
+    }
 
     #[test]
     fn the_angles_stand_where_tables_21_and_22_say() {
-        let two = dbc::<TwoAxes>("is2");
+        let two = database("is2");
         assert!(two.contains("SG_ AngleX m0 : 16|16@1- (0.01,0) [-90.00|90.00] \"deg\" Master"));
         assert!(two.contains("SG_ AngleY m0 : 32|16@1- (0.01,0) [-90.00|90.00] \"deg\" Master"));
         assert!(two.contains("SG_ CyclicCounter m0 : 48|16@1+"));
-        let one = dbc::<OneAxis>("is1");
+        let one = database("is1");
         assert!(one.contains("SG_ Angle m0 : 16|16@1+ (0.01,0) [0.00|359.99] \"deg\" Master"));
         assert!(one.contains("SG_ CyclicCounter m0 : 32|16@1+"));
         assert!(!one.contains("SensorErrorY"));
@@ -194,7 +223,7 @@ mod tests {
 
     #[test]
     fn the_filter_parameter_has_two_signals() {
-        let text = dbc::<TwoAxes>("is2");
+        let text = database("is2");
         assert!(
             text.contains("SG_ CutOffFrequency m39 : 8|16@1+ (1,0) [100|25000] \"mHz\" Sensor")
         );

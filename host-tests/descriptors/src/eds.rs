@@ -1,13 +1,14 @@
-//! An Electronic Data Sheet (CiA 306) of a CANopen model, written from its object dictionary.
+//! An Electronic Data Sheet (CiA 306) of a product that speaks CANopen, written from its object dictionary.
 //!
 //! Every object has a section of its own, and so has every sub-index; comments in front of them name unit and permitted values,
 //! for which CiA 306 has no entries. Two things are left out on purpose: the factory value of a composed text (the programming
 //! key), because a tool that writes factory values would overwrite with it what it has just set; and values that are measured.
 
-use super::objects::{factory, limits, permitted, signed};
-use plumbline::canopen::Model;
-use plumbline::canopen::dictionary::{Access, DataType, Home, Object};
-use std::collections::BTreeSet;
+use crate::objects::Described;
+use plumbline::canopen::dictionary::{Access, Object, Target};
+use plumbline::model::catalog::Product;
+use plumbline::model::listing::canopen::Tables;
+use plumbline::param::DataType;
 use std::fmt::Write;
 
 /// CiA 306 wants dates; they are fixed, so that the same table always gives the same file.
@@ -21,18 +22,23 @@ const BIT_RATES: [u32; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 /// The objects that every CANopen device has (CiA 301, 7.5.1).
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
 
-/// The data sheet of model `M`: the name of the file without `.eds`, and who makes the sensor that it is compatible with.
-pub fn eds<M: Model>(name: &str, maker: &str) -> String {
-    let objects: Vec<&[Object]> = M::OBJECTS
-        .chunk_by(|one, next| one.index == next.index)
+/// The data sheet of a product.
+pub fn eds(product: &Product, tables: &Tables) -> String {
+    let described = Described::all(tables.objects, product);
+    let objects: Vec<&[Described]> = described
+        .chunk_by(|one, next| one.object.index == next.object.index)
         .collect();
-    let product = product(M::OBJECTS);
+    let (name, maker) = (designation(tables.objects), product.maker);
     let mut text = String::new();
-    file_info(&mut text, name, maker, product);
-    device_info::<M>(&mut text, product, &objects);
+    file_info(&mut text, product.name, maker, name);
+    device_info(&mut text, tables, name, &objects);
     dummy_usage(&mut text);
-    comments(&mut text, maker, product);
-    let indices = || objects.iter().filter_map(|rows| Some(rows.first()?.index));
+    comments(&mut text, maker, name);
+    let indices = || {
+        objects
+            .iter()
+            .filter_map(|rows| Some(rows.first()?.object.index))
+    };
     let is_mandatory = |index: &u16| MANDATORY.contains(index);
     let is_manufacturers = |index: &u16| (0x2000..0x6000).contains(index);
     let is_optional = |index: &u16| !is_mandatory(index) && !is_manufacturers(index);
@@ -87,16 +93,16 @@ fn file_info(text: &mut String, name: &str, maker: &str, product: &str) {
     end(text);
 }
 
-fn device_info<M: Model>(text: &mut String, product: &str, objects: &[&[Object]]) {
-    let identity = |sub| constant(M::OBJECTS, 0x1018, sub);
+fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[Described]]) {
+    let identity = |sub| constant(tables.objects, 0x1018, sub);
     let count = |first: u16| {
         let indices = first..first + 512;
-        let is = |rows: &&&[Object]| rows.iter().any(|row| indices.contains(&row.index));
+        let is = |rows: &&&[Described]| rows.iter().any(|row| indices.contains(&row.object.index));
         objects.iter().filter(is).count()
     };
     let mapping = |row: &&Object| (0x1A00..0x1C00).contains(&row.index);
-    let maps = M::OBJECTS.iter().filter(mapping);
-    let is_fixed = maps.clone().all(|row| !is_writable(row));
+    let mut maps = tables.objects.iter().filter(mapping);
+    let is_fixed = maps.all(|row| !row.access.is_writable());
     section(text, "DeviceInfo");
     entry(text, "VendorName", "Plumbline");
     entry(text, "VendorNumber", format!("0x{:08X}", identity(1)));
@@ -104,13 +110,12 @@ fn device_info<M: Model>(text: &mut String, product: &str, objects: &[&[Object]]
     entry(text, "ProductNumber", format!("0x{:X}", identity(2)));
     entry(text, "RevisionNumber", format!("0x{:X}", identity(3)));
     entry(text, "OrderCode", product);
-    let rates = rates::<M>();
-    for rate in BIT_RATES {
-        entry(
-            text,
-            &format!("BaudRate_{rate}"),
-            u8::from(rates.contains(&rate)),
-        );
+    for kbits in BIT_RATES {
+        let offered = tables
+            .bit_rates
+            .iter()
+            .any(|(_, rate)| rate.bits_per_second() == 1000 * kbits);
+        entry(text, &format!("BaudRate_{kbits}"), u8::from(offered));
     }
     entry(text, "SimpleBootUpMaster", 0);
     entry(text, "SimpleBootUpSlave", 1);
@@ -120,29 +125,8 @@ fn device_info<M: Model>(text: &mut String, product: &str, objects: &[&[Object]]
     entry(text, "GroupMessaging", 0);
     entry(text, "NrOfRXPDO", count(0x1400));
     entry(text, "NrOfTXPDO", count(0x1800));
-    entry(text, "LSS_Supported", 0);
+    entry(text, "LSS_Supported", u8::from(tables.lss));
     end(text);
-}
-
-/// The bit rates that the model can be set to, in kbit/s: node id and rate are tried with all that may be written to them.
-fn rates<M: Model>() -> BTreeSet<u32> {
-    let mut rates = BTreeSet::new();
-    for row in M::OBJECTS {
-        let Some(slot) = row.home.slot().filter(|slot| M::TAKEN_ALONG.contains(slot)) else {
-            continue;
-        };
-        let numbers: Vec<u32> = match row.home {
-            Home::Range(_, low, high) => (low.into()..=high.into()).collect(),
-            Home::OneOf(_, list) => list.iter().map(|&number| number.into()).collect(),
-            _ => Vec::new(),
-        };
-        for number in numbers {
-            let mut values = *M::FACTORY;
-            values.set(slot, number);
-            rates.insert(M::bit_rate(&values).bits_per_second() / 1000);
-        }
-    }
-    rates
 }
 
 /// Fixed mapping needs no dummies.
@@ -180,34 +164,35 @@ fn list(text: &mut String, name: &str, indices: impl Iterator<Item = u16>) {
 }
 
 /// The sections of an object: one for a variable, else one for the whole and one for each sub-index.
-fn object(text: &mut String, rows: &[Object]) {
+fn object(text: &mut String, rows: &[Described]) {
     let [first, ..] = rows else { return };
-    if first.group.is_empty() {
-        variable(text, &format!("{:04X}", first.index), first.name, first);
+    let Object { index, group, .. } = *first.object;
+    if group.is_empty() {
+        variable(text, &format!("{index:04X}"), first.name(), first);
         return;
     }
-    let subs: usize = rows.iter().map(|row| usize::from(row.count)).sum();
-    section(text, &format!("{:04X}", first.index));
-    entry(text, "ParameterName", first.group);
-    entry(text, "ObjectType", object_type(first.index));
+    let subs: usize = rows.iter().map(|row| usize::from(row.object.count)).sum();
+    section(text, &format!("{index:04X}"));
+    entry(text, "ParameterName", group);
+    entry(text, "ObjectType", object_type(index));
     entry(text, "SubNumber", subs);
     end(text);
     for row in rows {
-        for number in 0..row.count {
-            let name = match row.count {
-                1 => row.name.to_owned(),
-                _ => format!("{} {}", row.name, number + 1),
+        for number in 0..row.object.count {
+            let name = match row.object.count {
+                1 => row.name().to_owned(),
+                _ => format!("{} {}", row.name(), number + 1),
             };
-            let section = format!("{:04X}sub{:X}", row.index, row.sub + number);
+            let section = format!("{index:04X}sub{:X}", row.object.sub + number);
             variable(text, &section, &name, row);
         }
     }
 }
 
-fn variable(text: &mut String, name: &str, parameter: &str, object: &Object) {
+fn variable(text: &mut String, name: &str, parameter: &str, described: &Described) {
     let notes = [
-        ("unit", object.unit.to_owned()),
-        ("values", permitted(object)),
+        ("unit", described.unit().to_owned()),
+        ("values", described.permitted()),
     ];
     for (what, note) in notes.iter().filter(|(_, note)| !note.is_empty()) {
         writeln!(text, "; {what}: {note}").unwrap();
@@ -215,16 +200,16 @@ fn variable(text: &mut String, name: &str, parameter: &str, object: &Object) {
     section(text, name);
     entry(text, "ParameterName", parameter);
     entry(text, "ObjectType", "0x7");
-    entry(text, "DataType", data_type(object.data_type));
-    entry(text, "AccessType", access(object.access));
-    if let Some(value) = default(object) {
+    entry(text, "DataType", data_type(described.data_type()));
+    entry(text, "AccessType", access(described.object.access));
+    if let Some(value) = default(described) {
         entry(text, "DefaultValue", value);
     }
-    if let Some([low, high]) = limits(object) {
-        entry(text, "LowLimit", number(object.data_type, low));
-        entry(text, "HighLimit", number(object.data_type, high));
+    if let Some((low, high)) = described.limits() {
+        entry(text, "LowLimit", number(described.data_type(), low));
+        entry(text, "HighLimit", number(described.data_type(), high));
     }
-    entry(text, "PDOMapping", u8::from(object.mappable));
+    entry(text, "PDOMapping", u8::from(described.object.mappable));
     end(text);
 }
 
@@ -238,6 +223,7 @@ fn object_type(index: u16) -> &'static str {
 
 fn data_type(data_type: DataType) -> &'static str {
     match data_type {
+        DataType::I8 => "0x0002",
         DataType::I16 => "0x0003",
         DataType::I32 => "0x0004",
         DataType::U8 => "0x0005",
@@ -256,16 +242,13 @@ fn access(access: Access) -> &'static str {
     }
 }
 
-fn is_writable(object: &Object) -> bool {
-    matches!(object.access, Access::Rw | Access::Wo)
-}
-
-fn default(object: &Object) -> Option<String> {
-    if let Home::Text(text) = object.home {
-        return Some((*text).to_owned());
+fn default(described: &Described) -> Option<String> {
+    if let Target::Text(text) = described.object.target {
+        return Some(text.to_owned());
     }
-    let value = number(object.data_type, factory(object)?);
-    Some(if object.node_relative {
+    let data_type = described.data_type();
+    let value = number(data_type, data_type.value(described.factory()?));
+    Some(if described.is_node_relative() {
         format!("$NODEID+{value}")
     } else {
         value
@@ -273,29 +256,27 @@ fn default(object: &Object) -> Option<String> {
 }
 
 /// UNSIGNED32 in hexadecimal, because most of them are identifiers, signatures and bit fields.
-fn number(data_type: DataType, number: u32) -> String {
+fn number(data_type: DataType, number: i64) -> String {
     match data_type {
         DataType::U32 => format!("0x{number:X}"),
-        _ => signed(data_type, number).to_string(),
+        _ => number.to_string(),
     }
 }
 
 /// The number that an object always has; 0 when it has none.
 fn constant(objects: &[Object], index: u16, sub: u8) -> u32 {
-    let row = objects
-        .iter()
-        .find(|row| (row.index, row.sub) == (index, sub));
-    match row.map(|row| row.home) {
-        Some(Home::Constant(number)) => number,
+    let at = |row: &&Object| (row.index, row.sub) == (index, sub);
+    match objects.iter().find(at).map(|row| row.target) {
+        Some(Target::Constant(number)) => number,
         _ => 0,
     }
 }
 
-/// The name of the product, as it tells it itself (1008h).
-fn product(objects: &[Object]) -> &'static str {
+/// The name of the device, as it tells it itself (1008h).
+fn designation(objects: &[Object]) -> &'static str {
     let row = objects.iter().find(|row| row.index == 0x1008);
-    match row.map(|row| row.home) {
-        Some(Home::Text(text)) => text,
+    match row.map(|row| row.target) {
+        Some(Target::Text(text)) => text,
         _ => "",
     }
 }
@@ -303,10 +284,11 @@ fn product(objects: &[Object]) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumbline::model::jn2101::Application;
+    use crate::describe;
+    use plumbline::model::catalog::find;
 
     fn jn2101() -> String {
-        eds::<Application>("jn2101", "ifm electronic").replace("\r\n", "\n")
+        describe(find("jn2101").unwrap()).text.replace("\r\n", "\n")
     }
 
     #[test]

@@ -1,33 +1,33 @@
-//! Descriptions of the models for other tools, written from the models' own tables.
+//! Descriptions of the products for other tools and for people, written from the products' own tables.
 
 mod dbc;
 mod eds;
 mod markdown;
+mod number;
 mod objects;
 
 pub use dbc::dbc;
 pub use eds::eds;
 pub use markdown::{object_table, parameters};
 
-use plumbline::fsc::table::Field;
+use plumbline::model::catalog::{Product, Protocol};
 
-/// A field's name as one identifier: `Set-Parameter-ID` becomes `SetParameterID`.
-fn identifier(name: &str) -> String {
-    name.split([' ', '-']).map(capitalised).collect()
+/// A description of a product in the format that its protocol uses.
+pub struct File {
+    /// Its name, for example `is2.dbc`.
+    pub name: String,
+    /// What is in it.
+    pub text: String,
 }
 
-fn capitalised(word: &str) -> String {
-    let mut letters = word.chars();
-    letters.next().map_or(String::new(), |first| {
-        first.to_ascii_uppercase().to_string() + letters.as_str()
-    })
-}
-
-/// A number of a field as the value it stands for, for example -9000 with two decimals as `-90.00`.
-fn value(field: &Field, number: i64) -> String {
-    let decimals = usize::from(field.decimals);
-    format!(
-        "{:.decimals$}",
-        number as f64 / 10f64.powi(field.decimals.into())
-    )
+/// The description of a product: a CAN database (DBC), or an Electronic Data Sheet (EDS) for CANopen.
+pub fn describe(product: &Product) -> File {
+    let (extension, text) = match &product.protocol {
+        Protocol::Fsc(tables) => ("dbc", dbc(product, tables)),
+        Protocol::Canopen(tables) => ("eds", eds(product, tables)),
+    };
+    File {
+        name: format!("{}.{extension}", product.name),
+        text,
+    }
 }

@@ -1,97 +1,109 @@
-//! The parameter tables of the README, written from the models' tables.
+//! The tables in the documents of the products, written from the products' own tables.
 
-use super::objects::{factory, permitted, signed};
-use super::value;
-use plumbline::canopen;
-use plumbline::canopen::dictionary::{Access, DataType, Home, Object};
-use plumbline::fsc::table::{Check, Field, Model};
-use plumbline::fsc::wire;
+use crate::number::{Number, named, permitted};
+use crate::objects::Described;
+use embedded_can::Id;
+use plumbline::can::CanId;
+use plumbline::canopen::dictionary::{Access, Target};
+use plumbline::model::catalog::Product;
+use plumbline::model::listing::{canopen, fsc};
+use plumbline::param::{DataType, Parameter};
 use std::fmt::Write;
 
-/// The device parameters of model `M` as a Markdown table.
-pub fn parameters<M: Model>() -> String {
+/// The device parameters of a product that speaks FSC as a Markdown table.
+pub fn parameters(product: &Product, tables: &fsc::Tables) -> String {
     let mut text =
         String::from("| read | write | parameter | values | factory |\n|---|---|---|---|---|\n");
-    for parameter in M::PARAMETERS {
-        let mut factory = parameter.factory;
-        let (mut permitted, mut defaults) = (Vec::new(), Vec::new());
-        for field in parameter.fields {
-            let bits = u32::from(field.size) * 8;
-            let number = factory & (u32::MAX >> (32 - bits));
-            factory = factory.checked_shr(bits).unwrap_or(0);
-            if parameter.check == Check::Identifier {
-                permitted.push("11 or 29 bit".to_owned());
-                let extended = matches!(
-                    wire::identifier(number),
-                    Some(embedded_can::Id::Extended(_))
-                );
-                let format = if extended { "29 bit" } else { "11 bit" };
-                defaults.push(format!("{:X}h, {format}", number & 0x1FFF_FFFF));
-            } else {
-                permitted.push(range(field));
-                defaults.push(named(field, number));
-            }
-        }
-        let (read, write) = (parameter.read_code(), parameter.write_code());
-        let (permitted, defaults) = (permitted.join("; "), defaults.join("; "));
+    for access in tables.access {
+        let parameters: Vec<&Parameter> = access
+            .parameters
+            .iter()
+            .map(|id| &product.parameters[usize::from(id.0)])
+            .collect();
+        let is_identifier = access.parameters.iter().any(|id| {
+            let roles = &tables.roles;
+            [roles.set_id, roles.reply_id, roles.sync_id].contains(id)
+        });
+        let (values, defaults): (Vec<_>, Vec<_>) = parameters
+            .into_iter()
+            .map(|parameter| {
+                if is_identifier {
+                    (permitted(parameter), identifier(parameter.factory))
+                } else {
+                    (range(parameter), factory(parameter))
+                }
+            })
+            .unzip();
+        let (values, defaults) = (values.join("; "), defaults.join("; "));
+        let (read, write, name) = (access.read, access.write, access.name);
         writeln!(
             text,
-            "| {read:02X}h | {write:02X}h | {} | {permitted} | {defaults} |",
-            parameter.name
+            "| {read:02X}h | {write:02X}h | {name} | {values} | {defaults} |"
         )
         .unwrap();
     }
     text
 }
 
-/// The permitted values of a field: its named values, or its range with the unit.
-fn range(field: &Field) -> String {
-    if field.meanings.is_empty() {
-        let [min, max] = [field.min, field.max].map(|number| value(field, number));
-        return format!("{min}..{max} {}", field.unit).trim_end().to_owned();
+/// An identifier in the four bytes of a parameter.
+fn identifier(number: u32) -> String {
+    match CanId::from_bits(number).into() {
+        Id::Standard(id) => format!("{:X}h, 11 bit", id.as_raw()),
+        Id::Extended(id) => format!("{:X}h, 29 bit", id.as_raw()),
     }
-    let names: Vec<_> = field
-        .meanings
-        .iter()
-        .map(|(number, name)| format!("{number} = {name}"))
-        .collect();
-    names.join(", ")
 }
 
-fn named(field: &Field, number: u32) -> String {
-    let value = value(field, number.into());
-    match field.meanings.iter().find(|(of, _)| *of == number) {
+/// The permitted values: their names, or the range with the unit.
+fn range(parameter: &Parameter) -> String {
+    if !parameter.meanings.is_empty() {
+        return named(parameter.meanings);
+    }
+    let number = Number::from(parameter);
+    let (low, high) = number.limits;
+    let (low, high) = (number.value(low), number.value(high));
+    format!("{low}..{high} {}", parameter.unit)
+        .trim_end()
+        .to_owned()
+}
+
+/// The factory value with its name, or with the unit.
+fn factory(parameter: &Parameter) -> String {
+    let factory = parameter.data_type.value(parameter.factory);
+    let value = Number::from(parameter).value(factory);
+    let mut meanings = parameter.meanings.iter();
+    match meanings.find(|(number, _)| *number == parameter.factory) {
         Some((_, name)) => format!("{value} ({name})"),
-        None => format!("{value} {}", field.unit).trim_end().to_owned(),
+        None => format!("{value} {}", parameter.unit).trim_end().to_owned(),
     }
 }
 
-/// The object dictionary of model `M` as a Markdown table.
-pub fn object_table<M: canopen::Model>() -> String {
+/// The object dictionary of a product that speaks CANopen as a Markdown table.
+pub fn object_table(product: &Product, tables: &canopen::Tables) -> String {
     let mut text = String::from(
         "| index | sub | object | type | access | values | unit | factory | stored |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );
-    for row in M::OBJECTS {
-        let last = row.sub + row.count - 1;
-        let subs = match row.count {
+    for row in Described::all(tables.objects, product) {
+        let object = row.object;
+        let last = object.sub + object.count - 1;
+        let subs = match object.count {
             1 => format!("{last}"),
-            _ => format!("{}..{last}", row.sub),
+            _ => format!("{}..{last}", object.sub),
         };
-        let name = match row.group {
-            "" => row.name.to_owned(),
-            group => format!("{group}: {}", row.name),
+        let name = match object.group {
+            "" => row.name().to_owned(),
+            group => format!("{group}: {}", row.name()),
         };
         writeln!(
             text,
             "| {:04X}h | {subs} | {name} | {} | {} | {} | {} | {} | {} |",
-            row.index,
-            data_type(row.data_type),
-            access(row.access),
-            permitted(row),
-            row.unit,
-            delivered(row),
-            if row.stored { "yes" } else { "" }
+            object.index,
+            data_type(row.data_type()),
+            access(object.access),
+            row.permitted(),
+            row.unit(),
+            delivered(&row),
+            if row.is_stored() { "yes" } else { "" }
         )
         .unwrap();
     }
@@ -103,6 +115,7 @@ fn data_type(data_type: DataType) -> &'static str {
         DataType::U8 => "u8",
         DataType::U16 => "u16",
         DataType::U32 => "u32",
+        DataType::I8 => "i8",
         DataType::I16 => "i16",
         DataType::I32 => "i32",
         DataType::Text => "text",
@@ -119,16 +132,16 @@ fn access(access: Access) -> &'static str {
 }
 
 /// The factory value; empty for what is measured, composed or differs between units.
-fn delivered(object: &Object) -> String {
-    if let Home::Text(text) = object.home {
-        return (*text).to_owned();
+fn delivered(row: &Described) -> String {
+    if let Target::Text(text) = row.object.target {
+        return text.to_owned();
     }
-    let Some(number) = factory(object) else {
+    let Some(number) = row.factory() else {
         return String::new();
     };
-    match object.data_type {
-        DataType::U32 if object.node_relative => format!("{number:X}h + node id"),
+    match row.data_type() {
+        DataType::U32 if row.is_node_relative() => format!("{number:X}h + node-ID"),
         DataType::U32 if number > 9 => format!("{number:X}h"),
-        data_type => signed(data_type, number).to_string(),
+        data_type => data_type.value(number).to_string(),
     }
 }

@@ -1,120 +1,192 @@
-//! What the descriptions of CANopen models have in common: an object's type, permitted values and factory value as text.
+//! An object of a CANopen product as people and tools see it: name, unit, permitted values, limits and factory value as text.
 
-use plumbline::canopen::dictionary::{DataType, Home, Live, Object};
+use super::number::{Number, named, permitted};
+use plumbline::canopen::dictionary::{Object, Service, Target};
+use plumbline::model::catalog::Product;
+use plumbline::param::{DataType, Parameter, Permitted, Persistence};
 
-/// A number as its type reads it: FFFFh in an INTEGER16 is -1.
-pub fn signed(data_type: DataType, number: u32) -> i64 {
-    match data_type {
-        DataType::I16 => i64::from(number as u16 as i16),
-        DataType::I32 => i64::from(number as i32),
-        DataType::U8 | DataType::U16 | DataType::U32 | DataType::Text => number.into(),
+/// An object with what the tables of its product say of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Described<'a> {
+    pub object: &'a Object,
+    product: &'a Product,
+}
+
+impl<'a> Described<'a> {
+    /// All objects of a product, each with its description.
+    pub fn all(objects: &'a [Object], product: &'a Product) -> Vec<Self> {
+        let of = |object| Self { object, product };
+        objects.iter().map(of).collect()
+    }
+
+    /// The parameter that is written.
+    pub fn parameter(&self) -> Option<&'a Parameter> {
+        match self.object.target {
+            Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) => {
+                self.product.parameters.get(usize::from(id.0))
+            }
+            _ => None,
+        }
+    }
+
+    /// The number, without the names of services and constants.
+    fn number(&self) -> Number {
+        let value = match self.object.target {
+            Target::Value(id) => self.product.quantities.get(usize::from(id.0)),
+            _ => None,
+        };
+        let number = self
+            .parameter()
+            .map(Number::from)
+            .or(value.map(Number::from));
+        number.unwrap_or_else(|| Number::any(self.object.name, self.object.data_type))
+    }
+
+    /// The name.
+    pub fn name(&self) -> &'static str {
+        self.number().name
+    }
+
+    /// The unit; empty without one.
+    pub fn unit(&self) -> &'static str {
+        self.number().unit
+    }
+
+    /// The type.
+    pub fn data_type(&self) -> DataType {
+        let Product {
+            parameters,
+            quantities,
+            ..
+        } = self.product;
+        self.object.data_type(parameters, quantities)
+    }
+
+    /// What can be written, and what the numbers mean; empty when the type says all.
+    pub fn permitted(&self) -> String {
+        let Some(parameter) = self.parameter() else {
+            return service(self.object.target).0.to_owned();
+        };
+        let parts = [permitted(parameter), named(parameter.meanings)];
+        let parts: Vec<_> = parts
+            .iter()
+            .filter(|part| !part.is_empty())
+            .cloned()
+            .collect();
+        parts.join("; ")
+    }
+
+    /// The lowest and the highest number that can be written; None where those of the type are the limits.
+    ///
+    /// The factory value lies within: it can be read, though not always written.
+    pub fn limits(&self) -> Option<(i64, i64)> {
+        let Some(parameter) = self.parameter() else {
+            return service(self.object.target).1;
+        };
+        if matches!(parameter.permitted, Permitted::Any | Permitted::Ranges(_)) {
+            return None;
+        }
+        let (low, high) = Number::from(parameter).limits;
+        let factory = parameter.data_type.value(parameter.factory);
+        Some((low.min(factory), high.max(factory)))
+    }
+
+    /// The number that it has as delivered, without node-ID; None for texts and for what is measured or differs between units.
+    pub fn factory(&self) -> Option<u32> {
+        match self.object.target {
+            Target::Constant(number) | Target::NodeRelative(number) => Some(number),
+            Target::Value(id) => {
+                let quantity = self.product.quantities.get(usize::from(id.0))?;
+                // A state and not a measurement: nothing is under way yet.
+                quantity.unit.is_empty().then_some(0)
+            }
+            Target::Text(_) | Target::Service(Service::SerialNumber | Service::Text) => None,
+            // There is no error yet, and nothing is being stored.
+            Target::Service(_) => Some(0),
+            Target::Parameter(_) | Target::CobId(_) | Target::Command(..) => {
+                self.parameter().map(|parameter| parameter.factory)
+            }
+        }
+    }
+
+    /// Whether the node-ID is added to the factory value.
+    pub fn is_node_relative(&self) -> bool {
+        matches!(
+            self.object.target,
+            Target::NodeRelative(_) | Target::CobId(_)
+        )
+    }
+
+    /// Whether it is stored.
+    pub fn is_stored(&self) -> bool {
+        let stored = |parameter: &Parameter| parameter.persistence != Persistence::Volatile;
+        self.parameter().is_some_and(stored)
     }
 }
 
-/// The number that an object has as delivered, without node id; None for texts and for what is measured or differs between units.
-pub fn factory(object: &Object) -> Option<u32> {
-    match object.home {
-        Home::Constant(number) => Some(number),
-        Home::Live(Live::Serial) | Home::Text(_) | Home::Measured(_) | Home::Key => None,
-        // There is no error yet, and nothing is being stored.
-        Home::Live(_) => Some(0),
-        Home::Any(_)
-        | Home::Range(..)
-        | Home::OneOf(..)
-        | Home::Transmission(_)
-        | Home::SyncId(_) => Some(object.factory),
-    }
-}
-
-/// The lowest and the highest number that can be written; None where those of the type are the limits.
-///
-/// The factory value lies within: it can be read, though not always written.
-pub fn limits(object: &Object) -> Option<[u32; 2]> {
-    let (low, high) = match object.home {
-        Home::Range(_, low, high) => (low.into(), high.into()),
-        Home::OneOf(_, list) => (
-            u32::from(*list.iter().min()?),
-            u32::from(*list.iter().max()?),
-        ),
-        _ => return None,
+/// What can be written to a service, in words, and the limits.
+fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
+    let Target::Service(service) = target else {
+        return ("", None);
     };
-    Some([low.min(object.factory), high.max(object.factory)])
-}
-
-/// What can be written, and what the numbers mean; empty when the type says all.
-pub fn permitted(object: &Object) -> String {
-    let numbers: Vec<u32> = match object.home {
-        Home::Range(_, low, high) => (low.into()..=high.into()).collect(),
-        Home::OneOf(_, list) => list.iter().map(|&number| number.into()).collect(),
-        _ => Vec::new(),
-    };
-    let meanings: Vec<_> = object
-        .meanings
-        .iter()
-        .map(|(number, name)| format!("{number} = {name}"))
-        .collect();
-    let named: Vec<u32> = object.meanings.iter().map(|&(number, _)| number).collect();
-    let mut parts = Vec::new();
-    if numbers.is_empty() || numbers != named {
-        parts.push(match object.home {
-            Home::Range(_, low, high) => format!("{low}..{high}"),
-            Home::OneOf(..) => listed(&numbers),
-            Home::Transmission(_) => "0..240, 252..255".to_owned(),
-            Home::SyncId(_) => "11-bit identifier that is free".to_owned(),
-            Home::Live(Live::ErrorCount) => "0 clears".to_owned(),
-            Home::Live(Live::Store) => "\"save\"".to_owned(),
-            Home::Live(Live::Restore) => "\"load\"".to_owned(),
-            _ => String::new(),
-        });
+    match service {
+        Service::ErrorCount => ("0 clears", None),
+        Service::Store => ("\"save\"", None),
+        Service::RestoreCommunication => ("\"load\"", None),
+        Service::Restart => ("0..1; 1 = reset", Some((0, 1))),
+        Service::RestoreApplication => ("1; 0 = failed, 1 = make, or made", Some((0, 1))),
+        Service::ErrorRegister | Service::ErrorHistory | Service::SerialNumber | Service::Text => {
+            ("", None)
+        }
     }
-    parts.push(meanings.join(", "));
-    parts.retain(|part| !part.is_empty());
-    parts.join("; ")
-}
-
-fn listed(numbers: &[u32]) -> String {
-    let numbers: Vec<_> = numbers.iter().map(u32::to_string).collect();
-    numbers.join(", ")
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use plumbline::model::catalog::{Protocol, find};
 
-    const ALONE: Object = Object {
-        home: Home::OneOf(0, &LIST),
-        meanings: &[(0, "failed"), (1, "make")],
-        ..Object::PLAIN
-    };
-    static LIST: &[u16] = &[1];
-
-    #[test]
-    fn numbers_of_signed_types_can_be_negative() {
-        assert_eq!(signed(DataType::I16, 0xFFFF), -1);
-        assert_eq!(signed(DataType::I32, 0x8000_0000), i64::from(i32::MIN));
-        assert_eq!(signed(DataType::U32, 0x8000_0000), 0x8000_0000);
+    fn jn2101(index: u16, sub: u8, judge: impl Fn(Described)) {
+        let product = find("jn2101").unwrap();
+        let Protocol::Canopen(tables) = &product.protocol else {
+            panic!("the JN2101 speaks CANopen")
+        };
+        let objects = Described::all(tables.objects, product);
+        let at =
+            |described: &&Described| (described.object.index, described.object.sub) == (index, sub);
+        judge(*objects.iter().find(at).unwrap());
     }
 
     #[test]
-    fn the_factory_value_lies_within_the_limits() {
-        assert_eq!(limits(&ALONE), Some([0, 1]));
-        let range = Object {
-            home: Home::Range(0, 1, 127),
-            factory: 10,
-            ..Object::PLAIN
-        };
-        assert_eq!(limits(&range), Some([1, 127]));
-        assert_eq!(limits(&Object::PLAIN), None);
+    fn factory_value_lies_within_the_limits() {
+        // 1 makes a factory reset; 0 tells that none has been made.
+        jn2101(0x207F, 0, |object| {
+            assert_eq!((object.limits(), object.factory()), (Some((0, 1)), Some(0)));
+        });
+        jn2101(0x2000, 0, |object| {
+            assert_eq!(object.limits(), Some((1, 127)));
+            assert_eq!(object.factory(), Some(10));
+        });
+        jn2101(0x100C, 0, |object| assert_eq!(object.limits(), None));
     }
 
     #[test]
-    fn what_can_be_written_is_told_unless_the_meanings_tell_it() {
-        assert_eq!(permitted(&ALONE), "1; 0 = failed, 1 = make");
-        let named = Object {
-            home: Home::Range(0, 0, 1),
-            ..ALONE
-        };
-        assert_eq!(permitted(&named), "0 = failed, 1 = make");
-        assert_eq!(permitted(&Object::PLAIN), "");
+    fn permitted_values_are_listed_unless_their_names_say_them() {
+        jn2101(0x1010, 1, |object| {
+            assert_eq!(object.permitted(), "\"save\"")
+        });
+        jn2101(0x6000, 0, |object| {
+            assert_eq!(object.permitted(), "1, 10, 100, 1000")
+        });
+        jn2101(0x1029, 1, |object| {
+            let expected = "0 = pre-operational, 1 = no change of state, 2 = stopped";
+            assert_eq!(object.permitted(), expected);
+        });
+    }
+
+    #[test]
+    fn measured_value_has_no_factory_value() {
+        jn2101(0x6010, 0, |object| assert_eq!(object.factory(), None));
+        jn2101(0x4004, 2, |object| assert_eq!(object.factory(), Some(0)));
     }
 }

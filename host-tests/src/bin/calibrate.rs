@@ -1,9 +1,9 @@
 //! Calibrates a unit: from a six-position measurement to an image of its nonvolatile memory.
 
-use bench::models::{self, MODELS};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use host_tests::calibrate::{calibration, write};
+use plumbline::model::catalog::{PRODUCTS, find};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -12,8 +12,12 @@ use std::process::ExitCode;
 #[derive(Parser)]
 struct Options {
     /// The sensor
-    #[arg(long, value_parser = PossibleValuesParser::new(MODELS.iter().map(|model| model.name)))]
+    #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: String,
+    /// The serial number of the unit, as it is read over the bus; in the memory of another unit the calibration is ignored. The
+    /// virtual sensor has 1
+    #[arg(long)]
+    serial: u32,
     /// The measurement: a CSV file with the columns up,ax_g,ay_g,az_g,temp_c and a row for each axis up and down (+x, -x, ... -z);
     /// six more rows at another temperature give the drift
     #[arg(long, value_name = "FILE")]
@@ -38,8 +42,8 @@ fn run(options: &Options) -> Result<(), String> {
     let text =
         std::fs::read_to_string(&options.positions).map_err(|error| format!("{name}: {error}"))?;
     let calibration = calibration(&name, &text)?;
-    let model = models::find(&options.model).ok_or("there is no such model")?;
-    write(model, &calibration, &options.store)?;
+    let product = find(&options.model).ok_or("there is no such product")?;
+    write(product.owner(options.serial), &calibration, &options.store)?;
     println!("{calibration:?}");
     Ok(())
 }

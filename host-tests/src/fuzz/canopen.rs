@@ -1,24 +1,31 @@
 //! Frames for a sensor that speaks CANopen, and what it may send.
 //!
-//! Most frames are SDO requests for objects that exist, with sizes and values that are often permitted; the objects are those of
-//! the JN2101.
+//! Most frames are SDO requests for objects of the product's dictionary, with sizes and values that are often permitted.
 
-use super::Source;
+use super::{Source, value};
 use plumbline::can::{Frame, extended, standard};
-use plumbline::canopen::Model;
-use plumbline::canopen::dictionary::{Home, Rule};
-use plumbline::canopen::wire::{DISABLED, standard_id};
-use plumbline::model::jn2101::Application;
+use plumbline::canopen::cob_id;
+use plumbline::canopen::dictionary::{Object, Service, Target};
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::listing::canopen::Tables;
 use plumbline::node::Readout;
+use plumbline::param::DataType;
 
-/// The node id of a sensor as delivered.
-pub const FACTORY_NODE_ID: u8 = 10;
+/// The node-ID of a sensor as delivered; 0 when the product does not speak CANopen.
+pub fn factory_node_id(product: &Product) -> u8 {
+    match &product.protocol {
+        Protocol::Canopen(tables) => {
+            product.parameters[usize::from(tables.node_id.0)].factory as u8
+        }
+        _ => 0,
+    }
+}
 
 /// A frame for the node with this id, more or less.
-pub fn frame(source: &mut impl Source, node_id: u8) -> Frame {
+pub fn frame(source: &mut impl Source, tables: &Tables, product: &Product, node_id: u8) -> Frame {
     let node = u16::from(node_id);
     let (id, data) = match source.byte() {
-        0..=169 => (0x600 + node, request(source).to_vec()),
+        0..=169 => (0x600 + node, request(source, tables, product).to_vec()),
         170..=189 => (
             0x000,
             vec![nmt(source), if source.byte() < 200 { 0 } else { node_id }],
@@ -57,39 +64,34 @@ fn nmt(source: &mut impl Source) -> u8 {
     }
 }
 
-fn rule(source: &mut impl Source) -> &'static Rule {
-    let rules = Application::RULES;
-    &rules[usize::from(source.byte()) % rules.len()]
-}
-
 /// An SDO request.
-fn request(source: &mut impl Source) -> [u8; 8] {
-    let rule = rule(source);
-    let [low, high] = rule.index().to_le_bytes();
-    let sub = rule.sub() + source.byte() % (rule.count() + 1);
+fn request(source: &mut impl Source, tables: &Tables, product: &Product) -> [u8; 8] {
+    let objects = tables.objects;
+    let object = &objects[usize::from(source.byte()) % objects.len()];
+    let data_type = object.data_type(product.parameters, product.quantities);
+    let [low, high] = object.index.to_le_bytes();
+    let sub = object.sub + source.byte() % (object.count + 1);
     match source.byte() {
         0..=59 => [0x40, low, high, sub, 0, 0, 0, 0],
         60..=159 => {
-            let size = match rule.data_type().size() {
+            let size = match data_type.size() {
                 0 => 1 + source.byte() % 4,
                 size => size,
             };
-            let [a, b, c, d] = value(rule, source).to_le_bytes();
+            let [a, b, c, d] = number(object, product, source).to_le_bytes();
             [0x23 | (4 - size) << 2, low, high, sub, a, b, c, d]
         }
         // Segmented, mostly of the right size.
         160..=179 => {
             let sized = source.byte() & 1;
             let size = match source.byte() {
-                0..=199 => rule
-                    .data_type()
-                    .size()
-                    .max(16 * u8::from(rule.home == Home::Key)),
+                0..=199 if data_type == DataType::Text => 16,
+                0..=199 => data_type.size(),
                 _ => source.byte(),
             };
             [0x20 | sized, low, high, sub, size, 0, 0, 0]
         }
-        180..=209 => segment(source, rule.data_type().size()),
+        180..=209 => segment(source, data_type.size()),
         210..=234 => [0x60 | (source.byte() & 1) << 4, 0, 0, 0, 0, 0, 0, 0],
         235..=239 => [0x80, low, high, sub, 0, 0, 0, 0],
         _ => std::array::from_fn(|_| source.byte()),
@@ -113,17 +115,16 @@ fn segment(source: &mut impl Source, size: u8) -> [u8; 8] {
     bytes
 }
 
-/// A value that is often permitted.
-fn value(rule: &Rule, source: &mut impl Source) -> u32 {
-    let raw = source.number();
-    match (source.byte(), rule.home) {
-        (0..=31, _) => raw,
-        (_, Home::Range(_, low, high)) => u32::from(low) + raw % (u32::from(high - low) + 1),
-        (_, Home::OneOf(_, list)) => list[raw as usize % list.len()].into(),
-        (_, Home::SyncId(_)) => 0x80 | raw & DISABLED,
-        (_, Home::Live(_)) if rule.index() == 0x1010 => u32::from_le_bytes(*b"save"),
-        (_, Home::Live(_)) if rule.index() == 0x1011 => u32::from_le_bytes(*b"load"),
-        _ => raw % 300,
+/// A number that is often permitted.
+fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
+    match object.target {
+        Target::Parameter(id) | Target::Command(id, _) => {
+            value(&product.parameters[usize::from(id.0)], source)
+        }
+        Target::Service(Service::Store) => u32::from_le_bytes(*b"save"),
+        Target::Service(Service::RestoreCommunication) => u32::from_le_bytes(*b"load"),
+        Target::Service(_) => source.number() % 2,
+        _ => source.number() % 300,
     }
 }
 
@@ -131,19 +132,43 @@ fn value(rule: &Rule, source: &mut impl Source) -> u32 {
 ///
 /// # Panics
 /// When this one does not.
-pub fn check(frame: &Frame) -> Option<u8> {
-    let id = standard_id(frame.id()).expect("no 29-bit identifiers");
+pub fn check(frame: &Frame, tables: &Tables, product: &Product) -> Option<u8> {
+    let embedded_can::Id::Standard(id) = frame.id() else {
+        panic!("no 29-bit identifiers: {frame:?}");
+    };
+    let id = id.as_raw();
     let node_id = (id & 0x7F) as u8;
     let data = frame.bytes();
-    let keeps = match id & 0x780 {
-        0x000 => id == 0 && data == [1, 0],
-        0x080 | 0x280 | 0x580 => data.len() == 8,
-        0x180 => data.len() == 4,
-        0x700 => matches!(data, [0 | 4 | 5 | 127 | 0x84 | 0x85 | 0xFF]),
-        _ => false,
+    let service = id & 0x780;
+    let keeps = match service {
+        cob_id::NMT => id == 0 && data == [1, 0],
+        cob_id::EMCY | cob_id::SDO_REPLY => data.len() == 8,
+        cob_id::ERROR_CONTROL => matches!(data, [0 | 4 | 5 | 127 | 0x84 | 0x85 | 0xFF]),
+        _ => tpdos(tables, product).any(|tpdo| tpdo == (service, data.len())),
     };
     assert!(keeps && !frame.is_remote(), "{frame:?}");
-    (id & 0x780 == 0x700 && data == [0]).then_some(node_id)
+    (service == cob_id::ERROR_CONTROL && data == [0]).then_some(node_id)
+}
+
+/// The identifier of each TPDO, for node 0, and the length of its data.
+fn tpdos(tables: &Tables, product: &Product) -> impl Iterator<Item = (u16, usize)> {
+    tables.objects.iter().filter_map(|object| {
+        let Target::CobId(id) = object.target else {
+            return None;
+        };
+        let mapping = object.index.checked_add(0x200)?;
+        let bits = tables.objects.iter().map(|entry| match entry.target {
+            Target::Constant(entry_of) if entry.index == mapping && entry.sub > 0 => {
+                entry_of & 0xFF
+            }
+            _ => 0,
+        });
+        let bits: u32 = bits.sum();
+        let base = product.parameters[usize::from(id.0)].factory as u16;
+        (0x1800..0x1A00)
+            .contains(&object.index)
+            .then_some((base, bits as usize / 8))
+    })
 }
 
 /// Whether the angles are such as the sensor can have.

@@ -1,57 +1,105 @@
 //! Frames for a sensor that speaks FSC, and what it may send.
+//!
+//! Most frames are requests of the product's codes, with values that are often permitted.
 
-use super::Source;
+use super::{Source, value};
+use plumbline::application::Faults;
 use plumbline::can::{Frame, extended, standard};
+use plumbline::fsc::Condition;
+use plumbline::fsc::table::Access;
+use plumbline::model::catalog::Product;
+use plumbline::model::listing::fsc::Tables;
 use plumbline::node::Readout;
 
 /// A frame: mostly a request, mostly of a code that exists.
-pub fn frame(source: &mut impl Source) -> Frame {
+pub fn frame(source: &mut impl Source, tables: &Tables, product: &Product) -> Frame {
+    let factory = |id: plumbline::param::ParameterId| {
+        standard(product.parameters[usize::from(id.0)].factory as u16)
+    };
     let raw = source.number();
     let id = match source.byte() {
-        0..=199 => standard(0x300),
-        200..=229 => standard(0x100),
+        0..=199 => factory(tables.roles.set_id),
+        200..=229 => factory(tables.roles.sync_id),
         230..=242 => standard(raw as u16),
         _ => extended(raw),
     };
-    let length = usize::from(source.byte() % 9);
-    let mut data: [u8; 8] = std::array::from_fn(|_| source.byte());
-    match source.byte() {
-        // A write of something small, which is often permitted.
-        0..=79 => {
-            data[0] = 0x20 + data[0] % 10;
-            data[2..].iter_mut().for_each(|byte| *byte &= 0x03);
-        }
-        80..=109 => data[0] %= 0x30,
-        110..=119 => data[..5].copy_from_slice(b"\x50SAVE"),
-        120..=124 => data[..5].copy_from_slice(b"\x40LOAD"),
-        125..=129 => data[..6].copy_from_slice(b"\xFFRESET"),
-        // Identifiers that bring the sensor back to where most requests go.
-        130..=139 => data[..5].copy_from_slice(&[0x20, 0x00, 0x03, 0, 0]),
-        _ => {}
-    }
+    let data = data(source, tables, product);
     let frame = if source.byte() < 8 {
-        Frame::remote(id, length)
+        Frame::remote(id, data.len())
     } else {
-        Frame::data(id, &data[..length])
+        Frame::data(id, &data)
     };
     frame.expect("at most eight bytes")
+}
+
+fn data(source: &mut impl Source, tables: &Tables, product: &Product) -> Vec<u8> {
+    let access = &tables.access[usize::from(source.byte()) % tables.access.len()];
+    match source.byte() {
+        0..=99 => write(source, access, product),
+        100..=129 => vec![access.read],
+        // A function, mostly with its signature.
+        130..=169 => {
+            let function = &tables.functions[usize::from(source.byte()) % tables.functions.len()];
+            let signature = function.signature;
+            let signature = if source.byte() < 200 { signature } else { &[] };
+            [&[function.code], signature].concat()
+        }
+        // The identifier that brings the sensor back to where most requests go.
+        170..=179 => {
+            let set_id = tables
+                .access
+                .iter()
+                .find(|access| access.parameters == [tables.roles.set_id]);
+            let factory = product.parameters[usize::from(tables.roles.set_id.0)].factory;
+            let code = set_id.map_or(0, |access| access.write);
+            [&[code][..], &factory.to_le_bytes()].concat()
+        }
+        _ => {
+            let length = source.byte() % 9;
+            (0..length).map(|_| source.byte()).collect()
+        }
+    }
+}
+
+/// A write of values that are often permitted.
+fn write(source: &mut impl Source, access: &Access, product: &Product) -> Vec<u8> {
+    let mut data = vec![access.write];
+    for id in access.parameters {
+        let parameter = &product.parameters[usize::from(id.0)];
+        let bytes = value(parameter, source).to_le_bytes();
+        data.extend(bytes.iter().take(parameter.data_type.size().into()));
+    }
+    // Sometimes too short or too long.
+    match source.byte() {
+        0..=9 => data.truncate(usize::from(source.byte()) % data.len()),
+        10..=14 => data.push(source.byte()),
+        _ => {}
+    }
+    data.truncate(8);
+    data
 }
 
 /// What every frame of such a sensor keeps to, `heated` or not.
 ///
 /// # Panics
 /// When this one does not.
-pub fn check(frame: &Frame, heated: bool) {
+pub fn check(frame: &Frame, tables: &Tables, heated: bool) {
     assert!(!frame.is_remote(), "{frame:?}");
     let [_, status, ..] = *frame.bytes() else {
         panic!("a reply has a code and a status: {frame:?}");
     };
-    let never = if heated { 0x80 } else { 0xC0 };
-    assert_eq!(
-        status & never,
-        0,
-        "reserved bits and AccuracyWarning: {frame:?}"
-    );
+    for (bit, row) in tables.status.iter().enumerate() {
+        let never = match row.condition {
+            Condition::Never => true,
+            Condition::Fault(faults) => faults == Faults::WARM_UP && !heated,
+            _ => false,
+        };
+        assert!(
+            !never || status >> bit & 1 == 0,
+            "bit {bit} {}: {frame:?}",
+            row.name
+        );
+    }
 }
 
 /// Whether the angles are such as the sensor can have.

@@ -1,9 +1,8 @@
 //! Runs a trace against a simulated sensor.
 
 use super::{Difference, Trace, TraceError, What};
-use bench::models::Model;
 use bench::motion::Motion;
-use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Sensor};
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType, Sensor};
 use plumbline::can::Frame;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::fmt;
@@ -15,11 +14,11 @@ const LEAD: Duration = millis(60);
 /// The precision of a trace.
 const STEP: Duration = Duration::from_ticks(1);
 
-/// Turns the text of a `# scene:` line into a motion of this model, or says what is wrong with it.
-pub type Scenes = dyn Fn(&Model, &str) -> Result<Box<dyn Motion>, String>;
+/// Turns the text of a `# scene:` line into a motion of this node type, or says what is wrong with it.
+pub type Scenes = dyn Fn(&NodeType, &str) -> Result<Box<dyn Motion>, String>;
 
-/// Makes the sensor: the model, the serial number, what it is mounted on. It has a blank memory.
-pub type MakeSensor<'a> = dyn Fn(&Model, u32, Box<dyn Motion>) -> Box<dyn Sensor> + 'a;
+/// Makes the sensor: the node type, the serial number, what it is mounted on. It has a blank memory.
+pub type MakeSensor<'a> = dyn Fn(&NodeType, u32, Box<dyn Motion>) -> Box<dyn Sensor> + 'a;
 
 /// Why a replay failed.
 #[derive(Clone, PartialEq, Debug)]
@@ -42,14 +41,14 @@ impl fmt::Display for Failure {
 impl std::error::Error for Failure {}
 
 impl Trace {
-    /// Replays the trace against a sensor of `model` with a blank memory.
+    /// Replays the trace against a sensor of this type with a blank memory.
     ///
     /// # Errors
     /// What the sensor sent differs from the trace, or a scene is not understood.
-    pub fn replay(&self, model: &Model, scenes: &Scenes) -> Result<(), Failure> {
+    pub fn replay(&self, node_type: &NodeType, scenes: &Scenes) -> Result<(), Failure> {
         let none = Duration::from_ticks(0);
-        self.replay_on(model, scenes, none, &|model, serial, motion| {
-            Box::new(Device::new(model, serial, Flash::default(), motion))
+        self.replay_on(node_type, scenes, none, &|node_type, serial, motion| {
+            Box::new(Device::new(node_type, serial, Flash::default(), motion))
         })
     }
 
@@ -60,15 +59,15 @@ impl Trace {
     /// What the sensor sent differs from the trace, or a scene is not understood.
     pub fn replay_on(
         &self,
-        model: &Model,
+        node_type: &NodeType,
         scenes: &Scenes,
         boot: Duration,
         make: &MakeSensor,
     ) -> Result<(), Failure> {
-        let mut replay = Replay::new(self, model, scenes, boot, make)?;
+        let mut replay = Replay::new(self, node_type, scenes, boot, make)?;
         for step in &self.steps {
             replay
-                .step(&step.what, model, scenes)
+                .step(&step.what, node_type, scenes)
                 .map_err(|message| trace_error(step.line, message))?;
         }
         let end = after(replay.last, self.tolerance);
@@ -102,14 +101,14 @@ struct Replay {
 impl Replay {
     fn new(
         trace: &Trace,
-        model: &Model,
+        node_type: &NodeType,
         scenes: &Scenes,
         begin: Duration,
         make: &MakeSensor,
     ) -> Result<Self, Failure> {
         let scene = trace.scene.as_deref().unwrap_or("tilt=0,0");
-        let motion = scenes(model, scene).map_err(|message| trace_error(0, message))?;
-        let device = make(model, trace.serial, motion);
+        let motion = scenes(node_type, scene).map_err(|message| trace_error(0, message))?;
+        let device = make(node_type, trace.serial, motion);
         let mut bus = Bus::new(trace.bit_rate.map_or(BusRate::Follow, BusRate::Fixed));
         let device = bus.attach_boxed(device);
         let tester = bus.adapter();
@@ -126,7 +125,7 @@ impl Replay {
         })
     }
 
-    fn step(&mut self, what: &What, model: &Model, scenes: &Scenes) -> Result<(), String> {
+    fn step(&mut self, what: &What, node_type: &NodeType, scenes: &Scenes) -> Result<(), String> {
         match what {
             What::Send(at, frame) => {
                 let lead = Instant::from_ticks(at.ticks().saturating_sub(LEAD.ticks()));
@@ -155,7 +154,7 @@ impl Replay {
                 device.flash().fail_writes(*fail);
                 device.flash().fail_erases(*fail);
             }
-            What::Scene(text) => device.set_motion(scenes(model, text)?),
+            What::Scene(text) => device.set_motion(scenes(node_type, text)?),
             What::CorruptNewest | What::Send(..) | What::Expect(..) => {}
         }
         Ok(())

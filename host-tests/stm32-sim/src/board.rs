@@ -11,6 +11,10 @@ const RUN: Pin = Pin(PortName::C, 13);
 /// The error LED, lit when high.
 const ERROR: Pin = Pin(PortName::B, 12);
 
+/// The module status LED's two colours, lit when high.
+const MODULE_GREEN: Pin = Pin(PortName::B, 13);
+const MODULE_RED: Pin = Pin(PortName::B, 14);
+
 /// The heater's switch, on when high.
 const HEATER: Pin = Pin(PortName::B, 0);
 
@@ -25,6 +29,8 @@ pub(super) fn leds(gpio: &Gpio) -> Leds {
     Leds {
         run: gpio.output(RUN) == Some(false),
         error: gpio.output(ERROR) == Some(true),
+        module_green: gpio.output(MODULE_GREEN) == Some(true),
+        module_red: gpio.output(MODULE_RED) == Some(true),
     }
 }
 

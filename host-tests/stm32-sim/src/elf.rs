@@ -19,8 +19,8 @@ const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
 /// The RAM of the STM32F103x8 (DS5319, figure 11).
 const RAM: Range<u32> = 0x2000_0000..0x2000_5000;
 
-/// What models share of each other; whatever else lies in a model's module is its product.
-const RULES: &str = "RULES";
+/// The function that each program starts with, below its own name (cortex-m-rt).
+const MAIN: &str = "::__cortex_m_rt_main";
 
 /// Why a file is no image for this microcontroller.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
@@ -155,14 +155,10 @@ impl Image {
             .map(|symbol| symbol.address)
     }
 
-    /// The models whose descriptions are in the image, by the name of the core's module, e.g. `is2`; none when the symbols are
-    /// stripped.
-    pub fn models(&self) -> impl Iterator<Item = &str> {
-        self.symbols.iter().filter_map(|symbol| {
-            let inside = symbol.name.strip_prefix("plumbline::model::")?;
-            let (model, product) = inside.split_once("::")?;
-            (product != RULES).then_some(model)
-        })
+    /// The name of the program, which is that of the product; None when the symbols are stripped.
+    pub fn program(&self) -> Option<&str> {
+        let mut symbols = self.symbols.iter();
+        symbols.find_map(|symbol| symbol.name.strip_suffix(MAIN))
     }
 
     /// The first address behind the static variables, below which the stack must not get.

@@ -15,10 +15,9 @@ use super::peripherals::Peripherals;
 use super::profile::{Call, Profile};
 use super::rcc::ResetCause;
 use super::signature::unique_id;
-use bench::models::Model;
 use bench::motion::Motion;
 use bench::thermal::Heated;
-use bench::{Flash, Sensor};
+use bench::{Flash, NodeType, Sensor};
 use can_wire::protocol::Picoseconds;
 use plumbline::node::Leds;
 use plumbline::time::Instant;
@@ -100,22 +99,22 @@ impl Microcontroller {
         }
     }
 
-    /// A microcontroller that is not switched on, with the program of this model, its accelerometer in the model's measuring cell.
-    pub fn of_model(
-        model: &Model,
+    /// A microcontroller that is not switched on, with the program of this node type, its accelerometer in the measuring cell.
+    pub fn of_type(
+        node_type: &NodeType,
         image: Rc<Image>,
         serial: u32,
         flash: Flash,
         motion: Box<dyn Motion>,
     ) -> Self {
-        let heated = model.cell.map(Heated::new);
+        let heated = node_type.cell.map(Heated::new);
         let motion = match &heated {
             Some(heated) => heated.around(motion),
             None => motion,
         };
         Self {
             heated,
-            ..Self::new(model.name, image, serial, flash, motion)
+            ..Self::new(node_type.name, image, serial, flash, motion)
         }
     }
 

@@ -134,7 +134,12 @@ fn three_sensors_share_a_wire() {
     let mut bus = Bus::new(BusRate::Wire);
     let microcontrollers =
         [0x10, 0x20].map(|set| bus.attach(microcontroller("is2", numbered(set))));
-    let host = Device::new(model("is2"), SERIAL, numbered(0x30), tilt("is2", 10.0, 5.0));
+    let host = Device::new(
+        &node_type("is2"),
+        SERIAL,
+        numbered(0x30),
+        tilt("is2", 10.0, 5.0),
+    );
     bus.attach(host);
     let tester = bus.adapter();
     bus.open(tester, Some(RATE), false);

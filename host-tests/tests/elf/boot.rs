@@ -165,7 +165,7 @@ fn the_watchdog_leaves_a_sensor_alone_that_works() {
     rig.run(100);
     rig.send(&[fsc::INCLINATION]);
     rig.boot_up();
-    for _ in 0..60 {
+    for _ in 0..120 {
         rig.save();
         rig.run(50);
     }

@@ -65,6 +65,7 @@ fn while_the_rate_is_detected_the_run_led_flickers_and_then_it_is_lit() {
         let expected = Leds {
             run: true,
             error: false,
+            ..Leds::default()
         };
         assert_eq!(rig.device().leds(), expected);
     }
@@ -96,6 +97,7 @@ fn a_frame_that_nobody_acknowledges_goes_out_when_somebody_comes() {
         let expected = Leds {
             run: true,
             error: false,
+            ..Leds::default()
         };
         assert_eq!(rig.device().leds(), expected);
     }
@@ -110,6 +112,7 @@ fn without_recovery_a_sensor_stays_bus_off_until_it_is_restarted() {
         let bus_off = Leds {
             run: true,
             error: true,
+            ..Leds::default()
         };
         assert_eq!(rig.device().leds(), bus_off);
         let changes = rig.device().led_history().len();

@@ -74,7 +74,7 @@ fn a_power_cut_in_a_save_that_erases_leaves_the_old_or_the_new_parameters() {
     save_until_erased(&mut rig);
     let places = save_until_erased(&mut rig);
     let (mut old, mut new) = (250, 1000);
-    for operation in [0, 0, 0, 0, 1, 2, 20, 36] {
+    for operation in [0, 0, 0, 0, 1, 2, 10, 19] {
         save_until_erased(&mut rig);
         for _ in 1..places {
             rig.save();
@@ -93,10 +93,10 @@ fn saves_go_on_over_page_changes() {
     for name in MODELS {
         let mut rig = Rig::booted(name, RATE);
         let erased = rig.flash().erased();
-        for value in 1..=80 {
+        for value in 1..=160 {
             write_time(&mut rig, value);
             rig.save();
-            if value % 16 == 0 {
+            if value % 32 == 0 {
                 rig.power_cycle();
                 rig.boot_up();
                 assert_eq!(read_time(&mut rig), value);

@@ -3,9 +3,8 @@
 //! At its end every rig asks what nobody should ever see: a violation of the reference manual's rules, a stack that has reached the
 //! static variables, a reset that the test did not expect.
 
-use bench::models::{self, Model};
 use bench::motion::Motion;
-use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, Sensor, Source};
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, NodeType, Sensor, Source};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Duration, Instant, after};
 use std::collections::BTreeMap;
@@ -83,29 +82,29 @@ pub fn image(model: &str) -> Rc<Image> {
     Rc::new(Image::parse(file).expect("an ELF file"))
 }
 
-/// A model by its name.
-pub fn model(name: &str) -> &'static Model {
-    models::find(name).expect("a model of this name")
+/// The node type of a product.
+pub fn node_type(name: &str) -> NodeType {
+    NodeType::find(name).expect("a product of this name")
 }
 
 /// At rest with these angles in degrees.
 pub fn tilt(name: &str, x: f64, y: f64) -> Box<dyn Motion> {
-    Box::new(Scene::tilt(x, y, Axes::of(model(name))).expect("angles that exist"))
+    Box::new(Scene::tilt(x, y, Axes::of(&node_type(name))).expect("angles that exist"))
 }
 
 /// A microcontroller with the image of a model, tilted by 10 and 5 degrees.
 pub fn microcontroller(name: &str, flash: Flash) -> Microcontroller {
     let motion = tilt(name, 10.0, 5.0);
-    Microcontroller::new(model(name).name, image(name), SERIAL, flash, motion)
+    Microcontroller::new(node_type(name).name, image(name), SERIAL, flash, motion)
 }
 
 /// A parameter memory that holds these parameters, each as the data of the frame that writes it. A sensor built for the PC has saved
 /// them: the memory is the same.
 pub fn saved(name: &str, parameters: &[&[u8]]) -> Flash {
     let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
-    let model = model(name);
+    let node_type = node_type(name);
     let device = bus.attach(Device::new(
-        model,
+        &node_type,
         SERIAL,
         Flash::default(),
         tilt(name, 0.0, 0.0),

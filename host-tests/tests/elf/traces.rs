@@ -3,7 +3,7 @@
 
 use crate::rig::*;
 use bench::Flash;
-use bench::models::Model;
+use bench::NodeType;
 use bench::motion::Motion;
 use host_tests::trace::Trace;
 use plumbline::time::Duration;
@@ -18,9 +18,10 @@ const BOOT: Duration = ms(200);
 /// event on with the next turn of its main loop.
 const TICK: Duration = ms(1);
 
-fn scene(model: &Model, text: &str) -> Result<Box<dyn Motion>, String> {
+fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
     let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
-    let scene = Scene::open(Some(&argument), Axes::of(model)).map_err(|error| error.to_string())?;
+    let scene =
+        Scene::open(Some(&argument), Axes::of(node_type)).map_err(|error| error.to_string())?;
     Ok(Box::new(scene))
 }
 
@@ -33,14 +34,18 @@ fn replay(path: &Path) -> Option<Result<(), String>> {
     }
     trace.tolerance += TICK;
     let result = trace.replay_on(
-        model(&trace.model),
+        &node_type(&trace.model),
         &scene,
         BOOT,
-        &|model, serial, motion| {
-            let image = image(model.name);
+        &|node_type, serial, motion| {
+            let image = image(node_type.name);
             let flash = Flash::default();
             Box::new(Microcontroller::new(
-                model.name, image, serial, flash, motion,
+                node_type.name,
+                image,
+                serial,
+                flash,
+                motion,
             ))
         },
     );

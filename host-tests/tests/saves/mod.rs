@@ -2,32 +2,66 @@
 #![allow(dead_code, reason = "not every test uses everything")]
 
 use bench::{Flash, PAGE_SIZE};
-use plumbline::store::{ImageId, Loaded, Store, StoreError};
+use plumbline::measure::Calibration;
+use plumbline::store::{ImageId, Owner, StoreError, buffer_size};
 
-pub const ID: ImageId = ImageId(0x1234);
-
-/// A payload of this size makes images of 76 bytes.
+/// Bytes of stored parameters; a record of them has 76 bytes.
 pub const PAYLOAD: usize = 60;
-pub const IMAGE: usize = 76;
+pub const RECORD: usize = 76;
 
-/// So many of them fit a page.
-pub const PLACES: usize = PAGE_SIZE / IMAGE;
+/// The size of the record of a calibration, which stands before the first parameters of a page.
+pub const CALIBRATION_RECORD: usize = 56;
 
-/// The payload of save `number`; no two of them have a byte in common at the same place, so that a mix shows.
+/// So many records of parameters fit a page without a calibration.
+pub const PLACES: usize = PAGE_SIZE / RECORD;
+
+pub const OWNER: Owner = Owner {
+    image: ImageId::new(0x1234),
+    layout: 1,
+    serial: 0x0102_0304,
+};
+
+pub type Store = plumbline::store::Store<Flash, { buffer_size(PAYLOAD) }>;
+
+/// What a device finds at power-up.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Found {
+    pub parameters: Option<Vec<u8>>,
+    pub calibration: Calibration,
+    pub damaged: bool,
+}
+
+/// The parameters of save `number`. No two of them have a byte in common at the same place, so a mixture is detected.
 pub fn payload(number: usize) -> [u8; PAYLOAD] {
     std::array::from_fn(|index| (number as u8).wrapping_mul(3) ^ index as u8)
 }
 
-/// Power-up: looks for images and erases ahead.
-pub fn boot(flash: Flash) -> Store<Flash> {
-    let mut store = Store::open(flash, ID, PAYLOAD).0;
+/// A calibration that is not the identity.
+pub fn calibration() -> Calibration {
+    Calibration::new([100_000, -200_000, 300_000], [[500; 3]; 3], [30, -20, 10]).unwrap()
+}
+
+/// Power-up: looks for records and erases ahead.
+pub fn boot(flash: Flash) -> Store {
+    let mut store = Store::open(flash, OWNER);
     store.prepare();
     store
 }
 
-/// What a device would find that lost its power now; the memory is left alone.
-pub fn found(flash: &Flash) -> Loaded {
-    Store::open(copy(flash), ID, PAYLOAD).1
+/// What a device of `owner` would find at power-up; the memory does not change.
+pub fn found_by(owner: Owner, flash: &Flash) -> Found {
+    let mut store = Store::open(copy(flash), owner);
+    let boot = store.boot();
+    Found {
+        parameters: boot.parameters.map(<[u8]>::to_vec),
+        calibration: boot.calibration,
+        damaged: boot.damaged,
+    }
+}
+
+/// What the device would find at power-up; the memory does not change.
+pub fn found(store: &mut Store) -> Found {
+    found_by(OWNER, store.memory())
 }
 
 /// Another memory with the same content.
@@ -35,27 +69,46 @@ pub fn copy(flash: &Flash) -> Flash {
     Flash::new(flash.bytes().to_vec())
 }
 
-/// The image of save `number`, or none, and whether something newer is damaged.
-pub fn loaded(number: Option<usize>, damaged: bool) -> Loaded {
-    Loaded {
-        payload: number.map(|number| payload(number).as_slice().try_into().unwrap()),
+/// The parameters of save `number` or none, no calibration, and whether something newer is damaged.
+pub fn loaded(number: Option<usize>, damaged: bool) -> Found {
+    Found {
+        parameters: number.map(|number| payload(number).to_vec()),
+        calibration: Calibration::IDENTITY,
         damaged,
     }
 }
 
-pub fn finish(store: &mut Store<Flash>) -> Result<(), StoreError> {
-    // An erase, the image in steps of four bytes, the verification, with some to spare.
-    for _ in 0..IMAGE / 4 + 5 {
+pub fn finish(store: &mut Store) -> Result<(), StoreError> {
+    // An erase, both records in steps of four bytes, the verification, with some to spare.
+    for _ in 0..(CALIBRATION_RECORD + RECORD) / 4 + 5 {
         if let Some(result) = store.step() {
             assert!(!store.busy());
             return result;
         }
         assert!(store.busy());
     }
-    panic!("the save does not come to an end");
+    panic!("the save does not end");
 }
 
-pub fn save(store: &mut Store<Flash>, number: usize) -> Result<(), StoreError> {
-    store.save(&payload(number));
+/// Begins to save parameters.
+pub fn begin(store: &mut Store, parameters: &[u8]) {
+    store.save(|buffer| {
+        buffer
+            .get_mut(..parameters.len())?
+            .copy_from_slice(parameters);
+        Some(parameters.len())
+    });
+}
+
+pub fn save(store: &mut Store, number: usize) -> Result<(), StoreError> {
+    begin(store, &payload(number));
     finish(store)
+}
+
+/// A memory with a calibration and nothing else.
+pub fn calibrated() -> Flash {
+    let mut store = boot(Flash::default());
+    store.calibrate(&calibration());
+    assert_eq!(finish(&mut store), Ok(()));
+    store.into_memory()
 }

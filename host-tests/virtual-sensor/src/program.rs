@@ -2,11 +2,11 @@
 
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, Server, StatusLine, tcp};
-use bench::models::{self, MODELS};
-use bench::{Bus, BusRate, Device, Flash};
+use bench::{Bus, BusRate, Device, Flash, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
+use plumbline::model::catalog::{self, PRODUCTS};
 use plumbline::time::{Instant, after, millis};
 use std::fs::OpenOptions;
 use std::io::{self, IsTerminal, Write};
@@ -30,8 +30,12 @@ const SERIAL: u32 = 1;
 #[command(name = "virtual-sensor", version)]
 pub struct Options {
     /// The sensor that is simulated
-    #[arg(long, default_value = "is2", value_parser = PossibleValuesParser::new(MODELS.iter().map(|model| model.name)))]
+    #[arg(long, default_value = "is2", value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: String,
+
+    /// The article of that sensor: its type name or order number [default: the first one]
+    #[arg(long, value_name = "ARTICLE")]
+    article: Option<String>,
 
     /// Run this firmware image (an ELF file for the Blue Pill) on a simulated microcontroller, instead of the model as it is built for
     /// the PC
@@ -92,9 +96,8 @@ fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
 
 /// Runs the virtual sensor until Ctrl-C.
 pub fn run(options: &Options) -> Result<(), Failure> {
-    let model = models::find(&options.model)
-        .ok_or_else(|| Failure::Usage(format!("there is no model {}", options.model)))?;
-    let scene = Scene::open(options.scene.as_ref(), Axes::of(model))?;
+    let node_type = node_type(options)?;
+    let scene = Scene::open(options.scene.as_ref(), Axes::of(&node_type))?;
     let flash = options
         .store
         .as_deref()
@@ -112,12 +115,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let motion = Box::new(scene);
     let sensor = match &options.elf {
         Some(path) => {
-            let image = open_image(path, model.name)?;
-            bus.attach(Microcontroller::of_model(
-                model, image, SERIAL, flash, motion,
+            let image = open_image(path, node_type.name)?;
+            bus.attach(Microcontroller::of_type(
+                &node_type, image, SERIAL, flash, motion,
             ))
         }
-        None => bus.attach(Device::new(model, SERIAL, flash, motion)),
+        None => bus.attach(Device::new(&node_type, SERIAL, flash, motion)),
     };
     // A client that comes at once finds a sensor that has booted.
     while bus.device(sensor).mode().is_none() && bus.now() < BOOT_LIMIT {
@@ -147,6 +150,31 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     server.run().map_err(|error| {
         let log = options.log.as_deref().unwrap_or(Path::new("log"));
         cannot(format!("write the log {}", log.display()))(error)
+    })
+}
+
+/// The sensor that the options ask for.
+fn node_type(options: &Options) -> Result<NodeType, Failure> {
+    let unknown = || Failure::Usage(format!("there is no model {}", options.model));
+    let product = catalog::find(&options.model).ok_or_else(unknown)?;
+    let node_type = NodeType::from(product);
+    let Some(wanted) = &options.article else {
+        return Ok(node_type);
+    };
+    if options.elf.is_some() {
+        let message = "the article is in the firmware image: leave --article or --elf out";
+        return Err(Failure::Usage(message.to_owned()));
+    }
+    node_type.with_article(wanted).ok_or_else(|| {
+        let articles: Vec<String> = product
+            .articles()
+            .map(|article| format!("{} ({})", article.name, article.number))
+            .collect();
+        Failure::Usage(format!(
+            "{} has no article {wanted}; its articles are {}",
+            options.model,
+            articles.join(", ")
+        ))
     })
 }
 
@@ -191,15 +219,11 @@ fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
     let elf = std::fs::read(path).map_err(cannot(&what))?;
     let image =
         Image::parse(&elf).map_err(|error| Failure::Outside(format!("cannot {what}: {error}")))?;
-    let known: Vec<&str> = image
-        .models()
-        .filter(|name| models::find(name).is_some())
-        .collect();
-    if !known.is_empty() && !known.contains(&model) {
+    let other = image.program().filter(|program| *program != model);
+    if let Some(other) = other.filter(|program| catalog::find(program).is_some()) {
         return Err(Failure::Usage(format!(
-            "{} is an image of the model {}, not of {model}",
+            "{} is an image of the model {other}, not of {model}",
             path.display(),
-            known.join(", ")
         )));
     }
     Ok(Rc::new(image))

@@ -2,10 +2,10 @@
 
 mod recording;
 
-use bench::models::Model;
+use bench::NodeType;
 use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G, Reading};
-use plumbline::store::Loaded;
+use plumbline::node::Boot;
 use plumbline::time::Instant;
 use recording::Recording;
 use std::f64::consts::TAU;
@@ -23,9 +23,9 @@ pub enum Axes {
 }
 
 impl Axes {
-    /// How many angles a model measures.
-    pub fn of(model: &Model) -> Self {
-        let node = (model.boot)(Instant::from_ticks(0), Loaded::default(), 0);
+    /// How many angles a sensor of this type measures.
+    pub fn of(node_type: &NodeType) -> Self {
+        let node = (node_type.start)(node_type, Instant::from_ticks(0), &Boot::default());
         match node.readout().y {
             None => Self::One,
             Some(_) => Self::Two,

@@ -1,6 +1,6 @@
 //! Base64 of RFC 4648, section 4, for a text of known length: 150 bytes of code, where the crates take more than a kilobyte.
 
-use crate::canopen::Text;
+type Text = heapless::Vec<u8, { super::TEXT }>;
 
 const PADDING: u8 = b'=';
 

@@ -15,10 +15,10 @@
 //! The first of two names is in the lower bits. All little-endian; the CRC is CRC-16/IBM-3740; the eleven bytes are written in
 //! Base64, sixteen characters.
 
-use super::{base64, slots};
-use crate::canopen::dictionary::Rule;
-use crate::canopen::values::check;
-use crate::canopen::{Abort, Text, Values};
+use super::parameters::{ABSOLUTE, id};
+use super::{Jn2101Product, base64};
+use crate::application::Effect;
+use crate::param::{ParameterId, Parameters};
 use crc::{CRC_16_IBM_3740, Crc, NoTable};
 
 /// The key of a sensor as delivered.
@@ -29,41 +29,43 @@ const SIZE: usize = 11;
 
 const CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_IBM_3740);
 
-/// The slots that the key carries.
-const SLOTS: [u8; 10] = [
-    slots::NODE_ID,
-    slots::BIT_RATE,
-    slots::QUADRANT,
-    slots::HEATING,
-    slots::FILTER,
-    slots::DEFINITION,
-    slots::TERMINATION,
-    slots::TEACH,
-    slots::RESOLUTION,
-    slots::ZERO,
+/// The parameters that the key carries.
+const IDS: [ParameterId; 10] = [
+    id::NODE_ID,
+    id::BAUD_RATE,
+    id::QUADRANT,
+    id::HEATING,
+    id::FILTER,
+    id::DEFINITION,
+    id::TERMINATION,
+    id::TEACH,
+    id::RESOLUTION,
+    id::ZERO,
 ];
 
-/// The key of these values.
-pub(super) fn compose(values: &Values, factory: &Values) -> Text {
-    if SLOTS
+type Values = Parameters<Jn2101Product>;
+
+/// The key of these parameters.
+pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::TEXT }> {
+    if IDS
         .iter()
-        .all(|&slot| values.at(slot) == factory.at(slot))
+        .all(|&id| parameters.get(id) == Values::factory_value(id))
     {
-        return Text::from_slice(FACTORY).unwrap_or_default();
+        return heapless::Vec::from_slice(FACTORY).unwrap_or_default();
     }
-    let at = |slot| values.at(slot);
+    let at = |id| parameters.get(id);
     let pair = |low, high| (at(low) | at(high) << 4) as u8;
-    let [rate0, rate1] = (at(slots::BIT_RATE) as u16).to_le_bytes();
-    let last = at(slots::RESOLUTION) | at(slots::ZERO) << 12;
+    let [rate0, rate1] = (at(id::BAUD_RATE) as u16).to_le_bytes();
+    let last = at(id::RESOLUTION) | at(id::ZERO) << 12;
     let [last0, last1] = (last as u16).to_le_bytes();
     let body = [
         MARK,
-        at(slots::NODE_ID) as u8,
+        at(id::NODE_ID) as u8,
         rate0,
         rate1,
-        pair(slots::QUADRANT, slots::HEATING),
-        pair(slots::FILTER, slots::DEFINITION),
-        pair(slots::TERMINATION, slots::TEACH),
+        pair(id::QUADRANT, id::HEATING),
+        pair(id::FILTER, id::DEFINITION),
+        pair(id::TERMINATION, id::TEACH),
         last0,
         last1,
     ];
@@ -73,20 +75,39 @@ pub(super) fn compose(values: &Values, factory: &Values) -> Text {
     base64::encode(&bytes)
 }
 
-/// The values that a key stands for, on top of `values`; each of them is permitted by `rules`.
-pub(super) fn parse(
-    text: &[u8],
-    values: &Values,
-    factory: &Values,
-    rules: &[Rule],
-) -> Result<Values, Abort> {
-    let mut parsed = *values;
-    if text == FACTORY {
-        parsed.copy(factory, SLOTS);
-        return Ok(parsed);
+/// Writes the parameters that a key stands for; None, and nothing has changed, when it is no key or one of its values is not
+/// permitted.
+///
+/// A key does not carry what was taught or zeroed, so it can end that but not bring it about.
+pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
+    let numbers = if text == FACTORY {
+        IDS.map(Values::factory_value)
+    } else {
+        parse(text)?
+    };
+    let permitted = |(id, number): (ParameterId, u32)| Values::check(id, number).is_ok();
+    if !IDS.into_iter().zip(numbers).all(permitted) {
+        return None;
     }
-    let bytes: [u8; SIZE] = base64::decode(text).ok_or(Abort::Value)?;
-    let (body, crc) = bytes.split_last_chunk::<2>().ok_or(Abort::Value)?;
+    let mut effect = Effect::None;
+    for (id, number) in IDS.into_iter().zip(numbers) {
+        if let id::TEACH | id::ZERO = id {
+            if number != ABSOLUTE {
+                continue;
+            }
+            if parameters.get(id) != ABSOLUTE {
+                effect = Effect::Store;
+            }
+        }
+        parameters.set(id, number);
+    }
+    Some(effect)
+}
+
+/// The numbers in a key of our own layout; None when it is none.
+fn parse(text: &[u8]) -> Option<[u32; 10]> {
+    let bytes: [u8; SIZE] = base64::decode(text)?;
+    let (body, crc) = bytes.split_last_chunk::<2>()?;
     let &[
         mark,
         node_id,
@@ -99,10 +120,10 @@ pub(super) fn parse(
         last1,
     ] = body
     else {
-        return Err(Abort::Value);
+        return None;
     };
     if mark != MARK || CRC.checksum(body) != u16::from_le_bytes(*crc) {
-        return Err(Abort::Value);
+        return None;
     }
     let last = u16::from_le_bytes([last0, last1]);
     let numbers = [
@@ -117,11 +138,5 @@ pub(super) fn parse(
         last & 0x0FFF,
         last >> 12,
     ];
-    for (slot, number) in SLOTS.into_iter().zip(numbers.map(u32::from)) {
-        let rule = rules.iter().find(|rule| rule.home.slot() == Some(slot));
-        let home = rule.ok_or(Abort::Value)?.home;
-        check(home, number).map_err(|_| Abort::Value)?;
-        parsed.set(slot, number);
-    }
-    Ok(parsed)
+    Some(numbers.map(u32::from))
 }

@@ -1,68 +1,27 @@
-//! What the JN2101 measures: from the acceleration to the angles in the units in which they are read (manual 8, 9.2 to 9.6).
-//!
-//! Calibration, filter, taught frame, angle definition, zero point, quadrant, resolution: in this order.
+//! From the acceleration to the angles in the units in which they are read (manual 8, 9.2 to 9.6): calibration, filter, taught
+//! frame, angle definition, zero point, quadrant correction, resolution, in this order.
 
-use super::slots;
+use super::Jn2101Product;
+use super::parameters::{DEFINITIONS, Definition, FILTERS, QUADRANTS, Quadrants, RELATIVE, id};
 use crate::angle::Angle;
-use crate::canopen::Values;
 use crate::measure::definition::{self, Euler, Gimbal, Perpendicular};
 use crate::measure::fir::{Cutoff, Fir};
 use crate::measure::teach::{self, Teach};
 use crate::measure::{Calibration, I32x3, Reading};
-use crate::node::Readout;
+use crate::param::{Parameters, meaning};
 
 /// A full turn in 0.001 deg, the finest resolution.
 const TURN: u32 = 360_000;
 
-/// The numbers that can be read.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(u8)]
-pub enum Output {
-    /// Longitudinal in 16 bits (6010h); at the ends of the range it stays there.
-    X16,
-    /// Lateral in 16 bits (6020h).
-    Y16,
-    /// Longitudinal in 32 bits (6110h).
-    X32,
-    /// Lateral in 32 bits (6120h).
-    Y32,
-    /// Temperature in 0.1 degC (4080h).
-    Temperature,
-    /// Heating power in mW (4081h).
-    HeatingPower,
-}
-
-/// The angle definition (2044h).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Definition {
-    Perpendicular,
-    Euler,
-    GimbalX,
-    GimbalY,
-}
-
-/// What an angle's numbers range over.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Quadrants {
-    /// Half a turn: -90 to 90 deg.
-    Two,
-    /// -180 to 180 deg.
-    FourSigned,
-    /// 0 to 360 deg.
-    FourUnsigned,
-}
-
 /// The path of a sample.
 pub(super) struct Measuring {
-    pub calibration: Calibration,
+    calibration: Calibration,
     filter: Fir,
-    frame: Teach,
+    /// The taught reference frame; None: the sensor's own.
+    frame: Option<Teach>,
     definition: Definition,
-    quadrants: Quadrants,
-    zero: [Angle; 2],
-    /// A full turn in units of the resolution.
-    turn: u32,
-    /// The filtered up vector in the sensor's own frame; None without a sample.
+    scale: Scale,
+    /// The filtered up vector in the sensor's own frame; None without a valid sample.
     up: Option<I32x3>,
     /// The angles of the definition in force, without zero point.
     angles: [Angle; 2],
@@ -71,46 +30,34 @@ pub(super) struct Measuring {
 }
 
 impl Measuring {
-    pub fn new(calibration: Calibration) -> Self {
-        Self {
-            calibration,
-            filter: Fir::new(),
-            frame: Teach::IDENTITY,
-            definition: Definition::Perpendicular,
-            quadrants: Quadrants::FourSigned,
+    /// Before it was calibrated and configured.
+    pub const INITIAL: Self = Self {
+        calibration: Calibration::IDENTITY,
+        filter: Fir::new(),
+        frame: None,
+        definition: Definition::Perpendicular,
+        scale: Scale {
             zero: [Angle::ZERO; 2],
-            turn: TURN,
-            up: None,
-            angles: [Angle::ZERO; 2],
-            outputs: [0; 2],
-        }
+            lateral: Quadrants::Two,
+            turn: 0,
+        },
+        up: None,
+        angles: [Angle::ZERO; 2],
+        outputs: [0; 2],
+    };
+
+    /// Sets the calibration of the unit.
+    pub fn calibrate(&mut self, calibration: Calibration) {
+        self.calibration = calibration;
     }
 
-    /// Puts the values into force; what is measured follows at once.
-    pub fn configure(&mut self, values: &Values) {
-        self.filter.tune(match values.at(slots::FILTER) {
-            1 => Cutoff::TenHertz,
-            2 => Cutoff::FiveHertz,
-            3 => Cutoff::OneHertz,
-            4 => Cutoff::HalfHertz,
-            _ => Cutoff::Off,
-        });
-        self.definition = match values.at(slots::DEFINITION) {
-            1 => Definition::Euler,
-            2 => Definition::GimbalX,
-            3 => Definition::GimbalY,
-            _ => Definition::Perpendicular,
-        };
-        self.quadrants = match values.at(slots::QUADRANT) {
-            0 => Quadrants::Two,
-            1 => Quadrants::FourSigned,
-            _ => Quadrants::FourUnsigned,
-        };
-        self.frame = frame(values).unwrap_or(Teach::IDENTITY);
-        let relative = values.at(slots::ZERO) == 1;
-        self.zero = [slots::ZERO_X, slots::ZERO_Y]
-            .map(|slot| Angle(if relative { values.at(slot) } else { 0 }));
-        self.turn = TURN / values.at(slots::RESOLUTION).max(1);
+    /// Takes the parameters over; the angles follow at once.
+    pub fn configure(&mut self, parameters: &Parameters<Jn2101Product>) {
+        let filter = meaning(&FILTERS, parameters.get(id::FILTER));
+        self.filter.tune(filter.unwrap_or(Cutoff::Off));
+        self.definition = definition_of(parameters);
+        self.scale = Scale::of(parameters);
+        self.frame = frame(parameters);
         self.update();
     }
 
@@ -125,14 +72,14 @@ impl Measuring {
         up
     }
 
-    /// There are no readings any more.
-    pub fn lose(&mut self) {
+    /// There are no valid samples any more.
+    pub fn invalidate(&mut self) {
         self.up = None;
     }
 
     fn update(&mut self) {
         let Some(up) = self.up else { return };
-        let up = self.frame.apply(up);
+        let up = self.frame.map_or(up, |frame| frame.apply(up));
         self.angles = match self.definition {
             Definition::Perpendicular => {
                 let Perpendicular { x, y } = definition::perpendicular(up);
@@ -151,62 +98,88 @@ impl Measuring {
                 [x, y]
             }
         };
-        self.outputs = self.in_units(self.turn);
+        self.outputs = self.scale.apply(self.angles);
     }
 
-    /// The angles with zero point and quadrant correction; `turn` is a full turn in the unit wanted.
-    fn in_units(&self, turn: u32) -> [i32; 2] {
-        let [x, y] = self.angles;
-        let [zero_x, zero_y] = self.zero;
-        // The lateral Euler angle is the only one that can be more than half a turn (9.6).
-        let lateral = match self.definition {
-            Definition::Euler => self.quadrants,
-            _ => Quadrants::FourSigned,
-        };
-        [
-            scaled(x - zero_x, turn, Quadrants::FourSigned),
-            scaled(y - zero_y, turn, lateral),
-        ]
+    /// The angles in units of the resolution.
+    pub fn outputs(&self) -> [i32; 2] {
+        self.outputs
     }
 
-    /// The number in an output of the angles.
-    pub fn angle(&self, longitudinal: bool) -> i32 {
-        let [x, y] = self.outputs;
-        if longitudinal { x } else { y }
+    /// The angles without zero point.
+    pub fn angles(&self) -> [Angle; 2] {
+        self.angles
     }
 
-    /// The zero point that makes both angles 0; None without a sample.
-    pub fn zero_point(&self) -> Option<[Angle; 2]> {
-        self.up.map(|_| self.angles)
-    }
-
-    /// The frame in which the present position is level; None without a sample, and when the X axis is upright (9.5).
-    pub fn teach(&self) -> Option<Teach> {
-        Teach::new(self.up?)
-    }
-
-    pub fn readout(&self) -> Readout {
-        let [x, y] = self.in_units(36_000);
-        Readout { x, y: Some(y) }
+    /// The filtered up vector in the sensor's own frame; None without a valid sample.
+    pub fn up(&self) -> Option<I32x3> {
+        self.up
     }
 }
 
-/// The frame that was taught in; None when there is none, and when its numbers make none.
-pub(super) fn frame(values: &Values) -> Option<Teach> {
-    if values.at(slots::TEACH) != 1 {
+/// From the angles of the definition to the numbers that are read.
+pub(super) struct Scale {
+    zero: [Angle; 2],
+    /// What the lateral angle ranges over.
+    lateral: Quadrants,
+    /// A full turn in units of the resolution.
+    turn: u32,
+}
+
+impl Scale {
+    /// As the parameters say.
+    pub fn of(parameters: &Parameters<Jn2101Product>) -> Self {
+        let relative = parameters.get(id::ZERO) == RELATIVE;
+        let zero = |id| Angle(if relative { parameters.get(id) } else { 0 });
+        let quadrants = meaning(&QUADRANTS, parameters.get(id::QUADRANT));
+        Self {
+            zero: [zero(id::ZERO_X), zero(id::ZERO_Y)],
+            // The lateral Euler angle is the only one that can be more than half a turn (9.6).
+            lateral: match definition_of(parameters) {
+                Definition::Euler => quadrants.unwrap_or(Quadrants::FourSigned),
+                _ => Quadrants::FourSigned,
+            },
+            turn: TURN / parameters.get(id::RESOLUTION).max(1),
+        }
+    }
+
+    /// The same with other units: so many make a full turn.
+    pub fn with_turn(self, turn: u32) -> Self {
+        Self { turn, ..self }
+    }
+
+    /// The numbers of these angles.
+    pub fn apply(&self, angles: [Angle; 2]) -> [i32; 2] {
+        let [x, y] = angles;
+        let [zero_x, zero_y] = self.zero;
+        [
+            scaled(x - zero_x, self.turn, Quadrants::FourSigned),
+            scaled(y - zero_y, self.turn, self.lateral),
+        ]
+    }
+}
+
+fn definition_of(parameters: &Parameters<Jn2101Product>) -> Definition {
+    let definition = meaning(&DEFINITIONS, parameters.get(id::DEFINITION));
+    definition.unwrap_or(Definition::Perpendicular)
+}
+
+/// The reference frame that was taught in; None when there is none, and when its numbers make none.
+pub(super) fn frame(parameters: &Parameters<Jn2101Product>) -> Option<Teach> {
+    if parameters.get(id::TEACH) != RELATIVE {
         return None;
     }
     let mut bytes = [0; teach::SIZE];
-    for (place, slot) in bytes.as_chunks_mut().0.iter_mut().zip(slots::FRAME..) {
-        *place = values.at(slot).to_le_bytes();
+    for (place, id) in bytes.as_chunks_mut().0.iter_mut().zip(id::FRAME) {
+        *place = parameters.get(id).to_le_bytes();
     }
     Teach::decode(&bytes)
 }
 
-/// Keeps a frame in the values.
-pub(super) fn keep_frame(frame: &Teach, values: &mut Values) {
-    for (number, slot) in frame.encode().as_chunks().0.iter().zip(slots::FRAME..) {
-        values.set(slot, u32::from_le_bytes(*number));
+/// Keeps a reference frame in the parameters.
+pub(super) fn keep_frame(frame: &Teach, parameters: &mut Parameters<Jn2101Product>) {
+    for (number, id) in frame.encode().as_chunks().0.iter().zip(id::FRAME) {
+        parameters.set(id, u32::from_le_bytes(*number));
     }
 }
 

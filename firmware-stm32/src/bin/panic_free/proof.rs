@@ -3,17 +3,14 @@
 use core::hint::black_box;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use plumbline::can::{Frame, extended, standard};
-use plumbline::canopen::Model;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};
-use plumbline::model::{
-    is1::{self, Is1},
-    is2::{self, Is2},
-    is2tk::{self, Is2tk},
-    jn2101::{Application, Jn2101},
-};
+use plumbline::model::gemac::is1::{self, Is1};
+use plumbline::model::gemac::is2::{self, Is2};
+use plumbline::model::gemac::is2tk::{self, Is2tk};
+use plumbline::model::jn2101::Jn2101;
 use plumbline::node::{Boot, BusEvent, Node};
-use plumbline::store::{ImageId, Store, StoreError};
+use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::Instant;
 
 // For the vector table, and defmt's transport; nothing else of them is used.
@@ -27,28 +24,28 @@ use stm32f4xx_hal as _;
 #[cortex_m_rt::entry]
 fn main() -> ! {
     let is1 = black_box(&is1::BP_CL);
-    exercise(is1.image, Is1::PAYLOAD, |now, boot| {
+    exercise::<_, { Is1::STORE_BUFFER }>(Is1::owner(is1.image, 1), |now, boot| {
         Is1::new(is1, now, boot)
     });
     let is2 = black_box(&is2::BP_CL);
-    exercise(is2.image, Is2::PAYLOAD, |now, boot| {
+    exercise::<_, { Is2::STORE_BUFFER }>(Is2::owner(is2.image, 1), |now, boot| {
         Is2::new(is2, now, boot)
     });
     let is2tk = black_box(&is2tk::METAL);
-    exercise(is2tk.image, Is2tk::PAYLOAD, |now, boot| {
+    exercise::<_, { Is2tk::STORE_BUFFER }>(Is2tk::owner(is2tk.image, 1), |now, boot| {
         Is2tk::new(is2tk, now, boot)
     });
-    exercise(Application::IMAGE, Jn2101::PAYLOAD, Jn2101::new);
+    let jn2101 = Jn2101::owner(Jn2101::IMAGE, 1);
+    exercise::<_, { Jn2101::STORE_BUFFER }>(jn2101, Jn2101::new);
     loop {
         cortex_m::asm::wfi();
     }
 }
 
 /// Stores and runs a node with opaque inputs, in any order of calls.
-fn exercise<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, Boot) -> N) {
-    let (mut store, loaded) = Store::open(Memory, image, black_box(payload));
-    let serial = black_box(0);
-    let mut node = node(now(), Boot { loaded, serial });
+fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instant, &Boot) -> N) {
+    let mut store = Store::<Memory, BUFFER>::open(Memory, black_box(owner));
+    let mut node = node(now(), &store.boot());
     while black_box(true) {
         match black_box(0) {
             0 => {
@@ -67,11 +64,11 @@ fn exercise<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, 
             7 => {
                 black_box(node.deadline());
             }
-            8 => {
-                black_box(node.filters());
-            }
+            8 => node.filters(&mut |filter| {
+                black_box(filter);
+            }),
             9 => {
-                black_box(node.image());
+                black_box(node.image(&mut black_box([0; 100])));
             }
             10 => {
                 black_box(node.readout());
@@ -81,7 +78,7 @@ fn exercise<N: Node>(image: ImageId, payload: usize, node: impl FnOnce(Instant, 
                 node.tested(now(), Working { x, y, z });
             }
             15 => store.prepare(),
-            12 => store.save(&node.image()),
+            12 => store.save(|buffer| node.image(buffer)),
             13 => {
                 black_box(store.busy());
             }

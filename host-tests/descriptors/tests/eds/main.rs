@@ -5,8 +5,8 @@ mod rules;
 mod sdo;
 mod sheet;
 
-use descriptors::eds;
-use plumbline::model::jn2101::Application;
+use descriptors::describe;
+use plumbline::model::catalog::find;
 use rules::complaints;
 use sdo::{Client, NO_OBJECT, NO_SUB_INDEX, differences};
 use sheet::{DataType, Sheet};
@@ -15,7 +15,7 @@ use std::collections::BTreeSet;
 const NOTHING: &[String] = &[];
 
 fn text() -> String {
-    eds::<Application>("jn2101", "ifm electronic")
+    describe(find("jn2101").expect("a product")).text
 }
 
 #[test]

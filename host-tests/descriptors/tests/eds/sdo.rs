@@ -1,9 +1,8 @@
 //! An SDO client on the bench, and the comparison of a data sheet with the sensor that it talks to.
 
 use super::sheet::{DataType, Sheet, Variable};
-use bench::models;
 use bench::script::LEVEL;
-use bench::{AdapterId, Bus, BusRate, Device, Flash};
+use bench::{AdapterId, Bus, BusRate, Device, Flash, NodeType};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{after, millis};
 
@@ -35,9 +34,14 @@ pub struct Client {
 
 impl Client {
     pub fn new() -> Self {
-        let model = models::find("jn2101").expect("the model");
+        let node_type = NodeType::find("jn2101").expect("a product");
         let mut bus = Bus::new(BusRate::Fixed(RATE));
-        bus.attach(Device::new(model, 1, Flash::default(), Box::new(LEVEL)));
+        bus.attach(Device::new(
+            &node_type,
+            1,
+            Flash::default(),
+            Box::new(LEVEL),
+        ));
         let adapter = bus.adapter();
         bus.open(adapter, None, false);
         let mut client = Self {

@@ -314,7 +314,7 @@ fn no_damage_makes_it_panic() {
 }
 
 #[test]
-fn the_model_is_that_of_the_product() {
+fn program_is_named_by_its_main_function() {
     let of = |names: &[&'static str]| {
         let symbols: Vec<SymbolOf> = names
             .iter()
@@ -322,14 +322,12 @@ fn the_model_is_that_of_the_product() {
             .collect();
         let section = (".vectors", PROGBITS, ALLOC, 0x0800_0000, 0x0800_0000, 0x130);
         let image = Image::parse(&build(&[section], &symbols)).unwrap();
-        image.models().map(str::to_owned).collect::<Vec<_>>()
+        image.program().map(str::to_owned)
     };
-    let rules = "_ZN9plumbline5model3is25RULES17h3d50da7199befd8bE";
-    let plastic = "_ZN9plumbline5model4is2d7PLASTIC17h3d50da7199befd8bE";
-    let classic = "_ZN9plumbline5model3is25BP_CL17h3d50da7199befd8bE";
-    assert_eq!(of(&[rules, plastic]), ["is2d"]);
-    assert_eq!(of(&[rules, classic]), ["is2"]);
-    assert!(of(&[]).is_empty());
+    let main = "_ZN4is2d18__cortex_m_rt_main17h3d50da7199befd8bE";
+    let poll = "_ZN9plumbline4node4Node4poll17h3d50da7199befd8bE";
+    assert_eq!(of(&[poll, main]), Some("is2d".to_owned()));
+    assert_eq!(of(&[poll]), None);
 }
 
 #[test]

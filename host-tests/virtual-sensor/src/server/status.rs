@@ -101,11 +101,12 @@ fn text(display: &Display) -> String {
     };
     let Traffic { received, sent } = display.traffic;
     format!(
-        "{} {} {} {} {} {state} in {received} out {sent} clients {}",
+        "{} {} {} {}{} {} {state} in {received} out {sent} clients {}",
         display.model,
         angles(display.is_on, display.readout),
         lamp("run", display.leds.run, 32),
         lamp("err", display.leds.error, 31),
+        module(display.leds),
         kbits(display.rate),
         display.clients,
     )
@@ -118,6 +119,17 @@ fn lamp(name: &str, lit: bool, colour: u8) -> String {
     } else {
         format!("\x1b[2m○\x1b[0m{name}")
     }
+}
+
+/// The module status LED with its two colours; nothing while it is dark, because most sensors have none.
+fn module(leds: Leds) -> String {
+    let colour = match (leds.module_green, leds.module_red) {
+        (false, false) => return String::new(),
+        (true, false) => 32,
+        (false, true) => 31,
+        (true, true) => 33,
+    };
+    format!(" {}", lamp("mod", true, colour))
 }
 
 /// "-" where they cannot be known.
@@ -161,7 +173,7 @@ mod tests {
             }),
             leds: Leds {
                 run: true,
-                error: false,
+                ..Leds::default()
             },
             rate: Some(BitRate::K62_5),
             mode: Some(BusMode::Normal),
@@ -188,8 +200,9 @@ mod tests {
             model: "is1",
             readout: Some(Readout { x: 35999, y: None }),
             leds: Leds {
-                run: false,
                 error: true,
+                module_green: true,
+                ..Leds::default()
             },
             mode: Some(BusMode::Listen),
             rate: None,
@@ -197,7 +210,7 @@ mod tests {
         };
         assert_eq!(
             plain(&display),
-            "is1  359.99° ○run ●err - kbit/s listening in 3 out 1234 clients 2"
+            "is1  359.99° ○run ●err ●mod - kbit/s listening in 3 out 1234 clients 2"
         );
     }
 

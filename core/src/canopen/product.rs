@@ -1,0 +1,212 @@
+//! What a product that speaks CANopen says of itself.
+
+use super::dictionary::{Object, Row, Service, Target, object_at};
+use super::emcy::{FaultBit, History};
+use super::pdo::Tpdo;
+use super::sdo::Buffer;
+use super::setting::TpdoSettings;
+use crate::application::{Application, Effect};
+use crate::can::BitRate;
+use crate::node::{ErrorPatterns, Pattern};
+use crate::param::{Parameter, ParameterId, Parameters, Quantity, Refused, Table};
+use crate::store::ImageId;
+
+/// Run and error LED patterns.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct LedTable {
+    /// Run LED in pre-operational.
+    pub pre_operational: Pattern,
+    /// Run LED in operational.
+    pub operational: Pattern,
+    /// Run LED in stopped.
+    pub stopped: Pattern,
+    /// Error LED while life guarding has not timed out.
+    pub error: ErrorPatterns,
+    /// Error LED when life guarding has timed out.
+    pub guarding: Pattern,
+}
+
+impl LedTable {
+    /// The patterns of CiA 303-3.
+    pub const CIA_303_3: Self = Self {
+        pre_operational: Pattern::Blinking,
+        operational: Pattern::On,
+        stopped: Pattern::SingleFlash,
+        error: ErrorPatterns {
+            working: Pattern::Off,
+            warning: Pattern::SingleFlash,
+            bus_off: Pattern::On,
+        },
+        guarding: Pattern::DoubleFlash,
+    };
+}
+
+/// The TPDOs of a product: an array.
+pub trait Tpdos: AsRef<[Tpdo]> + AsMut<[Tpdo]> {
+    /// How many there are.
+    const COUNT: usize;
+
+    /// All of them disabled.
+    const DISABLED: Self;
+}
+
+impl<const N: usize> Tpdos for [Tpdo; N] {
+    const COUNT: usize = N;
+
+    const DISABLED: Self = [Tpdo::DISABLED; N];
+}
+
+/// The parameters of product `P`.
+pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
+
+/// The parameter table of product `P`.
+pub(super) type TableOf<P> = <<P as Product>::Application as Application>::Table;
+
+/// A product that speaks CANopen.
+///
+/// [`project_objects!`](crate::project_objects) derives the last three constants from the description.
+pub trait Product: 'static {
+    /// What it measures and does.
+    type Application: Application;
+    /// Its TPDOs: `[Tpdo; 2]`, as many as the dictionary has.
+    type Tpdos: Tpdos;
+    /// The errors in 1003h: `heapless::Deque<u32, 8>`, as many as the dictionary has.
+    type History: History;
+    /// Room for the longest text: `heapless::Vec<u8, 24>`.
+    type Text: Buffer;
+
+    /// The object dictionary, sorted.
+    const OBJECTS: &'static [Object];
+    /// The manufacturer's status byte of emergency messages, from bit 0 on.
+    const FAULTS: [FaultBit; 8];
+    /// What the LEDs show.
+    const LEDS: LedTable;
+    /// The parameter with the node-ID, 1 to 127.
+    const NODE_ID: ParameterId;
+    /// The parameter with the bit rate,
+    const BIT_RATE: ParameterId;
+    /// and what its numbers stand for.
+    const BIT_RATES: &'static [(u16, BitRate)];
+    /// Marks the images of this product.
+    const IMAGE: ImageId;
+
+    /// What the device keeps of the dictionary.
+    const ROWS: &'static [Row];
+    /// The constant texts.
+    const TEXTS: &'static [&'static str];
+    /// The communication parameters of the TPDOs.
+    const TPDO_SETTINGS: &'static [TpdoSettings];
+
+    /// The text of the object that is [`Service::Text`].
+    fn text(parameters: &ParametersOf<Self>) -> Self::Text
+    where
+        Self: Sized,
+    {
+        let _ = parameters;
+        Self::Text::EMPTY
+    }
+
+    /// Writes the text of that object; on an error nothing has changed.
+    fn write_text(text: &[u8], parameters: &mut ParametersOf<Self>) -> Result<Effect, Refused>
+    where
+        Self: Sized,
+    {
+        let _ = (text, parameters);
+        Err(Refused::NotPermitted)
+    }
+}
+
+/// Checks what a product says against itself. Called while a constant is evaluated, so that a contradiction is a compile error:
+///
+/// - as many TPDOs and errors in the history as the dictionary has, each TPDO with both of its objects;
+/// - mappings whose objects exist, can be mapped, have the mapped length, and fit into a frame;
+/// - constant texts that fit into the buffer;
+/// - a default COB-ID of a TPDO and of the EMCY that is above 080h with every node-ID.
+pub(super) const fn check<P: Product>() {
+    let parameters = <TableOf<P> as Table>::PARAMETERS;
+    let quantities = <P::Application as Application>::QUANTITIES;
+    check_tpdos(P::OBJECTS, P::Tpdos::COUNT, parameters, quantities);
+    check_rows(
+        P::OBJECTS,
+        P::History::CAPACITY,
+        P::Text::CAPACITY,
+        parameters,
+    );
+}
+
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+const fn check_rows(objects: &[Object], history: usize, text: usize, parameters: &[Parameter]) {
+    let mut row = 0;
+    while row < objects.len() {
+        match objects[row].target {
+            Target::Text(constant) => {
+                assert!(constant.len() <= text, "a text is longer than its buffer");
+            }
+            Target::Service(Service::ErrorHistory) => {
+                assert!(
+                    objects[row].count as usize == history,
+                    "the error history has another length than the dictionary says"
+                );
+            }
+            Target::CobId(id) => {
+                let base = parameters[id.0 as usize].factory;
+                assert!(
+                    base >= 0x80 && super::cob_id::PDO.contain(base + 1),
+                    "the default COB-ID is not free"
+                );
+            }
+            _ => {}
+        }
+        row += 1;
+    }
+}
+
+#[allow(clippy::panic)] // evaluated at compile time only
+const fn check_tpdos(
+    objects: &[Object],
+    count: usize,
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) {
+    let mut number = 0;
+    while number < 512 {
+        let communication = object_at(objects, 0x1800 + number, 1).is_some();
+        let mapping = object_at(objects, 0x1A00 + number, 0).is_some();
+        let has = (number as usize) < count;
+        assert!(
+            communication == has && mapping == has,
+            "the number of TPDOs is not that of the dictionary"
+        );
+        if has {
+            check_mapping(objects, number, parameters, quantities);
+        }
+        number += 1;
+    }
+}
+
+#[allow(clippy::panic)] // evaluated at compile time only
+const fn check_mapping(
+    objects: &[Object],
+    number: u16,
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) {
+    let (mut bits, mut sub) = (0, 1);
+    while let Some(entry) = object_at(objects, 0x1A00 + number, sub) {
+        let Target::Constant(entry) = entry.target else {
+            panic!("a mapping entry must be a constant");
+        };
+        let Some(mapped) = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8) else {
+            panic!("a mapped object does not exist");
+        };
+        assert!(mapped.mappable, "a mapped object cannot be mapped");
+        let size = mapped.data_type(parameters, quantities).size() as u32;
+        assert!(
+            8 * size == entry & 0xFF,
+            "a mapped object has another length"
+        );
+        bits += entry & 0xFF;
+        sub += 1;
+    }
+    assert!(bits <= 64, "the mapped objects do not fit into a frame");
+}

@@ -1,0 +1,340 @@
+//! The objects and parameters of CiA 301 that sensors have in common, for the tables of a product.
+//!
+//! A function for a parameter takes its id and gives its description; a function for an object takes what the product decides.
+//! A manual's own names replace those of CiA 301 by struct update: `Parameter { name: "...", ..guard_time(ID) }`.
+//! [`concat()`] joins them to one table.
+
+use super::cob_id;
+use super::dictionary::{Access, Object, Service, Target};
+use super::pdo::TRANSMISSION_TYPES;
+use crate::param::{DataType, Parameter, ParameterId, Permitted, Persistence, ValueId};
+
+/// Joins rows to one table; the number of rows must be that of the table.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn concat<const N: usize>(parts: &[&[Object]]) -> [Object; N] {
+    let mut objects = [Object::PLAIN; N];
+    let (mut place, mut part) = (0, 0);
+    while part < parts.len() {
+        let mut row = 0;
+        while row < parts[part].len() {
+            objects[place] = parts[part][row];
+            place += 1;
+            row += 1;
+        }
+        part += 1;
+    }
+    assert!(place == N, "the table has another number of rows");
+    objects
+}
+
+// Parameters.
+
+const fn number(id: ParameterId, name: &'static str, data_type: DataType) -> Parameter {
+    Parameter {
+        id,
+        name,
+        data_type,
+        ..Parameter::PLAIN
+    }
+}
+
+/// COB-ID of the SYNC (1005h), 80h.
+pub const fn sync_cob_id(id: ParameterId) -> Parameter {
+    Parameter {
+        permitted: Permitted::Ranges(&cob_id::SYNC),
+        factory: cob_id::EMCY as u32,
+        ..number(id, "COB-ID SYNC message", DataType::U32)
+    }
+}
+
+/// Guard time (100Ch), 0.
+pub const fn guard_time(id: ParameterId) -> Parameter {
+    Parameter {
+        unit: "ms",
+        ..number(id, "Guard time", DataType::U16)
+    }
+}
+
+/// Life time factor (100Dh), 0.
+pub const fn life_time_factor(id: ParameterId) -> Parameter {
+    number(id, "Life time factor", DataType::U8)
+}
+
+/// COB-ID of the EMCY (1014h), 80h plus node-ID; computed at each start.
+pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
+    Parameter {
+        factory: cob_id::EMCY as u32,
+        persistence: Persistence::Volatile,
+        ..number(id, "COB-ID EMCY", DataType::U32)
+    }
+}
+
+/// Inhibit time of the EMCY (1015h), 0.
+pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
+    Parameter {
+        unit: "100 us",
+        ..number(id, "Inhibit time EMCY", DataType::U16)
+    }
+}
+
+/// Producer heartbeat time (1017h), 0.
+pub const fn heartbeat_time(id: ParameterId) -> Parameter {
+    Parameter {
+        unit: "ms",
+        ..number(id, "Producer heartbeat time", DataType::U16)
+    }
+}
+
+/// Error behaviour (1029h:01): what a communication error does to the NMT state.
+pub const fn error_behaviour(id: ParameterId) -> Parameter {
+    Parameter {
+        permitted: Permitted::Named,
+        meanings: &[
+            (0, "pre-operational"),
+            (1, "no change of state"),
+            (2, "stopped"),
+        ],
+        ..number(id, "Error behaviour", DataType::U8)
+    }
+}
+
+/// NMT start-up (1F80h): waits for the master, starts all nodes, or itself only.
+pub const fn nmt_start_up(id: ParameterId) -> Parameter {
+    Parameter {
+        permitted: Permitted::Named,
+        meanings: &[
+            (0, "slave only"),
+            (2, "NMT start command"),
+            (8, "autostart"),
+        ],
+        ..number(id, "NMT start-up", DataType::U32)
+    }
+}
+
+/// The communication parameter of a TPDO (180xh) in four parameters, the first with this id: COB-ID (the base plus node-ID, computed
+/// at each start), transmission type 1, inhibit time 0, event timer 10 ms.
+pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 4] {
+    let ParameterId(first) = first;
+    [
+        Parameter {
+            factory: cob_id,
+            persistence: Persistence::Volatile,
+            ..number(ParameterId(first), "COB-ID", DataType::U32)
+        },
+        Parameter {
+            permitted: Permitted::Ranges(&TRANSMISSION_TYPES),
+            factory: 1,
+            ..number(ParameterId(first + 1), "Transmission type", DataType::U8)
+        },
+        Parameter {
+            unit: "100 us",
+            ..number(ParameterId(first + 2), "Inhibit time", DataType::U16)
+        },
+        Parameter {
+            unit: "ms",
+            factory: 10,
+            ..number(ParameterId(first + 3), "Event timer", DataType::U16)
+        },
+    ]
+}
+
+// Objects.
+
+/// A number that never changes.
+pub const fn constant(
+    index: u16,
+    sub: u8,
+    name: &'static str,
+    data_type: DataType,
+    value: u32,
+) -> Object {
+    Object {
+        index,
+        sub,
+        name,
+        data_type,
+        target: Target::Constant(value),
+        ..Object::PLAIN
+    }
+}
+
+/// A text that never changes.
+pub const fn text(index: u16, name: &'static str, value: &'static str) -> Object {
+    Object {
+        index,
+        name,
+        access: Access::Const,
+        target: Target::Text(value),
+        ..Object::PLAIN
+    }
+}
+
+/// The sub-index 0 that tells the highest one.
+pub const fn highest(index: u16, group: &'static str, data_type: DataType, sub: u8) -> Object {
+    Object {
+        group,
+        ..constant(
+            index,
+            0,
+            "Highest supported sub-index",
+            data_type,
+            sub as u32,
+        )
+    }
+}
+
+/// A service of the node.
+pub const fn service(
+    index: u16,
+    sub: u8,
+    name: &'static str,
+    data_type: DataType,
+    access: Access,
+    service: Service,
+) -> Object {
+    Object {
+        index,
+        sub,
+        name,
+        data_type,
+        access,
+        target: Target::Service(service),
+        ..Object::PLAIN
+    }
+}
+
+/// A COB-ID that follows the node-ID; read only.
+pub const fn cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
+    Object {
+        index,
+        sub,
+        target: Target::CobId(id),
+        ..Object::PLAIN
+    }
+}
+
+/// Device type (1000h).
+pub const fn device_type(value: u32) -> Object {
+    Object {
+        access: Access::Const,
+        ..constant(0x1000, 0, "Device type", DataType::U32, value)
+    }
+}
+
+/// Error register (1001h).
+pub const ERROR_REGISTER: Object = service(
+    0x1001,
+    0,
+    "Error register",
+    DataType::U8,
+    Access::Ro,
+    Service::ErrorRegister,
+);
+
+/// Pre-defined error field (1003h) with a history of so many errors.
+pub const fn error_history(count: u8) -> [Object; 2] {
+    [
+        Object {
+            group: "Pre-defined error field",
+            ..service(
+                0x1003,
+                0,
+                "Number of error entries",
+                DataType::U8,
+                Access::Rw,
+                Service::ErrorCount,
+            )
+        },
+        Object {
+            count,
+            ..service(
+                0x1003,
+                1,
+                "Error code",
+                DataType::U32,
+                Access::Ro,
+                Service::ErrorHistory,
+            )
+        },
+    ]
+}
+
+/// Identity object (1018h); the serial number is the unit's.
+pub const fn identity(vendor: u32, product: u32, revision: u32) -> [Object; 5] {
+    [
+        highest(0x1018, "Identity object", DataType::U8, 4),
+        constant(0x1018, 1, "Vendor ID", DataType::U32, vendor),
+        constant(0x1018, 2, "Product code", DataType::U32, product),
+        constant(0x1018, 3, "Revision number", DataType::U32, revision),
+        service(
+            0x1018,
+            4,
+            "Serial number",
+            DataType::U32,
+            Access::Ro,
+            Service::SerialNumber,
+        ),
+    ]
+}
+
+/// Server SDO parameter (1200h).
+pub const SERVER_SDO: [Object; 3] = [
+    highest(0x1200, "Server SDO parameter", DataType::U8, 2),
+    Object {
+        target: Target::NodeRelative(cob_id::SDO_REQUEST as u32),
+        ..constant(0x1200, 1, "COB-ID client to server", DataType::U32, 0)
+    },
+    Object {
+        target: Target::NodeRelative(cob_id::SDO_REPLY as u32),
+        ..constant(0x1200, 2, "COB-ID server to client", DataType::U32, 0)
+    },
+];
+
+/// The communication parameter of a TPDO (180xh), `number` from 0, whose first parameter has this id.
+pub const fn tpdo(number: u8, group: &'static str, first: ParameterId) -> [Object; 5] {
+    let index = 0x1800 + number as u16;
+    let ParameterId(first) = first;
+    [
+        highest(index, group, DataType::U8, 5),
+        cob_id(index, 1, ParameterId(first)),
+        Object::parameter(index, 2, ParameterId(first + 1)),
+        Object::parameter(index, 3, ParameterId(first + 2)),
+        Object::parameter(index, 5, ParameterId(first + 3)),
+    ]
+}
+
+/// An entry of a mapping: an object and its length in bits.
+pub const fn entry(index: u16, sub: u8, bits: u8) -> u32 {
+    (index as u32) << 16 | (sub as u32) << 8 | bits as u32
+}
+
+/// The fixed mapping of a TPDO (1A0xh), `number` from 0: a name and an [`entry`] for each object. The table has one row more than
+/// there are entries.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn mapping<const N: usize>(
+    number: u8,
+    group: &'static str,
+    entries: &[(&'static str, u32)],
+) -> [Object; N] {
+    assert!(
+        entries.len() + 1 == N,
+        "one row for each entry, and one more"
+    );
+    let index = 0x1A00 + number as u16;
+    let mut rows = [highest(index, group, DataType::U8, entries.len() as u8); N];
+    let mut row = 1;
+    while row < N {
+        let (name, entry) = entries[row - 1];
+        rows[row] = constant(index, row as u8, name, DataType::U32, entry);
+        row += 1;
+    }
+    rows
+}
+
+/// A published value without unit in a name of its own, read only and not mappable.
+pub const fn read_only(index: u16, sub: u8, id: ValueId) -> Object {
+    Object {
+        mappable: false,
+        ..Object::value(index, sub, id)
+    }
+}

@@ -1,0 +1,466 @@
+//! The protocol: what it does with each frame, and when it acts by itself.
+
+use super::cob_id;
+use super::dictionary::Row;
+use super::emcy::{self, Cause, Emergency};
+use super::guarding::Guarding;
+use super::nmt::{Command, State};
+use super::objects::View;
+use super::pdo::{Reaction, Tpdo};
+use super::product::{ParametersOf, Product, Tpdos};
+use super::saving::Saved;
+use super::sdo::Server;
+use super::setting::Setting;
+use super::timer::Periodic;
+use crate::application::{Faults, Values};
+use crate::can::{BitRate, CanId, Filter, Frame};
+use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
+use crate::store::StoreError;
+use crate::time::{Earliest, Instant};
+
+/// What the protocol sees of the node of product `P`.
+pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
+
+/// CANopen, as product `P` speaks it.
+pub struct Canopen<P: Product> {
+    pub(super) sdo: Server<&'static Row, P::Text>,
+    pub(super) services: Services<P>,
+}
+
+/// Everything but the SDO server, which reads and writes it.
+pub(super) struct Services<P: Product> {
+    /// What the nonvolatile memory holds, and what a running save is about.
+    pub(super) saved: Saved<P>,
+    /// The node-ID in force.
+    pub(super) node_id: u8,
+    /// The bit rate in force.
+    pub(super) rate: BitRate,
+    /// The identifier of the SYNC in force.
+    pub(super) sync: CanId,
+    pub(super) state: State,
+    pub(super) tpdos: P::Tpdos,
+    pub(super) emergency: Emergency<P::History>,
+    /// The faults of the application that were announced.
+    faults: Faults,
+    pub(super) guarding: Guarding,
+    pub(super) heartbeat: Periodic,
+}
+
+impl<P: Product> Services<P> {
+    pub(super) const MEMORY: u8 = emcy::bits_of(&P::FAULTS, Cause::Memory);
+    const OVERRUN: u8 = emcy::bits_of(&P::FAULTS, Cause::Overrun);
+    const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
+    pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
+    const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
+    const FAULTS: &'static [emcy::Fault; 8] = &emcy::faults(&P::FAULTS);
+
+    pub(super) const SYNC_COB_ID: Setting =
+        Setting::at_or(P::OBJECTS, 0x1005, 0, cob_id::EMCY as u32);
+    pub(super) const GUARD_TIME: Setting = Setting::at(P::OBJECTS, 0x100C, 0);
+    pub(super) const LIFE_TIME_FACTOR: Setting = Setting::at(P::OBJECTS, 0x100D, 0);
+    const EMCY_COB_ID: Setting = Setting::at(P::OBJECTS, 0x1014, 0);
+    pub(super) const EMCY_INHIBIT_TIME: Setting = Setting::at(P::OBJECTS, 0x1015, 0);
+    pub(super) const HEARTBEAT_TIME: Setting = Setting::at(P::OBJECTS, 0x1017, 0);
+    const ERROR_BEHAVIOUR: Setting = Setting::at(P::OBJECTS, 0x1029, 1);
+    pub(super) const START_UP: Setting = Setting::at(P::OBJECTS, 0x1F80, 0);
+}
+
+impl<P: Product> Canopen<P> {
+    /// Whether layer setting services (CiA 305) are answered: they are not.
+    pub const LSS: bool = false;
+
+    /// Checks the product's tables: a contradiction in them is a compile error.
+    const CHECKED: () = super::product::check::<P>();
+
+    /// The memory has these parameters; `damaged`: it has no usable record.
+    pub(super) fn restored(&mut self, parameters: &ParametersOf<P>, damaged: bool) {
+        let () = Self::CHECKED;
+        let services = &mut self.services;
+        services.saved.parameters = *parameters;
+        services.emergency.start(Services::<P>::FAULTS);
+        if damaged {
+            services
+                .emergency
+                .update(Services::<P>::MEMORY, Services::<P>::MEMORY);
+        }
+    }
+
+    fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        let Ok(bytes) = frame.bytes().try_into() else {
+            return;
+        };
+        if !self.services.state.communicates() {
+            return;
+        }
+        if cx.is_saving() {
+            cx.shell.defer(frame);
+            return;
+        }
+        let expires = self.sdo.deadline();
+        let services = &mut self.services;
+        let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
+        self.services.send_sdo(cx, reply);
+        // A read of a number changes nothing that a timer waits for.
+        if self.sdo.deadline() != expires {
+            cx.shell.wake_up();
+        }
+    }
+
+    fn nmt(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        let Some(command) = Command::parse(frame, self.services.node_id) else {
+            return;
+        };
+        if cx.is_saving() && !matches!(command, Command::Enter(_)) {
+            cx.shell.defer(frame);
+            return;
+        }
+        match command {
+            Command::Enter(state) => self.enter(cx, now, state),
+            Command::ResetNode => self.reset_node(cx, now),
+            Command::ResetCommunication => self.reset_communication(cx, now),
+        }
+        cx.shell.wake_up();
+    }
+
+    /// Enters an NMT state.
+    pub(super) fn enter(&mut self, cx: &mut ContextOf<P>, now: Instant, state: State) {
+        if state == self.services.state {
+            return;
+        }
+        self.services.state = state;
+        for tpdo in self.services.tpdos.as_mut() {
+            if state == State::Operational {
+                tpdo.start(now);
+            } else {
+                tpdo.stop();
+                if let Some(id) = tpdo.id() {
+                    cx.shell.withdraw(CanId::standard(id));
+                }
+            }
+        }
+        if !state.communicates() {
+            self.sdo.end();
+        }
+        self.services.show(cx, now);
+    }
+
+    /// Life guarding timed out: an emergency, and what 1029h says.
+    fn lose_master(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        /// The error behaviour that leaves the NMT state as it is (1029h).
+        const NO_CHANGE: u32 = 1;
+        /// The error behaviour that stops the node.
+        const STOP: u32 = 2;
+        self.services.report_guarding(cx, now);
+        match Services::<P>::ERROR_BEHAVIOUR.get(&cx.parameters) {
+            NO_CHANGE => {}
+            STOP => self.enter(cx, now, State::Stopped),
+            _ if self.services.state == State::Operational => {
+                self.enter(cx, now, State::PreOperational);
+            }
+            _ => {}
+        }
+    }
+}
+
+impl<P: Product> Protocol<P::Application> for Canopen<P> {
+    // The heartbeat, the TPDOs, and one emergency.
+    const FRAMES: usize = 2 + P::Tpdos::COUNT;
+    // NMT, SYNC, SDO requests, guarding, and remote frames for the TPDOs.
+    const FILTERS: usize = 4 + P::Tpdos::COUNT;
+
+    const INITIAL: Self = Self {
+        sdo: Server::IDLE,
+        services: Services {
+            saved: Saved::INITIAL,
+            node_id: 0,
+            rate: BitRate::K10,
+            sync: CanId::standard(0),
+            state: State::Initialising,
+            tpdos: P::Tpdos::DISABLED,
+            emergency: Emergency::INITIAL,
+            faults: Faults::NONE,
+            guarding: Guarding::OFF,
+            heartbeat: Periodic::OFF,
+        },
+    };
+
+    fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.reset_communication(cx, now);
+    }
+
+    fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        let services = &mut self.services;
+        let id = frame.can_id();
+        let node_id = u16::from(services.node_id);
+        if id == services.sync {
+            if services.state == State::Operational && is_sync(frame) {
+                services.synchronise(cx);
+            }
+        } else if id == CanId::standard(cob_id::SDO_REQUEST + node_id) {
+            self.serve(cx, now, frame);
+        } else if id == CanId::standard(cob_id::NMT) {
+            self.nmt(cx, now, frame);
+        } else if id == CanId::standard(cob_id::ERROR_CONTROL + node_id) {
+            services.guard(cx, now, frame);
+        } else if frame.is_remote() && services.state == State::Operational {
+            services.request(cx, now, id);
+        }
+    }
+
+    fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
+        if cx.values.faults() != self.services.faults {
+            cx.shell.wake_up();
+        }
+    }
+
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+        let emergency = &mut self.services.emergency;
+        let passive = match cx.shell.bus_state() {
+            BusState::Passive => Services::<P>::PASSIVE,
+            _ => 0,
+        };
+        match change {
+            BusChange::Overrun => emergency.event(Services::<P>::OVERRUN),
+            BusChange::State if cx.shell.bus_state() != BusState::BusOff => {
+                emergency.update(Services::<P>::PASSIVE, passive);
+            }
+            BusChange::Recovered => {
+                emergency.event(Services::<P>::BUS_OFF);
+                emergency.update(Services::<P>::PASSIVE, passive);
+            }
+            BusChange::State | BusChange::Listening | BusChange::Online => {}
+        }
+        self.services.show(cx, now);
+    }
+
+    fn recovers(&self, _parameters: &ParametersOf<P>) -> bool {
+        true
+    }
+
+    fn stored(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        _now: Instant,
+        saved: &ParametersOf<P>,
+        result: Result<(), StoreError>,
+    ) {
+        let succeeded = result.is_ok();
+        self.services.end_save(cx, saved, succeeded);
+        let reply = self.sdo.stored(succeeded);
+        self.services.send_sdo(cx, reply);
+    }
+
+    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.services.announce(cx.values.faults());
+        if self.services.guarding.poll(now) {
+            self.lose_master(cx, now);
+        }
+        let expired = self.sdo.poll(now);
+        self.services.send_sdo(cx, expired);
+        self.services.tick(cx, now);
+    }
+
+    fn waits_for_room(&self) -> bool {
+        self.services.emergency.is_waiting()
+    }
+
+    fn deadlines(&self, earliest: &mut Earliest) {
+        let services = &self.services;
+        earliest.consider(self.sdo.deadline());
+        earliest.consider(services.heartbeat.deadline());
+        earliest.consider(services.guarding.deadline());
+        earliest.consider(services.emergency.deadline());
+        for tpdo in services.tpdos.as_ref() {
+            tpdo.consider(earliest);
+        }
+    }
+
+    fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
+        let services = &self.services;
+        let node_id = u16::from(services.node_id);
+        let own = [
+            cob_id::NMT,
+            cob_id::SDO_REQUEST + node_id,
+            cob_id::ERROR_CONTROL + node_id,
+        ];
+        accept(Filter::exact(services.sync));
+        let tpdos = services.tpdos.as_ref().iter().filter_map(Tpdo::id);
+        for id in own.into_iter().chain(tpdos) {
+            accept(Filter::exact(CanId::standard(id)));
+        }
+    }
+}
+
+impl<P: Product> Services<P> {
+    /// A SYNC: answered on reception, with the newest sample.
+    fn synchronise(&mut self, cx: &mut ContextOf<P>) {
+        for number in 0..P::Tpdos::COUNT {
+            if let Some(tpdo) = self.tpdos.as_mut().get_mut(number) {
+                let reaction = tpdo.sync();
+                self.react(cx, number, reaction);
+            }
+        }
+    }
+
+    /// A remote frame, perhaps for a TPDO.
+    fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, id: CanId) {
+        let same = |tpdo: &Tpdo| tpdo.id().map(CanId::standard) == Some(id);
+        let Some(number) = self.tpdos.as_ref().iter().position(same) else {
+            return;
+        };
+        if let Some(tpdo) = self.tpdos.as_mut().get_mut(number) {
+            let reaction = tpdo.request(now);
+            self.react(cx, number, reaction);
+            cx.shell.wake_up();
+        }
+    }
+
+    /// Sends or keeps the data of a TPDO.
+    fn react(&mut self, cx: &mut ContextOf<P>, number: usize, reaction: Reaction) {
+        let Some(tpdo) = self.tpdos.as_ref().get(number) else {
+            return;
+        };
+        let frame = match reaction {
+            Reaction::None => return,
+            Reaction::SendKept => tpdo.kept().or_else(|| self.compose(cx, tpdo)),
+            Reaction::Send | Reaction::SendChanged | Reaction::Keep => self.compose(cx, tpdo),
+        };
+        let Some(frame) = frame else { return };
+        let keeps = matches!(reaction, Reaction::SendChanged | Reaction::Keep);
+        if keeps {
+            let Some(tpdo) = self.tpdos.as_mut().get_mut(number) else {
+                return;
+            };
+            if !tpdo.keep(&frame) || reaction == Reaction::Keep {
+                return;
+            }
+        }
+        cx.shell.send_cyclic(frame);
+    }
+
+    /// The present data of a TPDO.
+    fn compose(&self, cx: &ContextOf<P>, tpdo: &Tpdo) -> Option<Frame> {
+        let (mut data, mut length) = (0_u64, 0);
+        // From the last object to the first, because shifts of 64 bits by a constant are cheap.
+        for entry in tpdo.mapping().iter().rev() {
+            let value = u64::from(self.number(cx, entry.row, entry.sub));
+            // A signed number comes with more bits than it has.
+            data = match entry.size {
+                1 => data << 8 | value & 0xFF,
+                2 => data << 16 | value & 0xFFFF,
+                _ => data << 32 | value,
+            };
+            length += entry.size;
+        }
+        let id = CanId::standard(tpdo.id()?);
+        Some(Frame::word(id, data, length))
+    }
+
+    /// The guarding master asks; while there is a heartbeat there is no guarding.
+    fn guard(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if !frame.is_remote() || self.heartbeat.deadline().is_some() {
+            return;
+        }
+        let failed = self.guarding.failed();
+        let answer = self.guarding.answer(now, self.state);
+        let id = cob_id::ERROR_CONTROL + u16::from(self.node_id);
+        send(cx, id, &[answer]);
+        if failed {
+            self.report_guarding(cx, now);
+        }
+        cx.shell.wake_up();
+    }
+
+    /// Announces whether life guarding has timed out.
+    pub(super) fn report_guarding(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        let fault = if self.guarding.failed() {
+            Self::GUARDING
+        } else {
+            0
+        };
+        self.emergency.update(Self::GUARDING, fault);
+        self.show(cx, now);
+    }
+
+    /// Announces what has changed about the faults of the application.
+    fn announce(&mut self, faults: Faults) {
+        if faults != self.faults {
+            self.faults = faults;
+            self.emergency.update_application(faults);
+        }
+    }
+
+    /// What the timers want done by now.
+    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        if self.heartbeat.poll(now) {
+            let id = CanId::standard(cob_id::ERROR_CONTROL + u16::from(self.node_id));
+            let state = self.state as u8;
+            cx.shell.send_cyclic(Frame::word(id, state.into(), 1));
+        }
+        for number in 0..P::Tpdos::COUNT {
+            let tpdo = self.tpdos.as_mut().get_mut(number);
+            if tpdo.is_some_and(|tpdo| tpdo.poll(now)) {
+                self.react(cx, number, Reaction::Send);
+            }
+        }
+        self.send_emergencies(cx, now);
+    }
+
+    fn send_emergencies(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        // Whether one is due comes first: it also ends the inhibit time.
+        while self.emergency.is_due(now)
+            && cx.shell.is_online()
+            && self.state.communicates()
+            && cx.shell.has_room()
+            && let Some(message) = self.emergency.take(now)
+        {
+            if let Some(id) = cob_id::in_use(Self::EMCY_COB_ID.get(&cx.parameters)) {
+                send(cx, id, &message);
+            }
+        }
+    }
+
+    /// Shows the LED patterns that fit the present state.
+    pub(super) fn show(&self, cx: &mut ContextOf<P>, now: Instant) {
+        let leds = &P::LEDS;
+        let run = match self.state {
+            State::PreOperational => leds.pre_operational,
+            State::Operational => leds.operational,
+            State::Stopped | State::Initialising => leds.stopped,
+        };
+        let error = match cx.shell.bus_state() {
+            BusState::Active | BusState::Warning | BusState::Passive if self.guarding.failed() => {
+                leds.guarding
+            }
+            state => leds.error.of(state),
+        };
+        let patterns = Patterns {
+            run,
+            error,
+            ..Patterns::default()
+        };
+        cx.shell.show(now, patterns);
+    }
+
+    /// Queues a reply of the SDO server, if there is one.
+    fn send_sdo(&self, cx: &mut ContextOf<P>, reply: Option<[u8; 8]>) {
+        if let Some(bytes) = reply {
+            let id = CanId::standard(cob_id::SDO_REPLY + u16::from(self.node_id));
+            cx.shell.send(Frame::word(id, u64::from_le_bytes(bytes), 8));
+        }
+    }
+}
+
+/// Queues a frame that must not be lost.
+pub(super) fn send<A: crate::application::Application>(cx: &mut Context<A>, id: u16, data: &[u8]) {
+    if let Some(frame) = Frame::data(crate::can::standard(id), data) {
+        cx.shell.send(frame);
+    }
+}
+
+/// Whether `frame`, whose identifier is the SYNC's, is a SYNC (CiA 301, 7.2.5): without data, or with a counter.
+///
+/// No sensor has a SYNC start value (sub-index 6 of a TPDO), so the counter itself has no meaning for them.
+fn is_sync(frame: &Frame) -> bool {
+    !frame.is_remote() && frame.dlc() <= 1
+}

@@ -1,0 +1,180 @@
+//! How the node and its communication start anew (CiA 301, 7.3.2.2).
+
+use super::cob_id;
+use super::dictionary::Kind;
+use super::guarding::Guarding;
+use super::nmt::State;
+use super::objects::find_row;
+use super::pdo::{Communication, Entry, Mapping};
+use super::product::{ParametersOf, Product, Tpdos};
+use super::protocol::{Canopen, ContextOf, Services, send};
+use crate::can::{BitRate, CanId};
+use crate::param::{Rule, decode};
+use crate::time::Instant;
+
+/// The NMT start-up that starts all nodes (1F80h).
+const START_ALL: u32 = 2;
+/// The NMT start-up that starts this node only.
+const START_SELF: u32 = 8;
+
+impl<P: Product> Canopen<P> {
+    /// Starts anew with the stored parameters. Node-ID and bit rate survive even when they are not stored.
+    pub(super) fn reset_node(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        let mut parameters = self.services.saved.parameters;
+        parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        cx.parameters = parameters;
+        cx.apply();
+        // The history begins anew; active faults are announced again behind the boot-up message. Life guarding begins anew as well,
+        // so its time-out is none of them.
+        let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
+        self.services.emergency.reset();
+        self.reset_communication(cx, now);
+        self.services.emergency.update(faults, faults);
+    }
+
+    /// Starts the communication anew with its stored parameters, the node-ID and the bit rate.
+    pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.sdo.end();
+        self.services.reset_communication(cx, now);
+        self.start_up(cx, now);
+        self.services.show(cx, now);
+    }
+
+    /// The boot-up message, and what comes after it (1F80h).
+    fn start_up(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        let node_id = u16::from(self.services.node_id);
+        send(cx, cob_id::ERROR_CONTROL + node_id, &[0]);
+        let start_up = Services::<P>::START_UP.get(&cx.parameters);
+        if start_up == START_ALL {
+            send(cx, cob_id::NMT, &[1, 0]);
+        }
+        if start_up == START_ALL || start_up == START_SELF {
+            self.enter(cx, now, State::Operational);
+        }
+    }
+}
+
+impl<P: Product> Services<P> {
+    fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        // 0 before the first time, so that the controller is told then.
+        let before = (self.node_id, self.rate);
+        self.node_id = (cx.parameters.get(P::NODE_ID) as u8).clamp(1, 127);
+        let rate = decode(P::BIT_RATES, cx.parameters.get(P::BIT_RATE));
+        self.rate = rate.unwrap_or(BitRate::K125);
+        self.restore_communication(cx);
+        cx.shell.clear_queue();
+        self.state = State::PreOperational;
+        self.guarding = Guarding::OFF;
+        self.configure_guarding(cx, now);
+        self.configure_heartbeat(cx, now);
+        self.configure_emergency(cx);
+        for (number, tpdo) in (0..).zip(self.tpdos.as_mut()) {
+            tpdo.map(mapping::<P>(number));
+        }
+        let mut changed = before != (self.node_id, self.rate);
+        changed |= self.take_sync(cx);
+        for number in 0..P::Tpdos::COUNT {
+            changed |= self.configure_tpdo(cx, now, number);
+        }
+        if changed {
+            self.readdress(cx);
+        }
+    }
+
+    /// The parameters of the communication profile as they are stored; those that are not, as the factory has them.
+    fn restore_communication(&self, cx: &mut ContextOf<P>) {
+        for row in P::ROWS {
+            let Some(id) = row.communication_parameter() else {
+                continue;
+            };
+            let is_stored = ParametersOf::<P>::rule(id).is_some_and(Rule::is_stored);
+            let mut value = if is_stored {
+                self.saved.parameters.get(id)
+            } else {
+                ParametersOf::<P>::factory_value(id)
+            };
+            if row.kind() == Kind::CobId {
+                value = value.wrapping_add(self.node_id.into());
+            }
+            cx.parameters.set(id, value);
+        }
+    }
+
+    /// The heartbeat as its parameter says.
+    pub(super) fn configure_heartbeat(&mut self, cx: &ContextOf<P>, now: Instant) {
+        self.heartbeat
+            .start(now, Self::HEARTBEAT_TIME.get(&cx.parameters));
+    }
+
+    /// The inhibit time of emergencies as its parameter says.
+    pub(super) fn configure_emergency(&mut self, cx: &ContextOf<P>) {
+        self.emergency
+            .configure(Self::EMCY_INHIBIT_TIME.get(&cx.parameters));
+    }
+
+    /// Life guarding as the parameters say; a heartbeat overrides node guarding.
+    pub(super) fn configure_guarding(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        let guard_time = match Self::HEARTBEAT_TIME.get(&cx.parameters) {
+            0 => Self::GUARD_TIME.get(&cx.parameters),
+            _ => 0,
+        };
+        let life_time_factor = Self::LIFE_TIME_FACTOR.get(&cx.parameters);
+        self.guarding.configure(now, guard_time, life_time_factor);
+        self.report_guarding(cx, now);
+    }
+
+    /// Takes the COB-ID of the SYNC over; true when it has changed.
+    pub(super) fn take_sync(&mut self, cx: &ContextOf<P>) -> bool {
+        let sync = CanId::standard(Self::SYNC_COB_ID.get(&cx.parameters) as u16);
+        let changed = sync != self.sync;
+        self.sync = sync;
+        changed
+    }
+
+    /// Takes the communication parameter of a TPDO over, whose `number` counts from 0; true when its identifier has changed.
+    pub(super) fn configure_tpdo(
+        &mut self,
+        cx: &ContextOf<P>,
+        now: Instant,
+        number: usize,
+    ) -> bool {
+        let tpdo = self.tpdos.as_mut().get_mut(number);
+        let (Some(tpdo), Some(settings)) = (tpdo, P::TPDO_SETTINGS.get(number)) else {
+            return false;
+        };
+        let communication = Communication {
+            cob_id: settings.cob_id.get(&cx.parameters),
+            transmission_type: settings.transmission_type.get(&cx.parameters),
+            inhibit_time: settings.inhibit_time.get(&cx.parameters),
+            event_timer: settings.event_timer.get(&cx.parameters),
+        };
+        tpdo.configure(now, communication)
+    }
+
+    /// Tells the controller the identifiers and the bit rate.
+    pub(super) fn readdress(&self, cx: &mut ContextOf<P>) {
+        cx.shell.go_online(self.rate);
+    }
+}
+
+/// The objects that the mapping of a TPDO (1A00h and on) names.
+fn mapping<P: Product>(number: u16) -> Mapping {
+    let mut mapping = Mapping::new();
+    let mut sub = 1;
+    while let Some(row) = find_row::<P>(0x1A00 + number, sub)
+        && row.kind() == Kind::Constant
+    {
+        let [_, mapped_sub, low, high] = row.number().to_le_bytes();
+        let mapped = find_row::<P>(u16::from_le_bytes([low, high]), mapped_sub);
+        if let Some(row) = mapped {
+            // It fits: the mapping is checked at compile time.
+            let _ = mapping.push(Entry {
+                row,
+                sub: mapped_sub,
+                size: row.size(),
+            });
+        }
+        sub += 1;
+    }
+    mapping
+}

@@ -1,0 +1,142 @@
+//! The bytes of SDO requests and replies (CiA 301, 7.2.4.3).
+//!
+//! ```text
+//!  byte 0        1        3           4
+//!       +--------+--------+-----------+-----------------+
+//!       | command| index  | sub-index | data (4)        |   initiate and abort
+//!       +--------+--------+-----------+-----------------+
+//!       | command| data (7)                             |   segment
+//!       +--------+--------------------------------------+
+//! ```
+//!
+//! All numbers are little-endian.
+
+use crate::canopen::Abort;
+
+/// Where an object stands in the dictionary.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Address {
+    /// The index.
+    pub index: u16,
+    /// The sub-index.
+    pub sub: u8,
+}
+
+/// What a client asks of the SDO server.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Request {
+    /// Write to an object.
+    Download(Address, Announced),
+    /// A part of the data that are written.
+    DownloadSegment {
+        /// The toggle bit.
+        toggle: bool,
+        /// How many of the seven bytes count.
+        length: u8,
+        /// No more segments follow.
+        last: bool,
+    },
+    /// Read an object.
+    Upload(Address),
+    /// Send the next part of the data that are read.
+    UploadSegment {
+        /// The toggle bit.
+        toggle: bool,
+    },
+    /// The client gives the transfer up.
+    Abort,
+    /// Block transfer, or an unknown command.
+    Unsupported(Address),
+}
+
+/// What the first frame of a download says of the data.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Announced {
+    /// The data are in this frame; None: as many bytes as the object has.
+    Expedited([u8; 4], Option<u8>),
+    /// The data follow in segments; so many bytes, if said.
+    Segmented(Option<u32>),
+}
+
+impl Request {
+    /// The request in the eight bytes of a frame.
+    pub fn parse(bytes: [u8; 8]) -> Self {
+        let [command, low, high, sub, d0, d1, d2, d3] = bytes;
+        let index = u16::from_le_bytes([low, high]);
+        let address = Address { index, sub };
+        let toggle = command & 0x10 != 0;
+        let data = [d0, d1, d2, d3];
+        let sized = command & 0x01 != 0;
+        match command >> 5 {
+            0 => Self::DownloadSegment {
+                toggle,
+                length: 7 - (command >> 1 & 7),
+                last: sized,
+            },
+            1 if command & 0x02 != 0 => {
+                let length = 4 - (command >> 2 & 3);
+                Self::Download(address, Announced::Expedited(data, sized.then_some(length)))
+            }
+            1 => {
+                let size = sized.then_some(u32::from_le_bytes(data));
+                Self::Download(address, Announced::Segmented(size))
+            }
+            2 => Self::Upload(address),
+            3 => Self::UploadSegment { toggle },
+            4 => Self::Abort,
+            _ => Self::Unsupported(address),
+        }
+    }
+}
+
+/// The reply to the reading of a number of `size` bytes, 1 to 4.
+pub fn number_reply(address: Address, number: u32, size: u8) -> [u8; 8] {
+    let unused = 4_u8.saturating_sub(size);
+    // A signed number comes with more bits than it has.
+    let number = number & u32::MAX.checked_shr(8 * u32::from(unused)).unwrap_or(0);
+    addressed(0x43 | unused << 2, address, number.to_le_bytes())
+}
+
+/// The reply to the initiation of an upload of `data`: with the data in it, or with their number.
+pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
+    let length = data.len() as u8;
+    if let 1..=4 = length {
+        let number = data.iter().rev();
+        let number = number.fold(0, |number, &byte| number << 8 | u32::from(byte));
+        return number_reply(address, number, length);
+    }
+    addressed(0x41, address, u32::from(length).to_le_bytes())
+}
+
+/// A segment of an upload: up to seven bytes of data.
+pub fn upload_segment(toggle: bool, data: &[u8], last: bool) -> [u8; 8] {
+    let mut bytes = [0; 8];
+    let unused = 7_u8.saturating_sub(data.len() as u8);
+    if let Some((command, content)) = bytes.split_first_mut() {
+        *command = u8::from(toggle) << 4 | unused << 1 | u8::from(last);
+        for (to, from) in content.iter_mut().zip(data) {
+            *to = *from;
+        }
+    }
+    bytes
+}
+
+/// The reply to the initiation of a download.
+pub fn download_reply(address: Address) -> [u8; 8] {
+    addressed(0x60, address, [0; 4])
+}
+
+/// The reply to a segment of a download.
+pub fn download_segment_reply(toggle: bool) -> [u8; 8] {
+    [0x20 | u8::from(toggle) << 4, 0, 0, 0, 0, 0, 0, 0]
+}
+
+/// Ends a transfer with an error.
+pub fn abort(address: Address, abort: Abort) -> [u8; 8] {
+    addressed(0x80, address, (abort as u32).to_le_bytes())
+}
+
+fn addressed(command: u8, address: Address, [d0, d1, d2, d3]: [u8; 4]) -> [u8; 8] {
+    let [low, high] = address.index.to_le_bytes();
+    [command, low, high, address.sub, d0, d1, d2, d3]
+}

@@ -1,0 +1,579 @@
+//! What the device keeps of the description of a product's functions.
+//!
+//! ```text
+//!  row    | code      | operation | place of the first item | bits 0..2 number of items, 7 own, 6 cyclic time, 5 constrained |
+//!  item   | source    | size in bytes |
+//!  source   parameters below 128, published values from there on, the others from 248 on
+//! ```
+//!
+//! A code is found in its group: the codes with the same upper four bits. A group has a row for each code from its first to its
+//! last one, also for those that the product does not have.
+
+use super::table::{Access, Function, Operation, Roles, Source};
+use crate::param::{Constraint, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
+
+/// The function select codes of a product.
+#[derive(Clone, Copy, Debug)]
+pub struct Codes {
+    /// For each group, where its row for the code n0h is or would be, modulo 256.
+    groups: &'static [u8; 16],
+    rows: &'static [Row],
+    items: &'static [Item],
+}
+
+impl Codes {
+    /// The parts that [`project_functions!`](crate::project_functions) has projected.
+    pub const fn new(
+        groups: &'static [u8; 16],
+        rows: &'static [Row],
+        items: &'static [Item],
+    ) -> Self {
+        Self {
+            groups,
+            rows,
+            items,
+        }
+    }
+
+    /// The row of a code; None when there is none.
+    #[inline(always)] // called from one place
+    pub(super) fn find(&self, code: u8) -> Option<Row> {
+        let group = self.groups.get(usize::from(code >> 4))?;
+        let row = self.rows.get(usize::from(group.wrapping_add(code & 15)))?;
+        (row.code == code).then_some(*row)
+    }
+
+    /// The fields of a row.
+    #[inline(always)] // a few instructions in two places
+    pub(super) fn items(&self, row: Row) -> &'static [Item] {
+        let (first, count) = (usize::from(row.first), usize::from(row.form & COUNT));
+        self.items.get(first..first + count).unwrap_or(&[])
+    }
+
+    /// The row of the one function with this operation.
+    #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+    pub(super) const fn row_of(&self, operation: Operation) -> Row {
+        let mut row = 0;
+        while row < self.rows.len() {
+            if self.rows[row].operation as u8 == operation as u8 && !self.rows[row].is_filler() {
+                return self.rows[row];
+            }
+            row += 1;
+        }
+        panic!("the product has no function with this operation")
+    }
+}
+
+/// A function select code.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Row {
+    pub(super) code: u8,
+    pub(super) operation: Operation,
+    first: u8,
+    form: u8,
+}
+
+/// In the form of a row: the number of items.
+const COUNT: u8 = 7;
+/// The row writes a parameter that the application does not use.
+const OWN: u8 = 1 << 7;
+/// The row writes the cyclic time.
+const CYCLIC_TIME: u8 = 1 << 6;
+/// The row writes a parameter with which a constraint has to do.
+const CONSTRAINED: u8 = 1 << 5;
+
+impl Row {
+    /// What stands at the place of a code that does not exist: its own code is never looked for there.
+    const fn filler(group: u8) -> Self {
+        Self {
+            code: !(group << 4),
+            operation: Operation::Read,
+            first: u8::MAX,
+            form: 0,
+        }
+    }
+
+    const fn is_filler(&self) -> bool {
+        self.first == u8::MAX
+    }
+
+    /// Whether it writes parameters that only the protocol uses.
+    pub(super) const fn is_own(self) -> bool {
+        self.form & OWN != 0
+    }
+
+    /// Whether it writes the cyclic time.
+    pub(super) const fn is_cyclic_time(self) -> bool {
+        self.form & CYCLIC_TIME != 0
+    }
+
+    /// Whether what it writes must fit other parameters.
+    pub(super) const fn is_constrained(self) -> bool {
+        self.form & CONSTRAINED != 0
+    }
+
+    /// Whether it has several fields.
+    pub(super) const fn has_several(self) -> bool {
+        self.form & COUNT > 1
+    }
+
+    /// A reply with code and status only.
+    pub(super) const fn bare(code: u8) -> Self {
+        Self {
+            code,
+            operation: Operation::Read,
+            first: 0,
+            form: 0,
+        }
+    }
+}
+
+/// A field of a request or a reply.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Item {
+    source: u8,
+    /// The size in bytes: 1, 2 or 4.
+    pub(super) size: u8,
+}
+
+const VALUES: u8 = 128;
+const COUNTER: u8 = 248;
+const PRODUCT_NUMBER: u8 = COUNTER + 1;
+const REVISION: u8 = COUNTER + 2;
+const SERIAL_NUMBER: u8 = COUNTER + 3;
+const SOFTWARE_VERSION: u8 = COUNTER + 4;
+const ACTIVE_SET_ID: u8 = COUNTER + 5;
+
+impl Item {
+    const fn new(source: Source, parameters: &[Parameter], quantities: &[Quantity]) -> Self {
+        let size = source.data_type(parameters, quantities).size();
+        let source = match source {
+            Source::Parameter(id) => {
+                assert!(id.0 < VALUES);
+                id.0
+            }
+            Source::Value(id) => {
+                assert!(id.0 < COUNTER - VALUES);
+                VALUES + id.0
+            }
+            Source::Counter => COUNTER,
+            Source::ProductNumber => PRODUCT_NUMBER,
+            Source::Revision => REVISION,
+            Source::SerialNumber => SERIAL_NUMBER,
+            Source::SoftwareVersion => SOFTWARE_VERSION,
+            Source::ActiveSetId => ACTIVE_SET_ID,
+        };
+        Self { source, size }
+    }
+
+    /// Where the number comes from.
+    #[inline(always)] // called from two places
+    pub(super) const fn source(self) -> Source {
+        match self.source {
+            0..VALUES => Source::Parameter(ParameterId(self.source)),
+            VALUES..COUNTER => Source::Value(ValueId(self.source - VALUES)),
+            COUNTER => Source::Counter,
+            PRODUCT_NUMBER => Source::ProductNumber,
+            REVISION => Source::Revision,
+            SERIAL_NUMBER => Source::SerialNumber,
+            SOFTWARE_VERSION => Source::SoftwareVersion,
+            _ => Source::ActiveSetId,
+        }
+    }
+
+    /// The parameter that it is, if it is one.
+    pub(super) const fn parameter(self) -> Option<ParameterId> {
+        match self.source() {
+            Source::Parameter(id) => Some(id),
+            _ => None,
+        }
+    }
+}
+
+/// The signature of the one function with this operation.
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+pub(super) const fn signature_of(
+    functions: &'static [Function],
+    operation: Operation,
+) -> &'static [u8] {
+    let mut row = 0;
+    while row < functions.len() {
+        if functions[row].operation as u8 == operation as u8 {
+            return functions[row].signature;
+        }
+        row += 1;
+    }
+    panic!("the product has no function with this operation")
+}
+
+/// Derives what the device keeps of a description of functions; belongs into an `impl` of [`Product`](crate::fsc::Product) for a
+/// type without generic parameters.
+#[macro_export]
+macro_rules! project_functions {
+    () => {
+        const CODES: $crate::fsc::projection::Codes = $crate::fsc::projection::Codes::new(
+            const {
+                &$crate::fsc::projection::groups(
+                    <Self as $crate::fsc::Product>::ACCESS,
+                    <Self as $crate::fsc::Product>::FUNCTIONS,
+                )
+            },
+            const {
+                &$crate::fsc::projection::rows::<
+                    {
+                        $crate::fsc::projection::row_count(
+                            <Self as $crate::fsc::Product>::ACCESS,
+                            <Self as $crate::fsc::Product>::FUNCTIONS,
+                        )
+                    },
+                >(
+                    <Self as $crate::fsc::Product>::ACCESS,
+                    <Self as $crate::fsc::Product>::FUNCTIONS,
+                    &<Self as $crate::fsc::Product>::ROLES,
+                    <<<Self as $crate::fsc::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::CONSTRAINTS,
+                )
+            },
+            const {
+                &$crate::fsc::projection::items::<
+                    {
+                        $crate::fsc::projection::item_count(
+                            <Self as $crate::fsc::Product>::ACCESS,
+                            <Self as $crate::fsc::Product>::FUNCTIONS,
+                        )
+                    },
+                >(
+                    <Self as $crate::fsc::Product>::ACCESS,
+                    <Self as $crate::fsc::Product>::FUNCTIONS,
+                    <<<Self as $crate::fsc::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
+                    <<Self as $crate::fsc::Product>::Application as $crate::application::Application>::QUANTITIES,
+                )
+            },
+        );
+    };
+}
+
+/// Where the first and the last code of a group are, and where its rows begin.
+#[derive(Clone, Copy)]
+struct Group {
+    /// The lower four bits of the first code; 16 when there is none.
+    first: usize,
+    /// The lower four bits of the last one.
+    last: usize,
+    start: usize,
+}
+
+/// The groups, and the number of all rows. The same code twice is a compile error.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn layout(access: &[Access], functions: &[Function]) -> ([Group; 16], usize) {
+    let mut used = [false; 256];
+    let mut code = 0;
+    while code < 2 * access.len() + functions.len() {
+        let (number, ..) = code_at(access, functions, code);
+        assert!(!used[number as usize], "two functions with one code");
+        used[number as usize] = true;
+        code += 1;
+    }
+    let none = Group {
+        first: 16,
+        last: 0,
+        start: 0,
+    };
+    let (mut groups, mut count, mut number) = ([none; 16], 0, 0);
+    while number < 256 {
+        let group = &mut groups[number / 16];
+        if used[number] {
+            if group.first == 16 {
+                group.first = number % 16;
+            }
+            group.last = number % 16;
+        }
+        number += 1;
+        if number % 16 == 0 && group.first < 16 {
+            group.start = count;
+            count += group.last - group.first + 1;
+        }
+    }
+    assert!(count < 0xF0, "too many codes");
+    (groups, count)
+}
+
+/// A code with its operation and the number of its fields: first those that read and write, then the others.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn code_at(
+    access: &[Access],
+    functions: &[Function],
+    place: usize,
+) -> (u8, Operation, usize) {
+    if place < 2 * access.len() {
+        let access = &access[place / 2];
+        let count = access.parameters.len();
+        assert!(count > 0, "access to no parameter");
+        return match place % 2 {
+            0 => (access.read, Operation::Read, count),
+            _ => (access.write, Operation::Write, count),
+        };
+    }
+    let function = &functions[place - 2 * access.len()];
+    assert!(!matches!(function.operation, Operation::Write));
+    (function.code, function.operation, function.reply.len())
+}
+
+/// Projects the groups.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn groups(access: &[Access], functions: &[Function]) -> [u8; 16] {
+    let (layout, _) = layout(access, functions);
+    let (mut groups, mut group) = ([0xF0; 16], 0);
+    while group < 16 {
+        if layout[group].first < 16 {
+            groups[group] = (layout[group].start as u8).wrapping_sub(layout[group].first as u8);
+        }
+        group += 1;
+    }
+    groups
+}
+
+/// The number of rows.
+pub const fn row_count(access: &[Access], functions: &[Function]) -> usize {
+    let (_, count) = layout(access, functions);
+    count
+}
+
+/// Projects the rows.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn rows<const N: usize>(
+    access: &[Access],
+    functions: &[Function],
+    roles: &Roles,
+    constraints: &[Constraint],
+) -> [Row; N] {
+    let (layout, _) = layout(access, functions);
+    let mut rows = [Row::filler(0); N];
+    let mut group = 0;
+    while group < 16 {
+        let mut row = layout[group].first;
+        while row <= layout[group].last {
+            rows[layout[group].start + row - layout[group].first] = Row::filler(group as u8);
+            row += 1;
+        }
+        group += 1;
+    }
+    let (mut place, mut first) = (0, 0);
+    while place < 2 * access.len() + functions.len() {
+        let (code, operation, count) = code_at(access, functions, place);
+        let is_access = place < 2 * access.len();
+        let mut form = count as u8;
+        if is_access {
+            form |= flags(access[place / 2].parameters, roles, constraints);
+        }
+        let group = layout[code as usize / 16];
+        rows[group.start + code as usize % 16 - group.first] = Row {
+            code,
+            operation,
+            first,
+            form,
+        };
+        // Reading and writing have the same fields.
+        if !is_access || place % 2 == 1 {
+            first += count as u8;
+        }
+        place += 1;
+    }
+    rows
+}
+
+/// What a row does that writes these parameters.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn flags(parameters: &[ParameterId], roles: &Roles, constraints: &[Constraint]) -> u8 {
+    let own = roles.own();
+    let constrained = ParameterSet::constrained(constraints);
+    let (mut flags, mut row) = (0, 0);
+    while row < parameters.len() {
+        let id = parameters[row];
+        assert!(
+            row == 0 || own.contains(id) == own.contains(parameters[0]),
+            "a code for parameters of the protocol and of the application"
+        );
+        if own.contains(id) {
+            flags |= OWN;
+        }
+        if constrained.contains(id) {
+            flags |= CONSTRAINED;
+        }
+        if id.0 == roles.cyclic_time.0 {
+            flags |= CYCLIC_TIME;
+        }
+        row += 1;
+    }
+    flags
+}
+
+/// The number of fields.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn item_count(access: &[Access], functions: &[Function]) -> usize {
+    let mut count = 0;
+    let mut row = 0;
+    while row < access.len() {
+        count += access[row].parameters.len();
+        row += 1;
+    }
+    row = 0;
+    while row < functions.len() {
+        count += functions[row].reply.len();
+        row += 1;
+    }
+    count
+}
+
+/// Projects the fields. More than the six data bytes of a reply are a compile error.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn items<const N: usize>(
+    access: &[Access],
+    functions: &[Function],
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) -> [Item; N] {
+    let mut items = [Item { source: 0, size: 0 }; N];
+    let mut place = 0;
+    let mut row = 0;
+    while row < access.len() + functions.len() {
+        let (mut length, mut field) = (0, 0);
+        loop {
+            let source = if row < access.len() {
+                if field == access[row].parameters.len() {
+                    break;
+                }
+                Source::Parameter(access[row].parameters[field])
+            } else {
+                let reply = functions[row - access.len()].reply;
+                if field == reply.len() {
+                    break;
+                }
+                reply[field].source
+            };
+            items[place] = Item::new(source, parameters, quantities);
+            length += items[place].size;
+            place += 1;
+            field += 1;
+        }
+        assert!(length <= DATA_MAX, "a reply has six data bytes");
+        row += 1;
+    }
+    items
+}
+
+/// Data bytes of a reply behind code and status.
+const DATA_MAX: u8 = 6;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const FUNCTION: Function = Function {
+        code: 0,
+        name: "",
+        operation: Operation::Alive,
+        signature: &[],
+        reply: &[],
+    };
+
+    const fn access(read: u8, write: u8) -> Access {
+        Access {
+            read,
+            write,
+            name: "",
+            parameters: &[ParameterId(0)],
+        }
+    }
+
+    const ACCESS: &[Access] = &[access(0x12, 0x20), access(0x15, 0x05)];
+    const FUNCTIONS: &[Function] = &[Function {
+        code: 0xFF,
+        ..FUNCTION
+    }];
+
+    const ROLES: Roles = Roles {
+        set_id: ParameterId(1),
+        reply_id: ParameterId(1),
+        sync_id: ParameterId(1),
+        bit_rate: ParameterId(1),
+        bit_rates: &[],
+        bus_off_recovery: ParameterId(1),
+        cyclic_time: ParameterId(1),
+        cyclic_mode: ParameterId(1),
+    };
+
+    const fn codes() -> Codes {
+        Codes::new(
+            const { &groups(ACCESS, FUNCTIONS) },
+            const { &rows::<{ row_count(ACCESS, FUNCTIONS) }>(ACCESS, FUNCTIONS, &ROLES, &[]) },
+            &[],
+        )
+    }
+
+    #[test]
+    fn rows_are_found_by_their_code_and_by_no_other() {
+        let expected = [
+            (0x05, Operation::Write),
+            (0x12, Operation::Read),
+            (0x15, Operation::Read),
+            (0x20, Operation::Write),
+            (0xFF, Operation::Alive),
+        ];
+        for code in 0..=u8::MAX {
+            let found = codes().find(code).map(|row| (row.code, row.operation));
+            let row = expected.into_iter().find(|(of, _)| *of == code);
+            assert_eq!(found, row, "{code:02X}h");
+        }
+        assert_eq!(row_count(ACCESS, FUNCTIONS), 7);
+        assert_eq!(codes().row_of(Operation::Alive).code, 0xFF);
+    }
+
+    #[test]
+    fn reading_and_writing_have_the_same_fields() {
+        let of = |code| codes().find(code).map(|row| (row.first, row.form & COUNT));
+        assert_eq!((of(0x12), of(0x20)), (Some((0, 1)), Some((0, 1))));
+        assert_eq!((of(0x15), of(0x05)), (Some((1, 1)), Some((1, 1))));
+        assert_eq!(of(0xFF), Some((2, 0)));
+    }
+
+    #[test]
+    fn rows_say_what_their_parameters_are() {
+        let [cyclic, zero, pair] = [
+            &[ParameterId(1)][..],
+            &[ParameterId(0)],
+            &[ParameterId(0), ParameterId(2)],
+        ];
+        let different = [Constraint::Different(ParameterId(2), ParameterId(1))];
+        assert_eq!(flags(cyclic, &ROLES, &[]), OWN | CYCLIC_TIME);
+        assert_eq!(
+            flags(cyclic, &ROLES, &different),
+            OWN | CYCLIC_TIME | CONSTRAINED
+        );
+        assert_eq!(flags(zero, &ROLES, &different), 0);
+        assert_eq!(flags(pair, &ROLES, &different), CONSTRAINED);
+    }
+
+    #[test]
+    #[should_panic(expected = "two functions with one code")]
+    fn code_used_twice_is_refused() {
+        groups(&[access(0x10, 0x20), access(0x11, 0x20)], &[]);
+    }
+
+    #[test]
+    fn every_source_survives_its_code() {
+        for source in 0..=ACTIVE_SET_ID {
+            let item = Item { source, size: 1 };
+            let parameters = [Parameter::PLAIN; 128];
+            let quantity = Quantity {
+                id: ValueId(0),
+                name: "",
+                data_type: crate::param::DataType::U8,
+                unit: "",
+                decimals: 0,
+                range: (0, 0),
+            };
+            let again = Item::new(item.source(), &parameters, &[quantity; 128]);
+            assert_eq!(again.source, source);
+        }
+    }
+}

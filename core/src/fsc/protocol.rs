@@ -1,0 +1,290 @@
+//! The protocol: identifiers in force, sync frames, cyclic mode, saves, LEDs, and the replies that it composes.
+
+use super::cyclic::Cyclic;
+use super::projection::Row;
+use super::status::StatusMasks;
+use super::table::{Article, Operation, Product, Source};
+use super::wire::Reply;
+use crate::application::{Application, Values};
+use crate::can::{BitRate, CanId, Filter, Frame};
+use crate::node::{BusChange, Context, NodeState, Patterns, Protocol};
+use crate::param::{Parameters, meaning};
+use crate::store::StoreError;
+use crate::time::{Earliest, Instant};
+use core::marker::PhantomData;
+
+/// The parameters of product `P`.
+pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
+
+/// What the protocol sees of the node of product `P`.
+pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
+
+/// The communication parameters in force since the last restart; written ones wait for the next.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct InForce {
+    set: CanId,
+    reply: CanId,
+    sync: CanId,
+}
+
+/// What the article says of itself.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+struct Identity {
+    product_number: u32,
+    revision: u16,
+    software_version: u16,
+}
+
+/// GEMAC's function select codes, as product `P` speaks them.
+pub struct Fsc<P> {
+    identity: Identity,
+    in_force: InForce,
+    /// The sticky bits of the status byte.
+    pub(super) sticky: u8,
+    pub(super) cyclic: Option<Cyclic>,
+    /// The boot-up messages are to be sent; they are built last, so the status byte is final.
+    boot_up: bool,
+    /// The running save loads the factory values.
+    pub(super) loading: bool,
+    product: PhantomData<P>,
+}
+
+impl<P: Product> Fsc<P> {
+    pub(super) const STATUS: StatusMasks = StatusMasks::of(&P::STATUS);
+    /// The code of the bit rate that stands for automatic detection.
+    const AUTOMATIC: Option<u32> = P::ROLES.automatic();
+    const INCLINATION: Row = P::CODES.row_of(Operation::Inclination);
+    const ALIVE: Row = P::CODES.row_of(Operation::Alive);
+    const SAVE: Row = P::CODES.row_of(Operation::Save);
+    const LOAD: Row = P::CODES.row_of(Operation::Load);
+
+    /// The identifiers of these parameters are in force; `damaged`: the memory has no usable record.
+    pub(super) fn restored(
+        &mut self,
+        article: &Article,
+        parameters: &ParametersOf<P>,
+        damaged: bool,
+    ) {
+        let roles = &P::ROLES;
+        let identifier = |id| CanId::from_bits(parameters.get(id));
+        self.identity = Identity {
+            product_number: article.number.digits(),
+            revision: article.revision,
+            software_version: article.version.code(),
+        };
+        self.in_force = InForce {
+            set: identifier(roles.set_id),
+            reply: identifier(roles.reply_id),
+            sync: identifier(roles.sync_id),
+        };
+        if damaged {
+            self.sticky = Self::STATUS.eeprom_error;
+        }
+    }
+
+    /// Sets CmdParamError.
+    pub(super) fn raise_cmd_param_error(&mut self) {
+        self.sticky |= Self::STATUS.cmd_param_error;
+    }
+
+    /// Cyclic mode as the parameter says, from counter 0.
+    pub(super) fn restart_cyclic(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        let period = cx.parameters.get(P::ROLES.cyclic_time);
+        let on = cx.parameters.get(P::ROLES.cyclic_mode) != 0;
+        self.cyclic = on.then(|| Cyclic::start(now, period));
+        cx.shell.wake_up();
+    }
+
+    /// The status byte as it is now.
+    #[inline(always)] // called from one place
+    fn status(&self, cx: &ContextOf<P>) -> u8 {
+        let mut status = self.sticky | Self::STATUS.of_faults(cx.values.faults());
+        if cx.parameters.is_factory() {
+            status |= Self::STATUS.default_param;
+        }
+        if Some(cx.parameters.get(P::ROLES.bit_rate)) == Self::AUTOMATIC {
+            status |= Self::STATUS.autobaud_detection;
+        }
+        status
+    }
+
+    /// The reply that the table says: code, status, and the fields.
+    #[inline(always)] // called from one place
+    fn reply(&self, cx: &ContextOf<P>, row: Row) -> Frame {
+        let mut reply = Reply::new(row.code, self.status(cx));
+        for item in P::CODES.items(row) {
+            let number = match item.source() {
+                Source::Parameter(id) => cx.parameters.get(id),
+                Source::Value(id) => cx.values.number(id),
+                // Without cyclic mode there is no counter.
+                Source::Counter if self.cyclic.is_none() => break,
+                other => self.number(cx, other),
+            };
+            reply.append(number, item.size);
+        }
+        reply.frame(self.in_force.reply)
+    }
+
+    /// A number that is neither a parameter nor a value.
+    #[inline(never)] // keeps the loop over the fields short
+    fn number(&self, cx: &ContextOf<P>, source: Source) -> u32 {
+        match source {
+            Source::Counter => self.cyclic.map_or(0, |cyclic| cyclic.counter().into()),
+            Source::ProductNumber => self.identity.product_number,
+            Source::Revision => self.identity.revision.into(),
+            Source::SerialNumber => cx.shell.serial(),
+            Source::SoftwareVersion => self.identity.software_version.into(),
+            Source::ActiveSetId => self.in_force.set.bits(),
+            Source::Parameter(_) | Source::Value(_) => 0,
+        }
+    }
+
+    /// Queues the reply that the table says.
+    #[inline(always)] // only a call
+    pub(super) fn send(&self, cx: &mut ContextOf<P>, row: Row) {
+        self.queue(cx, row, false);
+    }
+
+    /// Queues a reply with code and status only.
+    pub(super) fn acknowledge(&self, cx: &mut ContextOf<P>, code: u8) {
+        self.queue(cx, Row::bare(code), false);
+    }
+
+    #[inline(never)] // measured: one copy is shorter and no slower
+    fn queue(&self, cx: &mut ContextOf<P>, row: Row, cyclic: bool) {
+        let frame = self.reply(cx, row);
+        if cyclic {
+            cx.shell.send_cyclic(frame);
+        } else {
+            cx.shell.send(frame);
+        }
+    }
+
+    /// Accepts a software reset.
+    pub(super) fn restart(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.cyclic = None;
+        cx.shell.restart(now);
+    }
+
+    /// Shows the LED patterns that fit the present state (table 12).
+    fn show(&self, cx: &mut ContextOf<P>, now: Instant) {
+        let leds = &P::LEDS;
+        let patterns = match cx.shell.state() {
+            NodeState::Detecting(_) => Patterns {
+                run: leds.detecting,
+                error: leds.error.working,
+                ..Patterns::default()
+            },
+            _ => Patterns {
+                run: leds.normal,
+                error: leds.error.of(cx.shell.bus_state()),
+                ..Patterns::default()
+            },
+        };
+        cx.shell.show(now, patterns);
+    }
+}
+
+/// The fixed bit rate; None for automatic detection.
+fn bit_rate<P: Product>(parameters: &ParametersOf<P>) -> Option<BitRate> {
+    meaning(P::ROLES.bit_rates, parameters.get(P::ROLES.bit_rate)).flatten()
+}
+
+impl<P: Product> Protocol<P::Application> for Fsc<P> {
+    // Two boot-up messages.
+    const FRAMES: usize = 2;
+    const FILTERS: usize = 2;
+    const DETECTS: bool = true;
+
+    const INITIAL: Self = Self {
+        identity: Identity {
+            product_number: 0,
+            revision: 0,
+            software_version: 0,
+        },
+        in_force: InForce {
+            set: CanId::standard(0),
+            reply: CanId::standard(0),
+            sync: CanId::standard(0),
+        },
+        sticky: 0,
+        cyclic: None,
+        boot_up: false,
+        loading: false,
+        product: PhantomData,
+    };
+
+    fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        match bit_rate::<P>(&cx.parameters) {
+            Some(rate) => {
+                cx.shell.go_online(rate);
+                self.bus_changed(cx, now, BusChange::Online);
+            }
+            None => {
+                cx.shell.detect(now);
+                self.show(cx, now);
+            }
+        }
+    }
+
+    #[inline(always)] // called from one place
+    fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if frame.can_id() == self.in_force.set {
+            self.request(cx, now, frame);
+        } else if frame.can_id() == self.in_force.sync && frame.dlc() == 0 && !frame.is_remote() {
+            self.send(cx, Self::INCLINATION);
+        }
+    }
+
+    fn published(&mut self, _cx: &mut ContextOf<P>, _now: Instant) {}
+
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+        if change == BusChange::Online {
+            self.boot_up = true;
+            self.restart_cyclic(cx, now);
+        }
+        self.show(cx, now);
+    }
+
+    fn recovers(&self, parameters: &ParametersOf<P>) -> bool {
+        parameters.get(P::ROLES.bus_off_recovery) != 0
+    }
+
+    fn stored(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        saved: &ParametersOf<P>,
+        result: Result<(), StoreError>,
+    ) {
+        let row = if self.loading { Self::LOAD } else { Self::SAVE };
+        if result.is_err() {
+            self.sticky |= Self::STATUS.sticky();
+        } else if self.loading {
+            cx.parameters = *saved;
+            cx.apply();
+            self.restart_cyclic(cx, now);
+        }
+        self.acknowledge(cx, row.code);
+    }
+
+    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        if core::mem::take(&mut self.boot_up) {
+            self.send(cx, Self::ALIVE);
+            self.send(cx, Self::ALIVE);
+        }
+        let due = self.cyclic.as_mut().is_some_and(|cyclic| cyclic.poll(now));
+        if due {
+            self.queue(cx, Self::INCLINATION, true);
+        }
+    }
+
+    fn deadlines(&self, earliest: &mut Earliest) {
+        earliest.consider(self.cyclic.map(|cyclic| cyclic.deadline()));
+    }
+
+    fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
+        accept(Filter::exact(self.in_force.set));
+        accept(Filter::exact(self.in_force.sync));
+    }
+}

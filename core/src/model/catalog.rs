@@ -1,0 +1,108 @@
+//! All products: what they are called, their tables as data, and how a node of each is started.
+//!
+//! For programs on a PC that work with every product: the virtual sensor, descriptors, tests. A firmware image names its one
+//! product by type and does not link this.
+//!
+//! ```
+//! use plumbline::model::catalog::{PRODUCTS, Settings, with};
+//!
+//! for product in PRODUCTS {
+//!     let settings = Settings::default();
+//!     let deadline = with(product.name, &settings, |node| node.deadline());
+//!     assert!(deadline.is_some(), "{} was not started", product.name);
+//! }
+//! ```
+
+pub use super::listing::{Article, Product, Protocol, Settings, Start};
+use super::{gemac, jn2101};
+use crate::node::Node;
+
+macro_rules! products {
+    ($($product:path),* $(,)?) => {
+        /// Every product.
+        pub const PRODUCTS: &[Product] = &[$($product.product()),*];
+
+        /// Starts a node of the product with this name as after power-up; None when there is no such product or article.
+        pub fn start<S: Start>(name: &str, settings: &Settings, start: S) -> Option<S::Output> {
+            $(
+                if name == $product.name {
+                    return $product.start(settings, start);
+                }
+            )*
+            None
+        }
+    };
+}
+
+products![
+    gemac::is1::LISTING,
+    gemac::is2::LISTING,
+    gemac::is1d::LISTING,
+    gemac::is2d::LISTING,
+    gemac::is1tk::LISTING,
+    gemac::is2tk::LISTING,
+    jn2101::LISTING,
+];
+
+/// The product of this name.
+pub fn find(name: &str) -> Option<&'static Product> {
+    PRODUCTS.iter().find(|product| product.name == name)
+}
+
+/// Starts a node of the product with this name and hands it to `run`; None when there is no such product or article.
+pub fn with<T>(name: &str, settings: &Settings, run: impl FnOnce(&mut dyn Node) -> T) -> Option<T> {
+    struct With<F>(F);
+
+    impl<T, F: FnOnce(&mut dyn Node) -> T> Start for With<F> {
+        type Output = T;
+
+        fn start<N: Node + 'static>(self, mut node: N) -> T {
+            self.0(&mut node)
+        }
+    }
+
+    start(name, settings, With(run))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_and_images_are_different() {
+        for (place, one) in PRODUCTS.iter().enumerate() {
+            for other in &PRODUCTS[..place] {
+                assert_ne!(one.name, other.name);
+                assert_ne!(one.image, other.image, "{} and {}", one.name, other.name);
+            }
+            // 0 marks a calibration.
+        }
+    }
+
+    #[test]
+    fn every_article_is_started_by_name_and_by_number() {
+        for product in PRODUCTS {
+            for article in product.articles() {
+                for wanted in [article.name, article.number] {
+                    let settings = Settings {
+                        article: Some(wanted),
+                        ..Settings::default()
+                    };
+                    let started = with(product.name, &settings, |node| node.deadline());
+                    assert!(started.is_some(), "{} {wanted}", product.name);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn unknown_product_or_article_is_not_started() {
+        assert!(find("is3").is_none());
+        assert_eq!(with("is3", &Settings::default(), |_| ()), None);
+        let settings = Settings {
+            article: Some("PR-00000-00"),
+            ..Settings::default()
+        };
+        assert_eq!(with("is2", &settings, |_| ()), None);
+    }
+}

@@ -1,0 +1,231 @@
+//! The function select codes of GEMAC's sensors (tables 17, 18, 21 and 22), the status byte (tables 14 and 15) and the LEDs (table 12).
+
+use super::parameters::{BAUD_RATES, id};
+use crate::application::Faults;
+use crate::fsc::table::{Access, Field, Function, LedTable, Operation, Roles, Source};
+use crate::fsc::{Condition, StatusBit};
+use crate::node::{ErrorPatterns, Pattern};
+use crate::param::{DataType, ParameterId, Quantity, ValueId};
+
+/// The first angle, or the only one.
+pub const ANGLE_X: ValueId = ValueId(0);
+/// The second angle.
+pub const ANGLE_Y: ValueId = ValueId(1);
+
+/// An angle of -90 to +90 deg (2-axis sensors).
+pub(super) const fn signed_angle(id: ValueId, name: &'static str) -> Quantity {
+    Quantity {
+        id,
+        name,
+        data_type: DataType::I16,
+        unit: "deg",
+        decimals: 2,
+        range: (-90_00, 90_00),
+    }
+}
+
+/// An angle of 0 to 359.99 deg (1-axis sensors).
+pub(super) const fn unsigned_angle(id: ValueId, name: &'static str) -> Quantity {
+    Quantity {
+        id,
+        name,
+        data_type: DataType::U16,
+        unit: "deg",
+        decimals: 2,
+        range: (0, 35_999),
+    }
+}
+
+/// The parameters by which the protocol works.
+pub(super) const ROLES: Roles = Roles {
+    set_id: id::SET_ID,
+    reply_id: id::REPLY_ID,
+    sync_id: id::SYNC_ID,
+    bit_rate: id::BAUD_RATE,
+    bit_rates: &BAUD_RATES,
+    bus_off_recovery: id::BUS_OFF_RECOVERY,
+    cyclic_time: id::CYCLIC_TIME,
+    cyclic_mode: id::CYCLIC_MODE,
+};
+
+const fn access(
+    read: u8,
+    write: u8,
+    name: &'static str,
+    parameters: &'static [ParameterId],
+) -> Access {
+    Access {
+        read,
+        write,
+        name,
+        parameters,
+    }
+}
+
+/// The codes that read and write parameters; those of the second zero offset come last.
+const ACCESS: [Access; 10] = [
+    access(0x10, 0x20, "Set-Parameter-ID", &[id::SET_ID]),
+    access(0x11, 0x21, "Reply-Parameter-ID", &[id::REPLY_ID]),
+    access(0x12, 0x22, "Sync-ID", &[id::SYNC_ID]),
+    access(0x13, 0x23, "Baud Rate", &[id::BAUD_RATE]),
+    access(
+        0x14,
+        0x24,
+        "Automatic Bus-Off Recovery",
+        &[id::BUS_OFF_RECOVERY],
+    ),
+    access(0x15, 0x25, "Cyclic Time", &[id::CYCLIC_TIME]),
+    access(0x16, 0x26, "Cyclic Mode", &[id::CYCLIC_MODE]),
+    access(
+        0x17,
+        0x27,
+        "Cut-off Frequency and Filter Type",
+        &[id::CUT_OFF, id::FILTER_TYPE],
+    ),
+    access(0x18, 0x28, "Zero Offset X", &[id::ZERO_X]),
+    access(0x19, 0x29, "Zero Offset Y", &[id::ZERO_Y]),
+];
+
+/// The codes of a 2-axis sensor.
+pub(super) const ACCESS_TWO_AXES: &[Access] = &ACCESS;
+
+/// The codes of a 1-axis sensor.
+pub(super) const ACCESS_ONE_AXIS: &[Access] = {
+    let [a, b, c, d, e, f, g, h, zero, _] = ACCESS;
+    let zero = Access {
+        name: "Zero Offset",
+        ..zero
+    };
+    &[a, b, c, d, e, f, g, h, zero]
+};
+
+const fn named(source: Source, name: &'static str) -> Field {
+    Field { source, name }
+}
+
+/// The functions besides the parameters; `inclination` is the reply to 00h.
+const fn functions(inclination: &'static [Field]) -> [Function; 7] {
+    const READ: Function = Function {
+        code: 0,
+        name: "",
+        operation: Operation::Read,
+        signature: &[],
+        reply: &[],
+    };
+    [
+        Function {
+            code: 0x00,
+            name: "Inclination",
+            operation: Operation::Inclination,
+            reply: inclination,
+            ..READ
+        },
+        Function {
+            code: 0x02,
+            name: "Status",
+            operation: Operation::ReadStatus,
+            ..READ
+        },
+        Function {
+            code: 0x03,
+            name: "Product Number and Revision",
+            reply: const {
+                &[
+                    named(Source::ProductNumber, "Product Number"),
+                    named(Source::Revision, "Revision"),
+                ]
+            },
+            ..READ
+        },
+        Function {
+            code: 0x04,
+            name: "Serial Number and Software Version",
+            reply: const {
+                &[
+                    named(Source::SerialNumber, "Serial Number"),
+                    named(Source::SoftwareVersion, "Software Version"),
+                ]
+            },
+            ..READ
+        },
+        Function {
+            code: 0x40,
+            name: "Load Defaults",
+            operation: Operation::Load,
+            signature: b"LOAD",
+            ..READ
+        },
+        Function {
+            code: 0x50,
+            name: "Save",
+            operation: Operation::Save,
+            signature: b"SAVE",
+            ..READ
+        },
+        Function {
+            code: 0xFF,
+            name: "Alive or Reset",
+            operation: Operation::Alive,
+            signature: b"RESET",
+            reply: const {
+                &[
+                    named(Source::ActiveSetId, "Active Set-Parameter-ID"),
+                    named(Source::SoftwareVersion, "Alive Software Version"),
+                ]
+            },
+        },
+    ]
+}
+
+const COUNTER: Field = named(Source::Counter, "Cyclic Counter");
+
+/// The functions of a 1-axis sensor (table 21).
+pub(super) const FUNCTIONS_ONE_AXIS: &[Function] =
+    &functions(&[Field::described(Source::Value(ANGLE_X)), COUNTER]);
+
+/// The functions of a 2-axis sensor (table 22).
+pub(super) const FUNCTIONS_TWO_AXES: &[Function] = &functions(&[
+    Field::described(Source::Value(ANGLE_X)),
+    Field::described(Source::Value(ANGLE_Y)),
+    COUNTER,
+]);
+
+const fn bit(name: &'static str, condition: Condition) -> StatusBit {
+    StatusBit { name, condition }
+}
+
+const fn status(x: StatusBit, y: StatusBit) -> [StatusBit; 8] {
+    [
+        bit("DefaultParam", Condition::DefaultParam),
+        bit("AutobaudDetection", Condition::AutobaudDetection),
+        bit("EEPROMError", Condition::EepromError),
+        bit("CmdParamError", Condition::CmdParamError),
+        x,
+        y,
+        bit("AccuracyWarning", Condition::Fault(Faults::WARM_UP)),
+        RESERVED,
+    ]
+}
+
+const RESERVED: StatusBit = bit("", Condition::Never);
+
+/// The status byte of a 1-axis sensor (table 14).
+pub(super) const STATUS_ONE_AXIS: [StatusBit; 8] =
+    status(bit("SensorError", Condition::Fault(Faults::X)), RESERVED);
+
+/// The status byte of a 2-axis sensor (table 15).
+pub(super) const STATUS_TWO_AXES: [StatusBit; 8] = status(
+    bit("SensorErrorX", Condition::Fault(Faults::X)),
+    bit("SensorErrorY", Condition::Fault(Faults::Y)),
+);
+
+/// The status LEDs (table 12): the error LED flashes from the CAN warning limit on.
+pub(super) const LEDS: LedTable = LedTable {
+    detecting: Pattern::Flickering,
+    normal: Pattern::On,
+    error: ErrorPatterns {
+        working: Pattern::Off,
+        warning: Pattern::SingleFlash,
+        bus_off: Pattern::On,
+    },
+};

@@ -1,0 +1,19 @@
+//! IS1D 00 P20: the older 1-axis type. It speaks as [IS1](super::is1) does and writes its software version as a number.
+
+use crate::fsc::{Article, Version};
+use crate::model::listing::fsc::Listing;
+use crate::store::ImageId;
+
+/// The sensor.
+pub type Is1d = super::is1::Is1;
+
+/// Plastic housing (PR-23050-30).
+pub const PLASTIC: Article = Article {
+    name: "IS1D 00 P20",
+    version: Version::Number(103),
+    image: ImageId::new(0x4711),
+    ..super::is1::CLASSIC
+};
+
+/// In the catalogue.
+pub const LISTING: Listing<super::is1::OneAxis> = Listing::new("is1d", &[PLASTIC]);

@@ -1,0 +1,23 @@
+//! IS1TK360-C-RL: the 1-axis type of the reference line. It speaks as [IS1](super::is1) does and measures in its range; its measuring
+//! cell is heated.
+
+use crate::fsc::{Article, ArticleNumber, FscNode};
+use crate::model::listing::fsc::Listing;
+use crate::store::ImageId;
+
+/// The product: tables and measurement of one axis, and the heater.
+pub type OneAxisHeated = super::heated::Heated<super::is1::OneAxis>;
+
+/// The sensor.
+pub type Is1tk = FscNode<OneAxisHeated>;
+
+/// Metal housing (PR-23020-30).
+pub const METAL: Article = Article {
+    name: "IS1TK360-C-RL",
+    number: ArticleNumber::new("PR-23020-30"),
+    image: ImageId::new(0x4721),
+    ..super::is1::CLASSIC
+};
+
+/// In the catalogue.
+pub const LISTING: Listing<OneAxisHeated> = Listing::new("is1tk", &[METAL]);

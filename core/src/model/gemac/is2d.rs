@@ -1,0 +1,19 @@
+//! IS2D 90 P20: the older 2-axis type. It speaks as [IS2](super::is2) does and writes its software version as a number.
+
+use crate::fsc::{Article, Version};
+use crate::model::listing::fsc::Listing;
+use crate::store::ImageId;
+
+/// The sensor.
+pub type Is2d = super::is2::Is2;
+
+/// Plastic housing (PR-23054-30).
+pub const PLASTIC: Article = Article {
+    name: "IS2D 90 P20",
+    version: Version::Number(103),
+    image: ImageId::new(0x4712),
+    ..super::is2::CLASSIC
+};
+
+/// In the catalogue.
+pub const LISTING: Listing<super::is2::TwoAxes> = Listing::new("is2d", &[PLASTIC]);

@@ -1,0 +1,23 @@
+//! IS2TK090-C-RL: the 2-axis type of the reference line. It speaks as [IS2](super::is2) does and measures in its range; its measuring
+//! cell is heated.
+
+use crate::fsc::{Article, ArticleNumber, FscNode};
+use crate::model::listing::fsc::Listing;
+use crate::store::ImageId;
+
+/// The product: tables and measurement of two axes, and the heater.
+pub type TwoAxesHeated = super::heated::Heated<super::is2::TwoAxes>;
+
+/// The sensor.
+pub type Is2tk = FscNode<TwoAxesHeated>;
+
+/// Metal housing (PR-23024-30).
+pub const METAL: Article = Article {
+    name: "IS2TK090-C-RL",
+    number: ArticleNumber::new("PR-23024-30"),
+    image: ImageId::new(0x4722),
+    ..super::is2::CLASSIC
+};
+
+/// In the catalogue.
+pub const LISTING: Listing<TwoAxesHeated> = Listing::new("is2tk", &[METAL]);

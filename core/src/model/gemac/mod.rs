@@ -1,0 +1,12 @@
+//! GEMAC's inclination sensors: function select codes on raw CAN, one axis or two, with or without a heated measuring cell.
+
+pub mod application;
+pub mod functions;
+mod heated;
+pub mod is1;
+pub mod is1d;
+pub mod is1tk;
+pub mod is2;
+pub mod is2d;
+pub mod is2tk;
+pub mod parameters;

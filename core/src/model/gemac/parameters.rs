@@ -1,0 +1,191 @@
+//! The device parameters of GEMAC's sensors (tables 17 to 19, section 9.10).
+
+use crate::can::BitRate;
+use crate::fsc::wire::IDENTIFIERS;
+use crate::measure::low_pass::Kind;
+use crate::param::{Coding, Constraint, DataType, Parameter, ParameterId, Permitted};
+
+/// The ids of the parameters: their places in the tables and in the stored image.
+pub mod id {
+    use crate::param::ParameterId;
+
+    /// Set-Parameter-ID.
+    pub const SET_ID: ParameterId = ParameterId(0);
+    /// Reply-Parameter-ID.
+    pub const REPLY_ID: ParameterId = ParameterId(1);
+    /// Sync-ID.
+    pub const SYNC_ID: ParameterId = ParameterId(2);
+    /// Baud rate.
+    pub const BAUD_RATE: ParameterId = ParameterId(3);
+    /// Automatic bus-off recovery.
+    pub const BUS_OFF_RECOVERY: ParameterId = ParameterId(4);
+    /// Cyclic time.
+    pub const CYCLIC_TIME: ParameterId = ParameterId(5);
+    /// Cyclic mode.
+    pub const CYCLIC_MODE: ParameterId = ParameterId(6);
+    /// Cut-off frequency.
+    pub const CUT_OFF: ParameterId = ParameterId(7);
+    /// Filter type.
+    pub const FILTER_TYPE: ParameterId = ParameterId(8);
+    /// Zero offset, or zero offset X.
+    pub const ZERO_X: ParameterId = ParameterId(9);
+    /// Zero offset Y; 2-axis sensors only.
+    pub const ZERO_Y: ParameterId = ParameterId(10);
+}
+
+/// The codes of the baud rate (section 9.10.3); None: automatic detection.
+const BAUD_RATE_CODING: Coding<Option<BitRate>, 11> = Coding([
+    (0, "automatic detection", None),
+    (1, BitRate::K10.name(), Some(BitRate::K10)),
+    (2, BitRate::K20.name(), Some(BitRate::K20)),
+    (3, BitRate::K50.name(), Some(BitRate::K50)),
+    (4, BitRate::K100.name(), Some(BitRate::K100)),
+    (5, BitRate::K125.name(), Some(BitRate::K125)),
+    (6, BitRate::K250.name(), Some(BitRate::K250)),
+    (7, BitRate::K500.name(), Some(BitRate::K500)),
+    (8, BitRate::K800.name(), Some(BitRate::K800)),
+    (9, BitRate::M1.name(), Some(BitRate::M1)),
+    (10, BitRate::K62_5.name(), Some(BitRate::K62_5)),
+]);
+
+/// What the device keeps of the codes of the baud rate.
+pub(super) static BAUD_RATES: [Option<BitRate>; 11] = BAUD_RATE_CODING.sequence();
+
+/// The code of the critically damped filter, which has a highest cut-off frequency of its own.
+const CRITICALLY_DAMPED: u16 = 2;
+
+/// The codes of the filter type (section 9.10.5).
+const FILTER_CODING: Coding<Kind, 3> = Coding([
+    (0, "off", Kind::Off),
+    (1, "Butterworth", Kind::Butterworth),
+    (
+        CRITICALLY_DAMPED,
+        "critically damped",
+        Kind::CriticallyDamped,
+    ),
+]);
+
+/// What the device keeps of the codes of the filter type.
+pub(super) static FILTER_KINDS: [Kind; 3] = FILTER_CODING.sequence();
+
+/// What the parameters must fulfil together: the identifiers differ (section 9.10.2), and the cut-off frequency fits the filter type
+/// (section 9.10.5).
+pub(super) const CONSTRAINTS: &[Constraint] = &[
+    Constraint::Different(id::SET_ID, id::REPLY_ID),
+    Constraint::Different(id::SET_ID, id::SYNC_ID),
+    Constraint::Different(id::REPLY_ID, id::SYNC_ID),
+    Constraint::AtMost {
+        parameter: id::CUT_OFF,
+        high: *Kind::CriticallyDamped.cutoffs().end(),
+        other: id::FILTER_TYPE,
+        number: CRITICALLY_DAMPED,
+    },
+];
+
+const fn identifier(id: ParameterId, name: &'static str, factory: u32) -> Parameter {
+    Parameter {
+        id,
+        name,
+        data_type: DataType::U32,
+        permitted: Permitted::Ranges(&IDENTIFIERS),
+        factory,
+        ..Parameter::PLAIN
+    }
+}
+
+/// Set-Parameter-ID, 300h.
+pub const SET_ID: Parameter = identifier(id::SET_ID, "Set-Parameter-ID", 0x300);
+
+/// Reply-Parameter-ID, 301h.
+pub const REPLY_ID: Parameter = identifier(id::REPLY_ID, "Reply-Parameter-ID", 0x301);
+
+/// Sync-ID, 100h.
+pub const SYNC_ID: Parameter = identifier(id::SYNC_ID, "Sync-ID", 0x100);
+
+/// Baud rate, automatic detection.
+pub const BAUD_RATE: Parameter = Parameter {
+    id: id::BAUD_RATE,
+    name: "Baud Rate",
+    permitted: Permitted::Named,
+    meanings: &BAUD_RATE_CODING.meanings(),
+    ..Parameter::PLAIN
+};
+
+/// Automatic bus-off recovery, off.
+pub const BUS_OFF_RECOVERY: Parameter = Parameter {
+    id: id::BUS_OFF_RECOVERY,
+    name: "Automatic Bus-Off Recovery",
+    permitted: Permitted::Named,
+    meanings: &[(0, "stays in bus-off"), (1, "recovers")],
+    ..Parameter::PLAIN
+};
+
+/// Cyclic time, 250 ms.
+pub const CYCLIC_TIME: Parameter = Parameter {
+    id: id::CYCLIC_TIME,
+    name: "Cyclic Time",
+    data_type: DataType::U16,
+    unit: "ms",
+    permitted: Permitted::Range(1, 65_535),
+    factory: 250,
+    ..Parameter::PLAIN
+};
+
+/// Cyclic mode, off.
+pub const CYCLIC_MODE: Parameter = Parameter {
+    id: id::CYCLIC_MODE,
+    name: "Cyclic Mode",
+    permitted: Permitted::Named,
+    meanings: &[(0, "off"), (1, "on")],
+    ..Parameter::PLAIN
+};
+
+/// Cut-off frequency, 2 Hz.
+pub const CUT_OFF: Parameter = Parameter {
+    id: id::CUT_OFF,
+    name: "Cut-off Frequency",
+    data_type: DataType::U16,
+    unit: "mHz",
+    permitted: Permitted::Range(
+        *Kind::Butterworth.cutoffs().start() as i64,
+        *Kind::Butterworth.cutoffs().end() as i64,
+    ),
+    factory: 2000,
+    ..Parameter::PLAIN
+};
+
+/// Filter type, critically damped.
+pub const FILTER_TYPE: Parameter = Parameter {
+    id: id::FILTER_TYPE,
+    name: "Filter Type",
+    permitted: Permitted::Named,
+    meanings: &FILTER_CODING.meanings(),
+    factory: CRITICALLY_DAMPED as u32,
+    ..Parameter::PLAIN
+};
+
+/// A zero offset of -90 to +90 deg (2-axis sensors).
+pub(super) const fn signed_offset(id: ParameterId, name: &'static str) -> Parameter {
+    Parameter {
+        id,
+        name,
+        data_type: DataType::I16,
+        unit: "deg",
+        decimals: 2,
+        permitted: Permitted::Range(-90_00, 90_00),
+        ..Parameter::PLAIN
+    }
+}
+
+/// A zero offset of 0 to 359.99 deg (1-axis sensors).
+pub(super) const fn unsigned_offset(id: ParameterId, name: &'static str) -> Parameter {
+    Parameter {
+        id,
+        name,
+        data_type: DataType::U16,
+        unit: "deg",
+        decimals: 2,
+        permitted: Permitted::Range(0, 35_999),
+        ..Parameter::PLAIN
+    }
+}

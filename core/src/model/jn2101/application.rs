@@ -1,0 +1,356 @@
+//! What the JN2101 measures and does: the angles, the temperature and heating of the measuring cell, its faults, the self-test.
+
+use super::Jn2101Product;
+use super::measuring::{Measuring, Scale, frame, keep_frame};
+use super::parameters::{ABSOLUTE, RELATIVE, SWITCH, id};
+use crate::angle::Angle;
+use crate::application::{Application, Effect, Faults, Outputs, Readout, Values};
+use crate::heater::{HeatedCell, Settings};
+use crate::measure::self_test::{LIMIT, Working};
+use crate::measure::teach::Teach;
+use crate::measure::{Calibration, Clipping, I32x3, ONE_G, Reading};
+use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
+use crate::time::{Instant, after};
+
+/// The ids of the published values.
+pub mod value {
+    use crate::param::ValueId;
+
+    /// Longitudinal in 16 bits (6010h); at the ends of the range it stays there.
+    pub const X16: ValueId = ValueId(0);
+    /// Lateral in 16 bits (6020h).
+    pub const Y16: ValueId = ValueId(1);
+    /// Longitudinal in 32 bits (6110h).
+    pub const X32: ValueId = ValueId(2);
+    /// Lateral in 32 bits (6120h).
+    pub const Y32: ValueId = ValueId(3);
+    /// Temperature of the measuring cell (4080h).
+    pub const TEMPERATURE: ValueId = ValueId(4);
+    /// Heating power (4081h).
+    pub const HEATING_POWER: ValueId = ValueId(5);
+    /// A self-test is under way (4004h:01).
+    pub const SELF_TEST_ACTIVE: ValueId = ValueId(6);
+    /// The result of the last self-test (4004h:02).
+    pub const SELF_TEST_RESULT: ValueId = ValueId(7);
+}
+
+/// The heater of the measuring cell.
+const HEATER: Settings = Settings {
+    set_point: 50_00,
+    proportional: 50,
+    integral_time: 60,
+    derivative_time: 20,
+    full_power: 1500,
+    tolerance: 50,
+    steady_after: 30,
+};
+
+/// The temperatures of the measuring cell beyond which there is an emergency, in 0.01 degC.
+const TEMPERATURES: (i16, i16) = (-40_00, 85_00);
+/// How far it must come back for the emergency to end, in 0.01 K.
+const TEMPERATURE_HYSTERESIS: i16 = 2_00;
+
+/// Self-test register: the X axis works.
+const X_WORKS: u8 = 1 << 2;
+/// Self-test register: the Y axis works.
+const Y_WORKS: u8 = 1 << 1;
+
+/// The published values.
+#[derive(Clone, Copy, Debug)]
+pub struct Inclination {
+    /// The angles in units of the resolution.
+    angles: [i32; 2],
+    /// The angles without zero point.
+    measured: [Angle; 2],
+    /// The filtered up vector in the sensor's own frame; None without a valid sample.
+    up: Option<I32x3>,
+    /// The temperature of the measuring cell in 0.1 degC.
+    temperature: i32,
+    /// The heating power in mW.
+    power: u16,
+    self_test_active: bool,
+    self_test_result: u8,
+    faults: Faults,
+    outputs: Outputs,
+}
+
+impl Values for Inclination {
+    const INITIAL: Self = Self {
+        angles: [0; 2],
+        measured: [Angle::ZERO; 2],
+        up: None,
+        temperature: 0,
+        power: 0,
+        self_test_active: false,
+        self_test_result: 0,
+        faults: Faults::NONE,
+        outputs: Outputs::NONE,
+    };
+
+    fn number(&self, id: ValueId) -> u32 {
+        let [x, y] = self.angles;
+        match id {
+            value::X16 => saturated(x) as u32,
+            value::Y16 => saturated(y) as u32,
+            value::X32 => x as u32,
+            value::Y32 => y as u32,
+            value::TEMPERATURE => self.temperature as u32,
+            value::HEATING_POWER => self.power.into(),
+            value::SELF_TEST_ACTIVE => self.self_test_active.into(),
+            value::SELF_TEST_RESULT => self.self_test_result.into(),
+            _ => 0,
+        }
+    }
+
+    fn faults(&self) -> Faults {
+        self.faults
+    }
+
+    fn outputs(&self) -> Outputs {
+        self.outputs
+    }
+}
+
+/// The application of the JN2101.
+pub struct Jn2101Application {
+    measuring: Measuring,
+    clipping: Clipping,
+    cell: HeatedCell,
+    /// The temperature of the measuring cell in 0.1 degC (4080h).
+    temperature: i32,
+    faults: Faults,
+    axes_failed: bool,
+    /// The requests for a self-test that were seen.
+    tests: u32,
+    /// The end of the time that the self-test may take.
+    test_until: Option<Instant>,
+    test_result: u8,
+    outputs: Outputs,
+}
+
+impl Jn2101Application {
+    fn values(&mut self) -> Inclination {
+        self.outputs = self.outputs.with_heater(self.cell.heater().duty());
+        Inclination {
+            angles: self.measuring.outputs(),
+            measured: self.measuring.angles(),
+            up: self.measuring.up(),
+            temperature: self.temperature,
+            power: self.cell.heater().power(),
+            self_test_active: self.test_until.is_some(),
+            self_test_result: self.test_result,
+            faults: self.faults,
+            outputs: self.outputs,
+        }
+    }
+
+    /// The temperature of the measuring cell is determined (9.9).
+    fn take_temperature(&mut self, temperature: i16) {
+        self.temperature = (i32::from(temperature) + 5).div_euclid(10);
+        let margin = if self.faults.intersects(Faults::TEMPERATURE) {
+            TEMPERATURE_HYSTERESIS
+        } else {
+            0
+        };
+        let (coldest, hottest) = TEMPERATURES;
+        let beyond = temperature < coldest + margin || temperature > hottest - margin;
+        self.faults = self.faults.set(Faults::TEMPERATURE, beyond);
+    }
+
+    /// The self-test has ended with this result.
+    fn end_test(&mut self, result: Working) -> Inclination {
+        self.test_until = None;
+        let bit = |works: bool, bit: u8| if works { bit } else { 0 };
+        self.test_result = bit(result.x, X_WORKS) | bit(result.y, Y_WORKS);
+        self.axes_failed = self.test_result != X_WORKS | Y_WORKS;
+        self.values()
+    }
+}
+
+impl Application for Jn2101Application {
+    type Table = Jn2101Product;
+    type Values = Inclination;
+
+    const QUANTITIES: &'static [Quantity] = &[
+        slope(value::X16, "Slope long16", DataType::I16),
+        slope(value::Y16, "Slope lateral16", DataType::I16),
+        slope(value::X32, "Slope long32", DataType::I32),
+        slope(value::Y32, "Slope lateral32", DataType::I32),
+        Quantity {
+            id: value::TEMPERATURE,
+            name: "MEMS temperature",
+            data_type: DataType::I32,
+            unit: "0.1 degC",
+            decimals: 0,
+            range: (i16::MIN as i64 / 10, i16::MAX as i64 / 10),
+        },
+        Quantity {
+            id: value::HEATING_POWER,
+            name: "Heating power",
+            data_type: DataType::U16,
+            unit: "mW",
+            decimals: 0,
+            range: (0, HEATER.full_power as i64),
+        },
+        Quantity {
+            id: value::SELF_TEST_ACTIVE,
+            name: "Activate self-test",
+            data_type: DataType::U8,
+            unit: "",
+            decimals: 0,
+            range: (0, 1),
+        },
+        Quantity {
+            id: value::SELF_TEST_RESULT,
+            name: "Self-test register",
+            data_type: DataType::U8,
+            unit: "",
+            decimals: 0,
+            range: (0, (X_WORKS | Y_WORKS) as i64),
+        },
+    ];
+    const HEATER: Option<&'static Settings> = Some(&HEATER);
+
+    const INITIAL: Self = Self {
+        measuring: Measuring::INITIAL,
+        clipping: Clipping::NONE,
+        cell: HeatedCell::UNHEATED,
+        temperature: 0,
+        faults: Faults::NONE,
+        axes_failed: false,
+        tests: 0,
+        test_until: None,
+        test_result: 0,
+        outputs: Outputs::NONE,
+    };
+
+    fn start(&mut self, calibration: Calibration) {
+        self.measuring.calibrate(calibration);
+        self.cell = HeatedCell::new(&HEATER);
+    }
+
+    fn apply(&mut self, now: Instant, parameters: &Parameters<Jn2101Product>) -> Inclination {
+        let switch = |id| meaning(&SWITCH, parameters.get(id)).unwrap_or(false);
+        self.measuring.configure(parameters);
+        self.cell.enable(switch(id::HEATING));
+        self.outputs = self.outputs.with_termination(switch(id::TERMINATION));
+        let tests = parameters.get(id::SELF_TEST);
+        if tests != self.tests && self.test_until.is_none() {
+            self.test_until = Some(after(now, LIMIT));
+            self.outputs = self.outputs.with_self_test();
+        }
+        self.tests = tests;
+        self.values()
+    }
+
+    fn sample(&mut self, now: Instant, reading: &Reading) -> Inclination {
+        let up = self.measuring.sample(reading);
+        let clips = self.clipping.step(reading.clipped);
+        if self.cell.take(now, reading.temperature) {
+            self.take_temperature(reading.temperature);
+        }
+        let beyond = is_beyond_range(up, self.faults.intersects(Faults::RANGE));
+        self.faults = self
+            .faults
+            .set(Faults::SENSOR, clips || self.axes_failed)
+            .set(Faults::RANGE, beyond);
+        self.values()
+    }
+
+    fn stale(&mut self) -> Inclination {
+        self.measuring.invalidate();
+        self.cell.stop();
+        self.faults = self.faults.set(Faults::SENSOR, true);
+        self.values()
+    }
+
+    fn tested(&mut self, result: Working) -> Option<Inclination> {
+        self.test_until.is_some().then(|| self.end_test(result))
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.test_until
+    }
+
+    fn tick(&mut self, _now: Instant) -> Inclination {
+        self.end_test(Working::default())
+    }
+
+    fn write(
+        id: ParameterId,
+        value: u32,
+        values: &Inclination,
+        parameters: &mut Parameters<Jn2101Product>,
+    ) -> Result<Effect, Refused> {
+        match (id, value) {
+            (id::TEACH | id::ZERO | id::SELF_TEST, 0) => return Ok(Effect::None),
+            (id::TEACH, RELATIVE) => {
+                let up = values.up.ok_or(Refused::State)?;
+                let frame = Teach::new(up).ok_or(Refused::State)?;
+                keep_frame(&frame, parameters);
+            }
+            (id::ZERO, RELATIVE) => {
+                values.up.ok_or(Refused::State)?;
+                let [x, y] = values.measured;
+                parameters.set(id::ZERO_X, x.0);
+                parameters.set(id::ZERO_Y, y.0);
+            }
+            (id::SELF_TEST, _) => {
+                let tests = parameters.get(id::SELF_TEST);
+                parameters.set(id::SELF_TEST, tests.wrapping_add(1));
+                return Ok(Effect::None);
+            }
+            _ => {}
+        }
+        parameters.set(id, value);
+        Ok(match id {
+            id::TEACH | id::ZERO => Effect::Store,
+            _ => Effect::None,
+        })
+    }
+
+    fn is_consistent(parameters: &Parameters<Jn2101Product>) -> bool {
+        let taught = match parameters.get(id::TEACH) {
+            RELATIVE => frame(parameters).is_some(),
+            index => index == ABSOLUTE,
+        };
+        taught && parameters.get(id::ZERO) != 0
+    }
+
+    fn readout(values: &Inclination, parameters: &Parameters<Jn2101Product>) -> Readout {
+        let hundredths = Scale::of(parameters).with_turn(36_000);
+        let [x, y] = hundredths.apply(values.measured);
+        Readout { x, y: Some(y) }
+    }
+}
+
+/// A slope in units of the resolution, 1 to 0.001 deg.
+const fn slope(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
+    Quantity {
+        id,
+        name,
+        data_type,
+        unit: "6000h",
+        decimals: 0,
+        range: data_type.range(),
+    }
+}
+
+/// A number as 16 bits can show it.
+fn saturated(number: i32) -> i32 {
+    number.clamp(i16::MIN.into(), i16::MAX.into())
+}
+
+/// Whether the X or Y axis is inclined by more than 45 deg; once it is, by more than 44 deg.
+///
+/// The sine of an inclination is the axis's component over the length: sin^2 is 1/2 and 0.4844.
+fn is_beyond_range(up: I32x3, was: bool) -> bool {
+    // The upper half of a square is enough: 2^24 for 1 g.
+    let square = |component: i32| ((i64::from(component) * i64::from(component)) >> 32) as i32;
+    let [x, y, z] = up
+        .to_array()
+        .map(|component| square(component.clamp(-2 * ONE_G, 2 * ONE_G)));
+    let squares = x + y + z;
+    let limit = squares / 2 - if was { squares >> 6 } else { 0 };
+    x.max(y) > limit
+}

@@ -1,0 +1,115 @@
+//! ifm JN2101: two axes, +-45 deg, CANopen with the device profile for inclination sensors (CiA 410).
+//!
+//! Sections are those of the device manual, "JN2101 from firmware 2.2.0".
+
+mod application;
+mod base64;
+mod key;
+mod measuring;
+mod objects;
+mod parameters;
+
+pub use application::{Inclination, Jn2101Application, value};
+pub use parameters::id;
+
+use crate::application::{Effect, Faults};
+use crate::can::BitRate;
+use crate::canopen::dictionary::Object;
+use crate::canopen::emcy::{Cause, FaultBit};
+use crate::canopen::{self, CanopenNode, LedTable, Tpdo};
+use crate::model::listing::Article;
+use crate::model::listing::canopen::Listing;
+use crate::node::Pattern;
+use crate::param::{ParameterId, Parameters, Refused};
+use crate::store::ImageId;
+
+/// The product: its tables.
+pub struct Jn2101Product;
+
+/// The sensor.
+pub type Jn2101 = CanopenNode<Jn2101Product>;
+
+/// In the catalogue.
+pub const LISTING: Listing<Jn2101Product> = Listing::new(
+    "jn2101",
+    "ifm electronic",
+    Article {
+        name: "JN2101",
+        number: "JN2101",
+    },
+);
+
+/// The number of errors in the history (1003h).
+const HISTORY: usize = 50;
+
+/// The longest text that can be written.
+const TEXT: usize = 24;
+
+const fn fault(name: &'static str, cause: Cause, code: u16, register: u8) -> FaultBit {
+    FaultBit {
+        name,
+        cause,
+        code,
+        register,
+    }
+}
+
+/// Bit 3 of the error register: temperature.
+const TEMPERATURE: u8 = 1 << 3;
+/// Bit 4 of the error register: communication.
+const COMMUNICATION: u8 = 1 << 4;
+
+impl canopen::Product for Jn2101Product {
+    type Application = Jn2101Application;
+    type Tpdos = [Tpdo; 2];
+    type History = heapless::Deque<u32, HISTORY>;
+    type Text = heapless::Vec<u8, TEXT>;
+
+    const OBJECTS: &'static [Object] = objects::OBJECTS;
+    /// The emergency codes of 7.6.1 and 11.
+    const FAULTS: [FaultBit; 8] = [
+        fault("sensor", Cause::Application(Faults::SENSOR), 0x1000, 0),
+        fault(
+            "measuring range",
+            Cause::Application(Faults::RANGE),
+            0x9000,
+            0,
+        ),
+        fault(
+            "device temperature",
+            Cause::Application(Faults::TEMPERATURE),
+            0x4200,
+            TEMPERATURE,
+        ),
+        fault("hardware", Cause::Memory, 0x1000, 0),
+        fault("CAN overrun", Cause::Overrun, 0x8110, COMMUNICATION),
+        fault("CAN error passive", Cause::Passive, 0x8120, COMMUNICATION),
+        fault("life guarding", Cause::Guarding, 0x8130, COMMUNICATION),
+        fault(
+            "recovered from bus-off",
+            Cause::BusOff,
+            0x8140,
+            COMMUNICATION,
+        ),
+    ];
+    /// 11.3: unlike CiA 303-3, the run LED is steady in pre-operational and blinks in operational.
+    const LEDS: LedTable = LedTable {
+        pre_operational: Pattern::On,
+        operational: Pattern::Blinking,
+        ..LedTable::CIA_303_3
+    };
+    const NODE_ID: ParameterId = id::NODE_ID;
+    const BIT_RATE: ParameterId = id::BAUD_RATE;
+    const BIT_RATES: &'static [(u16, BitRate)] = &parameters::BAUD_RATES;
+    const IMAGE: ImageId = ImageId::new(0x2101);
+    crate::project_objects!();
+
+    /// The programming key (9.11).
+    fn text(parameters: &Parameters<Self>) -> Self::Text {
+        key::compose(parameters)
+    }
+
+    fn write_text(text: &[u8], parameters: &mut Parameters<Self>) -> Result<Effect, Refused> {
+        key::write(text, parameters).ok_or(Refused::NotPermitted)
+    }
+}

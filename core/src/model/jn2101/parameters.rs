@@ -1,0 +1,273 @@
+//! The parameters of the JN2101 (manual 7.6, 7.7, 9 and 14).
+
+use super::Jn2101Product;
+use crate::can::BitRate;
+use crate::canopen::profile;
+use crate::measure::fir::Cutoff;
+use crate::param::{Coding, DataType, Parameter, ParameterId, Permitted, Persistence, Table};
+
+/// The ids of the parameters: their places in the table and in the stored image.
+pub mod id {
+    use crate::param::ParameterId;
+
+    /// COB-ID of the SYNC (1005h).
+    pub const SYNC_COB_ID: ParameterId = ParameterId(0);
+    /// Guard time (100Ch).
+    pub const GUARD_TIME: ParameterId = ParameterId(1);
+    /// Life time factor (100Dh).
+    pub const LIFE_TIME_FACTOR: ParameterId = ParameterId(2);
+    /// COB-ID of the EMCY (1014h).
+    pub const EMCY_COB_ID: ParameterId = ParameterId(3);
+    /// Inhibit time of the EMCY (1015h).
+    pub const EMCY_INHIBIT_TIME: ParameterId = ParameterId(4);
+    /// Heartbeat time (1017h).
+    pub const HEARTBEAT_TIME: ParameterId = ParameterId(5);
+    /// Error behaviour (1029h:01).
+    pub const ERROR_BEHAVIOUR: ParameterId = ParameterId(6);
+    /// The first of four parameters of the first TPDO (1800h).
+    pub const TPDO0: ParameterId = ParameterId(7);
+    /// The first of four parameters of the second TPDO (1801h).
+    pub const TPDO1: ParameterId = ParameterId(11);
+    /// NMT start-up (1F80h).
+    pub const START_UP: ParameterId = ParameterId(15);
+    /// Node-ID (2000h).
+    pub const NODE_ID: ParameterId = ParameterId(16);
+    /// Baud rate (2001h).
+    pub const BAUD_RATE: ParameterId = ParameterId(17);
+    /// Quadrant correction (2040h).
+    pub const QUADRANT: ParameterId = ParameterId(18);
+    /// Heating (2041h).
+    pub const HEATING: ParameterId = ParameterId(19);
+    /// Teach index (2042h).
+    pub const TEACH: ParameterId = ParameterId(20);
+    /// FIR filter (2043h).
+    pub const FILTER: ParameterId = ParameterId(21);
+    /// Angle calculation (2044h).
+    pub const DEFINITION: ParameterId = ParameterId(22);
+    /// Terminating resistor (2045h).
+    pub const TERMINATION: ParameterId = ParameterId(23);
+    /// Zero point (2046h).
+    pub const ZERO: ParameterId = ParameterId(24);
+    /// Resolution (6000h).
+    pub const RESOLUTION: ParameterId = ParameterId(25);
+    /// The zero point itself, longitudinal, as a binary angle; no object.
+    pub const ZERO_X: ParameterId = ParameterId(26);
+    /// The zero point itself, lateral; no object.
+    pub const ZERO_Y: ParameterId = ParameterId(27);
+    /// The four numbers of the reference frame; no objects.
+    pub const FRAME: [ParameterId; 4] = [
+        ParameterId(28),
+        ParameterId(29),
+        ParameterId(30),
+        ParameterId(31),
+    ];
+    /// Self-test (4004h:01): counts the requests.
+    pub const SELF_TEST: ParameterId = ParameterId(32);
+}
+
+/// Which angles are calculated (2044h).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Definition {
+    Perpendicular,
+    Euler,
+    GimbalX,
+    GimbalY,
+}
+
+/// What an angle's numbers range over (2040h).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Quadrants {
+    /// Half a turn: -90 to 90 deg.
+    Two,
+    /// -180 to 180 deg.
+    FourSigned,
+    /// 0 to 360 deg.
+    FourUnsigned,
+}
+
+/// The numbers are kbit/s and need no names.
+const BAUD_RATE_CODING: Coding<BitRate, 8> = Coding([
+    (10, "", BitRate::K10),
+    (20, "", BitRate::K20),
+    (50, "", BitRate::K50),
+    (125, "", BitRate::K125),
+    (250, "", BitRate::K250),
+    (500, "", BitRate::K500),
+    (800, "", BitRate::K800),
+    (1000, "", BitRate::M1),
+]);
+const QUADRANT_CODING: Coding<Quadrants, 3> = Coding([
+    (0, "off", Quadrants::Two),
+    (1, "+-180 deg", Quadrants::FourSigned),
+    (2, "0 to 360 deg", Quadrants::FourUnsigned),
+]);
+const FILTER_CODING: Coding<Cutoff, 5> = Coding([
+    (0, "off", Cutoff::Off),
+    (1, "10 Hz", Cutoff::TenHertz),
+    (2, "5 Hz", Cutoff::FiveHertz),
+    (3, "1 Hz", Cutoff::OneHertz),
+    (4, "0.5 Hz", Cutoff::HalfHertz),
+]);
+const DEFINITION_CODING: Coding<Definition, 4> = Coding([
+    (0, "perpendicular", Definition::Perpendicular),
+    (1, "Euler", Definition::Euler),
+    (2, "gimbal X", Definition::GimbalX),
+    (3, "gimbal Y", Definition::GimbalY),
+]);
+const SWITCH_CODING: Coding<bool, 2> = Coding([(0, "off", false), (1, "on", true)]);
+
+/// What the device keeps of the codings.
+pub(super) static BAUD_RATES: [(u16, BitRate); 8] = BAUD_RATE_CODING.codes();
+pub(super) static QUADRANTS: [Quadrants; 3] = QUADRANT_CODING.sequence();
+pub(super) static FILTERS: [Cutoff; 5] = FILTER_CODING.sequence();
+pub(super) static DEFINITIONS: [Definition; 4] = DEFINITION_CODING.sequence();
+pub(super) static SWITCH: [bool; 2] = SWITCH_CODING.sequence();
+
+/// Of teach index and zero point: relative to what was taught or zeroed.
+pub(super) const RELATIVE: u32 = 1;
+/// Of teach index and zero point: absolute.
+pub(super) const ABSOLUTE: u32 = 2;
+
+/// A parameter that is described by its names.
+const fn named(
+    id: ParameterId,
+    name: &'static str,
+    meanings: &'static [(u32, &'static str)],
+    factory: u32,
+) -> Parameter {
+    Parameter {
+        id,
+        name,
+        permitted: Permitted::Named,
+        meanings,
+        factory,
+        ..Parameter::PLAIN
+    }
+}
+
+/// A number that is kept beside teach index or zero point.
+const fn hidden(id: ParameterId, name: &'static str) -> Parameter {
+    Parameter {
+        id,
+        name,
+        data_type: DataType::U32,
+        persistence: Persistence::AtOnce,
+        ..Parameter::PLAIN
+    }
+}
+
+const TPDO0: [Parameter; 4] = profile::tpdo_communication(id::TPDO0, 0x180);
+const TPDO1: [Parameter; 4] = profile::tpdo_communication(id::TPDO1, 0x280);
+
+impl Table for Jn2101Product {
+    /// In the order of the objects; what is no object comes last.
+    const PARAMETERS: &'static [Parameter] = &[
+        profile::sync_cob_id(id::SYNC_COB_ID),
+        profile::guard_time(id::GUARD_TIME),
+        profile::life_time_factor(id::LIFE_TIME_FACTOR),
+        profile::emcy_cob_id(id::EMCY_COB_ID),
+        profile::emcy_inhibit_time(id::EMCY_INHIBIT_TIME),
+        Parameter {
+            name: "Heartbeat interval time",
+            ..profile::heartbeat_time(id::HEARTBEAT_TIME)
+        },
+        Parameter {
+            persistence: Persistence::Volatile,
+            ..profile::error_behaviour(id::ERROR_BEHAVIOUR)
+        },
+        TPDO0[0],
+        TPDO0[1],
+        TPDO0[2],
+        TPDO0[3],
+        TPDO1[0],
+        TPDO1[1],
+        TPDO1[2],
+        TPDO1[3],
+        profile::nmt_start_up(id::START_UP),
+        Parameter {
+            id: id::NODE_ID,
+            name: "Node ID",
+            permitted: Permitted::Range(1, 127),
+            factory: 10,
+            ..Parameter::PLAIN
+        },
+        Parameter {
+            id: id::BAUD_RATE,
+            name: "Baud rate",
+            data_type: DataType::U16,
+            unit: "kbit/s",
+            permitted: Permitted::OneOf(&BAUD_RATE_CODING.numbers()),
+            factory: 125,
+            ..Parameter::PLAIN
+        },
+        named(
+            id::QUADRANT,
+            "Quadrant correction",
+            &QUADRANT_CODING.meanings(),
+            1,
+        ),
+        named(id::HEATING, "Heating", &SWITCH_CODING.meanings(), 1),
+        Parameter {
+            persistence: Persistence::AtOnce,
+            ..named(
+                id::TEACH,
+                "Teach index",
+                &[
+                    (0, "no change"),
+                    (RELATIVE, "relative measurement"),
+                    (ABSOLUTE, "absolute measurement"),
+                ],
+                ABSOLUTE,
+            )
+        },
+        named(id::FILTER, "FIR filter", &FILTER_CODING.meanings(), 2),
+        named(
+            id::DEFINITION,
+            "Angle calculation",
+            &DEFINITION_CODING.meanings(),
+            0,
+        ),
+        named(
+            id::TERMINATION,
+            "Terminating resistor",
+            &SWITCH_CODING.meanings(),
+            1,
+        ),
+        Parameter {
+            persistence: Persistence::AtOnce,
+            ..named(
+                id::ZERO,
+                "Zero point",
+                &[
+                    (0, "unchanged"),
+                    (RELATIVE, "relative measurement"),
+                    (ABSOLUTE, "absolute measurement"),
+                ],
+                ABSOLUTE,
+            )
+        },
+        Parameter {
+            id: id::RESOLUTION,
+            name: "Resolution",
+            data_type: DataType::U16,
+            unit: "0.001 deg",
+            permitted: Permitted::OneOf(&[1, 10, 100, 1000]),
+            factory: 10,
+            ..Parameter::PLAIN
+        },
+        hidden(id::ZERO_X, "Zero point X"),
+        hidden(id::ZERO_Y, "Zero point Y"),
+        hidden(id::FRAME[0], "Reference frame: sine of roll"),
+        hidden(id::FRAME[1], "Reference frame: cosine of roll"),
+        hidden(id::FRAME[2], "Reference frame: sine of pitch"),
+        hidden(id::FRAME[3], "Reference frame: cosine of pitch"),
+        Parameter {
+            id: id::SELF_TEST,
+            name: "Activate self-test",
+            permitted: Permitted::Range(0, 1),
+            persistence: Persistence::Volatile,
+            ..Parameter::PLAIN
+        },
+    ];
+    crate::project_parameters!();
+}

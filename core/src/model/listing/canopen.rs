@@ -1,0 +1,95 @@
+//! Products that speak CANopen.
+
+use super::{Article, Product, Protocol, Settings, Start};
+use crate::application::Application;
+use crate::can::BitRate;
+use crate::canopen::dictionary::Object;
+use crate::canopen::emcy::FaultBit;
+use crate::canopen::{self, Canopen, CanopenNode, LedTable};
+use crate::param::{ParameterId, Table};
+use core::marker::PhantomData;
+
+/// The tables of a product that speaks CANopen.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables {
+    /// Its only article.
+    pub article: Article,
+    /// The object dictionary.
+    pub objects: &'static [Object],
+    /// The manufacturer's status byte of emergency messages, from bit 0 on.
+    pub faults: [FaultBit; 8],
+    /// What the LEDs show.
+    pub leds: LedTable,
+    /// The parameter with the node-ID.
+    pub node_id: ParameterId,
+    /// The parameter with the bit rate.
+    pub bit_rate: ParameterId,
+    /// What its numbers stand for.
+    pub bit_rates: &'static [(u16, BitRate)],
+    /// Whether it answers to layer setting services (CiA 305).
+    pub lss: bool,
+}
+
+impl Tables {
+    pub(super) fn article(&self, place: usize) -> Option<Article> {
+        (place == 0).then_some(self.article)
+    }
+}
+
+/// A product in the catalogue: the tables of `P`, as a single article.
+pub struct Listing<P> {
+    /// The short name.
+    pub name: &'static str,
+    maker: &'static str,
+    article: Article,
+    product: PhantomData<P>,
+}
+
+impl<P: canopen::Product> Listing<P> {
+    /// Lists the product.
+    pub const fn new(name: &'static str, maker: &'static str, article: Article) -> Self {
+        Self {
+            name,
+            maker,
+            article,
+            product: PhantomData,
+        }
+    }
+
+    /// The product as data.
+    pub const fn product(&self) -> Product {
+        Product {
+            name: self.name,
+            maker: self.maker,
+            protocol: Protocol::Canopen(Tables {
+                article: self.article,
+                objects: P::OBJECTS,
+                faults: P::FAULTS,
+                leds: P::LEDS,
+                node_id: P::NODE_ID,
+                bit_rate: P::BIT_RATE,
+                bit_rates: P::BIT_RATES,
+                lss: Canopen::<P>::LSS,
+            }),
+            parameters: <P::Application as Application>::Table::PARAMETERS,
+            constraints: <P::Application as Application>::Table::CONSTRAINTS,
+            quantities: <P::Application as Application>::QUANTITIES,
+            heater: <P::Application as Application>::HEATER,
+            image: P::IMAGE,
+            layout: <P::Application as Application>::Table::LAYOUT,
+            store_buffer: CanopenNode::<P>::STORE_BUFFER,
+        }
+    }
+
+    /// Starts a node; None when another article is asked for.
+    pub fn start<S: Start>(&self, settings: &Settings, start: S) -> Option<S::Output> {
+        if settings
+            .article
+            .is_some_and(|wanted| !self.article.is(wanted))
+        {
+            return None;
+        }
+        let node = CanopenNode::<P>::new(settings.now, &settings.boot);
+        Some(start.start(node))
+    }
+}

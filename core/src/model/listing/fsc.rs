@@ -1,0 +1,96 @@
+//! Products that speak GEMAC's function select codes.
+
+use super::{Product, Protocol, Settings, Start};
+use crate::application::Application;
+use crate::fsc::table::{Access, Function, LedTable, Roles};
+use crate::fsc::{self, Article, FscNode, StatusBit};
+use crate::param::Table;
+use core::marker::PhantomData;
+
+/// The tables of a product that speaks FSC.
+#[derive(Clone, Copy, Debug)]
+pub struct Tables {
+    /// Its articles.
+    pub articles: &'static [Article],
+    /// The parameters by which the protocol works.
+    pub roles: Roles,
+    /// The codes that read and write parameters.
+    pub access: &'static [Access],
+    /// The other functions.
+    pub functions: &'static [Function],
+    /// The status byte, from bit 0 on.
+    pub status: [StatusBit; 8],
+    /// What the LEDs show.
+    pub leds: LedTable,
+}
+
+impl Tables {
+    pub(super) fn article(&self, place: usize) -> Option<super::Article> {
+        self.articles.get(place).map(|article| super::Article {
+            name: article.name,
+            number: article.number.text(),
+        })
+    }
+}
+
+/// A product in the catalogue: the tables of `P` with these articles.
+pub struct Listing<P> {
+    /// The short name.
+    pub name: &'static str,
+    articles: &'static [Article],
+    product: PhantomData<P>,
+}
+
+impl<P: fsc::Product> Listing<P> {
+    /// Lists the articles, at least one.
+    pub const fn new(name: &'static str, articles: &'static [Article]) -> Self {
+        Self {
+            name,
+            articles,
+            product: PhantomData,
+        }
+    }
+
+    /// The product as data. Articles whose stored parameters are marked differently are a compile error.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn product(&self) -> Product {
+        let image = self.articles[0].image;
+        let mut row = 1;
+        while row < self.articles.len() {
+            assert!(self.articles[row].image.number() == image.number());
+            row += 1;
+        }
+        Product {
+            name: self.name,
+            maker: "GEMAC",
+            protocol: Protocol::Fsc(Tables {
+                articles: self.articles,
+                roles: P::ROLES,
+                access: P::ACCESS,
+                functions: P::FUNCTIONS,
+                status: P::STATUS,
+                leds: P::LEDS,
+            }),
+            parameters: <P::Application as Application>::Table::PARAMETERS,
+            constraints: <P::Application as Application>::Table::CONSTRAINTS,
+            quantities: <P::Application as Application>::QUANTITIES,
+            heater: <P::Application as Application>::HEATER,
+            image,
+            layout: <P::Application as Application>::Table::LAYOUT,
+            store_buffer: FscNode::<P>::STORE_BUFFER,
+        }
+    }
+
+    /// Starts a node; None when there is no such article.
+    pub fn start<S: Start>(&self, settings: &Settings, start: S) -> Option<S::Output> {
+        let article = match settings.article {
+            Some(wanted) => self
+                .articles
+                .iter()
+                .find(|article| [article.name, article.number.text()].contains(&wanted)),
+            None => self.articles.first(),
+        };
+        let node = FscNode::<P>::new(article?, settings.now, &settings.boot);
+        Some(start.start(node))
+    }
+}

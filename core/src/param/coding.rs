@@ -1,0 +1,115 @@
+//! Numbers that stand for something: the codes of a bit rate or of a filter, each written down once.
+//!
+//! A [`Coding`] is a constant of a product. The names and the permitted values of a parameter come from it, and so does the
+//! lean list in which the device looks a number up.
+
+use super::Meaning;
+
+/// The numbers of a parameter, their names, and what they stand for.
+#[derive(Clone, Copy, Debug)]
+pub struct Coding<T: Copy + 'static, const N: usize>(pub [(u16, &'static str, T); N]);
+
+impl<T: Copy, const N: usize> Coding<T, N> {
+    /// The numbers with their names, for [`Parameter::meanings`](super::Parameter::meanings).
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn meanings(&self) -> [Meaning; N] {
+        let mut meanings = [(0, ""); N];
+        let mut row = 0;
+        while row < N {
+            let (number, name, _) = self.0[row];
+            meanings[row] = (number as u32, name);
+            row += 1;
+        }
+        meanings
+    }
+
+    /// The numbers, for [`Permitted::OneOf`](super::Permitted::OneOf), where they need no names.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn numbers(&self) -> [u32; N] {
+        let mut numbers = [0; N];
+        let mut row = 0;
+        while row < N {
+            let (number, ..) = self.0[row];
+            numbers[row] = number as u32;
+            row += 1;
+        }
+        numbers
+    }
+
+    /// What the numbers stand for, at the place of each number: what the device keeps of numbers that count from 0. Others are a
+    /// compile error.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn sequence(&self) -> [T; N] {
+        let (_, _, first) = self.0[0];
+        let mut values = [first; N];
+        let mut row = 0;
+        while row < N {
+            let (number, _, value) = self.0[row];
+            assert!(number as usize == row, "the numbers must count from 0");
+            values[row] = value;
+            row += 1;
+        }
+        values
+    }
+
+    /// The numbers with what they stand for: what the device keeps of other numbers.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn codes(&self) -> [(u16, T); N] {
+        let (_, _, first) = self.0[0];
+        let mut codes = [(0, first); N];
+        let mut row = 0;
+        while row < N {
+            let (number, _, value) = self.0[row];
+            codes[row] = (number, value);
+            row += 1;
+        }
+        codes
+    }
+}
+
+/// What `number` stands for in a [sequence](Coding::sequence); None when it stands for nothing.
+pub fn meaning<T: Copy>(values: &[T], number: u32) -> Option<T> {
+    values.get(number as usize).copied()
+}
+
+/// What `number` stands for in a list of [codes](Coding::codes); None when it stands for nothing.
+pub fn decode<T: Copy>(codes: &[(u16, T)], number: u32) -> Option<T> {
+    let same = |(code, _): &&(u16, T)| u32::from(*code) == number;
+    codes.iter().find(same).map(|(_, value)| *value)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CODING: Coding<char, 3> = Coding([(0, "off", 'o'), (2, "ten", 't'), (1000, "all", 'a')]);
+
+    #[test]
+    fn meanings_numbers_and_codes_come_from_the_same_rows() {
+        assert_eq!(CODING.meanings(), [(0, "off"), (2, "ten"), (1000, "all")]);
+        assert_eq!(CODING.numbers(), [0, 2, 1000]);
+        assert_eq!(CODING.codes(), [(0, 'o'), (2, 't'), (1000, 'a')]);
+    }
+
+    #[test]
+    fn number_without_code_decodes_to_none() {
+        let codes = CODING.codes();
+        assert_eq!(decode(&codes, 1000), Some('a'));
+        assert_eq!(decode(&codes, 1), None);
+        assert_eq!(decode(&codes, 0x1_0000), None);
+    }
+
+    #[test]
+    fn sequence_has_each_value_at_the_place_of_its_number() {
+        let values = Coding([(0, "off", 'o'), (1, "on", 'n')]).sequence();
+        assert_eq!(values, ['o', 'n']);
+        assert_eq!(meaning(&values, 1), Some('n'));
+        assert_eq!(meaning(&values, 2), None);
+    }
+
+    #[test]
+    #[should_panic(expected = "count from 0")]
+    fn sequence_with_a_gap_is_refused() {
+        CODING.sequence();
+    }
+}

@@ -1,0 +1,212 @@
+//! The description of a parameter, for people and tools.
+
+/// Names a parameter; its place in the product's table.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ParameterId(pub u8);
+
+/// The type of a number, or a text.
+///
+/// The two lower bits of its number are the base-2 logarithm of the size; the third is set for numbers in two's complement.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum DataType {
+    /// 8 bits, not negative.
+    U8 = 0,
+    /// 16 bits, not negative.
+    U16 = 1,
+    /// 32 bits, not negative.
+    U32 = 2,
+    /// A text; no parameter has this type.
+    Text = 3,
+    /// 8 bits, two's complement.
+    I8 = 4,
+    /// 16 bits, two's complement.
+    I16 = 5,
+    /// 32 bits, two's complement.
+    I32 = 6,
+}
+
+impl DataType {
+    /// The type with this number (`as u8`).
+    pub(crate) const fn of(number: u8) -> Self {
+        match number {
+            0 => Self::U8,
+            1 => Self::U16,
+            2 => Self::U32,
+            4 => Self::I8,
+            5 => Self::I16,
+            6 => Self::I32,
+            _ => Self::Text,
+        }
+    }
+
+    /// The size of a number in bytes; 0 for a text.
+    pub const fn size(self) -> u8 {
+        match self {
+            Self::Text => 0,
+            _ => 1 << (self as u8 & 3),
+        }
+    }
+
+    /// Whether numbers of this type are in two's complement.
+    pub const fn is_signed(self) -> bool {
+        self as u8 & 4 != 0
+    }
+
+    /// The value of the number that `bytes` are, for example -1 for FFFFh in an [`I16`](Self::I16).
+    pub const fn value(self, bytes: u32) -> i64 {
+        let unused = 32 - 8 * self.size() as u32;
+        if self.is_signed() {
+            (((bytes << unused) as i32) >> unused) as i64
+        } else {
+            bytes as i64
+        }
+    }
+
+    /// The lowest and the highest value of a number of this type.
+    pub const fn range(self) -> (i64, i64) {
+        let bits = 8 * self.size() as u32;
+        if self.is_signed() {
+            (-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
+        } else {
+            (0, (1 << bits) - 1)
+        }
+    }
+}
+
+/// A number and what it stands for.
+pub type Meaning = (u32, &'static str);
+
+/// The values that a parameter takes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Permitted {
+    /// Every number of the type.
+    Any,
+    /// From the first to the second, both included.
+    Range(i64, i64),
+    /// Those that [`Parameter::meanings`] names.
+    Named,
+    /// These.
+    OneOf(&'static [u32]),
+    /// Those in one of these ranges.
+    Ranges(&'static Ranges),
+}
+
+/// Several ranges of numbers that are not negative.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Ranges {
+    /// What these numbers are, for people; empty: the ranges say it.
+    pub text: &'static str,
+    /// How many of the highest of 32 bits do not count, 0 to 3.
+    pub ignored_bits: u8,
+    /// The first and the last number of each range.
+    pub ranges: &'static [(u32, u32)],
+}
+
+impl Ranges {
+    /// Whether `number` is in one of the ranges.
+    #[allow(clippy::indexing_slicing)] // within the length
+    pub const fn contain(&self, number: u32) -> bool {
+        let number = number << self.ignored_bits >> self.ignored_bits;
+        let mut row = 0;
+        while row < self.ranges.len() {
+            let (low, high) = self.ranges[row];
+            if low <= number && number <= high {
+                return true;
+            }
+            row += 1;
+        }
+        false
+    }
+}
+
+/// What becomes of a parameter when the power goes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum Persistence {
+    /// It starts with its factory value.
+    Volatile,
+    /// It is stored by the protocol's command to save.
+    OnSave,
+    /// It is stored as soon as it is written.
+    AtOnce,
+}
+
+/// The description of a parameter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Parameter {
+    /// Its id: the place in the table.
+    pub id: ParameterId,
+    /// The manual's name.
+    pub name: &'static str,
+    /// The type.
+    pub data_type: DataType,
+    /// The unit of the value, empty when it has none.
+    pub unit: &'static str,
+    /// Digits behind the decimal point: the value is the number divided by 10 to this power.
+    pub decimals: u8,
+    /// The values that it takes.
+    pub permitted: Permitted,
+    /// Names of particular numbers.
+    pub meanings: &'static [Meaning],
+    /// The factory value, as the bytes make it: FFFFh is -1 in an [`I16`](DataType::I16).
+    pub factory: u32,
+    /// What becomes of it when the power goes.
+    pub persistence: Persistence,
+}
+
+impl Parameter {
+    /// A byte without unit and names that is stored: what a description does not say.
+    pub const PLAIN: Self = Self {
+        id: ParameterId(0),
+        name: "",
+        data_type: DataType::U8,
+        unit: "",
+        decimals: 0,
+        permitted: Permitted::Any,
+        meanings: &[],
+        factory: 0,
+        persistence: Persistence::OnSave,
+    };
+}
+
+/// What two parameters must fulfil together.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Constraint {
+    /// They have different values.
+    Different(ParameterId, ParameterId),
+    /// `parameter` is at most `high` while `other` has the value `number`; neither is negative.
+    AtMost {
+        /// The parameter that is limited.
+        parameter: ParameterId,
+        /// Its highest value.
+        high: u16,
+        /// The parameter that limits it.
+        other: ParameterId,
+        /// The value for which it does so.
+        number: u16,
+    },
+}
+
+/// A quantity that the application publishes; its place among the published values.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct ValueId(pub u8);
+
+/// The description of a published value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Quantity {
+    /// Its id.
+    pub id: ValueId,
+    /// The manual's name.
+    pub name: &'static str,
+    /// The type.
+    pub data_type: DataType,
+    /// The unit of the value, empty when it has none.
+    pub unit: &'static str,
+    /// Digits behind the decimal point.
+    pub decimals: u8,
+    /// The lowest and the highest number.
+    pub range: (i64, i64),
+}

@@ -1,0 +1,246 @@
+//! From the description of a product's parameters to what the device keeps of it.
+//!
+//! Everything here runs while a constant is evaluated: a description that cannot be is a compile error.
+#![allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+
+use super::rule::{Limits, Rule, ordered};
+use super::{Constraint, DataType, Parameter, ParameterSet, Permitted, Persistence};
+
+/// The most parameters that a product may have.
+pub const PARAMETERS_MAX: usize = ParameterSet::CAPACITY;
+
+/// The factory values.
+pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
+    assert!(parameters.len() == N && N <= PARAMETERS_MAX);
+    let mut values = [0; N];
+    let mut row = 0;
+    while row < N {
+        values[row] = parameters[row].factory;
+        row += 1;
+    }
+    values
+}
+
+/// The rules.
+///
+/// A row whose id is not its place, a range outside of the type, and a factory value that is not permitted are compile errors.
+pub const fn rules<const N: usize>(
+    parameters: &[Parameter],
+    constraints: &[Constraint],
+) -> [Rule; N] {
+    assert!(parameters.len() == N && N <= PARAMETERS_MAX);
+    let empty = Rule::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
+    let mut rules = [empty; N];
+    let mut row = 0;
+    while row < N {
+        let parameter = &parameters[row];
+        assert!(
+            parameter.id.0 as usize == row,
+            "a parameter must stand at the place of its id"
+        );
+        check(parameter);
+        let ignored_bits = match parameter.permitted {
+            Permitted::Ranges(ranges) => ranges.ignored_bits,
+            _ => 0,
+        };
+        rules[row] = Rule::new(
+            parameter.data_type,
+            parameter.persistence,
+            ignored_bits,
+            (place(parameters, row), count(parameter)),
+        );
+        row += 1;
+    }
+    check_constraints(parameters, constraints);
+    rules
+}
+
+/// How many ranges are in the pool.
+pub const fn pool_size(parameters: &[Parameter]) -> usize {
+    place(parameters, parameters.len())
+}
+
+/// The permitted ranges that rules refer to: once each, also where several parameters permit the same.
+pub const fn pool<const N: usize>(parameters: &[Parameter]) -> [Limits; N] {
+    let mut pool = [(0, 0); N];
+    let mut row = 0;
+    while row < parameters.len() {
+        let first = place(parameters, row);
+        let mut range = 0;
+        while range < count(&parameters[row]) {
+            pool[first + range] = limits(&parameters[row], range);
+            range += 1;
+        }
+        row += 1;
+    }
+    pool
+}
+
+/// The size in bytes of the stored parameters.
+pub const fn stored_size(parameters: &[Parameter]) -> usize {
+    let mut size = 0;
+    let mut row = 0;
+    while row < parameters.len() {
+        if parameters[row].persistence as u8 != Persistence::Volatile as u8 {
+            size += parameters[row].data_type.size() as usize;
+        }
+        row += 1;
+    }
+    size
+}
+
+/// Whether names are those of numbers in a row, which are one range.
+const fn is_sequence(parameter: &Parameter) -> bool {
+    let names = parameter.meanings;
+    let mut row = 1;
+    while row < names.len() {
+        if names[row].0 != names[row - 1].0 + 1 {
+            return false;
+        }
+        row += 1;
+    }
+    !names.is_empty()
+}
+
+/// How many ranges a parameter permits; 0: every number.
+const fn count(parameter: &Parameter) -> usize {
+    match parameter.permitted {
+        Permitted::Any => 0,
+        Permitted::Range(..) => 1,
+        Permitted::Named if is_sequence(parameter) => 1,
+        Permitted::Named => parameter.meanings.len(),
+        Permitted::OneOf(numbers) => numbers.len(),
+        Permitted::Ranges(ranges) => ranges.ranges.len(),
+    }
+}
+
+/// One of them.
+const fn limits(parameter: &Parameter, range: usize) -> Limits {
+    let (low, high) = match parameter.permitted {
+        Permitted::Any => (0, u32::MAX),
+        Permitted::Range(low, high) => (low as u32, high as u32),
+        Permitted::Named if is_sequence(parameter) => {
+            let names = parameter.meanings;
+            (names[0].0, names[names.len() - 1].0)
+        }
+        Permitted::Named => (parameter.meanings[range].0, parameter.meanings[range].0),
+        Permitted::OneOf(numbers) => (numbers[range], numbers[range]),
+        Permitted::Ranges(ranges) => ranges.ranges[range],
+    };
+    (
+        ordered(parameter.data_type, low),
+        ordered(parameter.data_type, high),
+    )
+}
+
+/// Where the ranges of a row begin in the pool: where those of an earlier row do that are the same, or behind all earlier ones.
+const fn place(parameters: &[Parameter], row: usize) -> usize {
+    let (mut before, mut end) = (0, 0);
+    while before < row {
+        let first = place(parameters, before);
+        if row < parameters.len() && is_alike(&parameters[before], &parameters[row]) {
+            return first;
+        }
+        if first + count(&parameters[before]) > end {
+            end = first + count(&parameters[before]);
+        }
+        before += 1;
+    }
+    end
+}
+
+/// Whether two parameters permit the same ranges.
+const fn is_alike(one: &Parameter, other: &Parameter) -> bool {
+    if count(one) != count(other) {
+        return false;
+    }
+    let mut range = 0;
+    while range < count(one) {
+        let (a, b) = (limits(one, range), limits(other, range));
+        if a.0 != b.0 || a.1 != b.1 {
+            return false;
+        }
+        range += 1;
+    }
+    true
+}
+
+/// A description must make sense.
+const fn check(parameter: &Parameter) {
+    let data_type = parameter.data_type;
+    assert!(data_type.size() > 0, "a parameter is a number");
+    let (least, most) = data_type.range();
+    assert!(
+        fits(data_type, parameter.factory),
+        "the factory value must fit the type"
+    );
+    match parameter.permitted {
+        Permitted::Range(low, high) => {
+            assert!(
+                least <= low && low <= high && high <= most,
+                "the range must fit the type"
+            );
+        }
+        Permitted::Ranges(ranges) => {
+            assert!(!data_type.is_signed());
+            assert!(ranges.ignored_bits == 0 || data_type.size() == 4);
+        }
+        Permitted::Any | Permitted::Named | Permitted::OneOf(_) => {}
+    }
+    assert!(
+        permits(parameter, parameter.factory),
+        "the factory value must be permitted"
+    );
+    let mut row = 0;
+    while row < parameter.meanings.len() {
+        assert!(
+            fits(data_type, parameter.meanings[row].0),
+            "the named numbers must fit the type"
+        );
+        row += 1;
+    }
+}
+
+const fn fits(data_type: DataType, number: u32) -> bool {
+    data_type.size() == 4 || number >> (8 * data_type.size()) == 0
+}
+
+const fn permits(parameter: &Parameter, value: u32) -> bool {
+    let value = match parameter.permitted {
+        Permitted::Any => return true,
+        Permitted::Ranges(ranges) => return ranges.contain(value),
+        _ => ordered(parameter.data_type, value),
+    };
+    let mut range = 0;
+    while range < count(parameter) {
+        let (low, high) = limits(parameter, range);
+        if low <= value && value <= high {
+            return true;
+        }
+        range += 1;
+    }
+    false
+}
+
+/// The factory values must fulfil the constraints.
+const fn check_constraints(parameters: &[Parameter], constraints: &[Constraint]) {
+    let mut row = 0;
+    while row < constraints.len() {
+        let fulfilled = match constraints[row] {
+            Constraint::Different(one, other) => {
+                parameters[one.0 as usize].factory != parameters[other.0 as usize].factory
+            }
+            Constraint::AtMost {
+                parameter,
+                high,
+                other,
+                number,
+            } => {
+                parameters[other.0 as usize].factory != number as u32
+                    || parameters[parameter.0 as usize].factory <= high as u32
+            }
+        };
+        assert!(fulfilled, "the factory values must fulfil the constraints");
+        row += 1;
+    }
+}

@@ -1,0 +1,183 @@
+//! What the device keeps of a parameter's description: four bytes, and the factory value beside it.
+//!
+//! ```text
+//!  byte 0           1           2                                                           4
+//!       +-----------+-----------+-----------------------------------------------------------+
+//!       | first, u8 | count, u8 | form, u16: bits 0..2 type, 3..4 persistence, 5..6 how     |
+//!       |           |           |            many of the highest bits do not count          |
+//!       +-----------+-----------+-----------------------------------------------------------+
+//! ```
+//!
+//! `first` and `count` are the permitted ranges in the pool of the table; without a range, every number is permitted. The limits
+//! in the pool are ordered numbers: for signed types the sign bit is turned over, so that they compare without sign.
+
+use super::{DataType, Persistence};
+
+/// The lowest and the highest number of a range, as ordered numbers.
+pub type Limits = (u32, u32);
+
+/// What the device keeps of a parameter.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Rule {
+    first: u8,
+    count: u8,
+    form: u16,
+}
+
+/// Why a parameter does not take a value.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Refused {
+    /// It is below the range.
+    TooLow,
+    /// It is above the range.
+    TooHigh,
+    /// It is none of the permitted values.
+    NotPermitted,
+    /// Not in the present state of the device.
+    State,
+}
+
+const PERSISTENCE: u32 = 3;
+const IGNORED_BITS: u32 = 5;
+
+impl Rule {
+    pub(super) const fn new(
+        data_type: DataType,
+        persistence: Persistence,
+        ignored_bits: u8,
+        (first, count): (usize, usize),
+    ) -> Self {
+        assert!(ignored_bits < 4);
+        assert!(first + count < 256, "too many permitted ranges");
+        let form = data_type as u16 | (persistence as u16) << PERSISTENCE;
+        Self {
+            first: first as u8,
+            count: count as u8,
+            form: form | (ignored_bits as u16) << IGNORED_BITS,
+        }
+    }
+
+    /// The size in bytes: 1, 2 or 4.
+    pub const fn size(self) -> u8 {
+        1 << (self.form & 3)
+    }
+
+    /// The type.
+    pub const fn data_type(self) -> DataType {
+        DataType::of((self.form & 7) as u8)
+    }
+
+    /// Whether it is part of the stored image.
+    pub const fn is_stored(self) -> bool {
+        self.form >> PERSISTENCE & 3 != Persistence::Volatile as u16
+    }
+
+    /// Whether it is stored as soon as it is written.
+    pub const fn is_stored_at_once(self) -> bool {
+        self.form >> PERSISTENCE & 3 == Persistence::AtOnce as u16
+    }
+
+    /// Whether the parameter takes `value`, the other parameters aside.
+    pub(super) fn check(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
+        let value = self.ordered(value);
+        let (first, count) = (usize::from(self.first), usize::from(self.count));
+        let ranges = pool.get(first..first + count).unwrap_or(&[]);
+        match ranges {
+            [] => Ok(()),
+            [(low, _)] if value < *low => Err(Refused::TooLow),
+            [(_, high)] if value > *high => Err(Refused::TooHigh),
+            _ if ranges
+                .iter()
+                .any(|(low, high)| (low..=high).contains(&&value)) =>
+            {
+                Ok(())
+            }
+            _ => Err(Refused::NotPermitted),
+        }
+    }
+
+    /// The value as an ordered number, without the bits that do not count.
+    fn ordered(self, value: u32) -> u32 {
+        let ignored = u32::from(self.form >> IGNORED_BITS & 3);
+        let value = value.wrapping_shl(ignored).wrapping_shr(ignored);
+        ordered(self.data_type(), value)
+    }
+}
+
+/// A number that compares without sign as `value` does in its type.
+pub(super) const fn ordered(data_type: DataType, value: u32) -> u32 {
+    if data_type.is_signed() {
+        data_type.value(value) as u32 ^ 1 << 31
+    } else {
+        value
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const fn rule(data_type: DataType, ignored_bits: u8, count: usize) -> Rule {
+        Rule::new(data_type, Persistence::OnSave, ignored_bits, (0, count))
+    }
+
+    const fn limits(data_type: DataType, low: i64, high: i64) -> Limits {
+        (
+            ordered(data_type, low as u32),
+            ordered(data_type, high as u32),
+        )
+    }
+
+    #[test]
+    fn value_beyond_one_range_is_too_low_or_too_high() {
+        static SIGNED: [Limits; 1] = [limits(DataType::I16, -9000, 9000)];
+        let signed = rule(DataType::I16, 0, 1);
+        for (value, expected) in [
+            (-9001, Err(Refused::TooLow)),
+            (-9000, Ok(())),
+            (0, Ok(())),
+            (9000, Ok(())),
+            (9001, Err(Refused::TooHigh)),
+        ] {
+            // As the two bytes on the wire make it.
+            let bytes = u32::from(value as i16 as u16);
+            assert_eq!(signed.check(bytes, &SIGNED), expected, "{value}");
+        }
+        static UNSIGNED: [Limits; 1] = [(1, u32::MAX - 1)];
+        let unsigned = rule(DataType::U32, 0, 1);
+        assert_eq!(unsigned.check(0, &UNSIGNED), Err(Refused::TooLow));
+        assert_eq!(unsigned.check(u32::MAX, &UNSIGNED), Err(Refused::TooHigh));
+        assert_eq!(unsigned.check(u32::MAX - 1, &UNSIGNED), Ok(()));
+    }
+
+    #[test]
+    fn value_outside_of_several_ranges_is_not_permitted() {
+        static POOL: [Limits; 2] = [(0, 240), (252, 255)];
+        let rule = rule(DataType::U8, 0, 2);
+        for value in 0..=255 {
+            let expected = match value {
+                0..=240 | 252..=255 => Ok(()),
+                _ => Err(Refused::NotPermitted),
+            };
+            assert_eq!(rule.check(value, &POOL), expected);
+        }
+    }
+
+    #[test]
+    fn highest_bits_do_not_count_where_the_rule_says_so() {
+        static POOL: [Limits; 2] = [(0x80, 0x80), (0x181, 0x1FF)];
+        let rule = rule(DataType::U32, 2, 2);
+        for flags in [0, 1 << 31, 1 << 30, 3 << 30] {
+            assert_eq!(rule.check(0x80 | flags, &POOL), Ok(()));
+        }
+        assert_eq!(
+            rule.check(0x80 | 1 << 29, &POOL),
+            Err(Refused::NotPermitted)
+        );
+    }
+
+    #[test]
+    fn every_value_is_permitted_without_a_range() {
+        assert_eq!(rule(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
+    }
+}

@@ -1,0 +1,126 @@
+//! A set of parameters.
+
+use super::{Constraint, ParameterId};
+
+/// A set of parameters: a bit for each.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ParameterSet {
+    words: [u32; WORDS],
+}
+
+const WORDS: usize = 4;
+
+#[allow(clippy::indexing_slicing)] // the place is below the number of words
+impl ParameterSet {
+    /// The parameters with which one of these constraints has to do.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn constrained(constraints: &[Constraint]) -> Self {
+        let (mut set, mut row) = (Self::EMPTY, 0);
+        while row < constraints.len() {
+            let (Constraint::Different(one, other)
+            | Constraint::AtMost {
+                parameter: one,
+                other,
+                ..
+            }) = constraints[row];
+            set = set.with(one).with(other);
+            row += 1;
+        }
+        set
+    }
+
+    /// Ids below this fit in.
+    pub const CAPACITY: usize = 32 * WORDS;
+
+    /// No parameter.
+    pub const EMPTY: Self = Self { words: [0; WORDS] };
+
+    /// Every parameter.
+    pub const ALL: Self = Self {
+        words: [u32::MAX; WORDS],
+    };
+
+    /// These parameters.
+    pub const fn of(ids: &[ParameterId]) -> Self {
+        let mut set = Self::EMPTY;
+        let mut place = 0;
+        while place < ids.len() {
+            set = set.with(ids[place]);
+            place += 1;
+        }
+        set
+    }
+
+    /// This set and one parameter more.
+    pub const fn with(mut self, id: ParameterId) -> Self {
+        self.words[word(id)] |= bit(id);
+        self
+    }
+
+    /// Adds a parameter.
+    pub fn insert(&mut self, id: ParameterId) {
+        *self = self.with(id);
+    }
+
+    /// Whether a parameter is in the set.
+    pub const fn contains(&self, id: ParameterId) -> bool {
+        self.words[word(id)] & bit(id) != 0
+    }
+
+    /// Whether a parameter is in both sets.
+    pub const fn intersects(&self, other: &Self) -> bool {
+        let [a, b, c, d] = self.words;
+        let [e, f, g, h] = other.words;
+        (a & e) | (b & f) | (c & g) | (d & h) != 0
+    }
+
+    /// The parameters of both sets.
+    pub const fn union(&self, other: &Self) -> Self {
+        let [a, b, c, d] = self.words;
+        let [e, f, g, h] = other.words;
+        Self {
+            words: [a | e, b | f, c | g, d | h],
+        }
+    }
+
+    /// Whether no parameter is in the set.
+    pub const fn is_empty(&self) -> bool {
+        let [a, b, c, d] = self.words;
+        a | b | c | d == 0
+    }
+}
+
+/// The word of a parameter; the ids repeat beyond the capacity, which no table reaches.
+const fn word(id: ParameterId) -> usize {
+    id.0 as usize / 32 % WORDS
+}
+
+const fn bit(id: ParameterId) -> u32 {
+    1 << (id.0 % 32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn set_contains_exactly_the_inserted_ids() {
+        let ids = [0, 31, 32, 63, 64, 127].map(ParameterId);
+        let set = ParameterSet::of(&ids);
+        for id in 0..ParameterSet::CAPACITY as u8 {
+            let id = ParameterId(id);
+            assert_eq!(set.contains(id), ids.contains(&id));
+            assert!(ParameterSet::ALL.contains(id));
+            assert!(!ParameterSet::EMPTY.contains(id));
+        }
+        assert!(ParameterSet::EMPTY.is_empty() && !set.is_empty());
+    }
+
+    #[test]
+    fn sets_intersect_when_an_id_is_in_both() {
+        let low = ParameterSet::of(&[ParameterId(5)]);
+        let high = ParameterSet::of(&[ParameterId(5 + 32)]);
+        assert!(!low.intersects(&high));
+        assert!(low.intersects(&high.with(ParameterId(5))));
+    }
+}

@@ -1,0 +1,381 @@
+//! What the JN2101 measures and does besides CANopen (manual 7.7, 8, 9).
+
+use crate::tester::canopen::*;
+use plumbline::node::{Action, Node};
+
+const DEVICE_STATE: u32 = 0x0800_0022;
+
+fn angles(t: &mut Jn2101Tester) -> (i16, i16) {
+    (t.read_i16(0x6010), t.read_i16(0x6020))
+}
+
+/// The up vector of the excavator of 8.5 on an embankment of 30 deg, turned by `heading` deg from driving straight up.
+fn embankment(heading: f64) -> [f64; 3] {
+    let (slope, heading) = (30_f64.to_radians(), heading.to_radians());
+    [
+        -slope.sin() * heading.sin(),
+        -slope.sin() * heading.cos(),
+        slope.cos(),
+    ]
+}
+
+#[test]
+fn the_excavator_of_the_manual() {
+    // 8.5, positions 1 to 6: longitudinal and lateral for perpendicular, Euler, gimbal X and gimbal Y. Position 3 is printed
+    // rounded down to whole degrees: 20.70 and -22.21.
+    let undefined = i16::MAX;
+    let table = [
+        ([0.0, 0.0, 1.0], [(0, 0), (0, undefined), (0, 0), (0, 0)]),
+        (
+            embankment(0.0),
+            [(0, -3000), (3000, 0), (0, -3000), (0, -3000)],
+        ),
+        (
+            embankment(45.0),
+            [(2070, -2070), (3000, 4500), (2070, -2221), (2221, -2070)],
+        ),
+        (
+            embankment(90.0),
+            [(3000, 0), (3000, 9000), (3000, 0), (3000, 0)],
+        ),
+        (
+            embankment(180.0),
+            [(0, 3000), (3000, 18_000), (0, 3000), (0, 3000)],
+        ),
+    ];
+    for (up, expected) in table {
+        let mut t = booted();
+        t.settle_at(up);
+        for (definition, (longitudinal, lateral)) in (0..).zip(expected) {
+            t.write(0x2044, 0, 1, definition).unwrap();
+            let got = angles(&mut t);
+            assert!(
+                (got.0 - longitudinal).abs() <= 1,
+                "{up:?} {definition}: {got:?}"
+            );
+            if lateral != undefined {
+                // At the end of +-180 deg both signs are right.
+                let error = (got.1.abs() - lateral.abs()).abs();
+                assert!(error <= 1, "{up:?} {definition}: {got:?}");
+                assert!(
+                    got.1.signum() == lateral.signum() || lateral == 18_000 || got.1.abs() <= 1
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn half_a_turn_is_plus_180_degrees() {
+    let mut t = booted();
+    t.write(0x2044, 0, 1, 1).unwrap();
+    t.settle_at([0.0, 0.5, 0.75_f64.sqrt()]);
+    assert_eq!(angles(&mut t), (3000, 18_000));
+}
+
+#[test]
+fn quadrant_correction_extends_the_lateral_euler_angle() {
+    // Direction 225 deg: -135 deg, and 45 deg without correction.
+    let up = embankment(225.0);
+    for (quadrants, lateral) in [(0, 4500), (1, -13_500), (2, 22_500)] {
+        let mut t = booted();
+        t.settle_at(up);
+        t.write(0x2044, 0, 1, 1).unwrap();
+        t.write(0x2040, 0, 1, quadrants).unwrap();
+        let (slope, direction) = angles(&mut t);
+        assert!((slope - 3000).abs() <= 1 && (direction - lateral).abs() <= 1);
+        // No other definition knows quadrants.
+        t.write(0x2044, 0, 1, 0).unwrap();
+        assert_eq!(angles(&mut t), (-2070, 2070));
+    }
+}
+
+#[test]
+fn the_resolution_divides_and_sixteen_bits_saturate() {
+    let mut t = booted();
+    t.tilt(40.0, -35.5);
+    for (resolution, x, y) in [
+        (1, 40_000, -35_500),
+        (10, 4000, -3550),
+        (100, 400, -355),
+        (1000, 40, -36),
+    ] {
+        t.write(0x6000, 0, 2, resolution).unwrap();
+        let (x32, y32) = (t.read_i32(0x6110), t.read_i32(0x6120));
+        // Half a unit may be rounded either way.
+        assert!(
+            (x32 - x).abs() <= 1 && (y32 - y).abs() <= 1,
+            "{resolution}: {x32} {y32}"
+        );
+        let limited = |value: i32| value.clamp(-32_768, 32_767) as i16;
+        assert_eq!(angles(&mut t), (limited(x32), limited(y32)));
+    }
+    t.write(0x6000, 0, 2, 1).unwrap();
+    assert_eq!(angles(&mut t), (32_767, -32_768));
+    t.send("000#0100");
+    assert_eq!(t.exchange("080#")[0], "18A#FF7F0080");
+    // 9.10: -2370 is -23.70 deg.
+    t.write(0x6000, 0, 2, 10).unwrap();
+    t.tilt(-23.7, 0.0);
+    assert_eq!(angles(&mut t), (-2370, 0));
+}
+
+#[test]
+fn the_zero_point_is_subtracted_until_it_is_reset() {
+    let mut t = booted();
+    t.tilt(10.0, -5.0);
+    assert_eq!(t.write(0x2046, 0, 1, 1), Ok(()));
+    assert_eq!(angles(&mut t), (0, 0));
+    assert_eq!(t.read(0x2046, 0), Ok(1));
+    t.tilt(12.0, -6.0);
+    assert_eq!(angles(&mut t), (200, -100));
+    assert_eq!(t.write(0x2046, 0, 1, 0), Ok(()), "0 changes nothing");
+    assert_eq!(t.read(0x2046, 0), Ok(1));
+    assert_eq!(angles(&mut t), (200, -100));
+    assert_eq!(
+        t.write(0x2046, 0, 1, 1),
+        Ok(()),
+        "from the measured angles again"
+    );
+    assert_eq!(angles(&mut t), (0, 0));
+    assert_eq!(t.write(0x2046, 0, 1, 2), Ok(()));
+    assert_eq!(angles(&mut t), (1200, -600));
+}
+
+#[test]
+fn teach_makes_the_present_position_level() {
+    let mut t = booted();
+    // The definition rules, not the printed example: with -13.2/-29.3 taught in, -30/0 is -43.20/-21.50.
+    t.tilt(-13.2, -29.3);
+    assert_eq!(t.write(0x2042, 0, 1, 1), Ok(()));
+    assert_eq!(t.read(0x2042, 0), Ok(1));
+    assert_eq!(angles(&mut t), (0, 0));
+    t.tilt(-43.2, -21.5);
+    let (x, y) = angles(&mut t);
+    assert!((x + 3000).abs() <= 2 && y.abs() <= 2, "{x} {y}");
+    assert_eq!(t.write(0x2042, 0, 1, 0), Ok(()));
+    assert_eq!(t.read(0x2042, 0), Ok(1));
+    assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
+    let (x, y) = angles(&mut t);
+    assert!((x + 4320).abs() <= 1 && (y + 2150).abs() <= 1, "{x} {y}");
+}
+
+#[test]
+fn teach_is_refused_with_the_x_axis_upright() {
+    let mut t = booted();
+    for up in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.01, 0.01]] {
+        t.settle_at(up);
+        t.sent_text();
+        assert_eq!(t.write(0x2042, 0, 1, 1), Err(DEVICE_STATE), "{up:?}");
+        assert_eq!(t.read(0x2042, 0), Ok(2));
+    }
+    assert_eq!(t.memory, None);
+}
+
+#[test]
+fn without_a_measurement_there_is_no_zero_and_no_teach() {
+    let mut t = booted();
+    t.sampled = false;
+    t.wait_text(200);
+    assert_eq!(t.write(0x2046, 0, 1, 1), Err(DEVICE_STATE));
+    assert_eq!(t.write(0x2042, 0, 1, 1), Err(DEVICE_STATE));
+    assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
+}
+
+#[test]
+fn the_filter_smooths_and_0_switches_it_off() {
+    let step = |filter| {
+        let mut t = booted();
+        t.write(0x2043, 0, 1, filter).unwrap();
+        t.force = in_g([0.0, 0.5, 0.75_f64.sqrt()]);
+        t.wait_text(5);
+        let first = t.read_i16(0x6020);
+        t.wait_text(2000);
+        assert_eq!(t.read_i16(0x6020), 3000);
+        first
+    };
+    assert_eq!(step(0), 3000);
+    for filter in 1..=4 {
+        assert!(step(filter) < 300, "{filter}");
+    }
+}
+
+#[test]
+fn the_terminating_resistor_follows_its_object() {
+    let mut t = power_up();
+    assert!(t.actions.contains(&Action::Termination(true)));
+    t.sent_text();
+    t.actions.clear();
+    t.write(0x2045, 0, 1, 0).unwrap();
+    assert_eq!(t.actions, [Action::Termination(false)]);
+    t.write(0x2045, 0, 1, 0).unwrap();
+    assert_eq!(t.actions.len(), 1);
+}
+
+#[test]
+fn the_self_test_takes_its_time_and_gives_a_register() {
+    for (x, y, register) in [
+        (true, true, 0b110),
+        (true, false, 0b100),
+        (false, true, 0b010),
+        (false, false, 0),
+    ] {
+        let mut t = booted();
+        t.actions.clear();
+        assert_eq!(t.write(0x4004, 1, 1, 1), Ok(()));
+        assert_eq!(t.actions, [Action::SelfTest]);
+        assert_eq!(t.read(0x4004, 1), Ok(1));
+        assert_eq!(t.write(0x4004, 1, 1, 1), Ok(()), "it is under way");
+        assert_eq!(t.actions.len(), 1);
+        t.wait_text(2000);
+        t.tested(x, y);
+        assert_eq!(t.read(0x4004, 1), Ok(0));
+        assert_eq!(t.read(0x4004, 2), Ok(register));
+        let emergencies = t.wait_text(10);
+        assert_eq!(emergencies.is_empty(), x && y);
+        if let Some((_, frame)) = emergencies.first() {
+            assert_eq!(frame, "08A#0010010100000000");
+        }
+    }
+}
+
+#[test]
+fn a_self_test_without_a_result_has_failed() {
+    let mut t = booted();
+    t.write(0x4004, 1, 1, 1).unwrap();
+    t.wait_text(3999);
+    assert_eq!(t.read(0x4004, 1), Ok(1));
+    t.wait_text(10);
+    assert_eq!((t.read(0x4004, 1), t.read(0x4004, 2)), (Ok(0), Ok(0)));
+    // A result that nobody asked for is none.
+    t.tested(true, true);
+    assert_eq!(t.read(0x4004, 2), Ok(0));
+}
+
+#[test]
+fn the_temperature_is_renewed_every_200_ms() {
+    let mut t = booted();
+    t.wait_text(200);
+    t.temperature = -12_34;
+    t.wait_text(190);
+    assert_eq!(t.read(0x4080, 0), Ok(250));
+    t.wait_text(10);
+    assert_eq!(t.read_i32(0x4080), -123);
+}
+
+#[test]
+fn the_heating_follows_the_temperature_and_can_be_switched_off() {
+    let mut t = booted();
+    t.temperature = -20_00;
+    t.wait_text(400);
+    assert_eq!(t.actions.last(), Some(&Action::Heater(1000)));
+    assert_eq!(t.read(0x4081, 0), Ok(1500));
+    t.write(0x2041, 0, 1, 0).unwrap();
+    assert_eq!(t.actions.last(), Some(&Action::Heater(0)));
+    assert_eq!(t.read(0x4081, 0), Ok(0));
+    t.wait_text(1000);
+    assert_eq!(t.actions.last(), Some(&Action::Heater(0)));
+    t.write(0x2041, 0, 1, 1).unwrap();
+    t.wait_text(200);
+    assert_eq!(t.actions.last(), Some(&Action::Heater(1000)));
+    // Without an accelerometer there is no temperature.
+    t.sampled = false;
+    t.wait_text(200);
+    assert_eq!(t.actions.last(), Some(&Action::Heater(0)));
+    assert_eq!(t.read(0x4081, 0), Ok(0));
+}
+
+#[test]
+fn the_programming_key_carries_the_parameters_to_another_sensor() {
+    let mut first = booted();
+    let list = [
+        (0x2000, 1, 0x20),
+        (0x2001, 2, 1000),
+        (0x2040, 1, 2),
+        (0x2041, 1, 0),
+        (0x2043, 1, 4),
+        (0x2044, 1, 3),
+        (0x2045, 1, 0),
+        (0x6000, 2, 1000),
+    ];
+    for (index, size, value) in list {
+        first.write(index, 0, size, value).unwrap();
+    }
+    let key = first.read_text(0x3000);
+    assert_eq!(key.len(), 16);
+    assert_ne!(key, "D0UfZEgRKHAI5Ag=");
+    let mut second = booted();
+    assert_eq!(second.write_text(0x3000, &key), "2000000000000000");
+    for (index, _, value) in list {
+        assert_eq!(second.read(index, 0), Ok(value), "{index:04X}");
+    }
+    assert!(second.actions.contains(&Action::Termination(false)));
+    assert_eq!(second.read_text(0x3000), key);
+    assert_eq!(second.memory, None, "not before it is saved");
+}
+
+#[test]
+fn every_wrong_key_is_refused_and_changes_nothing() {
+    let mut t = booted();
+    t.write(0x2044, 0, 1, 3).unwrap();
+    let key = t.read_text(0x3000);
+    let mut wrong = vec![
+        "A".to_string(),
+        "D0UfZEgRKHAI5Ag".into(),
+        key.clone() + "A",
+        "????????????????".into(),
+    ];
+    for place in 0..key.len() {
+        let mut bytes = key.clone().into_bytes();
+        bytes[place] = if bytes[place] == b'B' { b'C' } else { b'B' };
+        wrong.push(String::from_utf8(bytes).unwrap());
+    }
+    for text in &wrong {
+        let reply = t.write_text(0x3000, text);
+        assert_eq!(reply, "8000300030000906", "{text}");
+        assert_eq!(t.read_text(0x3000), key);
+    }
+}
+
+#[test]
+fn the_printed_key_brings_the_factory_settings_back() {
+    let mut t = booted();
+    t.tilt(10.0, 5.0);
+    t.write(0x2042, 0, 1, 1).unwrap();
+    t.write(0x2044, 0, 1, 3).unwrap();
+    t.write(0x2000, 0, 1, 0x20).unwrap();
+    assert_eq!(t.write_text(0x3000, "D0UfZEgRKHAI5Ag="), "2000000000000000");
+    assert_eq!(t.read(0x2044, 0), Ok(0));
+    assert_eq!(t.read(0x2000, 0), Ok(10));
+    assert_eq!(t.read(0x2042, 0), Ok(2));
+    assert_eq!(angles(&mut t), (1000, 500));
+    assert_eq!(t.read_text(0x3000), "D0UfZEgRKHAI5Ag=");
+    // The end of the teach-in is kept at once.
+    t.power_cycle();
+    t.sent_text();
+    assert_eq!(t.read(0x2042, 0), Ok(2));
+}
+
+#[test]
+fn a_key_does_not_carry_what_was_taught() {
+    let mut first = booted();
+    first.tilt(10.0, 5.0);
+    first.write(0x2042, 0, 1, 1).unwrap();
+    let key = first.read_text(0x3000);
+    let mut second = booted();
+    second.write_text(0x3000, &key);
+    assert_eq!(second.read(0x2042, 0), Ok(2));
+    // Written back to the first it ends nothing.
+    first.write_text(0x3000, &key);
+    assert_eq!(first.read(0x2042, 0), Ok(1));
+    assert_eq!(angles(&mut first), (0, 0));
+}
+
+#[test]
+fn readouts_are_in_hundredths_of_a_degree_whatever_the_resolution() {
+    let mut t = booted();
+    t.tilt(12.34, -5.0);
+    t.write(0x6000, 0, 2, 1000).unwrap();
+    let readout = t.node.readout();
+    assert_eq!((readout.x, readout.y), (1234, Some(-500)));
+}

@@ -1,0 +1,270 @@
+//! TPDOs and SYNC of the JN2101 on the wire (CiA 301, 7.2.2, 7.2.5, 7.5.2.37; manual 7.4, 7.5).
+
+use crate::tester::canopen::*;
+use plumbline::can::standard;
+use plumbline::node::Action;
+
+/// 10.00 deg longitudinal, -5.00 deg lateral: 03E8h and FE0Ch.
+const TPDO0: &str = "18A#E8030CFE";
+const TPDO1: &str = "28A#E80300000CFEFFFF";
+
+fn tilted() -> Jn2101Tester {
+    let mut t = operational();
+    t.tilt(10.0, -5.0);
+    t
+}
+
+/// In pre-operational, so that a test can set it up first.
+fn tilted_pre_operational() -> Jn2101Tester {
+    let mut t = booted();
+    t.tilt(10.0, -5.0);
+    t
+}
+
+fn silence(t: &mut Jn2101Tester, number: u16) {
+    t.write(0x1800 + number, 2, 1, 253).unwrap();
+}
+
+#[test]
+fn as_delivered_both_answer_every_sync() {
+    let mut t = tilted();
+    for _ in 0..5 {
+        assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
+    }
+    assert_eq!(t.wait_text(1000), [], "and nothing by themselves");
+}
+
+#[test]
+fn a_sync_may_carry_a_counter() {
+    let mut t = tilted();
+    assert_eq!(t.exchange("080#05"), [TPDO0, TPDO1]);
+    for frame in ["080#0102", "080#R", "00000080#", "081#"] {
+        assert_eq!(t.exchange(frame), [""; 0], "{frame}");
+    }
+}
+
+#[test]
+fn the_sync_is_answered_with_the_newest_sample() {
+    let mut t = booted();
+    t.write(0x2043, 0, 1, 0).unwrap();
+    t.send("000#0100");
+    t.tilt(10.0, -5.0);
+    assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
+    t.tilt(-10.0, 0.0);
+    assert_eq!(t.exchange("080#")[0], "18A#18FC0000");
+}
+
+#[test]
+fn pdos_are_sent_in_operational_only() {
+    let mut t = tilted_pre_operational();
+    for state in ["000#800A", "000#020A"] {
+        t.send(state);
+        assert_eq!(t.exchange("080#"), [""; 0]);
+        assert_eq!(t.exchange("18A#R4"), [""; 0]);
+    }
+    t.send("000#800A");
+    t.write(0x1800, 2, 1, 254).unwrap();
+    assert_eq!(t.wait_text(100), []);
+    t.send("000#010A");
+    assert_eq!(t.wait_text(10).len(), 1);
+    t.send("000#800A");
+    assert_eq!(t.wait_text(100), []);
+}
+
+#[test]
+fn a_pdo_that_waits_is_not_sent_after_operational() {
+    let mut t = tilted();
+    t.send("080#");
+    t.send("000#800A");
+    assert_eq!(t.sent_text(), [""; 0]);
+}
+
+#[test]
+fn every_nth_sync_counts() {
+    for n in [2, 3, 240] {
+        let mut t = tilted_pre_operational();
+        t.write(0x1800, 2, 1, n).unwrap();
+        silence(&mut t, 1);
+        t.send("000#010A");
+        for round in 1..=3 {
+            for count in 1..=n {
+                let expected: &[&str] = if count == n { &[TPDO0] } else { &[] };
+                assert_eq!(t.exchange("080#"), expected, "{round}: {count} of {n}");
+            }
+        }
+    }
+}
+
+#[test]
+fn type_0_answers_a_sync_when_the_data_have_changed() {
+    let mut t = tilted_pre_operational();
+    t.write(0x1800, 2, 1, 0).unwrap();
+    silence(&mut t, 1);
+    t.send("000#010A");
+    assert_eq!(t.exchange("080#"), [TPDO0]);
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    t.tilt(10.0, -6.0);
+    assert_eq!(t.exchange("080#"), ["18A#E803A8FD"]);
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    // The first SYNC after a start is always answered.
+    t.send("000#800A");
+    t.send("000#010A");
+    assert_eq!(t.exchange("080#"), ["18A#E803A8FD"]);
+}
+
+#[test]
+fn type_252_samples_with_the_sync_and_sends_on_request() {
+    let mut t = tilted_pre_operational();
+    t.write(0x1800, 2, 1, 252).unwrap();
+    silence(&mut t, 1);
+    t.send("000#010A");
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    t.tilt(0.0, 0.0);
+    assert_eq!(t.exchange("18A#R4"), [TPDO0]);
+    assert_eq!(t.exchange("18A#R4"), [TPDO0]);
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    assert_eq!(t.exchange("18A#R4"), ["18A#00000000"]);
+}
+
+#[test]
+fn type_253_sends_on_request() {
+    let mut t = tilted_pre_operational();
+    silence(&mut t, 0);
+    silence(&mut t, 1);
+    t.send("000#010A");
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    assert_eq!(t.wait_text(1000), []);
+    assert_eq!(t.exchange("18A#R4"), [TPDO0]);
+    assert_eq!(t.exchange("28A#R8"), [TPDO1]);
+    assert_eq!(t.exchange("18B#R4"), [""; 0]);
+    // Data on its identifier are somebody else's mistake.
+    assert_eq!(t.exchange("18A#00000000"), [""; 0]);
+}
+
+#[test]
+fn remote_frames_are_answered_in_every_type() {
+    for kind in [0, 1, 240, 252, 253, 254, 255] {
+        let mut t = tilted_pre_operational();
+        t.write(0x1800, 2, 1, kind).unwrap();
+        t.write(0x1800, 5, 2, 0).unwrap();
+        t.send("000#010A");
+        assert_eq!(t.exchange("18A#R4"), [TPDO0], "{kind}");
+    }
+}
+
+#[test]
+fn the_event_timer_sends_cyclically() {
+    for kind in [254, 255] {
+        let mut t = tilted_pre_operational();
+        t.write(0x1800, 2, 1, kind).unwrap();
+        t.send("000#010A");
+        let every_10_ms: Vec<(u64, String)> = (1..=100).map(|n| (n * 10, TPDO0.into())).collect();
+        assert_eq!(t.wait_text(1000), every_10_ms, "{kind}");
+        assert_eq!(
+            t.exchange("080#"),
+            [TPDO1],
+            "the other one follows the SYNC"
+        );
+        // A request in between does not shift the period.
+        t.wait_text(5);
+        assert_eq!(t.exchange("18A#R4"), [TPDO0]);
+        assert_eq!(t.wait_text(10), [(5, TPDO0.to_string())]);
+    }
+}
+
+#[test]
+fn a_new_interval_acts_at_once_and_0_switches_off() {
+    let mut t = tilted();
+    t.write(0x1801, 2, 1, 254).unwrap();
+    t.write(0x1801, 5, 2, 250).unwrap();
+    t.wait_text(100);
+    t.write(0x1801, 5, 2, 20).unwrap();
+    assert_eq!(
+        t.wait_text(40),
+        [(20, TPDO1.to_string()), (40, TPDO1.to_string())]
+    );
+    t.write(0x1801, 5, 2, 0).unwrap();
+    assert_eq!(t.wait_text(1000), []);
+    t.write(0x1801, 5, 2, 65_535).unwrap();
+    assert_eq!(t.wait_text(65_535), [(65_535, TPDO1.to_string())]);
+}
+
+#[test]
+fn the_inhibit_time_holds_events_back() {
+    let mut t = tilted_pre_operational();
+    t.write(0x1800, 2, 1, 254).unwrap();
+    // 25 ms, in units of 100 us, with an event every 10 ms.
+    t.write(0x1800, 3, 2, 250).unwrap();
+    t.send("000#010A");
+    let times: Vec<_> = t.wait_text(90).into_iter().map(|(time, _)| time).collect();
+    assert_eq!(times, [10, 35, 60, 85]);
+    // A request is such an event too.
+    t.write(0x1800, 5, 2, 0).unwrap();
+    t.wait_text(100);
+    assert_eq!(t.exchange("18A#R4"), [TPDO0]);
+    assert_eq!(t.exchange("18A#R4"), [""; 0]);
+    assert_eq!(t.wait_text(100), [(25, TPDO0.to_string())]);
+    // With the SYNC there is no inhibit time.
+    t.write(0x1800, 2, 1, 1).unwrap();
+    assert_eq!(t.exchange("080#")[0], TPDO0);
+    assert_eq!(t.exchange("080#")[0], TPDO0);
+}
+
+#[test]
+fn the_inhibit_time_is_kept_to_a_tenth_of_a_millisecond() {
+    let mut t = tilted_pre_operational();
+    t.write(0x1800, 2, 1, 254).unwrap();
+    t.write(0x1800, 3, 2, 13).unwrap();
+    t.write(0x1800, 5, 2, 1).unwrap();
+    t.sampled = false;
+    t.send("000#010A");
+    let start = t.now.ticks();
+    let mut times = Vec::new();
+    while times.len() < 4 {
+        if !t.next_text().is_empty() {
+            times.push(t.now.ticks() - start);
+        }
+    }
+    assert_eq!(times, [1000, 2300, 3600, 4900]);
+}
+
+#[test]
+fn another_sync_identifier_acts_at_once() {
+    let mut t = tilted();
+    t.actions.clear();
+    assert_eq!(t.write(0x1005, 0, 4, 0x123), Err(0x0609_0030));
+    assert_eq!(t.write(0x1005, 0, 4, 0x8000_00A0), Ok(()));
+    assert_eq!(t.read(0x1005, 0), Ok(0x8000_00A0));
+    assert!(
+        t.actions
+            .iter()
+            .any(|action| matches!(action, Action::Bus(..)))
+    );
+    assert!(t.accepts(standard(0x0A0)) && !t.accepts(standard(0x080)));
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    assert_eq!(t.exchange("0A0#"), [TPDO0, TPDO1]);
+    // The same identifier again disturbs nothing.
+    t.actions.clear();
+    assert_eq!(t.write(0x1005, 0, 4, 0xA0), Ok(()));
+    assert_eq!(t.actions, []);
+}
+
+#[test]
+fn what_the_sensor_listens_to_passes_its_filters() {
+    let t = booted();
+    for id in [0x000, 0x080, 0x60A, 0x70A, 0x18A, 0x28A] {
+        assert!(t.accepts(standard(id)), "{id:03X}");
+    }
+    assert!(!t.accepts(standard(0x58A)));
+}
+
+#[test]
+fn on_a_busy_bus_the_newest_value_takes_the_place_of_the_stale_one() {
+    let mut t = tilted();
+    for _ in 0..100 {
+        t.send("080#");
+    }
+    t.tilt(0.0, 0.0);
+    t.send("080#");
+    assert_eq!(t.sent_text(), ["18A#00000000", "28A#0000000000000000"]);
+}

@@ -1,0 +1,424 @@
+//! The SDO server of the JN2101 on the wire (CiA 301, 7.2.4; manual 7.6 and 7.7).
+
+use crate::tester::canopen::*;
+use plumbline::node::{Action, Node};
+
+const TOGGLE: u32 = 0x0503_0000;
+const COMMAND: u32 = 0x0504_0001;
+const READ_ONLY: u32 = 0x0601_0002;
+const NO_OBJECT: u32 = 0x0602_0000;
+const LENGTH: u32 = 0x0607_0010;
+const TOO_LONG: u32 = 0x0607_0012;
+const TOO_SHORT: u32 = 0x0607_0013;
+const NO_SUB: u32 = 0x0609_0011;
+const VALUE: u32 = 0x0609_0030;
+const TOO_HIGH: u32 = 0x0609_0031;
+const TOO_LOW: u32 = 0x0609_0032;
+const SIGNATURE: u32 = 0x0800_0020;
+
+/// The bytes of an abort with this code for the object whose index and sub-index are written as they are on the wire.
+fn abort(object: &str, code: u32) -> String {
+    let code: String = code
+        .to_le_bytes()
+        .map(|byte| format!("{byte:02X}"))
+        .concat();
+    format!("80{object}{code}")
+}
+
+#[test]
+fn a_read_of_each_size_carries_its_number_of_bytes() {
+    let mut t = booted();
+    // 1000h: u32 4019Ah; 1017h: u16; 1001h: u8.
+    assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+    assert_eq!(t.sdo("4017100000000000"), "4B17100000000000");
+    assert_eq!(t.sdo("4001100000000000"), "4F01100000000000");
+    // The lower five bits of the command are reserved.
+    assert_eq!(t.sdo("5F00100000000000"), "430010009A010400");
+}
+
+#[test]
+fn the_dictionary_reads_as_the_manual_lists_it() {
+    let mut t = booted();
+    let sizes = |t: &mut Jn2101Tester, index: u16, sub: u8| {
+        let [low, high] = index.to_le_bytes();
+        let reply = t.sdo(&format!("40{low:02X}{high:02X}{sub:02X}00000000"));
+        4 - (u8::from_str_radix(&reply[..2], 16).unwrap() >> 2 & 3)
+    };
+    // Index, sub-index, size in bytes, value: manual 7.6, 7.7 and 14.
+    let list: &[(u16, u8, u8, u32)] = &[
+        (0x1000, 0, 4, 0x0004_019A),
+        (0x1001, 0, 1, 0),
+        (0x1003, 0, 4, 0),
+        (0x1003, 1, 4, 0),
+        (0x1003, 50, 4, 0),
+        (0x1005, 0, 4, 0x80),
+        (0x100C, 0, 2, 0),
+        (0x100D, 0, 1, 0),
+        (0x1010, 0, 4, 1),
+        (0x1010, 1, 4, 0),
+        (0x1011, 0, 4, 1),
+        (0x1011, 1, 4, 0),
+        (0x1014, 0, 4, 0x8A),
+        (0x1015, 0, 2, 0),
+        (0x1017, 0, 2, 0),
+        (0x1018, 0, 1, 4),
+        (0x1018, 1, 4, 0x6D66_6900),
+        (0x1018, 2, 4, 0x01),
+        (0x1018, 3, 4, 0xAA),
+        (0x1018, 4, 4, crate::tester::SERIAL),
+        (0x1029, 0, 1, 1),
+        (0x1029, 1, 1, 0),
+        (0x1200, 0, 1, 2),
+        (0x1200, 1, 4, 0x60A),
+        (0x1200, 2, 4, 0x58A),
+        (0x1800, 0, 1, 5),
+        (0x1800, 1, 4, 0x18A),
+        (0x1800, 2, 1, 1),
+        (0x1800, 3, 2, 0),
+        (0x1800, 5, 2, 10),
+        (0x1801, 0, 1, 5),
+        (0x1801, 1, 4, 0x28A),
+        (0x1801, 2, 1, 1),
+        (0x1801, 3, 2, 0),
+        (0x1801, 5, 2, 10),
+        (0x1A00, 0, 1, 2),
+        (0x1A00, 1, 4, 0x6010_0010),
+        (0x1A00, 2, 4, 0x6020_0010),
+        (0x1A01, 0, 1, 2),
+        (0x1A01, 1, 4, 0x6110_0020),
+        (0x1A01, 2, 4, 0x6120_0020),
+        (0x1F80, 0, 4, 0),
+        (0x2000, 0, 1, 10),
+        (0x2001, 0, 2, 125),
+        (0x2002, 0, 1, 0),
+        (0x2040, 0, 1, 1),
+        (0x2041, 0, 1, 1),
+        (0x2042, 0, 1, 2),
+        (0x2043, 0, 1, 2),
+        (0x2044, 0, 1, 0),
+        (0x2045, 0, 1, 1),
+        (0x2046, 0, 1, 2),
+        (0x207F, 0, 1, 0),
+        (0x4004, 0, 1, 2),
+        (0x4004, 1, 1, 0),
+        (0x4004, 2, 1, 0),
+        (0x4080, 0, 4, 250),
+        (0x6000, 0, 2, 10),
+        (0x6010, 0, 2, 0),
+        (0x6011, 0, 1, 0),
+        (0x6020, 0, 2, 0),
+        (0x6021, 0, 1, 0),
+        (0x6110, 0, 4, 0),
+        (0x6111, 0, 1, 0),
+        (0x6120, 0, 4, 0),
+        (0x6121, 0, 1, 0),
+    ];
+    for &(index, sub, size, value) in list {
+        assert_eq!(t.read(index, sub), Ok(value), "{index:04X}:{sub:02X}");
+        assert_eq!(sizes(&mut t, index, sub), size, "{index:04X}:{sub:02X}");
+    }
+    assert_eq!(sizes(&mut t, 0x4081, 0), 2);
+    assert_eq!(t.read_text(0x1008), "JN2101");
+    assert_eq!(t.read_text(0x100A), "2.2.0");
+    assert_eq!(t.read_text(0x1009).len(), 5);
+    assert_eq!(t.read_text(0x3000), "D0UfZEgRKHAI5Ag=");
+}
+
+#[test]
+fn what_is_not_there_is_refused() {
+    let mut t = booted();
+    for (request, object, code) in [
+        ("4004100000000000", "041000", NO_OBJECT),
+        ("40FFFFFF00000000", "FFFFFF", NO_OBJECT),
+        ("4000000000000000", "000000", NO_OBJECT),
+        ("40FF0F0000000000", "FF0F00", NO_OBJECT),
+        ("4000100100000000", "001001", NO_SUB),
+        ("4003103300000000", "031033", NO_SUB),
+        ("4000180400000000", "001804", NO_SUB),
+        ("4018100500000000", "181005", NO_SUB),
+        ("4000200100000000", "002001", NO_SUB),
+        ("2F04100000000000", "041000", NO_OBJECT),
+        ("2F00200101000000", "002001", NO_SUB),
+    ] {
+        assert_eq!(t.sdo(request), abort(object, code), "{request}");
+    }
+}
+
+#[test]
+fn what_can_only_be_read_is_not_written() {
+    let mut t = booted();
+    for (index, sub, size) in [
+        (0x1000, 0, 4),
+        (0x1001, 0, 1),
+        (0x1003, 1, 4),
+        (0x1010, 0, 4),
+        (0x1014, 0, 4),
+        (0x1018, 1, 4),
+        (0x1200, 1, 4),
+        (0x1800, 0, 1),
+        (0x1800, 1, 4),
+        (0x1A00, 0, 1),
+        (0x1A00, 1, 4),
+        (0x4004, 2, 1),
+        (0x4080, 0, 4),
+        (0x4081, 0, 2),
+        (0x6010, 0, 2),
+        (0x6011, 0, 1),
+        (0x6110, 0, 4),
+    ] {
+        let before = t.read(index, sub);
+        assert_eq!(
+            t.write(index, sub, size, 0x55),
+            Err(READ_ONLY),
+            "{index:04X}:{sub}"
+        );
+        assert_eq!(t.read(index, sub), before);
+    }
+    // Also with segments, and the name.
+    assert_eq!(t.sdo("2108100006000000"), abort("081000", READ_ONLY));
+}
+
+#[test]
+fn values_out_of_range_are_refused_and_change_nothing() {
+    let mut t = booted();
+    for (index, sub, size, value, code) in [
+        (0x2000, 0, 1, 0, TOO_LOW),
+        (0x2000, 0, 1, 128, TOO_HIGH),
+        (0x2001, 0, 2, 100, VALUE),
+        (0x2001, 0, 2, 0, VALUE),
+        (0x2002, 0, 1, 2, TOO_HIGH),
+        (0x2040, 0, 1, 3, TOO_HIGH),
+        (0x2041, 0, 1, 2, TOO_HIGH),
+        (0x2042, 0, 1, 3, TOO_HIGH),
+        (0x2043, 0, 1, 5, TOO_HIGH),
+        (0x2044, 0, 1, 4, TOO_HIGH),
+        (0x2045, 0, 1, 2, TOO_HIGH),
+        (0x2046, 0, 1, 3, TOO_HIGH),
+        (0x207F, 0, 1, 0, VALUE),
+        (0x207F, 0, 1, 2, VALUE),
+        (0x4004, 1, 1, 2, TOO_HIGH),
+        (0x6000, 0, 2, 0, VALUE),
+        (0x6000, 0, 2, 11, VALUE),
+        (0x1029, 1, 1, 3, TOO_HIGH),
+        (0x1F80, 0, 4, 1, VALUE),
+        (0x1F80, 0, 4, 0x0001_0002, VALUE),
+        (0x1800, 2, 1, 241, VALUE),
+        (0x1801, 2, 1, 251, VALUE),
+        (0x1003, 0, 4, 1, VALUE),
+        (0x1010, 1, 4, 0x6461_6F6C, SIGNATURE),
+        (0x1010, 1, 4, 0, SIGNATURE),
+        (0x1011, 1, 4, 0x6576_6173, SIGNATURE),
+        // SYNC: producer, 29 bits, and identifiers that other services need.
+        (0x1005, 0, 4, 0x4000_0080, VALUE),
+        (0x1005, 0, 4, 0x2000_0080, VALUE),
+        (0x1005, 0, 4, 0x0000_0880, VALUE),
+        (0x1005, 0, 4, 0x000, VALUE),
+        (0x1005, 0, 4, 0x07F, VALUE),
+        (0x1005, 0, 4, 0x101, VALUE),
+        (0x1005, 0, 4, 0x180, VALUE),
+        (0x1005, 0, 4, 0x58A, VALUE),
+        (0x1005, 0, 4, 0x60A, VALUE),
+        (0x1005, 0, 4, 0x6E0, VALUE),
+        (0x1005, 0, 4, 0x70A, VALUE),
+        (0x1005, 0, 4, 0x7FF, VALUE),
+    ] {
+        let before = t.read(index, sub);
+        assert_eq!(
+            t.write(index, sub, size, value),
+            Err(code),
+            "{index:04X}:{sub} = {value}"
+        );
+        assert_eq!(t.read(index, sub), before, "{index:04X}:{sub}");
+    }
+    assert_eq!(t.memory, None);
+}
+
+#[test]
+fn the_length_must_be_the_objects() {
+    let mut t = booted();
+    assert_eq!(t.write(0x1017, 0, 4, 1000), Err(TOO_LONG));
+    assert_eq!(t.write(0x1017, 0, 1, 100), Err(TOO_SHORT));
+    assert_eq!(t.write(0x2043, 0, 2, 1), Err(TOO_LONG));
+    assert_eq!(t.write(0x1F80, 0, 1, 8), Err(TOO_SHORT));
+    assert_eq!(t.read(0x1017, 0), Ok(0));
+    // Without an indicated size an expedited write has the object's.
+    assert_eq!(t.sdo("22171000E8030000"), "6017100000000000");
+    assert_eq!(t.read(0x1017, 0), Ok(1000));
+    // Announced sizes of segmented transfers.
+    assert_eq!(t.sdo("2117100004000000"), abort("171000", TOO_LONG));
+    assert_eq!(t.sdo("2117100001000000"), abort("171000", TOO_SHORT));
+    assert_eq!(t.sdo("21003000FF000000"), abort("003000", TOO_LONG));
+    assert_eq!(t.sdo("2117100000000080"), abort("171000", TOO_LONG));
+}
+
+#[test]
+fn a_text_is_read_in_segments() {
+    let mut t = booted();
+    assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
+    // "JN2101", one byte unused, the last segment.
+    assert_eq!(t.sdo("6000000000000000"), "034A4E3231303100");
+    // That was all.
+    assert_eq!(t.sdo("7000000000000000"), abort("000000", COMMAND));
+    // Sixteen characters: 7 + 7 + 2, the toggle bit alternating.
+    assert_eq!(t.sdo("4000300000000000"), "4100300010000000");
+    assert_eq!(
+        t.sdo("6000000000000000"),
+        "0044305566 5A4567".replace(' ', "")
+    );
+    assert_eq!(
+        t.sdo("7000000000000000"),
+        "1052 4B4841493541".replace(' ', "")
+    );
+    assert_eq!(t.sdo("6000000000000000"), "0B673D0000000000");
+}
+
+#[test]
+fn a_wrong_toggle_bit_ends_the_transfer() {
+    let mut t = booted();
+    t.sdo("4000300000000000");
+    assert_eq!(t.sdo("7000000000000000"), abort("003000", TOGGLE));
+    assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
+    t.sdo("4000300000000000");
+    t.sdo("6000000000000000");
+    assert_eq!(t.sdo("6000000000000000"), abort("003000", TOGGLE));
+    // Writing 1017h.
+    assert_eq!(t.sdo("2117100002000000"), "6017100000000000");
+    assert_eq!(t.sdo("1BE8030000000000"), abort("171000", TOGGLE));
+    assert_eq!(t.sdo("0BE8030000000000"), abort("000000", COMMAND));
+    assert_eq!(t.read(0x1017, 0), Ok(0));
+}
+
+#[test]
+fn a_number_is_written_in_segments() {
+    let mut t = booted();
+    // With and without an announced size; in one segment and in two.
+    assert_eq!(t.sdo("2117100002000000"), "6017100000000000");
+    assert_eq!(t.sdo("0BE8030000000000"), "2000000000000000");
+    assert_eq!(t.read(0x1017, 0), Ok(1000));
+    assert_eq!(t.sdo("2017100000000000"), "6017100000000000");
+    assert_eq!(t.sdo("0CD0000000000000"), "2000000000000000");
+    assert_eq!(t.sdo("1D07000000000000"), "3000000000000000");
+    assert_eq!(t.read(0x1017, 0), Ok(2000));
+    // Not as long as announced; nothing is written.
+    assert_eq!(t.sdo("2117100002000000"), "6017100000000000");
+    assert_eq!(t.sdo("0D01000000000000"), abort("171000", LENGTH));
+    assert_eq!(t.sdo("2017100000000000"), "6017100000000000");
+    assert_eq!(t.sdo("0901020300000000"), abort("171000", TOO_LONG));
+    assert_eq!(t.sdo("2017100000000000"), "6017100000000000");
+    assert_eq!(t.sdo("0D01000000000000"), abort("171000", TOO_SHORT));
+    // A value that is refused at the end.
+    assert_eq!(t.sdo("2101200002000000"), "6001200000000000");
+    assert_eq!(t.sdo("0B07000000000000"), abort("012000", VALUE));
+    assert_eq!(t.read(0x1017, 0), Ok(2000));
+    assert_eq!(t.read(0x2001, 0), Ok(125));
+}
+
+#[test]
+fn more_than_the_server_can_hold_is_refused() {
+    let mut t = booted();
+    t.sdo("2000300000000000");
+    for (segment, reply) in [
+        ("0041414141414141", "2000000000000000"),
+        ("1041414141414141", "3000000000000000"),
+        ("0041414141414141", "2000000000000000"),
+    ] {
+        assert_eq!(t.sdo(segment), reply);
+    }
+    assert_eq!(t.sdo("1041414141414141"), abort("003000", TOO_LONG));
+}
+
+#[test]
+fn a_transfer_times_out_after_a_second() {
+    let mut t = booted();
+    t.sdo("4000300000000000");
+    assert_eq!(t.wait_text(999), []);
+    t.sdo("6000000000000000");
+    assert_eq!(t.wait_text(999), []);
+    assert_eq!(t.wait_text(1), [(1, "58A#8000300000000405".to_string())]);
+    assert_eq!(t.wait_text(5000), []);
+    t.sdo("2117100002000000");
+    let code = "58A#8017100000000405".to_string();
+    assert_eq!(t.wait_text(2000), [(1000, code)]);
+    assert_eq!(t.sdo("0BE8030000000000"), abort("000000", COMMAND));
+}
+
+#[test]
+fn a_new_request_takes_the_place_of_a_transfer() {
+    let mut t = booted();
+    t.sdo("4000300000000000");
+    t.sdo("6000000000000000");
+    assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+    assert_eq!(t.sdo("7000000000000000"), abort("000000", COMMAND));
+    t.sdo("2117100002000000");
+    assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
+    assert_eq!(t.sdo("6000000000000000"), "034A4E3231303100");
+    // A segment of the other direction ends the transfer.
+    t.sdo("4000300000000000");
+    assert_eq!(t.sdo("0BE8030000000000"), abort("003000", COMMAND));
+    assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
+    assert_eq!(t.wait_text(3000), []);
+}
+
+#[test]
+fn the_client_can_abort() {
+    let mut t = booted();
+    t.sdo("2117100002000000");
+    assert_eq!(t.exchange("60A#8017100000000508"), [""; 0]);
+    assert_eq!(t.sdo("0BE8030000000000"), abort("000000", COMMAND));
+    assert_eq!(t.wait_text(3000), []);
+    assert_eq!(t.read(0x1017, 0), Ok(0));
+}
+
+#[test]
+fn block_transfers_and_unknown_commands_are_refused() {
+    let mut t = booted();
+    assert_eq!(t.sdo("A408100008000000"), abort("081000", COMMAND));
+    assert_eq!(t.sdo("C617100002000000"), abort("171000", COMMAND));
+    assert_eq!(t.sdo("E000100000000000"), abort("001000", COMMAND));
+}
+
+#[test]
+fn what_is_no_sdo_request_is_ignored() {
+    let mut t = operational();
+    for frame in [
+        "60A#",
+        "60A#40001000000000",
+        "60A#R8",
+        "0000060A#4000100000000000",
+        "60B#4000100000000000",
+        "600#4000100000000000",
+        "58A#4000100000000000",
+    ] {
+        assert_eq!(t.exchange(frame), [""; 0], "{frame}");
+    }
+}
+
+#[test]
+fn there_are_no_sdos_in_stopped() {
+    let mut t = booted();
+    t.sdo("4000300000000000");
+    t.send("000#020A");
+    assert_eq!(t.exchange("60A#4000100000000000"), [""; 0]);
+    assert_eq!(
+        t.wait_text(3000),
+        [],
+        "the transfer has ended without a word"
+    );
+    t.send("000#800A");
+    assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
+    assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+    t.send("000#010A");
+    assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+}
+
+/// A board fetches the reply before it polls; a reply in a mailbox would be dropped with the filters' change.
+#[test]
+fn a_reply_waits_until_the_controller_has_its_new_filters() {
+    let mut tester = booted();
+    let request = frame("60A#23051000A0000000");
+    tester.node.receive(tester.now, &request);
+    assert_eq!(tester.node.transmit(tester.now), None);
+    let action = tester.node.poll(tester.now);
+    assert!(matches!(action, Some(Action::Bus(..))), "{action:?}");
+    assert_eq!(tester.sent_text(), ["58A#6005100000000000"]);
+}

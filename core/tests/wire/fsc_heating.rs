@@ -1,0 +1,189 @@
+//! The reference line: active compensation of the thermal drift, and AccuracyWarning (manual 9.3 and 9.5.2).
+//!
+//! Sections and tables are those of the English manual of 2021.
+
+use crate::tester::fsc::*;
+use plumbline::fsc::{Article, Product};
+use plumbline::measure::ONE_G;
+use plumbline::model::gemac::{is1, is1tk, is2, is2tk};
+use plumbline::node::Action;
+
+/// Bit 6 (tables 14 and 15).
+const ACCURACY_WARNING: u8 = 0x40;
+
+/// The constant temperature of the measuring cell, in 0.01 degC.
+const SET_POINT: i16 = 82_00;
+
+type Is2tk = FscTester<is2tk::TwoAxesHeated>;
+
+fn status<P: Product>(tester: &mut FscTester<P>) -> u8 {
+    tester.ask(&[0x02])[1]
+}
+
+/// Lets readings of this temperature in 0.01 degC come for a time.
+fn hold<P: Product>(tester: &mut FscTester<P>, temperature: i16, ms: u64) {
+    tester.temperature = temperature;
+    tester.wait(ms);
+}
+
+/// The duties that the hardware was told since this was last asked, in permille.
+fn duties<P: Product>(tester: &mut FscTester<P>) -> Vec<u16> {
+    let duty = |action: Action| match action {
+        Action::Heater(duty) => Some(duty),
+        _ => None,
+    };
+    tester.actions.drain(..).filter_map(duty).collect()
+}
+
+/// A sensor whose cell has its constant temperature.
+fn warm() -> Is2tk {
+    let mut tester = online(&is2tk::METAL);
+    hold(&mut tester, SET_POINT, 60_000);
+    assert_eq!(status(&mut tester), DELIVERED);
+    tester
+}
+
+#[test]
+fn the_article_numbers_are_those_of_the_ordering_information() {
+    let number = |reply: &[u8]| u32::from_le_bytes(reply[2..6].try_into().unwrap());
+    let mut tester = online::<is1tk::OneAxisHeated>(&is1tk::METAL);
+    assert_eq!(number(&tester.ask(&[0x03])), 2_302_030);
+    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    assert_eq!(number(&tester.ask(&[0x03])), 2_302_430);
+}
+
+#[test]
+fn both_axis_counts_warn_until_the_constant_temperature_is_reached() {
+    fn check<P: Product>(product: &'static Article) {
+        let mut tester = online::<P>(product);
+        tester.rest(0, ONE_G / 2, ONE_G / 2);
+        // Every frame has the bit, not only the reply to 02h.
+        assert_eq!(tester.ask(&[0xFF])[1], DELIVERED | ACCURACY_WARNING);
+        assert_eq!(tester.ask(&[0x00])[1], DELIVERED | ACCURACY_WARNING);
+        for temperature in (-20_00..SET_POINT).step_by(4_00) {
+            hold(&mut tester, temperature, 1000);
+            assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+        }
+        hold(&mut tester, SET_POINT, 10_000);
+        assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+        hold(&mut tester, SET_POINT, 30_000);
+        assert_eq!(status(&mut tester), DELIVERED);
+        assert_eq!(tester.ask(&[0x00])[1], DELIVERED);
+        // It falls away, and comes back.
+        hold(&mut tester, SET_POINT - 2_00, 300);
+        assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+        hold(&mut tester, SET_POINT, 60_000);
+        assert_eq!(status(&mut tester), DELIVERED);
+    }
+    check::<is1tk::OneAxisHeated>(&is1tk::METAL);
+    check::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+}
+
+/// "Independent of the operation temperature" (9.3), and that ends at +80 degC (table 1).
+#[test]
+fn at_every_operating_temperature_the_cell_is_heated() {
+    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    for temperature in (-40_00..=80_00).step_by(10_00) {
+        hold(&mut tester, temperature, 60_000);
+        assert_eq!(status(&mut tester) & ACCURACY_WARNING, ACCURACY_WARNING);
+        let told = duties(&mut tester);
+        assert!(told.last().is_none_or(|duty| *duty > 0), "{told:?}");
+    }
+    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    hold(&mut tester, 84_00, 1000);
+    assert_eq!(duties(&mut tester).last(), Some(&0));
+}
+
+#[test]
+fn the_duty_is_told_when_it_changes_and_at_most_every_200_ms() {
+    let mut tester = power_up::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    assert_eq!(duties(&mut tester), [1000], "25 degC are cold");
+    hold(&mut tester, -20_00, 5000);
+    assert_eq!(duties(&mut tester), [], "fully on all the time");
+    hold(&mut tester, 85_00, 1000);
+    let told = duties(&mut tester);
+    assert_eq!(told.last(), Some(&0));
+    // When the jump is forgotten, the integral lets it rise step by step.
+    hold(&mut tester, SET_POINT - 5_00, 20_000);
+    assert!((5..=100).contains(&duties(&mut tester).len()));
+    hold(&mut tester, SET_POINT - 5_00, 10_000);
+    let told = duties(&mut tester);
+    assert!((10..=51).contains(&told.len()), "{told:?}");
+    assert!(told.windows(2).all(|pair| pair[0] < pair[1]), "{told:?}");
+}
+
+#[test]
+fn without_readings_it_stops_heating_and_warns() {
+    let mut tester = warm();
+    hold(&mut tester, SET_POINT - 30, 1000);
+    assert!(duties(&mut tester).last().is_some_and(|duty| *duty > 0));
+    assert_eq!(status(&mut tester), DELIVERED);
+    tester.wait_without_samples(150);
+    assert_eq!(duties(&mut tester), [0]);
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING | 0x30);
+    tester.wait_without_samples(60_000);
+    assert_eq!(duties(&mut tester), []);
+    // The first reading heats again; the temperature must stand anew.
+    hold(&mut tester, SET_POINT - 30, 100);
+    assert!(duties(&mut tester).last().is_some_and(|duty| *duty > 0));
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+    hold(&mut tester, SET_POINT - 30, 31_000);
+    assert_eq!(status(&mut tester), DELIVERED);
+}
+
+#[test]
+fn a_restart_switches_the_heater_off_first() {
+    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    assert_eq!(duties(&mut tester), [1000]);
+    tester.silent(b"\xFFRESET");
+    let off = tester.actions.iter().position(|a| *a == Action::Heater(0));
+    let restart = tester.actions.iter().position(|a| *a == Action::Restart);
+    assert!(
+        off.is_some() && restart.is_some() && off < restart,
+        "{:?}",
+        tester.actions
+    );
+    tester.actions.clear();
+    // The hardware may take a moment, and the samples go on.
+    tester.wait(1000);
+    assert_eq!(duties(&mut tester), []);
+}
+
+#[test]
+fn without_a_heater_nothing_of_it_is_there() {
+    fn check<P: Product>(product: &'static Article) {
+        let mut tester = online::<P>(product);
+        for temperature in (-40_00..=85_00).step_by(5_00) {
+            hold(&mut tester, temperature, 1000);
+            assert_eq!(status(&mut tester) & ACCURACY_WARNING, 0);
+        }
+        tester.wait_without_samples(1000);
+        tester.silent(b"\xFFRESET");
+        assert_eq!(duties(&mut tester), []);
+    }
+    check::<is1::OneAxis>(&is1::BP_CL);
+    check::<is2::TwoAxes>(&is2::MA_BL);
+}
+
+/// Table 1: accuracy up to +-85 deg; the cross slope of one axis as of the other lines.
+#[test]
+fn the_ranges_are_those_of_the_classic_line() {
+    let at = |degrees: f64| {
+        let (sine, cosine) = degrees.to_radians().sin_cos();
+        [sine, cosine].map(|part| (part * f64::from(ONE_G)) as i32)
+    };
+    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    for (degrees, errors) in [(84.9, 0), (85.1, 0x10), (-84.9, 0), (-85.1, 0x10)] {
+        let [sine, cosine] = at(degrees);
+        tester.rest(-sine, 0, cosine);
+        assert_eq!(status(&mut tester) & 0x30, errors, "X {degrees}");
+        tester.rest(0, sine, cosine);
+        assert_eq!(status(&mut tester) & 0x30, errors << 1, "Y {degrees}");
+    }
+    let mut tester = online::<is1tk::OneAxisHeated>(&is1tk::METAL);
+    for (degrees, errors) in [(44.9, 0), (45.1, 0x10)] {
+        let [sine, cosine] = at(degrees);
+        tester.rest(0, cosine, sine);
+        assert_eq!(status(&mut tester) & 0x30, errors, "cross slope {degrees}");
+    }
+}

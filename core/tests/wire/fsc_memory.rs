@@ -1,0 +1,202 @@
+//! Boot-up, saving, loading and restarting of the FSC sensors (manual 9.6, 9.8, 9.10.7, 9.10.8).
+//!
+//! Sections and tables are those of the English manual of 2021.
+
+use crate::tester::fsc::*;
+use crate::tester::leds;
+use plumbline::can::{BitRate, Frame, extended, standard};
+use plumbline::model::gemac::is1::OneAxis;
+use plumbline::model::gemac::is2::{self, TwoAxes};
+use plumbline::model::gemac::{is1d, is2d};
+use plumbline::node::{Action, Boot, BusEvent, BusMode, Leds, Node};
+
+#[test]
+fn boot_up_comes_twice_after_the_frame_that_reveals_the_rate() {
+    let mut tester: FscTester<TwoAxes> = power_up(&is2::BP_CL);
+    assert_eq!(
+        tester.actions,
+        [
+            Action::Leds(leds(true, false)),
+            Action::Bus(BusMode::Listen, BitRate::K250)
+        ]
+    );
+    assert_eq!(tester.wait(10_000), [], "silent while it searches");
+    tester.bus(BusEvent::Error);
+    let Some(&Action::Bus(BusMode::Listen, rate)) = tester.actions.last() else {
+        panic!("{:?}", tester.actions)
+    };
+    // A poll reveals the rate: it is not answered, the sensor was silent.
+    tester.receive(Frame::data(standard(0x300), &[0]).unwrap());
+    assert!(tester.actions.contains(&Action::Bus(BusMode::Normal, rate)));
+    let boot_up = Frame::data(
+        standard(0x301),
+        &[0xFF, DELIVERED, 0x00, 0x03, 0, 0, 0x44, 0x03],
+    )
+    .unwrap();
+    assert_eq!(tester.sent(), [boot_up, boot_up]);
+    assert_eq!(tester.leds, leds(true, false));
+}
+
+#[test]
+fn older_types_write_their_version_as_a_number() {
+    let mut tester: FscTester<TwoAxes> = online(&is2d::PLASTIC);
+    assert_eq!(tester.ask(&[0x04])[6..], [103, 0]);
+    let mut tester: FscTester<OneAxis> = online(&is1d::PLASTIC);
+    assert_eq!(tester.ask(&[0xFF])[6..], [103, 0]);
+}
+
+#[test]
+fn identifiers_wait_for_the_restart_and_clash_with_written_ones() {
+    let mut tester = is2();
+    tester.ask(&[0x20, 0x00, 0x04, 0, 0]); // 400h from the next restart on
+    tester.ask(&[0x22, 0x00, 0x03, 0, 0]); // 300h is free now
+    assert_eq!(tester.ask(&[0x12])[2..], [0x00, 0x03, 0, 0]);
+    // 300h is still the identifier in force, and the alive frame names it.
+    assert_eq!(
+        tester.ask(&[0xFF]),
+        [0xFF, AUTOBAUD, 0x00, 0x03, 0, 0, 0x44, 0x03]
+    );
+    // Without a save the restart brings the old ones back.
+    tester.silent(b"\xFFRESET");
+    assert!(tester.actions.contains(&Action::Restart));
+    tester.power_cycle();
+    assert_eq!(tester.memory, None);
+}
+
+#[test]
+fn saved_parameters_are_in_force_after_a_power_cycle() {
+    let mut tester = is2();
+    tester.ask(&[0x20, 0x61, 0x03, 0, 0x80]);
+    tester.ask(&[0x21, 0x62, 0x03, 0, 0x80]);
+    tester.ask(&[0x23, 7]);
+    assert_eq!(tester.ask(b"\x50SAVE and more"[..8].into()), [0x50, 0]);
+    tester.actions.clear();
+    tester.power_cycle();
+    assert!(
+        tester
+            .actions
+            .contains(&Action::Bus(BusMode::Normal, BitRate::K500))
+    );
+    let boot_up =
+        Frame::data(extended(0x362), &[0xFF, 0, 0x61, 0x03, 0, 0x80, 0x44, 0x03]).unwrap();
+    assert_eq!(tester.sent(), [boot_up, boot_up]);
+    tester.receive(Frame::data(extended(0x361), &[0x00]).unwrap());
+    assert_eq!(
+        tester.sent(),
+        [Frame::data(extended(0x362), &[0, 0, 0, 0, 0, 0]).unwrap()]
+    );
+    assert!(tester.accepts(extended(0x361)));
+    assert!(tester.accepts(standard(0x100)));
+    assert!(!tester.accepts(standard(0x300)));
+}
+
+#[test]
+fn load_acts_at_once_but_for_identifiers_and_baud_rate() {
+    let mut tester = is2();
+    for write in [
+        &[0x20, 0, 4, 0, 0][..],
+        &[0x23, 6],
+        &[0x28, 100, 0],
+        &[0x25, 10, 0],
+        &[0x26, 1],
+    ] {
+        tester.ask(write);
+    }
+    tester.ask(b"\x50SAVE");
+    tester.power_cycle();
+    tester.sent();
+    tester.receive(Frame::data(standard(0x400), b"\x40LOAD").unwrap());
+    assert_eq!(
+        tester.sent(),
+        [Frame::data(standard(0x301), &[0x40, DELIVERED]).unwrap()]
+    );
+    assert_eq!(tester.wait(1000), [], "cyclic mode is off");
+    // 400h is in force until the restart; what is read is the factory value.
+    tester.receive(Frame::data(standard(0x400), &[0x10]).unwrap());
+    assert_eq!(tester.sent()[0].bytes(), [0x10, DELIVERED, 0, 3, 0, 0]);
+    tester.power_cycle();
+    assert!(
+        tester
+            .actions
+            .contains(&Action::Bus(BusMode::Listen, BitRate::K250))
+    );
+}
+
+#[test]
+fn a_memory_that_fails_is_told_and_nothing_changes() {
+    let mut tester = is2();
+    tester.ask(&[0x28, 100, 0]);
+    tester.memory_works = Some(false);
+    let status = AUTOBAUD | CMD_PARAM_ERROR | EEPROM_ERROR;
+    assert_eq!(tester.ask(b"\x50SAVE"), [0x50, status]);
+    assert_eq!(tester.ask(&[0x02]), [0x02, status]);
+    assert_eq!(tester.ask(&[0x02]), [0x02, AUTOBAUD]);
+    assert_eq!(tester.ask(b"\x40LOAD"), [0x40, status]);
+    assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
+}
+
+#[test]
+fn damaged_memory_gives_factory_values_and_the_error() {
+    let damaged = Boot {
+        damaged: true,
+        ..Boot::default()
+    };
+    // Values that are not permitted, behind a CRC that is right.
+    let nonsense = Boot {
+        parameters: Some(&[0xEE; 24]),
+        ..Boot::default()
+    };
+    for loaded in [damaged, nonsense] {
+        let mut tester: FscTester<TwoAxes> = with_memory(&is2::BP_CL, loaded);
+        tester.receive(Frame::data(standard(0x300), &[0]).unwrap());
+        assert_eq!(
+            tester.sent()[0].bytes()[..2],
+            [0xFF, DELIVERED | EEPROM_ERROR]
+        );
+        assert_eq!(tester.ask(&[0x02]), [0x02, DELIVERED | EEPROM_ERROR]);
+        assert_eq!(tester.ask(&[0x02]), [0x02, DELIVERED]);
+    }
+}
+
+#[test]
+fn alive_frames_and_resets() {
+    let mut tester = is2();
+    let alive = |status| [0xFF, status, 0x00, 0x03, 0, 0, 0x44, 0x03];
+    assert_eq!(tester.ask(&[0xFF]), alive(DELIVERED));
+    for data in [&b"R"[..], b"RESE", b"RESEt", b"reset", b"LOAD"] {
+        assert_eq!(
+            tester.ask(&request(0xFF, data)),
+            alive(DELIVERED | CMD_PARAM_ERROR)
+        );
+        tester.ask(&[0x02]);
+    }
+    assert!(!tester.actions.contains(&Action::Restart));
+    // Replies still in the queue go out before the restart.
+    tester.receive(Frame::data(standard(0x300), &[0x02]).unwrap());
+    tester.receive(Frame::data(standard(0x300), b"\xFFRESET!!").unwrap());
+    assert!(!tester.actions.contains(&Action::Restart));
+    assert_eq!(tester.sent().len(), 1);
+    assert_eq!(tester.actions.last(), Some(&Action::Restart));
+    assert_eq!(tester.leds, Leds::default());
+}
+
+#[test]
+fn what_is_written_while_load_is_under_way_is_not_lost() {
+    let mut tester = is2();
+    tester.ask(&[0x28, 100, 0]);
+    tester.memory_works = None;
+    tester.silent(b"\x40LOAD");
+    // Polls are answered meanwhile, a write waits for its turn.
+    assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
+    tester.silent(&[0x24, 1]);
+    assert!(!tester.node.ready());
+    tester.finish_save(Ok(()));
+    let replies: Vec<_> = tester
+        .sent()
+        .iter()
+        .map(|frame| frame.bytes().to_vec())
+        .collect();
+    assert_eq!(replies, [vec![0x40, DELIVERED], vec![0x24, AUTOBAUD]]);
+    assert_eq!(tester.ask(&[0x14])[2..], [1]);
+    assert_eq!(tester.ask(&[0x18])[2..], [0, 0]);
+}

@@ -1,0 +1,107 @@
+//! What a simulated sensor is: which node runs on it, and whose records its memory holds.
+
+use crate::thermal::Body;
+use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start};
+use plumbline::node::{Boot, Node};
+use plumbline::store::{ImageId, Owner};
+use plumbline::time::Instant;
+
+/// The size of the buffer of every simulated store.
+pub const STORE_BUFFER: usize = 512;
+
+const _: () = {
+    let mut place = 0;
+    while place < PRODUCTS.len() {
+        assert!(PRODUCTS[place].store_buffer <= STORE_BUFFER);
+        place += 1;
+    }
+};
+
+/// Thermal resistance of a heated measuring cell to its surroundings, in K/mW.
+const RESISTANCE: f64 = 0.0375;
+
+/// Time constant of a heated measuring cell, in s.
+const TIME_CONSTANT: f64 = 90.0;
+
+/// The type of a simulated sensor.
+#[derive(Clone, Copy, Debug)]
+pub struct NodeType {
+    /// The name on the command line and in traces: `is2`.
+    pub name: &'static str,
+    /// The order number of the article; None: the first one.
+    pub article: Option<&'static str>,
+    /// Marks its stored parameters.
+    pub image: ImageId,
+    /// The version of their layout.
+    pub layout: u8,
+    /// The measuring cell, where the sensor has a heater for it.
+    pub cell: Option<Body>,
+    /// Starts a node of this type.
+    pub start: fn(&Self, Instant, &Boot) -> Box<dyn Node>,
+}
+
+impl NodeType {
+    /// Whose records the memory of a unit with this serial number holds.
+    pub const fn owner(&self, serial: u32) -> Owner {
+        Owner {
+            image: self.image,
+            layout: self.layout,
+            serial,
+        }
+    }
+
+    /// The product with this name, if there is one.
+    pub fn find(name: &str) -> Option<Self> {
+        catalog::find(name).map(Self::from)
+    }
+
+    /// The article with this type name or order number, if the product has it.
+    pub fn with_article(self, wanted: &str) -> Option<Self> {
+        let mut articles = catalog::find(self.name)?.articles();
+        let article = articles.find(|article| article.is(wanted))?;
+        Some(Self {
+            article: Some(article.number),
+            ..self
+        })
+    }
+
+    fn start_product(&self, now: Instant, boot: &Boot) -> Box<dyn Node> {
+        struct Boxed;
+
+        impl Start for Boxed {
+            type Output = Box<dyn Node>;
+
+            fn start<N: Node + 'static>(self, node: N) -> Self::Output {
+                Box::new(node)
+            }
+        }
+
+        let settings = Settings {
+            article: self.article,
+            now,
+            boot: *boot,
+        };
+        start(self.name, &settings, Boxed).expect("a product of the catalogue")
+    }
+}
+
+impl From<&Product> for NodeType {
+    /// The first article of a product.
+    fn from(product: &Product) -> Self {
+        // Where clients can read the temperature of the cell, the scene says it.
+        let mut quantities = product.quantities.iter();
+        let tells_temperature = quantities.any(|quantity| quantity.unit.ends_with("degC"));
+        let heater = product.heater.filter(|_| !tells_temperature);
+        Self {
+            name: product.name,
+            article: None,
+            image: product.image,
+            layout: product.layout,
+            cell: heater.map(|heater| Body {
+                rise: RESISTANCE * f64::from(heater.full_power),
+                time_constant: TIME_CONSTANT,
+            }),
+            start: Self::start_product,
+        }
+    }
+}

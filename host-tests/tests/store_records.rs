@@ -1,0 +1,261 @@
+//! The two kinds of records beside each other: parameters of another firmware version, and the calibration of the unit, with
+//! power cuts and flipped bits.
+
+mod saves;
+
+use bench::{Flash, PAGE_SIZE};
+use crc::{CRC_32_ISO_HDLC, Crc};
+use plumbline::measure::Calibration;
+use plumbline::store::{Owner, buffer_size};
+use saves::*;
+
+/// Stored parameters of the newer firmware: four more bytes.
+const NEWER_PAYLOAD: usize = PAYLOAD + 4;
+
+type NewerStore = plumbline::store::Store<Flash, { buffer_size(NEWER_PAYLOAD) }>;
+
+/// A record as firmware wrote it before the calibration had a record: the parameters, then the calibration.
+fn old_record(sequence: u32, parameters: &[u8]) -> Vec<u8> {
+    let payload = [parameters, &calibration().encode()].concat();
+    let mut record = vec![b'P', 1];
+    record.extend(OWNER.image.number().to_le_bytes());
+    record.extend(sequence.to_le_bytes());
+    record.extend((payload.len() as u16).to_le_bytes());
+    record.extend(payload);
+    record.resize(record.len().next_multiple_of(4), 0);
+    let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&record);
+    record.extend(crc.to_le_bytes());
+    record
+}
+
+/// Memories of the old firmware with so many records, in the order in which it wrote them.
+fn old_memory(count: usize) -> Flash {
+    let mut bytes = vec![0xFF; 2 * PAGE_SIZE];
+    let size = old_record(0, &payload(0)).len();
+    let places = PAGE_SIZE / size;
+    for number in 0..count {
+        let page = number / places % 2;
+        let place = number % places;
+        if place == 0 {
+            bytes[page * PAGE_SIZE..][..PAGE_SIZE].fill(0xFF);
+        }
+        let record = old_record(number as u32 + 1, &payload(number));
+        bytes[page * PAGE_SIZE + place * size..][..size].copy_from_slice(&record);
+    }
+    Flash::new(bytes)
+}
+
+fn newer_parameters() -> [u8; NEWER_PAYLOAD] {
+    std::array::from_fn(|index| 0xA5 ^ index as u8)
+}
+
+/// The newer firmware starts and saves.
+fn save_newer(flash: Flash) -> (bool, Flash) {
+    let mut store = NewerStore::open(flash, OWNER);
+    store.prepare();
+    store.save(|buffer| {
+        buffer
+            .get_mut(..NEWER_PAYLOAD)?
+            .copy_from_slice(&newer_parameters());
+        Some(NEWER_PAYLOAD)
+    });
+    let mut result = None;
+    while store.busy() {
+        result = store.step();
+    }
+    (result == Some(Ok(())), store.into_memory())
+}
+
+fn found_by_newer(flash: &Flash) -> Found {
+    let mut store = NewerStore::open(copy(flash), OWNER);
+    let boot = store.boot();
+    Found {
+        parameters: boot.parameters.map(<[u8]>::to_vec),
+        calibration: boot.calibration,
+        damaged: boot.damaged,
+    }
+}
+
+#[test]
+fn power_cut_at_every_operation_of_the_first_save_after_an_update_loses_nothing() {
+    for count in 1..=25 {
+        let before = found_by_newer(&old_memory(count));
+        let old = Some(payload(count - 1).to_vec());
+        assert_eq!(before.parameters, old, "{count} old records");
+        assert_eq!(before.calibration, calibration());
+        assert!(!before.damaged);
+        let new = Some(newer_parameters().to_vec());
+        let mut operation = 0;
+        loop {
+            let mut flash = old_memory(count);
+            flash.cut_in_operation_after(operation, operation.wrapping_mul(0x9E37_79B9));
+            let (saved, flash) = save_newer(flash);
+            let after = found_by_newer(&flash);
+            let what = format!("{count} old records, operation {operation}: {after:?}");
+            assert_eq!(after.calibration, calibration(), "{what}");
+            if !flash.is_cut() {
+                assert!(saved && after.parameters == new && !after.damaged, "{what}");
+                break;
+            }
+            assert!(!saved, "{what}");
+            assert!(after.parameters == old || after.parameters == new, "{what}");
+            // The next start saves without a loss.
+            let mut flash = flash;
+            flash.power_on();
+            let (saved, flash) = save_newer(flash);
+            let next = found_by_newer(&flash);
+            assert!(saved && next.parameters == new && !next.damaged, "{what}");
+            assert_eq!(next.calibration, calibration(), "{what}");
+            operation += 1;
+        }
+        // Both records, by the half-word.
+        assert!(operation >= (56 + 80) / 2, "{operation} operations");
+    }
+}
+
+#[test]
+fn older_firmware_keeps_the_calibration_and_the_parameters_it_knows() {
+    let (saved, flash) = save_newer(old_memory(3));
+    assert!(saved);
+    let after = found_by(OWNER, &flash);
+    // Its buffer holds what it knows, which is a prefix.
+    let parameters = after.parameters.expect("parameters");
+    assert!(newer_parameters().starts_with(&parameters[..PAYLOAD]));
+    assert_eq!(after.calibration, calibration());
+}
+
+#[test]
+fn power_cut_at_any_operation_keeps_the_calibration() {
+    // The calibration moves into each page before its first parameters.
+    const SAVES: usize = 3 * PLACES;
+    let mut operation = 0;
+    loop {
+        let mut flash = calibrated();
+        flash.cut_in_operation_after(operation, operation.wrapping_mul(0x9E37_79B9));
+        let mut store = boot(flash);
+        let mut saved = None;
+        for number in 0..SAVES {
+            if number % 7 == 6 {
+                store = boot(store.into_memory());
+            }
+            if save(&mut store, number).is_err() {
+                break;
+            }
+            saved = Some(number);
+        }
+        let mut flash = store.into_memory();
+        let after = found_by(OWNER, &flash);
+        let what = format!("operation {operation}: {after:?}");
+        assert_eq!(after.calibration, calibration(), "{what}");
+        let old = saved.map(|number| payload(number).to_vec());
+        let new = saved.map_or(0, |number| number + 1);
+        assert!(
+            after.parameters == old || after.parameters == Some(payload(new).to_vec()),
+            "{what}"
+        );
+        if !flash.is_cut() {
+            assert_eq!(saved, Some(SAVES - 1));
+            break;
+        }
+        flash.power_on();
+        let mut store = boot(flash);
+        for number in 100..100 + 2 * PLACES {
+            assert_eq!(save(&mut store, number), Ok(()), "{what}");
+            assert_eq!(found(&mut store).calibration, calibration(), "{what}");
+        }
+        operation += 1;
+    }
+}
+
+#[test]
+fn power_cut_while_the_calibration_is_written_keeps_the_old_one_or_the_new_one() {
+    let newer = Calibration::new([1, 2, 3], [[4; 3]; 3], [5; 3]).unwrap();
+    for saves in 0..=2 * PLACES {
+        let mut operation = 0;
+        loop {
+            let mut store = boot(calibrated());
+            for number in 0..saves {
+                assert_eq!(save(&mut store, number), Ok(()));
+            }
+            let parameters = found(&mut store).parameters;
+            let mut store = Store::open(store.into_memory(), OWNER);
+            store.memory().cut_in_operation_after(operation, operation);
+            store.calibrate(&newer);
+            let result = finish(&mut store);
+            let flash = store.into_memory();
+            let after = found_by(OWNER, &flash);
+            let what = format!("{saves} saves, operation {operation}: {after:?}");
+            assert_eq!(after.parameters, parameters, "{what}");
+            if !flash.is_cut() {
+                assert_eq!(result, Ok(()));
+                assert_eq!(after.calibration, newer, "{what}");
+                assert!(!after.damaged, "{what}");
+                break;
+            }
+            assert!(
+                after.calibration == calibration() || after.calibration == newer,
+                "{what}"
+            );
+            operation += 1;
+        }
+    }
+}
+
+#[test]
+fn one_flipped_bit_never_changes_the_calibration_without_a_report() {
+    for saves in [0, 1, PLACES, 2 * PLACES] {
+        let mut store = boot(calibrated());
+        for number in 0..saves {
+            assert_eq!(save(&mut store, number), Ok(()));
+        }
+        let memory = store.into_memory();
+        for bit in 0..memory.bytes().len() * 8 {
+            let mut flash = copy(&memory);
+            flash.flip_bit(bit).unwrap();
+            let after = found_by(OWNER, &flash);
+            let kept = after.calibration == calibration();
+            let reported = after.calibration == Calibration::IDENTITY && after.damaged;
+            assert!(kept || reported, "{saves} saves, bit {bit}: {after:?}");
+        }
+    }
+}
+
+#[test]
+fn calibration_of_another_unit_is_ignored() {
+    let other = Owner {
+        serial: OWNER.serial + 1,
+        ..OWNER
+    };
+    let after = found_by(other, &calibrated());
+    assert_eq!(after.calibration, Calibration::IDENTITY);
+
+    // The parameters are read, and the loss of the calibration is reported until the next save.
+    let mut store = boot(calibrated());
+    assert_eq!(save(&mut store, 7), Ok(()));
+    let after = found_by(other, store.memory());
+    assert_eq!(after.parameters, loaded(Some(7), false).parameters);
+    assert_eq!(after.calibration, Calibration::IDENTITY);
+    assert!(after.damaged);
+    let mut store = Store::open(store.into_memory(), other);
+    assert_eq!(save(&mut store, 8), Ok(()));
+    assert_eq!(found_by(other, store.memory()), loaded(Some(8), false));
+}
+
+#[test]
+fn worn_bits_never_lose_the_calibration() {
+    for bit in (0..2 * PAGE_SIZE * 8).step_by(11) {
+        let mut flash = calibrated();
+        flash.wear_out(bit);
+        let mut store = boot(flash);
+        for number in 0..3 * PLACES {
+            // The calibration itself lies on the bit from the start.
+            if found(&mut store).calibration != calibration() {
+                assert!(bit < CALIBRATION_RECORD * 8, "bit {bit}, save {number}");
+                break;
+            }
+            if save(&mut store, number).is_err() {
+                assert_eq!(save(&mut store, number), Ok(()), "bit {bit}, save {number}");
+            }
+        }
+    }
+}
