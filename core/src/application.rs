@@ -131,6 +131,38 @@ pub trait Values: Copy {
     }
 }
 
+/// Values for an application that publishes so many numbers and its faults.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Published<const N: usize> {
+    /// The value of each quantity, at the place of its id.
+    pub numbers: [i32; N],
+    /// The active faults.
+    pub faults: Faults,
+}
+
+impl<const N: usize> Published<N> {
+    /// These numbers with these active faults.
+    pub const fn new(numbers: [i32; N], faults: Faults) -> Self {
+        Self { numbers, faults }
+    }
+}
+
+impl<const N: usize> Values for Published<N> {
+    const INITIAL: Self = Self {
+        numbers: [0; N],
+        faults: Faults::NONE,
+    };
+
+    fn number(&self, id: ValueId) -> u32 {
+        let number = self.numbers.get(usize::from(id.0));
+        number.copied().unwrap_or(0) as u32
+    }
+
+    fn faults(&self) -> Faults {
+        self.faults
+    }
+}
+
 /// What has to happen besides after a parameter was written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Effect {
@@ -186,8 +218,11 @@ pub trait Application: Sized {
         None
     }
 
-    /// Does what is due at the deadline.
-    fn tick(&mut self, now: Instant) -> Self::Values;
+    /// Does what is due at the deadline. Without a deadline it is not called.
+    fn tick(&mut self, now: Instant) -> Self::Values {
+        let _ = now;
+        self.stale()
+    }
 
     /// The value that makes a parameter fit the present measurement, for example the zero offset that makes the angle 0; None for
     /// a parameter that does not follow from measurements.
@@ -215,8 +250,15 @@ pub trait Application: Sized {
         true
     }
 
-    /// The inclination, for displays on a PC.
-    fn readout(values: &Self::Values, parameters: &Parameters<Self::Table>) -> Readout;
+    /// The inclination, for displays on a PC; the first two quantities unless a product says otherwise.
+    fn readout(values: &Self::Values, parameters: &Parameters<Self::Table>) -> Readout {
+        let _ = parameters;
+        let number = |id| values.number(ValueId(id)) as i32;
+        Readout {
+            x: number(0),
+            y: (Self::QUANTITIES.len() > 1).then(|| number(1)),
+        }
+    }
 }
 
 #[cfg(test)]

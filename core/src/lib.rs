@@ -51,5 +51,6 @@ pub mod measure;
 pub mod model;
 pub mod node;
 pub mod param;
+pub mod prelude;
 pub mod store;
 pub mod time;

@@ -57,6 +57,41 @@ impl FaultBit {
     };
 }
 
+/// Bit 4 of the error register: communication.
+const COMMUNICATION: u8 = 1 << 4;
+
+/// The faults of a sensor with the emergency error codes of CiA 301, table 26, in the bits 0 to 6.
+pub const CIA_301: [FaultBit; 8] = [
+    fault("sensor", Cause::Application(Faults::SENSOR), 0x5000, 0),
+    fault(
+        "measuring range",
+        Cause::Application(Faults::RANGE),
+        0x9000,
+        0,
+    ),
+    fault("memory", Cause::Memory, 0x6300, 0),
+    fault("CAN overrun", Cause::Overrun, 0x8110, COMMUNICATION),
+    fault("CAN error passive", Cause::Passive, 0x8120, COMMUNICATION),
+    fault("life guarding", Cause::Guarding, 0x8130, COMMUNICATION),
+    fault(
+        "recovered from bus-off",
+        Cause::BusOff,
+        0x8140,
+        COMMUNICATION,
+    ),
+    FaultBit::RESERVED,
+];
+
+/// A fault that is announced with this code.
+pub const fn fault(name: &'static str, cause: Cause, code: u16, register: u8) -> FaultBit {
+    FaultBit {
+        name,
+        cause,
+        code,
+        register,
+    }
+}
+
 /// What the device keeps of a [`FaultBit`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Fault {

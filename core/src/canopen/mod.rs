@@ -28,7 +28,8 @@ pub mod setting;
 mod timer;
 
 pub use abort::Abort;
+pub use dictionary::Object;
 pub use node::CanopenNode;
-pub use pdo::Tpdo;
-pub use product::{LedTable, Product, Tpdos};
+pub use pdo::{Tpdo, TpdoArray, Tpdos};
+pub use product::{ErrorHistory, LedTable, Product, Text};
 pub use protocol::Canopen;

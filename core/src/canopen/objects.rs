@@ -3,6 +3,7 @@
 use super::Abort;
 use super::dictionary::{Kind, Row, Service, find};
 use super::emcy::History;
+use super::pdo::Tpdos;
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
 use super::saving::What;
@@ -169,7 +170,7 @@ impl<P: Product> Services<P> {
     /// Accepts a restart.
     fn restart(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.heartbeat.stop();
-        for tpdo in self.tpdos.as_mut() {
+        for tpdo in self.tpdos.all_mut() {
             tpdo.stop();
         }
         cx.shell.restart(now);

@@ -54,20 +54,80 @@ pub enum Reaction {
     SendKept,
 }
 
-/// The most objects that a TPDO carries: one for each byte.
-const ENTRIES: usize = 8;
-
 /// An object that a TPDO carries.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Entry {
-    pub row: &'static Row,
-    pub sub: u8,
+pub struct Entry {
+    pub(super) row: &'static Row,
+    pub(super) sub: u8,
     /// In bytes.
-    pub size: u8,
+    pub(super) size: u8,
 }
 
-/// The objects that a TPDO carries.
-pub(super) type Mapping = heapless::Vec<Entry, ENTRIES>;
+/// The TPDOs of a product, and the objects that they carry.
+///
+/// [`TpdoArray`] is the implementation; the number of TPDOs and the most objects in one are checked against the dictionary at
+/// compile time.
+pub trait Tpdos {
+    /// How many there are.
+    const COUNT: usize;
+    /// The most objects that one of them carries.
+    const ENTRIES: usize;
+    /// All of them disabled.
+    const DISABLED: Self;
+
+    /// The TPDOs.
+    fn all(&self) -> &[Tpdo];
+    /// The TPDOs, to change them.
+    fn all_mut(&mut self) -> &mut [Tpdo];
+    /// The objects that a TPDO carries.
+    fn mapping(&self, number: usize) -> &[Entry];
+    /// Starts all TPDOs anew, with the objects that `entry` returns for the number of a TPDO and a sub-index from 1 on.
+    fn map(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>);
+}
+
+/// `N` TPDOs with at most `E` objects each.
+#[derive(Debug)]
+pub struct TpdoArray<const N: usize, const E: usize> {
+    tpdos: [Tpdo; N],
+    mappings: [heapless::Vec<Entry, E>; N],
+}
+
+impl<const N: usize, const E: usize> Tpdos for TpdoArray<N, E> {
+    const COUNT: usize = N;
+    const ENTRIES: usize = E;
+    const DISABLED: Self = Self {
+        tpdos: [const { Tpdo::DISABLED }; N],
+        mappings: [const { heapless::Vec::new() }; N],
+    };
+
+    fn all(&self) -> &[Tpdo] {
+        &self.tpdos
+    }
+
+    fn all_mut(&mut self) -> &mut [Tpdo] {
+        &mut self.tpdos
+    }
+
+    fn mapping(&self, number: usize) -> &[Entry] {
+        self.mappings.get(number).map_or(&[], |mapping| mapping)
+    }
+
+    fn map(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>) {
+        for tpdo in &mut self.tpdos {
+            tpdo.reset();
+        }
+        for (number, mapping) in (0..).zip(&mut self.mappings) {
+            mapping.clear();
+            for sub in 1.. {
+                let Some(entry) = entry(number, sub) else {
+                    break;
+                };
+                // It fits: the mapping is checked at compile time.
+                let _ = mapping.push(entry);
+            }
+        }
+    }
+}
 
 /// The communication parameter of a TPDO, as its objects have it (1800h and on).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -102,7 +162,6 @@ pub struct Tpdo {
     /// What was sent last (type 0) or sampled with the SYNC (type 252).
     kept: Option<Frame>,
     running: bool,
-    mapping: Mapping,
 }
 
 impl Tpdo {
@@ -119,14 +178,12 @@ impl Tpdo {
         syncs: 0,
         kept: None,
         running: false,
-        mapping: Mapping::new(),
     };
 
-    /// Starts anew with the objects that it carries; the identifier stays until [`configure`](Self::configure).
-    pub(super) fn map(&mut self, mapping: Mapping) {
+    /// Starts anew; the identifier stays until [`configure`](Self::configure).
+    fn reset(&mut self) {
         *self = Self {
             id: self.id,
-            mapping,
             ..Self::DISABLED
         };
     }
@@ -176,11 +233,6 @@ impl Tpdo {
     /// The identifier; None while the TPDO is disabled.
     pub fn id(&self) -> Option<u16> {
         self.id
-    }
-
-    /// The objects that it carries.
-    pub(super) fn mapping(&self) -> &[Entry] {
-        &self.mapping
     }
 
     /// A SYNC has come in operational.

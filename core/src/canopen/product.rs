@@ -1,8 +1,9 @@
 //! What a product that speaks CANopen says of itself.
 
 use super::dictionary::{Object, Row, Service, Target, object_at};
-use super::emcy::{FaultBit, History};
-use super::pdo::Tpdo;
+use super::emcy::{CIA_301, FaultBit, History};
+use super::pdo::Tpdos;
+use super::profile;
 use super::sdo::Buffer;
 use super::setting::TpdoSettings;
 use crate::application::{Application, Effect};
@@ -41,20 +42,11 @@ impl LedTable {
     };
 }
 
-/// The TPDOs of a product: an array.
-pub trait Tpdos: AsRef<[Tpdo]> + AsMut<[Tpdo]> {
-    /// How many there are.
-    const COUNT: usize;
+/// The history of up to `N` errors.
+pub type ErrorHistory<const N: usize> = heapless::Deque<u32, N>;
 
-    /// All of them disabled.
-    const DISABLED: Self;
-}
-
-impl<const N: usize> Tpdos for [Tpdo; N] {
-    const COUNT: usize = N;
-
-    const DISABLED: Self = [Tpdo::DISABLED; N];
-}
+/// A text of up to `N` bytes.
+pub type Text<const N: usize> = heapless::Vec<u8, N>;
 
 /// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
@@ -68,25 +60,25 @@ pub(super) type TableOf<P> = <<P as Product>::Application as Application>::Table
 pub trait Product: 'static {
     /// What it measures and does.
     type Application: Application;
-    /// Its TPDOs: `[Tpdo; 2]`, as many as the dictionary has.
+    /// Its TPDOs: `TpdoArray<2, 4>` for two with up to four objects, as the dictionary has them.
     type Tpdos: Tpdos;
-    /// The errors in 1003h: `heapless::Deque<u32, 8>`, as many as the dictionary has.
+    /// The errors in 1003h: `ErrorHistory<8>`, as many as the dictionary has.
     type History: History;
-    /// Room for the longest text: `heapless::Vec<u8, 24>`.
+    /// Room for the longest text: `Text<24>`.
     type Text: Buffer;
 
     /// The object dictionary, sorted.
     const OBJECTS: &'static [Object];
     /// The manufacturer's status byte of emergency messages, from bit 0 on.
-    const FAULTS: [FaultBit; 8];
+    const FAULTS: [FaultBit; 8] = CIA_301;
     /// What the LEDs show.
-    const LEDS: LedTable;
+    const LEDS: LedTable = LedTable::CIA_303_3;
     /// The parameter with the node-ID, 1 to 127.
     const NODE_ID: ParameterId;
     /// The parameter with the bit rate,
     const BIT_RATE: ParameterId;
     /// and what its numbers stand for.
-    const BIT_RATES: &'static [(u16, BitRate)];
+    const BIT_RATES: &'static [(u16, BitRate)] = profile::BIT_RATES;
     /// Marks the images of this product.
     const IMAGE: ImageId;
 
@@ -125,7 +117,7 @@ pub trait Product: 'static {
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
     let quantities = <P::Application as Application>::QUANTITIES;
-    check_tpdos(P::OBJECTS, P::Tpdos::COUNT, parameters, quantities);
+    check_tpdos::<P::Tpdos>(P::OBJECTS, parameters, quantities);
     check_rows(
         P::OBJECTS,
         P::History::CAPACITY,
@@ -162,9 +154,8 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
 }
 
 #[allow(clippy::panic)] // evaluated at compile time only
-const fn check_tpdos(
+const fn check_tpdos<T: Tpdos>(
     objects: &[Object],
-    count: usize,
     parameters: &[Parameter],
     quantities: &[Quantity],
 ) {
@@ -172,20 +163,20 @@ const fn check_tpdos(
     while number < 512 {
         let communication = object_at(objects, 0x1800 + number, 1).is_some();
         let mapping = object_at(objects, 0x1A00 + number, 0).is_some();
-        let has = (number as usize) < count;
+        let has = (number as usize) < T::COUNT;
         assert!(
             communication == has && mapping == has,
             "the number of TPDOs is not that of the dictionary"
         );
         if has {
-            check_mapping(objects, number, parameters, quantities);
+            check_mapping::<T>(objects, number, parameters, quantities);
         }
         number += 1;
     }
 }
 
 #[allow(clippy::panic)] // evaluated at compile time only
-const fn check_mapping(
+const fn check_mapping<T: Tpdos>(
     objects: &[Object],
     number: u16,
     parameters: &[Parameter],
@@ -209,4 +200,8 @@ const fn check_mapping(
         sub += 1;
     }
     assert!(bits <= 64, "the mapped objects do not fit into a frame");
+    assert!(
+        sub as usize <= T::ENTRIES + 1,
+        "more objects are mapped than the TPDO takes"
+    );
 }

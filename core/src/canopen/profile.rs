@@ -2,32 +2,90 @@
 //!
 //! A function for a parameter takes its id and gives its description; a function for an object takes what the product decides.
 //! A manual's own names replace those of CiA 301 by struct update: `Parameter { name: "...", ..guard_time(ID) }`.
-//! [`concat()`] joins them to one table.
+//! [`objects!`](crate::objects) and [`parameters!`](crate::parameters) join them to one table.
 
 use super::cob_id;
 use super::dictionary::{Access, Object, Service, Target};
 use super::pdo::TRANSMISSION_TYPES;
-use crate::param::{DataType, Parameter, ParameterId, Permitted, Persistence, ValueId};
+use crate::can::BitRate;
+use crate::param::{Coding, DataType, Parameter, ParameterId, Permitted, Persistence, ValueId};
 
-/// Joins rows to one table; the number of rows must be that of the table.
+/// Joins arrays of objects, one table from several: `plumbline::objects![[profile::ERROR_REGISTER], profile::SERVER_SDO]`.
+#[macro_export]
+macro_rules! objects {
+    ($($part:expr),* $(,)?) => {
+        &$crate::canopen::profile::join::<
+            $crate::canopen::dictionary::Object,
+            { 0 $(+ $part.len())* },
+        >(&[$(&$part),*], $crate::canopen::dictionary::Object::PLAIN)
+    };
+}
+
+/// Joins arrays of parameters, one table from several.
+#[macro_export]
+macro_rules! parameters {
+    ($($part:expr),* $(,)?) => {
+        &$crate::canopen::profile::join::<
+            $crate::param::Parameter,
+            { 0 $(+ $part.len())* },
+        >(&[$(&$part),*], $crate::param::Parameter::PLAIN)
+    };
+}
+
+/// Joins slices to one array with as many elements as all of them have; `filler` is overwritten.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub const fn concat<const N: usize>(parts: &[&[Object]]) -> [Object; N] {
-    let mut objects = [Object::PLAIN; N];
+pub const fn join<T: Copy, const N: usize>(parts: &[&[T]], filler: T) -> [T; N] {
+    let mut joined = [filler; N];
     let (mut place, mut part) = (0, 0);
     while part < parts.len() {
         let mut row = 0;
         while row < parts[part].len() {
-            objects[place] = parts[part][row];
+            joined[place] = parts[part][row];
             place += 1;
             row += 1;
         }
         part += 1;
     }
     assert!(place == N, "the table has another number of rows");
-    objects
+    joined
 }
 
 // Parameters.
+
+/// Node-ID, an object of the maker.
+pub const fn node_id(id: ParameterId, factory: u8) -> Parameter {
+    Parameter {
+        permitted: Permitted::Range(1, 127),
+        factory: factory as u32,
+        ..number(id, "Node-ID", DataType::U8)
+    }
+}
+
+/// Bit rate in kbit/s, an object of the maker; [`BIT_RATES`] are permitted.
+pub const fn bit_rate(id: ParameterId, factory: u16) -> Parameter {
+    Parameter {
+        unit: "kbit/s",
+        permitted: Permitted::OneOf(&BIT_RATE_NUMBERS),
+        factory: factory as u32,
+        ..number(id, "Bit rate", DataType::U16)
+    }
+}
+
+/// The bit rates of CiA 301, table 1, by their numbers in kbit/s.
+pub const BIT_RATES: &[(u16, BitRate)] = &BIT_RATE_CODING.codes();
+
+const BIT_RATE_NUMBERS: [u32; 8] = BIT_RATE_CODING.numbers();
+
+const BIT_RATE_CODING: Coding<BitRate, 8> = Coding([
+    (10, "", BitRate::K10),
+    (20, "", BitRate::K20),
+    (50, "", BitRate::K50),
+    (125, "", BitRate::K125),
+    (250, "", BitRate::K250),
+    (500, "", BitRate::K500),
+    (800, "", BitRate::K800),
+    (1000, "", BitRate::M1),
+]);
 
 const fn number(id: ParameterId, name: &'static str, data_type: DataType) -> Parameter {
     Parameter {

@@ -6,8 +6,8 @@ use super::emcy::{self, Cause, Emergency};
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
-use super::pdo::{Reaction, Tpdo};
-use super::product::{ParametersOf, Product, Tpdos};
+use super::pdo::{Reaction, Tpdo, Tpdos};
+use super::product::{ParametersOf, Product};
 use super::saving::Saved;
 use super::sdo::Server;
 use super::setting::Setting;
@@ -128,7 +128,7 @@ impl<P: Product> Canopen<P> {
             return;
         }
         self.services.state = state;
-        for tpdo in self.services.tpdos.as_mut() {
+        for tpdo in self.services.tpdos.all_mut() {
             if state == State::Operational {
                 tpdo.start(now);
             } else {
@@ -270,7 +270,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         earliest.consider(services.heartbeat.deadline());
         earliest.consider(services.guarding.deadline());
         earliest.consider(services.emergency.deadline());
-        for tpdo in services.tpdos.as_ref() {
+        for tpdo in services.tpdos.all() {
             tpdo.consider(earliest);
         }
     }
@@ -284,7 +284,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             cob_id::ERROR_CONTROL + node_id,
         ];
         accept(Filter::exact(services.sync));
-        let tpdos = services.tpdos.as_ref().iter().filter_map(Tpdo::id);
+        let tpdos = services.tpdos.all().iter().filter_map(Tpdo::id);
         for id in own.into_iter().chain(tpdos) {
             accept(Filter::exact(CanId::standard(id)));
         }
@@ -295,7 +295,7 @@ impl<P: Product> Services<P> {
     /// A SYNC: answered on reception, with the newest sample.
     fn synchronise(&mut self, cx: &mut ContextOf<P>) {
         for number in 0..P::Tpdos::COUNT {
-            if let Some(tpdo) = self.tpdos.as_mut().get_mut(number) {
+            if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
                 let reaction = tpdo.sync();
                 self.react(cx, number, reaction);
             }
@@ -305,10 +305,10 @@ impl<P: Product> Services<P> {
     /// A remote frame, perhaps for a TPDO.
     fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, id: CanId) {
         let same = |tpdo: &Tpdo| tpdo.id().map(CanId::standard) == Some(id);
-        let Some(number) = self.tpdos.as_ref().iter().position(same) else {
+        let Some(number) = self.tpdos.all().iter().position(same) else {
             return;
         };
-        if let Some(tpdo) = self.tpdos.as_mut().get_mut(number) {
+        if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
             let reaction = tpdo.request(now);
             self.react(cx, number, reaction);
             cx.shell.wake_up();
@@ -317,18 +317,19 @@ impl<P: Product> Services<P> {
 
     /// Sends or keeps the data of a TPDO.
     fn react(&mut self, cx: &mut ContextOf<P>, number: usize, reaction: Reaction) {
-        let Some(tpdo) = self.tpdos.as_ref().get(number) else {
+        let Some(tpdo) = self.tpdos.all().get(number) else {
             return;
         };
+        let id = tpdo.id();
         let frame = match reaction {
             Reaction::None => return,
-            Reaction::SendKept => tpdo.kept().or_else(|| self.compose(cx, tpdo)),
-            Reaction::Send | Reaction::SendChanged | Reaction::Keep => self.compose(cx, tpdo),
+            Reaction::SendKept => tpdo.kept().or_else(|| self.compose(cx, number, id)),
+            Reaction::Send | Reaction::SendChanged | Reaction::Keep => self.compose(cx, number, id),
         };
         let Some(frame) = frame else { return };
         let keeps = matches!(reaction, Reaction::SendChanged | Reaction::Keep);
         if keeps {
-            let Some(tpdo) = self.tpdos.as_mut().get_mut(number) else {
+            let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
                 return;
             };
             if !tpdo.keep(&frame) || reaction == Reaction::Keep {
@@ -338,11 +339,11 @@ impl<P: Product> Services<P> {
         cx.shell.send_cyclic(frame);
     }
 
-    /// The present data of a TPDO.
-    fn compose(&self, cx: &ContextOf<P>, tpdo: &Tpdo) -> Option<Frame> {
+    /// A frame with the present data of a TPDO; None while it is disabled.
+    fn compose(&self, cx: &ContextOf<P>, number: usize, id: Option<u16>) -> Option<Frame> {
         let (mut data, mut length) = (0_u64, 0);
         // From the last object to the first, because shifts of 64 bits by a constant are cheap.
-        for entry in tpdo.mapping().iter().rev() {
+        for entry in self.tpdos.mapping(number).iter().rev() {
             let value = u64::from(self.number(cx, entry.row, entry.sub));
             // A signed number comes with more bits than it has.
             data = match entry.size {
@@ -352,7 +353,7 @@ impl<P: Product> Services<P> {
             };
             length += entry.size;
         }
-        let id = CanId::standard(tpdo.id()?);
+        let id = CanId::standard(id?);
         Some(Frame::word(id, data, length))
     }
 
@@ -398,7 +399,7 @@ impl<P: Product> Services<P> {
             cx.shell.send_cyclic(Frame::word(id, state.into(), 1));
         }
         for number in 0..P::Tpdos::COUNT {
-            let tpdo = self.tpdos.as_mut().get_mut(number);
+            let tpdo = self.tpdos.all_mut().get_mut(number);
             if tpdo.is_some_and(|tpdo| tpdo.poll(now)) {
                 self.react(cx, number, Reaction::Send);
             }

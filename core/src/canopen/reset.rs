@@ -5,8 +5,8 @@ use super::dictionary::Kind;
 use super::guarding::Guarding;
 use super::nmt::State;
 use super::objects::find_row;
-use super::pdo::{Communication, Entry, Mapping};
-use super::product::{ParametersOf, Product, Tpdos};
+use super::pdo::{Communication, Entry, Tpdos};
+use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
 use crate::can::{BitRate, CanId};
 use crate::param::{Rule, decode};
@@ -68,9 +68,7 @@ impl<P: Product> Services<P> {
         self.configure_guarding(cx, now);
         self.configure_heartbeat(cx, now);
         self.configure_emergency(cx);
-        for (number, tpdo) in (0..).zip(self.tpdos.as_mut()) {
-            tpdo.map(mapping::<P>(number));
-        }
+        self.tpdos.map(mapped::<P>);
         let mut changed = before != (self.node_id, self.rate);
         changed |= self.take_sync(cx);
         for number in 0..P::Tpdos::COUNT {
@@ -138,7 +136,7 @@ impl<P: Product> Services<P> {
         now: Instant,
         number: usize,
     ) -> bool {
-        let tpdo = self.tpdos.as_mut().get_mut(number);
+        let tpdo = self.tpdos.all_mut().get_mut(number);
         let (Some(tpdo), Some(settings)) = (tpdo, P::TPDO_SETTINGS.get(number)) else {
             return false;
         };
@@ -157,24 +155,14 @@ impl<P: Product> Services<P> {
     }
 }
 
-/// The objects that the mapping of a TPDO (1A00h and on) names.
-fn mapping<P: Product>(number: u16) -> Mapping {
-    let mut mapping = Mapping::new();
-    let mut sub = 1;
-    while let Some(row) = find_row::<P>(0x1A00 + number, sub)
-        && row.kind() == Kind::Constant
-    {
-        let [_, mapped_sub, low, high] = row.number().to_le_bytes();
-        let mapped = find_row::<P>(u16::from_le_bytes([low, high]), mapped_sub);
-        if let Some(row) = mapped {
-            // It fits: the mapping is checked at compile time.
-            let _ = mapping.push(Entry {
-                row,
-                sub: mapped_sub,
-                size: row.size(),
-            });
-        }
-        sub += 1;
-    }
-    mapping
+/// The object at a sub-index of the mapping of a TPDO (1A00h and on).
+fn mapped<P: Product>(number: u16, sub: u8) -> Option<Entry> {
+    let entry = find_row::<P>(0x1A00 + number, sub)?;
+    let [_, sub, low, high] = match entry.kind() {
+        Kind::Constant => entry.number().to_le_bytes(),
+        _ => return None,
+    };
+    let row = find_row::<P>(u16::from_le_bytes([low, high]), sub)?;
+    let size = row.size();
+    Some(Entry { row, sub, size })
 }

@@ -201,25 +201,31 @@ pub struct ArticleNumber {
 }
 
 impl ArticleNumber {
-    /// The number as GEMAC writes it; another form is a compile error.
+    /// The number with this text: capital letters, dashes, and up to nine digits.
+    ///
+    /// # Panics
+    /// The text has another form; in a constant this does not compile.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn new(text: &'static str) -> Self {
         let bytes = text.as_bytes();
-        assert!(bytes.len() == 11 && bytes[0] == b'P' && bytes[1] == b'R');
-        let (mut digits, mut place) = (0, 2);
+        let (mut digits, mut count, mut place) = (0, 0, 0);
         while place < bytes.len() {
-            if place == 2 || place == 8 {
-                assert!(bytes[place] == b'-');
-            } else {
-                assert!(bytes[place].is_ascii_digit());
+            if bytes[place].is_ascii_digit() {
                 digits = 10 * digits + (bytes[place] - b'0') as u32;
+                count += 1;
+                assert!(count <= 9, "an article number has at most nine digits");
+            } else {
+                assert!(
+                    bytes[place] == b'-' || bytes[place].is_ascii_uppercase(),
+                    "an article number has capital letters, dashes and digits"
+                );
             }
             place += 1;
         }
         Self { text, digits }
     }
 
-    /// As GEMAC writes it.
+    /// The text, as the maker prints it.
     pub const fn text(self) -> &'static str {
         self.text
     }

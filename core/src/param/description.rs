@@ -169,6 +169,34 @@ impl Parameter {
         factory: 0,
         persistence: Persistence::OnSave,
     };
+
+    /// A stored parameter without unit that takes every value of its type; its factory value is 0.
+    pub const fn new(id: ParameterId, name: &'static str, data_type: DataType) -> Self {
+        Self {
+            id,
+            name,
+            data_type,
+            ..Self::PLAIN
+        }
+    }
+
+    /// The same with a unit and digits behind the decimal point.
+    pub const fn in_unit(self, unit: &'static str, decimals: u8) -> Self {
+        Self {
+            unit,
+            decimals,
+            ..self
+        }
+    }
+
+    /// The same with a range of permitted numbers and a factory value, all as numbers without decimal point.
+    pub const fn within(self, low: i64, high: i64, factory: i32) -> Self {
+        Self {
+            permitted: Permitted::Range(low, high),
+            factory: factory as u32 & (u32::MAX >> (32 - 8 * self.data_type.size() as u32)),
+            ..self
+        }
+    }
 }
 
 /// What two parameters must fulfil together.
@@ -209,4 +237,27 @@ pub struct Quantity {
     pub decimals: u8,
     /// The lowest and the highest number.
     pub range: (i64, i64),
+}
+
+impl Quantity {
+    /// A quantity without unit that takes all values of its type.
+    pub const fn new(id: ValueId, name: &'static str, data_type: DataType) -> Self {
+        Self {
+            id,
+            name,
+            data_type,
+            unit: "",
+            decimals: 0,
+            range: data_type.range(),
+        }
+    }
+
+    /// The same with a unit and digits behind the decimal point.
+    pub const fn in_unit(self, unit: &'static str, decimals: u8) -> Self {
+        Self {
+            unit,
+            decimals,
+            ..self
+        }
+    }
 }

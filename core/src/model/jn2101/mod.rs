@@ -13,10 +13,9 @@ pub use application::{Inclination, Jn2101Application, value};
 pub use parameters::id;
 
 use crate::application::{Effect, Faults};
-use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
-use crate::canopen::emcy::{Cause, FaultBit};
-use crate::canopen::{self, CanopenNode, LedTable, Tpdo};
+use crate::canopen::emcy::{Cause, FaultBit, fault};
+use crate::canopen::{self, CanopenNode, LedTable, TpdoArray};
 use crate::model::listing::Article;
 use crate::model::listing::canopen::Listing;
 use crate::node::Pattern;
@@ -45,15 +44,6 @@ const HISTORY: usize = 50;
 /// The longest text that can be written.
 const TEXT: usize = 24;
 
-const fn fault(name: &'static str, cause: Cause, code: u16, register: u8) -> FaultBit {
-    FaultBit {
-        name,
-        cause,
-        code,
-        register,
-    }
-}
-
 /// Bit 3 of the error register: temperature.
 const TEMPERATURE: u8 = 1 << 3;
 /// Bit 4 of the error register: communication.
@@ -61,9 +51,9 @@ const COMMUNICATION: u8 = 1 << 4;
 
 impl canopen::Product for Jn2101Product {
     type Application = Jn2101Application;
-    type Tpdos = [Tpdo; 2];
-    type History = heapless::Deque<u32, HISTORY>;
-    type Text = heapless::Vec<u8, TEXT>;
+    type Tpdos = TpdoArray<2, 2>;
+    type History = canopen::ErrorHistory<HISTORY>;
+    type Text = canopen::Text<TEXT>;
 
     const OBJECTS: &'static [Object] = objects::OBJECTS;
     /// The emergency codes of 7.6.1 and 11.
@@ -100,7 +90,6 @@ impl canopen::Product for Jn2101Product {
     };
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BAUD_RATE;
-    const BIT_RATES: &'static [(u16, BitRate)] = &parameters::BAUD_RATES;
     const IMAGE: ImageId = ImageId::new(0x2101);
     crate::project_objects!();
 

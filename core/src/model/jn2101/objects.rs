@@ -58,7 +58,7 @@ const fn operating_parameter(index: u16, name: &'static str) -> Object {
 }
 
 /// The manufacturer's and the device profile's objects (manual 7.7 and 14).
-const APPLICATION: &[Object] = &[
+const APPLICATION: [Object; 26] = [
     parameter(0x2000, id::NODE_ID),
     parameter(0x2001, id::BAUD_RATE),
     service(
@@ -112,10 +112,10 @@ const APPLICATION: &[Object] = &[
 ];
 
 /// All objects, sorted: the communication profile (manual 7.6), then the others.
-pub(super) const OBJECTS: &[Object] = &profile::concat::<70>(&[
-    &[profile::device_type(0x0004_019A), profile::ERROR_REGISTER],
-    &ERROR_HISTORY,
-    &[
+pub(super) const OBJECTS: &[Object] = crate::objects![
+    [profile::device_type(0x0004_019A), profile::ERROR_REGISTER],
+    ERROR_HISTORY,
+    [
         parameter(0x1005, id::SYNC_COB_ID),
         profile::text(0x1008, "Product designation", "JN2101"),
         profile::text(0x1009, "Hardware version", "1.0.0"),
@@ -145,19 +145,19 @@ pub(super) const OBJECTS: &[Object] = &profile::concat::<70>(&[
         parameter(0x1015, id::EMCY_INHIBIT_TIME),
         parameter(0x1017, id::HEARTBEAT_TIME),
     ],
-    &profile::identity(0x6D66_6900, 0x01, 0xAA),
-    &[
+    profile::identity(0x6D66_6900, 0x01, 0xAA),
+    [
         Object {
             group: "Error behaviour object",
             ..constant(0x1029, 0, "Number of error classes", DataType::U8, 1)
         },
         Object::parameter(0x1029, 1, id::ERROR_BEHAVIOUR),
     ],
-    &profile::SERVER_SDO,
-    &TPDO0,
-    &TPDO1,
-    &MAPPING0,
-    &MAPPING1,
-    &[parameter(0x1F80, id::START_UP)],
+    profile::SERVER_SDO,
+    TPDO0,
+    TPDO1,
+    MAPPING0,
+    MAPPING1,
+    [parameter(0x1F80, id::START_UP)],
     APPLICATION,
-]);
+];

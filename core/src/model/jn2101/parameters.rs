@@ -1,7 +1,6 @@
 //! The parameters of the JN2101 (manual 7.6, 7.7, 9 and 14).
 
 use super::Jn2101Product;
-use crate::can::BitRate;
 use crate::canopen::profile;
 use crate::measure::fir::Cutoff;
 use crate::param::{Coding, DataType, Parameter, ParameterId, Permitted, Persistence, Table};
@@ -85,17 +84,6 @@ pub(super) enum Quadrants {
     FourUnsigned,
 }
 
-/// The numbers are kbit/s and need no names.
-const BAUD_RATE_CODING: Coding<BitRate, 8> = Coding([
-    (10, "", BitRate::K10),
-    (20, "", BitRate::K20),
-    (50, "", BitRate::K50),
-    (125, "", BitRate::K125),
-    (250, "", BitRate::K250),
-    (500, "", BitRate::K500),
-    (800, "", BitRate::K800),
-    (1000, "", BitRate::M1),
-]);
 const QUADRANT_CODING: Coding<Quadrants, 3> = Coding([
     (0, "off", Quadrants::Two),
     (1, "+-180 deg", Quadrants::FourSigned),
@@ -117,7 +105,6 @@ const DEFINITION_CODING: Coding<Definition, 4> = Coding([
 const SWITCH_CODING: Coding<bool, 2> = Coding([(0, "off", false), (1, "on", true)]);
 
 /// What the device keeps of the codings.
-pub(super) static BAUD_RATES: [(u16, BitRate); 8] = BAUD_RATE_CODING.codes();
 pub(super) static QUADRANTS: [Quadrants; 3] = QUADRANT_CODING.sequence();
 pub(super) static FILTERS: [Cutoff; 5] = FILTER_CODING.sequence();
 pub(super) static DEFINITIONS: [Definition; 4] = DEFINITION_CODING.sequence();
@@ -156,118 +143,105 @@ const fn hidden(id: ParameterId, name: &'static str) -> Parameter {
     }
 }
 
-const TPDO0: [Parameter; 4] = profile::tpdo_communication(id::TPDO0, 0x180);
-const TPDO1: [Parameter; 4] = profile::tpdo_communication(id::TPDO1, 0x280);
-
 impl Table for Jn2101Product {
     /// In the order of the objects; what is no object comes last.
-    const PARAMETERS: &'static [Parameter] = &[
-        profile::sync_cob_id(id::SYNC_COB_ID),
-        profile::guard_time(id::GUARD_TIME),
-        profile::life_time_factor(id::LIFE_TIME_FACTOR),
-        profile::emcy_cob_id(id::EMCY_COB_ID),
-        profile::emcy_inhibit_time(id::EMCY_INHIBIT_TIME),
-        Parameter {
-            name: "Heartbeat interval time",
-            ..profile::heartbeat_time(id::HEARTBEAT_TIME)
-        },
-        Parameter {
-            persistence: Persistence::Volatile,
-            ..profile::error_behaviour(id::ERROR_BEHAVIOUR)
-        },
-        TPDO0[0],
-        TPDO0[1],
-        TPDO0[2],
-        TPDO0[3],
-        TPDO1[0],
-        TPDO1[1],
-        TPDO1[2],
-        TPDO1[3],
-        profile::nmt_start_up(id::START_UP),
-        Parameter {
-            id: id::NODE_ID,
-            name: "Node ID",
-            permitted: Permitted::Range(1, 127),
-            factory: 10,
-            ..Parameter::PLAIN
-        },
-        Parameter {
-            id: id::BAUD_RATE,
-            name: "Baud rate",
-            data_type: DataType::U16,
-            unit: "kbit/s",
-            permitted: Permitted::OneOf(&BAUD_RATE_CODING.numbers()),
-            factory: 125,
-            ..Parameter::PLAIN
-        },
-        named(
-            id::QUADRANT,
-            "Quadrant correction",
-            &QUADRANT_CODING.meanings(),
-            1,
-        ),
-        named(id::HEATING, "Heating", &SWITCH_CODING.meanings(), 1),
-        Parameter {
-            persistence: Persistence::AtOnce,
-            ..named(
-                id::TEACH,
-                "Teach index",
-                &[
-                    (0, "no change"),
-                    (RELATIVE, "relative measurement"),
-                    (ABSOLUTE, "absolute measurement"),
-                ],
-                ABSOLUTE,
-            )
-        },
-        named(id::FILTER, "FIR filter", &FILTER_CODING.meanings(), 2),
-        named(
-            id::DEFINITION,
-            "Angle calculation",
-            &DEFINITION_CODING.meanings(),
-            0,
-        ),
-        named(
-            id::TERMINATION,
-            "Terminating resistor",
-            &SWITCH_CODING.meanings(),
-            1,
-        ),
-        Parameter {
-            persistence: Persistence::AtOnce,
-            ..named(
-                id::ZERO,
-                "Zero point",
-                &[
-                    (0, "unchanged"),
-                    (RELATIVE, "relative measurement"),
-                    (ABSOLUTE, "absolute measurement"),
-                ],
-                ABSOLUTE,
-            )
-        },
-        Parameter {
-            id: id::RESOLUTION,
-            name: "Resolution",
-            data_type: DataType::U16,
-            unit: "0.001 deg",
-            permitted: Permitted::OneOf(&[1, 10, 100, 1000]),
-            factory: 10,
-            ..Parameter::PLAIN
-        },
-        hidden(id::ZERO_X, "Zero point X"),
-        hidden(id::ZERO_Y, "Zero point Y"),
-        hidden(id::FRAME[0], "Reference frame: sine of roll"),
-        hidden(id::FRAME[1], "Reference frame: cosine of roll"),
-        hidden(id::FRAME[2], "Reference frame: sine of pitch"),
-        hidden(id::FRAME[3], "Reference frame: cosine of pitch"),
-        Parameter {
-            id: id::SELF_TEST,
-            name: "Activate self-test",
-            permitted: Permitted::Range(0, 1),
-            persistence: Persistence::Volatile,
-            ..Parameter::PLAIN
-        },
+    const PARAMETERS: &'static [Parameter] = crate::parameters![
+        [
+            profile::sync_cob_id(id::SYNC_COB_ID),
+            profile::guard_time(id::GUARD_TIME),
+            profile::life_time_factor(id::LIFE_TIME_FACTOR),
+            profile::emcy_cob_id(id::EMCY_COB_ID),
+            profile::emcy_inhibit_time(id::EMCY_INHIBIT_TIME),
+            Parameter {
+                name: "Heartbeat interval time",
+                ..profile::heartbeat_time(id::HEARTBEAT_TIME)
+            },
+            Parameter {
+                persistence: Persistence::Volatile,
+                ..profile::error_behaviour(id::ERROR_BEHAVIOUR)
+            }
+        ],
+        profile::tpdo_communication(id::TPDO0, 0x180),
+        profile::tpdo_communication(id::TPDO1, 0x280),
+        [
+            profile::nmt_start_up(id::START_UP),
+            Parameter {
+                name: "Node ID",
+                ..profile::node_id(id::NODE_ID, 10)
+            },
+            Parameter {
+                name: "Baud rate",
+                ..profile::bit_rate(id::BAUD_RATE, 125)
+            },
+            named(
+                id::QUADRANT,
+                "Quadrant correction",
+                &QUADRANT_CODING.meanings(),
+                1,
+            ),
+            named(id::HEATING, "Heating", &SWITCH_CODING.meanings(), 1),
+            Parameter {
+                persistence: Persistence::AtOnce,
+                ..named(
+                    id::TEACH,
+                    "Teach index",
+                    &[
+                        (0, "no change"),
+                        (RELATIVE, "relative measurement"),
+                        (ABSOLUTE, "absolute measurement"),
+                    ],
+                    ABSOLUTE,
+                )
+            },
+            named(id::FILTER, "FIR filter", &FILTER_CODING.meanings(), 2),
+            named(
+                id::DEFINITION,
+                "Angle calculation",
+                &DEFINITION_CODING.meanings(),
+                0,
+            ),
+            named(
+                id::TERMINATION,
+                "Terminating resistor",
+                &SWITCH_CODING.meanings(),
+                1,
+            ),
+            Parameter {
+                persistence: Persistence::AtOnce,
+                ..named(
+                    id::ZERO,
+                    "Zero point",
+                    &[
+                        (0, "unchanged"),
+                        (RELATIVE, "relative measurement"),
+                        (ABSOLUTE, "absolute measurement"),
+                    ],
+                    ABSOLUTE,
+                )
+            },
+            Parameter {
+                id: id::RESOLUTION,
+                name: "Resolution",
+                data_type: DataType::U16,
+                unit: "0.001 deg",
+                permitted: Permitted::OneOf(&[1, 10, 100, 1000]),
+                factory: 10,
+                ..Parameter::PLAIN
+            },
+            hidden(id::ZERO_X, "Zero point X"),
+            hidden(id::ZERO_Y, "Zero point Y"),
+            hidden(id::FRAME[0], "Reference frame: sine of roll"),
+            hidden(id::FRAME[1], "Reference frame: cosine of roll"),
+            hidden(id::FRAME[2], "Reference frame: sine of pitch"),
+            hidden(id::FRAME[3], "Reference frame: cosine of pitch"),
+            Parameter {
+                id: id::SELF_TEST,
+                name: "Activate self-test",
+                permitted: Permitted::Range(0, 1),
+                persistence: Persistence::Volatile,
+                ..Parameter::PLAIN
+            }
+        ],
     ];
     crate::project_parameters!();
 }
