@@ -1,5 +1,6 @@
 //! The sensors on the wire: these bytes in at a time, those bytes out, as their manuals say.
 
+mod canopen_codings;
 mod canopen_emergencies;
 mod canopen_jn2101;
 mod canopen_memory;
@@ -7,6 +8,7 @@ mod canopen_network;
 mod canopen_pdo;
 mod canopen_sdo;
 mod fsc_behaviour;
+mod fsc_codings;
 mod fsc_heating;
 mod fsc_memory;
 mod fsc_requests;
