@@ -64,7 +64,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
             application,
             protocol,
         } = self;
-        context.shell.start(now, boot.serial);
+        context.shell.start(now, boot.serial, P::FRAMES);
         let damaged = context.restore(boot);
         application.start(boot.calibration);
         started(application, protocol, &context.parameters, damaged);

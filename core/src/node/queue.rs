@@ -15,6 +15,8 @@ pub struct TransmitQueue {
     first: u8,
     /// and how many there are, one behind the other.
     length: u8,
+    /// With at most so many frames there is room for a further request.
+    limit: u8,
     /// Two bits for each place: the frame is a cyclic value (bits 0 to 15), or it is not sent (bits 16 to 31).
     marks: u32,
 }
@@ -25,15 +27,21 @@ impl TransmitQueue {
         frames: [Frame::EMPTY; CAPACITY],
         first: 0,
         length: 0,
+        limit: 0,
         marks: 0,
     };
 
-    /// How many frames besides replies there is always room for: cyclic values of different identifiers, and one event.
-    pub const OTHERS: usize = 5;
+    /// The most frames besides replies that a protocol may have in the queue: cyclic values of different identifiers, and events.
+    pub const OTHERS: usize = CAPACITY - 2 * REPLIES;
 
-    /// True while a further request may be taken in: there is room for its replies and for all [others](Self::OTHERS).
+    /// Keeps room for so many frames besides replies, at most [`OTHERS`](Self::OTHERS).
+    pub fn reserve(&mut self, others: usize) {
+        self.limit = (CAPACITY - REPLIES).saturating_sub(others) as u8;
+    }
+
+    /// True while a further request may be taken in: there is room for its replies and for all [others](Self::reserve).
     pub fn has_room(&self) -> bool {
-        usize::from(self.length) <= CAPACITY - REPLIES - Self::OTHERS
+        self.length <= self.limit
     }
 
     /// True when nothing waits.
@@ -160,6 +168,7 @@ mod tests {
     #[test]
     fn queue_with_room_takes_two_replies_an_event_and_four_cyclic_values() {
         let mut queue = TransmitQueue::EMPTY;
+        queue.reserve(5);
         let mut sent = 0;
         while queue.has_room() {
             queue.reply(frame(sent));

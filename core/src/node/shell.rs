@@ -79,8 +79,9 @@ impl Shell {
         wake: None,
     };
 
-    /// Starts with the serial number of the unit.
-    pub(super) fn start(&mut self, now: Instant, serial: u32) {
+    /// Starts with the serial number of the unit, and with room in the queue for so many frames besides replies.
+    pub(super) fn start(&mut self, now: Instant, serial: u32, frames: usize) {
+        self.queue.reserve(frames);
         self.serial = serial;
         self.valid_until = after(now, READING_LIMIT);
         self.dirty = true;

@@ -1,0 +1,257 @@
+//! One application, with one table of parameters, under FSC and under CANopen: the same acceleration gives the same angle and the same
+//! fault, and the zero offset that either protocol writes acts on both.
+
+use crate::tester::Tester;
+use crate::tester::canopen::{frame, in_g};
+use plumbline::can::BitRate;
+use plumbline::canopen::emcy::{CIA_301, Cause, FaultBit, fault};
+use plumbline::canopen::{self, CanopenNode, ErrorHistory, Object, Text, TpdoArray, profile};
+use plumbline::fsc::table::{Access, Field, Function, LedTable, Operation, Roles, Source};
+use plumbline::fsc::{self, Article, Condition, FscNode, StatusBit};
+use plumbline::model::gemac::is2::BP_CL;
+use plumbline::node::Pattern;
+use plumbline::param::{Constraint, Permitted};
+use plumbline::prelude::*;
+
+mod id {
+    use plumbline::param::ParameterId;
+
+    pub const SET_ID: ParameterId = ParameterId(0);
+    pub const REPLY_ID: ParameterId = ParameterId(1);
+    pub const SYNC_ID: ParameterId = ParameterId(2);
+    pub const BIT_RATE: ParameterId = ParameterId(3);
+    pub const RECOVERY: ParameterId = ParameterId(4);
+    pub const CYCLIC_TIME: ParameterId = ParameterId(5);
+    pub const CYCLIC_MODE: ParameterId = ParameterId(6);
+    pub const NODE_ID: ParameterId = ParameterId(7);
+    pub const ZERO: ParameterId = ParameterId(8);
+    pub const TPDO: ParameterId = ParameterId(9);
+}
+
+const SLOPE: ValueId = ValueId(0);
+
+/// What has the parameters and speaks both protocols.
+struct Both;
+
+const fn identifier(id: ParameterId, name: &'static str, factory: i32) -> Parameter {
+    Parameter::new(id, name, DataType::U32).within(1, 0x7FF, factory)
+}
+
+impl Table for Both {
+    const PARAMETERS: &'static [Parameter] = plumbline::parameters![
+        [
+            identifier(id::SET_ID, "Set-Parameter-ID", 0x300),
+            identifier(id::REPLY_ID, "Reply-Parameter-ID", 0x301),
+            identifier(id::SYNC_ID, "Sync-ID", 0x100),
+            Parameter {
+                permitted: Permitted::OneOf(&[0, 1]),
+                ..Parameter::new(id::BIT_RATE, "Bit rate", DataType::U8)
+            },
+            Parameter::new(id::RECOVERY, "Automatic Bus-Off Recovery", DataType::U8)
+                .within(0, 1, 1),
+            Parameter::new(id::CYCLIC_TIME, "Cyclic Time", DataType::U16).within(1, 1000, 100),
+            Parameter::new(id::CYCLIC_MODE, "Cyclic Mode", DataType::U8).within(0, 1, 0),
+            profile::node_id(id::NODE_ID, 20),
+            Parameter::new(id::ZERO, "Zero Offset", DataType::I16).in_unit("deg", 2),
+        ],
+        profile::tpdo_communication(id::TPDO, 0x180),
+    ];
+    const CONSTRAINTS: &'static [Constraint] = &[Constraint::Different(id::SET_ID, id::REPLY_ID)];
+    plumbline::project_parameters!();
+}
+
+/// The application; it names no protocol.
+struct Level {
+    zero: i32,
+    values: Published<1>,
+}
+
+impl Application for Level {
+    type Table = Both;
+    type Values = Published<1>;
+
+    const QUANTITIES: &'static [Quantity] =
+        &[Quantity::new(SLOPE, "Slope", DataType::I16).in_unit("deg", 2)];
+    const INITIAL: Self = Self {
+        zero: 0,
+        values: Published::INITIAL,
+    };
+
+    fn start(&mut self, _calibration: Calibration) {}
+
+    fn apply(&mut self, _now: Instant, parameters: &Parameters<Both>) -> Published<1> {
+        self.zero = i32::from(parameters.get(id::ZERO) as i16);
+        self.values
+    }
+
+    fn sample(&mut self, _now: Instant, reading: &Reading) -> Published<1> {
+        let slope = definition::perpendicular(reading.acceleration)
+            .x
+            .centidegrees();
+        let beyond = Faults::X.when(slope.abs() > 45_00);
+        self.values = Published::new([slope + self.zero], beyond);
+        self.values
+    }
+
+    fn stale(&mut self) -> Published<1> {
+        Published::new(self.values.numbers, Faults::X)
+    }
+}
+
+const fn function(
+    code: u8,
+    operation: Operation,
+    signature: &'static [u8],
+    reply: &'static [Field],
+) -> Function {
+    Function {
+        code,
+        name: "",
+        operation,
+        signature,
+        reply,
+    }
+}
+
+impl fsc::Product for Both {
+    type Application = Level;
+
+    const ROLES: Roles = Roles {
+        set_id: id::SET_ID,
+        reply_id: id::REPLY_ID,
+        sync_id: id::SYNC_ID,
+        bit_rate: id::BIT_RATE,
+        bit_rates: &[Some(BitRate::K250), None],
+        bus_off_recovery: id::RECOVERY,
+        cyclic_time: id::CYCLIC_TIME,
+        cyclic_mode: id::CYCLIC_MODE,
+    };
+    const ACCESS: &'static [Access] = &[Access {
+        read: 0x18,
+        write: 0x28,
+        name: "Zero Offset",
+        parameters: &[id::ZERO],
+    }];
+    const FUNCTIONS: &'static [Function] = &[
+        function(
+            0x00,
+            Operation::Inclination,
+            b"",
+            &[Field::described(Source::Value(SLOPE))],
+        ),
+        function(0x40, Operation::Load, b"LOAD", &[]),
+        function(0x50, Operation::Save, b"SAVE", &[]),
+        function(0xFF, Operation::Alive, b"RESET", &[]),
+    ];
+    const STATUS: [StatusBit; 8] = {
+        const fn bit(name: &'static str, condition: Condition) -> StatusBit {
+            StatusBit { name, condition }
+        }
+        [
+            bit("DefaultParam", Condition::DefaultParam),
+            bit("AutobaudDetection", Condition::AutobaudDetection),
+            bit("EEPROMError", Condition::EepromError),
+            bit("CmdParamError", Condition::CmdParamError),
+            bit("SensorError", Condition::Fault(Faults::X)),
+            bit("", Condition::Never),
+            bit("", Condition::Never),
+            bit("", Condition::Never),
+        ]
+    };
+    const LEDS: LedTable = LedTable {
+        detecting: Pattern::Flickering,
+        normal: Pattern::On,
+        error: canopen::LedTable::CIA_303_3.error,
+    };
+    plumbline::project_functions!();
+
+    fn set_article(_application: &mut Level, _article: &Article) {}
+}
+
+impl canopen::Product for Both {
+    type Application = Level;
+    type Tpdos = TpdoArray<1, 1>;
+    type History = ErrorHistory<4>;
+    type Text = Text<0>;
+
+    const OBJECTS: &'static [Object] = plumbline::objects![
+        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        profile::error_history(4),
+        profile::tpdo(0, "Slope", id::TPDO),
+        profile::mapping::<2>(0, "Mapping", &[("Slope", 0x6010_0010)]),
+        [Object::parameter(0x2000, 0, id::NODE_ID)],
+        [Object::parameter(0x2100, 0, id::ZERO)],
+        [Object::value(0x6010, 0, SLOPE)],
+    ];
+    const FAULTS: [FaultBit; 8] = {
+        let mut faults = CIA_301;
+        faults[0] = fault("slope", Cause::Application(Faults::X), 0x9000, 0);
+        faults
+    };
+    const NODE_ID: ParameterId = id::NODE_ID;
+    const BIT_RATE: ParameterId = id::BIT_RATE;
+    const BIT_RATES: &'static [(u16, BitRate)] = &[(0, BitRate::K250)];
+    const IMAGE: ImageId = ImageId::new(0x7002);
+    plumbline::project_objects!();
+}
+
+/// What one reading and a zero offset look like to a client: the angle in 0.01 deg, and whether the fault is active.
+type Seen = (i16, bool);
+
+fn under_fsc(force: [f64; 3], zero: i16) -> Seen {
+    let start = |now, boot: &Boot| FscNode::<Both>::new(&BP_CL, now, boot);
+    let mut tester = Tester::power_up(Boot::default(), start);
+    tester.sent();
+    let [low, high] = zero.to_le_bytes();
+    assert_eq!(tester.ask(&[0x28, low, high])[0], 0x28);
+    tester.hold(in_g(force), 1);
+    let reply = tester.ask(&[0x00]);
+    (
+        i16::from_le_bytes([reply[2], reply[3]]),
+        reply[1] & 0x10 != 0,
+    )
+}
+
+fn under_canopen(force: [f64; 3], zero: i16) -> Seen {
+    let mut tester = Tester::power_up(Boot::default(), CanopenNode::<Both>::new);
+    tester.node_id = 20;
+    assert_eq!(tester.sent_text(), ["714#00"]);
+    tester.write(0x2100, 0, 2, u32::from(zero as u16)).unwrap();
+    tester.hold(in_g(force), 1);
+    tester.send("000#0114");
+    tester.sent();
+    let error = tester.read(0x1001, 0).unwrap();
+    tester.receive(frame("080#"));
+    let sent = tester.sent();
+    assert_eq!(sent.len(), 1, "{sent:?}");
+    assert_eq!(format!("{:?}", sent[0])[..4], *"194#");
+    (
+        i16::from_le_bytes(sent[0].bytes().try_into().unwrap()),
+        error != 0,
+    )
+}
+
+#[test]
+fn application_is_the_same_under_fsc_and_under_canopen() {
+    let force = |degrees: f64| {
+        let angle = degrees.to_radians();
+        [-angle.sin(), 0.0, angle.cos()]
+    };
+    for (degrees, zero, expected) in [
+        (0.0, 0, (0, false)),
+        (12.34, 0, (1234, false)),
+        (-30.0, 500, (-2500, false)),
+        (45.1, -10, (4500, true)),
+    ] {
+        assert_eq!(
+            under_fsc(force(degrees), zero),
+            expected,
+            "FSC, {degrees} deg"
+        );
+        assert_eq!(
+            under_canopen(force(degrees), zero),
+            expected,
+            "CANopen, {degrees} deg"
+        );
+    }
+}
