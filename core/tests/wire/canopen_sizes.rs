@@ -2,7 +2,6 @@
 
 use crate::tester::Tester;
 use crate::tester::canopen::frame;
-use embedded_can::Id;
 use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile};
 use plumbline::prelude::*;
 
@@ -99,6 +98,6 @@ fn five_tpdos_send_five_frames_on_sync_and_have_nine_filters() {
     let requests = ["000#0101", "080#", "601#40", "701#R"].map(str::to_string);
     let remote = expected.iter().map(|text| text.replace("#0000", "#R"));
     for text in requests.into_iter().chain(remote) {
-        assert!(tester.accepts(Id::from(frame(&text).id())), "{text}");
+        assert!(tester.accepts(frame(&text).id()), "{text}");
     }
 }
