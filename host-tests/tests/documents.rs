@@ -14,6 +14,7 @@
 use descriptors::{Table, table};
 use host_tests::documents::{Document, documents};
 use plumbline::model::catalog::{PRODUCTS, Product, find};
+use std::path::Path;
 use std::sync::LazyLock;
 
 const README: &str = include_str!("../../README.md");
@@ -165,6 +166,16 @@ fn readme_lists_every_product() {
     for product in PRODUCTS {
         let name = format!("| `{}` |", product.name);
         assert!(README.contains(&name), "there is no row with {name}");
+    }
+}
+
+#[test]
+fn links_of_the_readme_lead_to_files() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for part in README.split("](").skip(1) {
+        let (link, _) = part.split_once(')').expect("the end of the link");
+        let exists = link.starts_with("https://") || root.join(link).exists();
+        assert!(exists, "there is no {link}");
     }
 }
 
