@@ -3,6 +3,7 @@
 //! - [`trace`]: recorded traffic, replayed against a sensor on the [`mod@bench`]
 //! - [`fuzz`]: whatever may come, fed to a sensor
 //! - [`calibrate`]: from a measurement to the calibration in a unit's memory
+//! - [`documents`]: the Markdown files beside the models
 //! - [`python`]: runs the clients written in Python, for the tests of every crate here
 //!
 //! Those crates are `can-wire` (the CAN protocol), `bench` (a sensor and its bus in virtual time), `stm32-sim` (the simulated
@@ -10,6 +11,7 @@
 //! flashed image costs).
 
 pub mod calibrate;
+pub mod documents;
 pub mod fuzz;
 pub mod python;
 #[cfg(target_os = "linux")]

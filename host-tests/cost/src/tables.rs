@@ -45,10 +45,7 @@ pub fn markdown(reports: &[Report]) -> String {
                 None => " |".to_owned(),
             })
             .collect();
-        let title = match row.unit {
-            Unit::Instructions => format!("{}, instructions", row.title),
-            Unit::Bytes | Unit::Nanoseconds => row.title.to_owned(),
-        };
+        let title = title(row);
         let others = match row.others {
             "" => String::new(),
             others => format!(" {others}"),
@@ -56,6 +53,29 @@ pub fn markdown(reports: &[Report]) -> String {
         writeln!(text, "| {title} |{cells}{others} |").expect("a string takes it");
     }
     text
+}
+
+/// The rows that the project's README shows, by key.
+const SUMMARY: [&str; 3] = ["flash", "ram", "sync"];
+
+/// The figures of one model that the project's README shows, as a Markdown table.
+pub fn summary(report: &Report) -> String {
+    let mut text = format!("| what | `{}` |\n|---|---|\n", report.model);
+    for row in SUMMARY.into_iter().filter_map(Row::find) {
+        if let Some(figure) = report.figure(row.key) {
+            let (title, figure) = (title(row), row.show(figure));
+            writeln!(text, "| {title} | {figure} |").expect("a string takes it");
+        }
+    }
+    text
+}
+
+/// The title of a row in Markdown: instructions have no unit beside the figure.
+fn title(row: &Row) -> String {
+    match row.unit {
+        Unit::Instructions => format!("{}, instructions", row.title),
+        Unit::Bytes | Unit::Nanoseconds => row.title.to_owned(),
+    }
 }
 
 /// The models with their figures, budgets and what is counted.
@@ -156,6 +176,19 @@ mod tests {
 | end of SYNC to answer, worst | | 12.35 us | |
 ";
         assert_eq!(markdown(&reports), expected);
+    }
+
+    #[test]
+    fn summary_has_the_rows_of_the_readme() {
+        let report = report("is2", &[("flash", 18_000), ("ram", 3_000), ("sync", 200)]);
+        let expected = "\
+| what | `is2` |
+|---|---|
+| flash | 18000 B |
+| RAM with the stack's peak | 3000 B |
+| SYNC to reply, instructions | 200 |
+";
+        assert_eq!(summary(&report), expected);
     }
 
     #[test]

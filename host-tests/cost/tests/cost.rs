@@ -1,14 +1,24 @@
-//! What the flashed images cost keeps to its budgets.
+//! What the flashed images cost keeps to its budgets, and the documents have these figures.
+//!
+//! `UPDATE=1 cargo test -p cost --test cost` writes the figures into the documents.
 
 use cost::budgets::Budgets;
 use cost::subjects::{self, Subject};
-use cost::{CostError, Report, measure};
+use cost::{CostError, Report, measure, tables};
 use std::collections::{BTreeMap, BTreeSet};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::LazyLock;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
+
+/// The heading of the table in a document,
+const BEGIN: &str = "checked by host-tests/cost/tests/cost.rs -->\n";
+/// and its end.
+const END: &str = "<!-- end -->";
+
+/// By how many percent a figure in a document may be off.
+const TOLERANCE: f64 = 10.0;
 
 static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
     LazyLock::new(|| firmware::build().unwrap_or_else(|error| panic!("{error}")));
@@ -42,6 +52,33 @@ fn every_model_with_budgets_is_measured() {
     let subjects = subjects::all();
     let measured: BTreeSet<&str> = subjects.iter().map(|subject| subject.name).collect();
     assert_eq!(budgets.models().collect::<BTreeSet<_>>(), measured);
+}
+
+/// Asserts that the document has this table, or writes it when the environment asks for that.
+fn assert_table(document: &str, expected: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(document);
+    let text = std::fs::read_to_string(&path).expect("the document can be read");
+    let (before, rest) = text.split_once(BEGIN).expect("the heading of the table");
+    let (table, after) = rest.split_once(END).expect("the end of the table");
+    if std::env::var_os("UPDATE").is_some() {
+        let updated = [before, BEGIN, expected, END, after].concat();
+        std::fs::write(&path, updated).expect("the document can be written");
+    } else if let Err(difference) = tables::agree(table, expected, TOLERANCE) {
+        let path = path.display();
+        panic!("{difference}\n{path} should have this table (UPDATE=1 writes it):\n\n{expected}");
+    }
+}
+
+#[test]
+fn document_has_the_measured_figures() {
+    assert_table("README.md", &tables::markdown(&REPORTS));
+}
+
+#[test]
+fn readme_of_the_project_has_the_measured_figures_of_is2() {
+    let report = REPORTS.iter().find(|report| report.model == "is2");
+    let report = report.expect("is2 is measured");
+    assert_table("../../README.md", &tables::summary(report));
 }
 
 /// One axis has no perpendicular angles, so its image lacks their function.

@@ -8,7 +8,7 @@ mod objects;
 
 pub use dbc::dbc;
 pub use eds::eds;
-pub use markdown::{object_table, parameters};
+pub use markdown::{Table, table};
 
 use plumbline::model::catalog::{Product, Protocol};
 

@@ -5,13 +5,30 @@ use crate::objects::Described;
 use embedded_can::Id;
 use plumbline::can::CanId;
 use plumbline::canopen::dictionary::{Access, Target};
-use plumbline::model::catalog::Product;
+use plumbline::model::catalog::{Product, Protocol};
 use plumbline::model::listing::{canopen, fsc};
 use plumbline::param::{DataType, Parameter};
 use std::fmt::Write;
 
+/// The table of a product for its document.
+pub struct Table {
+    /// What its rows are, for example `parameters`.
+    pub title: &'static str,
+    /// The table in Markdown.
+    pub text: String,
+}
+
+/// The table of a product for its document: the device parameters, or the object dictionary.
+pub fn table(product: &Product) -> Table {
+    let (title, text) = match &product.protocol {
+        Protocol::Fsc(tables) => ("parameters", parameters(product, tables)),
+        Protocol::Canopen(tables) => ("objects", object_table(product, tables)),
+    };
+    Table { title, text }
+}
+
 /// The device parameters of a product that speaks FSC as a Markdown table.
-pub fn parameters(product: &Product, tables: &fsc::Tables) -> String {
+fn parameters(product: &Product, tables: &fsc::Tables) -> String {
     let mut text =
         String::from("| read | write | parameter | values | factory |\n|---|---|---|---|---|\n");
     for access in tables.access {
@@ -78,7 +95,7 @@ fn factory(parameter: &Parameter) -> String {
 }
 
 /// The object dictionary of a product that speaks CANopen as a Markdown table.
-pub fn object_table(product: &Product, tables: &canopen::Tables) -> String {
+fn object_table(product: &Product, tables: &canopen::Tables) -> String {
     let mut text = String::from(
         "| index | sub | object | type | access | values | unit | factory | stored |\n\
          |---|---|---|---|---|---|---|---|---|\n",

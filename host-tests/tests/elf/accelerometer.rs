@@ -39,7 +39,7 @@ fn it_is_missed_within_200_ms_and_found_again() {
             assert_right(&rig.poll());
             let (io, now) = rig.io();
             io.imu.set_fault(now, fault);
-            // README, G19: without any reading for 100 ms.
+            // Decision G19 of GEMAC: no reading for 100 ms.
             rig.run(90);
             assert_right(&rig.poll());
             rig.run(110);

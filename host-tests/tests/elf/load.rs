@@ -75,7 +75,7 @@ fn a_full_bus_costs_no_reply() {
                 rig.bus
                     .send(weak, Frame::remote(standard(0x555), 8).expect("a frame"));
             }
-            // These pass the hardware filters, and the sensor ignores them (README, G11 and G26).
+            // These pass the hardware filters, and the sensor ignores them (decisions G11 and G26 of GEMAC).
             rig.bus.send(passing, data(SYNC, &[1]));
             rig.bus
                 .send(passing, Frame::remote(standard(SET), 2).expect("a frame"));

@@ -1,4 +1,6 @@
 //! GEMAC's inclination sensors: function select codes on raw CAN, one axis or two, with or without a heated measuring cell.
+//!
+#![doc = include_str!("README.md")]
 
 pub mod application;
 pub mod functions;

@@ -1,6 +1,8 @@
 //! ifm JN2101: two axes, +-45 deg, CANopen with the device profile for inclination sensors (CiA 410).
 //!
 //! Sections are those of the device manual, "JN2101 from firmware 2.2.0".
+//!
+#![doc = include_str!("README.md")]
 
 mod application;
 mod base64;

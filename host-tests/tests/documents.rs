@@ -1,0 +1,186 @@
+//! The documents of the products contain the products' own tables, and the README lists every product.
+//!
+//! A document of a product is a Markdown file beside its model. It has the table of the product in a block:
+//!
+//! ```text
+//! <!-- parameters of is2, is2d: written from the product's table, checked by host-tests/tests/documents.rs -->
+//! | read | write | ...
+//! <!-- end -->
+//! ```
+//!
+//! A block can be the table of several products; then their tables are equal. `UPDATE=1 cargo test -p host-tests --test documents`
+//! writes the blocks.
+
+use descriptors::{Table, table};
+use host_tests::documents::{Document, documents};
+use plumbline::model::catalog::{PRODUCTS, Product, find};
+use std::path::Path;
+use std::sync::LazyLock;
+
+const README: &str = include_str!("../../README.md");
+
+/// The README is for newcomers: it is short.
+const README_LINES: usize = 250;
+
+/// How a block begins,
+const BEGIN: &str = "<!-- ";
+/// what ends its heading,
+const ORIGIN: &str =
+    ": written from the product's table, checked by host-tests/tests/documents.rs -->\n";
+/// and how it ends.
+const END: &str = "<!-- end -->\n";
+
+/// The table of some products in a document.
+struct Block<'a> {
+    title: &'a str,
+    products: Vec<&'a str>,
+    table: &'a str,
+}
+
+/// All documents, with the blocks written anew when the environment asks for it.
+static DOCUMENTS: LazyLock<Vec<Document>> = LazyLock::new(|| {
+    let mut documents = documents().expect("the documents can be read");
+    if std::env::var_os("UPDATE").is_some() {
+        for document in &mut documents {
+            document.text = updated(&document.text);
+            std::fs::write(&document.path, &document.text).expect("the document can be written");
+        }
+    }
+    documents
+});
+
+/// The part of a text before a block, the block, and the rest; None when there is no further block.
+fn next_block(text: &str) -> Option<(&str, Block<'_>, &str)> {
+    let (before, after) = text.split_once(ORIGIN)?;
+    let (before, heading) = before
+        .rsplit_once(BEGIN)
+        .expect("the heading of a block is a comment");
+    let (title, products) = heading
+        .split_once(" of ")
+        .unwrap_or_else(|| panic!("a heading is `<title> of <products>`: {heading}"));
+    let (table, rest) = after
+        .split_once(END)
+        .unwrap_or_else(|| panic!("the block has no end: {heading}"));
+    let products = products.split(", ").collect();
+    let block = Block {
+        title,
+        products,
+        table,
+    };
+    Some((before, block, rest))
+}
+
+/// All blocks of a document.
+fn blocks(mut text: &str) -> Vec<Block<'_>> {
+    std::iter::from_fn(|| {
+        let (_, block, rest) = next_block(text)?;
+        text = rest;
+        Some(block)
+    })
+    .collect()
+}
+
+/// The document with its blocks written from the tables of the products.
+fn updated(mut text: &str) -> String {
+    let mut written = String::new();
+    while let Some((before, block, rest)) = next_block(text) {
+        let table = table(product(block.products[0]));
+        let heading = heading(&table, &block.products);
+        written += &format!("{before}{heading}{}{END}", table.text);
+        text = rest;
+    }
+    written + text
+}
+
+fn heading(table: &Table, products: &[&str]) -> String {
+    format!("{BEGIN}{} of {}{ORIGIN}", table.title, products.join(", "))
+}
+
+#[track_caller]
+fn product(name: &str) -> &'static Product {
+    find(name).unwrap_or_else(|| panic!("a block names {name}, which is no product"))
+}
+
+/// The documents with a block of this product.
+fn documents_of(name: &str) -> Vec<&'static Document> {
+    let names = |document: &&Document| {
+        blocks(&document.text)
+            .iter()
+            .any(|block| block.products.contains(&name))
+    };
+    DOCUMENTS.iter().filter(names).collect()
+}
+
+#[test]
+fn every_product_has_its_table_in_one_document() {
+    for product in PRODUCTS {
+        let documents = documents_of(product.name);
+        assert_eq!(
+            documents.len(),
+            1,
+            "one Markdown file beside the models should have this block:\n\n{}{END}",
+            heading(&table(product), &[product.name])
+        );
+    }
+}
+
+#[test]
+fn every_block_is_the_table_of_its_products() {
+    for document in &*DOCUMENTS {
+        for block in blocks(&document.text) {
+            for name in &block.products {
+                let table = table(product(name));
+                assert!(
+                    block.title == table.title && block.table == table.text,
+                    "{} should have this block (UPDATE=1 writes it):\n\n{}{}{END}",
+                    document.path.display(),
+                    heading(&table, &[name]),
+                    table.text
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn every_article_is_listed_in_the_document_of_its_product() {
+    for product in PRODUCTS {
+        for document in documents_of(product.name) {
+            for article in product.articles() {
+                let row = format!(
+                    "| `{}` | {} | {} |",
+                    product.name, article.name, article.number
+                );
+                assert!(
+                    document.text.contains(&row),
+                    "{} should have a row that begins with\n{row}",
+                    document.path.display()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn readme_lists_every_product() {
+    for product in PRODUCTS {
+        let name = format!("| `{}` |", product.name);
+        assert!(README.contains(&name), "there is no row with {name}");
+    }
+}
+
+#[test]
+fn links_of_the_readme_lead_to_files() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    for part in README.split("](").skip(1) {
+        let (link, _) = part.split_once(')').expect("the end of the link");
+        let exists = link.starts_with("https://") || root.join(link).exists();
+        assert!(exists, "there is no {link}");
+    }
+}
+
+#[test]
+fn readme_is_short() {
+    let lines = README.lines().count();
+    assert!(lines <= README_LINES, "{lines} lines");
+}

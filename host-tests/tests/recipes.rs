@@ -1,0 +1,181 @@
+//! The recipes in the documents of the products, run against a simulated sensor.
+//!
+//! A recipe is a text block after a comment with the product, the scene, and `power-up` if it begins with the start of the sensor:
+//!
+//! ````text
+//! <!-- recipe: is2, tilt=12.34,-5.67 -->
+//! ```text
+//! -> 300#00              a frame to the sensor, as cansend takes it
+//! <- 301#0003D204C9FD    the next frame of the sensor
+//! -- power off and on
+//! ```
+//! ````
+//!
+//! Behind the frame there is a comment. The sensor starts with a blank memory, and the bus has the bit rate of the sensor.
+
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
+use host_tests::documents::documents;
+use plumbline::can::{Frame, extended, standard};
+use plumbline::time::{Duration, after, millis, reached};
+use virtual_sensor::scene::{Axes, Scene, SceneArgument};
+
+/// How a recipe begins.
+const BEGIN: &str = "<!-- recipe: ";
+
+/// How long the sensor has for a frame: the longest cycle in a recipe is 1 s.
+const PATIENCE: Duration = millis(1500);
+
+/// In this time after an expected frame no other frame comes.
+const QUIET: Duration = millis(5);
+
+/// How long the sensor needs for what it does not answer: a restart, a change of the state.
+const WITHOUT_REPLY: Duration = millis(300);
+
+struct Run {
+    bus: Bus,
+    sensor: DeviceId,
+    tester: AdapterId,
+    came: Vec<Frame>,
+}
+
+impl Run {
+    fn new(product: &str, scene: &str) -> Self {
+        let node_type = NodeType::find(product).expect("a product");
+        let scene: SceneArgument = scene.parse().expect("a scene");
+        let motion = Scene::open(Some(&scene), Axes::of(&node_type)).expect("a scene");
+        let mut bus = Bus::new(BusRate::Follow);
+        let sensor = Device::new(&node_type, 1, Flash::default(), Box::new(motion));
+        let sensor = bus.attach(sensor);
+        let tester = bus.adapter();
+        bus.open(tester, None, false);
+        Self {
+            bus,
+            sensor,
+            tester,
+            came: Vec::new(),
+        }
+    }
+
+    fn wait(&mut self, time: Duration) {
+        let until = after(self.bus.now(), time);
+        self.bus.run_until(until);
+        let received = self.bus.take_received(self.tester);
+        self.came
+            .extend(received.into_iter().map(|(_, frame)| frame));
+    }
+
+    /// Brings a sensor that detects the bit rate on the bus, and drops what every sensor sends after power-up.
+    fn boot(&mut self) {
+        self.wait(WITHOUT_REPLY);
+        let any = Frame::data(standard(0x7FF), &[]).expect("no data");
+        self.bus.send(self.tester, any);
+        self.wait(WITHOUT_REPLY);
+        self.came.clear();
+    }
+
+    /// The next frame of the sensor.
+    fn next(&mut self) -> Option<Frame> {
+        let until = after(self.bus.now(), PATIENCE);
+        while self.came.is_empty() && !reached(self.bus.now(), until) {
+            self.wait(millis(1));
+        }
+        (!self.came.is_empty()).then(|| self.came.remove(0))
+    }
+
+    fn step(&mut self, line: &str) -> Result<(), String> {
+        let (what, rest) = line.split_at_checked(2).ok_or("the line is too short")?;
+        let text = rest.split_whitespace().next().unwrap_or("");
+        match what {
+            "->" => {
+                self.is_quiet()?;
+                self.bus.send(self.tester, frame(text)?);
+            }
+            "<-" => {
+                let expected = frame(text)?;
+                let came = self.next();
+                if came != Some(expected) {
+                    return Err(format!("{came:?} came"));
+                }
+            }
+            "--" => {
+                self.is_quiet()?;
+                self.bus.power_cycle(self.sensor);
+            }
+            _ => return Err("a line begins with ->, <- or --".to_owned()),
+        }
+        Ok(())
+    }
+
+    /// Nothing comes that is not in the recipe.
+    fn is_quiet(&mut self) -> Result<(), String> {
+        self.wait(QUIET);
+        match self.came.first() {
+            None => Ok(()),
+            Some(frame) => Err(format!("{frame:?} came before")),
+        }
+    }
+}
+
+/// A frame as `cansend` takes it.
+fn frame(text: &str) -> Result<Frame, String> {
+    let wrong = || format!("{text} is no frame");
+    let (id, data) = text.split_once('#').ok_or_else(wrong)?;
+    let number = u32::from_str_radix(id, 16).map_err(|_| wrong())?;
+    let id = match id.len() {
+        3 => standard(number as u16),
+        _ => extended(number),
+    };
+    let frame = match data.strip_prefix('R') {
+        Some(dlc) => Frame::remote(id, dlc.parse().map_err(|_| wrong())?),
+        None => {
+            let bytes: Result<Vec<u8>, _> = (0..data.len())
+                .step_by(2)
+                .map(|at| u8::from_str_radix(data.get(at..at + 2).unwrap_or(""), 16))
+                .collect();
+            Frame::data(id, &bytes.map_err(|_| wrong())?)
+        }
+    };
+    frame.ok_or_else(wrong)
+}
+
+/// Runs the lines of a recipe.
+fn run(heading: &str, recipe: &str) -> Result<(), String> {
+    let (heading, powers_up) = match heading.strip_suffix(", power-up") {
+        Some(rest) => (rest, true),
+        None => (heading, false),
+    };
+    let (product, scene) = heading.split_once(", ").ok_or("the scene is missing")?;
+    let mut run = Run::new(product, scene);
+    if !powers_up {
+        run.boot();
+    }
+    let lines: Vec<&str> = recipe.lines().collect();
+    for (place, line) in lines.iter().enumerate() {
+        run.step(line).map_err(|error| format!("{line}\n{error}"))?;
+        let answered = lines
+            .get(place + 1)
+            .is_some_and(|next| next.starts_with("<-"));
+        if !answered && !line.starts_with("<-") {
+            run.wait(WITHOUT_REPLY);
+        }
+    }
+    run.is_quiet()
+}
+
+#[test]
+fn recipes_have_the_frames_of_the_sensor() {
+    let mut count = 0;
+    let mut failures = Vec::new();
+    for document in documents().expect("the documents can be read") {
+        for part in document.text.split(BEGIN).skip(1) {
+            let (heading, rest) = part.split_once(" -->\n```text\n").expect("a text block");
+            let (recipe, _) = rest.split_once("```").expect("the end of the block");
+            count += 1;
+            if let Err(error) = run(heading, recipe) {
+                failures.push(format!("{}: {heading}: {error}", document.path.display()));
+            }
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n\n"));
+    assert!(count > 0, "there are no recipes");
+}
