@@ -8,9 +8,9 @@
 //! Differences to a real wire:
 //! - It has no length: a level is everywhere at once.
 //! - Unless it is [`BusRate::Wire`], a participant with another bit rate is not connected. There is one more participant, the
-//! silent assistant, which acknowledges the frames of adapters, so that a lone client can wake a sensor that is detecting the bit
-//! rate. The frame of a sensor needs another sensor or an open adapter. Two adapters send frames with the same identifier one
-//! after the other.
+//!   silent assistant, which acknowledges the frames of adapters, so that a lone client can wake a sensor that is detecting the
+//!   bit rate. The frame of a sensor needs another sensor or an open adapter. Two adapters send frames with the same identifier
+//!   one after the other.
 
 mod leading;
 mod line;

@@ -23,9 +23,9 @@ pub mod command {
     pub const SAVE: u8 = 2;
     /// Reply on `30n`, then restart.
     pub const RESTART: u8 = 3;
-    /// Send as many frames as the second byte says, with identifiers 10n.
+    /// Send the number of frames in the second byte, with identifiers 10n.
     pub const BURST: u8 = 4;
-    /// Refuse further frames for as many milliseconds as the second byte says.
+    /// Refuse further frames for the milliseconds in the second byte.
     pub const PAUSE: u8 = 5;
     /// Go to the bit rate with the index of the second byte.
     pub const RATE: u8 = 6;

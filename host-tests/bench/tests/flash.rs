@@ -1,4 +1,4 @@
-//! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the file behind it.
+//! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the memory in a file.
 
 use bench::{Flash, FlashError, PAGE_SIZE};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};

@@ -1,4 +1,4 @@
-//! The board around the microcontroller: a Blue Pill wired as the README says.
+//! The board around the microcontroller: a Blue Pill wired as in the README.
 
 use super::afio::Afio;
 use super::gpio::{Gpio, Pin, PinMode, PortName};

@@ -29,7 +29,7 @@ const DIV_0_TRP: u32 = 1 << 4;
 const STKALIGN: u32 = 1 << 9;
 const CCR_BITS: u32 = NONBASETHRDENA | 1 << 1 | UNALIGN_TRP | DIV_0_TRP | 1 << 8 | STKALIGN;
 
-/// The registers of the system control block without an effect of their own.
+/// The registers of the system control block that only store their value.
 #[derive(Clone, Debug)]
 pub struct SystemControl {
     /// VTOR.

@@ -176,13 +176,13 @@ mod tests {
     #[test]
     fn parts_by_name() {
         for (name, part) in [
-            ("plumbline::fsc::sensor::Sensor<M>::send", Part::Core),
+            ("plumbline::fsc::protocol::Fsc<P>::send", Part::Core),
             (
-                "plumbline::fsc::node::<impl plumbline::node::Node for plumbline::fsc::sensor::Sensor<M>>::sample",
+                "<plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
                 Part::Core,
             ),
             (
-                "core::ptr::drop_in_place<plumbline::store::Loaded>",
+                "core::ptr::drop_in_place<plumbline::store::Boot>",
                 Part::Core,
             ),
             ("firmware_stm32::app::run", Part::Driver),
@@ -191,7 +191,7 @@ mod tests {
                 "jn2101::__cortex_m_rt_main_trampoline::SENSOR",
                 Part::Driver,
             ),
-            ("plumbline::model::jn2101::RULES", Part::Core),
+            ("plumbline::model::jn2101::TABLE", Part::Core),
             ("main", Part::Driver),
             ("__rustc::rust_begin_unwind", Part::Driver),
             ("USB_LP_CAN_RX0", Part::Driver),
@@ -214,7 +214,7 @@ mod tests {
                 Part::Constants,
             ),
             (
-                ".Lswitch.table.plumbline::fsc::values::Values::permits",
+                ".Lswitch.table.plumbline::param::projection::permits",
                 Part::Core,
             ),
         ] {
