@@ -1,10 +1,10 @@
-//! An adapter: what a PLC, a tester or an slcan client sends and receives with.
+//! An adapter: the interface through which a PLC, a tester or an slcan client sends and receives.
 
 use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use std::collections::VecDeque;
 
-/// Received frames that an adapter keeps; after that the oldest are lost.
+/// Received frames that an adapter keeps; then it drops the oldest.
 const RECEIVED_MAX: usize = 1_000_000;
 
 /// One adapter on the bus.
@@ -13,13 +13,13 @@ pub(super) struct Adapter {
     pub(super) protocol: Protocol,
     open: Option<Opened>,
     queue: VecDeque<Frame>,
-    /// Frames with the time at which they end.
+    /// Received frames with the time of their end.
     received: VecDeque<(Picoseconds, Frame)>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Opened {
-    /// None: whatever rate the bus has.
+    /// None: the rate of the bus.
     rate: Option<BitRate>,
     listen_only: bool,
 }
@@ -30,7 +30,7 @@ impl Adapter {
         self.open = Some(Opened { rate, listen_only });
     }
 
-    /// A frame that it is sending is torn off.
+    /// Closes it; a frame that it is sending is aborted.
     pub(super) fn close(&mut self) {
         self.queue.clear();
         self.open = None;
@@ -46,14 +46,14 @@ impl Adapter {
         self.open?.rate
     }
 
-    /// Takes part at this timing, when it is open.
+    /// Takes part at this timing, if it is open.
     pub(super) fn join(&mut self, now: Picoseconds, timing: BitTiming) {
         if let Some(open) = self.open {
             self.protocol.join(now, timing, open.listen_only);
         }
     }
 
-    /// Queues a frame, when it is on the bus and may send.
+    /// Queues a frame, if it is on the bus and may send.
     pub(super) fn push(&mut self, frame: Frame) {
         let sends = self.open.is_some_and(|open| !open.listen_only);
         if sends && self.protocol.is_on() {
@@ -70,7 +70,7 @@ impl Adapter {
         self.queue.front().copied()
     }
 
-    /// Takes note of what its protocol brought. An adapter recovers from bus-off by itself.
+    /// Handles an event of its protocol. An adapter recovers from bus-off without a command.
     pub(super) fn note(&mut self, now: Picoseconds, event: Event) {
         match event {
             Event::Transmitted => {
@@ -80,7 +80,7 @@ impl Adapter {
                 if self.received.len() == RECEIVED_MAX {
                     self.received.pop_front();
                 }
-                // It has been taken with the last bit but one.
+                // The frame is valid for a receiver at the last bit but one of EOF (ISO 11898-1).
                 let end = self.protocol.bit_start() + self.protocol.timing().bit;
                 self.received.push_back((end, frame));
             }
@@ -89,13 +89,13 @@ impl Adapter {
         }
     }
 
-    /// The end of the frame that it has received last, when that is still to come.
+    /// The end of the last received frame, if it is still to come.
     pub(super) fn receives_until(&self, now: Picoseconds) -> Option<Picoseconds> {
         let (end, _) = self.received.back()?;
         Some(*end).filter(|end| *end > now)
     }
 
-    /// The frames that have ended.
+    /// Removes and returns the frames that have ended.
     pub(super) fn take_received(&mut self, now: Picoseconds) -> Vec<(Picoseconds, Frame)> {
         let ended = self.received.partition_point(|(end, _)| *end <= now);
         self.received.drain(..ended).collect()

@@ -1,15 +1,16 @@
-//! The wire, true to the bit, in virtual time.
+//! The wire, bit by bit, in virtual time.
 //!
-//! Every participant has the [`Protocol`] state machine of a CAN controller and drives the wire with it. Arbitration, acknowledge, error
-//! frames, error counters and bus-off are what comes of that; nothing is decided for whole frames.
+//! Every participant has the [`Protocol`] state machine of a CAN controller and drives the wire with it. Arbitration,
+//! acknowledge, error frames, error counters and bus-off result from the bits; the bus decides nothing per frame.
 //!
-//! Times inside are in picoseconds; what is told outside is the microsecond in which it happened, rounded up.
+//! Internal times are in picoseconds; the public functions return microseconds, rounded up.
 //!
-//! Where this wire is not like a real one:
+//! Differences to a real wire:
 //! - It has no length: a level is everywhere at once.
-//! - Unless it is [`BusRate::Wire`], who has another bit rate is left out, and there is one more participant, which is silent but
-//!   acknowledges what adapters send, so that a lone client can wake a sensor that is detecting the bit rate. A sensor's frame needs
-//!   another sensor or an open adapter. Two adapters with the same identifier go one after the other.
+//! - Unless it is [`BusRate::Wire`], a participant with another bit rate is not connected. There is one more participant, the
+//!   silent assistant, which acknowledges the frames of adapters, so that a lone client can wake a sensor that is detecting the
+//!   bit rate. The frame of a sensor needs another sensor or an open adapter. Two adapters send frames with the same identifier
+//!   one after the other.
 
 mod leading;
 mod line;
@@ -23,36 +24,37 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use std::collections::{BTreeMap, VecDeque};
 
-/// The rate at which a detecting sensor finds the first frame on a bus that follows it.
+/// The bit rate of the first frame for a detecting sensor on a bus that follows it.
 const FOLLOW_RATE: BitRate = BitRate::K250;
 
-/// Frames that the log holds; after that the oldest are lost.
+/// Frames that the log holds; then it drops the oldest.
 const LOG_MAX: usize = 1_000_000;
 
-/// Who takes part at which bit rate.
+/// The bit rate of the wire and the participants that it connects.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BusRate {
-    /// The wire has this rate. Who takes part at another one is not connected: it reaches nobody and hears nobody. Who only
-    /// listens is connected at any rate, and sees errors at a wrong one.
+    /// The wire has this rate. A participant with another rate is not connected: it neither sends nor receives. A participant in
+    /// listen-only mode is connected at any rate, and sees errors at a wrong one.
     Fixed(BitRate),
-    /// The wire has the rate of the first sensor, and the adapters' rates mean nothing. While that sensor detects the rate,
-    /// it is led to 250 kbit/s before an adapter's frame starts, so that the first frame reveals that rate.
+    /// The wire has the rate of the first sensor, and the rates of the adapters have no effect. While that sensor detects the
+    /// rate, the bus leads it to 250 kbit/s before an adapter's frame starts, so that the sensor detects that rate at the first
+    /// frame.
     Follow,
-    /// As on a copper wire: everybody is connected, each at its own rate, and disturbs the others when that is a wrong one. Only
-    /// adapters that were opened without a rate have that of the first sensor. Nobody helps out with acknowledges
+    /// As on a real wire: every participant is connected at its own rate, and a wrong rate disturbs the others. Only adapters
+    /// that were opened without a rate have that of the first sensor. The assistant does not acknowledge unless requested
     /// ([`Bus::assist`]).
     Wire,
 }
 
-/// Names a sensor on a bus.
+/// Identifies a sensor on a bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct DeviceId(usize);
 
-/// Names an adapter on a bus.
+/// Identifies an adapter on a bus.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub struct AdapterId(usize);
 
-/// Who sent a frame.
+/// The sender of a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
     /// A sensor.
@@ -61,7 +63,7 @@ pub enum Source {
     Adapter(AdapterId),
 }
 
-/// A frame that came to its end.
+/// A completed frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Logged {
     /// The start of the frame, to the picosecond.
@@ -70,7 +72,7 @@ pub struct Logged {
     pub at: Instant,
     /// The frame.
     pub frame: Frame,
-    /// Who sent it.
+    /// The sender.
     pub source: Source,
 }
 
@@ -82,7 +84,7 @@ struct Attached {
 /// Sensors and adapters on one wire.
 pub struct Bus {
     rate: BusRate,
-    /// The timing of the wire, where it has one.
+    /// The timing of the wire, if it has one.
     timing: BitTiming,
     time: Picoseconds,
     devices: Vec<Attached>,
@@ -95,7 +97,7 @@ pub struct Bus {
     assists: bool,
     leading: bool,
     wishes: Wishes,
-    /// When the wire is dominant whatever is sent.
+    /// Periods in which the wire is dominant regardless of the participants.
     disturbances: Vec<Span>,
     /// Frames whose last bit has been sampled, with the end of that bit.
     ended: VecDeque<(Picoseconds, Logged)>,
@@ -103,7 +105,7 @@ pub struct Bus {
 }
 
 impl Bus {
-    /// A quiet wire at time 0.
+    /// An idle wire at time 0.
     pub fn new(rate: BusRate) -> Self {
         let timing = match rate {
             BusRate::Fixed(rate) => rate,
@@ -132,7 +134,7 @@ impl Bus {
         self.attach_boxed(Box::new(sensor))
     }
 
-    /// Connects a sensor of whatever kind and switches it on.
+    /// Connects a sensor of any type and switches it on.
     pub fn attach_boxed(&mut self, mut sensor: Box<dyn Sensor>) -> DeviceId {
         sensor.power_on(self.now());
         self.devices.push(Attached {
@@ -147,7 +149,7 @@ impl Bus {
         self.devices[id.0].sensor.as_ref()
     }
 
-    /// A sensor, to be changed.
+    /// A sensor, mutable.
     pub fn device_mut(&mut self, id: DeviceId) -> &mut dyn Sensor {
         self.devices[id.0].sensor.as_mut()
     }
@@ -158,13 +160,13 @@ impl Bus {
         self.device_mut(id).power_cycle(now);
     }
 
-    /// Whether a silent participant acknowledges what adapters send; it does on a bus with one rate.
+    /// Sets whether the assistant acknowledges the frames of adapters; it does by default on a bus with one rate.
     pub fn assist(&mut self, assists: bool) {
         self.assists = assists;
         self.call_assistant();
     }
 
-    /// Connects an adapter; it is closed.
+    /// Connects an adapter, which is closed at first.
     pub fn adapter(&mut self) -> AdapterId {
         let id = AdapterId(self.adapters_made);
         self.adapters_made += 1;
@@ -172,8 +174,8 @@ impl Bus {
         id
     }
 
-    /// Opens an adapter, at a bit rate or at that of the bus; when it was open, it is closed first. It takes part after 11
-    /// recessive bits.
+    /// Opens an adapter, at a bit rate or at that of the bus; if it is open, closes it first. It takes part after 11 recessive
+    /// bits.
     pub fn open(&mut self, id: AdapterId, rate: Option<BitRate>, listen_only: bool) {
         let (now, timing) = (self.time, self.adapter_timing(rate));
         if let Some((adapter, _)) = self.adapters.get_mut(&id) {
@@ -185,7 +187,7 @@ impl Bus {
         self.call_assistant();
     }
 
-    /// Closes an adapter; what it has not sent yet is dropped, what it has received can still be taken.
+    /// Closes an adapter. Frames not sent yet are dropped, received frames can still be taken.
     pub fn close(&mut self, id: AdapterId) {
         if let Some((adapter, _)) = self.adapters.get_mut(&id) {
             adapter.close();
@@ -193,13 +195,13 @@ impl Bus {
         self.call_assistant();
     }
 
-    /// Disconnects an adapter; its id means nothing afterwards.
+    /// Disconnects an adapter; its id is invalid afterwards.
     pub fn remove(&mut self, id: AdapterId) {
         self.adapters.remove(&id);
         self.call_assistant();
     }
 
-    /// The assistant takes part while it is needed.
+    /// Makes the assistant take part while it is needed.
     fn call_assistant(&mut self) {
         let needed = self.assists && self.adapters.values().any(|(one, _)| one.is_open());
         let (assistant, _) = &mut self.assistant;
@@ -210,9 +212,9 @@ impl Bus {
         }
     }
 
-    /// Queues a frame in an adapter; nothing happens when it is closed or only listens. Frames are sent in this order, and
-    /// after each the adapter lets a device with a waiting frame go first, because its next frame is not loaded within the
-    /// intermission: polls queued all at once get their replies.
+    /// Queues a frame in an adapter; has no effect when the adapter is closed or listen-only. The adapter sends frames in this
+    /// order. After each it lets a device with a waiting frame go first, because it does not load its next frame within the
+    /// intermission: polls that are queued together get their replies.
     pub fn send(&mut self, id: AdapterId, frame: Frame) {
         if let Some((adapter, _)) = self.adapters.get_mut(&id) {
             adapter.push(frame);
@@ -225,7 +227,7 @@ impl Bus {
         adapter.map_or(0, |(adapter, _)| adapter.queued())
     }
 
-    /// What an adapter has received: the frames of others, each with the time at which it ended.
+    /// Takes the frames that an adapter has received from others, each with the time of its end.
     pub fn take_received(&mut self, id: AdapterId) -> Vec<(Instant, Frame)> {
         let Some((adapter, _)) = self.adapters.get_mut(&id) else {
             return Vec::new();
@@ -242,44 +244,44 @@ impl Bus {
         self.log.drain(..).collect()
     }
 
-    /// The error flags that somebody has sent, active and passive, since it was switched on or attached: the frames that have
-    /// been disturbed for it.
-    pub fn disturbed(&self, who: Source) -> u64 {
-        let protocol = match who {
+    /// The number of error flags, active and passive, that a participant has sent since it was switched on or attached: the
+    /// frames disturbed at this participant.
+    pub fn disturbed(&self, participant: Source) -> u64 {
+        let protocol = match participant {
             Source::Device(id) => self.device(id).protocol(),
             Source::Adapter(id) => self.adapters.get(&id).map(|(one, _)| &one.protocol),
         };
         protocol.map_or(0, Protocol::error_flags)
     }
 
-    /// Disturbs the next `count` frames, all or only those of one sender; a repetition counts as a frame. Their CRC delimiter
-    /// is made dominant, so that everybody sees the error in the same bit.
+    /// Disturbs the next `count` frames, of all senders or only of one; a repetition counts as a frame. The bus makes their CRC
+    /// delimiter dominant, so that all participants see the error in the same bit.
     pub fn corrupt(&mut self, count: u32, of: Option<Source>) {
         self.wishes.since = self.time;
         self.wishes.corrupt = (count, of);
     }
 
-    /// Lets the next `count` frames go unacknowledged, adapters' frames too: their senders do not see the dominant bit in the ACK
-    /// slot, those who send it do.
+    /// Hides the acknowledge of the next `count` frames, also of adapters: the sender does not see the dominant bit in the ACK
+    /// slot, the receivers do.
     pub fn drop_acknowledges(&mut self, count: u32) {
         self.wishes.since = self.time;
         self.wishes.unacknowledged = count;
     }
 
-    /// Disturbs the wire at `at`, or now when that is past: it is dominant for six bits of the bus's rate, which destroys a frame
-    /// and is an error on a quiet wire.
+    /// Disturbs the wire at `at`, or now when that has passed: it is dominant for six bits of the bus's rate, which destroys a
+    /// frame and is an error on an idle wire.
     pub fn noise(&mut self, at: Instant) {
         let from = picoseconds(at).max(self.time);
         let to = from + NOISE * self.timing.bit;
         self.disturbances.push(Span { from, to });
     }
 
-    /// The present.
+    /// The current time.
     pub fn now(&self) -> Instant {
         instant(self.time)
     }
 
-    /// When something happens next, without anything from outside. While something is on the wire that is the next bit.
+    /// When the next event happens without any input. While the wire is busy, that is the next bit.
     pub fn next_event(&self) -> Option<Instant> {
         self.devices
             .iter()
@@ -291,12 +293,12 @@ impl Bus {
     }
 }
 
-/// The microsecond in which something happens, rounded up.
+/// A simulation time in microseconds, rounded up.
 pub(super) fn instant(time: Picoseconds) -> Instant {
     Instant::from_ticks(time.div_ceil(1_000_000))
 }
 
-/// A microsecond.
+/// A time in microseconds, in picoseconds.
 pub(super) fn picoseconds(at: Instant) -> Picoseconds {
     at.ticks() * 1_000_000
 }

@@ -5,10 +5,10 @@ use plumbline::can::{BitRate, Filter, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState};
 use std::collections::VecDeque;
 
-/// Received frames that the firmware's queue holds.
+/// Received frames that the queue of the firmware holds.
 const QUEUE: usize = 32;
 
-/// Received frames that the controller itself holds while the processor stands still.
+/// Received frames that the FIFO of the controller holds while the processor is stalled.
 const FIFO: usize = 3;
 
 /// A CAN controller after a hardware reset.
@@ -16,14 +16,14 @@ const FIFO: usize = 3;
 pub(super) struct Controller {
     pub(super) protocol: Protocol,
     setting: Option<(BusMode, BitRate)>,
-    /// The setting is to take effect when the frame that is being sent has come to its end.
+    /// The new setting takes effect at the end of the frame that is being sent.
     changing: bool,
     filters: Vec<Filter>,
     mailbox: Option<Frame>,
     received: VecDeque<Frame>,
     in_fifo: usize,
     events: VecDeque<BusEvent>,
-    /// The state that the node was last told.
+    /// The state last reported to the node.
     state: BusState,
 }
 
@@ -42,8 +42,8 @@ impl Controller {
         }
     }
 
-    /// Goes to a mode and a bit rate; what waits in the mailbox is dropped, a frame that is being sent comes to its end. Frames
-    /// and errors of before are forgotten, the error counters stay.
+    /// Changes the mode and the bit rate. A frame in the mailbox is dropped, a frame that is being sent is completed. Earlier
+    /// frames and errors are dropped, the error counters stay.
     pub(super) fn configure(
         &mut self,
         now: Picoseconds,
@@ -80,12 +80,12 @@ impl Controller {
         self.setting.map(|(_, rate)| rate)
     }
 
-    /// True when a frame can be put into the mailbox.
+    /// True when the mailbox can take a frame.
     pub(super) fn mailbox_free(&self) -> bool {
         self.mode() == Some(BusMode::Normal) && self.mailbox.is_none()
     }
 
-    /// True when nothing waits to be sent.
+    /// True when no frame waits to be sent.
     pub(super) fn mailbox_empty(&self) -> bool {
         self.mailbox.is_none()
     }
@@ -99,7 +99,7 @@ impl Controller {
         self.mailbox.filter(|_| !self.changing)
     }
 
-    /// Takes note of what the protocol brought; with the processor standing still only the controller's own FIFO takes a frame.
+    /// Handles an event of the protocol; while the processor is stalled, only the FIFO of the controller takes a frame.
     pub(super) fn note(&mut self, now: Picoseconds, event: Event, stalled: bool) {
         match event {
             _ if self.changing => self.change(now),

@@ -23,16 +23,16 @@ const PROGRAM_TIME: Duration = Duration::from_ticks(52);
 /// Time to erase a page of flash.
 const ERASE_TIME: Duration = millis(30);
 
-/// How long a restart waits for the mailbox to be sent: a frame that nobody acknowledges must not hold it up for ever.
+/// Longest wait of a restart for an empty mailbox: a frame without acknowledge must not block the restart.
 const RESTART_PATIENCE: Duration = millis(200);
 
-/// Actions in a row after which a node is taken to be stuck.
+/// Number of actions in one poll loop after which the node is treated as stuck.
 const ACTIONS_MAX: usize = 1000;
 
-/// Time that the test of the accelerometer takes.
+/// Duration of the accelerometer self-test.
 const SELF_TEST_TIME: Duration = millis(2000);
 
-/// LED changes that are remembered.
+/// LED changes that are kept.
 const LED_HISTORY: usize = 10_000;
 
 /// One sensor on the bench.
@@ -41,14 +41,14 @@ pub struct Device {
     serial: u32,
     store: Store<Flash, STORE_BUFFER>,
     motion: Box<dyn Motion>,
-    /// The measuring cell, when it has a heater.
+    /// The measuring cell, if it has a heater.
     cell: Option<Cell>,
     power: Option<Powered>,
     boots: u32,
     led_history: VecDeque<(Instant, Leds)>,
 }
 
-/// What is there while the power is on.
+/// State that exists while the power is on.
 struct Powered {
     node: Box<dyn Node>,
     controller: Controller,
@@ -56,15 +56,15 @@ struct Powered {
     next_sample: Instant,
     /// The next step of a save.
     next_step: Option<Instant>,
-    /// The processor stands still until then, because flash is programmed or erased.
+    /// The processor is stalled until then, because flash is programmed or erased.
     stalled_until: Option<Instant>,
-    /// The test of the accelerometer ends then.
+    /// End of the accelerometer self-test.
     test_ends: Option<Instant>,
     /// The terminating resistor is connected.
     terminated: bool,
     /// The heater's duty in permille.
     heater: u16,
-    /// A restart is due when the mailbox has been sent, at this time at the latest.
+    /// Latest time of a requested restart, which waits for an empty mailbox.
     restart_by: Option<Instant>,
 }
 
@@ -93,14 +93,14 @@ impl Device {
         self.power.as_ref().map_or(0, |power| power.heater)
     }
 
-    /// The powered part, unless the processor stands still.
+    /// The powered part, unless the processor is stalled.
     fn awake(&mut self) -> Option<&mut Powered> {
         self.power
             .as_mut()
             .filter(|power| power.stalled_until.is_none())
     }
 
-    /// Hands in what the CAN controller has, as far as the node takes it.
+    /// Passes events and frames of the CAN controller to the node while it accepts them.
     fn service(&mut self, now: Instant) {
         self.settle(now);
         while let Some(power) = self.awake() {
@@ -117,7 +117,7 @@ impl Device {
         }
     }
 
-    /// Polls the node until it wants nothing more, then fills the mailbox.
+    /// Polls the node until it returns None, then fills the mailbox.
     fn settle(&mut self, now: Instant) {
         let mut actions = 0;
         while let Some(power) = self.awake()
@@ -176,7 +176,7 @@ impl Device {
         self.led_history.push_back((now, leds));
     }
 
-    /// Takes the sample that is due; samples that fell into a stall are lost.
+    /// Takes the sample that is due; samples that were due during a stall are lost.
     fn sample(&mut self, now: Instant) {
         let Some(power) = self.power.as_mut().filter(|p| p.stalled_until.is_none()) else {
             return;
@@ -194,7 +194,7 @@ impl Device {
         self.service(now);
     }
 
-    /// What the accelerometer reads: the scene, at the temperature of the measuring cell.
+    /// The reading of the accelerometer: that of the scene, at the temperature of the measuring cell.
     fn reading(&mut self, now: Instant) -> Reading {
         let reading = self.motion.reading(now);
         let duty = self.heater();
@@ -204,7 +204,7 @@ impl Device {
         }
     }
 
-    /// Reports the test of the accelerometer, all of whose axes work.
+    /// Reports the result of the self-test: all axes work.
     fn test(&mut self, now: Instant) {
         let Some(power) = self.awake() else { return };
         if power.test_ends.is_none_or(|end| !reached(now, end)) {
@@ -220,7 +220,7 @@ impl Device {
         self.service(now);
     }
 
-    /// Carries a save one step further; the processor stands still while flash is programmed or erased.
+    /// Runs the next step of a save; the processor is stalled while flash is programmed or erased.
     fn step(&mut self, now: Instant) {
         let due = |power: &mut Powered| power.next_step.is_some_and(|at| reached(now, at));
         if !self.awake().is_some_and(due) {
@@ -254,7 +254,7 @@ impl Device {
         (flash.programmed(), flash.erased())
     }
 
-    /// How long the flash has worked since `before`.
+    /// Duration of the flash operations since `before`.
     fn flash_time(&mut self, before: (u64, u64)) -> Duration {
         let (programmed, erased) = self.flash_work();
         let half_words = (programmed - before.0).div_ceil(2);
@@ -274,13 +274,13 @@ impl Device {
 
 impl Sensor for Device {
     fn power_off(&mut self, now: Instant) {
-        // A save under way is left half done.
+        // A running save stays incomplete.
         if self.power.take().is_some() {
             self.show(now, Leds::default());
         }
     }
 
-    /// Looks through the store, erases ahead and starts the node.
+    /// Scans the store, erases ahead and starts the node.
     fn power_on(&mut self, now: Instant) {
         let mut flash = core::mem::take(self.store.memory());
         flash.power_on();
@@ -290,7 +290,7 @@ impl Sensor for Device {
         let start = after(now, self.flash_time(before));
         self.boots += 1;
         let mut node = (self.node_type.start)(&self.node_type, start, &self.store.boot());
-        // As on the boards: the first reading before the node's first word.
+        // As on the boards: the first reading comes before the first frame of the node.
         node.sample(start, &self.reading(start));
         self.power = Some(Powered {
             node,
@@ -307,7 +307,7 @@ impl Sensor for Device {
         self.cut_off(now);
     }
 
-    /// It goes off by itself when the fuse of the [`Flash`] blows.
+    /// The device switches off when the fuse of the [`Flash`] blows.
     fn is_on(&self) -> bool {
         self.power.is_some()
     }

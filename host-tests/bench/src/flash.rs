@@ -1,7 +1,7 @@
 //! A microcontroller's flash memory: two pages as on the STM32F103, with a fuse that cuts the power and with faults.
 //!
-//! The rules of the real memory hold. It is programmed by the half-word, and only an erased half-word can be programmed, except
-//! to 0000h (reference manual RM0008/PM0075: PGERR); it is erased by the page. What is cut off is left half done.
+//! The rules of the real memory apply. It is programmed in half-words, and only an erased half-word can be programmed, except to
+//! 0000h (reference manual RM0008/PM0075: PGERR). It is erased in pages. A power cut leaves an operation incomplete.
 
 use super::flash_file::FlashFile;
 use embedded_storage::nor_flash::{
@@ -11,20 +11,20 @@ use embedded_storage::nor_flash::{
 use std::io;
 use std::path::Path;
 
-/// Bytes that are erased together.
+/// Size of an erase unit, in bytes.
 pub const PAGE_SIZE: usize = 1024;
 
-/// Bytes in all: two pages.
+/// Total size in bytes: two pages.
 const SIZE: usize = 2 * PAGE_SIZE;
 
-/// Why the memory refused.
+/// The reason for a failed operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FlashError {
     /// The power is off.
     PowerCut,
     /// A half-word that is not erased cannot be programmed to anything but 0000h.
     NotErased,
-    /// The memory is broken, or the file behind it cannot be written.
+    /// The memory is faulty, or its file cannot be written.
     Broken,
     /// Out of bounds, or not aligned.
     Address(NorFlashErrorKind),
@@ -95,11 +95,11 @@ impl Flash {
         }
     }
 
-    /// A memory that lives in a file: erased when there is none yet, written through on every change. While the file cannot be
+    /// A memory in a file: erased when the file does not exist yet; every change is written to the file. While the file cannot be
     /// written, programming and erasing fail.
     ///
     /// # Errors
-    /// A file that is there but cannot be read, or that is larger than the memory.
+    /// The file exists but cannot be read, or is larger than the memory.
     pub fn in_file(path: &Path) -> io::Result<Self> {
         let (file, bytes) = FlashFile::open(path, SIZE)?;
         Ok(Self {
@@ -108,7 +108,7 @@ impl Flash {
         })
     }
 
-    /// What the memory holds.
+    /// The content of the memory.
     pub fn bytes(&self) -> &[u8] {
         &self.bytes
     }
@@ -123,21 +123,21 @@ impl Flash {
         self.erased
     }
 
-    /// Sets the fuse: the power is cut while a byte is programmed, after `others` more bytes. Some bits of that byte are left
-    /// programmed, nothing behind it is, and the memory is dead until [`power_on`](Self::power_on).
+    /// Sets the fuse: the power is cut while a byte is programmed, after `others` more bytes. Some bits of that byte are
+    /// programmed, no later byte is, and every operation fails until [`power_on`](Self::power_on).
     pub fn cut_in_byte_after(&mut self, others: u64) {
         self.fuse = Some(Fuse::Byte(others));
     }
 
     /// Sets the fuse: the power is cut while a page is erased, after `others` more pages. The page is left in one of the states
-    /// that an erase passes through, which one is up to `seed`.
+    /// of an incomplete erase, selected by `seed`.
     pub fn cut_in_erase_after(&mut self, others: u64, seed: u64) {
         self.fuse = Some(Fuse::Erase(others));
         self.stir(seed);
     }
 
-    /// Sets the fuse: the power is cut while a half-word is programmed or a page is erased, after `others` more of both. What is
-    /// left of it is up to `seed`.
+    /// Sets the fuse: the power is cut while a half-word is programmed or a page is erased, after `others` more of both. `seed`
+    /// selects the content that remains.
     pub fn cut_in_operation_after(&mut self, others: u64, seed: u64) {
         self.fuse = Some(Fuse::Operation(others));
         self.stir(seed);
@@ -148,23 +148,23 @@ impl Flash {
         self.cut
     }
 
-    /// Switches the power on again and takes the fuse out.
+    /// Switches the power on again and removes the fuse.
     pub fn power_on(&mut self) {
         self.cut = false;
         self.fuse = None;
     }
 
-    /// Lets every attempt to program fail, with nothing changed.
+    /// Makes every attempt to program fail without a change.
     pub fn fail_writes(&mut self, fail: bool) {
         self.fail_writes = fail;
     }
 
-    /// Lets every attempt to erase fail, with nothing changed.
+    /// Makes every attempt to erase fail without a change.
     pub fn fail_erases(&mut self, fail: bool) {
         self.fail_erases = fail;
     }
 
-    /// Wears a bit out: it can no longer be programmed to 0, and the memory does not notice.
+    /// Wears out a bit: it can no longer be programmed to 0, and the memory reports no error.
     pub fn wear_out(&mut self, bit: usize) {
         self.worn.push(bit);
     }
@@ -172,19 +172,19 @@ impl Flash {
     /// Flips one bit.
     ///
     /// # Errors
-    /// The file behind the memory cannot be written.
+    /// The file of the memory cannot be written.
     pub fn flip_bit(&mut self, bit: usize) -> Result<(), FlashError> {
         let at = bit / 8;
         self.put(at, &[self.bytes[at] ^ 1 << (bit % 8)])
     }
 
-    /// Flips a bit in the half-word that was programmed last, that is, in the newest image. False when nothing has been
+    /// Flips a bit in the half-word that was programmed last, that is, in the newest record. False when nothing has been
     /// programmed yet.
     pub fn corrupt_newest(&mut self) -> bool {
         self.last.is_some_and(|at| self.flip_bit(8 * at).is_ok())
     }
 
-    /// Changes bytes in the memory and in the file; when the file cannot be written, in neither.
+    /// Changes bytes in the memory and in the file; in neither when the file cannot be written.
     fn put(&mut self, at: usize, bytes: &[u8]) -> Result<(), FlashError> {
         let range = at..at + bytes.len();
         if let Some(file) = &self.file {
@@ -251,8 +251,8 @@ impl Flash {
         Ok(())
     }
 
-    /// A page in the middle of an erase: its first part erased, or some bytes all over it, or single bits; or all of it, or
-    /// nothing yet.
+    /// The content of a page after an incomplete erase: its first part erased, or some bytes, or single bits; or the complete
+    /// page, or nothing yet.
     fn half_erased(&mut self, at: usize) -> Vec<u8> {
         let mut page = self.bytes[at..at + PAGE_SIZE].to_vec();
         match self.random() % 5 {
@@ -280,7 +280,7 @@ impl Flash {
         page
     }
 
-    /// Counts an operation down; true when the fuse blows in it.
+    /// Counts an operation; true when the fuse blows in it.
     fn operation_blows(&mut self) -> bool {
         match &mut self.fuse {
             Some(Fuse::Operation(0)) => self.cut = true,
@@ -290,12 +290,12 @@ impl Flash {
         self.cut
     }
 
-    /// Makes the random numbers depend on `seed`.
+    /// Mixes `seed` into the state of the random numbers.
     fn stir(&mut self, seed: u64) {
         self.random ^= seed.wrapping_mul(0xD134_2543_DE82_EF95);
     }
 
-    /// The next number of a xorshift generator; its upper half, whose bits are the better ones.
+    /// The next number of a xorshift generator: the upper half, whose bits are of better quality.
     fn random(&mut self) -> u32 {
         self.random ^= self.random << 13;
         self.random ^= self.random >> 7;
@@ -363,14 +363,14 @@ impl NorFlash for Flash {
 mod tests {
     use super::*;
 
-    /// Erases a page and programs three half-words, until the power goes.
+    /// Erases a page and programs three half-words, until the power is cut.
     fn work(flash: &mut Flash) -> Result<(), FlashError> {
         flash.erase(0, PAGE_SIZE as u32)?;
         (0..3).try_for_each(|at| flash.write(2 * at, &[0x12, 0x34]))
     }
 
     #[test]
-    fn the_fuse_for_operations_counts_erases_and_half_words() {
+    fn operation_fuse_counts_erases_and_half_words() {
         for others in 0..5 {
             let mut flash = Flash::default();
             flash.cut_in_operation_after(others, 1);
@@ -383,7 +383,7 @@ mod tests {
     }
 
     #[test]
-    fn a_half_word_that_was_cut_off_has_only_bits_of_the_old_and_the_new_one() {
+    fn power_cut_leaves_half_word_between_old_and_new_value() {
         for seed in 0..100 {
             let mut flash = Flash::default();
             flash.cut_in_operation_after(0, seed);

@@ -1,15 +1,15 @@
-//! The test bench: everything around a [`Node`](plumbline::node::Node) that is hardware on a board, in virtual time.
+//! The test bench: the hardware around a [`Node`](plumbline::node::Node), in virtual time.
 //!
 //! - [`Flash`]: the microcontroller's flash, with a power-cut fuse and faults
 //! - [`Device`]: one sensor: node, store, motion and CAN controller, driven as the firmware's main loop drives them
-//! - [`Sensor`]: what the bus asks of a sensor, so that one on a simulated microcontroller can take a device's place
+//! - [`Sensor`]: the interface between the bus and a sensor, for a [`Device`] or a simulated microcontroller
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
-//! - [`NodeType`]: what a sensor is: which node runs on it, and whose records its memory holds
-//! - [`motion`] and [`thermal`]: where readings come from, and the heated cell around the accelerometer
+//! - [`NodeType`]: the type of a sensor: its node and the owner of the records in its memory
+//! - [`motion`] and [`thermal`]: the source of readings, and the heated cell around the accelerometer
 //! - [`script`]: a node for tests of the bench itself
 //!
-//! The same bench serves the tests, which let virtual time run as fast as it can, and the virtual sensor, which lets it run
-//! with the clock on the wall.
+//! The tests and the virtual sensor use the same bench. The tests run virtual time as fast as possible, the virtual sensor runs
+//! it in real time.
 
 mod adapter;
 mod bus;

@@ -1,15 +1,15 @@
-//! Where readings come from.
+//! The source of readings.
 
 use plumbline::measure::Reading;
 use plumbline::time::Instant;
 
-/// What moves (or does not move) a sensor on the bench: the source of its readings.
+/// The motion of a sensor on the bench: the source of its readings.
 pub trait Motion {
-    /// The reading at `now`; called every [`SAMPLE_PERIOD`](plumbline::measure::SAMPLE_PERIOD), with rising times.
+    /// The reading at `now`; called every [`SAMPLE_PERIOD`](plumbline::measure::SAMPLE_PERIOD), with increasing times.
     fn reading(&mut self, now: Instant) -> Reading;
 }
 
-/// A sensor that always reads the same.
+/// A sensor with a constant reading.
 impl Motion for Reading {
     fn reading(&mut self, _: Instant) -> Reading {
         *self

@@ -1,4 +1,4 @@
-//! What a simulated sensor is: which node runs on it, and whose records its memory holds.
+//! The type of a simulated sensor: its node and the owner of the records in its memory.
 
 use crate::thermal::Body;
 use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start};
@@ -30,18 +30,18 @@ pub struct NodeType {
     pub name: &'static str,
     /// The order number of the article; None: the first one.
     pub article: Option<&'static str>,
-    /// Marks its stored parameters.
+    /// Identifies the product in its parameters record.
     pub image: ImageId,
-    /// The version of their layout.
+    /// The version of the layout of that record.
     pub layout: u8,
-    /// The measuring cell, where the sensor has a heater for it.
+    /// The measuring cell, if the sensor has a heater for it.
     pub cell: Option<Body>,
     /// Starts a node of this type.
     pub start: fn(&Self, Instant, &Boot) -> Box<dyn Node>,
 }
 
 impl NodeType {
-    /// Whose records the memory of a unit with this serial number holds.
+    /// The owner of the records in the memory of a unit with this serial number.
     pub const fn owner(&self, serial: u32) -> Owner {
         Owner {
             image: self.image,
@@ -88,7 +88,7 @@ impl NodeType {
 impl From<&Product> for NodeType {
     /// The first article of a product.
     fn from(product: &Product) -> Self {
-        // Where clients can read the temperature of the cell, the scene says it.
+        // The scene sets the temperature of the cell where clients can read it.
         let mut quantities = product.quantities.iter();
         let tells_temperature = quantities.any(|quantity| quantity.unit.ends_with("degC"));
         let heater = product.heater.filter(|_| !tells_temperature);

@@ -1,7 +1,7 @@
 //! A scripted node for the tests of the bench itself.
 //!
-//! With serial number n it boots at 250 kbit/s (or detects the rate), sends a boot-up frame `10n#` with what the memory held,
-//! and answers commands on `20n`. What it is told goes into a journal.
+//! With serial number n it boots at 250 kbit/s (or detects the rate), sends a boot-up frame `10n#` with the content of the
+//! memory, and answers commands on `20n`. A journal records all its inputs.
 
 use crate::{Device, Flash, NodeType};
 use plumbline::can::{BitRate, Filter, Frame, standard};
@@ -12,33 +12,33 @@ use plumbline::time::{Duration, Instant, after, reached};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
-/// The size of the scripted node's images.
+/// The size of the parameters of the scripted node.
 pub const PAYLOAD: usize = 40;
 
 /// Commands in the first byte of a frame `20n`.
 pub mod command {
     /// Reply with the same data on `30n`.
     pub const ECHO: u8 = 1;
-    /// Save images filled with the second byte; reply on `30n` with 00h or with FFh when that failed.
+    /// Save parameters filled with the second byte; reply on `30n` with 00h, or with FFh when that failed.
     pub const SAVE: u8 = 2;
     /// Reply on `30n`, then restart.
     pub const RESTART: u8 = 3;
-    /// Send as many frames as the second byte says, with identifiers 10n.
+    /// Send the number of frames in the second byte, with identifiers 10n.
     pub const BURST: u8 = 4;
-    /// Refuse further frames for as many milliseconds as the second byte says.
+    /// Refuse further frames for the milliseconds in the second byte.
     pub const PAUSE: u8 = 5;
     /// Go to the bit rate with the index of the second byte.
     pub const RATE: u8 = 6;
 }
 
-/// What a node was told.
+/// An input of a node.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Entry {
-    /// A frame came.
+    /// A frame was received.
     Frame(Frame),
-    /// Something happened on the bus.
+    /// An event on the bus.
     Event(BusEvent),
-    /// A reading came.
+    /// A reading.
     Sample,
     /// A save has ended.
     Stored(Result<(), StoreError>),
@@ -48,7 +48,7 @@ thread_local! {
     static JOURNAL: RefCell<Vec<(u32, Instant, Entry)>> = const { RefCell::new(Vec::new()) };
 }
 
-/// What the node with this serial number has been told, without samples.
+/// The inputs of the node with this serial number, without samples.
 pub fn journal(serial: u32) -> Vec<(Instant, Entry)> {
     JOURNAL.with_borrow(|journal| {
         journal
@@ -70,7 +70,7 @@ pub fn samples(serial: u32) -> Vec<Instant> {
     })
 }
 
-/// The bus states that the node with this serial number was told.
+/// The bus states reported to the node with this serial number.
 pub fn states(serial: u32) -> Vec<BusState> {
     journal(serial)
         .into_iter()
@@ -98,7 +98,7 @@ pub const DETECTING: NodeType = NodeType {
     ..FIXED
 };
 
-/// A node that never comes to an end.
+/// A node whose `poll` never returns None.
 pub const ENDLESS: NodeType = NodeType {
     name: "endless",
     start: |_, _, boot| {
@@ -109,7 +109,7 @@ pub const ENDLESS: NodeType = NodeType {
     ..FIXED
 };
 
-/// A sensor that lies level.
+/// A sensor in level position.
 pub const LEVEL: Reading = Reading {
     acceleration: I32x3 {
         x: 0,
@@ -150,7 +150,7 @@ struct Script {
     rate: usize,
     actions: VecDeque<Action>,
     outbox: VecDeque<Frame>,
-    /// What it wants saved.
+    /// The parameters that it saves.
     image: Vec<u8>,
     paused_until: Option<Instant>,
     saving: bool,

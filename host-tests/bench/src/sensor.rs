@@ -1,5 +1,5 @@
-//! What the bus asks of a sensor, whether its firmware is built for the PC ([`Device`](super::Device)) or runs on a simulated
-//! microcontroller.
+//! The interface between the bus and a sensor. Its firmware is built for the PC ([`Device`](super::Device)) or runs on a
+//! simulated microcontroller.
 
 use super::flash::Flash;
 use crate::motion::Motion;
@@ -21,7 +21,7 @@ pub trait Sensor: Any {
     /// True while the power is on.
     fn is_on(&self) -> bool;
 
-    /// How often it has started: 1 after power-up, one more after each power cycle and restart.
+    /// The number of starts: 1 after power-up, one more after each power cycle and restart.
     fn boots(&self) -> u32;
 
     /// Switches the power off and on again.
@@ -30,44 +30,44 @@ pub trait Sensor: Any {
         self.power_on(now);
     }
 
-    /// When it wants to act next without anything from outside. For a sensor that runs freely this is only for who waits in real
-    /// time; it may be early, but not late.
+    /// When it acts next without any input. For a free-running sensor this serves only callers that wait in real time; it may be
+    /// early, but not late.
     fn next_event(&self) -> Option<Picoseconds>;
 
-    /// True when [`advance`](Self::advance) may be called with any later time and the sensor does everything in between on its
-    /// own; false when it has to be called at [`next_event`](Self::next_event).
+    /// True when [`advance`](Self::advance) may be called with any later time and the sensor processes everything in between;
+    /// false when it has to be called at [`next_event`](Self::next_event).
     fn runs_freely(&self) -> bool {
         false
     }
 
-    /// Acts up to `now` and returns the time that it has reached. A sensor that runs freely returns early when its CAN controller
-    /// has changed: joined or left the bus, or offers another frame. It does nothing when it is past `now` already, and then
-    /// returns `now`.
+    /// Acts up to `now` and returns the time that it has reached. A free-running sensor returns early when its CAN controller has
+    /// changed: joined or left the bus, or offers another frame. When it is already past `now`, it does nothing and returns
+    /// `now`.
     fn advance(&mut self, now: Picoseconds) -> Picoseconds;
 
-    /// Its CAN controller; None while there is none, because the power is off.
+    /// Its CAN controller; None while the power is off.
     fn protocol(&self) -> Option<&Protocol>;
 
-    /// When its CAN controller has to be stepped next; it may lie in the past, which means now.
+    /// When its CAN controller has to be stepped next; a time in the past means now.
     fn next_step(&self) -> Option<Picoseconds>;
 
     /// The frame that it would send next.
     fn offered(&self) -> Option<Frame>;
 
-    /// The wire, as its CAN controller sees it, has changed; true is dominant.
+    /// Reports a new level of the wire to its CAN controller; true is dominant.
     fn wire(&mut self, now: Picoseconds, dominant: bool);
 
-    /// Steps its CAN controller, which is due, and deals with what that brings. `dominant` is the wire just before now.
-    /// Where several sensors run freely, `now` may be a microsecond before what this one has reached.
+    /// Steps its CAN controller, which is due, and handles the resulting event. `dominant` is the level just before `now`. With
+    /// several free-running sensors, `now` may be a microsecond before the time that this one has reached.
     fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event>;
 
-    /// The name of the model.
+    /// The short name of the product.
     fn name(&self) -> &'static str;
 
     /// The mode of the CAN controller; None before the firmware has set one.
     fn mode(&self) -> Option<BusMode>;
 
-    /// The bit rate of the CAN controller; None before the firmware has set one, or when it is none of the ten.
+    /// The bit rate of the CAN controller; None before the firmware has set one, or when it is not one of the ten.
     fn rate(&self) -> Option<BitRate>;
 
     /// The fault confinement state; None while the power is off.
@@ -81,16 +81,16 @@ pub trait Sensor: Any {
         Some((protocol.transmit_errors(), protocol.receive_errors()))
     }
 
-    /// What the LEDs show; dark while the power is off.
+    /// The current state of the LEDs; off while the power is off.
     fn leds(&self) -> Leds;
 
-    /// What the LEDs have shown, with the time of each change; the newest ten thousand.
+    /// The states of the LEDs, with the time of each change; the newest ten thousand.
     fn led_history(&self) -> &VecDeque<(Instant, Leds)>;
 
-    /// The angles as last reported; None while the power is off, or when they cannot be known from outside.
+    /// The last reported angles; None while the power is off, or when they are not visible from outside.
     fn readout(&self) -> Option<Readout>;
 
-    /// Moves the sensor otherwise from now on.
+    /// Replaces the motion of the sensor from now on.
     fn set_motion(&mut self, motion: Box<dyn Motion>);
 
     /// The nonvolatile memory.

@@ -1,14 +1,15 @@
-//! The measuring cell and its heater: the simplest body that a heater can warm.
+//! The measuring cell and its heater: the simplest thermal model with a heater.
 //!
 //! ```text
 //! time constant * dT/dt = ambient + rise * duty - T
 //! ```
 //!
-//! One temperature, one time constant. The ambient is the temperature of the scene, the accelerometer reads the cell's. Before the first
-//! reading the cell is as warm as what is around it, and while the power is off it cools down by the same law.
+//! The model has one temperature and one time constant. The ambient is the temperature of the scene, the accelerometer reads that
+//! of the cell. Before the first reading the cell has the ambient temperature. While the power is off it cools down by the same
+//! equation.
 //!
-//! A model of GEMAC's reference line is at its constant temperature, and clears its AccuracyWarning, about two minutes after a start at
-//! 25 degC and four after one at -20 degC; the manual gives its accuracy after a running time of 10 minutes.
+//! A sensor of GEMAC's reference line reaches its constant temperature, and clears its AccuracyWarning, about two minutes after a
+//! start at 25 degC and four after one at -20 degC; the manual gives its accuracy after a running time of 10 minutes.
 
 use crate::motion::Motion;
 use plumbline::measure::Reading;
@@ -16,16 +17,16 @@ use plumbline::time::Instant;
 use std::cell::RefCell;
 use std::rc::Rc;
 
-/// What a model's cell and heater are like.
+/// The thermal properties of a cell and its heater.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Body {
-    /// How much warmer than what is around it the cell gets with the heater fully on, in K.
+    /// Temperature rise of the cell above ambient with the heater fully on, in K.
     pub rise: f64,
-    /// In s.
+    /// The time constant in s.
     pub time_constant: f64,
 }
 
-/// A cell at some time.
+/// The state of a cell.
 #[derive(Clone, Debug)]
 pub struct Cell {
     body: Body,
@@ -34,13 +35,13 @@ pub struct Cell {
 }
 
 impl Cell {
-    /// A cell that has the temperature of what is around it.
+    /// A cell at ambient temperature.
     pub fn new(body: Body) -> Self {
         Self { body, last: None }
     }
 
-    /// The reading of the accelerometer in the cell, when the heater has had this duty in permille since the last one. `scene` is the
-    /// reading that the scene gives, with the temperature around the cell.
+    /// The reading of the accelerometer in the cell, for this heater duty in permille since the last reading. `scene` is the
+    /// reading of the scene, with the ambient temperature.
     pub fn reading(&mut self, now: Instant, duty: u16, scene: Reading) -> Reading {
         let ambient = f64::from(scene.temperature) / 100.0;
         let temperature = self.last.map_or(ambient, |(then, temperature)| {
@@ -50,29 +51,29 @@ impl Cell {
         });
         self.last = Some((now, temperature));
         Reading {
-            // A cast saturates, so what is beyond the range of a reading ends at its limits.
+            // A cast saturates, so a value beyond the range of a reading is set to its limit.
             temperature: (temperature * 100.0).round() as i16,
             ..scene
         }
     }
 }
 
-/// A cell around an accelerometer that is read by itself, as that of a simulated microcontroller is.
+/// A cell for an accelerometer that is simulated separately, as on a simulated microcontroller.
 #[derive(Clone, Debug)]
 pub struct Heated(Rc<RefCell<(Cell, u16)>>);
 
 impl Heated {
-    /// A cell that has the temperature of what is around it, not heated.
+    /// A cell at ambient temperature, not heated.
     pub fn new(body: Body) -> Self {
         Self(Rc::new(RefCell::new((Cell::new(body), 0))))
     }
 
-    /// From now on the heater has this duty in permille.
+    /// Sets the duty of the heater in permille from now on.
     pub fn set_duty(&self, duty: u16) {
         self.0.borrow_mut().1 = duty;
     }
 
-    /// What moves the accelerometer, at the temperature of the cell.
+    /// The motion of the accelerometer, at the temperature of the cell.
     pub fn around(&self, motion: Box<dyn Motion>) -> Box<dyn Motion> {
         Box::new(Inside {
             heated: self.clone(),
@@ -114,7 +115,7 @@ mod tests {
         }
     }
 
-    /// Reads every 5 ms with this duty; the temperature at the end in 0.01 degC.
+    /// Reads every 5 ms with this duty; returns the final temperature in 0.01 degC.
     fn run(cell: &mut Cell, seconds: u64, duty: u16, around: i16) -> i16 {
         let step = |step: u64| Instant::from_ticks(step * 5000);
         let readings = (0..=seconds * 200).map(|n| cell.reading(step(n), duty, ambient(around)));
@@ -122,14 +123,14 @@ mod tests {
     }
 
     #[test]
-    fn it_starts_at_the_ambient_and_stays_there_without_heat() {
+    fn cell_stays_at_ambient_without_heat() {
         let mut cell = Cell::new(BODY);
         assert_eq!(run(&mut cell, 100, 0, -20_00), -20_00);
     }
 
-    /// After one time constant 63.21 % of the way, after many all of it, in small steps as in one.
+    /// 63.21 % of the rise after one time constant, 100 % after many; the same in small steps and in one step.
     #[test]
-    fn heat_raises_it_exponentially() {
+    fn heat_raises_cell_temperature_exponentially() {
         let mut cell = Cell::new(BODY);
         assert_eq!(cell.reading(at(0), 1000, ambient(25_00)).temperature, 25_00);
         let mut stepwise = cell.clone();
@@ -144,7 +145,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rest_of_a_reading_is_the_scenes() {
+    fn cell_changes_only_temperature_of_reading() {
         let scene = Reading {
             clipped: true,
             acceleration: plumbline::measure::I32x3 { x: 1, y: 2, z: 3 },

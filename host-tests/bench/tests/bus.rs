@@ -1,4 +1,4 @@
-//! The simulated wire: frame times, arbitration, acknowledge, a bus that follows.
+//! The simulated wire: frame times, arbitration, acknowledge, a bus that follows its sensor.
 
 use bench::script::{self, *};
 use bench::{Bus, BusRate, Source};
@@ -31,7 +31,7 @@ fn frames(bus: &mut Bus) -> Vec<Frame> {
 }
 
 #[test]
-fn a_thousand_frames_take_their_bit_times_at_each_rate() {
+fn thousand_frames_take_exact_bit_times_at_each_rate() {
     for rate in BitRate::ALL {
         let mut bus = Bus::new(BusRate::Fixed(rate));
         let (sender, receiver) = (bus.adapter(), bus.adapter());
@@ -56,7 +56,7 @@ fn a_thousand_frames_take_their_bit_times_at_each_rate() {
 }
 
 #[test]
-fn the_strongest_identifier_goes_first() {
+fn lowest_identifier_goes_first() {
     let mut bus = Bus::new(AT_250K);
     let data = |id| Frame::data(id, &[1]).unwrap();
     let waiting = [
@@ -78,7 +78,7 @@ fn the_strongest_identifier_goes_first() {
 }
 
 #[test]
-fn a_stronger_frame_that_comes_during_another_waits_for_its_end() {
+fn lower_identifier_waits_for_end_of_current_frame() {
     let mut bus = Bus::new(AT_250K);
     let (a, b, c) = (bus.adapter(), bus.adapter(), bus.adapter());
     for adapter in [a, b, c] {
@@ -96,7 +96,7 @@ fn a_stronger_frame_that_comes_during_another_waits_for_its_end() {
 }
 
 #[test]
-fn two_adapters_that_flood_the_bus_both_get_their_replies() {
+fn two_adapters_flooding_the_bus_both_get_replies() {
     let (mut bus, _, plc) = booted(AT_250K);
     let tester = bus.adapter();
     bus.open(tester, None, false);
@@ -117,7 +117,7 @@ fn two_adapters_that_flood_the_bus_both_get_their_replies() {
 }
 
 #[test]
-fn the_same_frame_from_two_adapters_is_sent_twice_but_once_on_a_copper_wire() {
+fn equal_frames_of_two_adapters_are_sent_twice_but_merge_on_real_wire() {
     for (rate, frames) in [(AT_250K, 2), (BusRate::Wire, 1)] {
         let mut bus = Bus::new(rate);
         let all = [bus.adapter(), bus.adapter(), bus.adapter()];
@@ -133,9 +133,9 @@ fn the_same_frame_from_two_adapters_is_sent_twice_but_once_on_a_copper_wire() {
 }
 
 #[test]
-fn a_thousand_polls_at_once_get_a_thousand_replies() {
+fn thousand_queued_polls_get_thousand_replies() {
     let (mut bus, _, plc) = booted(AT_250K);
-    // The poll is stronger than the reply.
+    // The poll has a higher priority than the reply.
     for _ in 0..1000 {
         bus.send(plc, frame(0x201, &[command::ECHO]));
     }
@@ -152,18 +152,18 @@ fn a_thousand_polls_at_once_get_a_thousand_replies() {
 }
 
 #[test]
-fn a_frame_that_nobody_acknowledges_is_repeated_until_somebody_opens() {
+fn unacknowledged_frame_repeats_until_adapter_opens() {
     let mut bus = Bus::new(AT_250K);
     let device = bus.attach(device(&FIXED, 1));
     let (listener, tester) = (bus.adapter(), bus.adapter());
     bus.open(listener, None, true);
     bus.run_until(ms(1000));
     assert!(bus.take_log().is_empty());
-    // Sixteen tries of 8 each, then the counter stands still (ISO 11898-1: error passive, no dominant bit in the flag).
+    // Sixteen attempts of 8 each, then the counter does not change (ISO 11898-1: error passive, no dominant bit in the flag).
     assert_eq!(bus.device(device).error_counters(), Some((128, 0)));
     assert_eq!(states(1), [BusState::Warning, BusState::Passive]);
     assert!(bus.device(device).leds().error);
-    // A try ends with the ACK slot, 8 bits before the end of the frame; then 14 bits of error frame and the intermission.
+    // An attempt ends with the ACK slot, 8 bits before the end of the frame; then 14 bits of error frame and the intermission.
     let attempt = BOOT_UP_BITS - 8 + 14 + 3;
     let passive = journal(1)
         .into_iter()
@@ -179,10 +179,10 @@ fn a_frame_that_nobody_acknowledges_is_repeated_until_somebody_opens() {
     let received = bus.take_received(tester);
     let (at, boot_up) = received[0];
     assert_eq!((boot_up, received.len()), (frame(0x101, &[0xFF, 0]), 1));
-    // The adapter joins in the middle of a try; the next one, after the passive transmitter's pause, gets through.
+    // The adapter joins during an attempt; the next one, after suspend transmission, succeeds.
     let latest = 1_000_000 + (attempt + 8 + BOOT_UP_BITS) * 4;
     assert!((1_000_000..latest).contains(&at.ticks()), "{at}");
-    // Who only listens takes every try for good once the sender's error flags are passive: nothing tells it otherwise.
+    // In listen-only mode every attempt looks valid once the error flags of the sender are passive.
     let heard = bus.take_received(listener);
     assert!(heard[0].0 > passive.0, "{heard:?}");
     assert_eq!(heard.last(), received.last());
@@ -214,7 +214,7 @@ fn two_devices_acknowledge_each_other() {
             frame(0x301, &[command::ECHO, 1])
         ]
     );
-    // The acceptance filters keep the other one's frames away.
+    // The acceptance filters reject the frames of the other device.
     let heard = |serial| {
         journal(serial)
             .into_iter()
@@ -225,7 +225,7 @@ fn two_devices_acknowledge_each_other() {
 }
 
 #[test]
-fn on_a_following_bus_the_first_frame_reveals_250_kbit() {
+fn following_bus_first_frame_sets_250_kbit() {
     let mut bus = Bus::new(BusRate::Follow);
     let device = bus.attach(device(&DETECTING, 1));
     let client = bus.adapter();
@@ -244,7 +244,7 @@ fn on_a_following_bus_the_first_frame_reveals_250_kbit() {
 }
 
 #[test]
-fn a_following_bus_goes_where_the_device_goes() {
+fn following_bus_takes_rate_of_device() {
     let (mut bus, device, client) = booted(BusRate::Follow);
     let index = BitRate::ALL.iter().position(|rate| *rate == BitRate::K20);
     bus.send(client, frame(0x201, &[command::RATE, index.unwrap() as u8]));
@@ -258,7 +258,7 @@ fn a_following_bus_goes_where_the_device_goes() {
 }
 
 #[test]
-fn an_adapter_at_another_rate_reaches_nobody() {
+fn adapter_at_other_rate_is_not_connected() {
     let (mut bus, device, good) = booted(AT_250K);
     let detecting = bus.attach(script::device(&DETECTING, 2));
     let wrong = bus.adapter();
@@ -270,12 +270,12 @@ fn an_adapter_at_another_rate_reaches_nobody() {
     assert!(bus.take_received(good).is_empty());
     assert_eq!(journal(2), []);
     assert_eq!(bus.device(detecting).rate(), Some(BitRate::K10));
-    // Nor does it hear anything, nor acknowledge.
+    // It neither receives nor acknowledges.
     bus.send(good, frame(0x201, &[command::ECHO]));
     bus.run_until(ms(20));
     assert_eq!(bus.take_received(good).len(), 1);
     assert!(bus.take_received(wrong).is_empty());
-    // With the good one closed, nobody acknowledges.
+    // With the correct adapter closed, there is no acknowledge.
     bus.take_log();
     bus.close(good);
     bus.power_cycle(device);
@@ -284,7 +284,7 @@ fn an_adapter_at_another_rate_reaches_nobody() {
 }
 
 #[test]
-fn a_closed_adapter_drops_what_waits_and_keeps_what_came() {
+fn closed_adapter_drops_queued_and_keeps_received_frames() {
     let (mut bus, _, plc) = booted(AT_250K);
     bus.send(plc, frame(0x201, &[command::ECHO]));
     bus.run_until(ms(10));
@@ -302,7 +302,7 @@ fn a_closed_adapter_drops_what_waits_and_keeps_what_came() {
 }
 
 #[test]
-fn time_stands_where_it_was_put() {
+fn run_until_stops_at_requested_time() {
     let mut bus = Bus::new(AT_250K);
     assert_eq!(bus.next_event(), None);
     bus.run_until(us(123));
@@ -320,13 +320,13 @@ fn time_stands_where_it_was_put() {
     bus.run_until(end);
     let logged = bus.take_log()[0];
     assert_eq!((logged.start, logged.at), (200_000_000, end));
-    // After the intermission there is nothing left to do.
+    // After the intermission there is no further event.
     bus.run_until(ms(1));
     assert_eq!(bus.next_event(), None);
 }
 
 #[test]
-fn who_was_opened_misses_nothing() {
+fn opened_adapter_receives_all_later_frames() {
     let mut bus = Bus::new(AT_250K);
     let (first, second) = (bus.adapter(), bus.adapter());
     bus.open(first, None, false);

@@ -1,4 +1,4 @@
-//! What the simulated wire costs in computing time.
+//! Computing time of the simulated wire.
 
 use bench::script::*;
 use bench::{Bus, BusRate};
@@ -6,10 +6,11 @@ use plumbline::can::BitRate;
 
 const RATE: BusRate = BusRate::Fixed(BitRate::K250);
 
-/// What the bus costs; only a release build says something: `cargo test --release --test bus_cost -- --ignored --nocapture`.
+/// Measures the computing time; only a release build is meaningful: `cargo test --release --test bus_cost -- --ignored
+/// --nocapture`.
 #[test]
 #[ignore = "a measurement"]
-fn what_the_bus_costs() {
+fn measure_computing_time_of_bus() {
     let mut bus = Bus::new(RATE);
     bus.attach(device(&FIXED, 1));
     let start = std::time::Instant::now();

@@ -1,4 +1,4 @@
-//! Bit rates on the simulated wire: detection, a device at another rate, a copper wire.
+//! Bit rates on the simulated wire: detection, a device at another rate, a real wire.
 
 use bench::script::*;
 use bench::{Bus, BusRate, Source};
@@ -6,7 +6,7 @@ use plumbline::can::BitRate;
 use plumbline::node::{BusEvent, BusMode, BusState};
 
 #[test]
-fn a_detecting_device_sees_errors_until_it_listens_at_the_rate_of_the_traffic() {
+fn detecting_device_sees_errors_until_at_rate_of_traffic() {
     let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
     let device = bus.attach(device(&DETECTING, 1));
     let (plc, other) = (bus.adapter(), bus.adapter());
@@ -20,7 +20,7 @@ fn a_detecting_device_sees_errors_until_it_listens_at_the_rate_of_the_traffic() 
     assert_eq!(bus.device(device).mode(), Some(BusMode::Normal));
     assert_eq!(bus.device(device).rate(), Some(BitRate::K125));
     let entries: Vec<Entry> = journal(1).into_iter().map(|(_, entry)| entry).collect();
-    // It has come from 10 over 20, 50, 62.5 and 100 to 125 kbit/s.
+    // It has tried 10, 20, 50, 62.5 and 100 kbit/s, and now listens at 125 kbit/s.
     assert_eq!(entries[..5], [Entry::Event(BusEvent::Error); 5]);
     assert!(matches!(entries[5..], [Entry::Frame(_)]), "{entries:?}");
     assert_eq!(bus.take_received(plc).len(), 1, "its boot-up frame");
@@ -30,7 +30,7 @@ fn a_detecting_device_sees_errors_until_it_listens_at_the_rate_of_the_traffic() 
 }
 
 #[test]
-fn a_device_at_another_rate_hears_and_disturbs_nothing() {
+fn device_at_other_rate_neither_receives_nor_disturbs() {
     let mut bus = Bus::new(BusRate::Fixed(BitRate::K500));
     let device = bus.attach(device(&FIXED, 1));
     let (a, b) = (bus.adapter(), bus.adapter());
@@ -44,7 +44,7 @@ fn a_device_at_another_rate_hears_and_disturbs_nothing() {
     for adapter in [a, b] {
         assert_eq!(bus.disturbed(Source::Adapter(adapter)), 0);
     }
-    // It is alone with its boot-up frame.
+    // Its boot-up frame gets no acknowledge.
     let frames = journal(1)
         .into_iter()
         .filter(|(_, entry)| matches!(entry, Entry::Frame(_)));
@@ -53,7 +53,7 @@ fn a_device_at_another_rate_hears_and_disturbs_nothing() {
 }
 
 #[test]
-fn on_a_copper_wire_a_device_at_another_rate_disturbs_everybody() {
+fn device_at_other_rate_disturbs_all_on_real_wire() {
     let mut bus = Bus::new(BusRate::Wire);
     let device = bus.attach(device(&FIXED, 1));
     let (a, b) = (bus.adapter(), bus.adapter());
@@ -66,12 +66,12 @@ fn on_a_copper_wire_a_device_at_another_rate_disturbs_everybody() {
     assert!(bus.disturbed(Source::Adapter(b)) > 0);
     let state = bus.device(device).bus_state().unwrap();
     assert_ne!(state, BusState::Active);
-    // Error passive, it disturbs nobody any more.
+    // An error passive device disturbs no other participant.
     assert_eq!(bus.take_received(b).len(), 100);
 }
 
 #[test]
-fn on_a_copper_wire_nobody_helps_out_unless_asked() {
+fn assistant_is_off_on_real_wire_unless_requested() {
     let mut bus = Bus::new(BusRate::Wire);
     let lone = bus.adapter();
     bus.open(lone, Some(BitRate::K500), false);

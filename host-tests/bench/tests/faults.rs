@@ -1,4 +1,4 @@
-//! The simulated wire and device when something goes wrong: bus errors, bus-off, lost power, a slow node.
+//! Faults on the simulated wire and device: bus errors, bus-off, power loss, a slow node.
 
 use bench::script::*;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Source};
@@ -18,8 +18,8 @@ fn booted() -> (Bus, DeviceId, AdapterId) {
     (bus, device, adapter)
 }
 
-/// When the node was told this.
-fn told(serial: u32, entry: Entry) -> Instant {
+/// The time at which the node got this input.
+fn reported_at(serial: u32, entry: Entry) -> Instant {
     let journal = journal(serial);
     let found = journal.iter().find(|(_, one)| *one == entry);
     found
@@ -28,7 +28,7 @@ fn told(serial: u32, entry: Entry) -> Instant {
 }
 
 #[test]
-fn thirty_two_corrupted_transmissions_are_bus_off_and_recovery_takes_1408_bits() {
+fn thirty_two_corrupted_transmissions_cause_bus_off_and_recovery_takes_1408_bits() {
     let (mut bus, device, plc) = booted();
     bus.corrupt(32, Some(Source::Device(device)));
     bus.send(plc, frame(0x201, &[command::ECHO]));
@@ -47,11 +47,11 @@ fn thirty_two_corrupted_transmissions_are_bus_off_and_recovery_takes_1408_bits()
         .filter(|(_, entry)| *entry == Entry::Event(BusEvent::Error))
         .count();
     assert_eq!(errors, 32);
-    let off = told(1, Entry::Event(BusEvent::State(BusState::BusOff)));
-    let back = told(1, Entry::Event(BusEvent::State(BusState::Active)));
-    // First come the six bits of the other's error flag.
+    let off = reported_at(1, Entry::Event(BusEvent::State(BusState::BusOff)));
+    let back = reported_at(1, Entry::Event(BusEvent::State(BusState::Active)));
+    // First come the six bits of the error flag of the other participant.
     assert_eq!((back - off).ticks(), (6 + 128 * 11) * 4);
-    // The frame that was in the mailbox goes out then: 56 bits.
+    // Then the frame in the mailbox is sent: 56 bits.
     assert_eq!(bus.device(device).error_counters(), Some((0, 0)));
     let received = bus.take_received(plc);
     let reply = frame(0x301, &[command::ECHO]);
@@ -59,7 +59,7 @@ fn thirty_two_corrupted_transmissions_are_bus_off_and_recovery_takes_1408_bits()
 }
 
 #[test]
-fn thirty_one_corrupted_transmissions_are_not_bus_off() {
+fn thirty_one_corrupted_transmissions_do_not_cause_bus_off() {
     let (mut bus, device, plc) = booted();
     bus.corrupt(31, Some(Source::Device(device)));
     bus.send(plc, frame(0x201, &[command::ECHO]));
@@ -70,7 +70,7 @@ fn thirty_one_corrupted_transmissions_are_not_bus_off() {
 }
 
 #[test]
-fn an_error_passive_sender_counts_no_missing_acknowledge_and_pauses_after_its_frames() {
+fn error_passive_sender_ignores_missing_acknowledge_and_suspends_transmission() {
     let (mut bus, device, plc) = booted();
     bus.corrupt(31, Some(Source::Device(device)));
     bus.send(plc, frame(0x201, &[command::ECHO]));
@@ -80,13 +80,13 @@ fn an_error_passive_sender_counts_no_missing_acknowledge_and_pauses_after_its_fr
     bus.run_until(us(100_020));
     bus.drop_acknowledges(10);
     bus.run_until(ms(200));
-    // Ten tries that nobody acknowledged count nothing, the three frames that got through 1 each.
+    // Ten attempts without acknowledge do not count; the three successful frames count 1 each.
     assert_eq!(bus.device(device).error_counters(), Some((247 - 3, 0)));
     let log = bus.take_log();
     let frames: Vec<_> = log.iter().map(|logged| logged.frame).collect();
     let burst = [0, 1, 2].map(|number| frame(0x101, &[number]));
     assert_eq!(frames[1..], burst);
-    // 55 bits for 101#01, 56 for 101#02, 3 of intermission, 8 of pause (ISO 11898-1: suspend transmission).
+    // 55 bits for 101#01, 56 for 101#02, 3 of intermission, 8 of suspend transmission (ISO 11898-1).
     for (pair, bits) in log[1..].windows(2).zip([55, 56]) {
         let gap = (pair[1].at - pair[0].at).ticks();
         assert_eq!(gap, (bits + 3 + 8) * 4);
@@ -94,7 +94,7 @@ fn an_error_passive_sender_counts_no_missing_acknowledge_and_pauses_after_its_fr
 }
 
 #[test]
-fn who_joins_in_the_middle_of_a_frame_does_not_hear_it() {
+fn device_joining_during_frame_does_not_receive_it() {
     let (mut bus, one, plc) = booted();
     let (late, detecting) = (bus.adapter(), bus.attach(device(&DETECTING, 2)));
     bus.device_mut(detecting).power_off(ms(1));
@@ -119,7 +119,7 @@ fn who_joins_in_the_middle_of_a_frame_does_not_hear_it() {
 }
 
 #[test]
-fn a_device_that_is_off_the_bus_neither_hears_nor_acknowledges() {
+fn bus_off_device_neither_receives_nor_acknowledges() {
     let (mut bus, one, plc) = booted();
     let two = bus.attach(device(&FIXED, 2));
     bus.run_until(ms(2));
@@ -144,7 +144,7 @@ fn a_device_that_is_off_the_bus_neither_hears_nor_acknowledges() {
         .filter(|(_, entry)| matches!(entry, Entry::Frame(_)))
         .count();
     assert_eq!(heard, 1);
-    // Node 2 has seen 32 errors and two good frames, and finds nobody for its reply.
+    // Node 2 has seen 32 errors and two valid frames, and gets no acknowledge for its reply.
     assert_eq!(bus.device(two).error_counters(), Some((128, 30)));
 }
 
@@ -154,20 +154,20 @@ fn receivers_count_errors_and_successes() {
     bus.corrupt(3, Some(Source::Adapter(plc)));
     bus.send(plc, frame(0x7FF, &[]));
     bus.run_until(ms(10));
-    // Three times 1, and 1 off for the frame that got through.
+    // Three times 1, minus 1 for the valid frame.
     assert_eq!(bus.device(device).error_counters(), Some((0, 2)));
     assert_eq!(bus.take_log().len(), 1);
     bus.corrupt(200, None);
     bus.send(plc, frame(0x7FF, &[]));
     bus.run_until(ms(100));
     assert_eq!(states(1)[..2], [BusState::Warning, BusState::Passive]);
-    // From above 127 one success leads back below it (ISO 11898-1: to between 119 and 127).
+    // From above 127, one success sets the counter to between 119 and 127 (ISO 11898-1).
     let (_, receive) = bus.device(device).error_counters().unwrap();
     assert!((119..=127).contains(&receive), "{receive}");
 }
 
 #[test]
-fn a_lost_acknowledge_repeats_the_frame() {
+fn lost_acknowledge_repeats_frame() {
     let (mut bus, device, plc) = booted();
     bus.send(plc, frame(0x201, &[command::ECHO]));
     bus.run_until(us(1010));
@@ -176,24 +176,24 @@ fn a_lost_acknowledge_repeats_the_frame() {
     assert_eq!(bus.device(device).error_counters(), Some((7, 0)));
     let log = bus.take_log();
     assert_eq!(log.len(), 2);
-    // The poll, the try up to the ACK slot with its error frame, the reply. The adapter, which has acknowledged, sees the error flag
-    // one bit later and ends its own one bit later.
+    // The poll, the attempt up to the ACK slot with its error frame, the reply. The adapter has acknowledged; it sees the error
+    // flag one bit later and ends its own one bit later.
     let bits = 55 + 3 + (56 - 8 + 14 + 1) + 3 + 56;
     assert_eq!(log[1].at, us(1000 + bits * 4));
 }
 
 #[test]
-fn noise_destroys_a_frame_or_is_an_error_of_its_own() {
+fn noise_destroys_frame_or_causes_error_on_idle_wire() {
     let (mut bus, device, plc) = booted();
     bus.noise(ms(2));
     bus.run_until(ms(3));
     assert_eq!(bus.device(device).error_counters(), Some((0, 1)));
-    // The sixth dominant bit is one too many.
+    // The sixth dominant bit is a stuff error.
     assert_eq!(
         journal(1),
         [(us(2000 + 6 * 4), Entry::Event(BusEvent::Error))]
     );
-    // In the middle of a frame: it is repeated after the disturbance, two error flags at most, a delimiter and the intermission.
+    // During a frame: the sender repeats it after the disturbance, at most two error flags, a delimiter and the intermission.
     bus.send(plc, frame(0x201, &[command::ECHO]));
     bus.noise(us(3100));
     bus.run_until(us(3100 + (6 + 6 + 6 + 8 + 3 + 55) * 4));
@@ -202,7 +202,7 @@ fn noise_destroys_a_frame_or_is_an_error_of_its_own() {
 }
 
 #[test]
-fn a_full_receive_queue_overruns() {
+fn full_receive_queue_overruns() {
     let (mut bus, _, plc) = booted();
     bus.send(plc, frame(0x201, &[command::PAUSE, 100]));
     for number in 0..40 {
@@ -231,13 +231,13 @@ fn samples_come_every_five_milliseconds() {
 }
 
 #[test]
-fn a_save_takes_the_time_of_the_flash_and_survives_a_restart() {
+fn save_takes_flash_time_and_survives_restart() {
     let (mut bus, device, plc) = booted();
     bus.send(plc, frame(0x201, &[command::SAVE, 7]));
     bus.send(plc, frame(0x201, &[command::RESTART]));
     bus.run_until(ms(100));
-    let asked = told(1, Entry::Frame(frame(0x201, &[command::SAVE, 7])));
-    let stored = told(1, Entry::Stored(Ok(())));
+    let asked = reported_at(1, Entry::Frame(frame(0x201, &[command::SAVE, 7])));
+    let stored = reported_at(1, Entry::Stored(Ok(())));
     // 10 bytes of header, 40 of payload, 2 of padding, 4 of CRC, at 52 us for a half-word.
     assert_eq!((stored - asked).ticks(), 28 * 52);
     assert_eq!(bus.device(device).boots(), 2);
@@ -245,13 +245,13 @@ fn a_save_takes_the_time_of_the_flash_and_survives_a_restart() {
     assert!(received.contains(&frame(0x301, &[0])), "{received:?}");
     assert!(
         received.contains(&frame(0x301, &[])),
-        "the reply goes out before the restart"
+        "the reply is sent before the restart"
     );
     assert_eq!(received.last(), Some(&frame(0x101, &[7, 0])));
 }
 
 #[test]
-fn a_restart_does_not_wait_for_ever() {
+fn restart_wait_is_limited() {
     let (mut bus, device, plc) = booted();
     bus.send(plc, frame(0x201, &[command::RESTART]));
     while bus.queued(plc) > 0 {
@@ -266,7 +266,7 @@ fn a_restart_does_not_wait_for_ever() {
 }
 
 #[test]
-fn broken_memory_is_reported() {
+fn faulty_memory_is_reported() {
     let (mut bus, device, plc) = booted();
     bus.device_mut(device).flash().fail_writes(true);
     bus.send(plc, frame(0x201, &[command::SAVE, 7]));
@@ -276,7 +276,7 @@ fn broken_memory_is_reported() {
 }
 
 #[test]
-fn a_power_cut_in_a_save_switches_the_device_off() {
+fn power_cut_during_save_switches_device_off() {
     let (mut bus, device, plc) = booted();
     bus.device_mut(device).flash().cut_in_byte_after(20);
     bus.send(plc, frame(0x201, &[command::SAVE, 7]));
@@ -300,7 +300,7 @@ fn a_power_cut_in_a_save_switches_the_device_off() {
 }
 
 #[test]
-fn losing_power_in_the_middle_of_a_frame_tears_it_off() {
+fn power_loss_during_frame_aborts_frame() {
     let (mut bus, one, plc) = booted();
     let two = bus.attach(device(&FIXED, 2));
     bus.run_until(ms(2));
@@ -317,7 +317,7 @@ fn losing_power_in_the_middle_of_a_frame_tears_it_off() {
 
 #[test]
 #[should_panic(expected = "poll never returns None")]
-fn a_node_that_never_comes_to_an_end_is_found() {
+fn endless_poll_panics() {
     let mut bus = Bus::new(BusRate::Follow);
     bus.attach(device(&ENDLESS, 1));
     bus.run_until(ms(1));

@@ -1,4 +1,4 @@
-//! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the file behind it.
+//! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the memory in a file.
 
 use bench::{Flash, FlashError, PAGE_SIZE};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
@@ -12,7 +12,7 @@ fn read(flash: &mut Flash, at: u32) -> [u8; 4] {
 }
 
 #[test]
-fn a_half_word_is_programmed_once_and_then_only_to_zero() {
+fn half_word_is_programmed_once_and_then_only_to_zero() {
     let mut flash = Flash::default();
     assert_eq!(read(&mut flash, 8), [0xFF; 4]);
     flash.write(8, &[1, 2, 3, 4]).unwrap();
@@ -20,7 +20,7 @@ fn a_half_word_is_programmed_once_and_then_only_to_zero() {
     assert_eq!(flash.write(8, &[0, 2]), Err(FlashError::NotErased));
     flash.write(8, &[0, 0]).unwrap();
     assert_eq!(read(&mut flash, 8), [0, 0, 3, 4]);
-    // What stands before the half-word that is refused is programmed.
+    // The half-words before the rejected one are programmed.
     assert_eq!(flash.write(6, &[5, 6, 7, 8]), Err(FlashError::NotErased));
     assert_eq!(read(&mut flash, 6), [5, 6, 0, 0]);
     flash.erase(0, PAGE_SIZE as u32).unwrap();
@@ -43,12 +43,12 @@ fn addresses_are_checked() {
 }
 
 #[test]
-fn the_fuse_leaves_a_byte_half_programmed_and_everything_dead() {
+fn byte_fuse_leaves_byte_half_programmed_and_memory_off() {
     let mut flash = Flash::default();
     flash.cut_in_byte_after(3);
     assert_eq!(flash.write(0, &[0x11; 6]), Err(FlashError::PowerCut));
     assert_eq!(flash.bytes()[..3], [0x11; 3]);
-    // Bits go from 1 to 0 only, and only those that should.
+    // Bits change from 1 to 0 only, and only the requested ones.
     assert_eq!(flash.bytes()[3] & 0x11, 0x11);
     assert_eq!(flash.bytes()[4..6], [0xFF; 2]);
     assert!(flash.is_cut());
@@ -60,7 +60,7 @@ fn the_fuse_leaves_a_byte_half_programmed_and_everything_dead() {
 }
 
 #[test]
-fn the_fuse_leaves_a_page_in_different_states_of_erasing() {
+fn erase_fuse_leaves_page_in_different_erase_states() {
     let mut seen = std::collections::BTreeSet::new();
     for seed in 0..50 {
         let mut flash = Flash::new(vec![0; 2 * PAGE_SIZE]);
@@ -77,7 +77,7 @@ fn the_fuse_leaves_a_page_in_different_states_of_erasing() {
 }
 
 #[test]
-fn broken_memory_changes_nothing() {
+fn faulty_memory_does_not_change() {
     let mut flash = Flash::default();
     flash.write(0, &[1, 2]).unwrap();
     flash.fail_writes(true);
@@ -91,7 +91,7 @@ fn broken_memory_changes_nothing() {
     assert_eq!(read(&mut flash, 0), [1, 2, 0x11, 2]);
 }
 
-/// A file name of this test's own; the file is removed at the end.
+/// A file name for one test; the file is removed at the end.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -108,7 +108,7 @@ impl Drop for Scratch {
 }
 
 #[test]
-fn a_file_keeps_the_memory() {
+fn file_keeps_memory() {
     let scratch = Scratch::new("keeps");
     let mut flash = Flash::in_file(&scratch.0).unwrap();
     assert_eq!(flash.bytes(), [0xFF; 2 * PAGE_SIZE]);
@@ -117,7 +117,7 @@ fn a_file_keeps_the_memory() {
     flash.flip_bit(0).unwrap();
     let bytes = flash.bytes().to_vec();
     assert_eq!(fs::read(&scratch.0).unwrap(), bytes);
-    // The next start finds it; a cut reaches the file as well.
+    // The next start reads it; a power cut also reaches the file.
     let mut flash = Flash::in_file(&scratch.0).unwrap();
     assert_eq!(flash.bytes(), bytes);
     flash.cut_in_erase_after(0, 2);
@@ -126,14 +126,14 @@ fn a_file_keeps_the_memory() {
 }
 
 #[test]
-fn a_file_that_cannot_be_written_is_broken_memory() {
+fn unwritable_file_is_faulty_memory() {
     let folder = Scratch::new("folder");
     let path = folder.0.join("memory");
     let mut flash = Flash::in_file(&path).unwrap();
     assert_eq!(flash.write(0, &[1, 2]), Err(FlashError::Broken));
     assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
     assert_eq!(read(&mut flash, 0), [0xFF; 4]);
-    // It goes on when the file can be written again.
+    // It works again when the file can be written.
     fs::create_dir(&folder.0).unwrap();
     flash.write(0, &[1, 2]).unwrap();
     assert_eq!(fs::read(&path).unwrap(), flash.bytes());
@@ -141,7 +141,7 @@ fn a_file_that_cannot_be_written_is_broken_memory() {
 }
 
 #[test]
-fn a_file_that_is_no_memory_is_not_touched() {
+fn file_larger_than_memory_is_not_changed() {
     let scratch = Scratch::new("notes");
     fs::write(&scratch.0, [b'x'; 2049]).unwrap();
     let error = Flash::in_file(&scratch.0).unwrap_err();
@@ -152,7 +152,7 @@ fn a_file_that_is_no_memory_is_not_touched() {
 }
 
 #[test]
-fn what_is_missing_in_a_file_that_was_cut_off_reads_as_erased() {
+fn missing_bytes_of_truncated_file_read_as_erased() {
     let scratch = Scratch::new("cut");
     fs::write(&scratch.0, [1, 2]).unwrap();
     let mut flash = Flash::in_file(&scratch.0).unwrap();

@@ -1,4 +1,4 @@
-//! The bus with sensors that run freely, as simulated microcontrollers do: led to the bit rate, kept in step.
+//! The bus with free-running sensors, such as simulated microcontrollers: led to the bit rate, kept in step.
 
 use bench::motion::Motion;
 use bench::script::{frame, ms};
@@ -11,16 +11,16 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-/// A picosecond's millions: the firmware looks at its controller once a millisecond.
+/// In picoseconds. The firmware checks its controller once a millisecond.
 const MILLISECOND: Picoseconds = 1_000_000_000;
 
-/// How long it listens at a rate on a quiet wire.
+/// How long it listens at a rate on an idle wire.
 const DWELL: Picoseconds = 80 * MILLISECOND;
 
-/// How far each firmware has come.
+/// The time that each firmware has reached.
 type Clocks = Rc<RefCell<Vec<Picoseconds>>>;
 
-/// A firmware with a main loop that runs once a millisecond; a change of the bit rate takes it one more.
+/// A firmware with a main loop that runs once a millisecond; a change of the bit rate takes one more millisecond.
 struct Firmware {
     protocol: Protocol,
     time: Picoseconds,
@@ -57,7 +57,7 @@ impl Firmware {
         }
     }
 
-    /// The main loop, once; true when the controller has changed.
+    /// Runs the main loop once; true when the controller has changed.
     fn main_loop(&mut self) -> bool {
         if self.joining {
             self.joining = false;
@@ -106,7 +106,7 @@ impl Sensor for Firmware {
             if self.time < next {
                 continue;
             }
-            // Nobody is ahead of one that acts.
+            // No other sensor is ahead of one that acts.
             let first = self.clocks.borrow().iter().max().copied();
             let ahead = first.unwrap_or_default() - self.time;
             assert!(ahead <= 1_000_000, "{ahead} ps ahead");
@@ -173,7 +173,7 @@ impl Sensor for Firmware {
 }
 
 #[test]
-fn a_slow_firmware_is_led_to_each_rate_in_time() {
+fn slow_firmware_is_led_to_each_rate_in_time() {
     for rate in BitRate::ALL {
         let mut bus = Bus::new(BusRate::Fixed(rate));
         let device = bus.attach(Firmware::new(0, &Clocks::default(), true));
@@ -197,8 +197,8 @@ fn a_slow_firmware_is_led_to_each_rate_in_time() {
 }
 
 #[test]
-fn a_following_bus_waits_until_the_firmware_listens_at_250_kbit() {
-    // Whenever the frame comes: it may have to be led, or be about to move on.
+fn following_bus_waits_until_firmware_listens_at_250_kbit() {
+    // For any start time: the bus may have to lead the firmware, or the firmware may be about to move on.
     for start in (0..200).step_by(7) {
         let mut bus = Bus::new(BusRate::Follow);
         let device = bus.attach(Firmware::new(0, &Clocks::default(), true));
@@ -214,7 +214,7 @@ fn a_following_bus_waits_until_the_firmware_listens_at_250_kbit() {
 }
 
 #[test]
-fn sensors_that_run_freely_keep_in_step() {
+fn free_running_sensors_keep_in_step() {
     let clocks = Clocks::default();
     let mut bus = Bus::new(BusRate::Wire);
     let mut devices = Vec::new();
@@ -229,7 +229,7 @@ fn sensors_that_run_freely_keep_in_step() {
     bus.run_until(ms(50));
     let ids: Vec<_> = bus.take_log().iter().map(|one| one.frame.id()).collect();
     assert_eq!(ids.len(), 30);
-    assert!(ids.is_sorted(), "the strongest first: {ids:?}");
+    assert!(ids.is_sorted(), "lowest identifier first: {ids:?}");
     for device in devices {
         assert_eq!(bus.disturbed(Source::Device(device)), 0);
     }

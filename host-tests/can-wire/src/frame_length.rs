@@ -1,4 +1,4 @@
-//! How many bits a frame takes on the wire, and which of two frames wins arbitration (ISO 11898-1, CAN 2.0 A and B).
+//! The number of bits of a frame on the wire, and which of two frames wins arbitration (ISO 11898-1, CAN 2.0 A and B).
 //!
 //! ```text
 //!  11 bit:  SOF | ID 11 | RTR | IDE=0 | r0 | DLC 4 | data 0..64 | CRC 15 | del | ACK | del | EOF 7 | intermission 3
@@ -6,7 +6,7 @@
 //!           \______________________ stuffed, the CRC included ______________________/
 //! ```
 //!
-//! A zero is dominant. After five equal bits a bit of the other value is stuffed in, which counts for the next five.
+//! A zero is dominant. After five equal bits the transmitter inserts a bit of the other value, which counts for the next five.
 
 use embedded_can::Id;
 use plumbline::can::Frame;
@@ -14,13 +14,13 @@ use plumbline::can::Frame;
 /// The bits between two frames, after the end of frame.
 pub const INTERMISSION: u32 = 3;
 
-/// What follows the CRC sequence: CRC delimiter, ACK slot, ACK delimiter, end of frame.
+/// The bits after the CRC sequence: CRC delimiter, ACK slot, ACK delimiter, end of frame.
 const TAIL: u32 = 1 + 1 + 1 + END_OF_FRAME;
 
 /// The recessive bits that end a frame.
 const END_OF_FRAME: u32 = 7;
 
-/// The length of a frame in bits from the start of frame to the end of frame, stuff bits included, intermission not.
+/// The length of a frame in bits from the start of frame to the end of frame, with stuff bits, without intermission.
 pub fn frame_bits(frame: &Frame) -> u32 {
     let mut bits = header_and_data(frame);
     let crc = crc15(&bits);
@@ -28,10 +28,10 @@ pub fn frame_bits(frame: &Frame) -> u32 {
     bits.len() as u32 + stuff_bits(&bits) + TAIL
 }
 
-/// The arbitration field as the wire sees it, first bit uppermost: of two frames that start together, the smaller number wins.
+/// The arbitration field as sent on the wire, first bit as MSB: of two frames that start together, the smaller number wins.
 ///
-/// A standard frame's two bits behind the base identifier are RTR and IDE = 0, an extended frame's SRR = 1 and IDE = 1; so with
-/// the same 11 bits standard beats extended, and with the same identifier a data frame beats a remote frame.
+/// The two bits after the base identifier are RTR and IDE = 0 in a standard frame, SRR = 1 and IDE = 1 in an extended frame. So
+/// with the same 11 bits standard wins over extended, and with the same identifier a data frame wins over a remote frame.
 pub fn arbitration(frame: &Frame) -> u32 {
     let remote = u32::from(frame.is_remote());
     match frame.id() {
@@ -79,7 +79,7 @@ fn crc15(bits: &[bool]) -> u16 {
     })
 }
 
-/// How many stuff bits a transmitter puts into this sequence.
+/// The number of stuff bits that a transmitter inserts into this sequence.
 fn stuff_bits(bits: &[bool]) -> u32 {
     let mut stuffed = 0;
     let mut run = (true, 0);
@@ -103,8 +103,8 @@ mod tests {
     use plumbline::can::{extended, standard};
 
     #[test]
-    fn the_crc_is_crc_15_can() {
-        // The check value of the catalogue of parametrised CRC algorithms: CRC-15/CAN of the text "123456789".
+    fn crc_is_crc_15_can() {
+        // The check value in the catalogue of parametrised CRC algorithms: CRC-15/CAN of the text "123456789".
         let mut bits = Vec::new();
         for byte in b"123456789" {
             push(&mut bits, u32::from(*byte), 8);
@@ -113,23 +113,23 @@ mod tests {
     }
 
     #[test]
-    fn a_stuff_bit_counts_for_the_next_five() {
+    fn stuff_bit_counts_for_next_five() {
         let count = |text: &str| {
             let bits: Vec<bool> = text.chars().map(|bit| bit == '1').collect();
             stuff_bits(&bits)
         };
         assert_eq!(count("0000"), 0);
         assert_eq!(count("00000"), 1);
-        // The worst case: after the first five, four bits suffice each time.
+        // The worst case: after the first five bits, every four bits need a stuff bit.
         assert_eq!(count("0000011110000"), 3);
         assert_eq!(count("00000000"), 1);
         assert_eq!(count("0000000000"), 2);
         assert_eq!(count("1010101010"), 0);
     }
 
-    /// Computed by a second implementation: bits as text, CRC by long division, stuffing by looking at the stuffed text.
+    /// Calculated by a second implementation: bits as text, CRC by long division, stuffing by searching the stuffed text.
     #[test]
-    fn frames_have_their_length() {
+    fn frames_have_expected_length() {
         let lengths = [
             ("000#", 50),
             ("000#0000000000000000", 124),
@@ -157,7 +157,7 @@ mod tests {
     /// bytes, g = 34 or 54 bits that can be stuffed, and 13 that cannot, a frame with its intermission has at most
     /// g + 8 n + 13 + (g + 8 n - 1) / 4 bits; that is 135 and 160 bits for 8 bytes.
     #[test]
-    fn no_frame_is_shorter_or_longer_than_the_standard_allows() {
+    fn frame_lengths_are_within_limits_of_standard() {
         let mut random = 1_u64;
         for _ in 0..100_000 {
             random = random
@@ -170,7 +170,7 @@ mod tests {
             } else {
                 (extended((random >> 30) as u32), 54)
             };
-            // Long runs of equal bits, which random bytes do not have.
+            // Long runs of equal bits, which random bytes rarely have.
             let data = bytes.map(|byte| [0x00, 0xFF, 0xF0, 0x87, byte][usize::from(byte) % 5]);
             let frame = Frame::data(id, &data[..length]).unwrap();
             let bits = frame_bits(&frame) + INTERMISSION;
@@ -184,8 +184,8 @@ mod tests {
     }
 
     #[test]
-    fn arbitration_goes_by_the_bits_on_the_wire() {
-        // Strongest first.
+    fn arbitration_follows_bits_on_the_wire() {
+        // Highest priority first.
         let order = [
             "000#",
             "000#R",
@@ -207,7 +207,7 @@ mod tests {
         assert!(order.is_sorted_by(|a, b| a < b), "{order:X?}");
     }
 
-    /// A frame from candump's notation.
+    /// A frame in the notation of candump.
     fn frame(text: &str) -> Frame {
         let (id, data) = text.split_once('#').unwrap();
         let number = u32::from_str_radix(id, 16).unwrap();

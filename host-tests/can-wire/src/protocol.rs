@@ -1,9 +1,9 @@
-//! The CAN protocol of ISO 11898-1, bit by bit: what is common to every CAN controller, whatever its registers look like.
+//! The CAN protocol of ISO 11898-1, bit by bit: the part that is common to all CAN controllers, independent of their registers.
 //!
-//! Whoever drives a wire full of these state machines goes from one [`next_event`](Protocol::next_event) to the next: it steps
-//! all that are due with the level that the wire had until then, then joins the levels that they drive, and tells everybody when
-//! the wire has become dominant. An idle controller begins a frame at once, not at the next beginning of a bit of its own
-//! clock; this is the only thing that is simpler than in the standard.
+//! The bus simulation goes from one [`next_event`](Protocol::next_event) to the next. It steps all state machines that are due,
+//! with the level of the wire before that time. Then it combines the levels that they drive, and reports to all of them when the
+//! wire has become dominant. An idle controller begins a frame at once, not at the next bit start of its own clock; this is the
+//! only simplification of the standard.
 
 mod coding;
 mod confinement;
@@ -18,18 +18,18 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::node::BusState;
 use timing::BitClock;
 
-/// A point in time, or a length of time, in picoseconds: a bit of each of the ten rates and a clock cycle of 64 MHz are whole
-/// numbers of them. 64 bits hold 213 days.
+/// A point in time or a duration in picoseconds: a bit of each of the ten rates and a clock cycle of 64 MHz are integer values.
+/// 64 bits hold 213 days.
 pub type Picoseconds = u64;
 
-/// How a controller divides a bit.
+/// The bit timing of a controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct BitTiming {
     /// The length of a bit.
     pub bit: Picoseconds,
     /// From the start of a bit to its sample point.
     pub sample: Picoseconds,
-    /// How far one resynchronization may move the sample point (SJW).
+    /// Maximum shift of the sample point by one resynchronization (SJW).
     pub jump: Picoseconds,
 }
 
@@ -50,7 +50,7 @@ pub fn bit_time(rate: BitRate) -> Picoseconds {
     1_000_000_000_000 / Picoseconds::from(rate.bits_per_second())
 }
 
-/// What a controller found wrong; the numbers are those of bxCAN's last error code (RM0008, CAN_ESR.LEC).
+/// The type of an error; the numbers are those of bxCAN's last error code (RM0008, CAN_ESR.LEC).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum ErrorCode {
@@ -58,7 +58,7 @@ pub enum ErrorCode {
     Stuff = 1,
     /// A bit of fixed value was wrong.
     Form = 2,
-    /// Nobody acknowledged.
+    /// No acknowledge.
     Acknowledgment = 3,
     /// Recessive was sent, dominant was on the wire.
     BitRecessive = 4,
@@ -68,22 +68,22 @@ pub enum ErrorCode {
     Crc = 6,
 }
 
-/// What a step brought.
+/// The result of a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Event {
     /// 11 recessive bits have been seen: the controller takes part in the bus (after a join).
     Joined,
-    /// The frame that was offered is on its way: its start of frame has begun.
+    /// The transmission of the offered frame has started: start of frame.
     Started,
-    /// The frame on its way has lost arbitration; it stays to be offered again.
+    /// The frame has lost arbitration and can be offered again.
     LostArbitration,
-    /// The frame on its way has ended well.
+    /// The frame has been sent successfully.
     Transmitted,
-    /// Another's frame has ended well.
+    /// A frame of another controller has been received.
     Received(Frame),
-    /// An error was seen; `transmitting` when it destroyed the own frame, which stays to be offered again.
+    /// An error; `transmitting` when it destroyed its own frame, which can be offered again.
     Error {
-        /// What was wrong.
+        /// The type of the error.
         code: ErrorCode,
         /// The controller was the transmitter.
         transmitting: bool,
@@ -101,23 +101,23 @@ pub struct Protocol {
     confinement: Confinement,
     /// The level that it drives now; true is dominant.
     drives: bool,
-    /// The level that it drives from the start of the next bit on.
+    /// The level that it drives from the start of the next bit.
     drives_next: bool,
-    /// The frame that comes in, one's own too.
+    /// The frame on the wire, also its own.
     incoming: Incoming,
-    /// One's own frame, until its end or an error.
+    /// Its own frame, until its end or an error.
     outgoing: Option<Outgoing>,
-    /// The frame under way, or the last one until the intermission has ended, is one's own.
+    /// The current frame, or the last one until the end of the intermission, is its own.
     transmitter: bool,
     error_flags: u64,
-    /// The start of the frame under way, or of the last one.
+    /// The start of the current or the last frame.
     frame_start: Picoseconds,
 }
 
 impl Protocol {
-    /// Begins to take part with this timing: after 11 recessive bits comes [`Event::Joined`]. Silent: sees its own dominant bits,
-    /// but does not drive them, and sends no frames. The error counters stay; who is bus-off stays so, and counts from the
-    /// beginning when it recovers.
+    /// Starts to take part with this timing; [`Event::Joined`] follows after 11 recessive bits. Silent: it sees its own dominant
+    /// bits, but does not drive them, and sends no frames. The error counters stay. A bus-off controller stays bus-off, and
+    /// counts from zero when it recovers.
     pub fn join(&mut self, now: Picoseconds, timing: BitTiming, silent: bool) {
         self.leave();
         self.clock = BitClock::new(now, timing);
@@ -132,7 +132,7 @@ impl Protocol {
         };
     }
 
-    /// Takes no part any more, at once; a frame on its way is torn off. The error counters stay.
+    /// Stops taking part at once; a current frame is aborted. The error counters stay.
     pub fn leave(&mut self) {
         self.phase = Phase::Off;
         self.drives = false;
@@ -141,13 +141,13 @@ impl Protocol {
         self.transmitter = false;
     }
 
-    /// True from join to leave.
+    /// True after a join, until it leaves.
     pub fn is_on(&self) -> bool {
         self.phase != Phase::Off
     }
 
-    /// True while a frame is under way, one's own or another's, error frame and intermission included: what bxCAN waits for
-    /// before it acknowledges initialization mode.
+    /// True during any frame, including error frame and intermission: bxCAN waits for its end before it acknowledges
+    /// initialization mode.
     pub fn is_busy(&self) -> bool {
         !matches!(
             self.phase,
@@ -159,7 +159,7 @@ impl Protocol {
         )
     }
 
-    /// True while the own frame is under way.
+    /// True while its own frame is being sent.
     pub fn is_transmitting(&self) -> bool {
         self.outgoing.is_some()
     }
@@ -179,17 +179,17 @@ impl Protocol {
         self.confinement.receive()
     }
 
-    /// The error flags that it has begun to send, active and passive, since it was made.
+    /// The number of error flags that it has begun to send, active and passive, since it was created.
     pub fn error_flags(&self) -> u64 {
         self.error_flags
     }
 
-    /// How it divides a bit, since the last join.
+    /// The bit timing since the last join.
     pub fn timing(&self) -> BitTiming {
         self.clock.timing()
     }
 
-    /// True when it only listens.
+    /// True in listen-only mode.
     pub fn is_silent(&self) -> bool {
         self.silent
     }
@@ -199,12 +199,12 @@ impl Protocol {
         matches!(self.phase, Phase::Integrating { .. })
     }
 
-    /// True when it takes part, and nothing is under way.
+    /// True when it takes part and there is no frame on the wire.
     pub fn is_idle(&self) -> bool {
         matches!(self.phase, Phase::Idle { .. })
     }
 
-    /// The start of the frame under way, or of the last one: the beginning of its start of frame bit.
+    /// The start of the current or the last frame: the beginning of its start of frame bit.
     pub fn frame_start(&self) -> Picoseconds {
         self.frame_start
     }
@@ -224,12 +224,12 @@ impl Protocol {
         self.phase == Phase::AckSlot
     }
 
-    /// True while it acknowledges, inwardly when it is silent.
+    /// True while it acknowledges, internally when it is silent.
     pub fn is_acknowledging(&self) -> bool {
         self.phase == Phase::AckSlot && self.drives
     }
 
-    /// From bus-off: begin to count 128 times 11 recessive bits. Nothing happens in another state, or when it counts already.
+    /// In bus-off: starts to count 128 times 11 recessive bits. No effect in another state, or when it already counts.
     pub fn recover(&mut self, now: Picoseconds) {
         if let Phase::BusOff { sequences, .. } = &mut self.phase
             && sequences.is_none()
@@ -239,14 +239,14 @@ impl Protocol {
         }
     }
 
-    /// Sets the counters to zero and the state to active, as a reset of the controller does; it is off the bus afterwards.
+    /// Sets the counters to zero and the state to error active, as a reset of the controller does; then it is off the bus.
     pub fn reset(&mut self) {
         self.leave();
         self.confinement = Confinement::default();
     }
 
-    /// When the controller has to be stepped next; None while the wire is quiet and nothing is offered. It may lie in the past,
-    /// which means now.
+    /// When the controller has to be stepped next; None while the wire is idle and no frame is offered. A time in the past means
+    /// now.
     pub fn next_event(&self, offered: bool) -> Option<Picoseconds> {
         match self.phase {
             Phase::Off
@@ -264,7 +264,7 @@ impl Protocol {
         self.drives && !self.silent
     }
 
-    /// The wire has gone from recessive to dominant: synchronizes.
+    /// Reports a recessive to dominant edge of the wire; synchronizes.
     pub fn edge(&mut self, now: Picoseconds) {
         if !self.clock.takes_edge() {
             return;
@@ -285,8 +285,8 @@ impl Protocol {
         }
     }
 
-    /// Does what is due at `now`: begins a bit or samples one. `dominant` is the wire just before now; `offered` is the frame to
-    /// be sent next, looked at only when a start of frame is possible ([`Self::takes_offer`]).
+    /// Begins or samples the bit that is due at `now`. `dominant` is the level just before `now`; `offered` is the frame to be
+    /// sent next, used only when a start of frame is possible ([`Self::takes_offer`]).
     pub fn step(
         &mut self,
         now: Picoseconds,
@@ -313,7 +313,7 @@ impl Protocol {
         if now < self.clock.sample() {
             return None;
         }
-        // What a silent controller would drive loops back inside of it.
+        // The level of a silent controller is looped back internally.
         let dominant = dominant || (self.silent && self.drives);
         let event = self.take(dominant, offered);
         self.drives_next = self.driven();
@@ -321,7 +321,7 @@ impl Protocol {
         event
     }
 
-    /// True when it sends a frame that is offered now, once the present frame, if there is one, and its intermission are over.
+    /// True when it would send a frame offered now, after the current frame, if any, and its intermission.
     pub fn can_send(&self) -> bool {
         !self.silent
             && !matches!(
@@ -330,7 +330,7 @@ impl Protocol {
             )
     }
 
-    /// True when a step may begin a frame, so that it looks at what is offered.
+    /// True when a step may begin a frame and reads the offered frame.
     pub fn takes_offer(&self) -> bool {
         matches!(self.phase, Phase::Idle { .. } | Phase::Intermission(2))
     }

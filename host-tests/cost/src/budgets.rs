@@ -1,11 +1,11 @@
-//! What each figure may be at most. A budget that has become loose is a mistake too: what was won would be lost unnoticed.
+//! The budget of each figure. A budget far above its figure is also an error, because it would hide a later increase.
 
 use super::Report;
 use super::rows::Row;
 use std::collections::BTreeMap;
 use std::fmt;
 
-/// How many percent a figure may lie below its budget.
+/// How many percent a figure may be below its budget.
 const SLACK: u64 = 20;
 
 /// The budgets of every model: a table per model, with the keys of the rows.
@@ -15,42 +15,42 @@ const FILE: &str = include_str!("budgets.toml");
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Budgets(BTreeMap<String, BTreeMap<String, u64>>);
 
-/// What is wrong with a figure or its budget.
+/// An error of a figure or its budget.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Complaint {
     /// The model.
     pub model: String,
     /// The key of the row.
     pub row: String,
-    /// What is wrong.
+    /// The error.
     pub fault: Fault,
 }
 
-/// How a figure and its budget do not fit.
+/// The possible errors.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
     /// The figure is above the budget.
     Exceeded {
-        /// What was measured.
+        /// The measured figure.
         figure: u64,
-        /// What is allowed.
+        /// The budget.
         budget: u64,
     },
     /// The figure is more than 20 % below the budget.
     Loose {
-        /// What was measured.
+        /// The measured figure.
         figure: u64,
-        /// What is allowed.
+        /// The budget.
         budget: u64,
     },
     /// The figure has no budget.
     NoBudget(
-        /// What was measured.
+        /// The measured figure.
         u64,
     ),
     /// The budget has no figure.
     NoFigure(
-        /// What is allowed.
+        /// The budget.
         u64,
     ),
 }
@@ -72,7 +72,7 @@ impl fmt::Display for Complaint {
 }
 
 impl Budgets {
-    /// Those of the project.
+    /// The budgets of the project.
     ///
     /// # Errors
     /// The file is damaged.
@@ -83,7 +83,7 @@ impl Budgets {
     /// Reads budgets.
     ///
     /// # Errors
-    /// It is not TOML with a table of whole numbers for each model.
+    /// It is not TOML with a table of integers for each model.
     pub fn parse(text: &str) -> Result<Self, toml::de::Error> {
         toml::from_str(text).map(Self)
     }
@@ -98,7 +98,7 @@ impl Budgets {
         self.0.get(model)?.get(row.key).copied()
     }
 
-    /// Everything that is wrong with a report.
+    /// All errors of a report.
     pub fn check(&self, report: &Report) -> Vec<Complaint> {
         let complaint = |row: &str, fault| Complaint {
             model: report.model.to_owned(),
@@ -117,7 +117,7 @@ impl Budgets {
     }
 }
 
-/// What is wrong with a figure.
+/// The error of a figure, if any.
 fn judge(figure: u64, budget: Option<u64>) -> Option<Fault> {
     let Some(budget) = budget else {
         return Some(Fault::NoBudget(figure));
@@ -153,7 +153,7 @@ mod tests {
     }
 
     #[test]
-    fn a_figure_may_lie_between_80_percent_and_the_whole_of_its_budget() {
+    fn figure_between_80_and_100_percent_of_budget_is_accepted() {
         let budget = "[is2]\nstack = 1000";
         for figure in [800, 801, 999, 1000] {
             assert!(complaints(budget, &[("stack", figure)]).is_empty());
@@ -169,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn nothing_has_a_budget_of_nothing() {
+    fn zero_figure_has_zero_budget() {
         assert!(complaints("[is2]\nram_core = 0", &[("ram_core", 0)]).is_empty());
         assert_eq!(
             complaints("[is2]\nram_core = 0", &[("ram_core", 1)]),
@@ -178,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn every_figure_has_a_budget_and_every_budget_a_figure() {
+    fn missing_budget_or_figure_is_an_error() {
         assert_eq!(
             complaints("[is2]\nflash = 10\nsync = 5", &[("flash", 10), ("ram", 7)]),
             [
@@ -193,7 +193,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_whole_number_is_refused() {
+    fn non_integer_budget_is_refused() {
         for text in ["[is2]\nflash = 1.5", "[is2]\nflash = -1", "flash = 1", "["] {
             assert!(Budgets::parse(text).is_err(), "{text}");
         }
@@ -208,9 +208,9 @@ mod tests {
         }
     }
 
-    /// The ceilings that the project has set itself.
+    /// The limits that the project has set.
     #[test]
-    fn the_budgets_of_is2_keep_the_ceilings() {
+    fn budgets_of_is2_are_within_limits() {
         let ceilings = [
             ("read_request", 450),
             ("sync", 450),
@@ -227,7 +227,7 @@ mod tests {
     }
 
     #[test]
-    fn the_budgets_of_jn2101_keep_the_ceilings() {
+    fn budgets_of_jn2101_are_within_limits() {
         let ceilings = [
             ("read_reply", 450),
             ("sync_reply", 350),

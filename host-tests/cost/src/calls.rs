@@ -1,10 +1,10 @@
-//! What calls cost, out of the list of those that a run has made.
+//! Calculates figures from the list of calls of a run.
 
 use super::CostError;
 use super::function::{NodeFunctions, STORE_SAVE, STORE_STEP};
 use stm32_sim::profile::Call;
 
-/// The instructions of the dearest call of a function.
+/// The instructions of the longest call of a function.
 ///
 /// # Errors
 /// It was never called.
@@ -13,7 +13,7 @@ pub fn most(calls: &[Call], function: &'static str) -> Result<u64, CostError> {
     figures.max().ok_or(CostError::NeverCalled(function))
 }
 
-/// The instructions of a function's call in the middle, when they are sorted.
+/// The median of the instructions of the calls of a function.
 ///
 /// # Errors
 /// It was never called.
@@ -22,14 +22,14 @@ pub fn median(calls: &[Call], function: &'static str) -> Result<u64, CostError> 
     middle(figures).ok_or(CostError::NeverCalled(function))
 }
 
-/// The figure in the middle, when they are sorted; of two the larger. None when there is none.
+/// The median, the larger of the two middle figures; None for an empty list.
 pub fn middle(mut figures: Vec<u64>) -> Option<u64> {
     figures.sort_unstable();
     figures.get(figures.len() / 2).copied()
 }
 
-/// The instructions in core from the reception of a message on: `receive`, and all `transmit` and `poll` up to the last of the
-/// polls that follow each other, which has found nothing left to do. `calls` are in the order in which they began.
+/// The instructions in core from the reception of a message: `receive`, and all `transmit` and `poll` up to the last of the
+/// consecutive polls, which returns None. `calls` are in the order of their start.
 ///
 /// # Errors
 /// There is no reception, or a call is missing after it.
@@ -59,7 +59,7 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> 
     }
 }
 
-/// The part of an [`exchange`] until the answer is handed out: `receive` and all up to the first `transmit`.
+/// The part of an [`exchange`] until the reply is returned: `receive` and all calls up to the first `transmit`.
 ///
 /// # Errors
 /// There is no reception, or no `transmit` after it.
@@ -84,7 +84,7 @@ pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
     }))
 }
 
-/// The instructions of a save: its beginning with the image of the parameters, its steps, and what the node does when it ends.
+/// The instructions of a save: its start with the record of the parameters, its steps, and the node's handling of its end.
 ///
 /// # Errors
 /// One of these calls is missing.
@@ -121,7 +121,7 @@ mod tests {
         stored: "stored",
     };
 
-    /// Calls with these instructions, one after the other.
+    /// Consecutive calls with these instructions.
     fn calls(made: &[(&'static str, u64)]) -> Vec<Call> {
         let mut cycle = 0;
         made.iter()
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn the_most_and_the_median_are_those_of_one_function() {
+    fn most_and_median_use_calls_of_one_function() {
         let calls = calls(&[("a", 7), ("b", 900), ("a", 5), ("a", 100)]);
         assert_eq!(most(&calls, "a"), Ok(100));
         assert_eq!(median(&calls, "a"), Ok(7));
@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exchange_ends_with_the_poll_that_finds_nothing() {
+    fn exchange_ends_with_last_consecutive_poll() {
         let made = calls(&[
             ("poll", 1000),
             ("sample", 1000),
@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn an_exchange_without_a_part_is_none() {
+    fn incomplete_exchange_is_an_error() {
         let missing = |made: &[(&'static str, u64)]| exchange(&calls(made), &NODE);
         let never = |function| Err(CostError::NeverCalled(function));
         assert_eq!(missing(&[("poll", 1)]), never("receive"));
@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn save_is_counted_from_its_beginning_to_its_end() {
+    fn save_is_counted_from_start_to_end() {
         let made = [
             (STORE_STEP, 1000),
             (STORE_SAVE, 21),

@@ -1,6 +1,6 @@
-//! The functions that are measured, by the end of their readable names in the symbol table.
+//! The measured functions, by the end of their demangled names in the symbol table.
 
-/// The functions of a node. None is inlined: core says so.
+/// The functions of a node. None is inlined: core marks them `inline(never)`.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeFunctions {
     /// `Node::receive`.
@@ -15,7 +15,7 @@ pub struct NodeFunctions {
     pub stored: &'static str,
 }
 
-/// Those of a node of any product.
+/// The functions of the node of any product.
 pub const NODE: NodeFunctions = NodeFunctions {
     receive: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::receive",
     poll: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::poll",
@@ -28,27 +28,27 @@ pub const NODE: NodeFunctions = NodeFunctions {
 pub const CALIBRATION: &str = "plumbline::measure::calibration::Calibration::apply";
 /// One step of the low-pass.
 pub const STEP: &str = "plumbline::measure::low_pass::LowPass::step";
-/// Another filter or cut-off frequency.
+/// A change of the filter or cut-off frequency.
 pub const TUNE: &str = "plumbline::measure::low_pass::LowPass::tune";
-/// One step of the low-pass with a finite impulse response.
+/// One step of the FIR low-pass.
 pub const FIR_STEP: &str = "plumbline::measure::fir::Fir::step";
-/// The beginning of a save.
+/// The start of a save.
 pub const STORE_SAVE: &str = "plumbline::store::slots::Store<M,_>::save";
-/// A piece of a save.
+/// One step of a save.
 pub const STORE_STEP: &str = "plumbline::store::slots::Store<M,_>::step";
 /// Both angles of two axes.
 pub const PERPENDICULAR: &str = "plumbline::measure::definition::perpendicular";
-/// One of them.
+/// One of these angles.
 pub const TILT: &str = "plumbline::measure::definition::tilt";
 /// The angle of one axis.
 pub const ATAN2: &str = "plumbline::angle::Angle::atan2";
 
-/// The functions that make a model's angles: each a row's key and a symbol.
+/// The functions that calculate the angles of a model: the key of a row and a symbol for each.
 #[derive(Clone, Copy, Debug)]
 pub struct Angles(pub &'static [(&'static str, &'static str)]);
 
 impl Angles {
-    /// A full turn about one axis.
+    /// The angle of one axis over a full turn.
     pub const ONE_AXIS: Self = Self(&[("atan2", ATAN2)]);
     /// Two perpendicular angles.
     pub const TWO_AXES: Self = Self(&[("perpendicular", PERPENDICULAR), ("tilt", TILT)]);

@@ -1,13 +1,13 @@
-//! What the flashed Blue Pill image costs, measured by running it on the simulated microcontroller.
+//! The cost of the flashed Blue Pill image, measured by running it on the simulated microcontroller.
 //!
-//! - [`rows`]: the rows of the table, and precisely what each counts;
-//! - [`subjects`]: which models are measured, and what the scenario says to them; [`mod@function`]: which functions are counted;
-//! - [`scenario`]: the standard scenario that is run once per model, on a [`rig`]; [`calls`]: what is read out of the calls that it made;
-//! - [`budgets`]: what each figure may be at most, and at least; [`tables`]: text, Markdown and JSON.
+//! - [`rows`]: the rows of the table, and the exact definition of each;
+//! - [`subjects`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;
+//! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`]; [`calls`]: calculates figures from its calls;
+//! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
 //!
-//! The processor runs at 64 MHz and takes one cycle for each instruction, and 12 for the entry of an exception and for its return.
-//! The real part takes more: flash wait states, jumps, loads, divisions. So instructions are exact, but times and what follows
-//! from them are not those of the real part.
+//! The processor runs at 64 MHz and takes one cycle for each instruction, and 12 for the entry of an exception and for its
+//! return. The real part needs more cycles: flash wait states, jumps, loads, divisions. So instructions are exact, but times and
+//! figures derived from them are not those of the real part.
 
 pub mod budgets;
 pub mod calls;
@@ -25,33 +25,33 @@ use std::time::Instant;
 use stm32_sim::elf::{Image, Part, Shares};
 use subjects::Subject;
 
-/// Why a figure cannot be had.
+/// The reason why a figure is not available.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum CostError {
-    /// A function that is to be measured is not in the symbol table: it was renamed, inlined or never used.
+    /// A measured function is not in the symbol table: it was renamed, inlined or never used.
     #[error("{0}: the image has no function {1}")]
     NoFunction(&'static str, &'static str),
-    /// A function was not called where it should have been.
-    #[error("{0} was not called where it should have been")]
+    /// A function was not called when expected.
+    #[error("{0} was not called when expected")]
     NeverCalled(&'static str),
-    /// Something that the scenario provokes did not happen.
-    #[error("{0} did not come in the scenario")]
+    /// An expected event of the scenario did not occur.
+    #[error("{0} did not occur in the scenario")]
     NeverHappened(&'static str),
-    /// The sensor did not answer.
-    #[error("{0}: no answer: {1}")]
+    /// The sensor did not reply.
+    #[error("{0}: no reply to {1}")]
     Silent(&'static str, String),
-    /// The firmware has broken a rule of the reference manual.
+    /// The firmware has violated the reference manual.
     #[error("{model}: {count} violations, the first: {first}")]
     Violations {
         /// The model.
         model: &'static str,
-        /// How many there are.
+        /// The number of violations.
         count: usize,
-        /// What the first one is.
+        /// The first violation.
         first: String,
     },
-    /// A part has static RAM that no row shows.
-    #[error("{0}: {1} takes static RAM that no row shows")]
+    /// A part has static RAM without a row.
+    #[error("{0}: the static RAM of {1} has no row")]
     HiddenRam(&'static str, Part),
 }
 
@@ -60,14 +60,14 @@ pub enum CostError {
 pub struct Report {
     /// The name of the model.
     pub model: &'static str,
-    /// Each row that this model has, with its figure, in the order of the table.
+    /// The rows of this model with their figures, in the order of the table.
     pub figures: Vec<(&'static Row, u64)>,
-    /// Million simulated instructions per second that the run reached: how fast this computer is, no property of the image.
+    /// The speed of the run in million simulated instructions per second: a property of this computer, not of the image.
     pub speed: f64,
 }
 
 impl Report {
-    /// The figure of a row; None when this model has no such row.
+    /// The figure of a row; None when this model does not have the row.
     pub fn figure(&self, key: &str) -> Option<u64> {
         let found = self.figures.iter().find(|(row, _)| row.key == key);
         found.map(|(_, figure)| *figure)
@@ -80,7 +80,7 @@ impl Report {
 /// [`CostError`].
 ///
 /// # Panics
-/// When the program does what is a fault on the chip.
+/// The program does something that is a fault on the chip.
 pub fn measure(subject: Subject, image: Rc<Image>) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
@@ -132,7 +132,7 @@ fn add_sizes(
     Ok(())
 }
 
-/// The keys of a part's rows: flash, and static RAM where there can be any.
+/// The keys of the rows of a part: flash, and static RAM if it can have any.
 fn part_rows(part: Part) -> (&'static str, Option<&'static str>) {
     match part {
         Part::Core => ("flash_core", Some("ram_core")),

@@ -1,4 +1,4 @@
-//! Prints what the flashed image costs: see `cost --help`, and the library for what each row counts.
+//! Prints the cost of the flashed images: see `cost --help`, and the library for the definition of each row.
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -13,18 +13,18 @@ use std::rc::Rc;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
-/// Measures what the Blue Pill's images cost, by running them on a simulated microcontroller: memory, instructions, times.
+/// Measures the Blue Pill images on a simulated microcontroller: memory, instructions, times.
 #[derive(Parser)]
 struct Options {
-    /// Only this model
+    /// Measure only this model
     #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: Option<String>,
 
-    /// This image of the model, instead of the one that is built
+    /// Measure this image of the model instead of building it
     #[arg(long, value_name = "FILE", requires = "model")]
     elf: Option<PathBuf>,
 
-    /// Print JSON, with what exactly each row counts
+    /// Print JSON, with the exact definition of each row
     #[arg(long, conflicts_with = "markdown")]
     json: bool,
 
@@ -69,7 +69,7 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// Measures each model, with the given image or with those that are built.
+/// Measures each model, with the given image or with a new build.
 fn reports(subjects: &[Subject], elf: Option<&Path>) -> Result<Vec<Report>, Box<dyn Error>> {
     let built = match elf {
         Some(_) => Default::default(),

@@ -1,4 +1,4 @@
-//! The microcontroller with its tester on a wire.
+//! The microcontroller and a tester on a wire.
 
 use super::CostError;
 use super::subjects::{Message, Subject};
@@ -13,19 +13,19 @@ use stm32_sim::Microcontroller;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 
-/// The longest that an answer is waited for: a save that erases a page takes 40 ms and more.
+/// Maximum time of a reply: a save that erases a page takes 40 ms and more.
 const PATIENCE: Duration = millis(500);
 
-/// Frames, one every 10 ms, after which the sensor must have found the bit rate.
+/// The number of frames, one every 10 ms, after which the sensor must have found the bit rate.
 const DETECTION_FRAMES: usize = 300;
 
-/// How often it is looked whether an answer has come.
+/// Polling interval for a reply.
 const LOOK: Duration = Duration::from_ticks(200);
 
-/// A frame that reveals the bit rate and is meant for nobody.
-const NOBODYS: Message = Message(0x7FE, &[]);
+/// A frame that makes the bit rate detectable; no device uses its identifier.
+const UNUSED: Message = Message(0x7FE, &[]);
 
-/// Turns in space and visits directions all around, so that no way through the angles is left out. No axis sees more than 1 g.
+/// Rotates through all directions, so that the angle calculation takes every path. No axis sees more than 1 g.
 struct Tumble;
 
 impl Motion for Tumble {
@@ -54,7 +54,7 @@ pub struct Rig {
 }
 
 impl Rig {
-    /// A sensor with blank memory that is being switched on.
+    /// A sensor with blank memory, which is switched on.
     pub fn new(subject: Subject, image: Rc<Image>) -> Self {
         let mut bus = Bus::new(subject.protocol.bus);
         let motion = Box::new(Tumble);
@@ -85,12 +85,12 @@ impl Rig {
         Source::Device(self.device)
     }
 
-    /// Whether a frame of the sensor is in a mailbox.
+    /// True when a frame of the sensor is in a mailbox.
     pub fn offers(&self) -> bool {
         self.bus.device(self.device).offered().is_some()
     }
 
-    /// Whether the sensor is bus-off.
+    /// True when the sensor is bus-off.
     pub fn is_bus_off(&self) -> bool {
         self.bus.device(self.device).bus_state() == Some(BusState::BusOff)
     }
@@ -100,7 +100,7 @@ impl Rig {
         self.bus.power_cycle(self.device);
     }
 
-    /// Pages of its parameter memory that have been erased so far.
+    /// The number of erased pages of its parameter memory.
     pub fn erased(&mut self) -> u64 {
         self.bus.device_mut(self.device).flash().erased()
     }
@@ -126,45 +126,45 @@ impl Rig {
             .ok_or(CostError::NoFunction(name, function))
     }
 
-    /// The calls that have ended since the last time, in the order in which they began.
+    /// The calls that have ended since the last call of this function, in the order of their start.
     pub fn take_calls(&mut self) -> Vec<Call> {
         let mut calls = self.controller_mut().take_calls();
         calls.sort_by_key(|call| call.start);
         calls
     }
 
-    /// Lets time pass.
+    /// Runs for this time.
     pub fn run(&mut self, time: Duration) {
         let until = after(self.bus.now(), time);
         self.bus.run_until(until);
     }
 
-    /// Sends a message and waits until it is answered; gives the calls from the message to half a millisecond after the answer.
+    /// Sends a message and waits for the reply; returns the calls from the message until half a millisecond after the reply.
     ///
     /// # Errors
-    /// There is no answer.
-    pub fn ask(&mut self, message: Message) -> Result<Vec<Call>, CostError> {
+    /// There is no reply.
+    pub fn request(&mut self, message: Message) -> Result<Vec<Call>, CostError> {
         self.take_calls();
         self.bus.take_received(self.tester);
-        self.tell(message);
-        self.hear(1, PATIENCE, || format!("message {:02X?}", message.1))?;
+        self.send(message);
+        self.receive(1, PATIENCE, || format!("message {:02X?}", message.1))?;
         self.run(Duration::from_ticks(500));
         Ok(self.take_calls())
     }
 
     /// Sends a message.
-    pub fn tell(&mut self, message: Message) {
+    pub fn send(&mut self, message: Message) {
         self.bus.send(self.tester, message.frame());
     }
 
     /// Sends frames until the sensor has found the bit rate and sent its boot-up messages.
     ///
     /// # Errors
-    /// It does not.
+    /// It does not find it.
     pub fn detect(&mut self) -> Result<(), CostError> {
         self.bus.take_received(self.tester);
         for _ in 0..DETECTION_FRAMES {
-            self.tell(NOBODYS);
+            self.send(UNUSED);
             self.run(millis(10));
             if !self.bus.take_received(self.tester).is_empty() {
                 return Ok(());
@@ -176,8 +176,8 @@ impl Rig {
     /// Waits until the sensor has sent `count` frames.
     ///
     /// # Errors
-    /// They do not come in time; `what` says what they should have answered.
-    pub fn hear(
+    /// They are not sent in time; `what` describes the request.
+    pub fn receive(
         &mut self,
         count: usize,
         patience: Duration,
@@ -195,7 +195,7 @@ impl Rig {
         Ok(())
     }
 
-    /// The error that nothing has come as an answer.
+    /// The error for a missing reply.
     pub fn silent(&self, to: String) -> CostError {
         CostError::Silent(self.subject.name, to)
     }

@@ -1,11 +1,11 @@
-//! The rows of the table: what each is called, and precisely what it counts.
+//! The rows of the table: the title and the exact definition of each.
 //!
-//! Instructions are those of the main program between the first instruction of a function and its return, of the functions that it
-//! calls too; interrupts that come in between do not count, except where a row says so.
+//! Instructions are those of the main program between the first instruction of a function and its return, including called
+//! functions, but not interrupts, unless a row states otherwise.
 
 use std::fmt;
 
-/// What a figure is measured in.
+/// The unit of a figure.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Unit {
     /// Bytes of flash or RAM.
@@ -21,13 +21,13 @@ pub enum Unit {
 pub struct Row {
     /// Its name in `budgets.toml` and in JSON.
     pub key: &'static str,
-    /// What people read.
+    /// The title in the tables.
     pub title: &'static str,
-    /// What its figure is measured in.
+    /// The unit of its figure.
     pub unit: Unit,
-    /// What exactly is counted.
+    /// What is counted.
     pub counts: &'static str,
-    /// What others need for the same work; may be empty.
+    /// The figures of other implementations for the same work; may be empty.
     pub others: &'static str,
 }
 
@@ -64,7 +64,7 @@ const fn time(key: &'static str, title: &'static str, counts: &'static str) -> R
     row(Unit::Nanoseconds, key, title, counts, "")
 }
 
-/// Every row, in the order of the table. A model need not have all of them.
+/// Every row, in the order of the table. A model may not have all of them.
 pub const ROWS: &[Row] = &[
     bytes(
         "flash",
@@ -80,7 +80,7 @@ pub const ROWS: &[Row] = &[
         Unit::Bytes,
         "flash_protocol",
         "- - node and protocol",
-        "of core, the functions of the modules node, param, and fsc or canopen, with what was inlined there",
+        "part of core: the functions of the modules node, param, and fsc or canopen, including inlined functions",
         "CANopenNode 17656",
     ),
     bytes(
@@ -91,18 +91,18 @@ pub const ROWS: &[Row] = &[
     bytes(
         "flash_libraries",
         "- libraries and HAL",
-        "crates that drive hardware or help",
+        "hardware drivers and other dependencies",
     ),
     bytes(
         "flash_runtime",
         "- runtime",
-        "what comes with the compiler, and the startup code",
+        "the compiler's runtime, and the startup code",
     ),
     bytes("flash_vectors", "- vectors", "the vector table"),
     bytes(
         "flash_constants",
         "- constants",
-        "constants that the compiler has merged or left without a name",
+        "constants that the compiler has merged or that have no name",
     ),
     bytes("flash_padding", "- padding", "gaps that no symbol covers"),
     bytes(
@@ -118,7 +118,7 @@ pub const ROWS: &[Row] = &[
     bytes(
         "ram_driver",
         "- driver",
-        "statics of the firmware's own code, the sensor, the store and the receive queue among them",
+        "statics of the firmware's own code, including the sensor, the store and the receive queue",
     ),
     bytes("ram_libraries", "- libraries and HAL", "statics of crates"),
     bytes(
@@ -130,51 +130,51 @@ pub const ROWS: &[Row] = &[
     bytes(
         "stack",
         "- stack, peak",
-        "from the top of the stack to the lowest value of the stack pointer, interrupts included, in the whole scenario: boot with \
+        "from the top of the stack to the lowest value of the stack pointer, including interrupts, in the complete scenario: boot with \
          blank memory, bit rate detection, every request, cyclic mode, saves with and without the erase of a page, bus-off and \
          recovery, power cycle, LOAD, restart",
     ),
     instructions(
         "idle_poll",
-        "poll that finds nothing to do",
-        "one call of Node::poll while nothing has come and no deadline is due: the median over a quiet 100 ms",
+        "idle poll",
+        "one call of Node::poll without input and without a due deadline: the median over 100 ms",
         "CANopenNode 424, zencan 738",
     ),
     instructions(
         "read_request",
-        "request for the inclination to reply",
+        "inclination request to reply",
         "every call of the node for one request: Node::receive, Node::transmit with the reply and once more without a frame, Node::poll \
-         that finds nothing left to do; the most of 20; what the driver does in between does not count",
+         that returns None; the maximum of 20; without the driver",
         "SDO upload: CANopenNode 905, zencan 1443",
     ),
     instructions(
         "read_reply",
-        "- until the reply is handed out",
-        "of these, Node::receive to the end of the Node::transmit that hands out the reply; the most of 20",
+        "- until the reply is returned",
+        "of these, Node::receive to the end of the Node::transmit that returns the reply; the maximum of 20",
         "",
     ),
     instructions(
         "write_request",
-        "written parameter to reply",
+        "parameter write to reply",
         "the same for a request that writes a parameter (the cyclic time)",
         "",
     ),
     instructions(
         "sync",
         "SYNC to reply",
-        "the same for a synchronous message that is answered with the angles",
+        "the same for a synchronous message whose reply contains the angles",
         "SYNC to TPDO of two 16-bit values: CANopenNode 701, zencan 1254",
     ),
     instructions(
         "sync_reply",
-        "- until the answer is handed out",
-        "of these, Node::receive to the end of the Node::transmit that hands out the answer; the most of 20",
+        "- until the reply is returned",
+        "of these, Node::receive to the end of the Node::transmit that returns the reply; the maximum of 20",
         "",
     ),
     instructions(
         "sample_off",
         "sample, filter off",
-        "Node::sample: calibration, low-pass, angles, and their judgement; the most of 100 samples in many directions",
+        "Node::sample: calibration, low-pass, angles, limit checks; the maximum of 100 samples in many directions",
         "",
     ),
     instructions(
@@ -192,69 +192,69 @@ pub const ROWS: &[Row] = &[
     instructions(
         "sample_fir_10",
         "sample, FIR 10 Hz",
-        "the same with the FIR filter of 10 Hz on three components",
+        "the same with the FIR filter at 10 Hz on three components",
         "",
     ),
-    instructions("sample_fir_5", "sample, FIR 5 Hz", "the same with 5 Hz", ""),
-    instructions("sample_fir_1", "sample, FIR 1 Hz", "the same with 1 Hz", ""),
+    instructions("sample_fir_5", "sample, FIR 5 Hz", "the same at 5 Hz", ""),
+    instructions("sample_fir_1", "sample, FIR 1 Hz", "the same at 1 Hz", ""),
     instructions(
         "sample_fir_half",
         "sample, FIR 0.5 Hz",
-        "the same with 0.5 Hz",
+        "the same at 0.5 Hz",
         "",
     ),
     instructions(
         "calibration",
         "- calibration",
-        "Calibration::apply: offset, gain, cross axes, temperature; the most of all samples",
+        "Calibration::apply: offset, gain, cross axes, temperature; the maximum of all samples",
         "",
     ),
     instructions(
         "step_butterworth",
         "- low-pass, Butterworth",
-        "LowPass::step: order 8 on three components; the most of 100",
+        "LowPass::step: order 8 on three components; the maximum of 100",
         "the sections alone 429",
     ),
     instructions(
         "step_critically_damped",
         "- low-pass, critically damped",
-        "LowPass::step: order 8 on three components; the most of 100",
+        "LowPass::step: order 8 on three components; the maximum of 100",
         "",
     ),
     instructions(
         "step_fir",
         "- low-pass, FIR",
-        "Fir::step: the most of 100 with each frequency",
+        "Fir::step: the maximum of 100 at each frequency",
         "",
     ),
     instructions(
         "perpendicular",
         "- both angles",
-        "definition::perpendicular: both angles of a vector; the most of all samples",
+        "definition::perpendicular: both angles of a vector; the maximum of all samples",
         "",
     ),
     instructions(
         "angle",
         "- per angle",
-        "half of the row before, rounded up",
+        "half of the previous row, rounded up",
         "",
     ),
     instructions(
         "tilt",
         "- tilt",
-        "definition::tilt: one of the angles, of a vector that is normalised; the most of all samples",
+        "definition::tilt: one of the angles, of a normalised vector; the maximum of all samples",
         "",
     ),
     instructions(
         "atan2",
         "- atan2",
-        "Angle::atan2: the most of all samples",
+        "Angle::atan2: the maximum of all samples",
         "65-entry table 56, idsp 122, CORDIC 304, CMSIS-DSP 559, micromath 786, libm atan2f 1400",
     ),
     instructions(
         "tune_butterworth",
         "new cut-off, Butterworth",
-        "LowPass::tune: the coefficients from the frequency, and all states settled at the last output; the most of three frequencies",
+        "LowPass::tune: the coefficients from the frequency, and all states set to the last output; the maximum of three frequencies",
         "coefficients with libm 8613",
     ),
     instructions(
@@ -267,19 +267,19 @@ pub const ROWS: &[Row] = &[
         "save",
         "save",
         "Node::image, Store::save, every Store::step with the flash driver below it, Node::stored: the median of the saves that fill both \
-         pages of blank memory and erase one; while flash is busy the processor stands still, which costs time but no instructions",
+         pages of blank memory and erase one; while flash is busy the processor is stalled, which takes time but no instructions",
         "",
     ),
     instructions(
         "save_most",
-        "save, the dearest",
-        "the most of these: a save into the first place of a page, which is first checked to be blank or erased",
+        "save, worst case",
+        "the maximum of these: a save into the first record of a page, which is first checked to be blank or erased",
         "",
     ),
     instructions(
         "boot",
         "boot",
-        "everything executed, interrupts too, from power-up with a saved bit rate until the first frame is in a mailbox (to 1 us); most \
+        "all executed instructions, including interrupts, from power-up with a saved bit rate until the first frame is in a mailbox (to 1 us); most \
          of it is the wait for the accelerometer to settle",
         "",
     ),
@@ -290,13 +290,13 @@ pub const ROWS: &[Row] = &[
     ),
     time(
         "sync_median",
-        "end of SYNC to answer, median",
-        "from the end of the SYNC frame, its last bit, to the start of the answer on the wire at 1 Mbit/s, the 3 us of intermission \
-         included; the median of 1000 phases, 5 us apart, against the firmware's sampling and ticks, with the dearest filter",
+        "end of SYNC to reply, median",
+        "from the end of the SYNC frame, its last bit, to the start of the reply on the wire at 1 Mbit/s, the 3 us of intermission \
+         included; the median of 1000 phases, 5 us apart, against the firmware's sampling and ticks, with the slowest filter",
     ),
     time(
         "sync_worst",
-        "end of SYNC to answer, worst",
+        "end of SYNC to reply, worst case",
         "the longest of these times",
     ),
 ];
@@ -307,7 +307,7 @@ impl Row {
         ROWS.iter().find(|row| row.key == key)
     }
 
-    /// A figure of this row, as people read it.
+    /// A figure with the unit of this row.
     pub fn show(&self, figure: u64) -> Shown {
         Shown(self.unit, figure)
     }

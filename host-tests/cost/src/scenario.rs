@@ -1,4 +1,4 @@
-//! The standard scenario: everything that a sensor does, once at least, and what it costs.
+//! The standard scenario: it uses every function of a sensor at least once, and measures the cost.
 
 use super::CostError;
 use super::calls::{exchange, median, middle, most, reply, save};
@@ -16,39 +16,39 @@ use stm32_sim::profile::Call;
 /// Figures by the keys of their rows.
 pub type Figures = BTreeMap<&'static str, u64>;
 
-/// SYNC frames whose answers are timed.
+/// SYNC frames whose reply time is measured.
 const PHASES: usize = 1_000;
 
-/// From one SYNC frame to the next. In the 5 ms of the sampling, and in the five ticks of these, every frame comes at another time, 5 us
-/// from its neighbours, and the thousand fill them.
+/// The period of the SYNC frames. Relative to the 5 ms sampling period, with five ticks in it, each of the thousand frames has a
+/// different phase, in steps of 5 us, so that they cover the period.
 const SYNC_PERIOD: Duration = Duration::from_ticks(1_005);
 
-/// Requests of a kind that are counted.
+/// Requests of one type that are counted.
 const REPETITIONS: usize = 20;
 
-/// How long is sampled with each filter: 100 samples.
+/// Sampling time for each filter: 100 samples.
 const SAMPLING: Duration = millis(500);
 
 /// Saves after which both pages must have been full.
 const SAVES: usize = 200;
 
-/// Transmit errors that lead to bus-off: each counts 8, and the state begins above 255 (ISO 11898-1).
+/// Transmit errors that lead to bus-off: each counts 8, and bus-off begins above 255 (ISO 11898-1).
 const ERRORS_TO_BUS_OFF: u32 = 32;
 
-/// What the scenario has found out.
+/// The result of the scenario.
 pub struct Outcome {
     /// The figures.
     pub figures: Figures,
     /// The peak of the stack in bytes.
     pub stack: u64,
-    /// Instructions that have been simulated.
+    /// Simulated instructions.
     pub instructions: u64,
 }
 
 /// Runs the scenario.
 ///
 /// # Errors
-/// The sensor does not do what it should, or a function that is to be measured is not there.
+/// The sensor does not behave as expected, or a measured function is missing.
 pub fn run(subject: Subject, image: Rc<Image>) -> Result<Outcome, CostError> {
     let mut scenario = Scenario {
         rig: Rig::new(subject, image),
@@ -98,7 +98,7 @@ impl Scenario {
         let filters = self.protocol.filters.iter();
         let of_filters = filters.flat_map(|filter| filter.step.into_iter().chain(filter.tune));
         let of_rows = of_filters.chain(self.angles.0.iter().copied());
-        // Each once, though several filters share some.
+        // Each function once, though several filters share some.
         let functions: BTreeSet<&'static str> = of_node
             .into_iter()
             .chain(shared)
@@ -112,7 +112,7 @@ impl Scenario {
     fn play(&mut self) -> Result<(), CostError> {
         self.rig.detect()?;
         for message in self.protocol.preparation {
-            self.rig.ask(*message)?;
+            self.rig.request(*message)?;
         }
         self.quiet()?;
         self.requests()?;
@@ -120,20 +120,20 @@ impl Scenario {
         self.sync()?;
         self.cyclic()?;
         for message in self.protocol.set_up {
-            self.rig.ask(*message)?;
+            self.rig.request(*message)?;
         }
         self.saves()?;
         self.boot()?;
         self.bus_off()?;
-        self.rig.ask(self.protocol.load)?;
-        self.rig.tell(self.protocol.restart);
+        self.rig.request(self.protocol.load)?;
+        self.rig.send(self.protocol.restart);
         self.rig.run(millis(50));
         self.rig.detect()
     }
 
-    /// Nothing comes.
+    /// Measures without any input.
     fn quiet(&mut self) -> Result<(), CostError> {
-        // Until the LEDs are steady.
+        // Waits until the LEDs are steady.
         self.rig.run(millis(500));
         self.rig.take_calls();
         self.rig.run(millis(100));
@@ -152,28 +152,28 @@ impl Scenario {
             ("write_request", None, write),
             ("sync", Some("sync_reply"), sync),
         ] {
-            let (whole, until_reply) = self.exchange(message)?;
-            self.figures.insert(row, whole);
+            let (total, until_reply) = self.exchange(message)?;
+            self.figures.insert(row, total);
             self.figures.extend(reply_row.map(|row| (row, until_reply)));
         }
         for message in self.protocol.others {
-            self.rig.ask(*message)?;
+            self.rig.request(*message)?;
         }
         Ok(())
     }
 
-    /// The most that core needs for this message, and until the reply to it is handed out.
+    /// The maximum for this message: all instructions in core, and those until its reply is returned.
     fn exchange(&mut self, message: Message) -> Result<(u64, u64), CostError> {
-        let (mut whole, mut until_reply) = (0, 0);
+        let (mut total, mut until_reply) = (0, 0);
         for _ in 0..REPETITIONS {
-            let calls = self.rig.ask(message)?;
-            whole = whole.max(exchange(&calls, &NODE)?);
+            let calls = self.rig.request(message)?;
+            total = total.max(exchange(&calls, &NODE)?);
             until_reply = until_reply.max(reply(&calls, &NODE)?);
         }
-        Ok((whole, until_reply))
+        Ok((total, until_reply))
     }
 
-    /// Each filter in turn.
+    /// Measures each filter.
     fn samples(&mut self) -> Result<(), CostError> {
         for filter in self.protocol.filters {
             self.filter(filter)?;
@@ -189,11 +189,11 @@ impl Scenario {
         Ok(())
     }
 
-    /// Sets a filter, the last of the settings at the end, and takes samples.
+    /// Sets a filter, with the measured setting last, and takes samples.
     fn filter(&mut self, filter: &Filter) -> Result<(), CostError> {
         let mut tuned = Vec::new();
         for setting in filter.settings {
-            tuned.extend(self.rig.ask(*setting)?);
+            tuned.extend(self.rig.request(*setting)?);
         }
         self.rig.run(millis(20));
         self.rig.take_calls();
@@ -204,26 +204,26 @@ impl Scenario {
         for (part, calls) in [(filter.step, &calls), (filter.tune, &tuned)] {
             if let Some((row, function)) = part {
                 let figure = most(calls, function)?;
-                let dearest = self.figures.entry(row).or_default();
-                *dearest = figure.max(*dearest);
+                let most = self.figures.entry(row).or_default();
+                *most = figure.max(*most);
             }
         }
         self.samples.extend(calls);
         Ok(())
     }
 
-    /// SYNC frames at every phase of the firmware's periods.
+    /// Sends SYNC frames at every phase of the periods of the firmware.
     fn sync(&mut self) -> Result<(), CostError> {
         let Protocol {
             sync,
-            dearest_filter,
+            slowest_filter,
             ..
         } = *self.protocol;
-        // An answer waits for a sample that is under way.
-        self.rig.ask(dearest_filter)?;
+        // A reply waits for a sample that is being processed.
+        self.rig.request(slowest_filter)?;
         self.rig.bus().take_log();
         for _ in 0..PHASES {
-            self.rig.tell(sync);
+            self.rig.send(sync);
             self.rig.run(SYNC_PERIOD);
         }
         let own = self.rig.source();
@@ -238,7 +238,7 @@ impl Scenario {
             let answered = times.len();
             return Err(self
                 .rig
-                .silent(format!("SYNC: {answered} of {PHASES} were answered")));
+                .silent(format!("SYNC: only {answered} replies to {PHASES} frames")));
         }
         times.sort_unstable();
         for (row, time) in [
@@ -252,15 +252,15 @@ impl Scenario {
 
     fn cyclic(&mut self) -> Result<(), CostError> {
         for message in self.protocol.cyclic {
-            self.rig.ask(*message)?;
+            self.rig.request(*message)?;
         }
         self.rig
-            .hear(10, millis(500), || "cyclic mode".to_owned())?;
-        self.rig.ask(self.protocol.not_cyclic)?;
+            .receive(10, millis(500), || "cyclic mode".to_owned())?;
+        self.rig.request(self.protocol.not_cyclic)?;
         Ok(())
     }
 
-    /// Saves until a page has to be erased.
+    /// Saves until a page must be erased.
     fn saves(&mut self) -> Result<(), CostError> {
         let before = self.rig.erased();
         let mut figures = Vec::new();
@@ -268,7 +268,7 @@ impl Scenario {
             if figures.len() == SAVES {
                 return Err(CostError::NeverHappened("the erase of a page"));
             }
-            let calls = self.rig.ask(self.protocol.save)?;
+            let calls = self.rig.request(self.protocol.save)?;
             figures.push(save(&calls, &NODE)?);
         }
         let most = figures.iter().copied().max().unwrap_or_default();
@@ -278,7 +278,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Power-up with the bit rate that has been saved.
+    /// Measures a power-up with the saved bit rate.
     fn boot(&mut self) -> Result<(), CostError> {
         let instructions = |rig: &Rig| rig.controller().core().instructions();
         let (start, before) = (self.rig.bus().now(), instructions(&self.rig));
@@ -293,7 +293,7 @@ impl Scenario {
         let figure = instructions(&self.rig) - before;
         self.figures.insert("boot", figure);
         self.rig
-            .hear(self.protocol.boot_up, millis(100), || "boot-up".to_owned())?;
+            .receive(self.protocol.boot_up, millis(100), || "boot-up".to_owned())?;
         let log = self.rig.bus().take_log();
         let first = log
             .first()
@@ -303,11 +303,11 @@ impl Scenario {
         Ok(())
     }
 
-    /// Off the bus, and back on it.
+    /// Forces bus-off and waits for the recovery.
     fn bus_off(&mut self) -> Result<(), CostError> {
         let own = self.rig.source();
         self.rig.bus().corrupt(ERRORS_TO_BUS_OFF, Some(own));
-        self.rig.tell(self.protocol.read);
+        self.rig.send(self.protocol.read);
         let mut was_off = false;
         for _ in 0..1_000 {
             self.rig.run(Duration::from_ticks(20));
@@ -316,12 +316,12 @@ impl Scenario {
         if !was_off {
             return Err(CostError::NeverHappened("bus-off"));
         }
-        self.rig.ask(self.protocol.read)?;
+        self.rig.request(self.protocol.read)?;
         Ok(())
     }
 }
 
-/// A microsecond of the bus in its own unit.
+/// A bus time in picoseconds.
 fn picoseconds(at: Instant) -> Picoseconds {
     at.ticks() * 1_000_000
 }

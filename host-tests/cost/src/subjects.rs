@@ -1,4 +1,4 @@
-//! What is measured: the products, the messages of their protocol, and the functions in their images.
+//! The measured products, the messages of their protocol, and the functions in their images.
 
 use super::function::{Angles, FIR_STEP, STEP, TUNE};
 use bench::BusRate;
@@ -10,56 +10,56 @@ use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, with};
 pub struct Message(pub u16, pub &'static [u8]);
 
 impl Message {
-    /// As a frame.
+    /// The message as a frame.
     ///
     /// # Panics
-    /// With an identifier or data that no frame has; these are constants.
+    /// An invalid identifier or data length; messages are constants.
     pub fn frame(self) -> Frame {
         Frame::data(standard(self.0), self.1).expect("at most eight bytes")
     }
 }
 
-/// A setting of the low-pass, and the rows that it fills.
+/// A filter setting, and the rows that it fills.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
-    /// What sets it, with different frequencies. Samples are counted with the last one.
+    /// The messages that set it, with different frequencies. Samples are counted with the last one.
     pub settings: &'static [Message],
     /// The row of its samples.
     pub sample: &'static str,
     /// The row of one step of the low-pass, and its function.
     pub step: Option<(&'static str, &'static str)>,
-    /// The row of the setting, and its function.
+    /// The row of a change of the setting, and its function.
     pub tune: Option<(&'static str, &'static str)>,
 }
 
-/// What the scenario says in a protocol. Each of these messages is answered by one frame, if nothing else is said.
+/// The messages of the scenario in a protocol. Each of them has a reply of one frame, unless stated otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Protocol {
     /// The path of its code in core.
     pub module: &'static str,
-    /// The bit rate of the wire; 1 Mbit/s when the preparation is over.
+    /// The bit rate of the wire; 1 Mbit/s after the preparation.
     pub bus: BusRate,
-    /// What makes a sensor with blank memory answer a synchronous message with one frame.
+    /// Messages after which a sensor with blank memory answers a synchronous message with one frame.
     pub preparation: &'static [Message],
     /// Boot-up messages after each start.
     pub boot_up: usize,
-    /// Asks for the inclination.
+    /// Requests the inclination.
     pub read: Message,
     /// Writes a parameter.
     pub write: Message,
-    /// Is answered with the angles, synchronously.
+    /// A synchronous message, whose reply contains the angles.
     pub sync: Message,
     /// Each filter.
     pub filters: &'static [Filter],
-    /// Sets the dearest of them.
-    pub dearest_filter: Message,
-    /// Every other request that is there.
+    /// Sets the filter with the longest computing time.
+    pub slowest_filter: Message,
+    /// All other requests of the protocol.
     pub others: &'static [Message],
-    /// Cyclic mode on.
+    /// Switches cyclic mode on.
     pub cyclic: &'static [Message],
-    /// Cyclic mode off.
+    /// Switches cyclic mode off.
     pub not_cyclic: Message,
-    /// What the sensor needs to start at 1 Mbit/s and to recover from bus-off, and what is to go on while it saves.
+    /// Settings for a start at 1 Mbit/s, recovery from bus-off, and the activity during a save.
     pub set_up: &'static [Message],
     /// Saves the parameters.
     pub save: Message,
@@ -69,14 +69,14 @@ pub struct Protocol {
     pub restart: Message,
 }
 
-/// A product that is measured.
+/// A measured product.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject {
     /// Its name, and that of its image.
     pub name: &'static str,
-    /// What it speaks.
+    /// Its protocol.
     pub protocol: &'static Protocol,
-    /// The functions that make its angles.
+    /// The functions that calculate its angles.
     pub angles: Angles,
 }
 
@@ -109,19 +109,19 @@ pub fn find(name: &str) -> Option<Subject> {
     catalog::find(name).map(Subject::from)
 }
 
-/// A request on the factory's Set-Parameter-ID.
+/// A request with the factory's Set-Parameter-ID.
 const fn request(data: &'static [u8]) -> Message {
     Message(0x300, data)
 }
 
-/// The Butterworth filter with 0.1 Hz.
+/// The Butterworth filter at 0.1 Hz.
 const BUTTERWORTH: Message = request(&[0x27, 0x64, 0x00, 1]);
 
-/// GEMAC's function select codes (table 17 of the manual). One axis refuses the writes of two bytes to its second angle, which
-/// is an answer too.
+/// GEMAC's function select codes (table 17 of the manual). A one-axis product refuses the two writes to its second angle; this is
+/// also a reply.
 const FSC: Protocol = Protocol {
     module: "plumbline::fsc::",
-    // The sensor detects it.
+    // The sensor detects the bit rate.
     bus: BusRate::Fixed(BitRate::M1),
     preparation: &[],
     boot_up: 2,
@@ -136,7 +136,7 @@ const FSC: Protocol = Protocol {
             step: None,
             tune: None,
         },
-        // 0.1 Hz, 25 Hz, and 2 Hz, with which the samples are measured.
+        // 0.1 Hz, 25 Hz, and 2 Hz, at which the samples are measured.
         Filter {
             settings: &[
                 BUTTERWORTH,
@@ -159,7 +159,7 @@ const FSC: Protocol = Protocol {
             tune: Some(("tune_critically_damped", TUNE)),
         },
     ],
-    dearest_filter: BUTTERWORTH,
+    slowest_filter: BUTTERWORTH,
     others: &[
         request(&[0x02]),
         request(&[0x03]),
@@ -183,7 +183,7 @@ const FSC: Protocol = Protocol {
         request(&[0x28, 0x64, 0x00]),
         request(&[0x29, 0x64, 0x00]),
         request(&[0xFF]),
-        // A code that there is not.
+        // An unknown code.
         request(&[0x77]),
     ],
     cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
@@ -194,7 +194,7 @@ const FSC: Protocol = Protocol {
     restart: request(&[0xFF, b'R', b'E', b'S', b'E', b'T']),
 };
 
-/// An SDO request to the JN2101's factory node id.
+/// An SDO request to the factory node id of the JN2101.
 const fn sdo(data: &'static [u8; 8]) -> Message {
     Message(0x60A, data)
 }
@@ -202,7 +202,7 @@ const fn sdo(data: &'static [u8; 8]) -> Message {
 /// "save" to 1010h:01.
 const SAVE: Message = sdo(b"\x23\x10\x10\x01save");
 
-/// The FIR filter with 10 Hz (2043h).
+/// The FIR filter at 10 Hz (2043h).
 const TEN_HERTZ: Message = sdo(&[0x2F, 0x43, 0x20, 0, 1, 0, 0, 0]);
 
 const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
@@ -214,7 +214,7 @@ const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
     }
 }
 
-/// CANopen with the JN2101's objects (14 of its manual).
+/// CANopen with the objects of the JN2101 (section 14 of its manual).
 const CANOPEN: Protocol = Protocol {
     module: "plumbline::canopen::",
     bus: BusRate::Follow,
@@ -223,17 +223,17 @@ const CANOPEN: Protocol = Protocol {
         sdo(&[0x2B, 0x01, 0x20, 0, 0xE8, 0x03, 0, 0]),
         // Operational after each boot-up message.
         sdo(&[0x23, 0x80, 0x1F, 0, 8, 0, 0, 0]),
-        // The second TPDO by its timer only, which is off.
+        // The second TPDO by its timer only, which is switched off.
         sdo(&[0x2B, 0x01, 0x18, 5, 0, 0, 0, 0]),
         sdo(&[0x2F, 0x01, 0x18, 2, 254, 0, 0, 0]),
         SAVE,
-        // Reset node: both are in force.
+        // Reset node, after which both settings are in effect.
         Message(0x000, &[0x81, 0]),
     ],
     boot_up: 1,
     // Longitudinal, 16 bits.
     read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
-    // The first TPDO's timer, 20 ms; it counts in another type only.
+    // The timer of the first TPDO, 20 ms; it is effective only with another transmission type.
     write: sdo(&[0x2B, 0x00, 0x18, 5, 20, 0, 0, 0]),
     sync: Message(0x080, &[]),
     filters: &[
@@ -251,7 +251,7 @@ const CANOPEN: Protocol = Protocol {
             "sample_fir_half",
         ),
     ],
-    dearest_filter: TEN_HERTZ,
+    slowest_filter: TEN_HERTZ,
     others: &[
         sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
         sdo(&[0x40, 0x01, 0x10, 0, 0, 0, 0, 0]),
@@ -264,7 +264,7 @@ const CANOPEN: Protocol = Protocol {
         sdo(&[0x40, 0x20, 0x61, 0, 0, 0, 0, 0]),
         sdo(&[0x40, 0x80, 0x40, 0, 0, 0, 0, 0]),
         sdo(&[0x40, 0x81, 0x40, 0, 0, 0, 0, 0]),
-        // The programming key, in segments; the last request comes when there is no more.
+        // The programming key, in segments; the last request is beyond its end.
         sdo(&[0x40, 0x00, 0x30, 0, 0, 0, 0, 0]),
         sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
         sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
@@ -281,7 +281,7 @@ const CANOPEN: Protocol = Protocol {
         sdo(&[0x2F, 0x45, 0x20, 0, 1, 0, 0, 0]),
         sdo(&[0x2F, 0x41, 0x20, 0, 0, 0, 0, 0]),
         sdo(&[0x2F, 0x41, 0x20, 0, 1, 0, 0, 0]),
-        // Every other angle definition, and the factory's.
+        // All other angle definitions, then that of the factory.
         sdo(&[0x2F, 0x44, 0x20, 0, 1, 0, 0, 0]),
         sdo(&[0x2F, 0x44, 0x20, 0, 2, 0, 0, 0]),
         sdo(&[0x2F, 0x44, 0x20, 0, 3, 0, 0, 0]),
@@ -293,7 +293,7 @@ const CANOPEN: Protocol = Protocol {
         sdo(&[0x2F, 0x46, 0x20, 0, 2, 0, 0, 0]),
         // Heartbeat, off.
         sdo(&[0x2B, 0x17, 0x10, 0, 0, 0, 0, 0]),
-        // An object that there is not.
+        // An object that does not exist.
         sdo(&[0x40, 0x77, 0x77, 0, 0, 0, 0, 0]),
     ],
     // The first TPDO every 5 ms.
@@ -302,7 +302,7 @@ const CANOPEN: Protocol = Protocol {
         sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),
     ],
     not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
-    // The self-test, which goes on during the saves.
+    // The self-test, which runs during the saves.
     set_up: &[sdo(&[0x2F, 0x04, 0x40, 1, 1, 0, 0, 0])],
     save: SAVE,
     load: sdo(b"\x23\x11\x10\x01load"),

@@ -6,7 +6,7 @@ use super::rows::{ROWS, Row, Unit};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
-/// What is said above the tables: under which conditions the figures hold.
+/// The text above the tables: the conditions of the figures.
 pub const CONDITIONS: &str = "Instructions are exact. Times are those of the simulated microcontroller at 64 MHz with one cycle for each instruction; \
      these are not the cycles of the real part, which needs more.";
 
@@ -78,7 +78,7 @@ fn title(row: &Row) -> String {
     }
 }
 
-/// The models with their figures, budgets and what is counted.
+/// The models with their figures, budgets and definitions of the rows.
 pub fn json(reports: &[Report], budgets: &Budgets) -> Value {
     let model = |report: &Report| {
         let rows: Vec<Value> = report
@@ -111,14 +111,14 @@ fn unit(row: &Row) -> &'static str {
     }
 }
 
-/// Whether two tables say the same: the same words, and numbers that differ by no more than `percent` of the second one's. The first line
-/// that does not agree is the error.
+/// Checks that two tables agree: the same words, and numbers that differ by no more than `percent` of the second one. The error
+/// is the first line that differs.
 ///
 /// # Errors
 /// The lines that differ.
 pub fn agree(written: &str, measured: &str, percent: f64) -> Result<(), String> {
     if written.lines().count() != measured.lines().count() {
-        return Err("there are other rows".to_owned());
+        return Err("the tables have different rows".to_owned());
     }
     let differs = |(written, measured): &(&str, &str)| !lines_agree(written, measured, percent);
     match written.lines().zip(measured.lines()).find(differs) {
@@ -156,7 +156,7 @@ mod tests {
     }
 
     #[test]
-    fn markdown_has_a_column_per_model_and_leaves_out_what_is_nowhere() {
+    fn markdown_has_a_column_per_model_and_omits_unused_rows() {
         let reports = [
             report(
                 "is2",
@@ -171,9 +171,9 @@ mod tests {
 | what | `is2` | `is1` | others |
 |---|---|---|---|
 | flash | 18000 B | 17000 B | |
-| poll that finds nothing to do, instructions | 20 | | CANopenNode 424, zencan 738 |
+| idle poll, instructions | 20 | | CANopenNode 424, zencan 738 |
 | - atan2, instructions | | 50 | 65-entry table 56, idsp 122, CORDIC 304, CMSIS-DSP 559, micromath 786, libm atan2f 1400 |
-| end of SYNC to answer, worst | | 12.35 us | |
+| end of SYNC to reply, worst case | | 12.35 us | |
 ";
         assert_eq!(markdown(&reports), expected);
     }
@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_are_shown_with_their_units() {
+    fn figures_are_shown_with_units() {
         let show = |key: &str, figure| Row::find(key).unwrap().show(figure).to_string();
         assert_eq!(show("flash", 20_480), "20480 B");
         assert_eq!(show("sync", 420), "420");
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn tables_agree_within_some_percent() {
+    fn tables_agree_within_tolerance() {
         let table = "| flash | 1000 B |\n| atan2 | 50 | table 56 |\n";
         for (written, agrees) in [
             (table, true),

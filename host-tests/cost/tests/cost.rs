@@ -23,7 +23,7 @@ const TOLERANCE: f64 = 10.0;
 static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
     LazyLock::new(|| firmware::build().unwrap_or_else(|error| panic!("{error}")));
 
-/// One run of the scenario for each model, for all tests.
+/// One run of the scenario for each model, shared by all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
     let report = |subject: Subject| measure(subject, image(subject.name));
     let reports: Result<_, CostError> = subjects::all().into_iter().map(report).collect();
@@ -36,8 +36,8 @@ fn image(model: &str) -> Rc<Image> {
 }
 
 #[test]
-fn every_figure_keeps_to_its_budget() {
-    let budgets = Budgets::of_the_project().expect("the file is whole");
+fn every_figure_is_within_its_budget() {
+    let budgets = Budgets::of_the_project().expect("the file is valid");
     let complaints: Vec<String> = REPORTS
         .iter()
         .flat_map(|report| budgets.check(report))
@@ -48,7 +48,7 @@ fn every_figure_keeps_to_its_budget() {
 
 #[test]
 fn every_model_with_budgets_is_measured() {
-    let budgets = Budgets::of_the_project().expect("the file is whole");
+    let budgets = Budgets::of_the_project().expect("the file is valid");
     let subjects = subjects::all();
     let measured: BTreeSet<&str> = subjects.iter().map(|subject| subject.name).collect();
     assert_eq!(budgets.models().collect::<BTreeSet<_>>(), measured);
@@ -83,7 +83,7 @@ fn readme_of_the_project_has_the_measured_figures_of_is2() {
 
 /// One axis has no perpendicular angles, so its image lacks their function.
 #[test]
-fn a_function_that_is_not_there_is_an_error_with_its_name() {
+fn missing_function_is_an_error_with_its_name() {
     let two_axes = subjects::find("is2").expect("there is an is2");
     let wrong = Subject {
         name: "is1",

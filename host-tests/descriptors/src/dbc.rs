@@ -1,7 +1,7 @@
-//! A CAN database (DBC) of a product that speaks FSC, written from its tables.
+//! A CAN database (DBC) of an FSC product, generated from its tables.
 //!
 //! Requests and replies are one message each, multiplexed by the function select code in byte 0. Identifiers are the factory
-//! ones. Replies are shorter than 8 bytes where the function has less to say.
+//! values. A reply is shorter than 8 bytes if the function has fewer data.
 
 use crate::number::Number;
 use plumbline::fsc::table::{Access, Field, Operation, Source};
@@ -10,7 +10,7 @@ use plumbline::model::listing::fsc::Tables;
 use plumbline::param::{Meaning, ParameterId};
 use std::fmt::Write;
 
-/// Where the sensor's data begin in a request and in a reply.
+/// The first data byte of a request and of a reply.
 const REQUEST_DATA: u8 = 1;
 const REPLY_DATA: u8 = 2;
 
@@ -31,7 +31,7 @@ pub fn dbc(product: &Product, tables: &Tables) -> String {
         request_codes.push((u32::from(function.code), function.name.to_owned()));
         if !function.signature.is_empty() {
             let name = identifier(function.name) + "Signature";
-            // A signature is a number too; the last byte of RESET does not fit into 32 bits and DBC has up to 64.
+            // A signature is also a number; the last byte of RESET is beyond 32 bits, and a DBC signal has up to 64 bits.
             let bits = function.signature.len() * 8;
             let code = function.code;
             let line = format!(" SG_ {name} m{code} : 8|{bits}@1+ (1,0) [0|0] \"\" Sensor");
@@ -87,7 +87,7 @@ fn number(field: &Field, product: &Product, tables: &Tables) -> Number {
     let number = match field.source {
         Source::Parameter(id) => Number::from(&product.parameters[usize::from(id.0)]),
         Source::Value(id) => Number::from(&product.quantities[usize::from(id.0)]),
-        // An identifier, as its parameter is.
+        // An identifier, with the description of its parameter.
         Source::ActiveSetId => {
             Number::from(&product.parameters[usize::from(tables.roles.set_id.0)])
         }
@@ -104,7 +104,7 @@ fn number(field: &Field, product: &Product, tables: &Tables) -> Number {
     Number { name, ..number }
 }
 
-/// A name as one identifier: `Set-Parameter-ID` becomes `SetParameterID`.
+/// A name as an identifier: `Set-Parameter-ID` becomes `SetParameterID`.
 fn identifier(name: &str) -> String {
     name.split([' ', '-']).map(capitalised).collect()
 }
@@ -128,7 +128,7 @@ fn multiplexor(text: &mut String, receiver: &str) {
     writeln!(text, " SG_ FSC M : 0|8@1+ (1,0) [0|255] \"\" {receiver}").unwrap();
 }
 
-/// The numbers of one code, from byte `start` on.
+/// The signals of one code, starting at byte `start`.
 fn signals(text: &mut String, code: u8, start: u8, numbers: &[Number], receiver: &str) {
     let mut bit = u32::from(start) * 8;
     for number in numbers {
@@ -210,7 +210,7 @@ mod tests {
     }
 
     #[test]
-    fn the_angles_stand_where_tables_21_and_22_say() {
+    fn angles_have_positions_of_tables_21_and_22() {
         let two = database("is2");
         assert!(two.contains("SG_ AngleX m0 : 16|16@1- (0.01,0) [-90.00|90.00] \"deg\" Master"));
         assert!(two.contains("SG_ AngleY m0 : 32|16@1- (0.01,0) [-90.00|90.00] \"deg\" Master"));
@@ -222,7 +222,7 @@ mod tests {
     }
 
     #[test]
-    fn the_filter_parameter_has_two_signals() {
+    fn filter_parameter_has_two_signals() {
         let text = database("is2");
         assert!(
             text.contains("SG_ CutOffFrequency m39 : 8|16@1+ (1,0) [100|25000] \"mHz\" Sensor")

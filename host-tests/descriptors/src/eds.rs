@@ -1,8 +1,8 @@
-//! An Electronic Data Sheet (CiA 306) of a product that speaks CANopen, written from its object dictionary.
+//! An Electronic Data Sheet (CiA 306) of a CANopen product, generated from its object dictionary.
 //!
-//! Every object has a section of its own, and so has every sub-index; comments in front of them name unit and permitted values,
-//! for which CiA 306 has no entries. Two things are left out on purpose: the factory value of a composed text (the programming
-//! key), because a tool that writes factory values would overwrite with it what it has just set; and values that are measured.
+//! Every object and every sub-index has its own section. Comments before the sections state unit and permitted values, for which
+//! CiA 306 has no entries. Two kinds of values are omitted: measured values; and the factory value of a composed text (the
+//! programming key), because a tool that writes factory values would overwrite settings that it has just written.
 
 use crate::objects::Described;
 use plumbline::canopen::dictionary::{Access, Object, Target};
@@ -11,15 +11,15 @@ use plumbline::model::listing::canopen::Tables;
 use plumbline::param::DataType;
 use std::fmt::Write;
 
-/// CiA 306 wants dates; they are fixed, so that the same table always gives the same file.
+/// CiA 306 requires a date and a time; they are fixed, so that the same table always gives the same file.
 const TIME: &str = "12:00PM";
 /// Month, day, year.
 const DATE: &str = "11-21-2026";
 
-/// The bit rates that CiA 306 names, in kbit/s.
+/// The bit rates of CiA 306, in kbit/s.
 const BIT_RATES: [u32; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 
-/// The objects that every CANopen device has (CiA 301, 7.5.1).
+/// The mandatory objects of a CANopen device (CiA 301, 7.5.1).
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
 
 /// The data sheet of a product.
@@ -56,7 +56,7 @@ pub fn eds(product: &Product, tables: &Tables) -> String {
     for rows in &objects {
         object(&mut text, rows);
     }
-    // Sections are parted by one empty line; none is left behind the last.
+    // One empty line separates sections; there is none after the last.
     text.trim_end().replace('\n', "\r\n") + "\r\n"
 }
 
@@ -129,7 +129,7 @@ fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[D
     end(text);
 }
 
-/// Fixed mapping needs no dummies.
+/// Fixed mapping requires no dummy entries.
 fn dummy_usage(text: &mut String) {
     section(text, "DummyUsage");
     for data_type in 1..=7 {
@@ -163,7 +163,7 @@ fn list(text: &mut String, name: &str, indices: impl Iterator<Item = u16>) {
     end(text);
 }
 
-/// The sections of an object: one for a variable, else one for the whole and one for each sub-index.
+/// The sections of an object: one for a variable, otherwise one for the object and one for each sub-index.
 fn object(text: &mut String, rows: &[Described]) {
     let [first, ..] = rows else { return };
     let Object { index, group, .. } = *first.object;
@@ -213,7 +213,7 @@ fn variable(text: &mut String, name: &str, parameter: &str, described: &Describe
     end(text);
 }
 
-/// ARRAY or RECORD: the objects of CiA 301 are what it says (7.5.2), all others are records.
+/// ARRAY or RECORD: as defined for the objects of CiA 301 (7.5.2); all others are records.
 fn object_type(index: u16) -> &'static str {
     match index {
         0x1003 | 0x1010 | 0x1011 | 0x1029 => "0x8",
@@ -255,7 +255,7 @@ fn default(described: &Described) -> Option<String> {
     })
 }
 
-/// UNSIGNED32 in hexadecimal, because most of them are identifiers, signatures and bit fields.
+/// UNSIGNED32 is written in hexadecimal, because most values are identifiers, signatures and bit fields.
 fn number(data_type: DataType, number: i64) -> String {
     match data_type {
         DataType::U32 => format!("0x{number:X}"),
@@ -263,7 +263,7 @@ fn number(data_type: DataType, number: i64) -> String {
     }
 }
 
-/// The number that an object always has; 0 when it has none.
+/// The constant value of an object; 0 when it has none.
 fn constant(objects: &[Object], index: u16, sub: u8) -> u32 {
     let at = |row: &&Object| (row.index, row.sub) == (index, sub);
     match objects.iter().find(at).map(|row| row.target) {
@@ -272,7 +272,7 @@ fn constant(objects: &[Object], index: u16, sub: u8) -> u32 {
     }
 }
 
-/// The name of the device, as it tells it itself (1008h).
+/// The name of the device in 1008h.
 fn designation(objects: &[Object]) -> &'static str {
     let row = objects.iter().find(|row| row.index == 0x1008);
     match row.map(|row| row.target) {
@@ -292,7 +292,7 @@ mod tests {
     }
 
     #[test]
-    fn all_bit_rates_of_the_manual_are_offered() {
+    fn eds_has_all_bit_rates_of_manual() {
         let text = jn2101();
         for rate in BIT_RATES {
             assert!(text.contains(&format!("BaudRate_{rate}=1\n")), "{rate}");
@@ -300,21 +300,21 @@ mod tests {
     }
 
     #[test]
-    fn the_mapping_is_fixed_and_there_is_no_lss() {
+    fn eds_has_fixed_mapping_and_no_lss() {
         let text = jn2101();
         assert!(text.contains("Granularity=0\n"));
         assert!(text.contains("NrOfRXPDO=0\nNrOfTXPDO=2\nLSS_Supported=0\n"));
     }
 
     #[test]
-    fn sections_of_sub_indices_are_hexadecimal() {
+    fn sub_index_sections_are_hexadecimal() {
         let text = jn2101();
         assert!(text.contains("[1003sub32]\nParameterName=Error code 50\n"));
         assert!(!text.contains("[1003sub33]"));
     }
 
     #[test]
-    fn an_object_tells_unit_and_values_in_front_of_its_section() {
+    fn comment_before_section_has_unit_and_values() {
         let expected = "; unit: 0.001 deg\n; values: 1, 10, 100, 1000\n[6000]\nParameterName=Resolution\nObjectType=0x7\n\
             DataType=0x0006\nAccessType=rw\nDefaultValue=10\nLowLimit=1\nHighLimit=1000\nPDOMapping=0\n";
         assert!(jn2101().contains(expected));

@@ -1,4 +1,4 @@
-//! Descriptions of the products for other tools and for people, written from the products' own tables.
+//! Descriptions of the products for tools and documents, generated from the tables of the products.
 
 mod dbc;
 mod eds;
@@ -16,7 +16,7 @@ use plumbline::model::catalog::{Product, Protocol};
 pub struct File {
     /// Its name, for example `is2.dbc`.
     pub name: String,
-    /// What is in it.
+    /// Its content.
     pub text: String,
 }
 

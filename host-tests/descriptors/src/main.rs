@@ -1,4 +1,4 @@
-//! Writes descriptions of the products for other tools: a CAN database (DBC) or an Electronic Data Sheet (EDS) of each.
+//! Writes descriptions of the products for other tools: a CAN database (DBC) or an Electronic Data Sheet (EDS) for each.
 
 use clap::Parser;
 use descriptors::describe;
@@ -6,7 +6,7 @@ use plumbline::model::catalog::PRODUCTS;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Writes the description of every product, from its own tables, as PRODUCT.dbc or PRODUCT.eds
+/// Writes the description of every product as PRODUCT.dbc or PRODUCT.eds
 #[derive(Parser)]
 struct Options {
     /// Folder to write to; it is created if it does not exist

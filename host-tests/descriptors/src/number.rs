@@ -1,4 +1,4 @@
-//! A number of a product as people and tools see it: name, type, unit, limits, names of values.
+//! The description of a number of a product: name, type, unit, limits, names of values.
 
 use plumbline::param::{DataType, Meaning, Parameter, Permitted, Quantity};
 
@@ -8,15 +8,15 @@ pub struct Number {
     pub name: &'static str,
     pub data_type: DataType,
     pub unit: &'static str,
-    /// Digits behind the decimal point.
+    /// Digits after the decimal point.
     pub decimals: u8,
-    /// The lowest and the highest number.
+    /// The lowest and the highest value.
     pub limits: (i64, i64),
     pub meanings: &'static [Meaning],
 }
 
 impl Number {
-    /// Any number of this type.
+    /// A number with the full range of this type.
     pub fn any(name: &'static str, data_type: DataType) -> Self {
         Self {
             name,
@@ -28,7 +28,7 @@ impl Number {
         }
     }
 
-    /// A number as the value that it stands for, for example -9000 with two decimals as `-90.00`.
+    /// The displayed value of a number, for example `-90.00` for -9000 with two decimals.
     pub fn value(&self, number: i64) -> String {
         let decimals = usize::from(self.decimals);
         let value = number as f64 / 10f64.powi(self.decimals.into());
@@ -68,7 +68,7 @@ impl From<&Quantity> for Number {
     }
 }
 
-/// The lowest and the highest number that a parameter takes.
+/// The lowest and the highest permitted value of a parameter.
 fn limits(parameter: &Parameter) -> (i64, i64) {
     let ends = |numbers: &mut dyn Iterator<Item = u32>| {
         let numbers: Vec<u32> = numbers.collect();
@@ -85,14 +85,14 @@ fn limits(parameter: &Parameter) -> (i64, i64) {
         Permitted::OneOf(list) => ends(&mut list.iter().copied()),
         Permitted::Ranges(ranges) => {
             let (low, high) = ends(&mut ranges.ranges.iter().flat_map(|(low, high)| [*low, *high]));
-            // With the bits that do not count.
+            // Including the ignored bits.
             let counted = u32::MAX >> ranges.ignored_bits;
             (low, high | i64::from(!counted))
         }
     }
 }
 
-/// The numbers that a parameter takes, in words; empty when the type or the names of the numbers say it.
+/// The permitted values as text; empty when the type or the names of the values define them.
 pub fn permitted(parameter: &Parameter) -> String {
     match parameter.permitted {
         Permitted::Any | Permitted::Named => String::new(),
@@ -113,7 +113,7 @@ pub fn permitted(parameter: &Parameter) -> String {
     }
 }
 
-/// The names of numbers, for example `0 = off, 1 = on`.
+/// The names of values, for example `0 = off, 1 = on`.
 pub fn named(meanings: &[Meaning]) -> String {
     let names: Vec<String> = meanings
         .iter()

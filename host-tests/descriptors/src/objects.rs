@@ -1,11 +1,11 @@
-//! An object of a CANopen product as people and tools see it: name, unit, permitted values, limits and factory value as text.
+//! The description of a CANopen object as text: name, unit, permitted values, limits and factory value.
 
 use super::number::{Number, named, permitted};
 use plumbline::canopen::dictionary::{Object, Service, Target};
 use plumbline::model::catalog::Product;
 use plumbline::param::{DataType, Parameter, Permitted, Persistence};
 
-/// An object with what the tables of its product say of it.
+/// An object with its description in the tables of the product.
 #[derive(Clone, Copy, Debug)]
 pub struct Described<'a> {
     pub object: &'a Object,
@@ -19,7 +19,7 @@ impl<'a> Described<'a> {
         objects.iter().map(of).collect()
     }
 
-    /// The parameter that is written.
+    /// The parameter that a write changes.
     pub fn parameter(&self) -> Option<&'a Parameter> {
         match self.object.target {
             Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) => {
@@ -29,7 +29,7 @@ impl<'a> Described<'a> {
         }
     }
 
-    /// The number, without the names of services and constants.
+    /// The description of the number; empty for services and constants.
     fn number(&self) -> Number {
         let value = match self.object.target {
             Target::Value(id) => self.product.quantities.get(usize::from(id.0)),
@@ -62,7 +62,7 @@ impl<'a> Described<'a> {
         self.object.data_type(parameters, quantities)
     }
 
-    /// What can be written, and what the numbers mean; empty when the type says all.
+    /// The permitted values and their meaning; empty when the type is sufficient.
     pub fn permitted(&self) -> String {
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).0.to_owned();
@@ -76,9 +76,9 @@ impl<'a> Described<'a> {
         parts.join("; ")
     }
 
-    /// The lowest and the highest number that can be written; None where those of the type are the limits.
+    /// The lowest and the highest value that can be written; None for the limits of the type.
     ///
-    /// The factory value lies within: it can be read, though not always written.
+    /// The factory value is within these limits, because it can be read, though not always written.
     pub fn limits(&self) -> Option<(i64, i64)> {
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).1;
@@ -91,17 +91,17 @@ impl<'a> Described<'a> {
         Some((low.min(factory), high.max(factory)))
     }
 
-    /// The number that it has as delivered, without node-ID; None for texts and for what is measured or differs between units.
+    /// The factory value, without the node-ID; None for texts, for measured values and for values that differ between units.
     pub fn factory(&self) -> Option<u32> {
         match self.object.target {
             Target::Constant(number) | Target::NodeRelative(number) => Some(number),
             Target::Value(id) => {
                 let quantity = self.product.quantities.get(usize::from(id.0))?;
-                // A state and not a measurement: nothing is under way yet.
+                // A state, not a measured value: no operation has been started yet.
                 quantity.unit.is_empty().then_some(0)
             }
             Target::Text(_) | Target::Service(Service::SerialNumber | Service::Text) => None,
-            // There is no error yet, and nothing is being stored.
+            // There is no error yet, and no save is running.
             Target::Service(_) => Some(0),
             Target::Parameter(_) | Target::CobId(_) | Target::Command(..) => {
                 self.parameter().map(|parameter| parameter.factory)
@@ -109,7 +109,7 @@ impl<'a> Described<'a> {
         }
     }
 
-    /// Whether the node-ID is added to the factory value.
+    /// True when the node-ID is added to the factory value.
     pub fn is_node_relative(&self) -> bool {
         matches!(
             self.object.target,
@@ -117,14 +117,14 @@ impl<'a> Described<'a> {
         )
     }
 
-    /// Whether it is stored.
+    /// True when it is stored.
     pub fn is_stored(&self) -> bool {
         let stored = |parameter: &Parameter| parameter.persistence != Persistence::Volatile;
         self.parameter().is_some_and(stored)
     }
 }
 
-/// What can be written to a service, in words, and the limits.
+/// The values that can be written to a service, as text, and the limits.
 fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
     let Target::Service(service) = target else {
         return ("", None);
@@ -158,8 +158,8 @@ mod tests {
     }
 
     #[test]
-    fn factory_value_lies_within_the_limits() {
-        // 1 makes a factory reset; 0 tells that none has been made.
+    fn factory_value_is_within_limits() {
+        // 1 requests a factory reset; 0 means that none has been made.
         jn2101(0x207F, 0, |object| {
             assert_eq!((object.limits(), object.factory()), (Some((0, 1)), Some(0)));
         });
@@ -171,7 +171,7 @@ mod tests {
     }
 
     #[test]
-    fn permitted_values_are_listed_unless_their_names_say_them() {
+    fn permitted_values_are_listed_unless_named() {
         jn2101(0x1010, 1, |object| {
             assert_eq!(object.permitted(), "\"save\"")
         });

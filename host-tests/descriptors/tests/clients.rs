@@ -1,11 +1,11 @@
-//! Readers of CAN databases and data sheets against the descriptors: cantools, python-canopen and others.
+//! Tests the descriptors with readers of CAN databases and data sheets: cantools, python-canopen and others.
 
 use host_tests::python;
 
 const DESCRIPTORS: &str = env!("CARGO_BIN_EXE_descriptors");
 
 #[test]
-fn the_databases_say_what_the_manual_says() {
+fn databases_match_manual() {
     python::run(
         "dbc_check.py",
         &["cantools"],
@@ -14,7 +14,7 @@ fn the_databases_say_what_the_manual_says() {
 }
 
 #[test]
-fn other_tools_accept_the_data_sheet() {
+fn data_sheet_is_accepted_by_other_tools() {
     python::run(
         "eds_check.py",
         &["dcf", "eds_utils", "canopen"],

@@ -1,10 +1,10 @@
-//! Alternate-function I/O (RM0008, section 9.4): which pins the peripherals are connected to.
+//! Alternate-function I/O (RM0008, section 9.4): the pins of the peripherals.
 //!
 //! | offset | register | |
 //! |---|---|---|
 //! | 00h | AFIO_EVCR | event output: not modelled |
 //! | 04h | AFIO_MAPR | remapping |
-//! | 08h..14h | AFIO_EXTICR1..4 | sources of external interrupts: kept, without effect |
+//! | 08h..14h | AFIO_EXTICR1..4 | sources of external interrupts: stored, without effect |
 
 use super::gpio::{Gpio, Pin, PinMode, PortName};
 use super::io::AccessError;
@@ -16,14 +16,14 @@ const SPI1_REMAP: u32 = 1 << 0;
 const TIM3_REMAP: u32 = 0b11 << 10;
 const CAN_REMAP: u32 = 0b11 << 13;
 
-/// The CAN transceiver's RXD on the board.
+/// RXD of the CAN transceiver on the board.
 pub const CAN_RX: Pin = Pin(PortName::B, 8);
-/// The CAN transceiver's TXD on the board.
+/// TXD of the CAN transceiver on the board.
 pub const CAN_TX: Pin = Pin(PortName::B, 9);
-/// The accelerometer's chip select on the board.
+/// Chip select of the accelerometer on the board.
 pub const IMU_SELECT: Pin = Pin(PortName::A, 4);
 
-/// Where the CAN controller is (CAN_REMAP).
+/// The pins of the CAN controller (CAN_REMAP).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum CanPins {
     /// 00: receive PA11, transmit PA12.
@@ -32,7 +32,7 @@ pub enum CanPins {
     B8B9,
     /// 11: PD0 and PD1.
     D0D1,
-    /// 01: not used.
+    /// 01: reserved.
     None,
 }
 
@@ -45,7 +45,7 @@ pub struct Afio {
 }
 
 impl Afio {
-    /// SWJ_CFG as it was last written: 4 switches the debug port off. It cannot be read back.
+    /// SWJ_CFG as last written: 4 switches the debug port off. It cannot be read back.
     pub fn debug_port(&self) -> u32 {
         self.debug_port
     }
@@ -78,7 +78,7 @@ impl Afio {
             && gpio.mode(Pin(PortName::A, 6)).is_digital_input()
     }
 
-    /// True unless TIM3 is remapped as a whole (RM0008, table 43).
+    /// True unless TIM3 is fully remapped (RM0008, table 43).
     pub fn tim3_channels_3_and_4_are_on_pb0_and_pb1(&self) -> bool {
         self.remap & TIM3_REMAP != TIM3_REMAP
     }
@@ -140,7 +140,7 @@ mod tests {
     }
 
     #[test]
-    fn can_is_connected_through_pb8_and_pb9_only() {
+    fn can_is_connected_only_through_pb8_and_pb9() {
         let connected = |mapr, crh_b| {
             let (afio, gpio) = set_up(mapr, 0x4444_4444, crh_b);
             afio.can_is_connected(&gpio)
@@ -148,16 +148,16 @@ mod tests {
         let pb8_and_pb9 = 0b10 << 13;
         assert!(connected(pb8_and_pb9, 0x4444_44B8));
         assert!(connected(pb8_and_pb9, 0x4444_4494), "any speed, floating");
-        assert!(!connected(0, 0x4444_44B8), "not mapped there");
+        assert!(!connected(0, 0x4444_44B8), "mapped to PA11, PA12");
         assert!(!connected(0b11 << 13, 0x4444_44B8), "mapped to PD0, PD1");
-        assert!(!connected(pb8_and_pb9, 0x4444_4448), "PB9 an input");
-        assert!(!connected(pb8_and_pb9, 0x4444_4438), "PB9 a port's output");
-        assert!(!connected(pb8_and_pb9, 0x4444_44F8), "PB9 open drain");
-        assert!(!connected(pb8_and_pb9, 0x4444_44B3), "PB8 an output");
+        assert!(!connected(pb8_and_pb9, 0x4444_4448), "PB9 is an input");
+        assert!(!connected(pb8_and_pb9, 0x4444_4438), "PB9 is a port output");
+        assert!(!connected(pb8_and_pb9, 0x4444_44F8), "PB9 is open drain");
+        assert!(!connected(pb8_and_pb9, 0x4444_44B3), "PB8 is an output");
     }
 
     #[test]
-    fn spi1_is_connected_through_pa5_to_pa7_only() {
+    fn spi1_is_connected_only_through_pa5_to_pa7() {
         let connected = |mapr, crl_a| {
             let (afio, gpio) = set_up(mapr, crl_a, 0x4444_4444);
             afio.spi1_is_connected(&gpio)
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn the_debug_port_cannot_be_read_back() {
+    fn debug_port_setting_is_write_only() {
         let (mut afio, _) = set_up(0b010 << 24 | 0b10 << 13, 0x4444_4444, 0x4444_4444);
         assert_eq!(afio.read(0x04), Ok(0b10 << 13));
         assert_eq!(afio.debug_port(), 0b010);

@@ -1,30 +1,30 @@
-//! The board around the microcontroller: a Blue Pill wired as the README says.
+//! The board around the microcontroller: a Blue Pill wired as in the README.
 
 use super::afio::Afio;
 use super::gpio::{Gpio, Pin, PinMode, PortName};
 use super::timer::Timer;
 use plumbline::node::Leds;
 
-/// The run LED, lit when low.
+/// The run LED, on when low.
 const RUN: Pin = Pin(PortName::C, 13);
 
-/// The error LED, lit when high.
+/// The error LED, on when high.
 const ERROR: Pin = Pin(PortName::B, 12);
 
-/// The module status LED's two colours, lit when high.
+/// The two colours of the module status LED, on when high.
 const MODULE_GREEN: Pin = Pin(PortName::B, 13);
 const MODULE_RED: Pin = Pin(PortName::B, 14);
 
-/// The heater's switch, on when high.
+/// The switch of the heater, on when high.
 const HEATER: Pin = Pin(PortName::B, 0);
 
-/// The channel of TIM3 on it (RM0008, table 43).
+/// The channel of TIM3 at this pin (RM0008, table 43).
 const HEATER_CHANNEL: usize = 3;
 
 /// The switch of the terminating resistor, on when high.
 const TERMINATION: Pin = Pin(PortName::B, 1);
 
-/// What the LEDs show; a pin that drives nothing lets its LED go dark.
+/// The state of the LEDs; an LED at a pin that is not an output is off.
 pub(super) fn leds(gpio: &Gpio) -> Leds {
     Leds {
         run: gpio.output(RUN) == Some(false),
@@ -34,12 +34,12 @@ pub(super) fn leds(gpio: &Gpio) -> Leds {
     }
 }
 
-/// Whether the terminating resistor is connected; a resistor to ground holds the switch's input.
+/// True when the terminating resistor is connected; a pull-down keeps the switch off.
 pub(super) fn terminated(gpio: &Gpio) -> bool {
     gpio.output(TERMINATION) == Some(true)
 }
 
-/// The part of the time in permille in which the heater is on; a resistor to ground holds the switch's input.
+/// The duty of the heater in permille; a pull-down keeps the switch off.
 pub(super) fn heater(gpio: &Gpio, afio: &Afio, tim3: &Timer) -> u16 {
     match gpio.mode(HEATER) {
         PinMode::AlternatePushPull if afio.tim3_channels_3_and_4_are_on_pb0_and_pb1() => {

@@ -1,6 +1,6 @@
-//! Debug support (RM0008, section 31.16), as a program sees it that runs without a debugger: DBGMCU_IDCODE and DBGMCU_CR can be read
-//! by the debugger only, a program reads 0 (errata ES0340, "Debug registers cannot be read by user software"). What it writes has no
-//! effect either: it decides what stops while a debugger halts the processor.
+//! Debug support (RM0008, section 31.16) for a program that runs without a debugger. Only the debugger can read DBGMCU_IDCODE and
+//! DBGMCU_CR; a program reads 0 (errata ES0340, "Debug registers cannot be read by user software"). Writes have no effect either:
+//! they only select what stops while a debugger halts the processor.
 
 use super::io::AccessError;
 

@@ -1,4 +1,4 @@
-//! A firmware image: what its ELF file puts where, its symbols, and how much of it each part of the project takes.
+//! A firmware image: the segments of its ELF file, its symbols, and the size of each part of the project.
 
 mod shares;
 #[cfg(test)]
@@ -13,48 +13,50 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use thiserror::Error;
 
-/// The flash that is the program's. The two pages behind it hold the parameters.
+/// The flash of the program. The two pages after it hold the parameters.
 const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
 
 /// The RAM of the STM32F103x8 (DS5319, figure 11).
 const RAM: Range<u32> = 0x2000_0000..0x2000_5000;
 
-/// The function that each program starts with, below its own name (cortex-m-rt).
+/// The first function of each program, after the name of the program (cortex-m-rt).
 const MAIN: &str = "::__cortex_m_rt_main";
 
-/// Why a file is no image for this microcontroller.
+/// The reason why a file is not an image for this microcontroller.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum ImageError {
     /// It is not an ELF file of 32 bits, or a table in it is damaged.
     #[error("it is not an ELF file of 32 bits, or it is damaged: {0}")]
     Elf(#[from] object::Error),
-    /// It is for another processor, of this number in the header.
-    #[error("it is a program for another processor than an ARM (machine {0})")]
+    /// It is for another processor, with this number in the header.
+    #[error("it is a program for another processor, not for ARM (machine {0})")]
     Machine(u16),
-    /// It is not linked: nothing is to be loaded.
-    #[error("nothing in it is to be loaded")]
+    /// It is not linked: it has no segments to load.
+    #[error("it has no segments to load")]
     Empty,
-    /// The file ends before what is to be loaded.
-    #[error("what belongs at {0:#010x} is not in the file")]
+    /// The file ends before the end of a segment.
+    #[error("the segment at {0:#010x} is not completely in the file")]
     Truncated(u32),
-    /// It has something to load at this address, which is not the program's.
+    /// A segment is at this address, which is not in the flash of the program.
     #[error(
-        "it is to be loaded at {0:#010x}, which is outside of the program's flash, 0x08000000 to 0x0800f7ff"
+        "the segment at {0:#010x} is outside the flash of the program, 0x08000000 to 0x0800f7ff"
     )]
     Place(u32),
     /// There is no vector table at the start of flash.
-    #[error("there is no vector table at 0x08000000: a stack in RAM, and a start in flash")]
+    #[error(
+        "there is no valid vector table at 0x08000000: it needs a stack in RAM and a start in flash"
+    )]
     Vectors,
 }
 
 /// Bytes to load.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Segment {
-    /// Where they are programmed: the physical address.
+    /// The address at which they are programmed: the physical address.
     pub load_address: u32,
-    /// Where the program finds them: the same in flash, in RAM for initial values, which the startup code copies there.
+    /// The address at run time: the same for flash, in RAM for initial values, which the startup code copies there.
     pub address: u32,
-    /// What they are.
+    /// The content.
     pub bytes: Vec<u8>,
 }
 
@@ -62,13 +64,13 @@ pub struct Segment {
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Symbol {
     address: u32,
-    /// In bytes; 0 when the file does not say.
+    /// In bytes; 0 when the file does not specify it.
     size: u32,
-    /// As people read it.
+    /// The demangled name.
     name: String,
 }
 
-/// A section that takes memory.
+/// A section that occupies memory.
 #[derive(Clone, PartialEq, Eq, Debug)]
 struct Section {
     address: u32,
@@ -90,7 +92,7 @@ impl Section {
 pub struct Image {
     segments: Vec<Segment>,
     sections: Vec<Section>,
-    /// By rising address; the larger first where several share one.
+    /// By rising address; the larger first if several have the same address.
     symbols: Vec<Symbol>,
 }
 
@@ -124,18 +126,18 @@ impl Image {
         })
     }
 
-    /// What is to be loaded.
+    /// The segments to load.
     pub fn segments(&self) -> &[Segment] {
         &self.segments
     }
 
-    /// The function or static at an address, as people read its name, and the offset in it.
+    /// The demangled name of the function or static at an address, and the offset in it.
     pub fn name_of(&self, address: u32) -> Option<(&str, u32)> {
         let end = self
             .symbols
             .partition_point(|symbol| symbol.address <= address);
         let last = self.symbols[..end].last()?;
-        // The largest of those that begin there.
+        // The largest symbol that begins there.
         let first = self.symbols[..end]
             .iter()
             .rev()
@@ -145,8 +147,8 @@ impl Image {
         (first.size == 0 || offset < first.size).then_some((&first.name, offset))
     }
 
-    /// The address of the function or static whose name has `part` in it; of several the one with the shortest name, so that a
-    /// function goes before its closures.
+    /// The address of the function or static whose name contains `part`; if there are several, the one with the shortest name, so
+    /// that a function is found before its closures.
     pub fn address_of(&self, part: &str) -> Option<u32> {
         self.symbols
             .iter()
@@ -161,20 +163,20 @@ impl Image {
         symbols.find_map(|symbol| symbol.name.strip_suffix(MAIN))
     }
 
-    /// The first address behind the static variables, below which the stack must not get.
+    /// The first address after the static variables; the stack must stay above it.
     pub fn end_of_statics(&self) -> u32 {
         let in_ram = self.sections.iter().filter(|section| section.is_ram());
         let ends = in_ram.map(|section| section.address.saturating_add(section.size));
         ends.max().unwrap_or_default()
     }
 
-    /// How many bytes of flash and RAM each part of the project takes; together what [`Size::of`](crate::image::Size::of) says.
+    /// The bytes of flash and RAM of each part of the project; their sum is [`Size::of`](crate::image::Size::of).
     pub fn shares(&self) -> Shares {
         Shares::of(self)
     }
 
-    /// Bytes of the functions and constants of a module, which is named by its path with `::` at the end. What core's traits do for
-    /// another module's types does not count: a symbol belongs to the first of plumbline's modules in its name.
+    /// Bytes of the functions and constants of a module, given by its path with `::` at the end. A symbol belongs to the first
+    /// module of plumbline in its name, so implementations of core's traits for types of another module are not included.
     pub fn flash_of(&self, module: &str) -> u64 {
         let mut bytes = BTreeSet::new();
         for symbol in &self.symbols {
@@ -219,7 +221,7 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>, ImageError> {
     Ok(segments)
 }
 
-/// There is something to load, and all of it belongs into the program's flash.
+/// Checks that there is something to load, and all of it in the flash of the program.
 fn check_places(segments: &[Segment]) -> Result<(), ImageError> {
     if segments.is_empty() {
         return Err(ImageError::Empty);
@@ -234,8 +236,8 @@ fn check_places(segments: &[Segment]) -> Result<(), ImageError> {
     }
 }
 
-/// The first two vectors are such that the processor can start: the stack, which grows down from its top, in RAM and aligned to
-/// words, the program in flash and in Thumb state (PM0056, sections 2.1.3 and 2.3.4).
+/// Checks the first two vectors: the stack, which grows down from its top, must be in RAM and word-aligned, the program in flash
+/// and in Thumb state (PM0056, sections 2.1.3 and 2.3.4).
 fn check_vectors(segments: &[Segment]) -> Result<(), ImageError> {
     let first = segments
         .iter()
@@ -256,15 +258,15 @@ fn check_vectors(segments: &[Segment]) -> Result<(), ImageError> {
     }
 }
 
-/// A function or a static that has a place; None for sections, files and the marks between code and data.
+/// A function or static with an address; None for sections, files and the marks between code and data.
 fn symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<Symbol> {
     let name = symbol.name().ok()?;
     let is_mark = name.is_empty() || name.starts_with('$');
-    // Bit 0 of a function's address says Thumb.
+    // Bit 0 of a function address selects Thumb state.
     let address = match symbol.kind() {
         SymbolKind::Text => symbol.address() as u32 & !1,
         SymbolKind::Data => symbol.address() as u32,
-        // The limits that the linker script makes have no type; so have the constants of the compiler, but those have a size.
+        // Symbols of the linker script have no type and no size; constants of the compiler have no type but a size.
         SymbolKind::Unknown if symbol.size() > 0 => symbol.address() as u32,
         _ => return None,
     };
@@ -275,7 +277,7 @@ fn symbol<'data>(symbol: impl ObjectSymbol<'data>) -> Option<Symbol> {
     })
 }
 
-/// The name without its hash. The compiler puts the name of a function behind those of the tables that belong to it.
+/// The name without its hash. The compiler appends the name of a function to those of its tables.
 fn readable(name: &str) -> String {
     let mangled = ["_ZN", "_R"]
         .iter()

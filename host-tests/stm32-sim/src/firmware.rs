@@ -1,4 +1,4 @@
-//! Builds the firmware as it is flashed, for those who run its image on the PC.
+//! Builds the firmware as it is flashed, to run its image on the PC.
 
 use cargo_metadata::Message;
 use std::collections::BTreeMap;
@@ -7,10 +7,10 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// What the Blue Pill's processor is called.
+/// The target of the Blue Pill's processor.
 const TARGET: &str = "thumbv7m-none-eabi";
 
-/// Why there is no image.
+/// The reason why there is no image.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 #[error("the firmware cannot be built: {0}")]
 pub struct BuildError(String);
@@ -21,12 +21,12 @@ impl BuildError {
     }
 }
 
-/// The ELF files of the Blue Pill's release build by the name of the model, built when they are not up to date.
+/// The ELF files of the release build for the Blue Pill, by the name of the product; builds them if they are not up to date.
 ///
-/// When the target is not there, rustup is asked for it.
+/// Installs the target with rustup if it is missing.
 ///
 /// # Errors
-/// The build fails, or there is no compiler for the target and no rustup.
+/// The build fails, or the target is missing and there is no rustup.
 pub fn build() -> Result<BTreeMap<String, PathBuf>, BuildError> {
     add_target()?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
@@ -58,7 +58,7 @@ pub fn build() -> Result<BTreeMap<String, PathBuf>, BuildError> {
     }
 }
 
-/// Makes sure that the standard library for the board is there.
+/// Ensures that the standard library for the board is installed.
 fn add_target() -> Result<(), BuildError> {
     let output = Command::new("rustc")
         .args(["--print", "target-libdir", "--target", TARGET])

@@ -1,4 +1,4 @@
-//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by the half-word, erasing by the page.
+//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by half-words, erasing by pages.
 //!
 //! | offset | register | |
 //! |---|---|---|
@@ -8,10 +8,10 @@
 //! | 0Ch | FLASH_SR | BSY, PGERR, WRPRTERR, EOP |
 //! | 10h | FLASH_CR | PG, PER, MER, STRT, LOCK |
 //! | 14h | FLASH_AR | address of the page to erase |
-//! | 1Ch, 20h | FLASH_OBR, FLASH_WRPR | option bytes as the part is delivered: no protection |
+//! | 1Ch, 20h | FLASH_OBR, FLASH_WRPR | option bytes of a new part: no protection |
 //!
-//! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The program's own pages cannot be changed: to try
-//! it is a violation.
+//! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The pages of the program cannot be changed: an
+//! attempt is a violation.
 
 use super::io::{AccessError, Width};
 use super::timebase::{MICROSECOND, Picoseconds};
@@ -20,7 +20,7 @@ use bench::{Flash, FlashError, PAGE_SIZE};
 use embedded_storage::nor_flash::NorFlash;
 use std::ops::Range;
 
-/// The pages that hold the parameters; the program lies below them.
+/// The pages of the parameters; the program is below them.
 pub const PARAMETERS: Range<u32> = 0x0800_F800..0x0801_0000;
 
 /// The time to program a half-word (DS5319: 40 to 70 us, typical 52.5 us).
@@ -36,10 +36,10 @@ const KEY2: u32 = 0xCDEF_89AB;
 const LATENCY: u32 = 0b111;
 const PREFETCH: u32 = 1 << 4;
 const ACR_WRITABLE: u32 = LATENCY | 1 << 3 | PREFETCH;
-/// PRFTBS follows PRFTBE.
+/// PRFTBS has the value of PRFTBE.
 const PREFETCH_STATUS_SHIFT: u32 = 1;
 
-// FLASH_SR. WRPRTERR is never set, since no page is protected.
+// FLASH_SR. WRPRTERR is never set, because no page is protected.
 const BUSY: u32 = 1 << 0;
 const PROGRAMMING_ERROR: u32 = 1 << 2;
 const END_OF_OPERATION: u32 = 1 << 5;
@@ -58,15 +58,15 @@ const INTERRUPTS: u32 = 1 << 10 | 1 << 12;
 const OPTION_BYTE_REGISTER: u32 = 0x03FF_FFFC;
 const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
 
-/// What the flash does; the machine changes the processor's memory accordingly and stalls the processor, which fetches its
-/// instructions from there, for [`duration`](Self::duration).
+/// An operation of the flash. The machine changes the memory of the processor accordingly and stalls the processor, which fetches
+/// its instructions from flash, for [`duration`](Self::duration).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Work {
     /// Programs a half-word.
     Program {
-        /// Where.
+        /// The address.
         address: u32,
-        /// What it holds then: worn bits show.
+        /// The resulting content: worn-out bits stay 1.
         value: u16,
     },
     /// Erases a page.
@@ -74,32 +74,32 @@ pub enum Work {
         /// Its first address.
         page: u32,
     },
-    /// Tries, but the memory is broken and stays as it is.
-    InVain {
-        /// How long.
+    /// An attempt that fails: the memory is faulty and does not change.
+    Failed {
+        /// The duration of the attempt.
         duration: Picoseconds,
     },
 }
 
 impl Work {
-    /// How long it takes.
+    /// The duration of the operation.
     pub fn duration(self) -> Picoseconds {
         match self {
             Self::Program { .. } => PROGRAM_TIME,
             Self::Erase { .. } => ERASE_TIME,
-            Self::InVain { duration } => duration,
+            Self::Failed { duration } => duration,
         }
     }
 }
 
-/// How far the keys have come (PM0075, section 2.3.1).
+/// The state of the key sequence (PM0075, section 2.3.1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Keys {
     Locked,
     First,
     Unlocked,
-    /// A wrong key: no more until the next reset.
-    Dead,
+    /// A wrong key: locked until the next reset.
+    LockedUntilReset,
 }
 
 /// The flash interface and the parameter pages.
@@ -152,12 +152,12 @@ impl FlashInterface {
         self.parameters.is_cut()
     }
 
-    /// What the flash has begun to do since the last call.
+    /// The operation that the flash has started since the last call.
     pub fn take_work(&mut self) -> Option<Work> {
         self.work.take()
     }
 
-    /// Records a violation when there are fewer wait states than SYSCLK (in Hz) needs (PM0075, FLASH_ACR.LATENCY).
+    /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY).
     pub fn check_wait_states(&self, sysclk: u32, violations: &mut Violations) {
         let needed = match sysclk {
             0..=24_000_000 => 0,
@@ -178,7 +178,7 @@ impl FlashInterface {
         let busy = self.busy_until.is_some();
         Ok(match offset {
             0x00 => self.acr | (self.acr & PREFETCH) << PREFETCH_STATUS_SHIFT,
-            // Write-only.
+            // Write-only registers.
             0x04 | 0x08 => 0,
             0x0C => self.errors | when(busy, BUSY) | when(self.ended, END_OF_OPERATION),
             0x10 => self.cr | when(self.keys != Keys::Unlocked, LOCK),
@@ -217,7 +217,7 @@ impl FlashInterface {
         Ok(())
     }
 
-    /// A write of the processor to the flash itself.
+    /// A write of the processor to the flash memory.
     pub fn program(
         &mut self,
         now: Picoseconds,
@@ -229,7 +229,7 @@ impl FlashInterface {
         self.settle(now);
         if width != Width::HalfWord || !address.is_multiple_of(2) {
             return Err(AccessError::Refused(
-                "flash: programmed by the half-word only (bus error)",
+                "flash: can be programmed by half-words only (bus error)",
             ));
         }
         if self.cr & PROGRAM == 0 {
@@ -241,7 +241,7 @@ impl FlashInterface {
         let Some(offset) = offset_in_parameters(address) else {
             violations.add(
                 format!("flash {address:08X}h"),
-                "the program's own pages are programmed",
+                "a page of the program is programmed",
             );
             return Ok(());
         };
@@ -265,10 +265,10 @@ impl FlashInterface {
                 violations.add("FLASH_KEYR", "written while it is unlocked");
                 Keys::Unlocked
             }
-            _ => Keys::Dead,
+            _ => Keys::LockedUntilReset,
         };
         match self.keys {
-            Keys::Dead => Err(AccessError::Refused(
+            Keys::LockedUntilReset => Err(AccessError::Refused(
                 "FLASH_KEYR: wrong key, locked until the next reset (bus error)",
             )),
             _ => Ok(()),
@@ -314,7 +314,7 @@ impl FlashInterface {
             return;
         }
         let Some(offset) = offset_in_parameters(self.ar) else {
-            violations.add("FLASH_AR", "one of the program's own pages is erased");
+            violations.add("FLASH_AR", "a page of the program is erased");
             return;
         };
         let size = PAGE_SIZE as u32;
@@ -324,11 +324,11 @@ impl FlashInterface {
         self.begin(now, result, Work::Erase { page });
     }
 
-    /// The flash is busy from now on. A broken memory does not notice that it fails.
+    /// Makes the flash busy from now on. Faulty memory reports no error.
     fn begin(&mut self, now: Picoseconds, result: Result<(), FlashError>, work: Work) {
         let work = match result {
             Ok(()) => work,
-            Err(_) => Work::InVain {
+            Err(_) => Work::Failed {
                 duration: work.duration(),
             },
         };

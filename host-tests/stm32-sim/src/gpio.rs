@@ -2,7 +2,7 @@
 //!
 //! | offset | register | |
 //! |---|---|---|
-//! | 00h, 04h | GPIOx_CRL, GPIOx_CRH | four bits a pin: CNF, MODE |
+//! | 00h, 04h | GPIOx_CRL, GPIOx_CRH | four bits per pin: CNF, MODE |
 //! | 08h | GPIOx_IDR | levels |
 //! | 0Ch | GPIOx_ODR | outputs, and the direction of the pulls |
 //! | 10h, 14h | GPIOx_BSRR, GPIOx_BRR | set and reset bits of ODR |
@@ -11,7 +11,7 @@
 use super::io::AccessError;
 use super::violation::Violations;
 
-/// The ports that the STM32F103x8 has.
+/// The ports of the STM32F103x8.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PortName {
     /// Port A.
@@ -30,7 +30,7 @@ pub enum PortName {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pin(pub PortName, pub u8);
 
-/// What a pin is set up as (RM0008, table 20).
+/// The configuration of a pin (RM0008, table 20).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PinMode {
     /// Analog input.
@@ -52,13 +52,13 @@ pub enum PinMode {
 }
 
 impl PinMode {
-    /// True for the modes in which the level is only looked at.
+    /// True for the modes that read the level as a digital input.
     pub fn is_digital_input(self) -> bool {
         matches!(self, Self::Floating | Self::Pulled(_))
     }
 }
 
-/// How far the sequence that locks a port has come: LCKK written 1, then 0, each with the same pins (RM0008, section 9.2.7).
+/// The state of the lock sequence of a port: LCKK written 1, then 0, each with the same pins (RM0008, section 9.2.7).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Lock {
     Open,
@@ -72,13 +72,13 @@ struct Port {
     modes: u64,
     output: u16,
     lock: Lock,
-    /// What the board drives the pins to, where it does.
+    /// The levels that the board drives, if it does.
     driven: u16,
     outside: u16,
 }
 
 impl Port {
-    /// All pins floating inputs.
+    /// All pins are floating inputs.
     const RESET: Self = Self {
         modes: 0x4444_4444_4444_4444,
         output: 0,
@@ -110,7 +110,7 @@ impl Port {
         }
     }
 
-    /// What GPIOx_IDR shows; a pin that nothing drives is low.
+    /// The bit in GPIOx_IDR; a pin that is not driven is low.
     fn level(&self, pin: u8) -> bool {
         let outside = (self.driven >> pin & 1 != 0).then_some(self.outside >> pin & 1 != 0);
         match self.mode(pin) {
@@ -136,7 +136,7 @@ impl Port {
             0x04 => (self.modes >> 32) as u32,
             0x08 => (0..16).fold(0, |levels, pin| levels | u32::from(self.level(pin)) << pin),
             0x0C => self.output.into(),
-            // Write-only.
+            // Write-only registers.
             0x10 | 0x14 => 0,
             0x18 => match self.lock {
                 Lock::Locked(pins) => u32::from(pins) | 1 << 16,
@@ -154,7 +154,7 @@ impl Port {
             0x04 => self.set_modes(self.modes & 0xFFFF_FFFF | u64::from(value) << 32),
             0x08 => return Err(AccessError::Refused("GPIOx_IDR is read-only")),
             0x0C => self.output = half,
-            // Setting goes before resetting.
+            // Set has priority over reset.
             0x10 => self.output = self.output & !((value >> 16) as u16) | half,
             0x14 => self.output &= !half,
             0x18 => {
@@ -179,7 +179,7 @@ pub struct Gpio {
 }
 
 impl Default for Gpio {
-    /// After a reset, with nothing connected.
+    /// After a reset, without connections.
     fn default() -> Self {
         Self {
             ports: [Port::RESET; 5],
@@ -188,12 +188,12 @@ impl Default for Gpio {
 }
 
 impl Gpio {
-    /// What a pin is set up as.
+    /// The configuration of a pin.
     pub fn mode(&self, Pin(port, pin): Pin) -> PinMode {
         self.ports[port as usize].mode(pin)
     }
 
-    /// What the port drives a pin to; None for an input, an alternate function and an open drain that is off.
+    /// The level that the port drives; None for an input, an alternate function and an open drain that is off.
     pub fn output(&self, Pin(port, pin): Pin) -> Option<bool> {
         self.ports[port as usize].output(pin)
     }
@@ -203,7 +203,7 @@ impl Gpio {
         self.ports[port as usize].level(pin)
     }
 
-    /// What the board drives a pin to; None: nothing.
+    /// Sets the level that the board drives; None: not driven.
     pub fn drive(&mut self, Pin(port, pin): Pin, level: Option<bool>) {
         let port = &mut self.ports[port as usize];
         let set = |bits: u16, on: bool| bits & !(1 << pin) | u16::from(on) << pin;
@@ -211,7 +211,7 @@ impl Gpio {
         port.outside = set(port.outside, level == Some(true));
     }
 
-    /// Resets one port; what the board drives stays.
+    /// Resets one port; the levels that the board drives stay.
     pub fn reset(&mut self, name: PortName) {
         let port = &mut self.ports[name as usize];
         *port = Port {

@@ -1,4 +1,4 @@
-//! The size of a firmware image: what its ELF file puts into flash and RAM.
+//! The size of a firmware image: the flash and RAM of its ELF file.
 
 use object::elf::{FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};

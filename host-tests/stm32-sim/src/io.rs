@@ -1,8 +1,8 @@
-//! What lies between the processor and the peripherals.
+//! The interface between the processor and the peripherals.
 
 use thiserror::Error;
 
-/// How wide an access is.
+/// The width of an access.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Width {
     /// 8 bits.
@@ -13,28 +13,28 @@ pub enum Width {
     Word,
 }
 
-/// Why a peripheral refused an access; it stops the run.
+/// The reason why a peripheral refused an access; it stops the run.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum AccessError {
-    /// There is nothing at this address.
-    #[error("there is nothing")]
+    /// There is no peripheral or memory at this address.
+    #[error("no peripheral at this address")]
     Unmapped,
     /// The peripheral's clock is off (RCC).
     #[error("{0} has no clock")]
     Unclocked(&'static str),
-    /// The peripheral cannot be accessed like that: width, alignment, read-only, a register that is not modelled.
+    /// The peripheral does not support such an access: width, alignment, read-only, a register that is not modelled.
     #[error("{0}")]
     Refused(&'static str),
 }
 
-/// Everything outside of the processor and its memories:
+/// Everything outside the processor and its memories:
 ///
 /// - 0x4000_0000..0x4200_0000: the peripherals (the processor resolves the bit-band alias);
 /// - 0x1FFF_0000..0x2000_0000: system memory, option bytes and electronic signature;
 /// - 0xE004_2000..0xE004_2400: DBGMCU;
-/// - 0x0800_0000..0x0801_0000 and its alias at 0, writes alone: flash programming.
+/// - 0x0800_0000..0x0801_0000 and its alias at 0, writes only: flash programming.
 pub trait Io {
-    /// Reads a register at processor cycle `cycle`. Narrow reads return the byte or half-word in the low bits.
+    /// Reads a register at processor cycle `cycle`. Reads of a byte or half-word return it in the low bits.
     fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError>;
 
     /// Writes a register.
@@ -47,6 +47,6 @@ pub trait Io {
     ) -> Result<(), AccessError>;
 
     /// True once after an access that may have changed an interrupt line, the time of the next peripheral event, the clock or the
-    /// flash: the processor stops after the instruction so that the machine can look.
-    fn take_attention(&mut self) -> bool;
+    /// flash: the processor stops after the instruction so that the machine can update.
+    fn take_changed(&mut self) -> bool;
 }

@@ -1,24 +1,25 @@
-//! The ISM330DHCX at the end of the SPI: accelerometer, gyroscope and thermometer, fed by a [`Motion`].
+//! The ISM330DHCX on the SPI: accelerometer, gyroscope and thermometer, with readings from a [`Motion`].
 //!
 //! | address | register (datasheet) | reset | |
 //! |---|---|---|---|
 //! | 01h | FUNC_CFG_ACCESS | 00h | other register banks, which are not modelled |
-//! | 02h | PIN_CTRL | 3Fh | kept |
+//! | 02h | PIN_CTRL | 3Fh | stored |
 //! | 0Fh | WHO_AM_I | 6Bh | read-only |
 //! | 10h | CTRL1_XL | 00h | accelerometer: rate, full scale, LPF2 |
 //! | 11h | CTRL2_G | 00h | gyroscope: rate, full scale |
 //! | 12h | CTRL3_C | 04h | BOOT, BDU, IF_INC, SW_RESET |
-//! | 13h | CTRL4_C | 00h | kept |
+//! | 13h | CTRL4_C | 00h | stored |
 //! | 14h | CTRL5_C | 00h | self-test |
-//! | 15h, 16h | CTRL6_C, CTRL7_G | 00h | kept |
+//! | 15h, 16h | CTRL6_C, CTRL7_G | 00h | stored |
 //! | 17h | CTRL8_XL | 00h | cut-off of LPF2 |
-//! | 18h | CTRL9_XL | E0h | kept |
-//! | 19h | CTRL10_C | 00h | kept |
+//! | 18h | CTRL9_XL | E0h | stored |
+//! | 19h | CTRL10_C | 00h | stored |
 //! | 1Eh | STATUS_REG | 00h | TDA, GDA, XLDA |
-//! | 1Fh | reserved | | reads as 0, for who reads the status with the values |
+//! | 1Fh | reserved | | reads as 0, for a driver that reads the status together with the values |
 //! | 20h..2Dh | OUT_TEMP, OUTX_G.. OUTZ_A | | values, low byte first |
 //!
-//! The part's axes are the sensor's. Other registers read as 0; an access to one is noted ([`Ism330dhcx::take_unmodelled`]).
+//! The axes of the part are those of the sensor. Other registers read as 0; an access to one is recorded
+//! ([`Ism330dhcx::take_unmodelled`]).
 
 mod filter;
 mod sampling;
@@ -46,7 +47,7 @@ const RESERVED: u8 = 0x1F;
 const OUT_TEMP_L: u8 = 0x20;
 const OUTZ_H_A: u8 = 0x2D;
 
-/// What WHO_AM_I reads as.
+/// The value of WHO_AM_I.
 const IDENTIFIER: u8 = 0x6B;
 
 // CTRL3_C.
@@ -67,23 +68,23 @@ const RESET_TIME: Picoseconds = 50 * MICROSECOND;
 /// After power-on, and after BOOT was set, the part loads its trimming for 10 ms (AN5398, section 5.8).
 const BOOT_TIME: Picoseconds = 10_000 * MICROSECOND;
 
-/// What a part that is not there, or not selected, reads as: the line floats high.
+/// The value read from a part that is not mounted or not selected: the line floats high.
 const NOTHING: u8 = 0xFF;
 
-/// What is wrong with the part.
+/// A fault of the part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Fault {
     /// Nothing.
     None,
-    /// It does not answer: every byte reads as this one, FFh or 00h.
+    /// It does not answer: every byte reads as this value, FFh or 00h.
     Silent(u8),
-    /// Its data-ready flags come, but its values stay what they were.
+    /// Its data-ready flags are set, but its values do not change.
     Frozen,
-    /// Its oscillator stands still: it answers, but no sample comes.
+    /// Its oscillator has stopped: it answers, but there are no samples.
     Stopped,
 }
 
-/// Where a transfer is.
+/// The state of a transfer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Transfer {
     Idle,
@@ -100,7 +101,7 @@ pub struct Ism330dhcx {
     transfer: Transfer,
     registers: Registers,
     sampling: Sampling,
-    /// It answers from then on.
+    /// The time from which it answers.
     booted: Picoseconds,
     /// The end of a software reset.
     reset_until: Option<Picoseconds>,
@@ -119,7 +120,7 @@ impl fmt::Debug for Ism330dhcx {
     }
 }
 
-/// The registers that are written, 00h to 19h.
+/// The writable registers, 00h to 19h.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Registers([u8; CTRL10_C as usize + 1]);
 
@@ -154,35 +155,35 @@ impl Ism330dhcx {
         }
     }
 
-    /// Gives it another motion from `now` on.
+    /// Replaces its motion from `now` on.
     pub fn set_motion(&mut self, now: Picoseconds, motion: Box<dyn Motion>) {
         self.settle(now);
         self.motion = motion;
     }
 
-    /// Sets what is wrong with it from `now` on.
+    /// Sets its fault from `now` on.
     pub fn set_fault(&mut self, now: Picoseconds, fault: Fault) {
         self.settle(now);
         self.fault = fault;
     }
 
-    /// From `now` on its own oscillator is this many percent faster than nominal (slower when negative).
+    /// From `now` on its oscillator is this many percent faster than nominal (slower if negative).
     pub fn set_clock_deviation(&mut self, now: Picoseconds, percent: f64) {
         self.settle(now);
         self.sampling.set_clock_deviation(percent);
     }
 
-    /// Whether its self-test moves the accelerometer by what the datasheet asks for.
+    /// Sets whether the self-test moves the accelerometer as specified in the datasheet.
     pub fn set_self_test_works(&mut self, works: bool) {
         self.sampling.self_test_works = works;
     }
 
-    /// Takes it off the board.
+    /// Removes it from the board.
     pub fn unmount(&mut self) {
         self.mounted = false;
     }
 
-    /// Puts it (back) on the board, or switches the board's supply on: it starts from the beginning.
+    /// Mounts it on the board, or switches its supply on: it restarts.
     pub fn power_on(&mut self, now: Picoseconds) {
         self.mounted = true;
         self.transfer = Transfer::Idle;
@@ -192,7 +193,7 @@ impl Ism330dhcx {
         self.reset_registers();
     }
 
-    /// A register that was accessed but is not modelled, or not in that way, since the last call.
+    /// A register that was accessed since the last call, but is not modelled, or not for this access.
     pub fn take_unmodelled(&mut self) -> Option<u8> {
         self.unmodelled.pop()
     }
@@ -206,7 +207,7 @@ impl Ism330dhcx {
         self.sampling.reset();
     }
 
-    /// Brings the part up to date.
+    /// Updates the state of the part.
     fn settle(&mut self, now: Picoseconds) {
         if self.reset_until.take_if(|end| *end <= now).is_some() {
             self.reset_registers();
@@ -274,13 +275,13 @@ impl Ism330dhcx {
         }
     }
 
-    /// Notes an access that the model does not know.
+    /// Records an access that is not modelled.
     fn refuse(&mut self, register: u8) -> u8 {
         self.unmodelled.push(register);
         0
     }
 
-    /// The register after this one in the same transfer.
+    /// The next register in the same transfer.
     fn next(&self, register: u8) -> u8 {
         if self.registers.get(CTRL3_C) & IF_INC == 0 {
             register

@@ -1,13 +1,13 @@
-//! The independent watchdog (RM0008, chapter 19). It has a clock of its own, LSI, and nothing but a reset stops it.
+//! The independent watchdog (RM0008, chapter 19). It has its own clock, LSI, and only a reset stops it.
 //!
 //! | offset | register | |
 //! |---|---|---|
 //! | 00h | IWDG_KR | 5555h: PR and RLR can be written; AAAAh: reload; CCCCh: start |
-//! | 04h | IWDG_PR | prescaler: 4 << PR, 256 at the most |
+//! | 04h | IWDG_PR | prescaler: 4 << PR, at most 256 |
 //! | 08h | IWDG_RLR | reload value |
-//! | 0Ch | IWDG_SR | PVU, RVU: a new PR or RLR is on its way |
+//! | 0Ch | IWDG_SR | PVU, RVU: an update of PR or RLR is pending |
 //!
-//! A new PR or RLR takes five cycles of LSI to arrive, and LSI runs only once the watchdog is started.
+//! An update of PR or RLR takes five cycles of LSI, and LSI runs only after the start of the watchdog.
 
 use super::io::AccessError;
 use super::timebase::{Picoseconds, SECOND};
@@ -16,10 +16,10 @@ use super::violation::Violations;
 /// LSI in Hz, typical (DS5319: 30 to 60 kHz).
 pub const LSI: u32 = 40_000;
 
-/// Cycles of LSI until a new PR or RLR has arrived, at the most.
+/// Cycles of LSI for an update of PR or RLR, at most.
 const UPDATE_CYCLES: u64 = 5;
 
-/// A register whose new value is on its way.
+/// A register with a pending update.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Slow {
     value: u16,
@@ -45,10 +45,10 @@ pub struct Iwdg {
     writable: bool,
     prescaler: Slow,
     reload: Slow,
-    /// Running: what the counter was, and when.
+    /// If running: the value of the counter at this time.
     counter: Option<(u16, Picoseconds)>,
-    /// What comes of all this: kept, since it is asked for after each access to any register.
-    bites_at: Option<Picoseconds>,
+    /// The resulting time of the reset: stored, because each access to any register needs it.
+    expires_at: Option<Picoseconds>,
 }
 
 impl Default for Iwdg {
@@ -60,7 +60,7 @@ impl Default for Iwdg {
             prescaler: Slow::new(0),
             reload: Slow::new(0xFFF),
             counter: None,
-            bites_at: None,
+            expires_at: None,
         }
     }
 }
@@ -74,7 +74,7 @@ impl Iwdg {
         };
     }
 
-    /// How fast this part's LSI is in Hz; to be said while the watchdog is stopped.
+    /// Sets the frequency of this chip's LSI in Hz; only while the watchdog is stopped.
     pub fn set_lsi(&mut self, frequency: u32) {
         self.lsi = frequency;
     }
@@ -84,12 +84,12 @@ impl Iwdg {
         self.counter.is_some()
     }
 
-    /// When it resets the microcontroller unless it is fed before; None while it is stopped.
-    pub fn bites_at(&self) -> Option<Picoseconds> {
-        self.bites_at
+    /// When it resets the microcontroller unless it is reloaded before; None while it is stopped.
+    pub fn expires_at(&self) -> Option<Picoseconds> {
+        self.expires_at
     }
 
-    fn next_bite(&self) -> Option<Picoseconds> {
+    fn next_expiry(&self) -> Option<Picoseconds> {
         let mut after = self.clone();
         after.settle(Picoseconds::MAX);
         let (counter, since) = after.counter?;
@@ -127,7 +127,7 @@ impl Iwdg {
         let (register, name, mask) = match offset {
             0x00 => {
                 self.write_key(now, value, violations);
-                self.bites_at = self.next_bite();
+                self.expires_at = self.next_expiry();
                 return Ok(());
             }
             0x04 => (&mut self.prescaler, "IWDG_PR", 0b111),
@@ -138,16 +138,16 @@ impl Iwdg {
         if !self.writable {
             violations.add(name, "written without the key 5555h");
         } else if register.new.is_some() {
-            violations.add(name, "written while the last value is on its way");
+            violations.add(name, "written while the last update is pending");
         } else {
             register.new = Some((value as u16 & mask, due));
-            self.bites_at = self.next_bite();
+            self.expires_at = self.next_expiry();
         }
         Ok(())
     }
 
     fn write_key(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
-        // Any other key protects PR and RLR again.
+        // Any other key write-protects PR and RLR again.
         self.writable = value & 0xFFFF == 0x5555;
         match value & 0xFFFF {
             0x5555 => {}
@@ -161,7 +161,7 @@ impl Iwdg {
         }
     }
 
-    /// Counts down from FFFh; LSI starts, and with it what was written before is on its way.
+    /// Counts down from FFFh; LSI starts, and earlier writes are updated from now on.
     fn start(&mut self, now: Picoseconds) {
         if self.counter.is_some() {
             return;
@@ -173,7 +173,7 @@ impl Iwdg {
         }
     }
 
-    /// Lets new values arrive. The counter goes on with the new prescaler.
+    /// Completes updates that are due. The counter continues with the new prescaler.
     fn settle(&mut self, now: Picoseconds) {
         let arrival = self.prescaler.new.filter(|(_, due)| *due <= now);
         if let (Some((_, due)), Some((counter, since))) = (arrival, self.counter) {
@@ -184,12 +184,12 @@ impl Iwdg {
         self.reload.settle(now);
     }
 
-    /// The length of this many counts.
+    /// The duration of this many counts.
     fn ticks(&self, count: u64) -> Picoseconds {
         self.cycles(count << (2 + self.prescaler.value.min(6)))
     }
 
-    /// The length of this many cycles of LSI.
+    /// The duration of this many cycles of LSI.
     fn cycles(&self, count: u64) -> Picoseconds {
         (u128::from(count) * u128::from(SECOND) / u128::from(self.lsi)) as Picoseconds
     }
@@ -207,8 +207,8 @@ mod tests {
         assert!(violations.list().is_empty());
     }
 
-    /// A watchdog with these settings, started at 0, and the time of its first feed, at which they hold.
-    fn fed(prescaler: u32, reload: u32) -> (Iwdg, Picoseconds) {
+    /// A watchdog with these settings, started at 0, and the time of its first reload, at which they are in effect.
+    fn started(prescaler: u32, reload: u32) -> (Iwdg, Picoseconds) {
         let mut iwdg = Iwdg::default();
         for (offset, value) in [(0, 0x5555), (4, prescaler), (8, reload), (0, 0xCCCC)] {
             write(&mut iwdg, 0, offset, value);
@@ -219,7 +219,7 @@ mod tests {
     }
 
     #[test]
-    fn timeouts() {
+    fn timeouts_match_manual() {
         // RM0008, table 96: shortest and longest time-out in units of 0.1 ms
         for (prescaler, shortest, longest) in [
             (0, 1, 4096),
@@ -232,10 +232,10 @@ mod tests {
             (7, 64, 262_144),
         ] {
             for (reload, timeout) in [(0, shortest), (0xFFF, longest)] {
-                let (iwdg, fed) = fed(prescaler, reload);
+                let (iwdg, started) = started(prescaler, reload);
                 assert_eq!(
-                    iwdg.bites_at(),
-                    Some(fed + timeout * MILLISECOND / 10),
+                    iwdg.expires_at(),
+                    Some(started + timeout * MILLISECOND / 10),
                     "PR {prescaler}, RLR {reload}"
                 );
             }
@@ -243,26 +243,26 @@ mod tests {
     }
 
     #[test]
-    fn it_starts_from_fff_whatever_the_reload_value_is() {
+    fn start_counts_from_fff_for_any_reload_value() {
         let mut iwdg = Iwdg::default();
-        assert_eq!(iwdg.bites_at(), None);
+        assert_eq!(iwdg.expires_at(), None);
         write(&mut iwdg, 0, 0, 0xCCCC);
-        assert_eq!(iwdg.bites_at(), Some(4096 * MILLISECOND / 10));
+        assert_eq!(iwdg.expires_at(), Some(4096 * MILLISECOND / 10));
     }
 
     #[test]
-    fn feeding_puts_it_off_and_only_a_reset_stops_it() {
-        let (mut iwdg, _) = fed(4, 624);
+    fn reload_delays_and_only_reset_stops_watchdog() {
+        let (mut iwdg, _) = started(4, 624);
         for at in [900, 1800, 2700] {
             write(&mut iwdg, at * MILLISECOND, 0, 0xAAAA);
-            assert_eq!(iwdg.bites_at(), Some((at + 1000) * MILLISECOND));
+            assert_eq!(iwdg.expires_at(), Some((at + 1000) * MILLISECOND));
         }
         iwdg.reset();
         assert!(!iwdg.is_running());
     }
 
     #[test]
-    fn new_values_take_five_cycles_of_lsi() {
+    fn update_takes_five_cycles_of_lsi() {
         let mut iwdg = Iwdg::default();
         write(&mut iwdg, 0, 0, 0xCCCC);
         write(&mut iwdg, 0, 0, 0x5555);
@@ -282,7 +282,7 @@ mod tests {
     }
 
     #[test]
-    fn registers_are_protected() {
+    fn write_without_key_is_violation() {
         let mut iwdg = Iwdg::default();
         let mut violations = Violations::default();
         iwdg.write(0, 4, 5, &mut violations).unwrap();
@@ -296,10 +296,10 @@ mod tests {
     }
 
     #[test]
-    fn a_slow_oscillator_gives_more_time() {
+    fn slow_lsi_extends_timeout() {
         let mut iwdg = Iwdg::default();
         iwdg.set_lsi(30_000);
         write(&mut iwdg, 0, 0, 0xCCCC);
-        assert_eq!(iwdg.bites_at(), Some(4096 * 4 * SECOND / 30_000));
+        assert_eq!(iwdg.expires_at(), Some(4096 * 4 * SECOND / 30_000));
     }
 }

@@ -1,14 +1,14 @@
-//! A simulated STM32F103C8 that runs the very ELF that is flashed.
+//! A simulated STM32F103C8 that runs the same ELF that is flashed.
 //!
 //! - [`cortex_m3`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
-//! - [`elf`]: the image: what is loaded, symbols, and which part of the project its bytes belong to
-//! - [`image`]: how large it is; [`firmware`]: builds the images
-//! - [`io`]: what lies between the processor and the peripherals
-//! - [`peripherals`]: all peripherals together: address map, clocks, violations
+//! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
+//! - [`image`]: its size; [`firmware`]: builds the images
+//! - [`io`]: the interface between the processor and the peripherals
+//! - [`peripherals`]: all peripherals: address map, clocks, violations
 //! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
-//! - [`ism330dhcx`]: the accelerometer at the end of the SPI
-//! - [`microcontroller`]: all of it in step, on its board; [`profile`]: what functions cost
-//! - [`timebase`] and [`violation`]: what these share
+//! - [`ism330dhcx`]: the accelerometer on the SPI
+//! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
+//! - [`timebase`] and [`violation`]: shared types
 //!
 //! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
 //! STM32F103x8.

@@ -1,8 +1,8 @@
-//! The microcontroller on its board: processor and peripherals in step, powered, reset, and attached to the bench's bus as a
-//! [`Sensor`].
+//! The microcontroller on its board: runs processor and peripherals together, handles power and reset, and attaches to the bus of
+//! the bench as a [`Sensor`].
 //!
-//! The processor runs until a peripheral has something to do, or an access to a register may have changed what the others see.
-//! Whatever would be a fault on the chip stops the program with a panic that names the place: no test may go on from there.
+//! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault
+//! stops the program with a panic that names the place: a test must not continue after it.
 
 mod on_the_bus;
 
@@ -32,10 +32,10 @@ const CAN_INTERRUPTS: u8 = 19;
 /// SPI1's interrupt.
 const SPI1_INTERRUPT: u8 = 35;
 
-/// LED changes that are remembered.
+/// LED changes that are kept.
 const LED_HISTORY: usize = 10_000;
 
-/// Starts that are remembered.
+/// Starts that are kept.
 const RESETS: usize = 1000;
 
 /// A microcontroller with its program.
@@ -44,7 +44,7 @@ pub struct Microcontroller {
     image: Rc<Image>,
     core: CortexM3,
     io: Peripherals,
-    /// The measuring cell, when the model has a heater.
+    /// The measuring cell, if the product has a heater.
     heated: Option<Heated>,
     on: bool,
     boots: u32,
@@ -52,15 +52,15 @@ pub struct Microcontroller {
     leds: Leds,
     led_history: VecDeque<(Instant, Leds)>,
     lowest_stack: u32,
-    /// Somebody may have changed the parameter pages from outside.
+    /// The parameter pages may have been changed from outside.
     parameters_touched: bool,
     profile: Profile,
-    told: Told,
+    reported: Reported,
 }
 
-/// Which violations have been told: how many of either list, and what they were.
+/// The violations that have been reported: the count in either list, and their kinds.
 #[derive(Default)]
-struct Told {
+struct Reported {
     io: usize,
     can: usize,
     kinds: BTreeSet<(String, String)>,
@@ -79,7 +79,7 @@ impl Microcontroller {
         for segment in image.segments() {
             let address = segment.load_address;
             let loaded = core.load(address, &segment.bytes);
-            assert!(loaded, "an image has been checked: {address:#010x}");
+            assert!(loaded, "parse has checked the segments: {address:#010x}");
         }
         Self {
             name,
@@ -95,11 +95,11 @@ impl Microcontroller {
             lowest_stack: u32::MAX,
             parameters_touched: true,
             profile: Profile::default(),
-            told: Told::default(),
+            reported: Reported::default(),
         }
     }
 
-    /// A microcontroller that is not switched on, with the program of this node type, its accelerometer in the measuring cell.
+    /// A microcontroller that is not switched on, with the program of this node type and its accelerometer in the measuring cell.
     pub fn of_type(
         node_type: &NodeType,
         image: Rc<Image>,
@@ -118,12 +118,12 @@ impl Microcontroller {
         }
     }
 
-    /// The microcontroller that a sensor is; None for a host build.
+    /// The microcontroller of a sensor; None for a host build.
     pub fn of(sensor: &dyn Sensor) -> Option<&Self> {
         (sensor as &dyn Any).downcast_ref()
     }
 
-    /// The microcontroller that a sensor is, to be tampered with; None for a host build.
+    /// The microcontroller of a sensor, mutable; None for a host build.
     pub fn of_mut(sensor: &mut dyn Sensor) -> Option<&mut Self> {
         (sensor as &mut dyn Any).downcast_mut()
     }
@@ -138,7 +138,7 @@ impl Microcontroller {
         &self.core
     }
 
-    /// The processor, to tamper with.
+    /// The processor, mutable.
     pub fn core_mut(&mut self) -> &mut CortexM3 {
         &mut self.core
     }
@@ -148,7 +148,7 @@ impl Microcontroller {
         &self.io
     }
 
-    /// The peripherals, to break them.
+    /// The peripherals, mutable, to set faults.
     pub fn io_mut(&mut self) -> &mut Peripherals {
         &mut self.io
     }
@@ -158,41 +158,41 @@ impl Microcontroller {
         &self.io.can
     }
 
-    /// What the program did against the reference manual's rules, one sentence each; the first thousand of the CAN controller and
-    /// of everything else.
+    /// The violations of the reference manual's rules by the program, one sentence each; the first thousand of the CAN controller
+    /// and of the other peripherals.
     pub fn violations(&self) -> Vec<String> {
         let io = self.io.violations().iter().map(ToString::to_string);
         let can = self.io.can.violations().iter().map(ToString::to_string);
         io.chain(can).collect()
     }
 
-    /// As [`violations`](Self::violations), those since the last time; what was done in the same way before is left out.
+    /// The new [`violations`](Self::violations) since the last call; repeated ones are omitted.
     pub fn take_new_violations(&mut self) -> Vec<String> {
-        let told = &mut self.told;
+        let reported = &mut self.reported;
         let (io, can) = (self.io.violations(), self.io.can.violations());
         let mut new = Vec::new();
-        for violation in &io[told.io..] {
+        for violation in &io[reported.io..] {
             let kind = (violation.register.clone(), violation.reason.to_owned());
-            if told.kinds.insert(kind) {
+            if reported.kinds.insert(kind) {
                 new.push(violation.to_string());
             }
         }
-        for violation in &can[told.can..] {
+        for violation in &can[reported.can..] {
             let kind = (violation.register.to_owned(), violation.reason.clone());
-            if told.kinds.insert(kind) {
+            if reported.kinds.insert(kind) {
                 new.push(violation.to_string());
             }
         }
-        (told.io, told.can) = (io.len(), can.len());
+        (reported.io, reported.can) = (io.len(), can.len());
         new
     }
 
-    /// The first thousand starts, each with its time and its reason, oldest first; [`boots`](Sensor::boots) counts all.
+    /// The first thousand starts, each with its time and its cause, oldest first; [`boots`](Sensor::boots) counts all.
     pub fn resets(&self) -> &[(Picoseconds, ResetCause)] {
         &self.resets
     }
 
-    /// The bytes of stack that have been in use at most, interrupts included, over all starts.
+    /// The peak stack usage in bytes, with interrupts, over all starts.
     pub fn peak_stack(&self) -> u32 {
         let top = self.core.word(FLASH_START).unwrap_or_default();
         top - self.lowest_stack.min(self.core.lowest_stack()).min(top)
@@ -213,7 +213,7 @@ impl Microcontroller {
         address.is_some()
     }
 
-    /// The calls that have ended since the last time, in the order in which they ended.
+    /// The calls that have ended since the last call of this function, in the order in which they ended.
     pub fn take_calls(&mut self) -> Vec<Call> {
         self.profile.take()
     }
@@ -244,7 +244,7 @@ impl Microcontroller {
         }
         self.boots += 1;
         if cause != ResetCause::PowerOn {
-            // What was before the power came on was noted when it went; before the first time there was no stack.
+            // The stack before a power-up was recorded at power-off; before the first power-up there was none.
             self.lowest_stack = self.lowest_stack();
         }
         self.profile.reset(&mut self.core);
@@ -255,16 +255,16 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    /// Copies the parameter pages to where the processor reads them.
+    /// Copies the parameter pages to the memory of the processor.
     fn load_parameters(&mut self) {
         if std::mem::take(&mut self.parameters_touched) {
             let bytes = self.io.flash.parameters().bytes();
             let loaded = self.core.load(PARAMETERS.start, bytes);
-            assert!(loaded, "the parameter pages are flash");
+            assert!(loaded, "the parameter pages are in flash");
         }
     }
 
-    /// What the peripherals want done after an access or in time.
+    /// Handles the changes in the peripherals after an access or an event.
     fn settle(&mut self) {
         let cycle = self.core.cycle();
         self.io.settle(cycle);
@@ -276,14 +276,14 @@ impl Microcontroller {
                 Work::Erase { page } => {
                     self.core.erase(page, bench::PAGE_SIZE);
                 }
-                Work::InVain { .. } => {}
+                Work::Failed { .. } => {}
             }
             let cycles = self.io.rcc.timebase().cycles(work.duration());
             self.core.stall(cycles);
         }
         self.set_lines();
         self.note_leds();
-        if self.io.watchdog_has_bitten(self.core.cycle()) {
+        if self.io.watchdog_has_expired(self.core.cycle()) {
             self.reset(ResetCause::Watchdog);
         }
         if self.io.flash.power_is_cut() {
@@ -319,18 +319,18 @@ impl Microcontroller {
     fn switch_off(&mut self) {
         self.lowest_stack = self.lowest_stack();
         self.on = false;
-        // Whatever was on the wire is torn off.
+        // A frame on the wire is aborted.
         self.io.can.reset();
         self.note_leds();
     }
 
-    /// Ends the run at this place of the program.
+    /// Ends the run at this address of the program.
     fn stop(&self, pc: u32, reason: impl Display) -> ! {
         let name = self.name;
         let function = self.image.name_of(pc);
         let function = function.map(|(function, offset)| format!(", {function}+{offset:#x}"));
         let function = function.unwrap_or_default();
-        panic!("{name} has stopped at {pc:#010x}{function}: {reason}")
+        panic!("{name} stopped at {pc:#010x}{function}: {reason}")
     }
 }
 

@@ -1,4 +1,4 @@
-//! All peripherals together: which address is whose, whether it has a clock, and what one does to another.
+//! All peripherals: the address map, clock gating, and the effects of one peripheral on another.
 //!
 //! | address | peripheral | clock |
 //! |---|---|---|
@@ -13,7 +13,7 @@
 //! | 4002_2000h | flash interface | |
 //! | E004_2000h | DBGMCU | |
 //!
-//! (RM0008, table 3 and section 7.3.) Writes to the parameter pages of the flash come here too.
+//! (RM0008, table 3 and section 7.3.) Writes to the parameter pages of the flash are also handled here.
 
 mod map;
 #[cfg(test)]
@@ -38,23 +38,23 @@ use bench::motion::Motion;
 use map::Module;
 use std::ops::Range;
 
-/// The flash, as far as the processor's writes go.
+/// The flash memory, for writes of the processor.
 const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x0801_0000;
 
-/// The peripherals, and what is connected to them.
+/// The peripherals and the parts connected to them.
 #[derive(Debug)]
 pub struct Peripherals {
     /// Clocks and resets.
     pub rcc: Rcc,
     /// Pins.
     pub gpio: Gpio,
-    /// What the pins are connected to.
+    /// Alternate functions of the pins.
     pub afio: Afio,
     /// The flash interface with the parameter pages.
     pub flash: FlashInterface,
     /// The SPI of the accelerometer.
     pub spi1: Spi,
-    /// The timer that makes the heater's PWM.
+    /// The timer of the heater's PWM.
     pub tim3: Timer,
     /// The independent watchdog.
     pub iwdg: Iwdg,
@@ -64,12 +64,12 @@ pub struct Peripherals {
     pub can: BxCan,
     signature: Signature,
     violations: Violations,
-    attention: bool,
+    changed: bool,
 }
 
 impl Peripherals {
-    /// A microcontroller with this unique device identifier and these parameter pages, its accelerometer moved by `motion`,
-    /// powered on at cycle 0.
+    /// A microcontroller with this unique device identifier and these parameter pages, powered on at cycle 0. `motion` moves its
+    /// accelerometer.
     pub fn new(unique_id: [u32; 3], parameters: Flash, motion: Box<dyn Motion>) -> Self {
         Self {
             rcc: Rcc::default(),
@@ -83,11 +83,11 @@ impl Peripherals {
             can: BxCan::new(),
             signature: Signature::new(unique_id),
             violations: Violations::default(),
-            attention: false,
+            changed: false,
         }
     }
 
-    /// A reset at `cycle`; cycles and time go on.
+    /// A reset at `cycle`; cycles and time continue.
     pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
         self.rcc.reset(cycle, cause);
         self.flash.reset();
@@ -96,10 +96,10 @@ impl Peripherals {
             self.reset_module(cycle, module);
         }
         self.can.set_clock(self.rcc.pclk1());
-        self.attention = false;
+        self.changed = false;
     }
 
-    /// The power comes back at this time, cycles go on: everything starts again.
+    /// The power returns at this time, cycles continue: everything restarts.
     pub fn power_on(&mut self, cycle: u64, time: Picoseconds) {
         self.rcc.go_on(cycle, time);
         self.flash.parameters_mut().power_on();
@@ -107,35 +107,35 @@ impl Peripherals {
         self.imu.power_on(time);
     }
 
-    /// What the firmware did wrong so far.
+    /// The violations of the firmware so far.
     pub fn violations(&self) -> &[Violation] {
         self.violations.list()
     }
 
-    /// The cycle of the next thing that happens by itself: a frame of the SPI ends whose interrupt is enabled, the watchdog bites,
-    /// the clock changes. Then call [`settle`](Self::settle).
+    /// The cycle of the next event without an access: the end of an SPI frame with its interrupt enabled, the time-out of the
+    /// watchdog, a change of the clock. Then call [`settle`](Self::settle).
     pub fn next_event(&self) -> Option<u64> {
-        let bite = self
+        let expiry = self
             .iwdg
-            .bites_at()
+            .expires_at()
             .map(|time| self.rcc.timebase().cycle_at(time));
-        [self.spi1.next_event(), self.rcc.next_event(), bite]
+        [self.spi1.next_event(), self.rcc.next_event(), expiry]
             .into_iter()
             .flatten()
             .min()
     }
 
-    /// Lets happen what is due at `cycle`.
+    /// Processes the events that are due at `cycle`.
     pub fn settle(&mut self, cycle: u64) {
         self.rcc.settle(cycle);
         self.can.set_clock(self.rcc.pclk1());
         self.advance_spi(cycle);
     }
 
-    /// True when the watchdog was not fed in time: the machine resets the microcontroller.
-    pub fn watchdog_has_bitten(&self, cycle: u64) -> bool {
+    /// True when the watchdog was not reloaded in time: the machine resets the microcontroller.
+    pub fn watchdog_has_expired(&self, cycle: u64) -> bool {
         let now = self.now(cycle);
-        self.iwdg.bites_at().is_some_and(|time| time <= now)
+        self.iwdg.expires_at().is_some_and(|time| time <= now)
     }
 
     /// The level of SPI1's interrupt line (position 35).
@@ -161,7 +161,7 @@ impl Peripherals {
         }
     }
 
-    /// Brings SPI and accelerometer up to date.
+    /// Updates SPI and accelerometer.
     fn advance_spi(&mut self, cycle: u64) {
         if !self.spi1.is_due(cycle) {
             return;
@@ -180,7 +180,7 @@ impl Peripherals {
         }
     }
 
-    /// Resets what RCC_APB1RSTR and RCC_APB2RSTR can reset.
+    /// Resets the modules of RCC_APB1RSTR and RCC_APB2RSTR.
     fn reset_module(&mut self, cycle: u64, module: Module) {
         match module {
             Module::Can => self.can.reset(),
@@ -192,7 +192,7 @@ impl Peripherals {
         }
     }
 
-    /// Does something to the pins; the accelerometer sees its chip select. It has a pull-up of its own.
+    /// Changes the pins and reports the chip select, which has a pull-up, to the accelerometer.
     fn change_pins<T>(&mut self, cycle: u64, f: impl FnOnce(&mut Gpio, &mut Violations) -> T) -> T {
         self.advance_spi(cycle);
         let is_low = |gpio: &Gpio| gpio.output(IMU_SELECT) == Some(false);
@@ -217,7 +217,7 @@ impl Peripherals {
         }
     }
 
-    /// Violates when the module is held in reset: it does not answer.
+    /// True when the module is held in reset: it does not answer, and the access is a violation.
     fn is_held_in_reset(&mut self, module: Module) -> bool {
         let held = module.gate().is_some_and(|gate| self.rcc.is_in_reset(gate));
         if held {
@@ -286,7 +286,7 @@ impl Peripherals {
     }
 
     fn write_rcc(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), AccessError> {
-        // The frame on the wires is timed by the clock that it began with.
+        // The clock at the start of a frame determines its timing.
         self.advance_spi(cycle);
         self.rcc.write(cycle, offset, value, &mut self.violations)?;
         self.can.set_clock(self.rcc.pclk1());
@@ -301,7 +301,7 @@ impl Peripherals {
         Ok(())
     }
 
-    /// What the machine has to look at after an access.
+    /// The state that the machine checks after an access.
     fn watched(&self) -> (Option<u64>, bool) {
         (self.next_event(), self.spi1.interrupt())
     }
@@ -321,7 +321,7 @@ impl Io for Peripherals {
         }
         let before = self.spi1.interrupt();
         let word = self.read_register(cycle, module, offset & !3)?;
-        self.attention |= self.spi1.interrupt() != before;
+        self.changed |= self.spi1.interrupt() != before;
         let (shift, mask) = lane(offset, width);
         Ok(word >> shift & mask)
     }
@@ -335,7 +335,7 @@ impl Io for Peripherals {
     ) -> Result<(), AccessError> {
         self.violations.at(cycle);
         if FLASH_MEMORY.contains(&address) {
-            self.attention = true;
+            self.changed = true;
             let now = self.now(cycle);
             // Programming needs HSI (PM0075, section 2.3).
             self.violations.check(
@@ -353,7 +353,7 @@ impl Io for Peripherals {
         if self.is_held_in_reset(module) {
             return Ok(());
         }
-        // The bridge to the APBs repeats a byte or half-word in the whole word (RM0008, section 3.1).
+        // The bridge to the APBs repeats a byte or half-word over the complete word (RM0008, section 3.1).
         let value = match width {
             Width::Byte => (value & 0xFF) * 0x0101_0101,
             Width::HalfWord => (value & 0xFFFF) * 0x0001_0001,
@@ -364,16 +364,16 @@ impl Io for Peripherals {
             _ => Some(self.watched()),
         };
         self.write_register(cycle, module, offset & !3, value)?;
-        self.attention |= before.is_none_or(|before| before != self.watched());
+        self.changed |= before.is_none_or(|before| before != self.watched());
         Ok(())
     }
 
-    fn take_attention(&mut self) -> bool {
-        std::mem::take(&mut self.attention)
+    fn take_changed(&mut self) -> bool {
+        std::mem::take(&mut self.changed)
     }
 }
 
-/// SPI1's pins without anything at them: the input floats high.
+/// The pins of SPI1 without a connection: the input floats high.
 struct OpenWires;
 
 impl SpiPart for OpenWires {
@@ -391,7 +391,7 @@ fn check_width(module: Module, width: Width) -> Result<(), AccessError> {
     Ok(())
 }
 
-/// Where a narrow access is in its word: shift and mask.
+/// The position of a narrow access in its word: shift and mask.
 fn lane(offset: u32, width: Width) -> (u32, u32) {
     let shift = 8 * (offset & 3);
     match width {

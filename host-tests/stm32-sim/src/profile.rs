@@ -1,4 +1,4 @@
-//! Counts the instructions of calls of functions, by breakpoints at their first instruction and where they return to.
+//! Counts the instructions of function calls, with breakpoints at the first instruction and at the return address.
 
 use super::cortex_m3::CortexM3;
 
@@ -6,20 +6,20 @@ use super::cortex_m3::CortexM3;
 const SP: u8 = 13;
 const LR: u8 = 14;
 
-/// One call of a function that is watched.
+/// One call of a watched function.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Call {
     /// The name under which it is watched.
     pub function: &'static str,
-    /// Instructions from its first one to its return, calls that it makes included, interrupts not.
+    /// Instructions from its first one to its return, with nested calls, without interrupts.
     pub instructions: u64,
     /// The processor cycle of its first instruction.
     pub start: u64,
     /// The processor cycle of its return.
     pub end: u64,
-    /// How many watched calls it is inside of.
+    /// The nesting depth among watched calls.
     pub depth: usize,
-    /// R0 at its return: the result, when it is of a word or less.
+    /// R0 at its return: the result, if it fits into a word.
     pub result: u32,
 }
 
@@ -48,19 +48,19 @@ impl Profile {
         core.add_breakpoint(address);
     }
 
-    /// The calls that have ended since the last time.
+    /// The calls that have ended since the last call of this function.
     pub fn take(&mut self) -> Vec<Call> {
         std::mem::take(&mut self.calls)
     }
 
-    /// The processor is being reset: no call will return.
+    /// The processor is being reset: open calls will not return.
     pub fn reset(&mut self, core: &mut CortexM3) {
         for call in std::mem::take(&mut self.open) {
             self.release(core, call.return_to);
         }
     }
 
-    /// The processor stands at a breakpoint: a call begins or ends there, or both.
+    /// The processor has stopped at a breakpoint: a call begins or ends there, or both.
     pub fn stopped(&mut self, core: &mut CortexM3) {
         let pc = core.pc();
         while let Some(call) = self.open.last().copied()
@@ -92,7 +92,7 @@ impl Profile {
         }
     }
 
-    /// Takes the breakpoint away that nobody waits for any more.
+    /// Removes a breakpoint that is no longer used.
     fn release(&self, core: &mut CortexM3, address: u32) {
         let waited = self.open.iter().any(|call| call.return_to == address);
         let begins = self.functions.iter().any(|(_, first)| *first == address);

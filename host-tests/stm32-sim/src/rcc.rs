@@ -26,8 +26,8 @@ pub const CRYSTAL: u32 = 8_000_000;
 /// The internal oscillator HSI in Hz.
 pub const HSI: u32 = 8_000_000;
 
-// Start-up times (DS5319, tables of oscillator characteristics and PLL): HSI and PLL at the most, crystal and LSI typical and at
-// the most.
+// Start-up times (DS5319, tables of oscillator characteristics and PLL): maximum for HSI and PLL, typical and maximum for crystal
+// and LSI.
 const HSI_STARTUP: Picoseconds = 2 * MICROSECOND;
 const HSE_STARTUP: Picoseconds = 2000 * MICROSECOND;
 const PLL_LOCK: Picoseconds = 200 * MICROSECOND;
@@ -43,7 +43,7 @@ const HSE_BYPASS: u32 = 1 << 18;
 const PLL_ON: u32 = 1 << 24;
 const PLL_READY: u32 = 1 << 25;
 const CR_WRITABLE: u32 = HSI_ON | HSI_TRIM | HSE_ON | HSE_BYPASS | PLL_ON;
-/// HSI on, its trimming at the middle.
+/// HSI on, its trimming at the middle value.
 const CR_RESET: u32 = 0x81;
 
 // RCC_CFGR.
@@ -67,7 +67,7 @@ const RESET_FLAGS: u32 = 0xFC00_0000;
 /// RCC_AHBENR after a reset: clocks of SRAM and flash interface in sleep mode.
 const AHBENR_RESET: u32 = 0x14;
 
-/// What resets the microcontroller.
+/// The cause of a reset of the microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ResetCause {
     /// The supply was switched on.
@@ -80,7 +80,7 @@ pub enum ResetCause {
     Watchdog,
 }
 
-/// Where a peripheral's clock is switched on (bit of the enable register), which on the APBs is also the bit that resets it.
+/// The clock enable bit of a peripheral; on the APBs it is also the reset bit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Gate {
     /// RCC_APB1ENR and RCC_APB1RSTR.
@@ -89,7 +89,7 @@ pub enum Gate {
     Apb2(u8),
 }
 
-/// Where SYSCLK comes from, numbered as in RCC_CFGR.SW.
+/// The source of SYSCLK, numbered as in RCC_CFGR.SW.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Source {
     Hsi = 0,
@@ -97,10 +97,10 @@ enum Source {
     Pll = 2,
 }
 
-/// An oscillator: off, or on and ready from a certain time.
+/// An oscillator: off, or on and ready from a given time.
 type Oscillator = Option<Picoseconds>;
 
-/// RCC, with the time base that its clocks make.
+/// RCC, with the time base of its clocks.
 #[derive(Debug)]
 pub struct Rcc {
     timebase: Timebase,
@@ -146,8 +146,8 @@ impl Default for Rcc {
 }
 
 impl Rcc {
-    /// A reset at `cycle`; time goes on. The flags in RCC_CSR add up until the firmware removes them (RMVF) or the supply is
-    /// switched on; every internal reset pulls the NRST pin too.
+    /// A reset at `cycle`; time continues. The flags in RCC_CSR accumulate until the firmware clears them (RMVF) or the supply is
+    /// switched on; every internal reset also drives the NRST pin.
     pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
         let mut timebase = self.timebase;
         timebase.set_frequency(cycle, HSI);
@@ -165,7 +165,7 @@ impl Rcc {
         };
     }
 
-    /// Breaks the crystal (it does not start any more; running, it goes on) or repairs it.
+    /// Breaks the crystal (it no longer starts; if running, it continues) or repairs it.
     pub fn break_crystal(&mut self, broken: bool) {
         self.crystal_broken = broken;
     }
@@ -175,7 +175,7 @@ impl Rcc {
         self.timebase.go_on(cycle, time);
     }
 
-    /// From cycles to time.
+    /// The conversion from cycles to time.
     pub fn timebase(&self) -> &Timebase {
         &self.timebase
     }
@@ -185,7 +185,7 @@ impl Rcc {
         self.cr & HSI_ON != 0
     }
 
-    /// True when the peripheral behind this gate has a clock.
+    /// True when the peripheral of this gate has a clock.
     pub fn is_clocked(&self, gate: Gate) -> bool {
         match gate {
             Gate::Apb1(bit) => self.apb1_enable >> bit & 1 != 0,
@@ -193,7 +193,7 @@ impl Rcc {
         }
     }
 
-    /// True while the firmware holds the peripheral behind this gate in reset.
+    /// True while the firmware holds the peripheral of this gate in reset.
     pub fn is_in_reset(&self, gate: Gate) -> bool {
         match gate {
             Gate::Apb1(bit) => self.apb1_reset >> bit & 1 != 0,
@@ -201,7 +201,7 @@ impl Rcc {
         }
     }
 
-    /// The cycle at which the clock changes by itself: a source that was chosen before it was ready becomes ready.
+    /// The cycle at which the clock changes without an access: a selected source becomes ready.
     pub fn next_event(&self) -> Option<u64> {
         let chosen = self.chosen()?;
         let ready = self.oscillator(chosen)?;
@@ -267,7 +267,7 @@ impl Rcc {
     }
 
     fn write_cr(&mut self, cycle: u64, value: u32, violations: &mut Violations) {
-        // A clock that SYSCLK comes from, directly or through the PLL, cannot be switched off.
+        // A clock that is a source of SYSCLK, directly or through the PLL, cannot be switched off.
         let pll_source = if self.cfgr & PLL_SOURCE != 0 {
             HSE_ON
         } else {
@@ -326,7 +326,7 @@ impl Rcc {
         switch(&mut self.lsi, self.lsi_on, now, LSI_STARTUP);
     }
 
-    /// The source that the firmware has chosen in RCC_CFGR.SW.
+    /// The source that the firmware has selected in RCC_CFGR.SW.
     fn chosen(&self) -> Option<Source> {
         match self.cfgr & SOURCE {
             0 => Some(Source::Hsi),
@@ -344,8 +344,8 @@ impl Rcc {
         }
     }
 
-    /// The switch takes place once the chosen source is ready (RM0008, section 7.2.6); from then on cycles are as long as HCLK
-    /// says.
+    /// Switches the clock once the selected source is ready (RM0008, section 7.2.6); from then on HCLK determines the length of
+    /// cycles.
     pub fn settle(&mut self, cycle: u64) {
         let now = self.timebase.time_at(cycle);
         let ready = |source| self.oscillator(source).is_some_and(|ready| ready <= now);
@@ -358,7 +358,7 @@ impl Rcc {
     }
 }
 
-/// Switches an oscillator; one that is on already stays as it is.
+/// Switches an oscillator; no effect if it is already on.
 fn switch(oscillator: &mut Oscillator, on: bool, now: Picoseconds, startup: Picoseconds) {
     *oscillator = match (on, *oscillator) {
         (false, _) => None,

@@ -9,7 +9,7 @@ const UNIQUE_ID: u32 = 0x1FFF_F7E8;
 /// The flash in KiB.
 const KIBIBYTES: u16 = 64;
 
-/// The unique device identifier from which the firmware makes this serial number: the CRC-32 of its bytes.
+/// The unique device identifier for which the firmware calculates this serial number: the CRC-32 of its bytes.
 pub fn unique_id(serial: u32) -> [u32; 3] {
     /// The polynomial, reflected.
     const POLYNOMIAL: u32 = 0xEDB8_8320;
@@ -17,7 +17,7 @@ pub fn unique_id(serial: u32) -> [u32; 3] {
     let before = Crc::<u32>::new(&CRC_32_ISO_HDLC);
     let mut before = before.digest();
     before.update(&u64::to_le_bytes(u64::from(middle) << 32 | u64::from(low)));
-    // The register of the checksum, 32 bits before its end.
+    // The checksum register, 32 bits before the end.
     let wanted = (0..32).fold(!serial, |register, _| match register >> 31 {
         0 => register << 1,
         _ => (register ^ POLYNOMIAL) << 1 | 1,
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_identifier_for_every_serial_number() {
+    fn each_serial_number_has_identifier() {
         for serial in [0, 1, 0x1234_5678, u32::MAX] {
             let bytes: Vec<u8> = unique_id(serial)
                 .into_iter()
@@ -81,7 +81,7 @@ mod tests {
     }
 
     #[test]
-    fn size_and_identifier() {
+    fn signature_has_size_and_identifier() {
         let part = Signature::new([0x4433_2211, 0x8877_6655, 0xCCBB_AA99]);
         assert_eq!(part.read(0x1FFF_F7E0, Width::HalfWord), Ok(64));
         assert_eq!(part.read(0x1FFF_F7E8, Width::Word), Ok(0x4433_2211));

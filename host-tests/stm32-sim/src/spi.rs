@@ -6,9 +6,10 @@
 //! | 04h | SPI_CR2 | interrupt enables |
 //! | 08h | SPI_SR | TXE, RXNE, OVR, MODF, BSY |
 //! | 0Ch | SPI_DR | data |
-//! | 10h | SPI_CRCPR | CRC polynomial: kept, without effect |
+//! | 10h | SPI_CRCPR | CRC polynomial: stored, without effect |
 //!
-//! What is not modelled (slave, one line, CRC, hardware slave select, least significant bit first, DMA) is a violation.
+//! Functions that are not modelled (slave, one line, CRC, hardware slave select, least significant bit first, DMA) are
+//! violations.
 
 use super::io::AccessError;
 use super::timebase::Picoseconds;
@@ -42,15 +43,15 @@ const MODE_FAULT: u32 = 1 << 5;
 const OVERRUN: u32 = 1 << 6;
 const BUSY: u32 = 1 << 7;
 
-/// The fastest clock that the part at the end of the wires takes, in Hz (ISM330DHCX datasheet, SPI timing).
+/// The highest clock of the connected part, in Hz (ISM330DHCX datasheet, SPI timing).
 const FASTEST: u32 = 10_000_000;
 
-/// What is at the end of the wires.
+/// The part connected to the SPI.
 pub trait SpiPart {
-    /// The chip select goes low (true) or high.
+    /// The chip select becomes low (true) or high.
     fn select(&mut self, now: Picoseconds, selected: bool);
 
-    /// A byte goes to the part and another comes back. Not selected, a part lets go of its output, which reads as FFh.
+    /// Transfers a byte to the part and another back. If not selected, a part does not drive its output, which reads as FFh.
     fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8;
 }
 
@@ -79,7 +80,7 @@ pub struct Spi {
     waiting: Option<u16>,
     shifting: Option<Frame>,
     received: Option<u16>,
-    /// What SPI_DR shows.
+    /// The value of SPI_DR.
     last: u16,
     overrun: bool,
     /// SPI_DR was read after the overrun; reading SPI_SR now clears it.
@@ -114,27 +115,27 @@ impl Spi {
     /// The level of the interrupt line.
     pub fn interrupt(&self) -> bool {
         let wants = |enable, event| self.cr2 & enable != 0 && event;
-        // Firmware that polls has none, and this is asked twice for each access.
+        // Firmware that polls enables no interrupt, and this is called twice for each access.
         self.cr2 & INTERRUPTS != 0
             && (wants(RECEIVE_INTERRUPT, self.received.is_some())
                 || wants(TRANSMIT_INTERRUPT, self.waiting.is_none())
                 || wants(ERROR_INTERRUPT, self.overrun || self.mode_fault))
     }
 
-    /// The end of the frame on the wires, when an interrupt may come of it. Firmware that polls needs no event: each access
-    /// brings the peripheral up to date.
+    /// The end of the current frame, if it may cause an interrupt. Firmware that polls needs no event: each access updates the
+    /// peripheral.
     pub fn next_event(&self) -> Option<u64> {
         self.shifting
             .filter(|_| self.cr2 & INTERRUPTS != 0)
             .map(|frame| frame.end)
     }
 
-    /// True when the frame on the wires has ended by `cycle`.
+    /// True when the current frame has ended by `cycle`.
     pub fn is_due(&self, cycle: u64) -> bool {
         self.shifting.is_some_and(|frame| frame.end <= cycle)
     }
 
-    /// Ends the frames that end until `cycle`; `time_at` says when a cycle is.
+    /// Completes the frames that end until `cycle`; `time_at` converts a cycle to time.
     pub fn advance(
         &mut self,
         cycle: u64,
@@ -146,7 +147,7 @@ impl Spi {
             let answer = self.exchange(frame.data, time_at(frame.end), part);
             match self.received {
                 None => self.received = Some(answer),
-                // The buffer keeps what it has.
+                // The buffer keeps its content.
                 Some(_) => {
                     self.overrun = true;
                     self.overrun_seen = false;
@@ -158,7 +159,7 @@ impl Spi {
         }
     }
 
-    /// Reads the register at `offset`; brought up to date before.
+    /// Reads the register at `offset`; [`advance`](Self::advance) comes first.
     pub fn read(&mut self, offset: u32) -> Result<u32, AccessError> {
         Ok(match offset {
             0x00 => self.cr1,
@@ -170,7 +171,7 @@ impl Spi {
         })
     }
 
-    /// Writes the register at `offset`; brought up to date before.
+    /// Writes the register at `offset`; [`advance`](Self::advance) comes first.
     pub fn write(
         &mut self,
         cycle: u64,
@@ -185,7 +186,7 @@ impl Spi {
                 violations.check(value & DMA != 0, "SPI_CR2", "DMA is not modelled");
                 self.cr2 = value & 0xE7;
             }
-            // The flags are cleared by sequences; only CRCERR, which is not modelled, is written.
+            // Sequences clear the flags; only CRCERR, which is not modelled, is writable.
             0x08 => {}
             0x0C => self.write_data(cycle, value as u16, clocks, violations),
             0x10 => self.polynomial = value & 0xFFFF,
@@ -230,12 +231,12 @@ impl Spi {
         violations.check(
             (value & PHASE != 0) != (value & POLARITY != 0),
             NAME,
-            "the part knows modes 0 and 3 only",
+            "the part supports modes 0 and 3 only",
         );
         violations.check(
             clocks.pclk2 / self.prescaler() > FASTEST,
             NAME,
-            "faster than the part's 10 MHz",
+            "faster than the 10 MHz of the part",
         );
     }
 
@@ -248,7 +249,7 @@ impl Spi {
             violations.check(
                 self.waiting.is_some(),
                 "SPI_DR",
-                "written while TXE is 0: the frame before is lost",
+                "written while TXE is 0: the previous frame is lost",
             );
             self.waiting = Some(data);
         }

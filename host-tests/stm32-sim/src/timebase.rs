@@ -1,4 +1,4 @@
-//! From processor cycles to time and back. A cycle is an HCLK cycle, and HCLK changes when the firmware sets up the clocks.
+//! Converts processor cycles to time and back. A cycle is an HCLK cycle, and HCLK changes when the firmware sets up the clocks.
 
 pub use can_wire::protocol::Picoseconds;
 
@@ -8,15 +8,15 @@ pub const SECOND: Picoseconds = 1_000_000_000_000;
 /// Picoseconds in a microsecond.
 pub const MICROSECOND: Picoseconds = 1_000_000;
 
-/// When each cycle is: a cycle whose time is known, and the frequency from there on.
+/// The time of each cycle: a reference cycle with known time, and the frequency from there on.
 ///
-/// A cycle at 8 or 64 MHz is a whole number of picoseconds, which saves dividing: the time is asked for at each access to a register.
+/// A cycle at 8 or 64 MHz is an integer number of picoseconds, which avoids a division: each access to a register needs the time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Timebase {
     cycle: u64,
     time: Picoseconds,
     frequency: u32,
-    /// The length of a cycle, when it is a whole number of picoseconds.
+    /// The length of a cycle, if it is an integer number of picoseconds.
     period: Option<Picoseconds>,
 }
 
@@ -47,12 +47,12 @@ impl Timebase {
         };
     }
 
-    /// `cycle` begins at `time`: the clock stood still until then.
+    /// `cycle` begins at `time`: the clock was stopped until then.
     pub fn go_on(&mut self, cycle: u64, time: Picoseconds) {
         (self.cycle, self.time) = (cycle, time);
     }
 
-    /// The time at which a cycle begins. Cycles before the last change of frequency count as being at that change.
+    /// The time at which a cycle begins. Cycles before the last change of frequency return the time of that change.
     pub fn time_at(&self, cycle: u64) -> Picoseconds {
         let cycles = cycle.saturating_sub(self.cycle);
         self.time
@@ -70,7 +70,7 @@ impl Timebase {
         self.cycle + self.cycles(time.saturating_sub(self.time))
     }
 
-    /// How many cycles cover this length of time, rounded up.
+    /// The number of cycles in this time, rounded up.
     pub fn cycles(&self, length: Picoseconds) -> u64 {
         match self.period {
             Some(period) => length.div_ceil(period),
@@ -87,7 +87,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn time_goes_on_through_changes_of_the_frequency() {
+    fn time_is_continuous_over_frequency_changes() {
         let mut base = Timebase::new(8_000_000);
         assert_eq!(base.time_at(8_000), 1_000 * MICROSECOND);
         base.set_frequency(8_000, 64_000_000);
@@ -98,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn a_frequency_whose_cycle_is_no_whole_number_of_picoseconds_does_not_drift() {
+    fn non_integer_cycle_length_does_not_drift() {
         let base = Timebase::new(72_000_000);
         assert_eq!(base.time_at(72_000_000 * 86_400), 86_400 * SECOND);
         for cycle in [1, 2, 3, 71, 72_000_001] {

@@ -5,12 +5,13 @@
 //! | 00h | TIMx_CR1 | CEN, URS, ARPE |
 //! | 14h | TIMx_EGR | UG |
 //! | 18h, 1Ch | TIMx_CCMR1, TIMx_CCMR2 | mode and preload of the channels |
-//! | 20h | TIMx_CCER | which channels reach their pins |
+//! | 20h | TIMx_CCER | enables the outputs of the channels |
 //! | 28h, 2Ch | TIMx_PSC, TIMx_ARR | prescaler and period |
-//! | 34h..40h | TIMx_CCR1..4 | duties |
+//! | 34h..40h | TIMx_CCR1..4 | compare values |
 //!
-//! What is preloaded takes effect with an update event (UG, or the end of a period). A period is short against whatever looks at the
-//! duty, so that of a running counter counts as come at once. Anything else, interrupts above all, is refused.
+//! A preloaded value takes effect at an update event (UG, or the end of a period). A period is short compared with any
+//! observation of the duty, so the compare value of a running counter takes effect at once. All other functions, especially
+//! interrupts, are violations or refused.
 
 use super::io::AccessError;
 use super::violation::Violations;
@@ -34,21 +35,20 @@ pub struct Timer {
     modes: [u32; 2],
     outputs: u32,
     prescaler: u32,
-    /// TIMx_PSC as it was at the last update event.
+    /// The value of TIMx_PSC at the last update event.
     prescaler_in_force: u32,
     period: u32,
     compares: [u32; 4],
 }
 
 impl Timer {
-    /// The frequency of the PWM in Hz when the counter gets `clock` Hz; None while the counter stands.
+    /// The frequency of the PWM in Hz for a counter clock of `clock` Hz; None while the counter is stopped.
     pub fn frequency(&self, clock: u32) -> Option<f64> {
         let ticks = f64::from(self.prescaler_in_force + 1) * f64::from(self.period + 1);
         self.counts().then(|| f64::from(clock) / ticks)
     }
 
-    /// The part of a period in permille, rounded to nearest, for which a channel (1 to 4) is high; None when it makes no PWM on its
-    /// pin.
+    /// The duty of a channel (1 to 4) in permille, rounded to nearest; None when the channel has no PWM output.
     pub fn duty(&self, channel: usize) -> Option<u16> {
         let index = channel.checked_sub(1)?;
         let mode = self.modes.get(index / 2)? >> (8 * (index % 2)) & 0xFF;
@@ -57,7 +57,7 @@ impl Timer {
             return None;
         }
         let period = self.period + 1;
-        // High while the counter is below the compare value: above the period, always.
+        // High while the counter is below the compare value; always high when the compare value exceeds the period.
         let high = self.compares[index].min(period);
         Some(((high * 1000 + period / 2) / period) as u16)
     }
@@ -126,7 +126,7 @@ impl Timer {
 mod tests {
     use super::*;
 
-    /// A timer after these writes, none of which is a violation.
+    /// A timer after these writes, without violations.
     fn after(writes: &[(u32, u32)]) -> Timer {
         let (mut timer, mut violations) = (Timer::default(), Violations::default());
         for &(offset, value) in writes {
@@ -136,7 +136,7 @@ mod tests {
         timer
     }
 
-    /// Channel 3 at 1 kHz out of 64 MHz: PSC 63, ARR 999, UG, PWM mode 1 with preload, CC3E, CEN.
+    /// Channel 3 at 1 kHz from 64 MHz: PSC 63, ARR 999, UG, PWM mode 1 with preload, CC3E, CEN.
     const SET_UP: [(u32, u32); 6] = [
         (0x28, 63),
         (0x2C, 999),
@@ -147,7 +147,7 @@ mod tests {
     ];
 
     #[test]
-    fn the_duty_is_the_compare_value_over_the_period() {
+    fn duty_is_compare_value_divided_by_period() {
         for (compare, permille) in [
             (0, 0),
             (1, 1),
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn every_step_of_the_set_up_is_needed() {
+    fn each_set_up_step_is_required() {
         for left_out in [1, 3, 4, 5] {
             let mut writes = SET_UP.to_vec();
             writes.remove(left_out);
@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_not_modelled_is_not_silent() {
+    fn functions_not_modelled_are_reported() {
         for (offset, value) in [(0x00, 0x10), (0x14, 2), (0x18, 0x70), (0x20, 2)] {
             let mut violations = Violations::default();
             Timer::default()

@@ -1,15 +1,15 @@
-//! Programming errors of the firmware: what a reference manual forbids, and what the hardware would do about it in silence.
+//! Programming errors of the firmware: accesses that a reference manual forbids. The hardware often reports no error.
 
 use std::fmt;
 
-/// What the firmware did and must not do.
+/// One programming error.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Violation {
     /// The processor cycle of the access.
     pub cycle: u64,
-    /// The register, as the manual names it, e.g. `FLASH_CR`.
+    /// The register by its name in the manual, e.g. `FLASH_CR`.
     pub register: String,
-    /// What is wrong.
+    /// The reason.
     pub reason: &'static str,
 }
 
@@ -32,16 +32,16 @@ pub struct Violations {
 }
 
 impl Violations {
-    /// How many are kept: a firmware that does one thing wrong mostly does it again and again.
+    /// The number of violations kept: a firmware often repeats the same one.
     const MOST: usize = 1000;
 
-    /// Sets the cycle of what is added from now on.
+    /// Sets the cycle of the violations added from now on.
     pub fn at(&mut self, cycle: u64) -> &mut Self {
         self.cycle = cycle;
         self
     }
 
-    /// Adds one.
+    /// Adds a violation.
     pub fn add(&mut self, register: impl Into<String>, reason: &'static str) {
         if self.list.len() < Self::MOST {
             self.list.push(Violation {
@@ -52,14 +52,14 @@ impl Violations {
         }
     }
 
-    /// Adds one when `wrong`.
+    /// Adds a violation if `wrong`.
     pub fn check(&mut self, wrong: bool, register: &'static str, reason: &'static str) {
         if wrong {
             self.add(register, reason);
         }
     }
 
-    /// All so far, the oldest first; at most 1000.
+    /// All violations, oldest first; at most 1000.
     pub fn list(&self) -> &[Violation] {
         &self.list
     }

@@ -1,8 +1,8 @@
-//! A sensor for real clients, as the program `virtual-sensor` runs it.
+//! A sensor for external clients: the library of the program `virtual-sensor`.
 //!
-//! - [`scene`]: what it is mounted on
-//! - [`slcan`]: the language of its clients; [`server`]: the clients on a bus in real time
-//! - [`program`]: the command line, and the files it names
+//! - [`scene`]: the motion of the sensor
+//! - [`slcan`]: the protocol of its clients; [`server`]: the clients on a bus in real time
+//! - [`program`]: the command line and its files
 
 pub mod program;
 pub mod scene;

@@ -16,66 +16,67 @@ use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::elf::Image;
 
-/// Where clients are expected when nothing is said.
+/// The default address for clients.
 const DEFAULT_ADDRESS: &str = "127.0.0.1:11898";
 
-/// How long the sensor's firmware may boot before clients are let in.
+/// Maximum time for the sensor to boot before clients are accepted.
 const BOOT_LIMIT: Instant = Instant::from_ticks(2_000_000);
 
-/// The serial number that the sensor tells.
+/// The serial number of the sensor.
 const SERIAL: u32 = 1;
 
 /// A CAN inclination sensor on a simulated bus. Clients speak slcan (LAWICEL ASCII) and share the bus.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "virtual-sensor", version)]
 pub struct Options {
-    /// The sensor that is simulated
+    /// The sensor to simulate
     #[arg(long, default_value = "is2", value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: String,
 
-    /// The article of that sensor: its type name or order number [default: the first one]
+    /// The article of the sensor: its type name or order number [default: the first one]
     #[arg(long, value_name = "ARTICLE")]
     article: Option<String>,
 
-    /// Run this firmware image (an ELF file for the Blue Pill) on a simulated microcontroller, instead of the model as it is built for
-    /// the PC
+    /// Run this firmware image (an ELF file for the Blue Pill) on a simulated microcontroller, instead of the model built for the
+    /// PC
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
 
-    /// Where to listen for clients; port 0 picks a free one [default: 127.0.0.1:11898, or a free port when that one is taken]
+    /// Address to listen on for clients; port 0 picks a free one [default: 127.0.0.1:11898, or a free port if that one is in use]
     #[arg(long, value_name = "ADDRESS:PORT")]
     listen: Option<String>,
 
-    /// Offer a pseudoterminal too, for programs that expect a serial port
+    /// Also create a pseudoterminal, for programs that need a serial port
     #[cfg(unix)]
     #[arg(long)]
     pty: bool,
 
-    /// What the sensor is mounted on: tilt=X,Y (degrees, at rest; with one axis X is the angle, Y the cross slope) or a CSV file
-    /// with the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps[,temp_c]] [default: a slow sway]
+    /// The motion of the sensor: tilt=X,Y (degrees, at rest; with one axis X is the angle, Y the cross slope) or a CSV file with
+    /// the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps[,temp_c]] [default: a slow sway]
     #[arg(long, allow_hyphen_values = true)]
     scene: Option<SceneArgument>,
 
-    /// Keep the nonvolatile memory in this file, so that ending and starting the program is a power cycle
+    /// Keep the nonvolatile memory in this file, so that a restart of the program is a power cycle
     #[arg(long, value_name = "FILE")]
     store: Option<PathBuf>,
 
-    /// The bit rate of the bus; who is set to another one takes no part [default: the sensor's; the clients' do not matter]
+    /// The bit rate of the bus; clients with another rate are not connected [default: that of the sensor, for clients with any
+    /// rate]
     #[arg(long, value_name = "KBITS", value_parser = bit_rate)]
     bus_rate: Option<BitRate>,
 
-    /// Write the traffic to this file, as candump -L does
+    /// Write the traffic to this file, in the format of candump -L
     #[arg(long, value_name = "FILE")]
     log: Option<PathBuf>,
 }
 
-/// Why the program ended; one sentence for its user.
+/// The reason why the program ended, as one sentence for its user.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum Failure {
-    /// The command line asks for what cannot be.
+    /// The command line is invalid.
     #[error("{0}")]
     Usage(String),
-    /// Something outside of the program does not work.
+    /// An error outside the program.
     #[error("{0}")]
     Outside(String),
 }
@@ -89,7 +90,7 @@ impl From<SceneError> for Failure {
     }
 }
 
-/// Says what could not be done, and why.
+/// Builds the message for an action that failed.
 fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::Outside(format!("cannot {what}: {error}"))
 }
@@ -122,7 +123,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         }
         None => bus.attach(Device::new(&node_type, SERIAL, flash, motion)),
     };
-    // A client that comes at once finds a sensor that has booted.
+    // The sensor boots first, so that the first client finds it ready.
     while bus.device(sensor).mode().is_none() && bus.now() < BOOT_LIMIT {
         let next = after(bus.now(), millis(1));
         bus.run_until(next);
@@ -130,7 +131,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     if bus.device(sensor).mode().is_none() {
         let seconds = BOOT_LIMIT.ticks() / 1_000_000;
         eprintln!(
-            "virtual-sensor: the image has not switched its CAN controller on within {seconds} s"
+            "virtual-sensor: the firmware did not start its CAN controller within {seconds} s"
         );
     }
     let status = io::stdout().is_terminal().then(StatusLine::new);
@@ -153,7 +154,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     })
 }
 
-/// The sensor that the options ask for.
+/// The sensor of the options.
 fn node_type(options: &Options) -> Result<NodeType, Failure> {
     let unknown = || Failure::Usage(format!("there is no model {}", options.model));
     let product = catalog::find(&options.model).ok_or_else(unknown)?;
@@ -162,7 +163,7 @@ fn node_type(options: &Options) -> Result<NodeType, Failure> {
         return Ok(node_type);
     };
     if options.elf.is_some() {
-        let message = "the article is in the firmware image: leave --article or --elf out";
+        let message = "the article is in the firmware image: omit --article or --elf";
         return Err(Failure::Usage(message.to_owned()));
     }
     node_type.with_article(wanted).ok_or_else(|| {
@@ -194,8 +195,8 @@ fn bit_rate(text: &str) -> Result<BitRate, String> {
         })
 }
 
-/// The memory in `path`, which is created when there is none. When that does not work, its user is told at once and not at the first
-/// save, and the sensor goes on with a memory that cannot be written.
+/// The memory in `path`, which is created if it does not exist. If that fails, reports it at once and not at the first save; the
+/// sensor continues with a memory that cannot be written.
 fn open_store(path: &Path) -> Flash {
     let usable = OpenOptions::new()
         .write(true)
@@ -213,7 +214,7 @@ fn open_store(path: &Path) -> Flash {
     })
 }
 
-/// The firmware image in an ELF file, which is one of this model as far as its symbols tell.
+/// The firmware image in an ELF file; checks the model, if the file has symbols.
 fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
     let what = format!("read the firmware image {}", path.display());
     let elf = std::fs::read(path).map_err(cannot(&what))?;
@@ -229,7 +230,7 @@ fn open_image(path: &Path, model: &str) -> Result<Rc<Image>, Failure> {
     Ok(Rc::new(image))
 }
 
-/// Listens at the address, or at the default one.
+/// Listens on the address, or on the default one.
 fn listen(address: Option<&str>) -> Result<TcpListener, Failure> {
     match address {
         Some(address) => TcpListener::bind(address).map_err(cannot(format!("listen at {address}"))),
@@ -239,7 +240,7 @@ fn listen(address: Option<&str>) -> Result<TcpListener, Failure> {
     }
 }
 
-/// Prints a line at once. Whether anybody reads it does not matter to the sensor.
+/// Prints a line at once. The sensor ignores errors of standard output.
 fn announce(line: &str) {
     let mut output = io::stdout().lock();
     let _ = writeln!(output, "{line}").and_then(|()| output.flush());

@@ -1,4 +1,4 @@
-//! What the virtual sensor is mounted on: a fixed tilt, a recording in a CSV file, or a slow sway.
+//! The motion of the virtual sensor: a fixed tilt, a recording in a CSV file, or a slow sway.
 
 mod recording;
 
@@ -12,8 +12,8 @@ use std::f64::consts::TAU;
 use std::path::Path;
 use std::str::FromStr;
 
-/// How many angles the sensor in the scene measures. The two kinds are mounted differently, so the same angles are different
-/// positions in space.
+/// The number of angles that the sensor in the scene measures. The two types are mounted differently, so the same angles are
+/// different positions in space.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Axes {
     /// 360 deg about Z, which is horizontal. Angle 0: Y points up; 90 deg: X points up.
@@ -23,7 +23,7 @@ pub enum Axes {
 }
 
 impl Axes {
-    /// How many angles a sensor of this type measures.
+    /// The number of angles of a sensor of this type.
     pub fn of(node_type: &NodeType) -> Self {
         let node = (node_type.start)(node_type, Instant::from_ticks(0), &Boot::default());
         match node.readout().y {
@@ -33,18 +33,18 @@ impl Axes {
     }
 }
 
-/// Why a scene cannot be played.
+/// The reason why a scene cannot be played.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The text after `--scene` is not understood, or asks for what cannot be.
+    /// The text after `--scene` is invalid, or the requested scene is impossible.
     #[error("{0}")]
     Argument(String),
-    /// The recording cannot be read or has a mistake in it.
+    /// The recording cannot be read or has an error.
     #[error("{0}")]
     File(String),
 }
 
-/// What `--scene` says.
+/// The argument of `--scene`.
 #[derive(Clone, PartialEq, Debug)]
 pub enum SceneArgument {
     /// `tilt=X,Y`, in degrees.
@@ -77,7 +77,7 @@ impl FromStr for SceneArgument {
     }
 }
 
-/// The motion of the virtual sensor. Its time is the simulation's, which starts with the process.
+/// The motion of the virtual sensor. Its time is simulation time, which starts with the process.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Scene(Kind);
 
@@ -89,7 +89,7 @@ enum Kind {
 }
 
 impl Scene {
-    /// The scene that `--scene` names; None: the sway.
+    /// The scene of `--scene`; None: the sway.
     pub fn open(argument: Option<&SceneArgument>, axes: Axes) -> Result<Self, SceneError> {
         match argument {
             None => Ok(Self::sway(axes)),
@@ -98,7 +98,7 @@ impl Scene {
         }
     }
 
-    /// At rest without noise, at these angles in degrees.
+    /// At rest and noise-free, at these angles in degrees.
     ///
     /// With two axes X and Y are the perpendicular angles; the sum of the squares of their sines cannot exceed 1. With one axis
     /// X is the angle (any; it repeats every 360 deg) and Y the cross slope of +-90 deg.
@@ -109,7 +109,7 @@ impl Scene {
         };
         if x.abs() > limit || y.abs() > 90.0 {
             return Err(SceneError::Argument(format!(
-                "a tilt of {x},{y} is out of range: {} must lie within -90 to 90 degrees",
+                "a tilt of {x},{y} is out of range: {} must be within -90 to 90 degrees",
                 match axes {
                     Axes::One => "the cross slope Y",
                     Axes::Two => "X and Y",
@@ -125,8 +125,9 @@ impl Scene {
 
     /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps[,temp_c]]`.
     ///
-    /// Specific force in g, angular rate in deg/s, temperature in degC (25 without that column), in the sensor's frame. Values
-    /// are interpolated between rows; the first row holds before it, the last after it. Lines that start with `#` are comments.
+    /// Specific force in g, angular rate in deg/s, temperature in degC (25 without that column), in the sensor frame. Values are
+    /// linear between rows; the first row is held before its time, the last after its time. Lines that start with `#` are
+    /// comments.
     pub fn recording(path: &Path) -> Result<Self, SceneError> {
         Recording::open(path)
             .map(|recording| Self(Kind::Recording(recording)))
@@ -150,7 +151,7 @@ impl Motion for Scene {
     }
 }
 
-/// A reading in the units of people.
+/// A reading in g, deg/s and degC.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Sample {
     /// Specific force in g.
@@ -164,7 +165,7 @@ struct Sample {
 impl Sample {
     /// The range of the accelerometer in g.
     const RANGE: f64 = 2.0;
-    /// The temperature where nothing else is said, in degC.
+    /// The default temperature in degC.
     const ROOM: f64 = 25.0;
 
     fn at_rest(force: [f64; 3]) -> Self {
@@ -176,7 +177,7 @@ impl Sample {
     }
 
     fn reading(&self) -> Reading {
-        // Casts saturate, so rates and temperatures beyond what a reading can hold end at its limits.
+        // Casts saturate, so rates and temperatures beyond the range of a reading are set to its limits.
         let vector = |values: [f64; 3], unit: f64| {
             let [x, y, z] = values.map(|value| (value * unit).round() as i32);
             I32x3 { x, y, z }
@@ -194,7 +195,7 @@ impl Sample {
     }
 }
 
-/// The up vector (length 1) at these angles in degrees; None where there is none.
+/// The up vector (length 1) at these angles in degrees; None for impossible angles.
 fn up(x: f64, y: f64, axes: Axes) -> Option<[f64; 3]> {
     let (x, y) = (x.to_radians(), y.to_radians());
     match axes {
@@ -202,13 +203,13 @@ fn up(x: f64, y: f64, axes: Axes) -> Option<[f64; 3]> {
         Axes::Two => {
             let (x, y) = (x.sin(), y.sin());
             let rest = 1.0 - x * x - y * y;
-            // 45,45 is on the edge and must not fail by the last bit of a sine.
+            // 45,45 is on the limit and must not fail because of a rounding error of a sine.
             (rest > -1e-12).then(|| [-x, y, rest.max(0.0).sqrt()])
         }
     }
 }
 
-/// Sways by several degrees within tens of seconds, as a boom does, with a vibration of a few mg.
+/// Sways by several degrees within tens of seconds, like a boom, with a vibration of a few mg.
 fn sway(seconds: f64, axes: Axes) -> Sample {
     let wave = |period: f64| (TAU * seconds / period).sin();
     let attitude = |seconds: f64| {
@@ -225,8 +226,8 @@ fn sway(seconds: f64, axes: Axes) -> Sample {
         attitude(seconds),
         attitude(seconds + step),
     );
-    // The up vector u stands still in the world, so in the sensor's frame du/dt = u x w; without a turn about u itself the
-    // rate is w = du/dt x u.
+    // The up vector u is constant in the world, so in the sensor frame du/dt = u x w; without a rotation about u itself the rate
+    // is w = du/dt x u.
     let change = [0, 1, 2].map(|i| (after[i] - before[i]) / (2.0 * step));
     let rate = cross(change, now).map(f64::to_degrees);
     let vibration = [

@@ -6,10 +6,10 @@
 //!  client -- reading thread --/                           \-- outbox -- writing thread -- client
 //! ```
 //!
-//! The main loop alone owns the bus. It sleeps until a client sends something or the bus has something to do, whichever comes
-//! first, so nothing waits for a tick. It never waits for a client: what a client does not read piles up in its outbox, and
-//! when that is full the client is dropped. A client that sends faster than its lines are dealt with is held up by the bounded
-//! queue of events, as by a full buffer of an adapter.
+//! Only the main loop owns the bus. It sleeps until a client sends data or the bus has an event, whichever comes first, so there
+//! is no tick delay. It never waits for a client: unread data stays in the outbox of the client, and a client with a full outbox
+//! is dropped. A client that sends faster than the server processes its lines is blocked by the bounded event queue, as by the
+//! full buffer of an adapter.
 
 mod log;
 mod outbox;
@@ -34,34 +34,34 @@ use std::time::Duration;
 use std::{fmt, io};
 use stm32_sim::Microcontroller;
 
-/// Events that may wait for the main loop before those who send them are held up.
+/// Events that may wait for the main loop before their senders block.
 const EVENTS_MAX: usize = 256;
 
-/// Events that are dealt with before the bus gets its turn again.
+/// Events that are processed before the bus runs again.
 const BURST: usize = 64;
 
 /// Frames of one client that may wait for the bus; more are refused with BEL.
 const QUEUE_MAX: usize = 50_000;
 
-/// The bus does not get its turn for every bit: that would cost more than this delay is worth.
+/// The minimum pause: running the bus for every bit would cost too much computing time.
 const PAUSE_MIN: Duration = Duration::from_micros(100);
 
-/// How long the frames of a client that has closed its channel or gone may still wait for the bus.
+/// How long the frames of a client that has closed its channel or disconnected may still wait for the bus.
 const LINGER: time::Duration = time::millis(1000);
 
-/// What happens outside of the bus.
+/// Events from outside the bus.
 enum Event {
-    /// A client has come.
+    /// A client has connected.
     Joined(ClientId, Client),
     /// A client has sent these bytes.
     Input(ClientId, Vec<u8>),
-    /// A client has gone.
+    /// A client has disconnected.
     Left(ClientId),
-    /// The server is to end.
+    /// Stops the server.
     Stop,
 }
 
-/// Tells clients apart, those that have gone included.
+/// Identifies a client; never reused.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 struct ClientId(u64);
 
@@ -78,7 +78,7 @@ impl fmt::Display for ClientId {
     }
 }
 
-/// The way to a client. Letting it fall ends the connection once what is in the outbox has been written.
+/// The connection to a client. Dropping it ends the connection after the content of the outbox has been written.
 struct Client {
     outbox: Arc<Outbox>,
     hang_up: Box<dyn Fn() + Send>,
@@ -99,10 +99,10 @@ impl Drop for Client {
     }
 }
 
-/// The server takes no more events.
+/// The server accepts no more events.
 struct Ended;
 
-/// Where threads that serve clients report to.
+/// The channel by which client threads report events.
 #[derive(Clone)]
 pub struct Events(SyncSender<Event>);
 
@@ -111,21 +111,21 @@ impl Events {
         self.0.send(event).map_err(|_| Ended)
     }
 
-    /// Ends the server.
+    /// Stops the server.
     pub fn stop(&self) {
-        // When nobody takes events any more it has ended already.
+        // If the receiver is gone, the server has already ended.
         let _ = self.send(Event::Stop);
     }
 }
 
-/// What the main loop knows of a client.
+/// The main loop's state of a client.
 struct Session {
     client: Client,
     channel: Channel,
     adapter: AdapterId,
 }
 
-/// The main loop: one bus and everybody on it.
+/// The main loop: one bus and all its clients.
 pub struct Server {
     bus: Bus,
     sensor: DeviceId,
@@ -138,7 +138,7 @@ pub struct Server {
     traffic: Traffic,
 }
 
-/// Frames that were on the bus.
+/// Number of frames on the bus.
 #[derive(Clone, Copy, Default, Debug)]
 struct Traffic {
     /// Sent to the sensor.
@@ -148,7 +148,7 @@ struct Traffic {
 }
 
 impl Server {
-    /// A server for `bus`, whose present is now, and the way to tell it what happens.
+    /// A server for `bus`, whose current time is now, and the channel for its events.
     ///
     /// `sensor` is the device that the status line describes.
     pub fn new(
@@ -210,12 +210,12 @@ impl Server {
         }
     }
 
-    /// The time of the bus that it is now.
+    /// The current bus time.
     fn now(&self) -> Instant {
         Instant::from_ticks(self.start.elapsed().as_micros() as u64)
     }
 
-    /// How long nothing happens by itself; None: for ever.
+    /// The time until the next event of the bus; None: there is none.
     fn pause(&self) -> Option<Duration> {
         let until = |at: Instant| {
             let at = Duration::from_micros(at.ticks());
@@ -229,7 +229,7 @@ impl Server {
         }
     }
 
-    /// Lets the bus catch up with the time and passes on what was on it.
+    /// Advances the bus to the current time and passes on its traffic.
     fn advance(&mut self) -> io::Result<()> {
         self.bus.run_until(self.now());
         let mut lines = Vec::new();
@@ -255,10 +255,12 @@ impl Server {
         if let Some(log) = &mut self.log {
             log.write(&logged)?;
         }
-        // Before the status line, which is written again below it.
+        // Before the status line, which is then written again.
         if let Some(sensor) = Microcontroller::of_mut(self.bus.device_mut(self.sensor)) {
             for violation in sensor.take_new_violations() {
-                eprintln!("virtual-sensor: the image breaks a rule of the chip: {violation}");
+                eprintln!(
+                    "virtual-sensor: the firmware violates the reference manual: {violation}"
+                );
             }
         }
         if let Some(status) = &mut self.status {
@@ -271,7 +273,7 @@ impl Server {
         Ok(())
     }
 
-    /// Deals with one event at the time that the bus has.
+    /// Handles one event at the current bus time.
     fn handle(&mut self, event: Event) {
         match event {
             Event::Joined(id, client) => {
@@ -283,7 +285,7 @@ impl Server {
                 self.sessions.insert(id, session);
             }
             Event::Input(id, bytes) => {
-                // A client that was dropped may still be heard for a moment.
+                // Events of a dropped client may still arrive.
                 let Some(session) = self.sessions.get_mut(&id) else {
                     return;
                 };
@@ -328,8 +330,8 @@ impl Session {
     }
 }
 
-/// Adapters that nobody uses any more, but that still have frames to send: a program that sends a command and ends at once
-/// means the command.
+/// Adapters of disconnected clients that still have frames to send: a program that sends a command and ends at once expects the
+/// command to be sent.
 #[derive(Debug, Default)]
 struct Leaving(Vec<(AdapterId, Instant)>);
 
@@ -350,7 +352,7 @@ impl Leaving {
     }
 }
 
-/// A client's adapter on the bus.
+/// The adapter of a client on the bus.
 struct AdapterPort<'a> {
     bus: &'a mut Bus,
     adapter: &'a mut AdapterId,

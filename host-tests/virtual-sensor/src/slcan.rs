@@ -1,7 +1,8 @@
-//! The LAWICEL ASCII protocol ("slcan"), as an adapter speaks it: lines from a client become calls of a CAN port, received
-//! frames become lines. No I/O.
+//! The LAWICEL ASCII protocol ("slcan") of an adapter: lines from a client become calls of a CAN port, received frames become
+//! lines. No I/O.
 //!
-//! A line ends with CR (0Dh); every line is answered at once, with CR or, when it is refused, with BEL (07h) and no other effect.
+//! A line ends with CR (0Dh). Every line is answered at once: with CR, or with BEL (07h) when it is refused, which has no other
+//! effect.
 //!
 //! ```text
 //!  line           answer     meaning
@@ -19,12 +20,12 @@
 //!  V   N          V1010 CR   version, Nxxxx CR serial number
 //! ```
 //!
-//! Received frames come as `t`, `T`, `r` and `R` lines, with time stamps on followed by the milliseconds within the current
-//! minute in 4 digits. Nothing is sent before the channel is open except answers. Hexadecimal digits may be of either case and
-//! are sent in upper case. The acceptance filter commands `M` and `m` are refused: a client hears the whole bus.
+//! Received frames are sent as `t`, `T`, `r` and `R` lines; with time stamps on, followed by the milliseconds within the current
+//! minute in 4 digits. Before the channel is open, only answers are sent. Hexadecimal digits are accepted in either case and sent
+//! in upper case. The acceptance filter commands `M` and `m` are refused: a client receives all frames of the bus.
 //!
-//! Two liberties beyond the LAWICEL manual: python-can opens twice and closes what is closed, so both are answered with CR; and
-//! opening without a bit rate is allowed, because a simulated bus has one.
+//! Two differences from the LAWICEL manual: python-can opens twice and closes a closed channel, so both are answered with CR; and
+//! opening without a bit rate is permitted, because a simulated bus has one.
 
 use embedded_can::{ExtendedId, Id, StandardId};
 use plumbline::can::{BitRate, Frame};
@@ -43,25 +44,25 @@ const TRANSMIT_OVERRUN: u8 = 1 << 1;
 const VERSION: &[u8] = b"V1010";
 const SERIAL: &[u8] = b"N0001";
 
-/// The CAN controller beneath a [`Channel`].
+/// The CAN controller of a [`Channel`].
 pub trait Port {
-    /// Takes part in the bus at `rate` (None: at whatever rate the bus has), or only listens.
+    /// Takes part in the bus at `rate` (None: at the rate of the bus), or only listens.
     fn open(&mut self, rate: Option<BitRate>, listen_only: bool);
-    /// Leaves the bus and hears nothing more.
+    /// Leaves the bus and receives nothing more.
     fn close(&mut self);
     /// Queues a frame for transmission.
     fn send(&mut self, frame: Frame) -> Result<(), QueueFull>;
 }
 
-/// A frame was refused because too many wait already.
+/// A frame was refused because too many are already waiting.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct QueueFull;
 
-/// What one client has set up, and the line that it has begun.
+/// The settings of one client, and its incomplete line.
 #[derive(Clone, Debug, Default)]
 pub struct Channel {
     line: heapless::Vec<u8, LINE_MAX>,
-    /// The line is longer than any valid one; the rest of it is skipped.
+    /// The line is longer than any valid one; the rest of it is ignored.
     too_long: bool,
     mode: Mode,
     rate: Option<BitRate>,
@@ -81,7 +82,7 @@ enum Mode {
 struct Refused;
 
 impl Channel {
-    /// A client's channel before it has said anything: closed, without time stamps.
+    /// The initial channel of a client: closed, without time stamps.
     pub fn new() -> Self {
         Self::default()
     }
@@ -91,7 +92,7 @@ impl Channel {
         self.mode != Mode::Closed
     }
 
-    /// Takes what came from the client, in pieces of any size, and appends the answers to `answers`.
+    /// Processes input from the client, in pieces of any size, and appends the answers to `answers`.
     pub fn input(&mut self, bytes: &[u8], port: &mut impl Port, answers: &mut Vec<u8>) {
         for &byte in bytes {
             if byte != CR {
@@ -122,7 +123,7 @@ impl Channel {
         lines.push(CR);
     }
 
-    /// Does what one line says; the answer goes without its CR.
+    /// Executes one line; returns the answer without its CR.
     fn execute(
         &mut self,
         line: &[u8],
@@ -206,10 +207,10 @@ fn standard_rate(digit: u8) -> Option<BitRate> {
     })
 }
 
-/// The bit rate of `sxxyy`; None when it is none of the ten.
+/// The bit rate of `sxxyy`; None when it is not one of the ten.
 ///
-/// The SJA1000 divides its 16 MHz by 2 and by BTR0's low 6 bits + 1 for the time quantum; a bit has 1 quantum, BTR1's low 4
-/// bits + 1 and the 3 bits above them + 1.
+/// The SJA1000 divides its 16 MHz by 2 and by (the low 6 bits of BTR0) + 1 for the time quantum; a bit has 1 quantum, (the low 4
+/// bits of BTR1) + 1 and (the next 3 bits) + 1.
 fn register_rate(registers: &[u8]) -> Option<BitRate> {
     if registers.len() != 4 {
         return None;
@@ -222,7 +223,7 @@ fn register_rate(registers: &[u8]) -> Option<BitRate> {
         .find(|rate| rate.bits_per_second() * divider == 8_000_000)
 }
 
-/// Reads a `t`, `T`, `r` or `R` line without its CR; None unless all of it is valid.
+/// Reads a `t`, `T`, `r` or `R` line without its CR; None unless the complete line is valid.
 fn read_frame(line: &[u8]) -> Option<Frame> {
     let (&kind, rest) = line.split_first()?;
     let (id, rest) = if kind.is_ascii_lowercase() {
@@ -267,7 +268,7 @@ fn write_frame(frame: &Frame, line: &mut Vec<u8>) {
     }
 }
 
-/// The number that up to 8 hexadecimal digits say; None when there is anything else among them.
+/// The value of up to 8 hexadecimal digits; None when there is another character.
 fn read_hex(digits: &[u8]) -> Option<u32> {
     digits.iter().try_fold(0, |number: u32, digit| {
         Some(number << 4 | char::from(*digit).to_digit(16)?)

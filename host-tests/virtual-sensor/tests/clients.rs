@@ -3,7 +3,7 @@
 use host_tests::python;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Checks in real time do not run beside each other.
+/// Real-time checks must not run in parallel.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -12,7 +12,7 @@ fn alone() -> MutexGuard<'static, ()> {
 const VIRTUAL_SENSOR: &str = env!("CARGO_BIN_EXE_virtual-sensor");
 
 #[test]
-fn the_protocol_is_the_manuals() {
+fn protocol_matches_manual() {
     let _alone = alone();
     python::run(
         "gemac_check.py",
@@ -24,8 +24,8 @@ fn the_protocol_is_the_manuals() {
 /// The models whose images are checked.
 const IMAGES: &[&str] = &["is1", "is2"];
 
-/// The groups that do not depend on the time of the day: a simulated microcontroller is not always as fast as a real one. `boot`
-/// talks to a sensor at once, and an image waits for its accelerometer first.
+/// The groups that do not measure real time: a simulated microcontroller is not always as fast as a real one. `boot` sends to a
+/// sensor at once, but an image first waits for its accelerometer.
 const TIMELESS: &[&str] = &[
     "identity",
     "codes",
@@ -53,7 +53,7 @@ const TIMELESS: &[&str] = &[
 ];
 
 #[test]
-fn the_protocol_of_the_flashed_images_is_the_manuals() {
+fn protocol_of_flashed_images_matches_manual() {
     let _alone = alone();
     let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let folder = images["is2"].parent().expect("a folder");
@@ -65,7 +65,7 @@ fn the_protocol_of_the_flashed_images_is_the_manuals() {
 }
 
 #[test]
-fn the_canopen_sensor_is_the_manuals() {
+fn canopen_sensor_matches_manual() {
     let _alone = alone();
     python::run(
         "canopen_check.py",
@@ -74,8 +74,8 @@ fn the_canopen_sensor_is_the_manuals() {
     );
 }
 
-/// The groups for the JN2101's image: those that do not measure time. `error_passive` is not among them, because an image that nobody
-/// has acknowledged sends the emergency before the boot-up message: of two mailboxes the one with the higher priority goes first.
+/// The groups for the JN2101's image that do not measure time. `error_passive` is excluded: without an acknowledge, an image
+/// sends the emergency before the boot-up message, because of two mailboxes the one with the higher priority is sent first.
 const CANOPEN_IMAGE: &[&str] = &[
     "boot_up",
     "transitions",
@@ -105,7 +105,7 @@ const CANOPEN_IMAGE: &[&str] = &[
 ];
 
 #[test]
-fn the_canopen_of_the_flashed_image_is_the_manuals() {
+fn canopen_of_flashed_image_matches_manual() {
     let _alone = alone();
     let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let image = images["jn2101"].to_str().expect("a path in UTF-8");
@@ -120,7 +120,7 @@ fn the_canopen_of_the_flashed_image_is_the_manuals() {
 }
 
 #[test]
-fn the_angles_are_those_of_the_scene() {
+fn angles_match_scene() {
     let _alone = alone();
     python::run(
         "measure_check.py",

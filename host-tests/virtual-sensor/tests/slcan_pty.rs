@@ -28,7 +28,7 @@ fn sensor_with_terminal(arguments: &[&str]) -> (Sensor, String) {
 }
 
 #[test]
-fn a_terminal_is_raw_and_speaks_the_same() {
+fn terminal_is_raw_and_speaks_slcan() {
     let (sensor, path) = sensor_with_terminal(&[]);
     let mut witness = Client::awake(&sensor);
     let mut client = open(&path);
@@ -53,21 +53,21 @@ fn a_terminal_is_raw_and_speaks_the_same() {
 }
 
 #[test]
-fn a_terminal_can_be_opened_again() {
+fn terminal_can_be_reopened() {
     let (sensor, path) = sensor_with_terminal(&[]);
     let mut witness = Client::awake(&sensor);
     for _ in 0..5 {
         let mut client = open(&path);
-        // The channel of the client before is closed.
+        // The channel of the previous client is closed.
         client.expect("t1230", BEL);
         client.expect("O", "");
         client.poll();
-        // Left unread, in the middle of a line and without C.
+        // Not read, within a line and without C.
         client.say("V");
         client.stream.write_all(b"t12").expect("a terminal");
         drop(client);
         std::thread::sleep(Duration::from_millis(100));
-        // Nobody is there to hear this one.
+        // No client is there to receive this one.
         witness.poll();
     }
     witness.impatient();
@@ -77,7 +77,7 @@ fn a_terminal_can_be_opened_again() {
 }
 
 #[test]
-fn what_is_written_and_left_alone_is_done() {
+fn frames_of_closed_terminal_are_sent() {
     let (sensor, path) = sensor_with_terminal(&[]);
     let mut witness = Client::awake(&sensor);
     open(&path)
@@ -88,12 +88,12 @@ fn what_is_written_and_left_alone_is_done() {
 }
 
 #[test]
-fn a_terminal_client_that_never_reads_does_not_hold_up_the_others() {
+fn terminal_client_that_never_reads_does_not_block_others() {
     let (sensor, path) = sensor_with_terminal(&[]);
     let mut reader = Client::awake(&sensor);
     let mut idle = open(&path);
     idle.say("O");
-    // More than a terminal's buffers hold.
+    // More than the buffers of a terminal hold.
     let frames = 10_000;
     let mut sender = Client::open(&sensor);
     for _ in 0..frames / 100 {

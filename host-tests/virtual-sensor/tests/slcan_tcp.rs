@@ -1,4 +1,4 @@
-//! Clients on TCP, well-behaved and not.
+//! Clients on TCP, with correct and incorrect behaviour.
 
 mod process;
 
@@ -8,7 +8,7 @@ use std::io::Write;
 use std::time::{Duration, Instant};
 
 #[test]
-fn nothing_is_said_before_the_channel_is_open() {
+fn server_sends_nothing_before_channel_is_open() {
     let sensor = Sensor::start(&[]);
     let mut silent = Client::connect(&sensor);
     let mut talker = Client::awake(&sensor);
@@ -40,7 +40,7 @@ fn clients_share_one_bus() {
 }
 
 #[test]
-fn a_malformed_line_gets_bel_and_reaches_nobody() {
+fn malformed_line_gets_bel_and_is_not_sent() {
     let sensor = Sensor::start(&[]);
     let mut witness = Client::awake(&sensor);
     let mut client = Client::open(&sensor);
@@ -63,7 +63,7 @@ fn a_malformed_line_gets_bel_and_reaches_nobody() {
 }
 
 #[test]
-fn a_client_may_vanish_in_the_middle_of_a_line() {
+fn client_may_disconnect_within_line() {
     let sensor = Sensor::start(&[]);
     let mut witness = Client::awake(&sensor);
     for _ in 0..20 {
@@ -77,7 +77,7 @@ fn a_client_may_vanish_in_the_middle_of_a_line() {
 }
 
 #[test]
-fn what_a_client_sends_before_it_goes_is_sent() {
+fn frames_of_disconnected_client_are_sent() {
     let sensor = Sensor::start(&[]);
     let mut witness = Client::awake(&sensor);
     for ending in ["", "C\r"] {
@@ -95,7 +95,7 @@ fn what_a_client_sends_before_it_goes_is_sent() {
 }
 
 #[test]
-fn a_client_that_reconnects_is_no_power_cycle() {
+fn reconnect_of_client_does_not_restart_sensor() {
     let sensor = Sensor::start(&[]);
     drop(Client::awake(&sensor));
     let mut client = Client::open(&sensor);
@@ -105,7 +105,7 @@ fn a_client_that_reconnects_is_no_power_cycle() {
 }
 
 #[test]
-fn answers_do_not_wait_for_anything() {
+fn answers_are_sent_without_delay() {
     let sensor = Sensor::start(&[]);
     let mut client = Client::awake(&sensor);
     let mut times: Vec<Duration> = (0..50)
@@ -124,12 +124,12 @@ fn answers_do_not_wait_for_anything() {
 }
 
 #[test]
-fn a_client_that_never_reads_does_not_hold_up_the_others() {
+fn client_that_never_reads_does_not_block_others() {
     let sensor = Sensor::start(&[]);
     let mut reader = Client::awake(&sensor);
     let mut idle = Client::open(&sensor);
     let mut greedy = Client::open(&sensor);
-    // Its answers alone fill every buffer; in the end it is dropped.
+    // Its answers alone fill every buffer, so it is dropped.
     let question = b"V\r".repeat(2000);
     greedy
         .stream
@@ -148,7 +148,7 @@ fn a_client_that_never_reads_does_not_hold_up_the_others() {
     }
     flood.join().expect("it was dropped");
     reader.poll();
-    // The other one that has not read so far was only slow.
+    // The other client, which has not read so far, is only slow.
     idle.impatient();
     while idle.next_within(QUIET).is_some() {}
     reader.poll();
@@ -157,13 +157,13 @@ fn a_client_that_never_reads_does_not_hold_up_the_others() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_line_without_end_costs_no_memory() {
+fn endless_line_uses_no_memory() {
     let sensor = Sensor::start(&[]);
     let mut client = Client::open(&sensor);
     let before = sensor.memory();
     let piece = vec![b't'; 1 << 20];
     for _ in 0..64 {
-        client.stream.write_all(&piece).expect("it is swallowed");
+        client.stream.write_all(&piece).expect("it is accepted");
     }
     client.expect("", BEL);
     let after = sensor.memory();
@@ -171,7 +171,7 @@ fn a_line_without_end_costs_no_memory() {
 }
 
 #[test]
-fn a_fixed_bus_rate_leaves_out_who_is_set_to_another() {
+fn fixed_bus_rate_excludes_client_with_other_rate() {
     let sensor = Sensor::start(&["--bus-rate", "125"]);
     let mut right = Client::connect(&sensor);
     right.expect("S4", "");
@@ -189,7 +189,7 @@ fn a_fixed_bus_rate_leaves_out_who_is_set_to_another() {
 }
 
 #[test]
-fn without_a_bus_rate_the_clients_rates_mean_nothing() {
+fn rates_of_clients_have_no_effect_without_bus_rate() {
     let sensor = Sensor::start(&[]);
     drop(Client::awake(&sensor));
     for setting in ["S0", "S8", "s031C"] {

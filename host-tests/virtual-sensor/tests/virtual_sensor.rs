@@ -1,4 +1,4 @@
-//! The program `virtual-sensor`: its command line, its files, what it prints and how it ends.
+//! The program `virtual-sensor`: its command line, its files, its output and its end.
 
 mod process;
 
@@ -11,10 +11,10 @@ use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// A path for a file of this test, which is not there yet.
+/// A path for a file of this test, which does not exist yet.
 fn new_path(name: &str) -> PathBuf {
     let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
-    // Fails when it is not there.
+    // Fails if it does not exist.
     let _ = fs::remove_file(&path);
     path
 }
@@ -24,7 +24,7 @@ fn text(path: &Path) -> &str {
 }
 
 #[test]
-fn the_tilt_is_what_the_sensor_tells() {
+fn sensor_reports_tilt_of_scene() {
     let sensor = Sensor::start(&["--scene", "tilt=12.34,-5.67"]);
     let mut client = Client::awake(&sensor);
     let end = Instant::now() + PATIENCE;
@@ -38,14 +38,14 @@ fn the_tilt_is_what_the_sensor_tells() {
 }
 
 #[test]
-fn the_log_is_candumps_and_can_be_followed() {
+fn log_has_candump_format_and_is_written_at_once() {
     let path = new_path("followed.log");
     let sensor = Sensor::start(&["--log", text(&path)]);
     let mut client = Client::awake(&sensor);
     client.poll();
     client.expect("R123456788", "Z");
     client.poll();
-    // It is written before the client hears of it, or just after.
+    // The log line is written before the client receives the frame, or just after.
     let end = Instant::now() + PATIENCE;
     let log = loop {
         let log = fs::read_to_string(&path).expect("it is there");
@@ -85,7 +85,7 @@ fn the_log_is_candumps_and_can_be_followed() {
 }
 
 #[test]
-fn a_save_is_in_the_store_file() {
+fn save_is_written_to_store_file() {
     let path = new_path("saved.store");
     let sensor = Sensor::start(&["--store", text(&path)]);
     let mut client = Client::awake(&sensor);
@@ -96,12 +96,12 @@ fn a_save_is_in_the_store_file() {
     let stored = fs::read(&path).expect("it is there");
     assert!(stored.iter().any(|byte| *byte != 0xFF));
     drop(sensor);
-    // The same file again.
+    // Starts again with the same file.
     let sensor = Sensor::start(&["--store", text(&path)]);
     Client::awake(&sensor).poll();
 }
 
-/// It ends with this exit code and one sentence that contains these words.
+/// It must exit with this code and one sentence that contains these words.
 #[track_caller]
 fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
     let output = fails(arguments);
@@ -121,7 +121,7 @@ fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
 }
 
 #[test]
-fn a_wrong_command_line_is_told_what_would_be_right() {
+fn wrong_command_line_lists_valid_values() {
     assert_fails(&["--model", "is3"], 2, &["is3", "is1", "is2"]);
     let rates = "10, 20, 50, 62.5, 100, 125, 250, 500, 800, 1000";
     for rate in ["33", "0", "fast", "nan", "-125"] {
@@ -134,7 +134,7 @@ fn a_wrong_command_line_is_told_what_would_be_right() {
 }
 
 #[test]
-fn files_that_do_not_work_are_named() {
+fn unusable_files_are_named() {
     let scene = new_path("bad.csv");
     fs::write(&scene, "t_s,ax_g,ay_g,az_g\n0,0,0,1\n0,0,0,1\n").expect("a folder");
     let place = format!("{}:3: ", text(&scene));
@@ -150,7 +150,7 @@ fn files_that_do_not_work_are_named() {
     let read = "cannot read the firmware image";
     assert_fails(&["--elf", nowhere], 1, &[read, nowhere]);
     let built = fs::read(image("is2")).expect("it was just built");
-    // The machine is 62 (x86-64); the first segment is to be loaded into RAM (ELF-32: header of 52 bytes, p_paddr at 12).
+    // Machine 62 is x86-64; the other file has its first segment in RAM (ELF-32: header of 52 bytes, p_paddr at 12).
     let machine = [&built[..18], &[62, 0], &built[20..]].concat();
     let ram = [&built[..64], &[0, 0, 0, 0x20], &built[68..]].concat();
     for (name, bytes, words) in [
@@ -171,7 +171,7 @@ fn image(model: &str) -> PathBuf {
 }
 
 #[test]
-fn the_image_of_another_model_is_told() {
+fn image_of_other_model_is_refused() {
     for (model, other) in [("is1", "is2"), ("is2", "is2d"), ("is1d", "is1")] {
         let image = image(other);
         let sentence = format!("is an image of the model {other}, not of {model}");
@@ -185,7 +185,7 @@ fn the_image_of_another_model_is_told() {
 
 #[cfg(unix)]
 #[test]
-fn the_flashed_image_answers_as_the_model_does() {
+fn flashed_image_answers_like_host_build() {
     let log = new_path("flashed.log");
     let image = image("is2");
     let mut sensor = Sensor::start(&[
@@ -207,7 +207,7 @@ fn the_flashed_image_answers_as_the_model_does() {
     }
     let now = std::time::UNIX_EPOCH.elapsed().expect("a clock");
     assert_eq!(sensor.interrupt(), Some(0));
-    // No offence against the chip's manual.
+    // No violation of the reference manual.
     assert_eq!(sensor.errors(), "");
     let log = fs::read_to_string(&log).expect("it is there");
     let stamps: Vec<f64> = log
@@ -220,7 +220,7 @@ fn the_flashed_image_answers_as_the_model_does() {
 
 #[cfg(unix)]
 #[test]
-fn a_store_that_does_not_work_is_named_and_the_sensor_goes_on() {
+fn unusable_store_is_named_and_sensor_continues() {
     let nowhere = new_path("no").join("such");
     let foreign = new_path("foreign.store");
     fs::write(&foreign, [b'x'; 5000]).expect("a folder");
@@ -228,7 +228,7 @@ fn a_store_that_does_not_work_is_named_and_the_sensor_goes_on() {
         let mut sensor = Sensor::start(&["--store", text(store)]);
         let mut client = Client::awake(&sensor);
         client.say("t30055053415645");
-        // CmdParamError and EEPROMError, and as delivered.
+        // CmdParamError and EEPROMError, and factory values.
         assert_eq!(client.find("t301250"), "t3012500F");
         assert_eq!(sensor.interrupt(), Some(0));
         let expected = format!("virtual-sensor: cannot use the store {}: ", text(store));
@@ -238,7 +238,7 @@ fn a_store_that_does_not_work_is_named_and_the_sensor_goes_on() {
 }
 
 #[test]
-fn a_store_that_was_cut_off_is_damaged_memory() {
+fn truncated_store_is_damaged_memory() {
     let store = new_path("short.store");
     fs::write(&store, "P").expect("a folder");
     let sensor = Sensor::start(&["--store", text(&store)]);
@@ -250,7 +250,7 @@ fn a_store_that_was_cut_off_is_damaged_memory() {
 
 #[cfg(target_os = "linux")]
 #[test]
-fn a_full_disk_ends_the_log_with_a_sentence() {
+fn full_disk_ends_program_with_one_sentence() {
     let mut sensor = Sensor::start(&["--log", "/dev/full"]);
     let mut client = Client::open(&sensor);
     client.say("t1230");
@@ -263,7 +263,7 @@ fn a_full_disk_ends_the_log_with_a_sentence() {
 }
 
 #[test]
-fn a_port_that_is_taken_is_named() {
+fn port_in_use_is_named() {
     let sensor = Sensor::start(&[]);
     let address = format!("127.0.0.1:{}", sensor.port);
     assert_fails(&["--listen", &address], 1, &["cannot listen at", &address]);
@@ -272,7 +272,7 @@ fn a_port_that_is_taken_is_named() {
 
 #[cfg(unix)]
 #[test]
-fn ctrl_c_ends_it_cleanly_and_nothing_but_the_address_was_printed() {
+fn ctrl_c_exits_cleanly_with_only_address_printed() {
     let mut sensor = Sensor::start(&[]);
     let mut client = Client::awake(&sensor);
     client.poll();
@@ -280,13 +280,13 @@ fn ctrl_c_ends_it_cleanly_and_nothing_but_the_address_was_printed() {
     assert_eq!(sensor.rest(), Vec::<String>::new());
     assert_eq!(sensor.errors(), "");
     let mut rest = Vec::new();
-    // The connection is over, one way or the other.
+    // The connection ends, with or without an error.
     let _ = client.stream.read_to_end(&mut rest);
     assert!(rest.is_empty());
 }
 
 #[test]
-fn python_can_works_with_it() {
+fn python_can_connects_and_polls() {
     let log = new_path("python-can.log");
     let mut arguments = vec!["--log", text(&log)];
     if cfg!(unix) {
@@ -314,7 +314,7 @@ fn python_can_works_with_it() {
 
 #[cfg(unix)]
 #[test]
-fn on_a_terminal_a_line_tells_what_it_is_doing() {
+fn status_line_is_shown_on_terminal() {
     use rustix::fs::{Mode, OFlags};
     use rustix::process::{Pid, Signal, kill_process};
     use rustix::pty::{OpenptFlags, grantpt, openpt, ptsname, unlockpt};
@@ -341,7 +341,7 @@ fn on_a_terminal_a_line_tells_what_it_is_doing() {
     let mut child = Killed(child);
     let mut screen = fs::File::from(screen);
     let mut shown = String::new();
-    // Reads on until all of these have been shown after each other.
+    // Reads until all of these have been shown in this order.
     let mut wait_for = |shown: &mut String, texts: &[&str]| {
         let end = Instant::now() + PATIENCE;
         let mut from = shown.len();
@@ -384,7 +384,7 @@ fn on_a_terminal_a_line_tells_what_it_is_doing() {
     let mut rest = [0; 65536];
     let length = screen.read(&mut rest).expect("a terminal");
     assert!(rest[..length].ends_with(b"\n"));
-    // Whatever was switched off in a line is on again at its end.
+    // Every mode that a line switches off is on again at its end.
     shown += &String::from_utf8_lossy(&rest[..length]);
     assert_eq!(
         shown.matches("\x1b[?7l").count(),

@@ -1,26 +1,26 @@
-//! The bit rate of the wire, and how a sensor that detects it is led there.
+//! The bit rate of the wire, and how the bus leads a detecting sensor to it.
 //!
-//! A sensor that listens at another rate than it should is disturbed again and again, alone, until its firmware has moved on to the
-//! right one.
+//! A detecting sensor that listens at a wrong rate sees disturbances, which no other participant sees, until its firmware has
+//! moved on to the rate of the wire.
 
 use super::{Attached, Bus, BusRate, FOLLOW_RATE};
 use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use plumbline::can::BitRate;
 
-/// How far, in parts of a bit, a clock may be off and still have the bit rate.
+/// Largest clock deviation, in parts of a bit, at which two bit rates are treated as equal.
 const SAME_RATE: Picoseconds = 32;
 
-/// What the firmware gets after a disturbance to move on, before the next one.
+/// Time that the firmware gets to move on after a disturbance before the next disturbance.
 const PATIENCE: Picoseconds = 1_000_000_000;
 
 impl Bus {
-    /// From now on every sensor that detects the bit rate is led to that of the wire, as earlier traffic would have done, until it
-    /// takes part. A sensor's firmware may need 60 ms to get there. On a wire that follows its sensor this happens by itself.
+    /// From now on the bus leads every detecting sensor to the bit rate of the wire, as earlier traffic would have done, until it
+    /// takes part. The firmware of a sensor may need 60 ms for that. On a wire that follows its sensor, the bus always does this.
     pub fn lead_detection(&mut self) {
         self.leading = true;
     }
 
-    /// The bit rate of the wire; of a wire with many rates, that of the first sensor.
+    /// The bit rate of the wire; on a wire with several rates, that of the first sensor.
     pub fn rate(&self) -> BitRate {
         match self.rate {
             BusRate::Fixed(rate) => rate,
@@ -38,7 +38,7 @@ impl Bus {
         protocol.timing().bit.abs_diff(wire) < wire / SAME_RATE
     }
 
-    /// How an adapter that was opened with this rate takes part; None when it does not.
+    /// The timing of an adapter that was opened with this rate; None when it is not connected.
     pub(super) fn adapter_timing(&self, own: Option<BitRate>) -> Option<BitTiming> {
         match (self.rate, own) {
             (BusRate::Fixed(rate), Some(own)) if own != rate => None,
@@ -47,8 +47,8 @@ impl Bus {
         }
     }
 
-    /// Goes where the first sensor goes, unless the wire has a rate of its own. While the sensor detects, the wire waits at
-    /// 250 kbit/s.
+    /// Sets the wire to the timing of the first sensor, unless the wire has a fixed rate. While the sensor detects, the wire
+    /// waits at 250 kbit/s.
     pub(super) fn follow(&mut self) {
         if matches!(self.rate, BusRate::Fixed(_)) {
             return;
@@ -82,7 +82,7 @@ impl Bus {
         }
     }
 
-    /// False while the wire follows a sensor that does not listen where an adapter would send.
+    /// False while the wire follows a detecting sensor that does not listen yet at the rate at which an adapter would send.
     pub(super) fn is_led(&self) -> bool {
         let first = self.devices.first();
         let Some(protocol) = first.and_then(|first| first.sensor.protocol()) else {
@@ -93,7 +93,7 @@ impl Bus {
             || (self.has_rate(protocol) && (protocol.is_idle() || protocol.is_busy()))
     }
 
-    /// When a sensor that has to be led is disturbed next.
+    /// When the bus next disturbs a sensor that it leads to the bit rate.
     pub(super) fn next_noise(&self, attached: &Attached) -> Option<Picoseconds> {
         let protocol = attached.sensor.protocol()?;
         let lost = protocol.is_silent() && protocol.is_idle() && !self.has_rate(protocol);
@@ -101,7 +101,7 @@ impl Bus {
         (lost && self.leads(attached)).then(|| until.map_or(0, |until| until + PATIENCE))
     }
 
-    /// True when a sensor may have to be led.
+    /// True when the bus may have to lead a sensor.
     pub(super) fn may_lead(&self) -> bool {
         let silent = |one: &Attached| one.sensor.protocol().is_some_and(Protocol::is_silent);
         self.devices
@@ -121,7 +121,7 @@ impl Bus {
         }
     }
 
-    /// Disturbs those that listen at a wrong rate and have to be led.
+    /// Disturbs the sensors that listen at a wrong rate and have to be led.
     pub(super) fn lead(&mut self) {
         for index in 0..self.devices.len() {
             let attached = &self.devices[index];

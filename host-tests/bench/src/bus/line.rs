@@ -1,14 +1,14 @@
-//! Between a participant and the wire: what reaches whom, and what is done to the wire from outside.
+//! The connection of a participant to the wire: the level that it sees, and disturbances from outside.
 
 use super::{Attached, Bus, BusRate, Source};
 use crate::sensor::Sensor;
 use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 
-/// Bits of a disturbance: one more than may be equal in a frame.
+/// Bits of a disturbance: one more than the equal bits that a frame permits.
 pub(super) const NOISE: Picoseconds = 6;
 
-/// From and to.
+/// A period on the wire: start and end.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Span {
     pub(super) from: Picoseconds,
@@ -26,18 +26,18 @@ impl Span {
     }
 }
 
-/// A participant's end of the wire.
+/// The connection of one participant to the wire.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Line {
     /// The level that it sees; true is dominant.
     sees: bool,
     /// The frame that it has begun to send.
     pub(super) sending: Option<Frame>,
-    /// This frame of its own has come through its CRC delimiter.
+    /// Its current frame has passed the CRC delimiter.
     judged: bool,
-    /// It does not see the acknowledge.
+    /// It does not see the dominant ACK slot during this period.
     deaf: Option<Span>,
-    /// A disturbance that nobody else sees, and the timing of its controller that it is for.
+    /// A disturbance that only this participant sees, and the timing of its controller for which it is valid.
     noise: Option<(Span, BitTiming)>,
 }
 
@@ -78,14 +78,14 @@ impl Line {
         }
     }
 
-    /// Lets a participant see what is on the wire; None: it is connected to nobody.
+    /// Passes the level of the wire to a participant; None: it is not connected.
     fn settle(&mut self, now: Picoseconds, protocol: &mut Protocol, wire: Option<bool>) {
         if self.look(now, protocol, wire) == Some(true) {
             protocol.edge(now);
         }
     }
 
-    /// The level that the participant sees from now on, when it has changed.
+    /// The level that the participant sees from now on, if it has changed.
     fn look(&mut self, now: Picoseconds, protocol: &Protocol, wire: Option<bool>) -> Option<bool> {
         let level = match self.deaf {
             Some(deaf) if deaf.holds(now) => false,
@@ -98,7 +98,7 @@ impl Line {
         (std::mem::replace(&mut self.sees, sees) != sees).then_some(sees)
     }
 
-    /// Disturbs this participant alone, from now on, so that its controller sees an error.
+    /// Disturbs only this participant, from now on, so that its controller sees an error.
     pub(super) fn disturb(&mut self, now: Picoseconds, timing: BitTiming) {
         let to = now + NOISE * timing.bit;
         self.noise = Some((Span { from: now, to }, timing));
@@ -111,15 +111,15 @@ impl Line {
             .map(|(span, _)| span.to)
     }
 
-    /// When what it sees changes by itself.
+    /// When the level that it sees next changes without a change on the wire.
     pub(super) fn next_event(&self, now: Picoseconds) -> Option<Picoseconds> {
         let deaf = self.deaf.and_then(|span| span.next(now));
         let noise = self.noise.and_then(|(span, _)| span.next(now));
         deaf.into_iter().chain(noise).min()
     }
 
-    /// Disturbs the frame that the participant sends, or takes its acknowledge away, when that is asked for and due: in the CRC
-    /// delimiter, where everybody sees it at once, or in the ACK slot. Returns when the wire is to be dominant.
+    /// Disturbs the current frame of the participant, or hides its acknowledge, when requested and due: in the CRC delimiter,
+    /// where all participants see it at once, or in the ACK slot. Returns when the wire has to be dominant.
     fn intervene(
         &mut self,
         protocol: &Protocol,
@@ -147,14 +147,14 @@ impl Line {
     }
 }
 
-/// What is to happen to the next frames.
+/// Requested disturbances of the next frames.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Wishes {
-    /// They are for frames that have started since then.
+    /// They apply to frames that started at this time or later.
     pub(super) since: Picoseconds,
-    /// So many are disturbed, all or only those of one sender.
+    /// Number of frames to disturb, of all senders or only of one.
     pub(super) corrupt: (u32, Option<Source>),
-    /// So many are not acknowledged.
+    /// Number of frames that are not acknowledged.
     pub(super) unacknowledged: u32,
 }
 
@@ -173,7 +173,7 @@ impl Bus {
         self.rate == BusRate::Wire || protocol.is_silent() || self.has_rate(protocol)
     }
 
-    /// Joins all levels, and shows the result to everybody.
+    /// Combines all levels and passes the result to all participants.
     pub(super) fn settle(&mut self) {
         let now = self.time;
         self.disturbances.retain(|span| span.to > now);
@@ -219,7 +219,7 @@ impl Bus {
             && self.is_led()
     }
 
-    /// Does to the frames on the wire what is wished.
+    /// Applies the requested disturbances to the frames on the wire.
     pub(super) fn intervene(&mut self) {
         if self.wishes.corrupt.0 == 0 && self.wishes.unacknowledged == 0 {
             return;

@@ -1,4 +1,4 @@
-//! How time goes on: from one bit to the next while something is on the wire, in leaps while it is quiet.
+//! Advances virtual time: bit by bit while the wire is busy, in larger steps while it is idle.
 
 use super::{
     AdapterId, Attached, Bus, BusRate, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds,
@@ -8,13 +8,13 @@ use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 
-/// How far sensors that run freely may be apart when there are several and one of them acts: a bit at the highest rate.
+/// Largest time difference between several free-running sensors when one of them acts: a bit at the highest rate.
 const QUANTUM: Picoseconds = 1_000_000;
 
-/// For so many bits after the frame of an adapter a sensor goes first: the intermission and a start of frame.
+/// Bits after the frame of an adapter during which a sensor goes first: the intermission and a start of frame.
 const GIVE_WAY: Picoseconds = 4;
 
-/// What is to be noted of a controller's step.
+/// The result of one step of a controller.
 struct Brought {
     source: Source,
     event: Event,
@@ -25,7 +25,7 @@ struct Brought {
 }
 
 impl Bus {
-    /// Lets everything happen up to and including `t`, which then is the present.
+    /// Runs the simulation up to and including `t`, which then is the current time.
     pub fn run_until(&mut self, t: Instant) {
         let end = picoseconds(t).max(self.time);
         self.follow();
@@ -46,7 +46,7 @@ impl Bus {
         }
     }
 
-    /// How far sensors that run freely may go before the others get their turn: until the first of them acts.
+    /// How far free-running sensors may go before the others are stepped: until the first of them acts.
     fn horizon(&self) -> Picoseconds {
         let free = || {
             let sensors = self.devices.iter().map(|attached| &attached.sensor);
@@ -60,7 +60,7 @@ impl Bus {
         }
     }
 
-    /// Lets the sensors that run freely go on to `target`, or until the first of them has to be looked at.
+    /// Lets the free-running sensors advance to `target`, or until the first of them needs attention.
     fn let_run(&mut self, target: Picoseconds) -> Picoseconds {
         self.devices
             .iter_mut()
@@ -70,7 +70,7 @@ impl Bus {
             })
     }
 
-    /// When something happens next on the wire, in a controller, or in a sensor that does not run freely.
+    /// The time of the next event on the wire, in a controller, or in a sensor that does not run freely.
     pub(super) fn next_step(&self) -> Option<Picoseconds> {
         let offering = self.offering();
         let devices = self.devices.iter().filter_map(|one| one.sensor.next_step());
@@ -87,7 +87,7 @@ impl Bus {
             .map(|at| at.max(self.time))
     }
 
-    /// When something happens next that is not a controller's bit.
+    /// The time of the next event that is not a bit of a controller.
     fn next_beside(&self) -> Option<Picoseconds> {
         let now = self.time;
         let devices = self.devices.iter().flat_map(|attached| {
@@ -110,7 +110,7 @@ impl Bus {
             .min()
     }
 
-    /// Goes from bit to bit as long as nothing but bits happens: a shorter way than [`Self::step`] for what takes most of the time.
+    /// Steps from bit to bit as long as there are no other events: faster than [`Self::step`], for most of the run time.
     fn run_bits(&mut self, end: Picoseconds) {
         if self.devices.iter().any(|one| one.sensor.runs_freely()) || self.may_lead() {
             return;
@@ -130,7 +130,7 @@ impl Bus {
         }
     }
 
-    /// When the next bit of a controller begins or is sampled; None when one of them may begin a frame.
+    /// When the next bit of a controller begins or is sampled; None when a controller may begin a frame.
     fn next_bit(&self) -> Option<Picoseconds> {
         let (assistant, _) = &self.assistant;
         let mut next = assistant.next_event(false);
@@ -154,7 +154,7 @@ impl Bus {
         next
     }
 
-    /// Does what is due now.
+    /// Processes everything that is due now.
     fn step(&mut self) {
         let now = self.time;
         for attached in &mut self.devices {
@@ -172,7 +172,7 @@ impl Bus {
         self.settle();
     }
 
-    /// Steps every controller that is due; true when that has brought anything.
+    /// Steps every controller that is due; true when one of them returned an event.
     fn step_controllers(&mut self, offering: &[AdapterId]) -> bool {
         let devices = self.step_devices();
         let adapters = self.step_adapters(offering);
@@ -241,7 +241,7 @@ impl Bus {
         self.ended.push_back((brought.end, logged));
     }
 
-    /// Logs the frames whose last bit is over.
+    /// Logs the frames whose last bit has ended.
     fn deliver(&mut self) {
         while let Some((end, logged)) = self.ended.front().copied()
             && end <= self.time
@@ -254,7 +254,8 @@ impl Bus {
         }
     }
 
-    /// True when adapters may begin a frame: no sensor waits that goes first now, and who detects the bit rate is ready to hear.
+    /// True when adapters may begin a frame: no sensor with a waiting frame goes first, and a detecting sensor is ready to
+    /// receive.
     fn adapters_send(&self) -> bool {
         self.adapters
             .values()
@@ -264,8 +265,8 @@ impl Bus {
             && !self.an_adapter_joins()
     }
 
-    /// True while an adapter that was opened does not take part yet: its client believes that it does and is to miss nothing. On
-    /// a copper wire it would.
+    /// True while an opened adapter does not take part yet. Its client expects to receive every frame from now on, so the others
+    /// wait. On [`BusRate::Wire`] they do not wait.
     fn an_adapter_joins(&self) -> bool {
         let mut adapters = self.adapters.values();
         self.rate != BusRate::Wire && adapters.any(|(adapter, _)| adapter.protocol.is_joining())
@@ -286,8 +287,8 @@ impl Bus {
             .collect()
     }
 
-    /// True when another adapter goes first with the same identifier: two clients of one bus are not to collide. On a copper wire
-    /// they do.
+    /// True when another adapter goes first with the same identifier: two clients on one bus must not collide. With
+    /// [`BusRate::Wire`] they do.
     fn is_held(&self, id: AdapterId, frame: &Frame) -> bool {
         let same = |other: &Frame| arbitration(other) == arbitration(frame);
         self.rate != BusRate::Wire
@@ -302,7 +303,7 @@ impl Bus {
         self.time < self.adapters_wait_until
     }
 
-    /// True when a sensor has a frame that could be sent next.
+    /// True when a sensor has a frame that it could send next.
     fn waits(&self, attached: &Attached) -> bool {
         let can_send = |one: &Protocol| one.can_send() && self.is_connected(one);
         attached.sensor.protocol().is_some_and(can_send) && attached.sensor.offered().is_some()

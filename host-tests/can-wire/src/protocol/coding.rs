@@ -1,4 +1,4 @@
-//! Frames as bits and back: fields, stuffing and checksum (ISO 11898-1, formats of data and remote frames).
+//! Frames to bits and back: fields, stuffing and checksum (ISO 11898-1, formats of data and remote frames).
 //!
 //! ```text
 //!  bit       0     1..12    12    13    14   15..19   19..             (11 bit)
@@ -7,7 +7,7 @@
 //!  bit       0     1..12    12    13    14..32    32    33   34   35..39   39..   (29 bit)
 //! ```
 //!
-//! The positions count without stuff bits. Here a bit is true when it is recessive, as the standard writes 1.
+//! The positions count without stuff bits. A bit is true when it is recessive, which the standard writes as 1.
 
 use embedded_can::Id;
 use plumbline::can::{Frame, extended, standard};
@@ -61,7 +61,7 @@ impl Outgoing {
         out
     }
 
-    /// The bit that follows what `seen` has seen, stuff bits included.
+    /// The bit that follows the bits in `seen`, stuff bits included.
     pub(super) fn next(&self, seen: &Incoming) -> bool {
         if seen.stuff_is_due() {
             !seen.last
@@ -84,18 +84,18 @@ impl Outgoing {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct StuffError;
 
-/// A frame as it comes in, from start of frame to CRC sequence; the transmitter follows its own frame in the same way.
+/// A frame during reception, from start of frame to CRC sequence; the transmitter tracks its own frame in the same way.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Incoming {
     bits: u128,
     /// Bits without stuff bits.
     count: u8,
-    /// The length of the present run of equal bits, stuff bits included, and their value.
+    /// The length of the current run of equal bits, stuff bits included, and their value.
     run: u8,
     last: bool,
     crc: u16,
     extended: bool,
-    /// The position after the CRC sequence; 0 as long as it is not known.
+    /// The position after the CRC sequence; 0 until it is known.
     end: u8,
 }
 
@@ -105,7 +105,7 @@ impl Incoming {
         self.run == STUFF
     }
 
-    /// True when the next bit belongs to the identifier, or to what competes with it: RTR, SRR, IDE of an extended frame.
+    /// True when the next bit belongs to the arbitration field: the identifier, RTR, SRR, or IDE of an extended frame.
     pub(super) fn in_arbitration(&self) -> bool {
         let end = if self.count > IDE {
             RTR[usize::from(self.extended)]
@@ -115,17 +115,17 @@ impl Incoming {
         (1..=end).contains(&self.count)
     }
 
-    /// True when the checksum, and the stuff bit that may follow it, have come.
+    /// True when the checksum, and the stuff bit that may follow it, have been received.
     pub(super) fn is_complete(&self) -> bool {
         self.count == self.end && self.count != 0 && !self.stuff_is_due()
     }
 
-    /// True when the checksum agrees: dividing it as well leaves nothing.
+    /// True when the checksum is correct: the remainder including the checksum is zero.
     pub(super) fn is_intact(&self) -> bool {
         self.crc == 0
     }
 
-    /// Takes the next bit.
+    /// Processes the next bit.
     pub(super) fn push(&mut self, bit: bool) -> Result<(), StuffError> {
         if self.stuff_is_due() {
             if bit == self.last {
@@ -150,7 +150,7 @@ impl Incoming {
         Ok(())
     }
 
-    /// The frame, when all of it has come.
+    /// The frame, if it is complete.
     pub(super) fn frame(&self) -> Option<Frame> {
         let id = if self.extended {
             extended(self.field(1, 11) << 18 | self.field(14, 18))
@@ -195,7 +195,7 @@ impl Incoming {
     }
 }
 
-/// CRC-15/CAN, one bit further: x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1.
+/// Extends a CRC-15/CAN by one bit: x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1.
 fn crc15(crc: u16, bit: bool) -> u16 {
     let feedback = bit ^ (crc >> 14 & 1 == 1);
     (crc << 1 & 0x7FFF) ^ if feedback { 0x4599 } else { 0 }

@@ -1,26 +1,26 @@
-//! Fault confinement: the error counters and what follows from them (ISO 11898-1, fault confinement).
+//! Fault confinement: the error counters and the states derived from them (ISO 11898-1, fault confinement).
 
 use plumbline::node::BusState;
 
-/// From here on a counter is a warning.
+/// The warning limit of a counter.
 const WARNING: u16 = 96;
 
-/// From here on a controller is error passive.
+/// At this value of a counter a controller is error passive.
 const PASSIVE: u16 = 128;
 
 /// The highest value of the transmit error counter; above it is bus-off.
 const TRANSMIT_MAX: u16 = 255;
 
-/// The receive error counter does not count further.
+/// The highest value of the receive error counter.
 const RECEIVE_MAX: u16 = 255;
 
-/// What a success leaves of a receive error counter above 127; the standard allows 119 to 127.
+/// The value of a receive error counter above 127 after a success; the standard permits 119 to 127.
 const AFTER_SUCCESS: u16 = 120;
 
-/// What a serious error costs.
+/// The increment for a serious error.
 const SERIOUS: u16 = 8;
 
-/// Whom an error is counted to.
+/// The role of the controller whose error counter changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Role {
     Transmitter,
@@ -36,7 +36,7 @@ pub(super) struct Confinement {
 }
 
 impl Confinement {
-    /// An error that costs a transmitter 8 and a receiver 1.
+    /// An error that counts 8 for a transmitter and 1 for a receiver.
     pub(super) fn error(&mut self, role: Role) {
         match role {
             Role::Transmitter => self.serious_error(role),
@@ -44,7 +44,7 @@ impl Confinement {
         }
     }
 
-    /// An error that costs everybody 8.
+    /// An error that counts 8 for every controller.
     pub(super) fn serious_error(&mut self, role: Role) {
         match role {
             Role::Transmitter => {

@@ -1,13 +1,13 @@
-//! How a controller tells of an error or an overload: flags, what they cost, and bus-off (ISO 11898-1, fault confinement).
+//! How a controller signals an error or an overload: flags, error counters and bus-off (ISO 11898-1, fault confinement).
 
 use super::confinement::Role;
 use super::machine::{FLAG, Flag, Phase};
 use super::{ErrorCode, Event, Protocol};
 
-/// The dominant bits after a flag, each time, that are one more error.
+/// Every further sequence of this many dominant bits after a flag counts as one more error.
 const STUCK: u8 = 8;
 
-/// What an error adds to the error counter.
+/// The increment of the error counter for an error.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Cost {
     Nothing,
@@ -44,7 +44,7 @@ impl Protocol {
         })
     }
 
-    /// A dominant bit after one's own flag, `before` of them have been before it.
+    /// A dominant bit after its own flag; `before` such bits came before it.
     pub(super) fn outlast(&mut self, kind: Flag, before: u8) -> Option<Event> {
         let role = self.role();
         if before == 0 && kind == Flag::Error && role == Role::Receiver {
@@ -53,7 +53,7 @@ impl Protocol {
         let stuck = before + 1 == STUCK;
         self.phase = Phase::OthersFlags {
             kind,
-            // After the first eight, zero would look like the first bit after the flag.
+            // After the first eight, zero would mean the first bit after the flag.
             dominant: if before + 1 == 2 * STUCK {
                 STUCK
             } else {
@@ -80,12 +80,12 @@ impl Protocol {
         })
     }
 
-    /// An error, counted as every error is.
+    /// An error with the usual count.
     pub(super) fn fail(&mut self, code: ErrorCode) -> Option<Event> {
         self.raise_flag(code, Cost::Usual)
     }
 
-    /// Tells everybody of an error. What makes a controller error passive is still told with an active flag.
+    /// Starts an error flag. An error that makes the controller error passive still gets an active flag.
     pub(super) fn raise_flag(&mut self, code: ErrorCode, cost: Cost) -> Option<Event> {
         let (passive, role) = (self.confinement.is_passive(), self.role());
         let unacknowledged = passive && code == ErrorCode::Acknowledgment;

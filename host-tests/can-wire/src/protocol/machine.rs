@@ -1,4 +1,4 @@
-//! What a sampled bit means: the states of a controller and the ways between them (ISO 11898-1, medium access control).
+//! The meaning of a sampled bit: the states of a controller and their transitions (ISO 11898-1, medium access control).
 
 use super::coding::{Incoming, Outgoing};
 use super::confinement::Role;
@@ -6,10 +6,10 @@ use super::flags::Cost;
 use super::{ErrorCode, Event, Protocol};
 use plumbline::can::Frame;
 
-/// Recessive bits after which a controller takes the bus to be idle.
+/// Recessive bits after which a controller treats the bus as idle.
 const INTEGRATION: u8 = 11;
 
-/// How often they are needed to leave bus-off.
+/// Number of these sequences needed to leave bus-off.
 const RECOVERY: u8 = 128;
 
 /// The bits of an error or overload flag.
@@ -24,10 +24,10 @@ const END_OF_FRAME: u8 = 7;
 /// The bits of the intermission.
 const INTERMISSION: u8 = 3;
 
-/// The bits that an error passive transmitter waits after the intermission.
+/// The bits of suspend transmission: an error passive transmitter waits after the intermission.
 const SUSPEND: u8 = 8;
 
-/// What the next bit is to a controller. Numbers count the bits that are over.
+/// The meaning of the next bit for a controller. Numbers count the bits that have ended.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) enum Phase {
     #[default]
@@ -35,12 +35,12 @@ pub(super) enum Phase {
     Integrating {
         recessive: u8,
     },
-    /// `sequences` of 11 recessive bits have been seen; None: nobody has asked to recover.
+    /// `sequences` of 11 recessive bits have been seen; None: recovery has not been requested.
     BusOff {
         sequences: Option<u8>,
         recessive: u8,
     },
-    /// The bit clock stands still until there is an edge, or a frame to be sent.
+    /// The bit clock stops until there is an edge, or a frame to be sent.
     Idle {
         edge: bool,
     },
@@ -54,13 +54,13 @@ pub(super) enum Phase {
         kind: Flag,
         sent: u8,
     },
-    /// Ends after six equal bits. `unacknowledged`: it counts only when it meets a dominant bit.
+    /// Ends after six equal bits. `unacknowledged`: the error counts only if a bit is dominant.
     PassiveFlag {
         equal: u8,
         dominant: bool,
         unacknowledged: bool,
     },
-    /// The flags of others, which may end later than one's own.
+    /// The flags of others, which may end later than its own.
     OthersFlags {
         kind: Flag,
         dominant: u8,
@@ -70,7 +70,7 @@ pub(super) enum Phase {
     Suspend(u8),
 }
 
-/// What a flag tells.
+/// The meaning of a flag.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Flag {
     Error,
@@ -78,7 +78,7 @@ pub(super) enum Flag {
 }
 
 impl Protocol {
-    /// What it puts on the wire in the next bit; true is dominant.
+    /// The level that it drives in the next bit; true is dominant.
     pub(super) fn driven(&self) -> bool {
         match self.phase {
             Phase::Stuffed => self.outgoing.is_some_and(|out| !out.next(&self.incoming)),
@@ -88,7 +88,7 @@ impl Protocol {
         }
     }
 
-    /// Begins a frame of one's own with its start of frame.
+    /// Begins its own frame with the start of frame.
     pub(super) fn start(&mut self, frame: &Frame) -> Event {
         self.incoming = Incoming::default();
         self.outgoing = Some(Outgoing::new(frame));
@@ -97,7 +97,7 @@ impl Protocol {
         Event::Started
     }
 
-    /// Takes a bit. `offered` is a frame that may be sent.
+    /// Processes a bit. `offered` is a frame that may be sent.
     pub(super) fn take(&mut self, dominant: bool, offered: Option<Frame>) -> Option<Event> {
         match self.phase {
             Phase::Off => None,
@@ -196,7 +196,7 @@ impl Protocol {
         })
     }
 
-    /// Another's start of frame has been sampled. Who has a frame to send goes on with its identifier at once.
+    /// Another controller's start of frame has been sampled. A controller with a frame to send continues with its identifier.
     fn see_start_of_frame(&mut self, offered: Option<Frame>) -> Option<Event> {
         let offered = offered.filter(|_| !self.silent);
         self.frame_start = self.clock.start();
@@ -205,7 +205,7 @@ impl Protocol {
         self.incoming = Incoming::default();
         let event = offered.map(|frame| self.start(&frame));
         self.phase = Phase::Stuffed;
-        // A first bit cannot be a wrong stuff bit.
+        // The first bit cannot be a stuff error.
         let _ = self.incoming.push(false);
         event
     }
@@ -222,7 +222,7 @@ impl Protocol {
                     return self.fail(ErrorCode::BitRecessive);
                 }
                 if self.incoming.stuff_is_due() {
-                    // Others have sent one dominant bit too many: not the transmitter's fault.
+                    // Another controller has sent one dominant bit too many: not an error of the transmitter.
                     return self.raise_flag(ErrorCode::Stuff, Cost::Nothing);
                 }
                 self.outgoing = None;
@@ -260,7 +260,7 @@ impl Protocol {
         self.go(Phase::AckDelimiter)
     }
 
-    /// A receiver has the frame with the last bit but one, the transmitter has sent it with the last.
+    /// The frame is valid for a receiver at the last bit but one of EOF, for the transmitter at the last bit.
     fn end_frame(&mut self, dominant: bool, over: u8) -> Option<Event> {
         let last = over + 1 == END_OF_FRAME;
         if dominant {

@@ -1,4 +1,4 @@
-//! The protocol against ISO 11898-1, on a small wire of its own.
+//! Tests of the protocol against ISO 11898-1, on a small wire.
 
 mod errors;
 mod frames;
@@ -12,7 +12,7 @@ use std::collections::VecDeque;
 /// 250 kbit/s.
 const BIT: Picoseconds = 4_000_000;
 
-/// The bits in which a controller joins.
+/// The bits that a controller needs to join.
 const JOIN: Picoseconds = 11;
 
 #[derive(Default)]
@@ -22,12 +22,12 @@ struct Station {
     events: Vec<(Picoseconds, Event)>,
 }
 
-/// Controllers on a wire, which somebody may hold at a level.
+/// Controllers on a wire, which the test can force to a level.
 #[derive(Default)]
 struct Wire {
     stations: Vec<Station>,
     dominant: bool,
-    /// From, to, level.
+    /// Start, end, level.
     forced: Vec<(Picoseconds, Picoseconds, bool)>,
     /// The time of each change of level.
     changes: Vec<(Picoseconds, bool)>,
@@ -35,7 +35,7 @@ struct Wire {
 }
 
 impl Wire {
-    /// A wire with that many controllers at 250 kbit/s, all of which have just joined.
+    /// A wire with this number of controllers at 250 kbit/s, all of which have just joined.
     fn joined(count: usize) -> Self {
         let mut wire = Self::default();
         for _ in 0..count {
@@ -57,7 +57,7 @@ impl Wire {
         self.stations[station].queue.push_back(frame);
     }
 
-    /// Holds the wire at a level for `count` bits from bit `first` on, counted from now.
+    /// Forces the wire to a level for `count` bits, starting at bit `first` from now.
     fn force(&mut self, first: u64, count: u64, dominant: bool) {
         let from = self.now + first * BIT;
         self.forced.push((from, from + count * BIT, dominant));
@@ -78,7 +78,7 @@ impl Wire {
         stations.chain(forced.filter(|at| *at > self.now)).min()
     }
 
-    /// Runs for this long.
+    /// Runs for this time.
     fn run(&mut self, time: Picoseconds) {
         let end = self.now + time;
         self.settle();
@@ -122,7 +122,7 @@ impl Wire {
         }
     }
 
-    /// What has been on the wire in so many bits from `from` on, as the standard writes it: dominant is 0.
+    /// The levels on the wire for `count` bits starting at `from`, as the standard writes them: dominant is 0.
     fn bits(&self, from: Picoseconds, count: u64) -> String {
         let level = |at: Picoseconds| {
             let before = self.changes.iter().rev().find(|(time, _)| *time <= at);

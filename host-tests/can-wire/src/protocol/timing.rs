@@ -1,4 +1,4 @@
-//! When a controller begins and samples its bits, and how edges on the wire move them (ISO 11898-1, bit timing).
+//! When a controller begins and samples its bits, and how edges on the wire shift them (ISO 11898-1, bit timing).
 
 use super::{BitTiming, Picoseconds};
 
@@ -6,16 +6,16 @@ use super::{BitTiming, Picoseconds};
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct BitClock {
     timing: BitTiming,
-    /// The start of the bit that is sampled next; in the future once the bit before it has been sampled.
+    /// The start of the bit that is sampled next; in the future once the previous bit has been sampled.
     start: Picoseconds,
-    /// What was sampled last.
+    /// The last sampled level.
     dominant: bool,
     /// There is only one synchronization between two sample points.
     synchronized: bool,
 }
 
 impl BitClock {
-    /// A clock whose first bit starts now, on a wire that is taken to be recessive.
+    /// A clock whose first bit starts now, on a wire that is assumed to be recessive.
     pub(super) fn new(now: Picoseconds, timing: BitTiming) -> Self {
         Self {
             timing,
@@ -39,12 +39,12 @@ impl BitClock {
         self.start + self.timing.sample
     }
 
-    /// The next bit starts now: the wire has been idle, so that there is nothing to keep in step with.
+    /// Starts the next bit now: the wire has been idle, so there is no edge to synchronize to.
     pub(super) fn restart(&mut self, now: Picoseconds) {
         self.start = self.start.max(now);
     }
 
-    /// Runs on, unobserved, until the next sample point is later than `now`.
+    /// Advances until the next sample point is later than `now`.
     pub(super) fn catch_up(&mut self, now: Picoseconds) {
         if self.sample() <= now {
             let bits = (now - self.sample()) / self.timing.bit + 1;
@@ -52,26 +52,26 @@ impl BitClock {
         }
     }
 
-    /// A bit has been sampled; the next one follows.
+    /// Continues with the next bit after a sample.
     pub(super) fn sampled(&mut self, dominant: bool) {
         self.start += self.timing.bit;
         self.dominant = dominant;
         self.synchronized = false;
     }
 
-    /// True when an edge to dominant may synchronize: after a recessive sample, and once.
+    /// True when an edge to dominant may synchronize: after a recessive sample, once per bit.
     pub(super) fn takes_edge(&self) -> bool {
         !self.dominant && !self.synchronized
     }
 
-    /// The bit starts with this edge.
+    /// Hard synchronization: the bit starts with this edge.
     pub(super) fn synchronize(&mut self, now: Picoseconds) {
         self.start = now;
         self.synchronized = true;
     }
 
-    /// Moves the sample point towards where the edge wants it, by the jump width at most. Who sends a dominant bit does not
-    /// follow a late edge: it is its own, come back late.
+    /// Shifts the sample point according to the edge, by the jump width at most. A controller that sends a dominant bit ignores a
+    /// late edge: it is its own edge, delayed.
     pub(super) fn resynchronize(&mut self, now: Picoseconds, sends_dominant: bool) {
         let jump = self.timing.jump;
         if now < self.start {

@@ -1,4 +1,4 @@
-//! The Electronic Data Sheet: that it is one, that it is the manual's, and that the sensor is as it says.
+//! The Electronic Data Sheet: it is valid, it matches the manual, and the sensor matches it.
 
 mod planted;
 mod rules;
@@ -19,17 +19,17 @@ fn text() -> String {
 }
 
 #[test]
-fn it_is_a_data_sheet() {
+fn eds_is_valid() {
     assert_eq!(complaints(&text()), NOTHING);
 }
 
 #[test]
-fn the_sensor_is_as_it_says() {
+fn sensor_matches_eds() {
     assert_eq!(differences(&Sheet::parse(&text())), NOTHING);
 }
 
 #[test]
-fn it_is_the_same_every_time() {
+fn eds_is_reproducible() {
     assert_eq!(text(), text());
 }
 
@@ -39,8 +39,8 @@ fn planted_defects_are_found() {
     for defect in planted::DEFECTS {
         let planted = defect.plant(&text);
         let found = match defect.found_by {
-            planted::Judge::Rules => complaints(&planted),
-            planted::Judge::Sensor => {
+            planted::Check::Rules => complaints(&planted),
+            planted::Check::Sensor => {
                 assert_eq!(complaints(&planted), NOTHING, "{}", defect.what);
                 differences(&Sheet::parse(&planted))
             }
@@ -49,9 +49,9 @@ fn planted_defects_are_found() {
     }
 }
 
-/// Serial number, programming key, and what is measured.
+/// Serial number, programming key, and measured values.
 #[test]
-fn only_what_differs_has_no_factory_value() {
+fn only_variable_contents_have_no_factory_value() {
     let sheet = Sheet::parse(&text());
     let without: Vec<_> = sheet
         .variables()
@@ -72,9 +72,9 @@ fn only_what_differs_has_no_factory_value() {
     assert_eq!(without, expected);
 }
 
-/// Angles and temperature (manual 7.7); a sensor that lies level cannot show the difference.
+/// Angles and temperature (manual 7.7); a sensor in level position cannot show the difference.
 #[test]
-fn what_can_be_negative_is_signed() {
+fn values_that_can_be_negative_are_signed() {
     let sheet = Sheet::parse(&text());
     let signed: Vec<_> = sheet
         .variables()
@@ -92,12 +92,12 @@ fn what_can_be_negative_is_signed() {
     assert_eq!(signed, expected);
 }
 
-/// Each on a sensor of its own, because some of them restart it.
+/// Each test uses a new sensor, because some of the writes restart it.
 #[test]
-fn the_limits_themselves_are_permitted() {
+fn limit_values_are_permitted() {
     for variable in Sheet::parse(&text()).variables() {
         for number in [variable.low, variable.high].into_iter().flatten() {
-            // The factory value of 207Fh tells a failure and is not written.
+            // The factory value of 207Fh reports a failure and is not written.
             if (variable.address.0, number) == (0x207F, 0) {
                 continue;
             }
@@ -131,7 +131,7 @@ fn identifiers_follow_the_node_id() {
 }
 
 #[test]
-fn the_sensor_has_nothing_else() {
+fn sensor_has_no_other_objects() {
     let sheet = Sheet::parse(&text());
     let described: BTreeSet<_> = sheet
         .variables()

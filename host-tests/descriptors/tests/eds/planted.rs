@@ -1,26 +1,26 @@
-//! Defects for a data sheet, to see that they are found.
+//! Defects for a data sheet, to test that they are found.
 
-use Judge::{Rules, Sensor};
+use Check::{Rules, Sensor};
 
-/// Who finds a defect.
-pub enum Judge {
+/// The check that finds a defect.
+pub enum Check {
     /// The rules of CiA 306 and CiA 301.
     Rules,
-    /// The comparison with the sensor; the rules see nothing.
+    /// The comparison with the sensor; the rules do not find it.
     Sensor,
 }
 
-/// Something wrong: in a section, one text in place of another.
+/// A defect: in a section, a text is replaced by another one.
 pub struct Defect {
     pub what: &'static str,
-    pub found_by: Judge,
+    pub found_by: Check,
     section: &'static str,
     from: &'static str,
     to: &'static str,
 }
 
 const fn defect(
-    found_by: Judge,
+    found_by: Check,
     what: &'static str,
     section: &'static str,
     from: &'static str,
@@ -63,7 +63,7 @@ pub const DEFECTS: &[Defect] = &[
     ),
     defect(
         Rules,
-        "mapping of what cannot be mapped",
+        "mapping of an object that cannot be mapped",
         "1A01sub1",
         "0x61100020",
         "0x40810010",
@@ -77,7 +77,7 @@ pub const DEFECTS: &[Defect] = &[
     ),
     defect(
         Rules,
-        "mapping of nothing",
+        "mapping of an object that does not exist",
         "1A00sub2",
         "0x60200010",
         "0x60300010",
@@ -90,10 +90,10 @@ pub const DEFECTS: &[Defect] = &[
         "0x60100020",
     ),
     defect(Rules, "no EDSVersion", "FileInfo", "EDSVersion=4.0\r\n", ""),
-    defect(Rules, "an object twice", "100D", "[100D]", "[100C]"),
+    defect(Rules, "duplicate object", "100D", "[100D]", "[100C]"),
     defect(
         Rules,
-        "a sub-index twice",
+        "duplicate sub-index",
         "1018sub2",
         "[1018sub2]",
         "[1018sub1]",
@@ -149,7 +149,7 @@ pub const DEFECTS: &[Defect] = &[
     ),
     defect(
         Rules,
-        "another maker",
+        "another vendor",
         "DeviceInfo",
         "0x6D666900",
         "0x0069666D",

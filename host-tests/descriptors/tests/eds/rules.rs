@@ -1,4 +1,4 @@
-//! What CiA 306 and CiA 301 demand of a data sheet, and what tools do not check.
+//! Rules of CiA 306 and CiA 301 for a data sheet, including those that tools do not check.
 
 use super::sheet::{DataType, Sheet, Variable, number};
 use std::collections::{BTreeMap, BTreeSet};
@@ -44,7 +44,7 @@ const DEVICE_INFO: &[&str] = &[
 
 const LISTS: [&str; 3] = ["MandatoryObjects", "OptionalObjects", "ManufacturerObjects"];
 
-/// Everything that is wrong with a data sheet, one line each.
+/// All violations in a data sheet, one line each.
 pub fn complaints(text: &str) -> Vec<String> {
     let sheet = Sheet::parse(text);
     let mut found = Vec::new();
@@ -77,12 +77,12 @@ fn duplicates(sheet: &Sheet, found: &mut Vec<String>) {
     let mut sections = BTreeSet::new();
     for (name, entries) in &sheet.sections {
         if !sections.insert(name.to_lowercase()) {
-            found.push(format!("[{name}] is there twice"));
+            found.push(format!("[{name}] is duplicated"));
         }
         let mut keys = BTreeSet::new();
         for (key, _) in entries {
             if !keys.insert(key.to_lowercase()) {
-                found.push(format!("[{name}] {key} is there twice"));
+                found.push(format!("[{name}] {key} is duplicated"));
             }
         }
     }
@@ -124,7 +124,7 @@ fn information(sheet: &Sheet, found: &mut Vec<String>) {
     let lines = sheet.number("Comments", "Lines").unwrap_or(0);
     if lines == 0 || (1..=lines).any(|line| sheet.get("Comments", &format!("Line{line}")).is_none())
     {
-        found.push("[Comments] is not whole".to_owned());
+        found.push("[Comments] is incomplete".to_owned());
     }
     for data_type in 1..=7 {
         if sheet
@@ -159,7 +159,7 @@ fn lists(sheet: &Sheet, found: &mut Vec<String>) {
         let mut before = 0;
         for at in 1..=count {
             let Some(index) = sheet.number(list, &at.to_string()) else {
-                found.push(format!("[{list}] has no number {at}"));
+                found.push(format!("[{list}] has no entry {at}"));
                 continue;
             };
             if index <= before {
@@ -168,13 +168,13 @@ fn lists(sheet: &Sheet, found: &mut Vec<String>) {
             before = index;
             *listed.entry(index as u16).or_insert(0) += 1;
             if list_of(index as u16) != list {
-                found.push(format!("{index:04X}h does not belong into [{list}]"));
+                found.push(format!("{index:04X}h does not belong to [{list}]"));
             }
         }
     }
     for index in [0x1000, 0x1001, 0x1018] {
         if !listed.contains_key(&index) {
-            found.push(format!("{index:04X}h is mandatory"));
+            found.push(format!("{index:04X}h is mandatory but missing"));
         }
     }
     let described: BTreeSet<_> = sheet.indices().into_iter().collect();
@@ -194,7 +194,7 @@ fn lists(sheet: &Sheet, found: &mut Vec<String>) {
     }
 }
 
-/// ARRAY (8) or RECORD (9), as CiA 301 says (7.5.2); None: a variable (7), or up to the maker.
+/// ARRAY (8) or RECORD (9) as defined by CiA 301 (7.5.2); None: a variable (7), or manufacturer-specific.
 fn object_code(index: u16) -> Option<i64> {
     match index {
         0x1003 | 0x1010 | 0x1011 | 0x1029 => Some(8),
@@ -219,7 +219,7 @@ fn object(sheet: &Sheet, index: u16, found: &mut Vec<String>) {
             }
         }
         Some(8 | 9) => structure(sheet, &name, &subs, found),
-        _ => found.push(format!("[{name}] has no ObjectType that is known")),
+        _ => found.push(format!("[{name}] has an unknown ObjectType")),
     }
     if sheet.get(&name, "ParameterName").is_none_or(str::is_empty) {
         found.push(format!("[{name}] has no ParameterName"));
@@ -238,11 +238,11 @@ fn structure(sheet: &Sheet, name: &str, subs: &BTreeMap<u8, String>, found: &mut
     for section in subs.values() {
         variable_entries(sheet, section, found);
         if sheet.number(section, "ObjectType") != Some(7) {
-            found.push(format!("[{section}] is no variable"));
+            found.push(format!("[{section}] is not a variable"));
         }
     }
     let highest = subs.keys().last().copied().unwrap_or(0);
-    // 1003h:00 counts the errors, of which a sensor as delivered has none.
+    // 1003h:00 is the number of errors, which is 0 in a sensor with factory values.
     let expected = if name == "1003" {
         0
     } else {
@@ -270,7 +270,7 @@ fn variable_entries(sheet: &Sheet, name: &str, found: &mut Vec<String>) {
         .and_then(DataType::of)
         .is_none()
     {
-        found.push(format!("[{name}] DataType is none that is known"));
+        found.push(format!("[{name}] has an unknown DataType"));
     }
     let access = sheet.get(name, "AccessType").unwrap_or("");
     if !["ro", "rw", "wo", "const"].contains(&access) {
@@ -278,7 +278,7 @@ fn variable_entries(sheet: &Sheet, name: &str, found: &mut Vec<String>) {
     }
 }
 
-/// The factory value is one of its type and lies within the limits.
+/// The factory value fits the type and is within the limits.
 fn value(variable: &Variable, found: &mut Vec<String>) {
     let section = &variable.section;
     if variable.data_type == DataType::Text {
@@ -306,7 +306,7 @@ fn value(variable: &Variable, found: &mut Vec<String>) {
     }
 }
 
-/// The identifiers of the predefined connection set (CiA 301, table 76) follow the node id, and nothing else does.
+/// Only the identifiers of the predefined connection set (CiA 301, table 76) depend on the node id.
 fn identifier(variable: &Variable, found: &mut Vec<String>) {
     let (index, sub) = variable.address;
     let base = match (index, sub) {
@@ -321,11 +321,14 @@ fn identifier(variable: &Variable, found: &mut Vec<String>) {
         .as_deref()
         .and_then(|text| text.strip_prefix("$NODEID+"));
     if relative.and_then(number) != base {
-        found.push(format!("[{}] and the node id", variable.section));
+        found.push(format!(
+            "[{}] has a wrong dependency on the node id",
+            variable.section
+        ));
     }
 }
 
-/// What a TPDO maps is there, can be mapped, has the length that the mapping says, and fits into eight bytes.
+/// An object mapped to a TPDO exists, can be mapped and has the length of the mapping; the TPDO fits into eight bytes.
 fn mappings(variables: &[Variable], found: &mut Vec<String>) {
     let has = |address| variables.iter().any(|variable| variable.address == address);
     let mut bits = BTreeMap::new();
@@ -342,11 +345,11 @@ fn mappings(variables: &[Variable], found: &mut Vec<String>) {
             .iter()
             .find(|variable| variable.address == address)
         else {
-            found.push(format!("[{section}] maps what is not there"));
+            found.push(format!("[{section}] maps an object that does not exist"));
             continue;
         };
         if !mapped.mappable || mapped.access == "wo" {
-            found.push(format!("[{section}] maps what cannot be mapped"));
+            found.push(format!("[{section}] maps an object that cannot be mapped"));
         }
         if mapped.data_type.bits() != u32::from(length) {
             found.push(format!("[{section}] maps with a wrong length"));

@@ -1,4 +1,4 @@
-//! An SDO client on the bench, and the comparison of a data sheet with the sensor that it talks to.
+//! An SDO client on the bench, and the comparison of a data sheet with the sensor.
 
 use super::sheet::{DataType, Sheet, Variable};
 use bench::script::LEVEL;
@@ -18,14 +18,14 @@ const TOO_HIGH: u32 = 0x0609_0031;
 const TOO_LOW: u32 = 0x0609_0032;
 const SIGNATURE: u32 = 0x0800_0020;
 
-/// The node id and the bit rate of a sensor as delivered (manual 8.1).
+/// The factory node id and bit rate of a sensor (manual 8.1).
 pub const NODE_ID: u8 = 10;
 const RATE: BitRate = BitRate::K125;
 
-/// A reply may wait for a save.
+/// Maximum time of a reply, which may wait for a save.
 const PATIENCE_MS: u32 = 1000;
 
-/// A bus with a JN2101 as delivered, level, and a client.
+/// A bus with a JN2101 with factory values, in level position, and a client.
 pub struct Client {
     bus: Bus,
     adapter: AdapterId,
@@ -59,7 +59,7 @@ impl Client {
         self.bus.take_received(self.adapter);
     }
 
-    /// Sends a frame to which there is no reply.
+    /// Sends a frame without a reply.
     pub fn send(&mut self, id: u16, data: &[u8]) {
         let frame = Frame::data(standard(id), data).expect("eight bytes at most");
         self.bus.send(self.adapter, frame);
@@ -79,7 +79,7 @@ impl Client {
         panic!("no reply to {request:02X?}");
     }
 
-    /// Reads an object; the abort code if it cannot be read.
+    /// Reads an object; returns the abort code on failure.
     pub fn read(&mut self, (index, sub): (u16, u8)) -> Result<Vec<u8>, u32> {
         let [low, high] = index.to_le_bytes();
         let first = self.exchange([0x40, low, high, sub, 0, 0, 0, 0]);
@@ -102,7 +102,7 @@ impl Client {
         Ok(data)
     }
 
-    /// Writes to an object; the abort code if it is refused.
+    /// Writes an object; returns the abort code on failure.
     pub fn write(&mut self, (index, sub): (u16, u8), data: &[u8]) -> Result<(), u32> {
         let [low, high] = index.to_le_bytes();
         let mut request = [0x21, low, high, sub, 0, 0, 0, 0];
@@ -137,7 +137,7 @@ fn accepted(reply: [u8; 8]) -> Result<u32, u32> {
     }
 }
 
-/// Where a sensor as delivered differs from a data sheet, one line each.
+/// The differences between a sensor with factory values and a data sheet, one line each.
 pub fn differences(sheet: &Sheet) -> Vec<String> {
     let mut client = Client::new();
     let mut found = Vec::new();
@@ -154,7 +154,7 @@ pub fn differences(sheet: &Sheet) -> Vec<String> {
     found
 }
 
-/// Reads a variable and compares type and factory value; gives what could be written to it.
+/// Reads a variable and compares type and factory value; returns data that can be written to it.
 fn reading(
     client: &mut Client,
     variable: &Variable,
@@ -188,7 +188,7 @@ fn reading(
     Some(data)
 }
 
-/// Writes to a variable what it holds, and the same in wrong sizes.
+/// Writes its current value to a variable, also with wrong sizes.
 fn writing(
     client: &mut Client,
     variable: &Variable,
@@ -199,9 +199,9 @@ fn writing(
     let written = client.write(address, data);
     let expected = match (variable.access.as_str(), address.0) {
         ("ro" | "const", _) => Err(READ_ONLY),
-        // What they hold is not the signature that they want.
+        // Their value is not the required signature.
         (_, 0x1010 | 0x1011) => Err(SIGNATURE),
-        // It tells 0 and wants 1.
+        // It reads as 0 and accepts only 1.
         (_, 0x207F) => Err(VALUE),
         _ => Ok(()),
     };
@@ -223,7 +223,7 @@ fn writing(
     }
 }
 
-/// Writes numbers beyond the limits.
+/// Writes values beyond the limits.
 fn beyond(client: &mut Client, variable: &Variable, note: &mut impl FnMut(&str, String)) {
     let [lowest, highest] = variable.data_type.limits();
     let below = variable.low.map(|low| (low - 1, TOO_LOW));

@@ -1,9 +1,9 @@
-//! An Electronic Data Sheet, read back.
+//! A parser for Electronic Data Sheets.
 
 use ini::{Ini, ParseOption};
 use std::collections::BTreeMap;
 
-/// The sections of a data sheet with their entries, in order, duplicates included.
+/// The sections of a data sheet with their entries, in order, with duplicates.
 pub struct Sheet {
     pub sections: Vec<(String, Vec<(String, String)>)>,
 }
@@ -11,7 +11,7 @@ pub struct Sheet {
 /// Index and sub-index.
 pub type Address = (u16, u8);
 
-/// An object or a sub-index of one, that can be read or written.
+/// An object or sub-index that can be read or written.
 #[derive(Clone, Debug)]
 pub struct Variable {
     pub section: String,
@@ -24,7 +24,7 @@ pub struct Variable {
     pub mappable: bool,
 }
 
-/// The types of CiA 301, table 44, that a sensor can be expected to have.
+/// The types of CiA 301, table 44, that a sensor may use.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DataType {
     Unsigned(u32),
@@ -90,7 +90,7 @@ impl Sheet {
         }
     }
 
-    /// The first entry of this name in the first section of this name.
+    /// The first entry with this name in the first section with this name.
     pub fn get(&self, section: &str, key: &str) -> Option<&str> {
         let (_, entries) = self.sections.iter().find(|(name, _)| name == section)?;
         let (_, value) = entries.iter().find(|(name, _)| name == key)?;
@@ -101,13 +101,13 @@ impl Sheet {
         number(self.get(section, key)?)
     }
 
-    /// The indices of the sections of whole objects.
+    /// The indices of the sections of objects.
     pub fn indices(&self) -> Vec<u16> {
-        let whole = |name: &&String| name.len() == 4;
+        let is_object = |name: &&String| name.len() == 4;
         self.sections
             .iter()
             .map(|(name, _)| name)
-            .filter(whole)
+            .filter(is_object)
             .filter_map(|name| u16::from_str_radix(name, 16).ok())
             .collect()
     }
@@ -124,14 +124,14 @@ impl Sheet {
             .collect()
     }
 
-    /// Everything that can be read or written; what is not described well enough is missing.
+    /// Everything that can be read or written; variables with an incomplete description are missing.
     pub fn variables(&self) -> Vec<Variable> {
         let mut variables = Vec::new();
         for index in self.indices() {
-            let whole = format!("{index:04X}");
-            let subs = match self.number(&whole, "ObjectType") {
+            let object = format!("{index:04X}");
+            let subs = match self.number(&object, "ObjectType") {
                 Some(8 | 9) => self.subs(index),
-                _ => BTreeMap::from([(0, whole)]),
+                _ => BTreeMap::from([(0, object)]),
             };
             let found = subs
                 .iter()
@@ -156,7 +156,7 @@ impl Sheet {
 }
 
 impl Variable {
-    /// The factory value in a sensor with this node id.
+    /// The factory value of a sensor with this node id.
     pub fn default_at(&self, node_id: i64) -> Option<i64> {
         let text = self.default.as_deref()?;
         match text.strip_prefix("$NODEID+") {
@@ -166,7 +166,7 @@ impl Variable {
     }
 }
 
-/// A number as CiA 306 writes it: decimal or hexadecimal.
+/// A number in CiA 306 format: decimal or hexadecimal.
 pub fn number(text: &str) -> Option<i64> {
     match text.strip_prefix("0x") {
         Some(digits) => i64::from_str_radix(digits, 16).ok(),

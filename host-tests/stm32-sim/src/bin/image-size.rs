@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use stm32_sim::image::Size;
 
-/// Prints what firmware images take of flash and RAM.
+/// Prints the size of firmware images in flash and RAM.
 #[derive(Parser)]
 struct Options {
     /// Largest size in flash, in bytes.
@@ -36,7 +36,7 @@ fn main() -> ExitCode {
                     );
                     exit = ExitCode::FAILURE;
                 }
-                // An image without code is what a linker script that was not found leaves behind.
+                // A linker script that was not found results in an image without code.
                 if size.flash < 1024 {
                     eprintln!("{}: no image", path.display());
                     exit = ExitCode::FAILURE;

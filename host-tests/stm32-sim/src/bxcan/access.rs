@@ -1,4 +1,4 @@
-//! Software's side: reading and writing the registers.
+//! The software interface: reading and writing the registers.
 
 use super::registers::Register;
 use super::timing::Timing;
@@ -9,7 +9,7 @@ use can_wire::protocol::Picoseconds;
 /// CAN_MSR.RX and SAMP: the level on the receive pin, now and at the last sample point.
 const RECESSIVE: u32 = 1 << 11;
 const SAMPLED_RECESSIVE: u32 = 1 << 10;
-/// CAN_MSR.RXM and TXM: receiver or transmitter of the frame under way.
+/// CAN_MSR.RXM and TXM: receiver or transmitter of the current frame.
 const RECEIVING: u32 = 1 << 9;
 const TRANSMITTING: u32 = 1 << 8;
 
@@ -17,7 +17,7 @@ impl BxCan {
     /// Reads the register at an offset from the peripheral's base.
     ///
     /// # Errors
-    /// There is no register.
+    /// The register does not exist.
     pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
@@ -46,7 +46,7 @@ impl BxCan {
     /// Writes the register at an offset from the peripheral's base.
     ///
     /// # Errors
-    /// There is no register, or the write asks for something that is not modelled.
+    /// The register does not exist, or the write selects a function that is not modelled.
     pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
@@ -78,7 +78,7 @@ impl BxCan {
                     .write(register, value, &mut self.violations);
             }
         }
-        self.attention = true;
+        self.changed = true;
         self.settle(now);
         Ok(())
     }

@@ -6,7 +6,7 @@
 //! | Bits | Field | Content |
 //! |---|---|---|
 //! | 31..24, 23..16 | REC, TEC | receive and transmit error counters |
-//! | 6..4 | LEC | last error code: 0 after a good frame, 7 when software has put it there |
+//! | 6..4 | LEC | last error code: 0 after a valid frame, 7 when software has written it |
 //! | 2, 1, 0 | BOFF, EPVF, EWGF | bus-off, error passive, warning |
 
 use super::receive::{FULL, OVERRUN, PENDING};
@@ -29,10 +29,10 @@ const SLEEP: u32 = 1 << 4;
 const WARNING_LIMIT: u16 = 96;
 const PASSIVE_LIMIT: u16 = 128;
 
-/// CAN_ESR.LEC, by software.
+/// CAN_ESR.LEC written by software.
 const SEEN: u32 = 7;
 
-/// How the controller stands with its errors.
+/// The error state of the controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Confinement {
     pub(super) state: BusState,
@@ -68,7 +68,7 @@ pub(super) struct Status {
     last_error: u32,
     flags: u32,
     counters: u32,
-    /// Not in sleep mode, where a reset leaves it.
+    /// Not in sleep mode, which is the state after a reset.
     awake: bool,
 }
 
@@ -87,28 +87,28 @@ impl Status {
         self.counters | self.last_error << 4 | self.flags
     }
 
-    /// A write to CAN_ESR, of which only LEC takes notice; false when that is not a value that software may write.
+    /// Writes CAN_ESR, of which only LEC is writable; false when software must not write this value.
     pub(super) fn write_error_status(&mut self, value: u32) -> bool {
         self.last_error = value >> 4 & 7;
         matches!(self.last_error, 0 | SEEN)
     }
 
-    /// ERRI, WKUI and SLAKI at their places in CAN_MSR.
+    /// ERRI, WKUI and SLAKI at their bit positions in CAN_MSR.
     pub(super) fn interrupts(&self) -> u32 {
         self.interrupts
     }
 
-    /// Clears those of them that are 1 in `value`.
+    /// Clears those whose bit is 1 in `value`.
     pub(super) fn clear_interrupts(&mut self, value: u32) {
         self.interrupts &= !value;
     }
 
-    /// A frame was sent or received well.
+    /// A frame was sent or received successfully.
     pub(super) fn succeeded(&mut self) {
         self.last_error = 0;
     }
 
-    /// An error was seen.
+    /// An error was detected.
     pub(super) fn failed(&mut self, code: ErrorCode) {
         self.last_error = code as u32;
         if self.enabled & LAST_ERROR_ENABLE != 0 {
@@ -116,7 +116,7 @@ impl Status {
         }
     }
 
-    /// Follows the error counters. A flag that becomes set sets ERRI, when enabled.
+    /// Updates the error state. A flag that becomes set sets ERRI, if enabled.
     pub(super) fn follow(&mut self, confinement: Confinement) {
         let byte = |counter: u16| u32::from(counter.min(255));
         self.counters =
@@ -129,7 +129,7 @@ impl Status {
         }
     }
 
-    /// Follows sleep mode: SLAKI becomes set when it is entered, if enabled, and goes when it is left.
+    /// Updates sleep mode: entering it sets SLAKI, if enabled; leaving it clears SLAKI.
     pub(super) fn sleeps(&mut self, asleep: bool) {
         let entered = asleep && self.awake;
         self.awake = !asleep;
@@ -141,13 +141,13 @@ impl Status {
         }
     }
 
-    /// A start of frame was seen in sleep mode.
+    /// A start of frame was detected in sleep mode.
     pub(super) fn disturbed_in_sleep(&mut self) {
         self.interrupts |= WAKE_UP;
     }
 
     /// The interrupt lines: transmit (19), FIFO 0 (20), FIFO 1 (21), status change and error (22). `completed`: a transmit
-    /// request is; `fifos`: CAN_RF0R and CAN_RF1R.
+    /// request is completed; `fifos`: CAN_RF0R and CAN_RF1R.
     pub(super) fn lines(&self, completed: bool, fifos: [u32; 2]) -> [bool; 4] {
         // FMPIE, FFIE and FOVIE of FIFO 0 are bits 1 to 3, those of FIFO 1 are bits 4 to 6.
         let fifo = |number: usize| {

@@ -6,11 +6,11 @@
 //! |---|---|---|---|
 //! | 32 bit, mask | 1 | identifier | mask |
 //! | 32 bit, list | 2 | identifier | identifier |
-//! | 16 bit, mask | 2 | identifier, mask above it | identifier, mask above it |
-//! | 16 bit, list | 4 | identifier, identifier above it | the same |
+//! | 16 bit, mask | 2 | identifier in the low, mask in the high half-word | the same |
+//! | 16 bit, list | 4 | identifiers in the low and high half-word | the same |
 //!
-//! 32 bits are a mailbox's identifier word. 16 bits are: 15..5 standard identifier, 4 RTR, 3 IDE, 2..0 the three highest bits of
-//! the identifier extension.
+//! 32 bits have the format of the identifier word of a mailbox. 16 bits are: 15..5 standard identifier, 4 RTR, 3 IDE, 2..0 the
+//! three highest bits of the identifier extension.
 
 use super::mailbox;
 use super::registers::Register;
@@ -27,15 +27,15 @@ pub(super) const MASTER_RESERVED: u32 = 0x2A1C_0E00;
 /// CAN_FMR.FINIT.
 const INITIALIZATION: u32 = 1;
 
-/// Bit 0 of a 32-bit filter takes no part: it has no counterpart in a frame.
+/// Bit 0 of a 32-bit filter is not compared: it has no counterpart in a frame.
 const COMPARED: u32 = !1;
 
-/// Where a filter let a frame pass.
+/// The filter that accepted a frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Match {
     /// The FIFO that the bank belongs to.
     pub(super) fifo: usize,
-    /// The filter match index: the number of the filter among those of this FIFO.
+    /// The filter match index: the number of the filter among the filters of this FIFO.
     pub(super) index: u8,
 }
 
@@ -121,15 +121,15 @@ impl Filters {
         }
     }
 
-    /// The filter that lets a frame pass. Of several that is a 32-bit one before a 16-bit one, a list before a mask, the lower
-    /// number before the higher. During initialization nothing is received.
+    /// The filter that accepts a frame. If several do: a 32-bit one before a 16-bit one, a list before a mask, the lower number
+    /// before the higher. During initialization no frame is received.
     pub(super) fn accept(&self, frame: &Frame) -> Option<Match> {
         if self.initialization {
             return None;
         }
         let wide = mailbox::identifier(frame);
         let narrow = narrow(wide);
-        // Banks that are not active are counted as well.
+        // Inactive banks are counted as well.
         let mut count = [0; 2];
         let mut best: Option<((bool, bool), Match)> = None;
         for bank in 0..BANKS {
@@ -179,7 +179,7 @@ fn is_set(bits: u32, bank: usize) -> bool {
     bits & 1_u32.unbounded_shl(bank as u32) != 0
 }
 
-/// What a 16-bit filter sees of an identifier word.
+/// The bits of an identifier word that a 16-bit filter compares.
 fn narrow(identifier: u32) -> u32 {
     let standard = identifier >> 21;
     let extension = identifier >> 18 & 7;

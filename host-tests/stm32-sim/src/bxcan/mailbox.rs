@@ -1,11 +1,11 @@
-//! How a frame lies in a mailbox (RM0008, 24.9.3): the same four words for sending and receiving.
+//! The layout of a frame in a mailbox (RM0008, 24.9.3): the same four words for transmit and receive.
 //!
 //! | Word | Bits | Content |
 //! |---|---|---|
 //! | 0 | 31..21, 31..3 | standard or extended identifier |
 //! | | 2, 1, 0 | IDE: extended; RTR: remote; TXRQ: transmit request (transmit mailboxes only) |
 //! | 1 | 31..16, 15..8, 3..0 | time stamp, filter match index (receive mailboxes only), data length code |
-//! | 2, 3 | | data bytes 0 to 3 and 4 to 7, the first one lowest |
+//! | 2, 3 | | data bytes 0 to 3 and 4 to 7, the first one in the low byte |
 
 use embedded_can::Id;
 use plumbline::can::{Frame, extended, standard};
@@ -18,7 +18,7 @@ const EXTENDED: u32 = 1 << 2;
 /// TIxR.RTR, RIxR.RTR: a remote frame.
 const REMOTE: u32 = 1 << 1;
 
-/// The frame in a mailbox. A length code of 9 to 15 means 8 bytes.
+/// The frame in a mailbox. A DLC of 9 to 15 means 8 bytes.
 pub(super) fn frame([identifier, length, low, high]: &Words) -> Frame {
     let id = if identifier & EXTENDED == 0 {
         standard((identifier >> 21) as u16)
@@ -35,8 +35,7 @@ pub(super) fn frame([identifier, length, low, high]: &Words) -> Frame {
     frame.expect("at most 8 bytes")
 }
 
-/// A received frame as it lies in the mailbox, with the filter match index. The time stamp is 0: time-triggered communication
-/// is off.
+/// The mailbox words of a received frame, with the filter match index. The time stamp is 0: time-triggered communication is off.
 pub(super) fn words(frame: &Frame, match_index: u8) -> Words {
     let mut data = [0; 8];
     data[..frame.bytes().len()].copy_from_slice(frame.bytes());
@@ -49,7 +48,7 @@ pub(super) fn words(frame: &Frame, match_index: u8) -> Words {
     ]
 }
 
-/// A frame's identifier word.
+/// The identifier word of a frame.
 pub(super) fn identifier(frame: &Frame) -> u32 {
     let remote = if frame.is_remote() { REMOTE } else { 0 };
     match frame.id() {
@@ -63,7 +62,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_frame_lies_in_a_mailbox_as_the_manual_says() {
+    fn frame_has_mailbox_layout_of_manual() {
         let data = Frame::data(standard(0x7A5), &[1, 2, 3, 4, 5]).unwrap();
         assert_eq!(words(&data, 7), [0x7A5 << 21, 0x0705, 0x0403_0201, 0x05]);
         let remote = Frame::remote(extended(0x1ABC_DEF3), 8).unwrap();
@@ -72,7 +71,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_put_in_comes_out() {
+    fn frame_survives_mailbox_round_trip() {
         for original in [
             Frame::data(standard(0x123), &[]).unwrap(),
             Frame::data(extended(0x1FFF_FFFF), &[8, 7, 6, 5, 4, 3, 2, 1]).unwrap(),
@@ -84,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_length_code_above_8_means_8_bytes() {
+    fn dlc_above_8_means_8_bytes() {
         for code in 8..16 {
             assert_eq!(frame(&[0, code, 0, 0]).bytes().len(), 8);
             assert_eq!(frame(&[REMOTE, code, 0, 0]).dlc(), 8);
@@ -92,7 +91,7 @@ mod tests {
     }
 
     #[test]
-    fn a_standard_identifier_leaves_the_other_bits_alone() {
+    fn standard_identifier_ignores_extension_bits() {
         assert_eq!(
             frame(&[0x123 << 21 | 0x1F_FFF8, 0, 0, 0]).id(),
             standard(0x123)

@@ -1,12 +1,12 @@
-//! bxCAN, the CAN controller of the STM32F103 (reference manual RM0008, chapter 24), as software sees it: registers, mailboxes,
-//! FIFOs, filters, interrupt lines. What happens on the wire is the business of [`Protocol`].
+//! bxCAN, the CAN controller of the STM32F103 (reference manual RM0008, chapter 24), from the view of software: registers,
+//! mailboxes, FIFOs, filters, interrupt lines. [`Protocol`] simulates the wire side.
 //!
 //! The bus calls [`wire`](BxCan::wire) at every edge and [`step`](BxCan::step) when [`next_event`](BxCan::next_event) is due.
 //!
-//! Not modelled: loop back, time-triggered communication and access to a register by less than a word. A change of mode that does
-//! not wait for the bus takes no time. A reset by CAN_MCR.RESET is as good as one by RCC. From sleep
-//! mode straight back into bus-off, with no recovery asked for, the bus is not listened to. A received length code of 9 to 15 reads
-//! as 8, which is all that a [`Frame`] has.
+//! Not modelled: loop back, time-triggered communication and accesses narrower than a word. A change of mode that does not wait
+//! for the bus takes no time. A reset by CAN_MCR.RESET has the effect of a reset by RCC. In a direct change from sleep mode to
+//! bus-off without a requested recovery, the controller does not listen to the bus. A received DLC of 9 to 15 reads as 8, because
+//! a [`Frame`] stores no more.
 
 mod access;
 mod errors;
@@ -37,21 +37,21 @@ use violations::Violations;
 /// PCLK1 after a reset of the microcontroller: the internal oscillator, in Hz.
 const RESET_CLOCK: u32 = 8_000_000;
 
-/// Values of CAN_BTR that are remembered: a sensor without traffic tries the bit rates for ever.
+/// Values of CAN_BTR that are kept: without traffic a sensor tries the bit rates without end.
 const BTR_HISTORY: usize = 1000;
 
-/// Where the recovery from bus-off stands.
+/// The state of the recovery from bus-off.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Recovery {
-    /// Nobody has asked for it.
+    /// Not requested.
     None,
-    /// Software has been to initialization mode; it begins when the bus is joined.
+    /// Software has entered initialization mode; the recovery begins when the controller joins the bus.
     Due,
     /// Recessive bits are counted.
     UnderWay,
 }
 
-/// The registers that a reset sets back.
+/// The registers that a reset clears.
 #[derive(Debug, Default)]
 struct State {
     control: Control,
@@ -71,7 +71,7 @@ pub struct BxCan {
     clock: u32,
     dominant: bool,
     sampled_dominant: bool,
-    attention: bool,
+    changed: bool,
     overruns: u64,
     btr_history: VecDeque<(Picoseconds, u32)>,
     violations: Violations,
@@ -84,7 +84,7 @@ impl Default for BxCan {
 }
 
 impl BxCan {
-    /// A controller after a reset: asleep, off the bus, clocked with 8 MHz.
+    /// A controller after a reset: in sleep mode, off the bus, with a clock of 8 MHz.
     pub fn new() -> Self {
         Self {
             state: State::default(),
@@ -93,20 +93,20 @@ impl BxCan {
             clock: RESET_CLOCK,
             dominant: false,
             sampled_dominant: false,
-            attention: false,
+            changed: false,
             overruns: 0,
             btr_history: VecDeque::new(),
             violations: Violations::default(),
         }
     }
 
-    /// Resets the registers and the error counters; a frame under way is torn off. The clock, and what has been observed, stay.
+    /// Resets the registers and the error counters; a current frame is aborted. The clock and the recorded history stay.
     pub fn reset(&mut self) {
         self.state = State::default();
         self.protocol.leave();
         self.protocol.reset();
         self.recovery = Recovery::None;
-        self.attention = true;
+        self.changed = true;
     }
 
     /// Sets the clock, PCLK1, in Hz.
@@ -116,7 +116,7 @@ impl BxCan {
     pub fn set_clock(&mut self, hz: u32) {
         assert_ne!(
             hz, 0,
-            "a controller without clock cannot be accessed, nor does it run"
+            "a controller without a clock cannot run or be accessed"
         );
         if hz != self.clock && self.state.control.is_on() {
             let reason = format!("changed from {} to {hz} Hz while on the bus", self.clock);
@@ -125,12 +125,12 @@ impl BxCan {
         self.clock = hz;
     }
 
-    /// How the controller stands on the wire: the level that it drives, its error counters.
+    /// The protocol state: the level that it drives, its error counters.
     pub fn protocol(&self) -> &Protocol {
         &self.protocol
     }
 
-    /// The frame to be sent next, when one may be started.
+    /// The frame to be sent next, if one may be started.
     pub fn offered(&self) -> Option<Frame> {
         if !self.may_start() {
             return None;
@@ -138,13 +138,13 @@ impl BxCan {
         self.state.transmitter.offered(self.state.control.order())
     }
 
-    /// When [`step`](Self::step) has to be called; None while nothing happens on the wire.
+    /// When [`step`](Self::step) has to be called; None while there is no event on the wire.
     pub fn next_event(&self) -> Option<Picoseconds> {
         let offered = self.may_start() && self.state.transmitter.is_pending();
         self.protocol.next_event(offered)
     }
 
-    /// The wire has changed its level.
+    /// Reports a new level of the wire.
     pub fn wire(&mut self, now: Picoseconds, dominant: bool) {
         let edge = dominant && !self.dominant;
         self.dominant = dominant;
@@ -156,12 +156,12 @@ impl BxCan {
         } else if self.state.control.mode() == Mode::Sleep {
             self.state.status.disturbed_in_sleep();
             self.state.control.wake_up();
-            self.attention = true;
+            self.changed = true;
             self.settle(now);
         }
     }
 
-    /// Does what is due on the wire, which is at this level.
+    /// Processes the bit that is due on the wire, which has this level.
     pub fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
         self.listen_in_bus_off(now, dominant);
         let takes = self.protocol.takes_offer();
@@ -176,7 +176,7 @@ impl BxCan {
         event
     }
 
-    /// Something has happened on the wire. [`step`](Self::step) calls it; a test may play the wire by it.
+    /// Handles an event on the wire. [`step`](Self::step) calls it; a test may call it to simulate the wire.
     pub fn event(&mut self, now: Picoseconds, event: Event) {
         let state = &mut self.state;
         let again = state.control.retransmits();
@@ -203,7 +203,7 @@ impl BxCan {
                 self.recovery = Recovery::None;
             }
         }
-        self.attention = true;
+        self.changed = true;
         self.settle(now);
     }
 
@@ -216,18 +216,18 @@ impl BxCan {
             .lines(self.state.transmitter.is_completed(), fifos)
     }
 
-    /// True once after something that may have changed an interrupt line, the level driven or the time of the next event.
-    pub fn take_attention(&mut self) -> bool {
-        core::mem::take(&mut self.attention)
+    /// True once after an event that may have changed an interrupt line, the driven level or the time of the next event.
+    pub fn take_changed(&mut self) -> bool {
+        core::mem::take(&mut self.changed)
     }
 
-    /// The bit rate in bit/s, to the nearest; None while off the bus.
+    /// The bit rate in bit/s, rounded to nearest; None while off the bus.
     pub fn bit_rate(&self) -> Option<u32> {
         let on = self.state.control.is_on();
         on.then(|| self.state.timing.bit_rate(self.clock))
     }
 
-    /// True when CAN_BTR says that nothing is to be driven.
+    /// True when CAN_BTR selects silent mode.
     pub fn is_silent(&self) -> bool {
         self.state.timing.is_silent()
     }
@@ -242,7 +242,7 @@ impl BxCan {
         self.overruns
     }
 
-    /// What software did wrong, oldest first; at most 1000.
+    /// The violations of the software, oldest first; at most 1000.
     pub fn violations(&self) -> &[Violation] {
         &self.violations.all
     }
@@ -251,7 +251,7 @@ impl BxCan {
         self.state.control.may_start() && !self.state.timing.is_silent()
     }
 
-    /// In bus-off the protocol has a recovery to tell of, but not the 11 recessive bits that end initialization mode.
+    /// In bus-off the protocol reports the end of the recovery, but not the 11 recessive bits that end initialization mode.
     fn listen_in_bus_off(&mut self, now: Picoseconds, dominant: bool) {
         let sampled = self.next_event().is_some_and(|due| due <= now);
         if sampled && self.protocol.state() == BusState::BusOff {
@@ -270,7 +270,7 @@ impl BxCan {
         }
     }
 
-    /// Follows the protocol and the requests: changes of mode, recovery, error status.
+    /// Updates the mode, the recovery and the error status after events and requests.
     fn settle(&mut self, now: Picoseconds) {
         self.violations.now = now;
         match self.state.control.due(self.protocol.is_busy()) {
@@ -281,17 +281,17 @@ impl BxCan {
         if self.is_recovery_due() {
             self.protocol.recover(now);
             self.recovery = Recovery::UnderWay;
-            self.attention = true;
+            self.changed = true;
         }
         let before = self.state.status.interrupts();
         self.state
             .status
             .sleeps(self.state.control.mode() == Mode::Sleep);
         self.state.status.follow(Confinement::from(&self.protocol));
-        self.attention |= before != self.state.status.interrupts();
+        self.changed |= before != self.state.status.interrupts();
     }
 
-    /// Starts to look for 11 recessive bits.
+    /// Starts to wait for 11 recessive bits.
     fn join(&mut self, now: Picoseconds) {
         let state = &mut self.state;
         if let Some(fault) = state.timing.fault(self.clock) {
@@ -309,7 +309,7 @@ impl BxCan {
         if in_bus_off && !self.is_recovery_due() {
             self.state.control.joined();
         }
-        self.attention = true;
+        self.changed = true;
     }
 
     /// Leaves the bus and acknowledges a mode.
@@ -322,10 +322,10 @@ impl BxCan {
         } else {
             Recovery::None
         };
-        self.attention = true;
+        self.changed = true;
     }
 
-    /// True when the recovery from bus-off is to begin: on the bus, and asked for or automatic.
+    /// True when the recovery from bus-off has to begin: on the bus, and requested or automatic.
     fn is_recovery_due(&self) -> bool {
         let asked = match self.recovery {
             Recovery::None => self.state.control.recovers(),

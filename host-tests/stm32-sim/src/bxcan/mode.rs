@@ -2,18 +2,18 @@
 //!
 //! | Bits | Field | Content |
 //! |---|---|---|
-//! | 16 | DBF | no communication while the processor is halted by a debugger: ignored here |
+//! | 16 | DBF | debug freeze: ignored here |
 //! | 15 | RESET | back to the state after a reset |
 //! | 7 | TTCM | time-triggered communication: not modelled |
-//! | 6 | ABOM | recovers from bus-off without being asked |
-//! | 5 | AWUM | wakes up by itself when something happens on the bus |
-//! | 4 | NART | each frame is tried once |
+//! | 6 | ABOM | automatic bus-off recovery |
+//! | 5 | AWUM | automatic wakeup by bus activity |
+//! | 4 | NART | no automatic retransmission |
 //! | 3 | RFLM | a full FIFO is locked |
 //! | 2 | TXFP | transmit mailboxes in the order of the requests |
 //! | 1, 0 | SLEEP, INRQ | requests: sleep mode, initialization mode |
 //!
-//! A mode is requested in CAN_MCR and acknowledged in CAN_MSR (SLAK, INAK). The bus is left at the end of what happens on it, and
-//! joined after 11 recessive bits; until then the old mode is the one acknowledged.
+//! A mode is requested in CAN_MCR and acknowledged in CAN_MSR (SLAK, INAK). The controller leaves the bus at the end of the
+//! current frame, and joins it after 11 recessive bits; until then the previous mode is acknowledged.
 
 use super::transmit::Order;
 
@@ -33,7 +33,7 @@ const IMPLEMENTED: u32 = 0x0001_00FF;
 /// DBF and SLEEP.
 const AFTER_RESET: u32 = 0x0001_0002;
 
-/// The recessive bits after which the bus is joined.
+/// The recessive bits after which the controller joins the bus.
 const SYNCHRONIZATION: u8 = 11;
 
 /// CAN_MSR.INAK and SLAK.
@@ -48,12 +48,12 @@ pub(super) enum Mode {
     Normal,
 }
 
-/// What is to be done about the mode.
+/// A pending change of mode.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Change {
-    /// Start to look for 11 recessive bits.
+    /// Start to wait for 11 recessive bits.
     Join,
-    /// Leave the bus, if on it, and acknowledge this mode.
+    /// Leave the bus, if joined, and acknowledge this mode.
     Acknowledge(Mode),
 }
 
@@ -61,11 +61,11 @@ pub(super) enum Change {
 #[derive(Debug)]
 pub(super) struct Control {
     bits: u32,
-    /// The mode that is acknowledged.
+    /// The acknowledged mode.
     mode: Mode,
-    /// Looks for 11 recessive bits.
+    /// Waits for 11 recessive bits.
     joining: bool,
-    /// Those seen in bus-off.
+    /// Recessive bits counted in bus-off.
     recessive: u8,
 }
 
@@ -90,7 +90,7 @@ impl Control {
         self.bits = value & IMPLEMENTED;
     }
 
-    /// INAK and SLAK at their places in CAN_MSR.
+    /// INAK and SLAK at their bit positions in CAN_MSR.
     pub(super) fn acknowledged(&self) -> u32 {
         match self.mode {
             Mode::Sleep => SLEEP_ACKNOWLEDGED,
@@ -103,17 +103,17 @@ impl Control {
         self.mode
     }
 
-    /// True in normal mode and while looking for 11 recessive bits.
+    /// True in normal mode and while waiting for 11 recessive bits.
     pub(super) fn is_on(&self) -> bool {
         self.joining || self.mode == Mode::Normal
     }
 
-    /// True in initialization mode, as long as nothing else is asked for.
+    /// True in initialization mode, if no other mode is requested.
     pub(super) fn is_initializing(&self) -> bool {
         self.mode == Mode::Initialization && !self.joining
     }
 
-    /// True when a frame may be started: in normal mode, with nothing else asked for.
+    /// True when a frame may be started: in normal mode, if no other mode is requested.
     pub(super) fn may_start(&self) -> bool {
         self.mode == Mode::Normal && self.requested() == Mode::Normal
     }
@@ -138,26 +138,26 @@ impl Control {
         self.has(AUTOMATIC_RECOVERY)
     }
 
-    /// What is to be done now. `busy`: a frame is under way on the bus.
+    /// The change of mode that is due. `busy`: there is a frame on the bus.
     pub(super) fn due(&self, busy: bool) -> Option<Change> {
         let requested = self.requested();
         match requested {
             Mode::Normal if !self.is_on() => Some(Change::Join),
             Mode::Normal => None,
-            // Not yet in step with the bus: there is nothing to wait for.
+            // Not synchronized to the bus yet, so there is no frame to wait for.
             _ if self.joining => Some(Change::Acknowledge(requested)),
             _ if self.mode == requested || (self.mode == Mode::Normal && busy) => None,
             _ => Some(Change::Acknowledge(requested)),
         }
     }
 
-    /// Looking for 11 recessive bits has begun.
+    /// Waiting for 11 recessive bits has begun.
     pub(super) fn joining(&mut self) {
         self.joining = true;
         self.recessive = 0;
     }
 
-    /// While looking for them: a bit has been seen.
+    /// Processes a bit while waiting for them.
     pub(super) fn listen(&mut self, dominant: bool) {
         self.recessive = if dominant { 0 } else { self.recessive + 1 };
         if self.recessive == SYNCHRONIZATION {
@@ -166,7 +166,7 @@ impl Control {
         }
     }
 
-    /// In step with the bus.
+    /// Synchronized to the bus.
     pub(super) fn joined(&mut self) {
         if self.joining {
             self.enter(Mode::Normal);
@@ -179,14 +179,14 @@ impl Control {
         self.mode = mode;
     }
 
-    /// A start of frame was seen in sleep mode.
+    /// A start of frame was detected in sleep mode.
     pub(super) fn wake_up(&mut self) {
         if self.has(AUTOMATIC_WAKE_UP) {
             self.bits &= !SLEEP;
         }
     }
 
-    /// The mode asked for. A sleeping controller has to be asked to wake up for initialization mode, by a cleared SLEEP.
+    /// The requested mode. A sleeping controller enters initialization mode only when SLEEP is cleared.
     fn requested(&self) -> Mode {
         if self.has(INITIALIZATION) && !(self.mode == Mode::Sleep && self.has(SLEEP)) {
             Mode::Initialization

@@ -5,7 +5,7 @@
 //! | 1..0 | FMP | messages pending |
 //! | 3 | FULL | three messages were stored; cleared by writing 1 |
 //! | 4 | FOVR | a message was lost; cleared by writing 1 |
-//! | 5 | RFOM | writing 1 releases the output mailbox; reads as 0, since that takes no time here |
+//! | 5 | RFOM | writing 1 releases the output mailbox; reads as 0, because the release takes no time here |
 
 use super::mailbox::Words;
 use super::violations::Violations;
@@ -27,12 +27,12 @@ pub(super) struct Fifo {
     messages: VecDeque<Words>,
     /// FULL and FOVR.
     flags: u32,
-    /// What the output mailbox shows when the FIFO is empty: the message last released.
+    /// The content of the output mailbox when the FIFO is empty: the last released message.
     stale: Words,
 }
 
 impl Fifo {
-    /// Stores a message; false when one is lost: the new one when `locked` (CAN_MCR.RFLM), otherwise the one stored last.
+    /// Stores a message; false when a message is lost: the new one if `locked` (CAN_MCR.RFLM), otherwise the last stored one.
     pub(super) fn store(&mut self, message: Words, locked: bool) -> bool {
         if self.messages.len() < DEPTH {
             self.messages.push_back(message);
@@ -67,7 +67,7 @@ impl Fifo {
         self.flags | self.messages.len() as u32
     }
 
-    /// A write to CAN_RFxR.
+    /// Writes CAN_RFxR.
     pub(super) fn write_status(
         &mut self,
         value: u32,
@@ -104,7 +104,7 @@ mod tests {
         fifo
     }
 
-    /// Takes all messages out, oldest first.
+    /// Removes all messages, oldest first.
     fn drained(fifo: &mut Fifo) -> Vec<u32> {
         let mut violations = Violations::default();
         let mut taken = Vec::new();
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_are_counted_and_come_out_in_order() {
+    fn messages_are_counted_and_read_in_order() {
         assert_eq!(filled(0, NOT_LOCKED).status(), 0);
         assert_eq!(filled(1, NOT_LOCKED).status(), 0b01);
         assert_eq!(filled(2, NOT_LOCKED).status(), 0b10);
@@ -126,21 +126,21 @@ mod tests {
     }
 
     #[test]
-    fn without_lock_the_last_stored_is_overwritten() {
+    fn unlocked_fifo_overwrites_last_message() {
         let mut fifo = filled(5, NOT_LOCKED);
         assert_eq!(fifo.status(), 0b11 | FULL | OVERRUN);
         assert_eq!(drained(&mut fifo), [1, 2, 5]);
     }
 
     #[test]
-    fn with_lock_the_new_one_is_discarded() {
+    fn locked_fifo_discards_new_message() {
         let mut fifo = filled(5, LOCKED);
         assert_eq!(fifo.status(), 0b11 | FULL | OVERRUN);
         assert_eq!(drained(&mut fifo), [1, 2, 3]);
     }
 
     #[test]
-    fn a_released_mailbox_makes_room() {
+    fn released_mailbox_can_store_next_message() {
         let mut fifo = filled(3, LOCKED);
         fifo.write_status(RELEASE, "CAN_RF0R", &mut Violations::default());
         assert!(fifo.store(message(4), LOCKED));
@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn full_and_overrun_are_cleared_by_software_each() {
+    fn software_clears_full_and_overrun_separately() {
         let mut violations = Violations::default();
         let mut fifo = filled(4, LOCKED);
         drained(&mut fifo);
@@ -161,11 +161,11 @@ mod tests {
     }
 
     #[test]
-    fn an_empty_fifo_can_be_neither_read_nor_released() {
+    fn read_or_release_of_empty_fifo_is_violation() {
         let mut violations = Violations::default();
         let mut fifo = filled(1, LOCKED);
         drained(&mut fifo);
-        // The mailbox still shows what was in it.
+        // The mailbox still shows its last message.
         assert_eq!(fifo.read(0, "CAN_RI1R", &mut violations), 1);
         fifo.write_status(RELEASE, "CAN_RF1R", &mut violations);
         assert_eq!(fifo.status(), 0);

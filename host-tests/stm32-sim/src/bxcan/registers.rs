@@ -1,4 +1,4 @@
-//! The register map of bxCAN (RM0008, 24.9.5): which register lies at an offset from 0x4000_6400, its name and its reserved bits.
+//! The register map of bxCAN (RM0008, 24.9.5): the register at an offset from 0x4000_6400, its name and its reserved bits.
 //!
 //! | Offset | Register |
 //! |---|---|
@@ -13,7 +13,7 @@
 //! | 204h, 20Ch, 214h, 21Ch | CAN_FM1R mode, CAN_FS1R scale, CAN_FFA1R FIFO, CAN_FA1R activation |
 //! | 240h + 8 i | CAN_FiR1 and CAN_FiR2, the filter banks |
 
-/// Filter banks that the address map has room for; the STM32F103 has half of them.
+/// Filter banks in the address map; the STM32F103 has half of them.
 const MAPPED_BANKS: u32 = 28;
 
 /// The word of a mailbox that has the identifier.
@@ -40,7 +40,7 @@ pub(super) enum Register {
 }
 
 impl Register {
-    /// The register at an offset; None where there is none, and between the words.
+    /// The register at an offset; None for an unused or unaligned offset.
     pub(super) fn at(offset: u32) -> Option<Self> {
         const BANKS_END: u32 = 0x240 + 8 * MAPPED_BANKS;
         if !offset.is_multiple_of(4) {
@@ -109,7 +109,7 @@ impl Register {
         }
     }
 
-    /// The bits that have to keep their reset value, and that value.
+    /// The bits that must keep their reset value, and that value.
     pub(super) fn reserved(self) -> (u32, u32) {
         match self {
             Self::MasterControl => (0xFFFE_7F00, 0),
@@ -120,7 +120,7 @@ impl Register {
             Self::ErrorStatus => (0x0000_FF88, 0),
             Self::BitTiming => (0x3C80_FC00, 0),
             Self::Transmit { word: 1, .. } => (0x0000_FEF0, 0),
-            // CAN2SB is there on the connectivity line only.
+            // CAN2SB exists on the connectivity line only.
             Self::FilterMaster => (!1, super::filters::MASTER_RESERVED),
             Self::FilterMode | Self::FilterScale | Self::FilterFifo | Self::FilterActivation => {
                 (!super::filters::ALL_BANKS, 0)
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_map_is_the_manuals() {
+    fn register_map_matches_manual() {
         for (offset, name) in [
             (0x000, "CAN_MCR"),
             (0x004, "CAN_MSR"),
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn between_the_registers_there_is_nothing() {
+    fn unused_offsets_have_no_register() {
         for offset in [
             0x020, 0x17C, 0x1D0, 0x208, 0x210, 0x218, 0x220, 0x23C, 0x320, 0x002, 0x181,
         ] {

@@ -1,4 +1,4 @@
-//! The whole controller, by its registers and by what happens on the wire.
+//! Tests of the complete controller, through its registers and the wire.
 
 mod frames;
 mod wire;
@@ -56,7 +56,7 @@ impl BxCan {
     }
 
     /// The registers and reasons of the violations.
-    fn wrongs(&self) -> Vec<(&str, &str)> {
+    fn violation_list(&self) -> Vec<(&str, &str)> {
         self.violations()
             .iter()
             .map(|violation| (violation.register, violation.reason.as_str()))
@@ -64,7 +64,7 @@ impl BxCan {
     }
 }
 
-/// In initialization mode, with bit timing, and with a bank that lets everything pass.
+/// In initialization mode, with bit timing, and with a bank that accepts every frame.
 fn initializing(btr: u32) -> BxCan {
     let mut can = BxCan::new();
     can.set_clock(32_000_000);
@@ -82,7 +82,7 @@ fn on_the_bus(btr: u32) -> BxCan {
     can.set(MCR, 0);
     can.event(NOW, Event::Joined);
     assert_eq!(can.acknowledged(), 0);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
     can
 }
 
@@ -90,14 +90,14 @@ fn frame(id: u16) -> Frame {
     Frame::data(standard(id), &[1, 2, 3]).unwrap()
 }
 
-/// Asks mailbox 0 to send an empty frame.
+/// Requests the transmission of an empty frame in mailbox 0.
 fn request(can: &mut BxCan, id: u32) {
     can.set(TDT0R, 0);
     can.set(TI0R, id << 21 | 1);
 }
 
 #[test]
-fn after_a_reset() {
+fn reset_values() {
     let mut can = BxCan::new();
     for (offset, value) in [
         (MCR, 0x0001_0002),
@@ -120,7 +120,7 @@ fn after_a_reset() {
 }
 
 #[test]
-fn from_sleep_by_initialization_to_normal_mode() {
+fn mode_changes_from_sleep_through_initialization_to_normal() {
     let mut can = BxCan::new();
     can.set_clock(32_000_000);
     assert_eq!(can.acknowledged(), SLAK);
@@ -135,12 +135,12 @@ fn from_sleep_by_initialization_to_normal_mode() {
     assert_eq!(can.acknowledged(), 0);
     can.set(MCR, SLEEP);
     assert_eq!(can.acknowledged(), SLAK);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
 }
 
 #[test]
-fn the_ten_bit_rates() {
-    // Prescaler, segments 1 and 2 of the board's table: 32 MHz.
+fn ten_bit_rates_match_btr() {
+    // Prescaler, segments 1 and 2 of the table of the board: 32 MHz.
     let table = [
         (200, 13, 2),
         (100, 13, 2),
@@ -161,45 +161,45 @@ fn the_ten_bit_rates() {
 }
 
 #[test]
-fn bit_timing_is_for_initialization_mode() {
+fn btr_write_outside_initialization_mode_is_violation() {
     let mut can = on_the_bus(BTR_500K);
     can.set(BTR, 0x011C_0001);
     assert_eq!(can.get(BTR), BTR_500K);
     assert_eq!(
-        can.wrongs(),
+        can.violation_list(),
         [("CAN_BTR", "written outside initialization mode")]
     );
     assert_eq!(*can.btr_history(), [(NOW, BTR_500K)]);
     let mut joining = initializing(BTR_500K);
     joining.set(MCR, 0);
     joining.set(BTR, 0x011C_0001);
-    assert_eq!(joining.wrongs().len(), 1);
+    assert_eq!(joining.violation_list().len(), 1);
 }
 
 #[test]
-fn impossible_timing_is_a_violation_on_the_way_to_the_bus() {
+fn invalid_timing_is_violation_when_joining_the_bus() {
     let mut can = initializing(0x011C_0000);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
     can.set(MCR, 0);
     assert_eq!(
-        can.wrongs(),
-        [("CAN_BTR", "2000000 bit/s are more than CAN can do")]
+        can.violation_list(),
+        [("CAN_BTR", "2000000 bit/s are more than CAN permits")]
     );
     assert_eq!(can.violations()[0].at, NOW);
 }
 
 #[test]
-fn a_clock_that_changes_on_the_bus_is_a_violation() {
+fn clock_change_on_the_bus_is_violation() {
     let mut can = on_the_bus(BTR_500K);
     can.set_clock(32_000_000);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
     can.set_clock(36_000_000);
     let reason = "changed from 32000000 to 36000000 Hz while on the bus";
-    assert_eq!(can.wrongs(), [("PCLK1", reason)]);
+    assert_eq!(can.violation_list(), [("PCLK1", reason)]);
 }
 
 #[test]
-fn what_is_not_modelled_is_refused() {
+fn modes_not_modelled_are_refused() {
     let mut can = initializing(BTR_500K);
     assert!(matches!(
         can.write(NOW, MCR, INRQ | TTCM),
@@ -214,7 +214,7 @@ fn what_is_not_modelled_is_refused() {
 }
 
 #[test]
-fn reserved_bits_are_to_be_kept() {
+fn change_of_reserved_bits_is_violation() {
     for (offset, value, register) in [
         (MCR, 0x0002_0001, "CAN_MCR"),
         (MSR, 0x0000_1000, "CAN_MSR"),
@@ -235,11 +235,11 @@ fn reserved_bits_are_to_be_kept() {
     }
     let mut can = BxCan::new();
     can.set(FMR, 0x2A1C_0E01);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
 }
 
 #[test]
-fn a_start_of_frame_in_sleep_mode_is_an_interrupt() {
+fn start_of_frame_in_sleep_mode_is_interrupt() {
     let mut can = BxCan::new();
     can.set_clock(32_000_000);
     can.set(IER, 1 << 16);
@@ -259,7 +259,7 @@ fn a_start_of_frame_in_sleep_mode_is_an_interrupt() {
 }
 
 #[test]
-fn the_entry_into_sleep_mode_is_an_interrupt() {
+fn entry_into_sleep_mode_is_interrupt() {
     let mut can = on_the_bus(BTR_500K);
     can.set(IER, 1 << 17);
     can.set(MCR, SLEEP);
@@ -269,7 +269,7 @@ fn the_entry_into_sleep_mode_is_an_interrupt() {
 }
 
 #[test]
-fn a_reset_by_the_controllers_own_register() {
+fn reset_bit_of_mcr_resets_controller() {
     let mut can = on_the_bus(BTR_500K);
     request(&mut can, 0x123);
     can.event(NOW, Event::Received(frame(1)));
@@ -278,30 +278,30 @@ fn a_reset_by_the_controllers_own_register() {
     assert_eq!(can.get(RF0R), 0);
     assert_eq!(can.acknowledged(), SLAK);
     assert_eq!(can.get(TSR), 0x1C00_0000);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
     assert_eq!(can.btr_history().len(), 1);
 }
 
 #[test]
-fn software_writes_no_other_error_code_than_seven() {
+fn lec_write_other_than_seven_is_violation() {
     let mut can = BxCan::new();
     can.set(ESR, 7 << 4);
     assert_eq!(can.get(ESR), 7 << 4);
     can.set(ESR, 2 << 4);
     assert_eq!(
-        can.wrongs(),
+        can.violation_list(),
         [("CAN_ESR", "LEC: software may write 7 only")]
     );
 }
 
 #[test]
-fn filter_violations_name_the_register() {
+fn filter_violation_names_register() {
     let mut can = on_the_bus(BTR_500K);
     can.set(FM1R, 1);
     can.set(F0R1, 1);
     can.set(F0R1 + 14 * 8, 1);
     assert_eq!(
-        can.wrongs(),
+        can.violation_list(),
         [
             ("CAN_FM1R", "written without CAN_FMR.FINIT"),
             ("CAN_FiR1", "filter bank 0 is active"),

@@ -22,7 +22,7 @@ const PICOSECONDS_PER_SECOND: u64 = 1_000_000_000_000;
 /// The highest bit rate of CAN, and of bxCAN (RM0008, 24.2).
 const HIGHEST_RATE: u32 = 1_000_000;
 
-/// The least time quanta that ISO 11898-1 wants to be in a bit.
+/// The minimum number of time quanta in a bit (ISO 11898-1).
 const LEAST_QUANTA: u32 = 8;
 
 /// CAN_BTR.
@@ -67,7 +67,7 @@ impl Timing {
         1 + before + after
     }
 
-    /// What this clock (PCLK1, in Hz) makes of it.
+    /// The bit timing with this clock (PCLK1, in Hz).
     pub(super) fn bit_timing(self, clock: u32) -> BitTiming {
         let length = |quanta: u32| -> Picoseconds {
             u64::from(quanta * self.prescaler()) * PICOSECONDS_PER_SECOND / u64::from(clock)
@@ -80,18 +80,18 @@ impl Timing {
         }
     }
 
-    /// Bits per second, to the nearest.
+    /// Bits per second, rounded to nearest.
     pub(super) fn bit_rate(self, clock: u32) -> u32 {
         let cycles = self.quanta() * self.prescaler();
         (clock + cycles / 2) / cycles
     }
 
-    /// Why nobody should go on the bus like that.
+    /// The reason why this timing must not be used, if there is one.
     pub(super) fn fault(self, clock: u32) -> Option<String> {
         let (_, after) = self.segments();
         let (quanta, jump, rate) = (self.quanta(), self.jump(), self.bit_rate(clock));
         if rate > HIGHEST_RATE {
-            Some(format!("{rate} bit/s are more than CAN can do"))
+            Some(format!("{rate} bit/s are more than CAN permits"))
         } else if quanta < LEAST_QUANTA {
             Some(format!(
                 "{quanta} time quanta in a bit: the clock is too slow for this rate"
@@ -110,14 +110,14 @@ impl Timing {
 mod tests {
     use super::*;
 
-    /// CAN_BTR from the figures that it stands for.
+    /// CAN_BTR with these values.
     fn timing(prescaler: u32, before: u32, after: u32, jump: u32) -> Timing {
         Timing::new((jump - 1) << 24 | (after - 1) << 20 | (before - 1) << 16 | (prescaler - 1))
     }
 
     #[test]
-    fn a_bit_is_one_quantum_and_the_two_segments() {
-        // 32 MHz, prescaler 4: quanta of 125 ns; 1 + 13 + 2 of them are 2 us.
+    fn bit_is_one_quantum_and_two_segments() {
+        // 32 MHz, prescaler 4: quanta of 125 ns; 1 + 13 + 2 quanta are 2 us.
         let at_500k = timing(4, 13, 2, 2);
         assert_eq!(at_500k.value(), 0x011C_0003);
         assert_eq!(
@@ -132,16 +132,16 @@ mod tests {
     }
 
     #[test]
-    fn the_clock_scales_it() {
+    fn bit_time_scales_with_clock() {
         assert_eq!(timing(4, 13, 2, 2).bit_rate(36_000_000), 562_500);
         assert_eq!(timing(5, 6, 1, 1).bit_rate(32_000_000), 800_000);
         assert_eq!(timing(200, 13, 2, 2).bit_rate(32_000_000), 10_000);
-        // Inexact: 36 MHz / 7 / 16.
+        // Not an integer: 36 MHz / 7 / 16.
         assert_eq!(timing(7, 13, 2, 2).bit_rate(36_000_000), 321_429);
     }
 
     #[test]
-    fn every_field_reaches_its_end() {
+    fn each_field_accepts_its_maximum() {
         let longest = timing(1024, 16, 8, 4);
         assert_eq!(longest.value(), 0x037F_03FF);
         assert_eq!(longest.bit_timing(1_024_000).bit, 25_000_000_000);
@@ -150,17 +150,17 @@ mod tests {
     }
 
     #[test]
-    fn after_a_reset() {
-        // RM0008: 0x0123_0000, which is 1 + 4 + 3 time quanta of one clock cycle and a jump of 2.
+    fn reset_value() {
+        // RM0008: 0x0123_0000, that is, 1 + 4 + 3 time quanta of one clock cycle and a jump width of 2.
         assert_eq!(Timing::default(), timing(1, 4, 3, 2));
         assert!(!Timing::default().is_silent());
         assert!(Timing::new(0x8000_0000).is_silent());
     }
 
     #[test]
-    fn timings_that_nobody_should_use() {
+    fn invalid_timings_have_a_reason() {
         let fault = |timing: Timing, clock| timing.fault(clock).unwrap_or_default();
-        assert!(fault(timing(1, 13, 2, 2), 32_000_000).contains("more than CAN can do"));
+        assert!(fault(timing(1, 13, 2, 2), 32_000_000).contains("more than CAN permits"));
         assert!(fault(timing(1, 4, 2, 1), 7_000_000).contains("clock is too slow"));
         assert!(fault(timing(4, 13, 2, 3), 32_000_000).contains("SJW of 3"));
         assert_eq!(timing(2, 13, 2, 2).fault(32_000_000), None);

@@ -4,10 +4,10 @@
 //!
 //! | Bits | Field | Content |
 //! |---|---|---|
-//! | 0 | RQCP | the request, or its abort, is done; writing 1 clears it and the next three |
-//! | 1, 2, 3 | TXOK, ALST, TERR | how the last attempt ended: well, arbitration lost, error |
+//! | 0 | RQCP | the request, or its abort, is completed; writing 1 clears it and the next three |
+//! | 1, 2, 3 | TXOK, ALST, TERR | result of the last attempt: success, arbitration lost, error |
 //! | 7 | ABRQ | abort |
-//! | 25..24 | CODE | the next free mailbox; when there is none, that of the lowest priority |
+//! | 25..24 | CODE | the next free mailbox; without one, the mailbox with the lowest priority |
 //! | 28..26 | TME | mailbox m is empty |
 //! | 31..29 | LOW | mailbox m has the lowest priority, when more than one is pending |
 
@@ -17,7 +17,7 @@ use super::violations::Violations;
 use can_wire::frame_length::arbitration;
 use plumbline::can::Frame;
 
-/// TIxR.TXRQ: the mailbox waits to be sent.
+/// TIxR.TXRQ: the mailbox has a transmission request.
 const REQUEST: u32 = 1;
 
 const COMPLETED: u32 = 1;
@@ -30,13 +30,13 @@ const ABORT: u32 = 1 << 7;
 /// The order in which the mailboxes are sent (CAN_MCR.TXFP).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Order {
-    /// As the arbitration would decide; equal ones by the number of the mailbox.
+    /// By priority in arbitration; with equal identifiers by mailbox number.
     Identifier,
-    /// As they were requested.
+    /// In the order of the requests.
     Request,
 }
 
-/// How an attempt to send ended.
+/// The result of an attempt to send.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Outcome {
     Succeeded,
@@ -50,11 +50,11 @@ struct Mailbox {
     words: Words,
     /// TXRQ, with the number of the request.
     pending: Option<u64>,
-    /// When pending: lower is stronger on the wire.
+    /// If pending: the lower value has the higher priority on the wire.
     arbitration: u32,
     /// RQCP, TXOK, ALST and TERR.
     results: u32,
-    /// ABRQ: to be given up at the end of the attempt under way.
+    /// ABRQ: aborted at the end of the current attempt.
     abort: bool,
 }
 
@@ -81,7 +81,7 @@ impl Transmitter {
         content.words[word] | u32::from(request)
     }
 
-    /// Writes a mailbox register; true when that asks for a transmission.
+    /// Writes a mailbox register; true when that requests a transmission.
     pub(super) fn write(
         &mut self,
         mailbox: usize,
@@ -128,7 +128,7 @@ impl Transmitter {
         status
     }
 
-    /// A write to CAN_TSR.
+    /// Writes CAN_TSR.
     pub(super) fn write_status(&mut self, value: u32) {
         for (number, mailbox) in self.mailboxes.iter_mut().enumerate() {
             let bits = value >> (8 * number);
@@ -151,12 +151,12 @@ impl Transmitter {
         Some(mailbox::frame(&self.mailboxes[number].words))
     }
 
-    /// The frame to be sent next is on its way.
+    /// The transmission of the next frame has started.
     pub(super) fn started(&mut self, order: Order) {
         self.under_way = self.next(order);
     }
 
-    /// The attempt under way has ended. Without `again` (CAN_MCR.NART) there is no other.
+    /// The current attempt has ended. Without `again` (CAN_MCR.NART) there is no other attempt.
     pub(super) fn ended(&mut self, outcome: Outcome, again: bool) {
         let Some(number) = self.under_way.take() else {
             return;
@@ -172,12 +172,12 @@ impl Transmitter {
         }
     }
 
-    /// True when a frame waits or is under way.
+    /// True when a frame is pending or being sent.
     pub(super) fn is_pending(&self) -> bool {
         self.pending().next().is_some()
     }
 
-    /// True when a request is completed: what the transmit interrupt is about.
+    /// True when a request is completed: the source of the transmit interrupt.
     pub(super) fn is_completed(&self) -> bool {
         self.mailboxes
             .iter()
@@ -193,7 +193,7 @@ impl Transmitter {
         (0..3).filter(|number| self.mailboxes[*number].pending.is_some())
     }
 
-    /// Lower is sent first; no two mailboxes are equal.
+    /// The lower value is sent first; the values of two mailboxes are never equal.
     fn priority(&self, number: usize, order: Order) -> (u64, usize) {
         let mailbox = &self.mailboxes[number];
         let key = match order {

@@ -1,4 +1,4 @@
-//! What firmware did against the reference manual's rules.
+//! Violations of the reference manual's rules by the firmware.
 
 use can_wire::protocol::Picoseconds;
 use std::fmt;
@@ -6,11 +6,11 @@ use std::fmt;
 /// A programming error.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Violation {
-    /// When.
+    /// The time of the access.
     pub at: Picoseconds,
-    /// The register, by the reference manual's name.
+    /// The name of the register in the reference manual.
     pub register: &'static str,
-    /// What is wrong.
+    /// The reason.
     pub reason: String,
 }
 
@@ -25,16 +25,16 @@ impl fmt::Display for Violation {
     }
 }
 
-/// The first thousand of them, oldest first.
+/// The first thousand violations, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct Violations {
-    /// The time of the access that is being carried out.
+    /// The time of the current access.
     pub(super) now: Picoseconds,
     pub(super) all: Vec<Violation>,
 }
 
 impl Violations {
-    /// How many are kept: a firmware that does one thing wrong mostly does it again and again.
+    /// The number of violations kept: a firmware often repeats the same one.
     const MOST: usize = 1000;
 
     pub(super) fn record(&mut self, register: &'static str, reason: impl Into<String>) {

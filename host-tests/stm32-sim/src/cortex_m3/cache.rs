@@ -1,4 +1,4 @@
-//! Decoded flash: each half-word keeps the instruction that starts there, once it was executed. Code in RAM is decoded each time.
+//! Decoded flash: stores the instruction of each half-word once it was executed. Code in RAM is decoded each time.
 
 use super::CortexM3;
 use super::decode::instruction::{Decoded, Instruction, ItRule};
@@ -7,14 +7,14 @@ use super::fault::{FaultKind, Result};
 use super::memory::{FLASH_SIZE, flash_offset};
 use std::collections::BTreeSet;
 
-/// A place whose instruction is not known; nothing decodes to a length of 0.
+/// An instruction that is not decoded yet; no instruction has a length of 0.
 const UNKNOWN: Decoded = Decoded {
     instruction: Instruction::Nop,
     length: 0,
     it: ItRule::Anywhere,
 };
 
-/// The decoded instructions, and the breakpoints, which are never among them.
+/// The decoded instructions and the breakpoints. An instruction with a breakpoint is never stored.
 #[derive(Clone, Default, Debug)]
 pub struct Cache {
     places: Box<[Decoded]>,
@@ -29,21 +29,21 @@ impl Cache {
         }
     }
 
-    /// The instruction at this address, when it is known.
+    /// The instruction at this address, if it is stored.
     #[inline(always)]
     pub fn get(&self, pc: u32) -> Option<&Decoded> {
         let place = self.places.get(flash_offset(pc)? / 2)?;
         (place.length != 0).then_some(place)
     }
 
-    /// Keeps an instruction, unless it is in RAM.
+    /// Stores an instruction, unless it is in RAM.
     fn keep(&mut self, pc: u32, decoded: Decoded) {
         if let Some(place) = flash_offset(pc).and_then(|offset| self.places.get_mut(offset / 2)) {
             *place = decoded;
         }
     }
 
-    /// Forgets what these bytes were part of; an instruction can start a half-word earlier.
+    /// Removes the instructions that contain these bytes; an instruction can start a half-word earlier.
     pub fn forget(&mut self, address: u32, length: usize) {
         let Some(offset) = flash_offset(address) else {
             return;
@@ -68,7 +68,7 @@ impl Cache {
 }
 
 impl CortexM3 {
-    /// The instruction at an address that the cache does not know; none where the run has to stop at a breakpoint.
+    /// Decodes the instruction at an address that the cache does not have; None when the run has to stop at a breakpoint.
     pub(super) fn decode(&mut self, cache: &mut Cache, pc: u32) -> Result<Option<Decoded>> {
         let stops = cache.breakpoints.contains(&pc);
         if stops && self.stopped_at.replace(pc) != Some(pc) {

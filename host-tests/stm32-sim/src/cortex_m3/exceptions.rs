@@ -1,4 +1,4 @@
-//! Which exception is pending, active and next (ARM ARM B1.5.4).
+//! Determines the pending, active and next exceptions (ARM ARM B1.5.4).
 
 use super::registers::Registers;
 
@@ -15,9 +15,9 @@ pub const FIRST_INTERRUPT: u16 = 16;
 /// Interrupts of the STM32F103 (RM0008 10.1.2, without the connectivity line).
 pub const INTERRUPTS: u16 = 60;
 
-/// The bits of a priority that the STM32F103 has (RM0008 10.1.1).
+/// The implemented bits of a priority on the STM32F103 (RM0008 10.1.1).
 const PRIORITY_BITS: u8 = 0xF0;
-/// The lowest priority there is: that of a program outside of exceptions.
+/// The lowest priority: that of a program outside exceptions.
 const LOWEST: i16 = 256;
 
 /// The state of every exception, as sets of exception numbers.
@@ -25,9 +25,9 @@ const LOWEST: i16 = 256;
 pub struct Exceptions {
     /// Waiting to be taken.
     pub pending: u128,
-    /// Being handled, or interrupted in it.
+    /// In execution, or preempted.
     pub active: u128,
-    /// Interrupts that may be taken; system exceptions always may.
+    /// Enabled interrupts; system exceptions are always enabled.
     pub enabled: u128,
     priority: [u8; 128],
     /// AIRCR.PRIGROUP.
@@ -40,7 +40,7 @@ pub const fn only(number: u16) -> u128 {
 }
 
 impl Exceptions {
-    /// As after reset.
+    /// State after reset.
     pub fn new() -> Self {
         Self {
             pending: 0,
@@ -51,7 +51,7 @@ impl Exceptions {
         }
     }
 
-    /// The priority of an exception, as it is in its register.
+    /// The priority of an exception in its register.
     pub fn priority(&self, number: u16) -> u8 {
         self.priority[usize::from(number & 127)]
     }
@@ -61,13 +61,13 @@ impl Exceptions {
         self.priority[usize::from(number & 127)] = priority & PRIORITY_BITS;
     }
 
-    /// What of a priority decides whether it preempts: PRIGROUP takes the bits below off.
+    /// The group priority, which determines preemption: PRIGROUP removes the lower bits.
     fn group(&self, priority: u8) -> i16 {
         let below = (1 << (self.priority_group + 1)) - 1;
         i16::from(priority) & !below
     }
 
-    /// The group priority of an exception, where NMI beats all that can be set.
+    /// The group priority of an exception; NMI is higher than all configurable ones.
     fn group_priority(&self, number: u16) -> i16 {
         match number {
             NMI => -2,
@@ -75,7 +75,7 @@ impl Exceptions {
         }
     }
 
-    /// The priority at which the processor runs (ExecutionPriority), with PRIMASK or as if it were clear.
+    /// The execution priority of the processor (ExecutionPriority), with PRIMASK or as if it were clear.
     pub fn execution_priority(&self, registers: &Registers, with_primask: bool) -> i16 {
         let mut priority = self.mask(registers);
         let mut left = self.active;
@@ -89,7 +89,7 @@ impl Exceptions {
         priority
     }
 
-    /// What BASEPRI and FAULTMASK alone hold back: this group priority and all below.
+    /// The mask level of BASEPRI and FAULTMASK alone: masks this group priority and all lower ones.
     fn mask(&self, registers: &Registers) -> i16 {
         match (registers.faultmask, registers.basepri) {
             (true, _) => -1,
@@ -98,7 +98,7 @@ impl Exceptions {
         }
     }
 
-    /// The pending exception to be taken first: of the best priority, then of the lowest number.
+    /// The first pending exception: the highest priority, then the lowest number.
     fn first_pending(&self) -> Option<u16> {
         let mut left = self.pending & self.enabled;
         let mut best: Option<((i16, u8), u16)> = None;
@@ -113,7 +113,7 @@ impl Exceptions {
         best.map(|(_, number)| number)
     }
 
-    /// Whether an exception of this number would preempt.
+    /// True if an exception with this number would preempt.
     pub fn preempts(&self, number: u16, registers: &Registers, with_primask: bool) -> bool {
         self.group_priority(number) < self.execution_priority(registers, with_primask)
     }
@@ -124,13 +124,13 @@ impl Exceptions {
             .filter(|number| self.preempts(*number, registers, true))
     }
 
-    /// Whether a pending exception ends WFI: PRIMASK does not count (B1.5.19).
+    /// True if a pending exception ends WFI: PRIMASK is ignored (B1.5.19).
     pub fn wakes(&self, registers: &Registers) -> bool {
         self.first_pending()
             .is_some_and(|number| self.preempts(number, registers, false))
     }
 
-    /// The number in ICSR.VECTPENDING, 0 for none: BASEPRI and FAULTMASK count, PRIMASK does not (PM0056 4.4.3).
+    /// The number in ICSR.VECTPENDING, 0 for none: respects BASEPRI and FAULTMASK, not PRIMASK (PM0056 4.4.3).
     pub fn pending_number(&self, registers: &Registers) -> u16 {
         self.first_pending()
             .filter(|number| self.group_priority(*number) < self.mask(registers))

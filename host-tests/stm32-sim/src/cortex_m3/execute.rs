@@ -1,4 +1,4 @@
-//! What instructions do: which function for which, and IT blocks. The functions are grouped as in chapter A4 of the ARM ARM.
+//! Execution of instructions: dispatch and IT blocks. The functions are grouped as in chapter A4 of the ARM ARM.
 
 mod branch;
 mod data;
@@ -15,7 +15,7 @@ use super::sleep::Sleep;
 use crate::io::Io;
 
 impl CortexM3 {
-    /// Executes an instruction outside of IT blocks, or one whose condition holds.
+    /// Executes an instruction outside IT blocks, or one whose condition is true.
     #[inline(always)]
     pub(super) fn execute(&mut self, io: &mut impl Io, instruction: &Instruction) -> Result<()> {
         use Instruction as I;
@@ -249,7 +249,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// Executes any instruction: what the loop over instructions does itself, but for what is seldom.
+    /// Executes any instruction: the instruction loop calls it only in rare cases.
     #[inline(never)]
     pub(super) fn execute_apart(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<()> {
         if self.registers.it.is_active() {
@@ -259,7 +259,7 @@ impl CortexM3 {
         }
     }
 
-    /// Executes an instruction in an IT block, or skips it. BKPT knows no condition (A7.7.17).
+    /// Executes or skips an instruction in an IT block. BKPT ignores the condition (A7.7.17).
     fn execute_in_it_block(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<()> {
         let it = self.registers.it;
         let refuse = |rule| Err(FaultKind::Unpredictable(rule).into());
@@ -273,7 +273,7 @@ impl CortexM3 {
             self.registers.it = it.next();
             return Ok(());
         }
-        // It advances first: what saves or restores ITSTATE, an exception or a return from one, has the last word.
+        // Advances ITSTATE first, because an exception or an exception return saves or restores it.
         self.registers.it = it.next();
         self.in_it_block = true;
         let result = self.execute(io, &decoded.instruction);
@@ -288,7 +288,7 @@ impl CortexM3 {
         result
     }
 
-    /// Whether an instruction writes the flags.
+    /// True if an instruction writes the flags.
     #[inline(always)]
     fn sets(&self, flags: SetFlags) -> bool {
         match flags {

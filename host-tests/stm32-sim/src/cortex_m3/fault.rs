@@ -1,13 +1,13 @@
-//! What stops a run for good.
+//! Faults that end a run.
 //!
-//! On the chip these escalate to HardFault, whose handler resets; a test is to see the reason instead. So every fault stops the
-//! run, whatever the firmware enabled in SHCSR.
+//! On the chip these escalate to HardFault, whose handler resets. A test has to report the reason, so every fault stops the run,
+//! regardless of SHCSR.
 
 use super::decode::rule::Rule;
 use crate::io::AccessError;
 use thiserror::Error;
 
-/// Why the processor cannot go on.
+/// The reason why the processor cannot continue.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum FaultKind {
     /// An UNDEFINED instruction.
@@ -16,16 +16,16 @@ pub enum FaultKind {
     /// An UNPREDICTABLE instruction.
     #[error("UNPREDICTABLE: {0}")]
     Unpredictable(Rule),
-    /// There is nothing to be read, written or executed at the address.
+    /// There is no memory or peripheral at the address.
     #[error("nothing is mapped at {0:#010x}")]
     Unmapped(u32),
-    /// The access must be aligned and is not.
+    /// The access must be aligned but is not.
     #[error("unaligned access to {0:#010x}")]
     Unaligned(u32),
-    /// A peripheral refused.
+    /// A peripheral refused the access.
     #[error("access to {0:#010x}: {1}")]
     Access(u32, AccessError),
-    /// A register of the system control space cannot be accessed like that.
+    /// The system control space does not support such an access.
     #[error("access to the system register {0:#010x}: {1}")]
     System(u32, &'static str),
     /// A division by zero while CCR.DIV_0_TRP is set.
@@ -38,19 +38,19 @@ pub enum FaultKind {
     #[error("exception return {0:#010x}: {1}")]
     InvalidReturn(u32, &'static str),
     /// A supervisor call that does not preempt: it escalates to HardFault.
-    #[error("a supervisor call at a priority that is not below its own")]
+    #[error("a supervisor call without sufficient priority to preempt")]
     Escalation,
 }
 
-/// A fault, with the instruction that made it.
+/// A fault with the instruction that caused it.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 #[error("{kind}, at {pc:#010x}")]
 pub struct Fault {
-    /// What went wrong.
+    /// The reason.
     pub kind: FaultKind,
     /// The address of the instruction.
     pub pc: u32,
-    /// The address that was accessed, or the instruction's.
+    /// The accessed address, or that of the instruction.
     pub address: u32,
 }
 
@@ -68,5 +68,5 @@ impl FaultKind {
     }
 }
 
-/// Faults travel boxed, so that results stay small where speed counts.
+/// Faults are boxed to keep results small, for speed.
 pub type Result<T> = std::result::Result<T, Box<FaultKind>>;

@@ -1,6 +1,6 @@
-//! Entering and leaving exceptions (ARM ARM B1.5.6 to B1.5.8).
+//! Exception entry and return (ARM ARM B1.5.6 to B1.5.8).
 //!
-//! The frame on the stack, from the address that SP has in the handler: R0, R1, R2, R3, R12, LR, the return address, xPSR.
+//! The frame on the stack, in order of addresses from the SP of the handler: R0, R1, R2, R3, R12, LR, the return address, xPSR.
 
 use super::decode::instruction::Register;
 use super::exceptions::{NMI, only};
@@ -20,7 +20,7 @@ const FRAME_REGISTERS: [Register; 6] = [
     Register::new(12),
     Register::LR,
 ];
-/// xPSR in a frame: SP was moved by a word to be aligned.
+/// xPSR in a frame: SP was moved by a word for alignment.
 const ALIGNED: u32 = 1 << 9;
 
 /// EXC_RETURN: to a handler.
@@ -31,7 +31,7 @@ const TO_THREAD: u32 = 0xFFFF_FFF9;
 const TO_THREAD_ON_PROCESS_STACK: u32 = 0xFFFF_FFFD;
 
 impl CortexM3 {
-    /// Takes an exception: frame, vector, handler mode (ExceptionEntry).
+    /// Exception entry: frame, vector, handler mode (ExceptionEntry).
     pub(super) fn enter_exception(&mut self, number: u16) -> Result<()> {
         let return_value = if self.registers.in_handler() {
             TO_HANDLER
@@ -89,13 +89,13 @@ impl CortexM3 {
             TO_HANDLER => (true, false),
             TO_THREAD => (false, false),
             TO_THREAD_ON_PROCESS_STACK => (false, true),
-            _ => return invalid("no such value"),
+            _ => return invalid("not a valid value"),
         };
         if handler && !nested {
-            return invalid("to a handler while none is left");
+            return invalid("to a handler while no other is active");
         }
         if !handler && nested && !self.system.allows_nested_thread() {
-            return invalid("to the thread while a handler is left");
+            return invalid("to the thread while a handler is active");
         }
         self.exceptions.active &= !only(number);
         if number != NMI {
@@ -104,7 +104,7 @@ impl CortexM3 {
         self.registers.select_stack(process_stack);
         self.pop_frame()?;
         if handler != self.registers.in_handler() {
-            return invalid("xPSR in the frame does not fit");
+            return invalid("xPSR in the frame does not match");
         }
         if !handler {
             self.handler_instructions += self.instructions() - self.handler_began;

@@ -1,18 +1,18 @@
-//! The memories of the STM32F103C8 (RM0008 3.3): flash, which is also seen at address 0, and RAM.
+//! The memories of the STM32F103C8 (RM0008 3.3): flash, which also appears at address 0, and RAM.
 
-/// Where flash is.
+/// Start address of flash.
 pub const FLASH_START: u32 = 0x0800_0000;
 /// 64 KiB of flash.
 pub const FLASH_SIZE: usize = 64 * 1024;
-/// Where RAM is.
+/// Start address of RAM.
 pub const RAM_START: u32 = 0x2000_0000;
 /// 20 KiB of RAM.
 pub const RAM_SIZE: usize = 20 * 1024;
 
-/// What RAM holds after power-up, where the chip has anything: neither zeros nor an initial value of a variable.
-const FORGOTTEN: u8 = 0xA5;
+/// The content of RAM after power-up, which is undefined on the chip: neither zero nor an initial value of a variable.
+const AFTER_POWER_UP: u8 = 0xA5;
 
-/// Where in flash an address is, be it in the alias at 0.
+/// The offset of an address in flash, also in the alias at 0.
 #[inline(always)]
 pub const fn flash_offset(address: u32) -> Option<usize> {
     if address & !(FLASH_START | (FLASH_SIZE as u32 - 1)) == 0 {
@@ -38,12 +38,12 @@ impl Memory {
         }
     }
 
-    /// Overwrites all of RAM, as if the power had been off.
-    pub fn forget_ram(&mut self) {
-        self.ram.fill(FORGOTTEN);
+    /// Overwrites all of RAM, as after a power loss.
+    pub fn overwrite_ram(&mut self) {
+        self.ram.fill(AFTER_POWER_UP);
     }
 
-    /// The bytes at this address; none where they are not all in one memory.
+    /// The bytes at this address; None when they are not all in one memory.
     #[inline(always)]
     pub fn read<const COUNT: usize>(&self, address: u32) -> Option<[u8; COUNT]> {
         let offset = address.wrapping_sub(RAM_START) as usize;
@@ -56,7 +56,7 @@ impl Memory {
             .copied()
     }
 
-    /// Writes to RAM; false where it is not all RAM.
+    /// Writes to RAM; false when the range is not completely in RAM.
     #[inline(always)]
     pub fn write<const COUNT: usize>(&mut self, address: u32, bytes: [u8; COUNT]) -> bool {
         let offset = address.wrapping_sub(RAM_START) as usize;
@@ -67,7 +67,7 @@ impl Memory {
         place.map(|place| *place = bytes).is_some()
     }
 
-    /// A word, wherever it is.
+    /// A word of either memory.
     pub fn word(&self, address: u32) -> Option<u32> {
         self.read(address).map(u32::from_le_bytes)
     }
@@ -81,7 +81,7 @@ impl Memory {
         self.ram.get(offset..)?.get(..length)
     }
 
-    /// Bytes of either memory, to be changed from outside of the processor.
+    /// Bytes of either memory, mutable, for changes from outside the processor.
     pub fn bytes_mut(&mut self, address: u32, length: usize) -> Option<&mut [u8]> {
         if let Some(offset) = flash_offset(address) {
             return self.flash.get_mut(offset..)?.get_mut(..length);

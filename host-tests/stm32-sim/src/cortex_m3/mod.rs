@@ -1,12 +1,12 @@
-//! An ARM Cortex-M3 r1p1 as the STM32F103C8 has it: processor, interrupt controller, SysTick, system control, flash and RAM.
+//! An ARM Cortex-M3 r1p1 as in the STM32F103C8: processor, interrupt controller, SysTick, system control, flash and RAM.
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
-//! Every instruction takes one cycle, entering and leaving an exception 12 each. Returns are not chained to the next exception
-//! (tail-chaining is optional), so the order of handlers is that of the chip and each takes a little longer.
+//! Every instruction takes one cycle, exception entry and return 12 each. Tail-chaining, which is optional, is not modelled: the
+//! order of handlers is that of the chip, but each takes a little longer.
 //!
-//! Only what is allowed runs: UNDEFINED and UNPREDICTABLE instructions, accesses to nothing, and all else that faults stop
-//! the run with a [`Fault`].
+//! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
+//! stop the run with a [`Fault`].
 
 pub mod decode;
 
@@ -37,21 +37,21 @@ use scb::SystemControl;
 use sleep::Sleep;
 use systick::SysTick;
 
-/// Cycles to enter an exception, and to leave it.
+/// Cycles of an exception entry, and of an exception return.
 const EXCEPTION_CYCLES: u64 = 12;
 
-/// Why [`CortexM3::run`] returned.
+/// The reason why [`CortexM3::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Pause {
-    /// The cycle that was asked for is reached, or passed by less than an exception entry.
+    /// The requested cycle is reached, or exceeded by less than an exception entry.
     Reached,
-    /// [`Io::take_attention`] was true after an instruction.
-    Attention,
-    /// The program asked for a reset (AIRCR.SYSRESETREQ). It is up to the caller to do it.
+    /// [`Io::take_changed`] was true after an instruction.
+    Changed,
+    /// The program requested a reset (AIRCR.SYSRESETREQ). The caller has to perform it.
     Reset,
     /// Before the instruction at a breakpoint. The next run executes it.
     Breakpoint,
-    /// At a BKPT instruction, with its number. The next run executes it again unless PC is moved.
+    /// At a BKPT instruction, with its number. The next run executes it again unless PC is changed.
     Bkpt(u8),
 }
 
@@ -61,30 +61,30 @@ pub struct CortexM3 {
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
-    /// EPSR.T: clear, no instruction can be executed (ARM ARM B1.4.2).
+    /// EPSR.T: if clear, no instruction can be executed (ARM ARM B1.4.2).
     thumb: bool,
     cycle: u64,
-    /// Cycles in which no instruction was executed.
+    /// Cycles without an executed instruction.
     idle_cycles: u64,
     /// Instructions of handlers that have returned to the thread.
     handler_instructions: u64,
-    /// The instructions executed when the handler mode began.
+    /// The number of executed instructions when handler mode began.
     handler_began: u64,
-    /// Something happened that the loop over instructions has to stop for.
+    /// The instruction loop has to stop.
     interrupted: bool,
     /// An instruction in an IT block executes.
     in_it_block: bool,
     /// The local monitor of LDREX and STREX.
     exclusive: bool,
-    /// What [`Io::take_attention`] has said since the last pause.
-    attention: bool,
+    /// [`Io::take_changed`] has returned true since the last pause.
+    changed: bool,
     pause: Option<Pause>,
-    /// The breakpoint that the last run stopped at.
+    /// The breakpoint of the last pause.
     stopped_at: Option<u32>,
     sleep: Option<Sleep>,
     /// The event register of WFE and SEV.
     event: bool,
-    /// What was pending when SEVONPEND was last looked after.
+    /// The pending exceptions at the last check for SEVONPEND.
     noted_pending: u128,
     cache: Cache,
     memory: Memory,
@@ -101,7 +101,7 @@ impl Default for CortexM3 {
 }
 
 impl CortexM3 {
-    /// With erased flash. After [`load`](Self::load) comes [`reset`](Self::reset).
+    /// Flash is erased. Call [`load`](Self::load), then [`reset`](Self::reset).
     pub fn new() -> Self {
         Self {
             registers: Registers::new(0),
@@ -114,7 +114,7 @@ impl CortexM3 {
             interrupted: false,
             in_it_block: false,
             exclusive: false,
-            attention: false,
+            changed: false,
             pause: None,
             stopped_at: None,
             sleep: None,
@@ -129,7 +129,7 @@ impl CortexM3 {
         }
     }
 
-    /// Puts bytes into flash or RAM; false when they do not fit into one of them.
+    /// Writes bytes to flash or RAM; false when they do not fit into one of them.
     #[must_use]
     pub fn load(&mut self, address: u32, bytes: &[u8]) -> bool {
         let Some(place) = self.memory.bytes_mut(address, bytes.len()) else {
@@ -140,9 +140,9 @@ impl CortexM3 {
         true
     }
 
-    /// Resets the processor (ARM ARM B1.5.5): the main stack pointer and PC come from the start of flash, the core peripherals and
-    /// the interrupt lines go to their reset values. Memories, breakpoints and the cycle counter stay. Bit 0 of the reset vector goes to
-    /// EPSR.T (TakeReset): with an even one the first instruction faults.
+    /// Resets the processor (ARM ARM B1.5.5): loads the main stack pointer and PC from the start of flash, and resets the core
+    /// peripherals and the interrupt lines. Memories, breakpoints and the cycle counter stay. Bit 0 of the reset vector is copied
+    /// to EPSR.T (TakeReset): with an even vector the first instruction faults.
     pub fn reset(&mut self) {
         let word = |address| self.memory.word(address).expect("flash has a start");
         let (stack, entry) = (word(FLASH_START), word(FLASH_START + 4));
@@ -151,7 +151,7 @@ impl CortexM3 {
         self.thumb = entry & 1 != 0;
         self.in_it_block = false;
         self.exclusive = false;
-        self.attention = false;
+        self.changed = false;
         self.pause = None;
         self.stopped_at = None;
         self.sleep = None;
@@ -163,18 +163,18 @@ impl CortexM3 {
         self.system = SystemControl::new();
     }
 
-    /// The power goes: no program may count on what is in RAM when it comes back.
-    pub fn forget_ram(&mut self) {
-        self.memory.forget_ram();
+    /// Overwrites RAM after a power loss, so that a program cannot depend on its content.
+    pub fn overwrite_ram(&mut self) {
+        self.memory.overwrite_ram();
     }
 
-    /// Runs until cycle `until` at most. Asleep, the cycle counter jumps.
+    /// Runs up to cycle `until`. During sleep, the cycle counter advances without instructions.
     ///
     /// # Errors
     ///
-    /// What would be a fault on the chip, or has no defined effect there. PC stays at the instruction.
+    /// An operation that is a fault on the chip, or has no defined effect there. PC stays at the instruction.
     pub fn run(&mut self, io: &mut impl Io, until: u64) -> Result<Pause, Fault> {
-        // Lent to the run, so that instructions are executed where they lie.
+        // Moved out for the run, so that instructions are executed without a copy.
         let mut cache = std::mem::take(&mut self.cache);
         let result = self.run_to(io, &mut cache, until);
         self.cache = cache;
@@ -213,13 +213,13 @@ impl CortexM3 {
             if let Some(pause) = self.pause.take() {
                 return Ok(pause);
             }
-            if std::mem::take(&mut self.attention) {
-                return Ok(Pause::Attention);
+            if std::mem::take(&mut self.changed) {
+                return Ok(Pause::Changed);
             }
         }
     }
 
-    /// The loop over instructions, with nothing else in it.
+    /// The instruction loop, kept minimal for speed.
     #[inline(always)]
     fn execute_until(
         &mut self,
@@ -245,7 +245,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// Executes an instruction that the cache does not know, or stops before it at a breakpoint.
+    /// Executes an instruction that is not in the cache, or stops before it at a breakpoint.
     #[cold]
     #[inline(never)]
     fn execute_unknown(
@@ -264,7 +264,7 @@ impl CortexM3 {
         self.execute_apart(io, &decoded)
     }
 
-    /// Brings SysTick's exception up to date.
+    /// Updates the exception of SysTick.
     fn note_systick(&mut self) {
         if self.systick.advance(self.cycle) {
             self.exceptions.pending |= only(SYSTICK);
@@ -272,11 +272,11 @@ impl CortexM3 {
         }
     }
 
-    /// Takes the exception that preempts, if one does.
+    /// Takes the exception that preempts, if there is one.
     fn take_exception(&mut self) -> fault::Result<()> {
         match self.exceptions.next(&self.registers) {
             Some(number) => {
-                // A fault on the way in belongs to the instruction that is not executed.
+                // A fault during entry belongs to the instruction that is not executed.
                 self.registers.set_read_pc(self.next.wrapping_add(4));
                 self.enter_exception(number)
             }
@@ -284,38 +284,38 @@ impl CortexM3 {
         }
     }
 
-    /// The cycle counter, which never goes back.
+    /// The cycle counter, which never decreases.
     pub fn cycle(&self) -> u64 {
         self.cycle
     }
 
-    /// How many instructions have been executed.
+    /// The number of executed instructions.
     pub fn instructions(&self) -> u64 {
         self.cycle - self.idle_cycles
     }
 
-    /// How many instructions have been executed outside of exception handlers. Asked for in thread mode.
+    /// The number of instructions executed outside exception handlers. Valid in thread mode.
     pub fn thread_instructions(&self) -> u64 {
         self.instructions() - self.handler_instructions
     }
 
-    /// Lets cycles pass in which nothing executes: an access that waits, or flash that is busy.
+    /// Adds cycles without execution: a waiting access, or busy flash.
     pub fn stall(&mut self, cycles: u64) {
         self.cycle += cycles;
         self.idle_cycles += cycles;
     }
 
-    /// Whether it is in WFI or WFE.
+    /// True in WFI or WFE.
     pub fn is_asleep(&self) -> bool {
         self.sleep.is_some()
     }
 
-    /// The cycle in which SysTick next pends its exception by itself.
+    /// The cycle in which SysTick next pends its exception.
     pub fn next_wake(&self) -> Option<u64> {
         self.systick.next_exception()
     }
 
-    /// Sets the line of an interrupt, which is a level: high, it makes the interrupt pending, and again after its handler.
+    /// Sets the level of an interrupt line: if high, the interrupt becomes pending, and again after its handler.
     pub fn set_interrupt_line(&mut self, interrupt: u8, high: bool) {
         self.nvic.set_line(&mut self.exceptions, interrupt, high);
     }
@@ -362,32 +362,32 @@ impl CortexM3 {
         self.memory.bytes(address, length)
     }
 
-    /// Sets a half-word of flash: what its controller does. False when there is no flash.
+    /// Programs a half-word of flash, as the flash controller does. False when the address is not in flash.
     pub fn program(&mut self, address: u32, half_word: u16) -> bool {
         memory::flash_offset(address).is_some() && self.load(address, &half_word.to_le_bytes())
     }
 
-    /// Erases a part of flash. False when it is not all flash.
+    /// Erases a part of flash. False when it is not completely in flash.
     pub fn erase(&mut self, address: u32, length: usize) -> bool {
         memory::flash_offset(address).is_some() && self.load(address, &vec![0xFF; length])
     }
 
-    /// Stops runs before the instruction at this address.
+    /// Adds a breakpoint: runs stop before the instruction at this address.
     pub fn add_breakpoint(&mut self, address: u32) {
         self.cache.add_breakpoint(address);
     }
 
-    /// No longer stops there.
+    /// Removes a breakpoint.
     pub fn remove_breakpoint(&mut self, address: u32) {
         self.cache.remove_breakpoint(address);
     }
 
-    /// The lowest value that the stack pointer has had since reset.
+    /// The lowest value of the stack pointer since reset.
     pub fn lowest_stack(&self) -> u32 {
         self.registers.lowest_stack
     }
 
-    /// The number of the exception that is handled, 0 in thread mode.
+    /// The number of the active exception, 0 in thread mode.
     pub fn active_exception(&self) -> u16 {
         self.registers.exception
     }

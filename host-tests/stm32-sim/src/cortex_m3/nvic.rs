@@ -9,21 +9,21 @@ pub struct Nvic {
     lines: u128,
 }
 
-/// Where a register file with a bit for each interrupt is in the sets of exceptions: 32 of them from word `index` on.
+/// Converts a register with a bit for each of 32 interrupts, word `index`, to a set of exceptions.
 fn bits_of_word(index: u32, value: u32) -> u128 {
     let every_interrupt = (only(INTERRUPTS) - 1) << FIRST_INTERRUPT;
     let shift = u32::from(FIRST_INTERRUPT) + 32 * index;
     u128::from(value).checked_shl(shift).unwrap_or(0) & every_interrupt
 }
 
-/// The 32 interrupts of word `index`, from a set of exceptions.
+/// The 32 interrupts of word `index` in a set of exceptions.
 fn word_of_bits(index: u32, set: u128) -> u32 {
     let shift = u32::from(FIRST_INTERRUPT) + 32 * index;
     set.checked_shr(shift).unwrap_or(0) as u32
 }
 
 impl Nvic {
-    /// Sets a line. A rising line makes its interrupt pending, which it stays when the line falls.
+    /// Sets a line. A rising line makes its interrupt pending; a falling line does not clear it.
     pub fn set_line(&mut self, exceptions: &mut Exceptions, interrupt: u8, high: bool) {
         let line = only(FIRST_INTERRUPT + u16::from(interrupt));
         if !high {
@@ -34,7 +34,7 @@ impl Nvic {
         }
     }
 
-    /// Makes pending again what is high and not active: after a handler has returned or software has cleared it.
+    /// Makes the interrupts of high lines pending again if not active: after a handler has returned or software has cleared them.
     pub fn sample(&self, exceptions: &mut Exceptions) {
         exceptions.pending |= self.lines & !exceptions.active;
     }
@@ -53,7 +53,7 @@ impl Nvic {
         }
     }
 
-    /// Writes a word of the registers with a bit for each interrupt.
+    /// Writes a word of the registers with one bit per interrupt.
     pub fn write(&self, exceptions: &mut Exceptions, address: u32, value: u32) {
         let bits = bits_of_word(address >> 2 & 0x1F, value);
         match address & 0xF80 {
@@ -68,7 +68,7 @@ impl Nvic {
         }
     }
 
-    /// STIR: makes an interrupt pending by its number.
+    /// STIR: makes the interrupt with this number pending.
     pub fn trigger(&self, exceptions: &mut Exceptions, value: u32) {
         let interrupt = (value & 0x1FF) as u16;
         if interrupt < INTERRUPTS {
@@ -77,7 +77,7 @@ impl Nvic {
     }
 }
 
-/// The exception whose priority is in the byte at this address of IPR.
+/// The exception whose priority is the byte at this address of IPR.
 pub fn priority_owner(address: u32) -> u16 {
     FIRST_INTERRUPT + (address & 0xFF) as u16
 }

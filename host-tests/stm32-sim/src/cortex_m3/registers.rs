@@ -2,7 +2,7 @@
 
 use super::decode::instruction::{Condition, Register};
 
-/// The condition flags, and the sticky one of saturation.
+/// The condition flags, and the sticky saturation flag.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Flags {
     /// N.
@@ -18,7 +18,7 @@ pub struct Flags {
 }
 
 impl Flags {
-    /// As they are in APSR.
+    /// The value of APSR.
     pub fn to_bits(self) -> u32 {
         u32::from(self.negative) << 31
             | u32::from(self.zero) << 30
@@ -45,8 +45,8 @@ impl Flags {
         self.zero = result == 0;
     }
 
-    /// Whether a condition holds (A7.3). By reference: the flags have just been written one by one, and reading them as one copy
-    /// would have to wait for that.
+    /// True if a condition is fulfilled (A7.3). By reference: the flags have just been written one by one, and reading them as
+    /// one copy would stall on these writes.
     #[inline(always)]
     pub fn pass(&self, condition: Condition) -> bool {
         match condition {
@@ -74,13 +74,13 @@ impl Flags {
 pub struct ItState(pub u8);
 
 impl ItState {
-    /// In an IT block.
+    /// True in an IT block.
     #[inline(always)]
     pub fn is_active(self) -> bool {
         self.0 != 0
     }
 
-    /// At the last instruction of an IT block.
+    /// True at the last instruction of an IT block.
     pub fn is_last(self) -> bool {
         self.0 & 0xF == 0b1000
     }
@@ -90,7 +90,7 @@ impl ItState {
         Condition::from_code(u32::from(self.0 >> 4))
     }
 
-    /// After the instruction (ITAdvance).
+    /// The state after the instruction (ITAdvance).
     pub fn next(self) -> Self {
         if self.0 & 0b111 == 0 {
             Self(0)
@@ -99,7 +99,7 @@ impl ItState {
         }
     }
 
-    /// As it is in EPSR.
+    /// The bits in EPSR.
     pub fn to_bits(self) -> u32 {
         u32::from(self.0 & 0b11) << 25 | u32::from(self.0 >> 2) << 10
     }
@@ -116,11 +116,11 @@ pub const THUMB: u32 = 1 << 24;
 /// The registers.
 #[derive(Clone, Debug)]
 pub struct Registers {
-    /// R0 to R14. While an instruction executes, R15 is what reading PC yields: its address and 4.
+    /// R0 to R14. While an instruction executes, R15 is the value that reading PC returns: its address plus 4.
     general: [u32; 16],
-    /// The stack pointer that is not in use: that of the process, or the main one.
+    /// The stack pointer that is not selected: the process or the main one.
     other_stack: u32,
-    /// Whether R13 is the process stack pointer.
+    /// True when R13 is the process stack pointer.
     on_process_stack: bool,
     /// The lowest value of R13 since reset.
     pub lowest_stack: u32,
@@ -141,7 +141,7 @@ pub struct Registers {
 }
 
 impl Registers {
-    /// As after reset (B1.5.5).
+    /// State after reset (B1.5.5).
     pub fn new(main_stack: u32) -> Self {
         let mut general = [0; 16];
         general[Register::SP.index()] = main_stack & !3;
@@ -167,7 +167,7 @@ impl Registers {
         self.general[register.index()]
     }
 
-    /// Writes any register but PC.
+    /// Writes any register except PC.
     #[inline(always)]
     pub fn set(&mut self, register: Register, value: u32) {
         self.general[register.index()] = value;
@@ -184,28 +184,28 @@ impl Registers {
         self.lowest_stack = self.lowest_stack.min(value);
     }
 
-    /// What reading PC shall yield.
+    /// Sets the value that reading PC returns.
     #[inline(always)]
     pub fn set_read_pc(&mut self, value: u32) {
         self.general[Register::PC.index()] = value;
     }
 
-    /// In handler mode.
+    /// True in handler mode.
     pub fn in_handler(&self) -> bool {
         self.exception != 0
     }
 
-    /// Whether the special registers and the system control space are accessible.
+    /// True when the special registers and the system control space are accessible.
     pub fn is_privileged(&self) -> bool {
         self.in_handler() || !self.unprivileged_thread
     }
 
-    /// Whether R13 is PSP.
+    /// True when R13 is PSP.
     pub fn is_on_process_stack(&self) -> bool {
         self.on_process_stack
     }
 
-    /// Makes R13 the process or the main stack pointer.
+    /// Selects the process or the main stack pointer as R13.
     pub fn select_stack(&mut self, process: bool) {
         if process != self.on_process_stack {
             self.on_process_stack = process;
@@ -234,7 +234,7 @@ impl Registers {
         }
     }
 
-    /// XPSR, as it is pushed.
+    /// XPSR, as pushed on exception entry.
     pub fn xpsr(&self) -> u32 {
         self.flags.to_bits() | self.it.to_bits() | THUMB | u32::from(self.exception)
     }

@@ -1,4 +1,4 @@
-//! The system control space (ARM ARM B3.2 to B3.4): which register of the core is where, and the system control block's own.
+//! The system control space (ARM ARM B3.2 to B3.4): the address of each register, and the registers of the system control block.
 
 use super::CortexM3;
 use super::exceptions::{FIRST_INTERRUPT, NMI, PENDSV, SYSTICK, only};
@@ -8,7 +8,7 @@ use crate::io::Width;
 
 /// CPUID: Cortex-M3 r1p1 (PM0056 4.4.2).
 const CPUID: u32 = 0x411F_C231;
-/// The key that writes AIRCR, and what its place reads as.
+/// The key for writes to AIRCR, which also reads back in its place.
 const KEY: u32 = 0x05FA;
 const KEY_READ: u32 = 0xFA05;
 
@@ -16,10 +16,10 @@ const KEY_READ: u32 = 0xFA05;
 const SLEEPONEXIT: u32 = 1 << 1;
 /// SCR: WFI and WFE enter Stop or Standby mode (RM0008 4.3.4).
 const SLEEPDEEP: u32 = 1 << 2;
-/// SCR: what becomes pending is an event.
+/// SCR: an exception that becomes pending is an event.
 const SEVONPEND: u32 = 1 << 4;
 
-/// CCR: the thread may be returned to from nested handlers.
+/// CCR: nested handlers may return to the thread.
 const NONBASETHRDENA: u32 = 1 << 0;
 /// CCR: unaligned words and half-words fault.
 const UNALIGN_TRP: u32 = 1 << 3;
@@ -29,7 +29,7 @@ const DIV_0_TRP: u32 = 1 << 4;
 const STKALIGN: u32 = 1 << 9;
 const CCR_BITS: u32 = NONBASETHRDENA | 1 << 1 | UNALIGN_TRP | DIV_0_TRP | 1 << 8 | STKALIGN;
 
-/// The registers of the system control block that are only kept.
+/// The registers of the system control block that only store their value.
 #[derive(Clone, Debug)]
 pub struct SystemControl {
     /// VTOR.
@@ -41,7 +41,7 @@ pub struct SystemControl {
 }
 
 impl SystemControl {
-    /// As after reset.
+    /// State after reset.
     pub fn new() -> Self {
         Self {
             vector_table: 0,
@@ -92,7 +92,8 @@ impl CortexM3 {
         })
     }
 
-    /// Writes a register at 0xE000_E000..0xE000_F000; the address is aligned. Only priorities can be written in parts.
+    /// Writes a register at 0xE000_E000..0xE000_F000; the address is aligned. Only priorities can be written by bytes and
+    /// half-words.
     pub(super) fn write_system(&mut self, address: u32, width: Width, value: u32) -> Result<()> {
         self.require_privilege(address)?;
         self.note_systick();
@@ -123,7 +124,7 @@ impl CortexM3 {
 
     fn read_system_word(&mut self, address: u32) -> Result<u32> {
         Ok(match address & 0xFFF {
-            // ICTR: the interrupts, in units of 32, less one.
+            // ICTR: the number of interrupts in units of 32, minus one.
             0x004 => 1,
             offset @ 0x010..0x020 => self.systick.read(self.cycle, offset - 0x010),
             0x100..0x43C => self.nvic.read(&self.exceptions, address),
@@ -140,9 +141,9 @@ impl CortexM3 {
                 }))
             }
             0xD24 => self.system.handler_control,
-            // CFSR, HFSR, DFSR, MMFAR, BFAR, AFSR: faults stop the run, so none was ever noted. DHCSR: no debugger.
+            // CFSR, HFSR, DFSR, MMFAR, BFAR, AFSR: faults stop the run, so they are never set. DHCSR: no debugger.
             0xD28..0xD40 | 0xDF0..0xDFC => 0,
-            // MPU_TYPE: there is none.
+            // MPU_TYPE: there is no MPU.
             0xD90 => 0,
             0xDFC => self.system.debug_monitor,
             _ => return Err(FaultKind::System(address, "it is not modelled").into()),
@@ -159,7 +160,7 @@ impl CortexM3 {
             0xD10 => self.write_sleep_control(address, value)?,
             0xD14 => self.system.configuration = value & CCR_BITS,
             0xD24 => self.system.handler_control = value & 0x0007_0000,
-            // Written to clear fault bits, of which there are none.
+            // A write clears fault bits, which are never set.
             0xD28..0xD34 => {}
             0xDFC => self.system.debug_monitor = value,
             0xF00 => self.nvic.trigger(&mut self.exceptions, value),
@@ -199,14 +200,14 @@ impl CortexM3 {
     /// SCR.
     fn write_sleep_control(&mut self, address: u32, value: u32) -> Result<()> {
         if value & SLEEPDEEP != 0 {
-            // It would stop the clocks of the peripherals as well.
+            // It would also stop the clocks of the peripherals.
             return Err(FaultKind::System(address, "SLEEPDEEP is not modelled").into());
         }
         self.system.sleep_control = value & (SLEEPONEXIT | SEVONPEND);
         Ok(())
     }
 
-    /// AIRCR, which ignores writes without its key.
+    /// AIRCR ignores writes without its key.
     fn write_reset_control(&mut self, address: u32, value: u32) -> Result<()> {
         if value >> 16 != KEY {
             return Ok(());

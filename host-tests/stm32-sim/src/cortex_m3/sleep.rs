@@ -2,7 +2,7 @@
 
 use super::CortexM3;
 
-/// What the processor sleeps for.
+/// The instruction class that the processor sleeps in.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Sleep {
     /// WFI, or the end of the last handler with SLEEPONEXIT.
@@ -12,7 +12,7 @@ pub enum Sleep {
 }
 
 impl CortexM3 {
-    /// Falls asleep. What wakes it already is looked after before time passes.
+    /// Starts to sleep. An event that already wakes it is processed before time passes.
     pub(super) fn sleep(&mut self, sleep: Sleep) {
         if sleep == Sleep::Event && std::mem::take(&mut self.event) {
             return;
@@ -28,7 +28,7 @@ impl CortexM3 {
         self.event |= new != 0 && self.system.sends_event_on_pending();
     }
 
-    /// Ends the sleep when something wakes; true when awake.
+    /// Ends the sleep if there is a wake-up event; true when awake.
     pub(super) fn wake(&mut self) -> bool {
         let wakes = match self.sleep {
             None => true,

@@ -1,12 +1,12 @@
-//! SysTick (ARM ARM B3.3): a counter of 24 bits whose value follows from the cycle counter.
+//! SysTick (ARM ARM B3.3): a counter of 24 bits whose value is derived from the cycle counter.
 
 /// CTRL: the counter runs.
 const ENABLE: u32 = 1 << 0;
 /// CTRL: reaching 0 pends the exception.
 const TICKINT: u32 = 1 << 1;
-/// CTRL: counts the processor's clock rather than an eighth of it (RM0008 8.2).
+/// CTRL: counts the processor clock rather than an eighth of it (RM0008 8.2).
 const CLKSOURCE: u32 = 1 << 2;
-/// CTRL: it has reached 0 since the last look.
+/// CTRL: it has reached 0 since the last read.
 const COUNTFLAG: u32 = 1 << 16;
 /// The width of the counter.
 const MASK: u32 = 0x00FF_FFFF;
@@ -16,26 +16,26 @@ const MASK: u32 = 0x00FF_FFFF;
 pub struct SysTick {
     control: u32,
     reload: u32,
-    /// What the counter was at cycle `since`.
+    /// The value of the counter at cycle `since`.
     value: u32,
     since: u64,
-    /// When the counter next reaches 0: kept, since it is asked for all the time.
+    /// When the counter next reaches 0: stored, because it is needed often.
     zero_at: Option<u64>,
     count_flag: bool,
 }
 
 impl SysTick {
-    /// As after reset.
+    /// State after reset.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// How many cycles a tick takes.
+    /// The cycles of a tick.
     fn tick(&self) -> u64 {
         if self.control & CLKSOURCE != 0 { 1 } else { 8 }
     }
 
-    /// What the counter reads at this cycle.
+    /// The value of the counter at this cycle.
     pub fn current(&self, cycle: u64) -> u32 {
         if self.control & ENABLE == 0 {
             return self.value;
@@ -43,7 +43,7 @@ impl SysTick {
         let ticks = (cycle - self.since) / self.tick();
         match ticks.checked_sub(self.value.into()) {
             None => self.value - ticks as u32,
-            // From 0 the counter goes to the reload value, and stays at 0 when that is 0.
+            // From 0 the counter is set to the reload value; it stays at 0 when that is 0.
             Some(after) => {
                 let period = u64::from(self.reload) + 1;
                 ((period - after % period) % period) as u32
@@ -51,7 +51,7 @@ impl SysTick {
         }
     }
 
-    /// When the counter next reaches 0, from 1, after this cycle.
+    /// When the counter next changes from 1 to 0 after this cycle.
     fn next_zero(&self, after: u64) -> Option<u64> {
         if self.control & ENABLE == 0 {
             return None;
@@ -79,7 +79,7 @@ impl SysTick {
         self.zero_at
     }
 
-    /// Notes what happened up to this cycle; true when the exception becomes pending.
+    /// Processes the cycles up to this one; true when the exception becomes pending.
     pub fn advance(&mut self, cycle: u64) -> bool {
         if self.zero_at.is_none_or(|zero| zero > cycle) {
             return false;
@@ -89,7 +89,7 @@ impl SysTick {
         self.control & TICKINT != 0
     }
 
-    /// Starts counting anew from the value that the counter has now.
+    /// Restarts counting from the current value.
     fn hold(&mut self, cycle: u64) {
         self.value = self.current(cycle);
         self.since = cycle;

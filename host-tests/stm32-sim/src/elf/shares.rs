@@ -1,4 +1,4 @@
-//! Which part of the project a byte of flash or static RAM belongs to.
+//! The part of the project that a byte of flash or static RAM belongs to.
 
 use super::{Image, Symbol};
 use object::SectionKind;
@@ -9,22 +9,22 @@ use std::fmt;
 pub enum Part {
     /// The crate plumbline: sensors, protocols, measurement, store.
     Core,
-    /// The firmware's own code around it.
+    /// The code of the firmware around it.
     Driver,
-    /// Crates that drive hardware or help.
+    /// Hardware drivers and other dependencies.
     Libraries,
-    /// What comes with the compiler, and the startup code.
+    /// The compiler's runtime, and the startup code.
     Runtime,
     /// The vector table.
     Vectors,
-    /// Constants that the compiler has merged or left without a name.
+    /// Constants that the compiler has merged or that have no name.
     Constants,
-    /// What no symbol covers: gaps.
+    /// Gaps that no symbol covers.
     Padding,
 }
 
 impl Part {
-    /// All of them.
+    /// All parts.
     pub const ALL: [Self; 7] = [
         Self::Core,
         Self::Driver,
@@ -35,13 +35,13 @@ impl Part {
         Self::Padding,
     ];
 
-    /// The part that a symbol belongs to, by its readable name.
+    /// The part of a symbol, by its demangled name.
     fn of(name: &str) -> Self {
-        // The standard library's generic code belongs to whom it was made for.
+        // Generic code of the standard library belongs to the crate that instantiated it.
         let mut crates = crates(name).filter(|name| !matches!(*name, "core" | "alloc" | "std"));
         match crates.next() {
             Some("plumbline") => Self::Core,
-            // The panic handler is the firmware's, under the compiler's name.
+            // The panic handler belongs to the firmware but has a name of the compiler.
             Some(
                 "firmware_stm32" | "is1" | "is1d" | "is1tk" | "is2" | "is2d" | "is2tk" | "jn2101"
                 | "__rustc",
@@ -53,7 +53,7 @@ impl Part {
         }
     }
 
-    /// The part of a symbol whose name is not mangled.
+    /// The part of a symbol with an unmangled name.
     fn of_plain(name: &str) -> Self {
         match name {
             "CORE_PERIPHERALS" | "DEVICE_PERIPHERALS" | "_SEGGER_RTT" => Self::Libraries,
@@ -87,7 +87,7 @@ impl fmt::Display for Part {
     }
 }
 
-/// The crates in a name, in their order: words that begin a path.
+/// The crates in a name, in order: words at the start of a path.
 fn crates(name: &str) -> impl Iterator<Item = &str> {
     let is_word = |c: char| c.is_alphanumeric() || c == '_';
     name.match_indices("::").filter_map(move |(end, _)| {
@@ -129,10 +129,10 @@ impl Shares {
     }
 }
 
-/// Adds each byte of an area to the part that it belongs to.
+/// Adds each byte of an area to its part.
 fn add(counts: &mut [u64; Part::ALL.len()], image: &Image, address: u32, length: u32) {
     let mut parts = vec![None; length as usize];
-    // A byte that two symbols cover belongs to the one that begins first, and of those the larger.
+    // A byte covered by two symbols belongs to the one that begins first, then to the larger one.
     for Symbol {
         address: start,
         size,
@@ -150,13 +150,13 @@ fn add(counts: &mut [u64; Part::ALL.len()], image: &Image, address: u32, length:
     }
 }
 
-/// The kinds of sections that hold constants only.
+/// The kinds of sections that contain constants only.
 const CONSTANTS: [SectionKind; 2] = [SectionKind::ReadOnlyData, SectionKind::ReadOnlyString];
 
-/// The section decides about the vectors and about what has no name.
+/// The section determines the part of the vectors and of bytes without a symbol.
 fn part_in_section(image: &Image, address: u32, part: Option<Part>) -> Part {
     let section = image.sections.iter().find(|section| {
-        // What is not loaded has address 0.
+        // Sections that are not loaded have address 0.
         section.address != 0
             && address
                 .checked_sub(section.address)
@@ -176,13 +176,13 @@ mod tests {
     #[test]
     fn parts_by_name() {
         for (name, part) in [
-            ("plumbline::fsc::sensor::Sensor<M>::send", Part::Core),
+            ("plumbline::fsc::protocol::Fsc<P>::send", Part::Core),
             (
-                "plumbline::fsc::node::<impl plumbline::node::Node for plumbline::fsc::sensor::Sensor<M>>::sample",
+                "<plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
                 Part::Core,
             ),
             (
-                "core::ptr::drop_in_place<plumbline::store::Loaded>",
+                "core::ptr::drop_in_place<plumbline::store::Boot>",
                 Part::Core,
             ),
             ("firmware_stm32::app::run", Part::Driver),
@@ -191,7 +191,7 @@ mod tests {
                 "jn2101::__cortex_m_rt_main_trampoline::SENSOR",
                 Part::Driver,
             ),
-            ("plumbline::model::jn2101::RULES", Part::Core),
+            ("plumbline::model::jn2101::TABLE", Part::Core),
             ("main", Part::Driver),
             ("__rustc::rust_begin_unwind", Part::Driver),
             ("USB_LP_CAN_RX0", Part::Driver),
@@ -214,7 +214,7 @@ mod tests {
                 Part::Constants,
             ),
             (
-                ".Lswitch.table.plumbline::fsc::values::Values::permits",
+                ".Lswitch.table.plumbline::param::projection::permits",
                 Part::Core,
             ),
         ] {

@@ -42,13 +42,14 @@ type SymbolOf = (&'static str, u32, u32, u8, u16);
 /// The initial stack pointer and the reset vector, in Thumb state.
 const VECTORS: [u32; 2] = [0x2000_5000, 0x0800_0131];
 
-/// Where a field of the file header or of the first program header is, as `build` writes them.
+/// The position of a field of the file header or of the first program header, as `build` writes them.
 const MACHINE: usize = 18;
 const OFFSET: usize = 52 + 4;
 const LOAD_ADDRESS: usize = 52 + 12;
 const IN_FILE: usize = 52 + 16;
 
-/// An ELF file for ARM; each section is a segment, its bytes the low bytes of their offset, at the start of flash behind vectors.
+/// An ELF file for ARM. Each section is a segment; its bytes are the low bytes of their offset, after vectors at the start of
+/// flash.
 fn build(sections: &[SectionOf], symbols: &[SymbolOf]) -> Vec<u8> {
     let mut names = Strings::default();
     let mut symbol_names = Strings::default();
@@ -181,7 +182,7 @@ fn sample() -> Vec<u8> {
                 2,
             ),
             ("$t", 0x0800_0130, 0, 0, 2),
-            // A copy of the same code under two names, the last 4 bytes of the section left over.
+            // A copy of the same code under two names; no symbol covers the last 4 bytes of the section.
             ("__aeabi_memclr", 0x0800_0181, 16, FUNCTION, 2),
             ("__aeabi_memclr4", 0x0800_0181, 10, FUNCTION, 2),
             (
@@ -210,7 +211,7 @@ fn sample() -> Vec<u8> {
 }
 
 #[test]
-fn segments_are_loaded_where_they_are_programmed() {
+fn segments_have_load_addresses() {
     let image = Image::parse(&sample()).unwrap();
     let places: Vec<_> = image
         .segments()
@@ -229,7 +230,7 @@ fn segments_are_loaded_where_they_are_programmed() {
     assert_eq!(image.segments()[1].bytes[..3], [0, 1, 2]);
 }
 
-/// The error of the sample with these bytes instead.
+/// The error for the sample with these bytes changed.
 fn error_with(place: usize, bytes: &[u8]) -> ImageError {
     let mut elf = sample();
     elf[place..place + bytes.len()].copy_from_slice(bytes);
@@ -237,7 +238,7 @@ fn error_with(place: usize, bytes: &[u8]) -> ImageError {
 }
 
 #[test]
-fn what_is_no_image_is_refused() {
+fn other_files_are_refused() {
     for garbage in [&b""[..], b"no ELF", &sample()[..40], &[0; 1000]] {
         let error = Image::parse(garbage).unwrap_err();
         assert!(matches!(error, ImageError::Elf(_)), "{error}");
@@ -257,15 +258,15 @@ fn what_is_no_image_is_refused() {
 }
 
 #[test]
-fn what_belongs_elsewhere_is_refused() {
-    // RAM, below flash, beyond the end of the address space, and the last bytes in the parameter pages.
+fn segments_outside_program_flash_are_refused() {
+    // RAM, below flash, beyond the end of the address space, and with the last bytes in the parameter pages.
     for address in [0x2000_0000, 0, 0xFFFF_FFF0, 0x0800_F6D1_u32] {
         assert_eq!(
             error_with(LOAD_ADDRESS, &address.to_le_bytes()),
             ImageError::Place(address)
         );
     }
-    // It fits to the last byte; but the vectors are missing now.
+    // It fits to the last byte, but the vectors are missing.
     assert_eq!(
         error_with(LOAD_ADDRESS, &0x0800_F6D0_u32.to_le_bytes()),
         ImageError::Vectors
@@ -273,7 +274,7 @@ fn what_belongs_elsewhere_is_refused() {
 }
 
 #[test]
-fn without_a_vector_table_nothing_starts() {
+fn missing_vector_table_is_refused() {
     let vectors = 52 + 32 * 5;
     for stack in [
         0,
@@ -297,10 +298,10 @@ fn without_a_vector_table_nothing_starts() {
 }
 
 #[test]
-fn no_damage_makes_it_panic() {
+fn damaged_file_does_not_panic() {
     let elf = sample();
     for length in 0..elf.len() {
-        // Whatever it makes of it.
+        // Any result is accepted.
         let _ = Image::parse(&elf[..length]);
     }
     for place in 0..elf.len() {
@@ -314,7 +315,7 @@ fn no_damage_makes_it_panic() {
 }
 
 #[test]
-fn program_is_named_by_its_main_function() {
+fn program_name_is_that_of_main_function() {
     let of = |names: &[&'static str]| {
         let symbols: Vec<SymbolOf> = names
             .iter()
@@ -331,7 +332,7 @@ fn program_is_named_by_its_main_function() {
 }
 
 #[test]
-fn names_of_addresses() {
+fn name_of_finds_symbol_and_offset() {
     let image = Image::parse(&sample()).unwrap();
     for (address, name) in [
         (0x0800_0130, Some(("plumbline::node::Node::poll", 0))),
@@ -348,7 +349,7 @@ fn names_of_addresses() {
 }
 
 #[test]
-fn addresses_of_names() {
+fn address_of_finds_shortest_name() {
     let image = Image::parse(&sample()).unwrap();
     assert_eq!(image.address_of("app::run"), Some(0x0800_0158));
     assert_eq!(image.address_of("run::{{closure}}"), Some(0x0800_0176));
@@ -356,7 +357,7 @@ fn addresses_of_names() {
 }
 
 #[test]
-fn shares_add_up_to_the_size_of_the_image() {
+fn shares_add_up_to_size_of_image() {
     let elf = sample();
     let shares = Image::parse(&elf).unwrap().shares();
     let flash = Part::ALL.map(|part| shares.flash(part));

@@ -43,7 +43,7 @@ impl Bench {
             .program(self.now, address, width, value, &mut self.violations)
     }
 
-    /// What a driver does; the work, and FLASH_SR after its time.
+    /// Programs a half-word as a driver does; returns the operation, and FLASH_SR at its end.
     fn program(&mut self, address: u32, value: u16) -> (Option<Work>, u32) {
         self.write(CR, PROGRAM).unwrap();
         self.put(address, Width::HalfWord, value.into()).unwrap();
@@ -84,7 +84,7 @@ fn reset_values() {
 }
 
 #[test]
-fn two_keys_unlock() {
+fn two_keys_unlock_interface() {
     let mut bench = Bench::unlocked();
     assert_eq!(bench.read(CR), 0);
     bench.write(CR, LOCK).unwrap();
@@ -95,7 +95,7 @@ fn two_keys_unlock() {
 }
 
 #[test]
-fn a_wrong_key_locks_until_the_next_reset() {
+fn wrong_key_locks_until_next_reset() {
     for keys in [[0xCDEF_89AB, 0x4567_0123], [0x4567_0123, 0x4567_0123]] {
         let mut bench = Bench::new();
         assert!(keys.into_iter().any(|key| bench.write(KEYR, key).is_err()));
@@ -110,7 +110,7 @@ fn a_wrong_key_locks_until_the_next_reset() {
 }
 
 #[test]
-fn a_half_word_is_programmed() {
+fn half_word_is_programmed() {
     let mut bench = Bench::unlocked();
     bench.write(CR, PROGRAM).unwrap();
     bench.put(PAGE + 6, Width::HalfWord, 0xBEEF).unwrap();
@@ -126,7 +126,7 @@ fn a_half_word_is_programmed() {
 }
 
 #[test]
-fn only_an_erased_half_word_can_be_programmed_except_to_zero() {
+fn only_erased_half_word_can_be_programmed_except_to_zero() {
     let mut bench = Bench::unlocked();
     bench.program(PAGE, 0x00FF);
     bench.write(SR, END_OF_OPERATION).unwrap();
@@ -139,7 +139,7 @@ fn only_an_erased_half_word_can_be_programmed_except_to_zero() {
 }
 
 #[test]
-fn other_widths_and_a_missing_pg_are_refused() {
+fn other_widths_and_missing_pg_are_refused() {
     let mut bench = Bench::unlocked();
     assert!(bench.put(PAGE, Width::HalfWord, 0).is_err());
     bench.write(CR, PROGRAM).unwrap();
@@ -149,12 +149,12 @@ fn other_widths_and_a_missing_pg_are_refused() {
 }
 
 #[test]
-fn a_page_is_erased() {
+fn page_is_erased() {
     let mut bench = Bench::unlocked();
     bench.program(PAGE + 1024, 0x1234);
     bench.program(PAGE, 0x5678);
     bench.now = 0;
-    // Any address in the page will do.
+    // Any address in the page is accepted.
     let (work, status) = bench.erase(PAGE + 1024 + 500);
     assert_eq!(work, Some(Work::Erase { page: PAGE + 1024 }));
     assert_eq!(status, END_OF_OPERATION);
@@ -165,7 +165,7 @@ fn a_page_is_erased() {
 }
 
 #[test]
-fn strt_reads_back_as_0_and_nothing_can_be_started_while_busy() {
+fn strt_reads_as_0_and_start_while_busy_is_violation() {
     let mut bench = Bench::unlocked();
     bench.write(CR, PAGE_ERASE).unwrap();
     bench.write(AR, PAGE).unwrap();
@@ -177,7 +177,7 @@ fn strt_reads_back_as_0_and_nothing_can_be_started_while_busy() {
 }
 
 #[test]
-fn the_programs_own_pages_are_left_alone() {
+fn pages_of_program_are_not_changed() {
     let mut bench = Bench::unlocked();
     assert_eq!(bench.program(0x0800_F7FE, 0).0, None);
     assert_eq!(bench.erase(0x0800_0000).0, None);
@@ -187,7 +187,7 @@ fn the_programs_own_pages_are_left_alone() {
 }
 
 #[test]
-fn wait_states() {
+fn required_wait_states_match_manual() {
     // PM0075, FLASH_ACR: one above 24 MHz, two above 48 MHz.
     let is_enough = |latency, sysclk| {
         let mut bench = Bench::new();
@@ -203,9 +203,9 @@ fn wait_states() {
 }
 
 #[test]
-fn a_blown_fuse_cuts_the_power() {
+fn blown_fuse_cuts_power() {
     let mut bench = Bench::unlocked();
-    // The first operation is whole, the second is not.
+    // The first operation is complete, the second is not.
     bench.flash.parameters_mut().cut_in_operation_after(1, 7);
     bench.erase(PAGE);
     assert!(!bench.flash.power_is_cut());
@@ -216,17 +216,17 @@ fn a_blown_fuse_cuts_the_power() {
 }
 
 #[test]
-fn broken_memory_takes_its_time_and_says_nothing() {
+fn faulty_memory_takes_same_time_without_error() {
     let mut bench = Bench::unlocked();
     bench.flash.parameters_mut().fail_writes(true);
     bench.flash.parameters_mut().fail_erases(true);
     let duration = PROGRAM_TIME;
     assert_eq!(
         bench.program(PAGE, 0),
-        (Some(Work::InVain { duration }), END_OF_OPERATION)
+        (Some(Work::Failed { duration }), END_OF_OPERATION)
     );
     let duration = ERASE_TIME;
-    assert_eq!(bench.erase(PAGE).0, Some(Work::InVain { duration }));
+    assert_eq!(bench.erase(PAGE).0, Some(Work::Failed { duration }));
     bench.flash.parameters_mut().fail_writes(false);
     bench.flash.parameters_mut().wear_out(3);
     let (address, value) = (PAGE, 0x0008);

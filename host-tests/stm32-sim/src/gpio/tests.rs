@@ -23,7 +23,7 @@ fn reset_values() {
 }
 
 #[test]
-fn modes() {
+fn modes_match_manual() {
     // RM0008, table 20: CNF, MODE
     for (code, mode) in [
         (0b0000, PinMode::Analog),
@@ -45,7 +45,7 @@ fn modes() {
 }
 
 #[test]
-fn setting_goes_before_resetting() {
+fn set_has_priority_over_reset() {
     let mut gpio = Gpio::default();
     write(&mut gpio, PortName::A, 0x0C, 0b0101);
     write(&mut gpio, PortName::A, 0x10, 0b0111 << 16 | 0b1100);
@@ -55,16 +55,16 @@ fn setting_goes_before_resetting() {
 }
 
 #[test]
-fn levels() {
+fn level_follows_mode_pull_and_board() {
     let mut gpio = Gpio::default();
     let pin = Pin(PortName::A, 3);
-    // Pull-up, then the board pulls it down.
+    // Pull-up, then the board drives it low.
     write(&mut gpio, PortName::A, 0x00, 0x4444_8444);
     write(&mut gpio, PortName::A, 0x0C, 1 << 3);
     assert_eq!(gpio.read(PortName::A, 0x08), Ok(1 << 3));
     gpio.drive(pin, Some(false));
     assert!(!gpio.level(pin));
-    // Open drain lets go of the pin when its output is 1.
+    // An open drain releases the pin when its output is 1.
     write(&mut gpio, PortName::A, 0x00, 0x4444_5444);
     assert_eq!((gpio.output(pin), gpio.level(pin)), (None, false));
     gpio.drive(pin, Some(true));
@@ -74,10 +74,10 @@ fn levels() {
 }
 
 #[test]
-fn the_lock_sequence_holds_the_mode_but_not_the_output() {
+fn lock_sequence_locks_mode_but_not_output() {
     let mut gpio = Gpio::default();
     let pins = 1 << 0;
-    // Another value in between starts again.
+    // Another value in between restarts the sequence.
     for value in [pins | 1 << 16, 0b10, pins | 1 << 16, pins] {
         write(&mut gpio, PortName::C, 0x18, value);
     }
@@ -94,7 +94,7 @@ fn the_lock_sequence_holds_the_mode_but_not_the_output() {
 }
 
 #[test]
-fn the_reserved_mode_is_a_violation() {
+fn reserved_mode_is_violation() {
     let mut gpio = Gpio::default();
     let mut violations = Violations::default();
     gpio.write(PortName::E, 0x00, 0x4444_444C, &mut violations)

@@ -2,19 +2,19 @@
 
 use std::f64::consts::{FRAC_1_SQRT_2, PI};
 
-/// The coefficients, for a gain of 1 at standstill.
+/// The coefficients, for a DC gain of 1.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct LowPass {
     forward: [f64; 3],
     back: [f64; 2],
 }
 
-/// What one axis remembers.
+/// The state of one axis.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub(super) struct Memory([f64; 2]);
 
 impl LowPass {
-    /// Cuts off (-3 dB) at this part of the sampling rate, below one half (bilinear transform, cut-off pre-warped).
+    /// The cut-off (-3 dB) is a fraction of the sampling rate below one half (bilinear transform, cut-off pre-warped).
     pub(super) fn new(cutoff: f64) -> Self {
         let angle = 2.0 * PI * cutoff;
         let alpha = angle.sin() * FRAC_1_SQRT_2;
@@ -26,7 +26,7 @@ impl LowPass {
         }
     }
 
-    /// The next value.
+    /// Filters the next value.
     pub(super) fn step(&self, memory: &mut Memory, input: f64) -> f64 {
         let Memory([first, second]) = memory;
         let output = self.forward[0] * input + *first;
@@ -40,7 +40,7 @@ impl LowPass {
 mod tests {
     use super::*;
 
-    /// The amplitude of a sine after the filter, at a part of the sampling rate.
+    /// The gain for a sine at this fraction of the sampling rate.
     fn gain(filter: LowPass, frequency: f64) -> f64 {
         let mut memory = Memory::default();
         let sine = |n: u32| (2.0 * PI * frequency * f64::from(n)).sin();
@@ -51,18 +51,18 @@ mod tests {
     }
 
     #[test]
-    fn minus_3_db_at_the_cutoff_and_12_db_an_octave_above() {
+    fn gain_is_minus_3_db_at_cutoff_and_falls_12_db_per_octave() {
         for part in [1.0 / 10.0, 1.0 / 20.0, 1.0 / 100.0, 1.0 / 800.0] {
             let filter = LowPass::new(part);
             assert!((gain(filter, part) - FRAC_1_SQRT_2).abs() < 1e-3);
             assert!(gain(filter, part / 20.0) > 0.999);
         }
-        // Second order: 40 dB a decade.
+        // Second order: 40 dB per decade.
         assert!((gain(LowPass::new(1.0 / 800.0), 1.0 / 80.0) - 0.01).abs() < 5e-4);
     }
 
     #[test]
-    fn standstill_passes_whole() {
+    fn dc_gain_is_one() {
         let filter = LowPass::new(1.0 / 20.0);
         let mut memory = Memory::default();
         let last = (0..1000).map(|_| filter.step(&mut memory, 1.0)).last();

@@ -1,4 +1,4 @@
-//! From the motion to the output registers: the part's own clock, full scales, LPF2, self-test, data-ready flags.
+//! From the motion to the output registers: the clock of the part, full scales, LPF2, self-test, data-ready flags.
 
 use super::super::timebase::{MICROSECOND, Picoseconds, SECOND};
 use super::Fault;
@@ -24,22 +24,22 @@ const RATE_UNIT_4000: f64 = 140_000.0;
 /// Cut-off of LPF2 as divisor of the output data rate, by HPCF_XL (datasheet, "Accelerometer bandwidth configurations").
 const CUTOFFS: [f64; 8] = [4.0, 10.0, 20.0, 45.0, 100.0, 200.0, 400.0, 800.0];
 
-/// The thermometer's rate in Hz (datasheet, TODR), and counts per degree from 25 degC on.
+/// The rate of the thermometer in Hz (datasheet, TODR), and counts per degree relative to 25 degC.
 const THERMOMETER_RATE: f64 = 52.0;
 const COUNTS_PER_DEGREE: f64 = 256.0;
 
 /// The gyroscope's turn-on time (datasheet, Ton).
 const GYROSCOPE_TURN_ON: Picoseconds = 35_000 * MICROSECOND;
 
-/// What the self-test adds to each axis, in g: within the datasheet's 90 to 1700 mg.
+/// The self-test offset of each axis, in g: within the 90 to 1700 mg of the datasheet.
 const SELF_TEST: f64 = 0.5;
 
-/// A sensor that samples by the part's clock.
+/// The sample clock of one of the sensors, derived from the clock of the part.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 struct Clock {
-    /// In Hz, by the datasheet; 0: off.
+    /// The nominal rate in Hz; 0: off.
     rate: f64,
-    /// The next sample; its time is kept as a number of periods, so that it does not drift.
+    /// The next sample; its time is a number of periods, so that it does not drift.
     start: Picoseconds,
     samples: u64,
 }
@@ -68,7 +68,7 @@ impl Clock {
 struct Output {
     shown: i16,
     newest: i16,
-    /// With block data update: one of the two bytes was read, the other not yet. Which.
+    /// With block data update: the byte that has been read while the other has not.
     half_read: Option<u8>,
 }
 
@@ -141,7 +141,7 @@ impl Default for Sampling {
 }
 
 impl Sampling {
-    /// Power-down; what the part is like stays.
+    /// Power-down; the properties of the part stay.
     pub(super) fn reset(&mut self) {
         *self = Self {
             deviation: self.deviation,
@@ -150,7 +150,7 @@ impl Sampling {
         };
     }
 
-    /// Changes the part's clock, from the next sample on.
+    /// Changes the clock of the part from the next sample on.
     pub(super) fn set_clock_deviation(&mut self, percent: f64) {
         let old = self.deviation;
         for clock in [
@@ -206,7 +206,7 @@ impl Sampling {
         self.set_up_thermometer(now);
     }
 
-    /// It runs with the others, not faster than they do.
+    /// It runs together with the others, not faster than they do.
     fn set_up_thermometer(&mut self, now: Picoseconds) {
         let fastest = self.accelerometer.rate.max(self.gyroscope.rate);
         self.thermometer
@@ -299,12 +299,12 @@ fn vector(value: I32x3, unit: f64) -> [f64; 3] {
     [value.x, value.y, value.z].map(|value| f64::from(value) / unit)
 }
 
-/// To the nearest count; the cast ends at the limits.
+/// Rounded to nearest; the cast saturates.
 fn count(value: f64) -> i16 {
     value.round() as i16
 }
 
-/// Puts a sample into the output registers; true when there is new data.
+/// Writes a sample to the output registers; true when there is new data.
 fn set<const N: usize>(outputs: &mut [Output], counts: [i16; N], fault: Fault) -> bool {
     if fault == Fault::Stopped {
         return false;

@@ -10,7 +10,7 @@ const MILLISECOND: Picoseconds = SECOND / 1000;
 /// 416 Hz at 2 g, without LPF2.
 const ON: u8 = 0x60;
 
-/// Stands still at what the test says: acceleration in mg.
+/// A part at rest with the acceleration of the test in mg.
 #[derive(Clone, Default)]
 struct Still(Rc<Cell<[i32; 3]>>);
 
@@ -92,7 +92,7 @@ fn reset_values() {
 }
 
 #[test]
-fn it_does_not_answer_before_it_has_booted_nor_when_it_is_not_selected() {
+fn part_does_not_answer_before_boot_or_when_not_selected() {
     let mut bench = Bench::new();
     bench.now = 9 * MILLISECOND;
     assert_eq!(bench.read::<1>(0x0F), [0xFF]);
@@ -103,7 +103,7 @@ fn it_does_not_answer_before_it_has_booted_nor_when_it_is_not_selected() {
 }
 
 #[test]
-fn addresses_count_up_unless_if_inc_is_0() {
+fn address_increments_unless_if_inc_is_0() {
     let mut bench = Bench::new();
     bench.write(0x13, &[0x11, 0x22]);
     assert_eq!(bench.read::<2>(0x13), [0x11, 0x22]);
@@ -112,7 +112,7 @@ fn addresses_count_up_unless_if_inc_is_0() {
 }
 
 #[test]
-fn a_software_reset_takes_50_us() {
+fn software_reset_takes_50_us() {
     let mut bench = Bench::new();
     bench.write(0x10, &[ON]);
     bench.write(0x12, &[0x05]);
@@ -123,7 +123,7 @@ fn a_software_reset_takes_50_us() {
 }
 
 #[test]
-fn boot_clears_itself_and_keeps_the_settings() {
+fn boot_bit_clears_itself_and_keeps_settings() {
     let mut bench = Bench::new();
     bench.write(0x10, &[ON]);
     bench.write(0x12, &[0x84]);
@@ -132,7 +132,7 @@ fn boot_clears_itself_and_keeps_the_settings() {
 }
 
 #[test]
-fn data_ready_comes_with_the_rate_and_goes_with_a_high_byte() {
+fn data_ready_is_set_at_data_rate_and_cleared_by_high_byte() {
     let mut bench = Bench::new();
     bench.write(0x10, &[ON]);
     // 1 / 416 Hz = 2.404 ms
@@ -141,13 +141,13 @@ fn data_ready_comes_with_the_rate_and_goes_with_a_high_byte() {
     bench.pass(2 * MICROSECOND);
     assert_eq!(bench.status(), 1);
     bench.read::<1>(0x28);
-    assert_eq!(bench.status(), 1, "a low byte");
+    assert_eq!(bench.status(), 1, "after a low byte");
     bench.read::<1>(0x2B);
-    assert_eq!(bench.status(), 0, "a high byte of one of the axes");
+    assert_eq!(bench.status(), 0, "after a high byte of one axis");
 }
 
 #[test]
-fn counts_at_every_full_scale() {
+fn counts_match_each_full_scale() {
     // Datasheet, LA_So: 0.061, 0.122, 0.244, 0.488 mg per count
     for (code, unit) in [(0b00, 0.061), (0b10, 0.122), (0b11, 0.244), (0b01, 0.488)] {
         let mut bench = Bench::new();
@@ -159,7 +159,7 @@ fn counts_at_every_full_scale() {
 }
 
 #[test]
-fn counts_saturate() {
+fn counts_saturate_at_full_scale() {
     let mut bench = Bench::new();
     bench.motion.0.set([2500, -2500, 2000]);
     bench.write(0x10, &[ON]);
@@ -168,7 +168,7 @@ fn counts_saturate() {
 }
 
 #[test]
-fn gyroscope_and_temperature() {
+fn gyroscope_and_temperature_counts_match_datasheet() {
     // Datasheet, G_So in mdps per count
     for (code, unit) in [
         (0b0000, 8.75),
@@ -195,7 +195,7 @@ fn gyroscope_and_temperature() {
 }
 
 #[test]
-fn block_data_update_keeps_the_two_bytes_together() {
+fn block_data_update_keeps_both_bytes_of_one_sample() {
     let torn = |ctrl3: u8| {
         let mut bench = Bench::new();
         bench.motion.0.set([0, 0, 16]);
@@ -214,7 +214,7 @@ fn block_data_update_keeps_the_two_bytes_together() {
 }
 
 #[test]
-fn the_rate_follows_the_parts_own_clock() {
+fn data_rate_follows_clock_of_part() {
     let samples = |percent| {
         let mut bench = Bench::new();
         bench.part.set_clock_deviation(bench.now, percent);
@@ -236,7 +236,7 @@ fn the_rate_follows_the_parts_own_clock() {
 }
 
 #[test]
-fn lpf2_settles_as_fast_as_its_cutoff_says() {
+fn lpf2_settling_time_matches_cutoff() {
     // LPF2 at ODR / 20 = 20.8 Hz: a Butterworth filter of second order reaches 10 % after 0.0855 / f and 90 % after 0.427 / f.
     let mut bench = Bench::new();
     bench.motion.0.set([0, 0, 0]);
@@ -258,13 +258,13 @@ fn lpf2_settles_as_fast_as_its_cutoff_says() {
         }
     }
     let milliseconds = f64::from(settled.unwrap() - rise.unwrap()) / 10.0;
-    // 10 to 90 %: 0.342 / 20.8 Hz = 16.4 ms, give or take a sample.
+    // 10 to 90 %: 0.342 / 20.8 Hz = 16.4 ms, plus or minus one sample.
     assert!((milliseconds - 16.4).abs() < 2.5, "{milliseconds} ms");
     assert_eq!(bench.acceleration()[2], 16_393);
 }
 
 #[test]
-fn self_test_moves_the_axes_within_the_limits() {
+fn self_test_moves_axes_within_limits() {
     let change = |works, bits| {
         let mut bench = Bench::new();
         bench.part.set_self_test_works(works);
@@ -291,7 +291,7 @@ fn self_test_moves_the_axes_within_the_limits() {
 }
 
 #[test]
-fn faults() {
+fn faults_affect_readings() {
     let mut bench = Bench::new();
     bench.write(0x10, &[ON]);
     bench.pass(10 * MILLISECOND);
@@ -313,7 +313,7 @@ fn faults() {
 }
 
 #[test]
-fn a_part_that_is_mounted_again_starts_from_the_beginning() {
+fn part_restarts_when_mounted_again() {
     let mut bench = Bench::new();
     bench.write(0x10, &[ON]);
     bench.part.unmount();
@@ -325,11 +325,11 @@ fn a_part_that_is_mounted_again_starts_from_the_beginning() {
 }
 
 #[test]
-fn what_is_not_modelled_is_noted() {
+fn access_not_modelled_is_recorded() {
     let mut bench = Bench::new();
     assert_eq!(bench.read::<1>(0x3A), [0]);
     assert_eq!(bench.part.take_unmodelled(), Some(0x3A));
-    // Another bank hides the user's registers; FUNC_CFG_ACCESS leads back.
+    // Another bank hides the user's registers; FUNC_CFG_ACCESS selects the first bank again.
     bench.write(0x01, &[0x80]);
     assert_eq!(bench.read::<1>(0x0F), [0]);
     assert_eq!(bench.part.take_unmodelled(), Some(0x0F));

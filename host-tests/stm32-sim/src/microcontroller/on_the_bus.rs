@@ -1,4 +1,4 @@
-//! The microcontroller as a sensor on the bench's bus: power, time, and its CAN controller on the wire.
+//! The microcontroller as a sensor on the bus of the bench: power, time, and its CAN controller on the wire.
 
 use super::Microcontroller;
 use crate::cortex_m3::Pause;
@@ -16,7 +16,7 @@ impl Sensor for Microcontroller {
         let time = now.ticks() * 1_000_000;
         self.on = true;
         self.io.power_on(self.core.cycle(), time);
-        self.core.forget_ram();
+        self.core.overwrite_ram();
         self.reset(ResetCause::PowerOn);
         self.parameters_touched = true;
     }
@@ -64,9 +64,9 @@ impl Sensor for Microcontroller {
                 .map_or(target, |event| event.clamp(self.core.cycle() + 1, target));
             match self.core.run(&mut self.io, until) {
                 Ok(Pause::Reached) => self.settle(),
-                Ok(Pause::Attention) => {
+                Ok(Pause::Changed) => {
                     self.settle();
-                    if self.io.can.take_attention() {
+                    if self.io.can.take_changed() {
                         return self.time().min(now);
                     }
                 }

@@ -1,4 +1,4 @@
-//! Which address is whose, and what switches its clock on.
+//! The address map, and the clock gate of each peripheral.
 
 use super::super::dbgmcu;
 use super::super::gpio::PortName;
@@ -21,7 +21,7 @@ pub(super) enum Module {
 }
 
 impl Module {
-    /// All of them.
+    /// All modules.
     pub(super) const ALL: [Self; 14] = [
         Self::Signature,
         Self::Tim3,
@@ -62,7 +62,7 @@ impl Module {
         Ok((module, address % SIZE))
     }
 
-    /// Where its clock is switched on; None: it always has one.
+    /// Its clock gate; None: it always has a clock.
     pub(super) fn gate(self) -> Option<Gate> {
         match self {
             Self::Tim3 => Some(Gate::Apb1(1)),
@@ -89,7 +89,7 @@ impl Module {
         }
     }
 
-    /// True when its registers are accessed by words only, by the manual or in this model.
+    /// True when its registers require word accesses, by the manual or in this model.
     pub(super) fn takes_words_only(self) -> bool {
         !matches!(self, Self::Signature | Self::Iwdg | Self::Spi1)
     }

@@ -67,7 +67,7 @@ impl Bench {
         bench
     }
 
-    /// Sends a byte as the HAL does, by byte accesses.
+    /// Sends a byte with byte accesses, as the HAL does.
     fn exchange(&mut self, byte: u8) -> u8 {
         self.put(SPI1 + 0x0C, Width::Byte, byte.into()).unwrap();
         while self.read(SPI1 + 0x08).unwrap() & 1 == 0 {}
@@ -92,7 +92,7 @@ impl Bench {
 }
 
 #[test]
-fn a_peripheral_without_clock_does_not_answer() {
+fn peripheral_without_clock_does_not_answer() {
     let mut bench = Bench::new();
     for (address, name, enable, bit) in [
         (CAN, "CAN", APB1ENR, 25),
@@ -110,7 +110,7 @@ fn a_peripheral_without_clock_does_not_answer() {
 }
 
 #[test]
-fn what_is_not_there_is_unmapped() {
+fn missing_peripherals_are_unmapped() {
     let mut bench = Bench::new();
     // TIM2, USART1, ADC1
     for address in [0x4000_0000, 0x4001_3800, 0x4001_2400, 0x4002_3800] {
@@ -119,7 +119,7 @@ fn what_is_not_there_is_unmapped() {
 }
 
 #[test]
-fn ports_are_accessed_by_words() {
+fn ports_accept_word_access_only() {
     let mut bench = Bench::new();
     bench.write(APB2ENR, 1 << 2);
     for width in [Width::Byte, Width::HalfWord] {
@@ -135,23 +135,23 @@ fn ports_are_accessed_by_words() {
 }
 
 #[test]
-fn the_accelerometer_answers_through_spi_and_pins() {
+fn accelerometer_answers_through_spi_and_pins() {
     let mut bench = Bench::with_spi();
     assert_eq!(bench.who_am_i(), 0x6B);
     assert_eq!(bench.reasons(), [""; 0]);
 }
 
 #[test]
-fn the_accelerometer_does_not_answer_without_chip_select_or_pins() {
+fn accelerometer_does_not_answer_without_chip_select_or_pins() {
     let mut bench = Bench::with_spi();
     assert_eq!((bench.exchange(0x8F), bench.exchange(0)), (0xFF, 0xFF));
-    // PA5 is no longer SPI1's.
+    // PA5 is no longer a pin of SPI1.
     bench.write(GPIOA, 0xB433_4444);
     assert_eq!(bench.who_am_i(), 0xFF);
 }
 
 #[test]
-fn a_chip_select_within_a_frame_and_an_unknown_register_are_violations() {
+fn chip_select_within_frame_and_unknown_register_are_violations() {
     let mut bench = Bench::with_spi();
     bench.select(true);
     bench.write(SPI1 + 0x0C, 0x8F);
@@ -170,7 +170,7 @@ fn a_chip_select_within_a_frame_and_an_unknown_register_are_violations() {
 }
 
 #[test]
-fn resets_through_rcc() {
+fn rcc_resets_selected_peripherals() {
     let mut bench = Bench::with_spi();
     bench.write(APB1ENR, 1 << 25);
     bench.write(CAN + 0x14, 1 << 1);
@@ -186,7 +186,7 @@ fn resets_through_rcc() {
 }
 
 #[test]
-fn too_few_wait_states_are_a_violation() {
+fn too_few_wait_states_are_violation() {
     let mut bench = Bench::new();
     bench.write(FLASH, 0x31);
     bench.write(RCC, 0x0001_0083);
@@ -202,7 +202,7 @@ fn too_few_wait_states_are_a_violation() {
 }
 
 #[test]
-fn can_is_connected_once_it_is_clocked_and_mapped() {
+fn can_is_connected_when_clocked_and_mapped() {
     let mut bench = Bench::new();
     bench.write(APB2ENR, 1 << 3 | 1);
     bench.write(AFIO + 4, 2 << 13);
@@ -212,34 +212,34 @@ fn can_is_connected_once_it_is_clocked_and_mapped() {
     assert!(bench.io.can_is_connected());
     bench.write(CAN + 0x14, 1 << 1);
     assert_eq!(bench.read(CAN + 0x14), Ok(1 << 1));
-    assert!(bench.io.take_attention());
-    assert!(!bench.io.take_attention());
+    assert!(bench.io.take_changed());
+    assert!(!bench.io.take_changed());
 }
 
 #[test]
-fn the_watchdog_bites_and_its_reset_leaves_a_flag() {
+fn watchdog_timeout_resets_and_sets_flag() {
     let mut bench = Bench::new();
     bench.write(IWDG, 0xCCCC);
-    assert!(bench.io.take_attention());
+    assert!(bench.io.take_changed());
     // 409.6 ms at 8 MHz
-    let bite = bench.cycle + 3_276_800;
-    assert_eq!(bench.io.next_event(), Some(bite));
-    assert!(!bench.io.watchdog_has_bitten(bite - 1));
-    assert!(bench.io.watchdog_has_bitten(bite));
-    bench.io.reset(bite, ResetCause::Watchdog);
-    bench.cycle = bite;
+    let expiry = bench.cycle + 3_276_800;
+    assert_eq!(bench.io.next_event(), Some(expiry));
+    assert!(!bench.io.watchdog_has_expired(expiry - 1));
+    assert!(bench.io.watchdog_has_expired(expiry));
+    bench.io.reset(expiry, ResetCause::Watchdog);
+    bench.cycle = expiry;
     assert_eq!(bench.io.next_event(), None);
     assert_eq!(bench.read(RCC + 0x24), Ok(0x2C00_0000));
 }
 
 #[test]
-fn flash_work_is_handed_out() {
+fn flash_operation_is_reported_once() {
     let mut bench = Bench::new();
     for (register, value) in [(4, 0x4567_0123), (4, 0xCDEF_89AB), (0x10, 1)] {
         bench.write(FLASH + register, value);
     }
     bench.put(0x0800_F800, Width::HalfWord, 0x1234).unwrap();
-    assert!(bench.io.take_attention());
+    assert!(bench.io.take_changed());
     let (address, value) = (0x0800_F800, 0x1234);
     assert_eq!(
         bench.io.flash.take_work(),
@@ -249,7 +249,7 @@ fn flash_work_is_handed_out() {
 }
 
 #[test]
-fn programming_without_hsi_is_a_violation() {
+fn programming_without_hsi_is_violation() {
     let mut bench = Bench::new();
     bench.write(RCC, 0x0001_0083);
     bench.cycle += 8_000_000;
@@ -263,12 +263,12 @@ fn programming_without_hsi_is_a_violation() {
 }
 
 #[test]
-fn the_end_of_a_frame_is_an_event_when_its_interrupt_is_enabled() {
+fn end_of_frame_is_event_when_interrupt_is_enabled() {
     let mut bench = Bench::with_spi();
     bench.write(SPI1 + 4, 1 << 6);
-    bench.io.take_attention();
+    bench.io.take_changed();
     bench.write(SPI1 + 0x0C, 0x8F);
-    assert!(bench.io.take_attention());
+    assert!(bench.io.take_changed());
     // 8 bits at PCLK2 / 2
     let end = bench.cycle + 16;
     assert_eq!(bench.io.next_event(), Some(end));
@@ -278,5 +278,5 @@ fn the_end_of_a_frame_is_an_event_when_its_interrupt_is_enabled() {
     assert!(bench.io.spi1_interrupt());
     bench.cycle = end;
     bench.read(SPI1 + 0x0C).unwrap();
-    assert!(bench.io.take_attention() && !bench.io.spi1_interrupt());
+    assert!(bench.io.take_changed() && !bench.io.spi1_interrupt());
 }

@@ -1,4 +1,4 @@
-//! How fast each clock is (RM0008, figure 8).
+//! The frequency of each clock (RM0008, figure 8).
 
 use super::{CRYSTAL, HSI, PLL_FACTOR, PLL_HALVES_CRYSTAL, PLL_SOURCE, Rcc, Source};
 
@@ -23,18 +23,18 @@ impl Rcc {
             }
     }
 
-    /// APB1 clock in Hz: that of the CAN controller.
+    /// APB1 clock in Hz: the clock of the CAN controller.
     pub fn pclk1(&self) -> u32 {
         self.hclk() >> apb_shift(self.cfgr >> 8)
     }
 
-    /// The clock of the timers on APB1 in Hz: twice that of the bus where the bus divides (RM0008, figure 8).
+    /// The clock of the timers on APB1 in Hz: twice that of the bus when the APB1 prescaler is not 1 (RM0008, figure 8).
     pub fn timer_clock(&self) -> u32 {
         let shift = apb_shift(self.cfgr >> 8);
         self.hclk() >> shift.saturating_sub(1)
     }
 
-    /// APB2 clock in Hz: that of SPI1.
+    /// APB2 clock in Hz: the clock of SPI1.
     pub fn pclk2(&self) -> u32 {
         self.hclk() >> apb_shift(self.cfgr >> 11)
     }

@@ -29,7 +29,7 @@ impl Bench {
         self.rcc.read(self.cycle, offset).unwrap()
     }
 
-    /// Polls RCC_CR as firmware does; the cycles that it took.
+    /// Polls RCC_CR as firmware does; returns the elapsed cycles.
     fn wait(&mut self, flag: u32) -> u64 {
         let start = self.cycle;
         while self.read(CR) & flag == 0 {
@@ -38,7 +38,7 @@ impl Bench {
         self.cycle - start
     }
 
-    /// Crystal times 8, APB1 / 2: what the board runs at.
+    /// Crystal times 8, APB1 / 2: the clocks of the board.
     fn run_at_64_mhz(&mut self) {
         self.write(CR, 0x0001_0083);
         self.wait(HSE_READY);
@@ -76,7 +76,7 @@ fn reset_values() {
 }
 
 #[test]
-fn crystal_and_pll_take_their_time_and_make_64_mhz_with_pclk1_at_32() {
+fn crystal_and_pll_need_startup_time_and_give_64_mhz_with_pclk1_at_32() {
     let mut bench = Bench::new();
     bench.write(CR, 0x0001_0083);
     // 2 ms at 8 MHz
@@ -96,7 +96,7 @@ fn crystal_and_pll_take_their_time_and_make_64_mhz_with_pclk1_at_32() {
 }
 
 #[test]
-fn the_switch_waits_for_a_source_that_is_not_ready() {
+fn clock_switch_waits_until_source_is_ready() {
     let mut bench = Bench::new();
     bench.write(CR, 0x0001_0083);
     bench.write(CFGR, 1);
@@ -109,7 +109,7 @@ fn the_switch_waits_for_a_source_that_is_not_ready() {
 }
 
 #[test]
-fn a_broken_crystal_never_becomes_ready() {
+fn broken_crystal_never_becomes_ready() {
     let mut bench = Bench::new();
     bench.rcc.break_crystal(true);
     bench.write(CR, 0x0001_0083);
@@ -120,7 +120,7 @@ fn a_broken_crystal_never_becomes_ready() {
 }
 
 #[test]
-fn prescalers() {
+fn prescalers_match_manual() {
     // RM0008, RCC_CFGR: HPRE, PPRE1, PPRE2
     let mut bench = Bench::new();
     for (hpre, divisor) in [
@@ -147,11 +147,11 @@ fn prescalers() {
 }
 
 #[test]
-fn pll_factors_and_inputs() {
+fn pll_factors_and_inputs_match_manual() {
     for (cfgr, frequency) in [
         (0x0000_0000, 8_000_000),  // HSI / 2, times 2
         (0x0038_0000, 64_000_000), // HSI / 2, times 16
-        (0x003C_0000, 64_000_000), // 1111 is times 16 too
+        (0x003C_0000, 64_000_000), // 1111 is also times 16
         (0x0001_0000, 16_000_000), // crystal, times 2
         (0x001D_0000, 72_000_000), // crystal, times 9
         (0x001F_0000, 36_000_000), // crystal / 2, times 9
@@ -165,7 +165,7 @@ fn pll_factors_and_inputs() {
 }
 
 #[test]
-fn a_pclk1_above_36_mhz_is_a_violation() {
+fn pclk1_above_36_mhz_is_violation() {
     let mut bench = Bench::new();
     bench.run_at_64_mhz();
     bench.write(CFGR, 0x0019_0002);
@@ -173,7 +173,7 @@ fn a_pclk1_above_36_mhz_is_a_violation() {
 }
 
 #[test]
-fn what_runs_the_processor_stays_on() {
+fn switching_off_clock_in_use_is_violation() {
     let mut bench = Bench::new();
     bench.run_at_64_mhz();
     bench.write(CR, 0x0000_0081);
@@ -185,7 +185,7 @@ fn what_runs_the_processor_stays_on() {
 }
 
 #[test]
-fn gates_and_resets() {
+fn enable_and_reset_bits_select_peripherals() {
     let mut bench = Bench::new();
     // CANEN is bit 25 of APB1ENR, SPI1EN bit 12 of APB2ENR.
     let (can, spi1) = (Gate::Apb1(25), Gate::Apb2(12));
@@ -201,7 +201,7 @@ fn gates_and_resets() {
 }
 
 #[test]
-fn reset_flags_add_up_until_they_are_removed() {
+fn reset_flags_accumulate_until_cleared() {
     let mut bench = Bench::new();
     bench.write(CSR, REMOVE_FLAGS);
     assert_eq!(bench.read(CSR), 0);
@@ -214,7 +214,7 @@ fn reset_flags_add_up_until_they_are_removed() {
 }
 
 #[test]
-fn after_a_reset_the_processor_runs_from_hsi_and_time_goes_on() {
+fn reset_selects_hsi_and_time_continues() {
     let mut bench = Bench::new();
     bench.run_at_64_mhz();
     let cycle = bench.cycle + 64_000;
@@ -225,7 +225,7 @@ fn after_a_reset_the_processor_runs_from_hsi_and_time_goes_on() {
 }
 
 #[test]
-fn lsi_becomes_ready() {
+fn lsi_becomes_ready_after_startup() {
     let mut bench = Bench::new();
     bench.write(CSR, LSI_ON);
     assert_eq!(bench.read(CSR) & 0b11, 0b01);

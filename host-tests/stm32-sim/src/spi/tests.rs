@@ -80,7 +80,7 @@ fn reset_values() {
 }
 
 #[test]
-fn a_frame_takes_eight_bits_of_the_prescaled_clock() {
+fn frame_takes_eight_bits_of_prescaled_clock() {
     let mut bench = Bench::new(ON);
     bench.write(DR, 0xA5);
     assert_eq!(bench.read(SR), TRANSMIT_EMPTY | BUSY);
@@ -99,7 +99,7 @@ fn a_frame_takes_eight_bits_of_the_prescaled_clock() {
 }
 
 #[test]
-fn prescalers_and_a_slower_apb2() {
+fn prescalers_divide_pclk2() {
     for code in 0..8 {
         let mut bench = Bench::new(0x0344 | code << 3);
         bench.clocks.pclk2 = 16_000_000;
@@ -114,7 +114,7 @@ fn prescalers_and_a_slower_apb2() {
 }
 
 #[test]
-fn frames_of_16_bits_go_high_byte_first() {
+fn frame_of_16_bits_sends_high_byte_first() {
     let mut bench = Bench::new(ON | SIXTEEN_BITS);
     bench.write(DR, 0x1234);
     bench.cycle += 16 * 16 - 1;
@@ -125,7 +125,7 @@ fn frames_of_16_bits_go_high_byte_first() {
 }
 
 #[test]
-fn a_second_frame_waits_in_the_buffer_and_follows_at_once() {
+fn second_frame_waits_in_buffer_and_follows_without_gap() {
     let mut bench = Bench::new(ON);
     bench.write(DR, 1);
     bench.write(DR, 2);
@@ -139,7 +139,7 @@ fn a_second_frame_waits_in_the_buffer_and_follows_at_once() {
 }
 
 #[test]
-fn an_overrun_keeps_the_older_frame_and_is_cleared_by_dr_then_sr() {
+fn overrun_keeps_older_frame_and_is_cleared_by_dr_then_sr() {
     let mut bench = Bench::new(ON);
     bench.write(DR, 1);
     bench.write(DR, 2);
@@ -151,7 +151,7 @@ fn an_overrun_keeps_the_older_frame_and_is_cleared_by_dr_then_sr() {
 }
 
 #[test]
-fn interrupts() {
+fn interrupts_follow_flags_and_enables() {
     let mut bench = Bench::new(ON);
     assert!(!bench.spi.interrupt());
     bench.write(0x04, TRANSMIT_INTERRUPT);
@@ -166,14 +166,14 @@ fn interrupts() {
 }
 
 #[test]
-fn a_lost_frame_and_a_write_while_off_are_violations() {
+fn lost_frame_and_write_while_off_are_violations() {
     let mut bench = Bench::new(ON);
     for data in [1, 2, 3] {
         bench.write(DR, data);
     }
     assert_eq!(
         bench.reasons(),
-        ["written while TXE is 0: the frame before is lost"]
+        ["written while TXE is 0: the previous frame is lost"]
     );
     let mut bench = Bench::new(0);
     bench.write(DR, 1);
@@ -181,12 +181,12 @@ fn a_lost_frame_and_a_write_while_off_are_violations() {
 }
 
 #[test]
-fn modes_that_the_part_or_the_model_does_not_know_are_violations() {
+fn unsupported_modes_are_violations() {
     for (cr1, reason) in [
-        (ON | PHASE, "the part knows modes 0 and 3 only"),
-        (ON | POLARITY, "the part knows modes 0 and 3 only"),
+        (ON | PHASE, "the part supports modes 0 and 3 only"),
+        (ON | POLARITY, "the part supports modes 0 and 3 only"),
         // 64 MHz / 4
-        (0x034C, "faster than the part's 10 MHz"),
+        (0x034C, "faster than the 10 MHz of the part"),
         (ON & !MASTER, "mode not modelled"),
         (ON & !SOFTWARE_SELECT, "mode not modelled"),
         (ON | LEAST_SIGNIFICANT_FIRST, "mode not modelled"),

@@ -1,20 +1,20 @@
-//! The simulated Cortex-M3 against an independent judge: the same random instructions in Unicorn
+//! Compares the simulated Cortex-M3 with an independent emulator: the same random instructions in Unicorn
 //! (`host-tests/clients/thumb_judge.py`).
 //!
-//! A sample is a short straight program, with IT blocks, which may end with a branch, on random registers and flags; most registers
-//! point into RAM. Compared are all registers, the flags and all of RAM. Words that the decoder says are UNDEFINED must be refused
-//! by the judge as well.
+//! A sample is a short program without loops, with IT blocks, which may end with a branch, with random registers and flags; most
+//! registers point into RAM. The test compares all registers, the flags and all of RAM. Unicorn must also refuse words that the
+//! decoder reports as UNDEFINED.
 //!
-//! Not sampled are, by rule:
-//! - what is UNPREDICTABLE, in the words of the decoder;
-//! - what faults, which the judge and the chip handle differently: there a NOP takes its place;
-//! - what only means something with exceptions, sleep or a debugger, of which the judge has none;
-//! - what may leave the low two bits of SP set: they always read as 0 (ARM ARM B1.4.1), but the judge keeps them;
-//! - YIELD, which is a NOP (A7.7.264) and makes the judge stop;
-//! - accesses to a bit-band alias, which the judge has not: it skips the sample;
-//! - DSP, floating point and Advanced SIMD, which are UNDEFINED here (A1.3), but which the judge has in every model;
-//! - stores relative to PC, which the judge executes ("if Rn == '1111' then UNDEFINED", A7.7.161);
-//! - LDREX but in a pair with its STREX: whether the monitor compares addresses is IMPLEMENTATION DEFINED (ARM ARM A3.4.1).
+//! Samples exclude:
+//! - UNPREDICTABLE instructions, as reported by the decoder;
+//! - instructions that fault, which Unicorn and the chip handle differently: a NOP replaces them;
+//! - instructions for exceptions, sleep or a debugger, which Unicorn does not have;
+//! - instructions that may set the low two bits of SP: they always read as 0 (ARM ARM B1.4.1), but Unicorn keeps them;
+//! - YIELD, which is a NOP (A7.7.264) and stops Unicorn;
+//! - accesses to a bit-band alias, which Unicorn does not have: it skips the sample;
+//! - DSP, floating point and Advanced SIMD, which are UNDEFINED here (A1.3), but which Unicorn has in every model;
+//! - stores relative to PC, which Unicorn executes ("if Rn == '1111' then UNDEFINED", A7.7.161);
+//! - LDREX, except in a pair with its STREX: the monitor may compare addresses, which is IMPLEMENTATION DEFINED (ARM ARM A3.4.1).
 
 mod sample;
 
@@ -26,14 +26,14 @@ use stm32_sim::cortex_m3::decode::instruction::Instruction;
 
 /// Programs that run.
 const PROGRAMS: usize = 6000;
-/// Single instructions, with an eye to branches.
+/// Single instructions, many of them branches.
 const SINGLES: usize = 6000;
 /// UNDEFINED words.
 const UNDEFINED: usize = 3000;
 const SEED: u64 = 0x0103_C8B1_0E51_11E5;
 
 #[test]
-fn an_independent_emulator_agrees() {
+fn random_programs_match_independent_emulator() {
     let mut sampler = Sampler::new(SEED);
     for _ in 0..PROGRAMS {
         sampler.program();
@@ -50,9 +50,9 @@ fn an_independent_emulator_agrees() {
     python::run("thumb_judge.py", &["unicorn"], &[path]);
 }
 
-/// The samples are worth something: of every kind of instruction that is judged there are many.
+/// Checks the coverage: there are many samples of every compared kind of instruction.
 #[test]
-fn every_kind_of_instruction_is_sampled() {
+fn samples_cover_every_kind_of_instruction() {
     let mut random = Random::new(SEED);
     let mut kinds = std::collections::BTreeMap::<String, usize>::new();
     for _ in 0..1_000_000 {

@@ -1,7 +1,7 @@
-//! Random programs, and what the simulated processor makes of them, as `host-tests/clients/thumb_judge.py` reads them.
+//! Random programs and their results in the simulated processor, in the format of `host-tests/clients/thumb_judge.py`.
 //!
-//! The file: all of RAM as it is before each sample; then for each sample its verdict (0 runs, 1 refused), how many instructions
-//! to execute (0: until the end of the code), bytes of code, the code, R0 to R15 and xPSR before and after, the number of changed
+//! The file: all of RAM before each sample; then for each sample its kind (0 runs, 1 refused), the number of instructions to
+//! execute (0: until the end of the code), bytes of code, the code, R0 to R15 and xPSR before and after, the number of changed
 //! bytes of RAM (16 bits), and each with its offset (16 bits) and value.
 
 use stm32_sim::cortex_m3::decode::instruction::{Instruction, ItRule, Register};
@@ -11,13 +11,13 @@ use stm32_sim::cortex_m3::{CortexM3, FaultKind, Pause};
 use stm32_sim::io::{AccessError, Io, Width};
 
 const CODE: u32 = 0x0800_0400;
-/// The judge has this much room for code.
+/// Unicorn has this much memory for code.
 const CODE_SIZE: usize = 0x80;
 const RAM: u32 = 0x2000_0000;
 const RAM_SIZE: usize = 0x5000;
 const LONGEST: usize = 12;
 const NOP: u16 = 0xBF00;
-/// A hint at which the judge stops.
+/// A hint that stops Unicorn.
 const YIELD: [&[u16]; 2] = [&[0xBF10], &[0xF3AF, 0x8001]];
 const CLREX: [u16; 2] = [0xF3BF, 0x8F2F];
 
@@ -33,7 +33,7 @@ impl Io for Nothing {
         Err(AccessError::Unmapped)
     }
 
-    fn take_attention(&mut self) -> bool {
+    fn take_changed(&mut self) -> bool {
         false
     }
 }
@@ -62,9 +62,9 @@ impl Random {
         self.next() as u16
     }
 
-    /// Two half-words: any, or of a group of 32-bit instructions that any two would seldom hit.
+    /// Two half-words: random, or from a group of 32-bit instructions that random words would seldom hit.
     pub fn encoding(&mut self) -> (u16, u16) {
-        /// What the groups fix: values under masks of both half-words.
+        /// The fixed bits of the groups: values under masks of both half-words.
         const GROUPS: [(u16, u16, u16, u16); 16] = [
             (0xF800, 0xE800, 0, 0),
             (0xFA00, 0xF000, 0x8000, 0),
@@ -103,7 +103,7 @@ impl Random {
     }
 }
 
-/// An instruction in its half-words.
+/// An instruction as half-words.
 type Words = Vec<u16>;
 
 /// Makes the samples.
@@ -157,7 +157,7 @@ impl Sampler {
             let (first, second) = self.random.encoding();
             let decoded = decode::decode(first, second);
             match decoded.instruction {
-                // The judge has these extensions on every model, and stores relative to PC.
+                // Unicorn has these extensions on every model, and executes stores relative to PC.
                 Instruction::Undefined(
                     Rule::DspExtension | Rule::AdvancedSimd | Rule::StoreToPc,
                 ) => {}
@@ -171,7 +171,7 @@ impl Sampler {
         self.write(1, 1, &code, &before, &before);
     }
 
-    /// An instruction that can be judged and may be where this allows.
+    /// An instruction that can be compared and is permitted at this position.
     fn instruction(&mut self, allowed: impl Fn(ItRule) -> bool) -> Words {
         loop {
             let (first, second) = self.random.encoding();
@@ -198,7 +198,7 @@ impl Sampler {
 
     /// LDREX and STREX of the same word, half-word or byte.
     fn exclusive_pair(&mut self, program: &mut Vec<Words>) {
-        // R12 is stored, R0 loaded, R1 gets the success; the base is R4 to R7.
+        // R12 is stored, R0 loaded, R1 is the status; the base is R4 to R7.
         let n = 4 + self.random.below(4) as u16;
         let (load, store) = match self.random.below(3) {
             0 => {
@@ -220,7 +220,7 @@ impl Sampler {
         state
     }
 
-    /// Runs a program and writes it down; what faults becomes a NOP.
+    /// Runs a program and writes the sample; a NOP replaces an instruction that faults.
     fn run(&mut self, mut program: Vec<Words>, counted: bool) {
         let before = self.state();
         for _ in 0..program.len() + 1 {
@@ -233,7 +233,7 @@ impl Sampler {
                 Ok(pause) => {
                     assert_eq!(pause, Pause::Reached);
                     let after = self.read_state();
-                    // Execute Never (ARM ARM B3.1): the judge takes the fault with the branch.
+                    // Execute Never (ARM ARM B3.1): Unicorn reports the fault at the branch.
                     if matches!(after[15], 0x4000_0000..0x6000_0000 | 0xA000_0000..) {
                         return;
                     }
@@ -323,12 +323,12 @@ const fn is_floating_point(second: u16) -> bool {
     second >> 9 & 0b111 == 0b101
 }
 
-/// LDREXD and STREXD, which only other profiles have (ARM ARM A5.3.6): the judge executes them.
+/// LDREXD and STREXD, which only other profiles have (ARM ARM A5.3.6): Unicorn executes them.
 const fn is_dual_exclusive(first: u16, second: u16) -> bool {
     first & 0xFFE0 == 0xE8C0 && second & 0xF0 == 0x70
 }
 
-/// Whether the judge can tell something about an instruction: see the rules at the test.
+/// True if Unicorn can execute an instruction comparably: see the list at the test.
 fn is_judged(instruction: Instruction) -> bool {
     match instruction {
         Instruction::Undefined(_) | Instruction::Unpredictable(_) => false,
@@ -338,7 +338,7 @@ fn is_judged(instruction: Instruction) -> bool {
         | Instruction::SupervisorCall
         | Instruction::Breakpoint(_)
         | Instruction::ChangeState { .. } => false,
-        // Of the special registers, the flags.
+        // Only the flags of the special registers.
         Instruction::MoveFromSpecial { special, .. }
         | Instruction::MoveToSpecial { special, .. } => special == 0,
         Instruction::LoadExclusive { .. } | Instruction::IfThen { .. } => false,
@@ -346,7 +346,7 @@ fn is_judged(instruction: Instruction) -> bool {
     }
 }
 
-/// Whether an instruction may write a value to SP whose low two bits are not 0. They are not kept (ARM ARM B1.4.1), but the judge
+/// True if an instruction may write to SP a value whose low two bits are not 0. The chip clears them (ARM ARM B1.4.1), Unicorn
 /// keeps them.
 fn may_misalign_stack(instruction: Instruction) -> bool {
     const SP: Register = Register::SP;

@@ -8,7 +8,7 @@ const COLUMNS: [&str; 8] = [
     "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c",
 ];
 
-/// Rows of a CSV file, in the order of time.
+/// Rows of a CSV file, in order of time.
 #[derive(Clone, PartialEq, Debug)]
 pub(super) struct Recording {
     /// Time in seconds; at least one row.
@@ -30,9 +30,12 @@ impl Recording {
             .enumerate()
             .map(|(index, text)| (index + 1, text.trim_ascii()))
             .filter(|(_, text)| !text.is_empty() && !text.starts_with(b"#"));
-        let (mut last, header) = lines
-            .next()
-            .ok_or_else(|| mistake(1, "there is no header; it reads t_s,ax_g,ay_g,az_g".into()))?;
+        let (mut last, header) = lines.next().ok_or_else(|| {
+            mistake(
+                1,
+                "the header is missing; it must be t_s,ax_g,ay_g,az_g".into(),
+            )
+        })?;
         let columns = read_header(last, header)?;
         let mut rows: Vec<(f64, Sample)> = Vec::new();
         for (line, text) in lines {
@@ -52,7 +55,7 @@ impl Recording {
         if rows.is_empty() {
             return Err(mistake(
                 last,
-                "there is no row of values after the header".into(),
+                "there is no data row after the header".into(),
             ));
         }
         Ok(Self { rows })
@@ -78,7 +81,7 @@ impl Recording {
     }
 }
 
-/// What is wrong, and in which line.
+/// An error and its line.
 struct Mistake {
     line: usize,
     what: String,
@@ -88,9 +91,10 @@ fn mistake(line: usize, what: String) -> Mistake {
     Mistake { line, what }
 }
 
-/// The fields of a line, without the blanks around them.
+/// The fields of a line, without surrounding blanks.
 fn fields(line: usize, text: &[u8]) -> Result<Vec<&str>, Mistake> {
-    let text = std::str::from_utf8(text).map_err(|_| mistake(line, "this is not text".into()))?;
+    let text =
+        std::str::from_utf8(text).map_err(|_| mistake(line, "the line is not text".into()))?;
     Ok(text.split(',').map(str::trim).collect())
 }
 
@@ -169,12 +173,15 @@ mod tests {
     }
 
     #[test]
-    fn each_mistake_is_named_with_its_line() {
+    fn each_error_has_line_and_reason() {
         let cases: &[(&[u8], &str)] = &[
-            (b"", "1: there is no header; it reads t_s,ax_g,ay_g,az_g"),
+            (
+                b"",
+                "1: the header is missing; it must be t_s,ax_g,ay_g,az_g",
+            ),
             (
                 b"# c\n\n",
-                "1: there is no header; it reads t_s,ax_g,ay_g,az_g",
+                "1: the header is missing; it must be t_s,ax_g,ay_g,az_g",
             ),
             (b"0,0,0,1\n", "1: column 1 must be t_s, not \"0\""),
             (b"#\nt_s,ax_g,ay_g\n", "2: column az_g is missing"),
@@ -196,7 +203,7 @@ mod tests {
             ),
             (
                 b"t_s,ax_g,ay_g,az_g\n# none\n",
-                "1: there is no row of values after the header",
+                "1: there is no data row after the header",
             ),
             (
                 b"t_s,ax_g,ay_g,az_g\n\n0,0,0\n",
@@ -230,7 +237,7 @@ mod tests {
                 b"t_s,ax_g,ay_g,az_g\n1,0,0,1\n0.5,0,0,1\n",
                 "3: the time must rise, but 0.5 follows 1",
             ),
-            (b"\xFF\xFE\n", "1: this is not text"),
+            (b"\xFF\xFE\n", "1: the line is not text"),
         ];
         for (text, expected) in cases {
             assert_eq!(error(text), *expected);
@@ -238,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn values_run_straight_from_row_to_row_and_hold_at_the_ends() {
+    fn values_are_linear_between_rows_and_held_at_ends() {
         let recording = parse("t_s,ax_g,ay_g,az_g\n1, 0, 0, 1\n3, 1, -1, 0\n4, 1, -1, 0\n");
         let force = |seconds| recording.at(seconds).force;
         assert_eq!(force(0.0), [0.0, 0.0, 1.0]);
@@ -252,7 +259,7 @@ mod tests {
     }
 
     #[test]
-    fn rates_and_temperature_are_read_where_they_are_given() {
+    fn optional_columns_give_rates_and_temperature() {
         let recording = parse(
             "# a comment\nt_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c\n0,0,0,1,1,2,3,-40\n2,0,0,1,3,2,1,85\n",
         );

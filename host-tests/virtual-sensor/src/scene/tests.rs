@@ -39,7 +39,7 @@ fn level_and_upright_are_exact() {
 }
 
 #[test]
-fn a_tilt_is_at_rest_and_without_noise() {
+fn tilt_is_at_rest_and_noise_free() {
     let mut scene = Scene::tilt(12.0, -7.0, Axes::Two).unwrap();
     let first = scene.reading(Instant::from_ticks(0));
     assert_eq!(first, scene.reading(Instant::from_ticks(987_654_321)));
@@ -49,7 +49,7 @@ fn a_tilt_is_at_rest_and_without_noise() {
 }
 
 #[test]
-fn the_edge_of_what_two_axes_can_show() {
+fn tilt_beyond_range_of_two_axes_is_refused() {
     for (x, y) in [(45.0, 45.0), (-45.0, 45.0), (30.0, -60.0), (90.0, 0.0)] {
         assert!(first(Scene::tilt(x, y, Axes::Two))[2] < 1e-5, "{x},{y}");
     }
@@ -71,7 +71,7 @@ fn the_edge_of_what_two_axes_can_show() {
 }
 
 #[test]
-fn the_argument_is_a_tilt_or_a_file() {
+fn argument_is_tilt_or_file() {
     let parse = |text: &str| text.parse::<SceneArgument>();
     assert_eq!(parse("tilt=10,-2.5"), Ok(SceneArgument::Tilt(10.0, -2.5)));
     assert_eq!(parse("tilt= 0 , 1e1"), Ok(SceneArgument::Tilt(0.0, 10.0)));
@@ -96,7 +96,7 @@ fn the_argument_is_a_tilt_or_a_file() {
 }
 
 #[test]
-fn an_unreadable_recording_is_named() {
+fn unreadable_recording_is_named() {
     let error = Scene::recording(Path::new("no/such.csv")).unwrap_err();
     assert!(
         error.to_string().starts_with("cannot read no/such.csv: "),
@@ -116,7 +116,7 @@ fn more_than_two_g_is_clipped() {
 }
 
 #[test]
-fn rate_and_temperature_have_the_units_of_a_reading() {
+fn rate_and_temperature_have_units_of_reading() {
     let sample = Sample {
         force: [0.0, 0.0, 1.0],
         rate: [1.0, -0.5, 1e9],
@@ -135,7 +135,7 @@ fn rate_and_temperature_have_the_units_of_a_reading() {
 }
 
 #[test]
-fn the_sway_moves_repeats_in_every_run_and_stays_near_one_g() {
+fn sway_moves_repeatably_near_one_g() {
     for axes in [Axes::One, Axes::Two] {
         let (mut scene, mut again) = (Scene::sway(axes), Scene::sway(axes));
         let mut span = (f64::MAX, f64::MIN);
@@ -152,9 +152,9 @@ fn the_sway_moves_repeats_in_every_run_and_stays_near_one_g() {
     }
 }
 
-/// A gyroscope's rates turn the world's up vector the other way.
+/// The measured rates rotate the up vector in the opposite direction.
 #[test]
-fn the_rates_of_the_sway_explain_its_motion() {
+fn rates_of_sway_match_its_motion() {
     for axes in [Axes::One, Axes::Two] {
         let mut u = sway(0.0, axes).force;
         let dt = 1e-3;
@@ -175,8 +175,8 @@ fn the_rates_of_the_sway_explain_its_motion() {
 
 proptest! {
     #[test]
-    fn two_axes_show_the_angles_that_were_asked_for(x in -89.0f64..89.0, part in -0.999f64..0.999) {
-        // Y within what X leaves.
+    fn two_axes_show_requested_angles(x in -89.0f64..89.0, part in -0.999f64..0.999) {
+        // Y in the range that X permits.
         let y = part * (90.0 - x.abs());
         let u = first(Scene::tilt(x, y, Axes::Two));
         prop_assert!((length(u) - 1.0).abs() < 1e-8);
@@ -186,7 +186,7 @@ proptest! {
     }
 
     #[test]
-    fn one_axis_shows_the_angle_modulo_360(x in -1000.0f64..1000.0, y in -89.0f64..89.0) {
+    fn one_axis_shows_angle_modulo_360(x in -1000.0f64..1000.0, y in -89.0f64..89.0) {
         let u = first(Scene::tilt(x, y, Axes::One));
         prop_assert!((length(u) - 1.0).abs() < 1e-8);
         let difference = (u[0].atan2(u[1]).to_degrees() - x).rem_euclid(360.0);

@@ -1,11 +1,11 @@
-//! What was on the bus, as `candump -L -x` writes it.
+//! The traffic of the bus in the format of `candump -L -x`.
 //!
 //! ```text
 //! (1700000000.012345) can0 300#02 T
 //! (1700000000.012700) can0 301#0201000000000000 R
 //! ```
 //!
-//! `T` marks what a client of the virtual sensor transmitted, `R` what was received from the sensor.
+//! `T` marks a frame that a client of the virtual sensor transmitted, `R` one that was received from the sensor.
 
 use bench::{Logged, Source};
 use std::fs::File;
@@ -20,12 +20,12 @@ const INTERFACE: &str = "can0";
 #[derive(Debug)]
 pub struct Log {
     file: BufWriter<File>,
-    /// The time of day at which the bus's time is zero, since 1970.
+    /// The time of day at bus time zero, since 1970.
     start: Duration,
 }
 
 impl Log {
-    /// Creates the file, or empties it. The bus's time is taken to start now, until the server begins.
+    /// Creates the file, or empties it. Bus time starts now, until `begin` corrects it.
     pub fn create(path: &Path) -> io::Result<Self> {
         Ok(Self {
             file: BufWriter::new(File::create(path)?),
@@ -33,12 +33,12 @@ impl Log {
         })
     }
 
-    /// It is now that the bus's time is so long after its zero: the sensor's start took simulated time, but hardly any real time.
+    /// Sets the current bus time: the start of the sensor took simulated time, but almost no real time.
     pub(super) fn begin(&mut self, bus: Duration) {
         self.start = time_of_day().saturating_sub(bus);
     }
 
-    /// Appends lines and hands them to the operating system, so that others see them at once.
+    /// Appends lines and flushes them, so that other programs see them at once.
     pub(super) fn write(&mut self, entries: &[Logged]) -> io::Result<()> {
         for entry in entries {
             writeln!(self.file, "{}", line(self.start, entry))?;
@@ -47,14 +47,14 @@ impl Log {
     }
 }
 
-/// The time since 1970. A clock before that is no clock; the log then counts from zero.
+/// The time since 1970. A clock set before 1970 is invalid; then the log counts from zero.
 fn time_of_day() -> Duration {
     SystemTime::now()
         .duration_since(UNIX_EPOCH)
         .unwrap_or_default()
 }
 
-/// One line without its end.
+/// One line without its line end.
 fn line(start: Duration, entry: &Logged) -> String {
     let at = start + Duration::from_micros(entry.at.ticks());
     let direction = match entry.source {
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn lines_are_those_of_candump() {
+    fn lines_have_candump_format() {
         assert_eq!(
             sent_by_a_client(2, Frame::data(standard(0x300), &[0xFF, 1])),
             "(1700000001.000001) can0 300#FF01 T"

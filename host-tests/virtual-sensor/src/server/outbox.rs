@@ -1,12 +1,12 @@
-//! What waits to be written to a client, so that a slow client never holds up the sensor.
+//! Data waiting to be written to a client, so that a slow client never blocks the sensor.
 
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-/// Bytes that a client may leave unread, beyond what the operating system keeps: half a minute of a fully loaded bus at
-/// 1 Mbit/s.
+/// Bytes that a client may leave unread, in addition to the buffers of the operating system: half a minute of a fully loaded bus
+/// at 1 Mbit/s.
 const LIMIT: usize = 8 << 20;
 
-/// Bytes on their way from the server to the thread that writes them to one client.
+/// Bytes from the server for the thread that writes them to one client.
 #[derive(Debug, Default)]
 pub(super) struct Outbox {
     state: Mutex<State>,
@@ -20,7 +20,7 @@ struct State {
 }
 
 impl Outbox {
-    /// Adds bytes without waiting. False when the client leaves too much unread, or the outbox is closed; then the bytes are
+    /// Adds bytes without waiting. False when the client has left too much unread, or the outbox is closed; then the bytes are
     /// dropped.
     pub(super) fn push(&self, bytes: &[u8]) -> bool {
         let mut state = self.lock();
@@ -32,7 +32,7 @@ impl Outbox {
         true
     }
 
-    /// No more will be added; what is in it can still be taken.
+    /// Closes the outbox for new bytes; its content can still be taken.
     pub(super) fn close(&self) {
         self.lock().closed = true;
         self.changed.notify_one();
@@ -49,7 +49,7 @@ impl Outbox {
         (!bytes.is_empty()).then_some(bytes)
     }
 
-    /// Every change of the state is complete, so a thread that panicked leaves nothing half done.
+    /// Every change of the state is complete, so a thread that panicked leaves a consistent state.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -60,7 +60,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bytes_come_out_in_order_and_together() {
+    fn take_returns_all_bytes_in_order() {
         let outbox = Outbox::default();
         assert!(outbox.push(b"ab"));
         assert!(outbox.push(b"c"));
@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn a_client_that_reads_nothing_fills_it_and_no_more() {
+    fn push_fails_when_outbox_is_full() {
         let outbox = Outbox::default();
         assert!(outbox.push(&vec![0; LIMIT]));
         assert!(!outbox.push(&[0]));
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn closing_wakes_the_writer() {
+    fn close_wakes_writer() {
         let outbox = Outbox::default();
         std::thread::scope(|scope| {
             let writer = scope.spawn(|| outbox.take());

@@ -1,7 +1,7 @@
 //! A client on a pseudoterminal, for programs that expect a serial port.
 //!
-//! The terminal outlives its clients: when one closes it, the next finds it raw and empty. A client that closes it is no power
-//! cycle of the sensor.
+//! The terminal stays open after a client closes it; the next client finds it raw and empty. When a client closes it, the sensor
+//! continues to run.
 
 use super::outbox::Outbox;
 use super::{Client, ClientId, Ended, Event, Events};
@@ -17,16 +17,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 use std::{io, thread};
 
-/// How often a closed terminal is looked at: the operating system does not tell when it is opened.
+/// Polling interval for a closed terminal: the operating system does not report when it is opened.
 const REOPEN_INTERVAL: Duration = Duration::from_millis(10);
 
-/// How often a thread that waits for the client to read looks whether the client has been given up.
+/// How often a thread that waits for the client to read checks whether the session has ended.
 const WRITE_INTERVAL: Timespec = Timespec {
     tv_sec: 0,
     tv_nsec: 100_000_000,
 };
 
-/// Creates a pseudoterminal, serves whoever opens it for as long as the server runs, and returns its path.
+/// Creates a pseudoterminal, serves its clients as long as the server runs, and returns its path.
 pub fn serve(events: Events) -> io::Result<String> {
     let master = openpt(OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC)?;
     grantpt(&master)?;
@@ -51,7 +51,7 @@ struct Terminal {
 }
 
 impl Terminal {
-    /// Makes the terminal raw and forgets what a client has not read.
+    /// Makes the terminal raw and discards output that a client has not read.
     fn reset(&self) -> rustix::io::Result<()> {
         let flags = OFlags::RDWR | OFlags::NOCTTY | OFlags::CLOEXEC;
         let client_side = open(self.path.as_c_str(), flags, Mode::empty())?;
@@ -61,7 +61,8 @@ impl Terminal {
         tcflush(&client_side, QueueSelector::IFlush)
     }
 
-    /// Waits until `wanted` is possible or the terminal is closed; tells which of these hold, nothing after `timeout`.
+    /// Waits until one of `wanted` is possible or the terminal is closed; returns which of these is true, or nothing after
+    /// `timeout`.
     fn wait(&self, wanted: PollFlags, timeout: Option<&Timespec>) -> rustix::io::Result<PollFlags> {
         let mut fds = [PollFd::new(&self.master, wanted)];
         match poll(&mut fds, timeout) {
@@ -79,7 +80,7 @@ impl Terminal {
         }
     }
 
-    /// Passes on what the client sends until it closes the terminal or is given up.
+    /// Passes on the input of the client until it closes the terminal or the session ends.
     fn read(&self, id: ClientId, events: &Events, over: &AtomicBool) -> Result<(), Ended> {
         let mut buffer = [0; 4096];
         while !over.load(Ordering::Acquire) {
@@ -90,14 +91,14 @@ impl Terminal {
                         break;
                     }
                 }
-                // EIO: nobody has it open any more.
+                // EIO: no client has it open.
                 Ok(_) | Err(_) => break,
             }
         }
         Ok(())
     }
 
-    /// Writes what is in the outbox until the session is over.
+    /// Writes the content of the outbox until the session ends.
     fn write(&self, outbox: &Outbox, over: &AtomicBool) {
         while let Some(bytes) = outbox.take() {
             let mut rest = &bytes[..];
@@ -121,7 +122,7 @@ impl Terminal {
     }
 }
 
-/// Serves one client, from its first byte until it closes the terminal or is given up.
+/// Serves one client, from its first byte until it closes the terminal or is dropped.
 fn session(terminal: &Terminal, events: &Events) -> Result<(), Ended> {
     terminal.wait_for_client();
     let id = ClientId::next();
@@ -144,7 +145,7 @@ fn session(terminal: &Terminal, events: &Events) -> Result<(), Ended> {
         outbox.close();
         result
     });
-    // Where this fails the terminal is as the client left it, which is the best there is.
+    // If this fails, the terminal stays as the client left it; there is no better fallback.
     let _ = terminal.reset();
     events.send(Event::Left(id))?;
     result

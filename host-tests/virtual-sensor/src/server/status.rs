@@ -1,4 +1,4 @@
-//! One line on a terminal that tells what the sensor is doing.
+//! One line on a terminal that shows the state of the sensor.
 
 use super::Traffic;
 use bench::Sensor;
@@ -7,13 +7,13 @@ use plumbline::node::{BusMode, BusState, Leds, Readout};
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
-/// The time between two versions of the line.
+/// The update interval of the line.
 const INTERVAL: Duration = Duration::from_millis(100);
 
-/// Goes to the start of the line and stops at its end, so that a long text on a narrow terminal stays one line.
+/// Returns to the start of the line and disables wrapping, so that a long text on a narrow terminal stays one line.
 const BEGIN: &str = "\r\x1b[?7l";
 
-/// Erases what is left of the version before, and lets long lines wrap again.
+/// Erases the rest of the previous version, and enables wrapping again.
 const FINISH: &str = "\x1b[K\x1b[?7h";
 
 /// A line on standard output that is overwritten in place.
@@ -29,19 +29,19 @@ impl Default for StatusLine {
 }
 
 impl StatusLine {
-    /// A line that is shown at once.
+    /// A line that is shown immediately.
     pub fn new() -> Self {
         Self {
             next: Instant::now(),
         }
     }
 
-    /// How long the line on display will do.
+    /// The time until the next update.
     pub(super) fn pause(&self) -> Duration {
         self.next.saturating_duration_since(Instant::now())
     }
 
-    /// Shows the line when it is time to.
+    /// Shows the line if an update is due.
     pub(super) fn show(&mut self, sensor: &dyn Sensor, traffic: Traffic, clients: usize) {
         if !self.pause().is_zero() {
             return;
@@ -61,13 +61,13 @@ impl StatusLine {
         print(&format!("{BEGIN}{line}{FINISH}"));
     }
 
-    /// Leaves the line as it is and goes to the next.
+    /// Ends the line and goes to the next.
     pub(super) fn end(&mut self) {
         print("\n");
     }
 }
 
-/// A terminal that has gone away is no reason to end the sensor.
+/// A closed terminal must not end the sensor.
 fn print(text: &str) {
     let mut output = io::stdout().lock();
     let _ = output
@@ -75,7 +75,7 @@ fn print(text: &str) {
         .and_then(|()| output.flush());
 }
 
-/// What the line shows.
+/// The content of the line.
 struct Display {
     model: &'static str,
     is_on: bool,
@@ -88,7 +88,7 @@ struct Display {
     clients: usize,
 }
 
-/// The line.
+/// The text of the line.
 fn text(display: &Display) -> String {
     let state = match (display.mode, display.state) {
         _ if !display.is_on => "off",
@@ -112,7 +112,7 @@ fn text(display: &Display) -> String {
     )
 }
 
-/// A dot in its colour when lit, and dark otherwise.
+/// A dot in its colour when on, dark otherwise.
 fn lamp(name: &str, lit: bool, colour: u8) -> String {
     if lit {
         format!("\x1b[{colour}m●\x1b[0m{name}")
@@ -121,7 +121,7 @@ fn lamp(name: &str, lit: bool, colour: u8) -> String {
     }
 }
 
-/// The module status LED with its two colours; nothing while it is dark, because most sensors have none.
+/// The module status LED with its two colours; empty while it is off, because most sensors have none.
 fn module(leds: Leds) -> String {
     let colour = match (leds.module_green, leds.module_red) {
         (false, false) => return String::new(),
@@ -132,7 +132,7 @@ fn module(leds: Leds) -> String {
     format!(" {}", lamp("mod", true, colour))
 }
 
-/// "-" where they cannot be known.
+/// "-" when the angles are not available.
 fn angles(is_on: bool, readout: Option<Readout>) -> String {
     let degrees = |hundredths: i32| f64::from(hundredths) / 100.0;
     match readout {
@@ -187,7 +187,7 @@ mod tests {
     }
 
     #[test]
-    fn two_axes() {
+    fn status_of_two_axes() {
         assert_eq!(
             plain(&display()),
             "is2 X  -1.23° Y +90.00° ●run ○err 62.5 kbit/s active in 3 out 1234 clients 2"
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn one_axis_listening() {
+    fn status_of_one_axis_while_listening() {
         let display = Display {
             model: "is1",
             readout: Some(Readout { x: 35999, y: None }),
@@ -215,7 +215,7 @@ mod tests {
     }
 
     #[test]
-    fn angles_that_cannot_be_known_and_no_power() {
+    fn unknown_angles_and_power_off() {
         let unknown = Display {
             readout: None,
             ..display()

@@ -1,10 +1,10 @@
-//! The protocol against the LAWICEL manual and against what real drivers send.
+//! The protocol against the LAWICEL manual and the input of real drivers.
 
 use super::*;
 use plumbline::can::{extended, standard};
 use proptest::prelude::*;
 
-/// What a port was told.
+/// A call of a port.
 #[derive(Clone, PartialEq, Debug)]
 enum Call {
     Open(Option<BitRate>, bool),
@@ -12,7 +12,7 @@ enum Call {
     Send(Frame),
 }
 
-/// A port that writes down what it is told and takes `room` frames.
+/// A port that records its calls and accepts `room` frames.
 #[derive(Clone, PartialEq, Debug)]
 struct Recorder {
     calls: Vec<Call>,
@@ -42,14 +42,14 @@ impl Port for Recorder {
     }
 }
 
-/// A fresh channel's answers to `input`, and what reached the port.
+/// The answers of a new channel to `input`, and the calls of its port.
 fn run(input: &[u8]) -> (Vec<u8>, Vec<Call>) {
     let (mut channel, mut port, mut answers) = (Channel::new(), Recorder::new(), Vec::new());
     channel.input(input, &mut port, &mut answers);
     (answers, port.calls)
 }
 
-/// The answer of an open channel to `line`, and what the line did to the port.
+/// The answer of an open channel to `line`, and the calls of its port.
 fn run_open(line: &[u8]) -> (Vec<u8>, Vec<Call>) {
     let mut input = b"O\r".to_vec();
     input.extend_from_slice(line);
@@ -79,7 +79,7 @@ fn assert_refused(line: &[u8]) {
 }
 
 #[test]
-fn what_python_can_sends_to_open_is_accepted() {
+fn open_sequence_of_python_can_is_accepted() {
     assert_eq!(
         run(b"C\rS6\r\rO\rO\r"),
         (
@@ -98,7 +98,7 @@ fn what_python_can_sends_to_open_is_accepted() {
 }
 
 #[test]
-fn the_nine_standard_rates() {
+fn nine_standard_rates_are_accepted() {
     use BitRate::*;
     let rates = [K10, K20, K50, K100, K125, K250, K500, K800, M1];
     for (digit, rate) in rates.into_iter().enumerate() {
@@ -110,7 +110,7 @@ fn the_nine_standard_rates() {
 
 /// The settings of the SJA1000 that CiA recommends at 16 MHz, and 62.5 kbit/s (sample point 87.5 %).
 #[test]
-fn the_registers_give_the_same_rates() {
+fn registers_give_same_rates() {
     use BitRate::*;
     let settings = [
         ("311C", K10),
@@ -123,7 +123,7 @@ fn the_registers_give_the_same_rates() {
         ("001C", K500),
         ("0016", K800),
         ("0014", M1),
-        // The jump width and triple sampling leave the rate as it is.
+        // The jump width and triple sampling do not change the rate.
         ("C09C", K500),
     ];
     for (registers, rate) in settings {
@@ -134,7 +134,7 @@ fn the_registers_give_the_same_rates() {
 }
 
 #[test]
-fn settings_are_refused_while_open_and_leave_the_channel_open() {
+fn settings_are_refused_while_open_and_channel_stays_open() {
     for line in ["S4", "s031C", "Z1", "Z0"] {
         assert_eq!(run_open(line.as_bytes()), (vec![BEL], vec![]), "{line}");
     }
@@ -145,7 +145,7 @@ fn settings_are_refused_while_open_and_leave_the_channel_open() {
 }
 
 #[test]
-fn listen_only_hears_but_does_not_send() {
+fn listen_only_receives_but_does_not_send() {
     let (answers, calls) = run(b"L\rt1230\rO\rC\rO\rL\rt1230\r");
     assert_eq!(answers, b"\r\x07\x07\r\r\x07z\r");
     assert_eq!(
@@ -160,7 +160,7 @@ fn listen_only_hears_but_does_not_send() {
 }
 
 #[test]
-fn frames_of_all_four_kinds_are_sent() {
+fn frames_of_all_four_types_are_sent() {
     let eight = [0xDE, 0xAD, 0xBE, 0xEF, 0, 1, 2, 0xFF];
     assert_eq!(
         Some(sent("t3018DEADBEEF000102FF")),
@@ -178,7 +178,7 @@ fn frames_of_all_four_kinds_are_sent() {
 }
 
 #[test]
-fn the_answer_to_a_frame_tells_the_formats_apart() {
+fn answer_to_frame_depends_on_format() {
     assert_eq!(run_open(b"t1230").0, b"z\r");
     assert_eq!(run_open(b"r1230").0, b"z\r");
     assert_eq!(run_open(b"T000001230").0, b"Z\r");
@@ -186,27 +186,27 @@ fn the_answer_to_a_frame_tells_the_formats_apart() {
 }
 
 #[test]
-fn malformed_lines_are_refused_and_do_nothing() {
+fn malformed_lines_are_refused_without_effect() {
     #[rustfmt::skip]
     let lines: &[&[u8]] = &[
         b"t", b"T", b"r", b"R", b"t12", b"t123", b"T1234567", b"T00000123",
-        // The length is above 8 or no digit.
+        // The length is above 8 or not a digit.
         b"t1239112233445566778899", b"t1239", b"t123A", b"t123:", b"t123/", b"r1239", b"r123F",
         // Too few digits, too many, half a byte, a ninth byte.
         b"t12321", b"t123211", b"t1232112", b"t123211223", b"t12321122334", b"t12300", b"r12301", b"r123811",
         b"R00000123000", b"t1238112233445566778899", b"T000001238112233445566778899",
         // Identifiers out of range.
         b"t8000", b"tFFF0", b"r8000", b"T200000000", b"TFFFFFFFF0", b"R200000000",
-        // Not hexadecimal; neither a sign nor a space is a digit.
+        // Not hexadecimal; a sign or a space is not a digit.
         b"t12G0", b"t+120", b"t 120", b"t1232zz11", b"t12321 22", b"t1232+1-1", b"T1234567G0",
         // Settings.
         b"S", b"S9", b"SA", b"S66", b"s", b"s031", b"s031C0", b"s03IC", b"s0000", b"sFFFF", b"s+31C",
         b"Z", b"Z2", b"Z01", b"Zx",
-        // Characters too many.
+        // Too many characters.
         b"OO", b"O ", b"C1", b"L0", b"V1", b"N?", b"F0", b"O\0", b"\0", b"\0O",
-        // LF is a character like any other; it neither ends nor begins a line.
+        // LF has no special meaning; it neither ends nor begins a line.
         b"\n", b"O\n", b"\nO", b"t1230\n", b"\nt1230",
-        // Unknown commands, the filters among them.
+        // Unknown commands, including the filter commands.
         b"x", b"o", b"c", b"v", b"f", b"z", b"P", b"A", b"X1", b"W0", b"M00000000", b"mFFFFFFFF",
         b"\x07", b"\x7F", b"\xFF\xFE", "Ö".as_bytes(),
     ];
@@ -216,7 +216,7 @@ fn malformed_lines_are_refused_and_do_nothing() {
 }
 
 #[test]
-fn nothing_is_sent_through_a_closed_channel() {
+fn closed_channel_sends_nothing() {
     for line in ["t1230", "T000001230", "r1230", "R000001230", "F"] {
         let (answers, calls) = run(format!("{line}\rS4\rO\rC\r{line}\r").as_bytes());
         assert_eq!(answers, b"\x07\r\r\r\x07", "{line}");
@@ -229,7 +229,7 @@ fn nothing_is_sent_through_a_closed_channel() {
 }
 
 #[test]
-fn an_over_long_line_costs_no_memory_and_one_bel() {
+fn too_long_line_uses_no_memory_and_gets_one_bel() {
     let (mut channel, mut port, mut answers) = (Channel::new(), Recorder::new(), Vec::new());
     for _ in 0..1000 {
         channel.input(&[b't'; 1000], &mut port, &mut answers);
@@ -238,20 +238,20 @@ fn an_over_long_line_costs_no_memory_and_one_bel() {
     channel.input(b"\rO\r", &mut port, &mut answers);
     assert_eq!(answers, b"\x07\r");
     assert_eq!(port.calls, [Call::Open(None, false)]);
-    // One character more than the longest line, which by itself is fine.
+    // One character more than the longest line, which is a valid frame.
     assert_eq!(run_open(b"T1FFFFFFF81122334455667788").0, b"Z\r");
     assert_refused(b"T1FFFFFFF811223344556677880");
 }
 
 #[test]
-fn version_and_serial_number_are_told_open_or_closed() {
+fn version_and_serial_number_are_answered_open_or_closed() {
     assert_eq!(run(b"V\rN\r").0, b"V1010\rN0001\r");
     assert_eq!(run_open(b"V").0, b"V1010\r");
     assert_eq!(run_open(b"N").0, b"N0001\r");
 }
 
 #[test]
-fn a_full_queue_refuses_the_frame_and_is_flagged_until_read() {
+fn full_queue_refuses_frame_and_sets_flag_until_read() {
     let (mut channel, mut port, mut answers) = (Channel::new(), Recorder::new(), Vec::new());
     port.room = 1;
     channel.input(b"O\rF\rt1230\rt1240\rF\rF\r", &mut port, &mut answers);
@@ -267,7 +267,7 @@ fn heard(setup: &[u8], at_us: u64, frame: Option<Frame>) -> String {
 }
 
 #[test]
-fn received_frames_are_told_only_while_open() {
+fn received_frames_are_sent_only_while_open() {
     let frame = Frame::data(standard(0x301), &[0x0F, 0xA0]);
     assert_eq!(heard(b"", 0, frame), "");
     assert_eq!(heard(b"S6\rZ1\r", 0, frame), "");
@@ -283,7 +283,7 @@ fn received_frames_are_told_only_while_open() {
 }
 
 #[test]
-fn time_stamps_count_the_milliseconds_of_a_minute() {
+fn time_stamps_are_milliseconds_within_minute() {
     let frame = Frame::data(standard(0x100), &[0x11]);
     assert_eq!(heard(b"Z1\rO\r", 0, frame), "t1001110000\r");
     assert_eq!(heard(b"Z1\rO\r", 1_999, frame), "t1001110001\r");
@@ -308,7 +308,7 @@ fn any_frame() -> impl Strategy<Value = Frame> {
     })
 }
 
-/// The line of a frame, put together from the protocol's description and not by the code under test.
+/// The line of a frame, built from the protocol description without the code under test.
 fn line_of(frame: &Frame) -> String {
     let (kind, id) = match frame.id() {
         Id::Standard(id) => ('t', format!("{:03X}", id.as_raw())),
@@ -325,7 +325,7 @@ fn line_of(frame: &Frame) -> String {
 
 proptest! {
     #[test]
-    fn every_frame_survives_both_ways(frame in any_frame(), lower in any::<bool>()) {
+    fn frame_survives_round_trip(frame in any_frame(), lower in any::<bool>()) {
         let line = line_of(&frame);
         prop_assert_eq!(heard(b"O\r", 0, Some(frame)), format!("{line}\r"));
         let (kind, digits) = line.split_at(1);
@@ -334,7 +334,7 @@ proptest! {
     }
 
     #[test]
-    fn a_frame_line_that_is_a_digit_too_short_or_too_long_is_refused(frame in any_frame(), extra in "[0-9A-Fa-f]") {
+    fn frame_line_with_missing_or_extra_digit_is_refused(frame in any_frame(), extra in "[0-9A-Fa-f]") {
         let line = line_of(&frame).into_bytes();
         let mut longer = line.clone();
         longer.extend_from_slice(extra.as_bytes());
@@ -343,7 +343,7 @@ proptest! {
     }
 
     #[test]
-    fn a_frame_line_with_a_strange_character_is_refused(
+    fn frame_line_with_invalid_character_is_refused(
         frame in any_frame(),
         at in 1usize..26,
         strange in any::<u8>().prop_filter("hexadecimal or CR", |b| !b.is_ascii_hexdigit() && *b != CR),
@@ -355,7 +355,7 @@ proptest! {
     }
 
     #[test]
-    fn every_line_gets_one_answer_however_it_is_cut(
+    fn each_line_gets_one_answer_for_any_fragmentation(
         input in prop::collection::vec(prop_oneof![
             3 => Just(CR), 10 => prop::sample::select(b"OLCSsZVNFtTrR0123468Ff".to_vec()), 1 => any::<u8>(),
         ], 0..200),
@@ -371,7 +371,7 @@ proptest! {
     }
 
     #[test]
-    fn a_refused_line_changes_nothing(
+    fn refused_line_changes_nothing(
         line in prop::collection::vec(any::<u8>().prop_filter("CR", |b| *b != CR), 0..40),
         setup in prop::sample::select(vec!["", "S4\r", "Z1\r", "O\r", "S8\rL\r", "Z1\rO\r"]),
     ) {

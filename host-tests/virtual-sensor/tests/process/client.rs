@@ -1,24 +1,24 @@
-//! A raw slcan client: bytes go out, lines come in.
+//! A raw slcan client that sends bytes and receives lines.
 
 use super::sensor::{PATIENCE, Sensor};
 use std::io::{ErrorKind, Read, Write};
 use std::net::TcpStream;
 use std::time::{Duration, Instant};
 
-/// A poll of the angles, and the beginning of its reply.
+/// A poll of the angles, and the start of its reply.
 pub const POLL: &str = "t300100";
 pub const REPLY: &str = "t301600";
 
-/// The beginning of a boot-up message.
+/// The start of a boot-up message.
 pub const BOOT_UP: &str = "t3018FF";
 
 /// A line that was refused.
 pub const BEL: &str = "\x07";
 
-/// Long enough for what must not come.
+/// Time in which an unexpected line would arrive.
 pub const QUIET: Duration = Duration::from_millis(200);
 
-/// A client on a stream whose reads do not wait for ever.
+/// A client on a stream with a read timeout.
 pub struct Client<S> {
     pub stream: S,
     buffer: Vec<u8>,
@@ -37,7 +37,7 @@ impl Client<TcpStream> {
         client
     }
 
-    /// A client on a bus with a sensor that has found the bit rate and says no more by itself.
+    /// A client on a bus with a sensor that has detected the bit rate and sends no more frames without a request.
     pub fn awake(sensor: &Sensor) -> Self {
         let mut client = Self::open(sensor);
         client.wake();
@@ -57,22 +57,22 @@ impl<S: Read + Write> Client<S> {
     pub fn say(&mut self, line: &str) {
         self.stream
             .write_all(format!("{line}\r").as_bytes())
-            .expect("the server takes it");
+            .expect("the server accepts it");
     }
 
-    /// Sends one line and expects this answer, without its CR, before anything else.
+    /// Sends one line and expects this answer, without its CR, before any other line.
     #[track_caller]
     pub fn expect(&mut self, line: &str, answer: &str) {
         self.say(line);
         assert_eq!(self.next().as_deref(), Some(answer), "{line}");
     }
 
-    /// The next line without its CR, or the text of a BEL; None when nothing comes for a long time or the connection ends.
+    /// The next line without its CR, or the text of a BEL; None after a long silence or at the end of the connection.
     pub fn next(&mut self) -> Option<String> {
         self.next_within(PATIENCE)
     }
 
-    /// The next line that comes within this time.
+    /// The next line within this time.
     pub fn next_within(&mut self, time: Duration) -> Option<String> {
         let end = Instant::now() + time;
         loop {
@@ -100,7 +100,7 @@ impl<S: Read + Write> Client<S> {
         }
     }
 
-    /// The next line that begins like this; others are skipped.
+    /// The next line that starts with this text; skips others.
     #[track_caller]
     pub fn find(&mut self, beginning: &str) -> String {
         let end = Instant::now() + PATIENCE;
@@ -111,7 +111,7 @@ impl<S: Read + Write> Client<S> {
                 None => break,
             }
         }
-        panic!("no line begins with {beginning}");
+        panic!("no line starts with {beginning}");
     }
 
     /// Polls the angles and returns them in 0.01 deg.
@@ -128,13 +128,13 @@ impl<S: Read + Write> Client<S> {
 }
 
 impl Client<TcpStream> {
-    /// Shortens reads, so that silence can be noticed in time.
+    /// Shortens the read timeout, to detect silence in time.
     pub fn impatient(&self) {
         let timeout = Some(Duration::from_millis(20));
         self.stream.set_read_timeout(timeout).expect("a socket");
     }
 
-    /// Sends until the sensor, which detects the bit rate, has said its two boot-up messages.
+    /// Sends until the sensor, which detects the bit rate, has sent its two boot-up messages.
     #[track_caller]
     pub fn wake(&mut self) {
         self.impatient();
@@ -152,7 +152,7 @@ impl Client<TcpStream> {
                 }
             }
         }
-        // Polls that were still on their way are answered before this one.
+        // Earlier polls are answered before this one.
         self.say("N");
         self.find("N");
         while self.next_within(Duration::from_millis(100)).is_some() {}

@@ -1,4 +1,4 @@
-//! What tests of the virtual sensor share: the program as a process, and a raw slcan client.
+//! Shared by tests of the virtual sensor: the program as a process, and a raw slcan client.
 #![allow(
     dead_code,
     reason = "each test program uses a part of it and is compiled with all of it"

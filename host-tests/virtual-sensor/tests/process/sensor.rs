@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How long anything may take before a test gives up; much longer than it takes on a busy machine.
+/// Time limit of a test step; much longer than it takes on a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(20);
 
 /// The program, ready to be started.
@@ -15,7 +15,7 @@ pub fn program() -> Command {
     Command::new(env!("CARGO_BIN_EXE_virtual-sensor"))
 }
 
-/// Starts it with arguments with which it must end by itself, and returns what came of it.
+/// Runs it with arguments with which it must fail, and returns its output.
 pub fn fails(arguments: &[&str]) -> Output {
     let mut child = program()
         .args(arguments)
@@ -28,7 +28,7 @@ pub fn fails(arguments: &[&str]) -> Output {
     while child.try_wait().expect("a child").is_none() {
         if Instant::now() > end {
             child.kill().expect("a child");
-            panic!("{arguments:?} did not end");
+            panic!("{arguments:?} did not exit");
         }
         thread::sleep(Duration::from_millis(5));
     }
@@ -40,7 +40,7 @@ pub struct Killed(pub Child);
 
 impl Drop for Killed {
     fn drop(&mut self) {
-        // Fails when it has ended already.
+        // Fails if it has already ended.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }
@@ -50,12 +50,12 @@ impl Drop for Killed {
 pub struct Sensor {
     child: Killed,
     output: Receiver<String>,
-    /// The port of 127.0.0.1 at which it listens.
+    /// The port of 127.0.0.1 on which it listens.
     pub port: u16,
 }
 
 impl Sensor {
-    /// Starts an IS2 with these arguments besides.
+    /// Starts an IS2 with these additional arguments.
     pub fn start(arguments: &[&str]) -> Self {
         let mut child = program()
             .args(["--listen", "127.0.0.1:0"])
@@ -92,7 +92,7 @@ impl Sensor {
         self.output.recv_timeout(PATIENCE).expect("a line")
     }
 
-    /// What else it has written to its standard output; to be asked after its end.
+    /// The rest of its standard output; call it after its end.
     pub fn rest(&mut self) -> Vec<String> {
         self.output.iter().collect()
     }
@@ -110,7 +110,7 @@ impl Sensor {
         stream
     }
 
-    /// Ends it as Ctrl-C does and returns the exit code.
+    /// Ends it like Ctrl-C and returns the exit code.
     #[cfg(unix)]
     pub fn interrupt(&mut self) -> Option<i32> {
         use rustix::process::{Pid, Signal, kill_process};
@@ -125,12 +125,12 @@ impl Sensor {
             if let Some(status) = self.child.0.try_wait().expect("a child") {
                 return status.code();
             }
-            assert!(Instant::now() < end, "it did not end");
+            assert!(Instant::now() < end, "it did not exit");
             thread::sleep(Duration::from_millis(2));
         }
     }
 
-    /// What it has written to its standard error; to be asked once, after its end.
+    /// Its standard error; call it once, after its end.
     pub fn errors(&mut self) -> String {
         let mut errors = String::new();
         let stderr = self.child.0.stderr.as_mut().expect("a pipe");
@@ -144,7 +144,7 @@ impl Sensor {
         let mut status = String::new();
         std::fs::File::open(format!("/proc/{}/status", self.child.0.id()))
             .and_then(|mut file| file.read_to_string(&mut status))
-            .expect("the kernel tells");
+            .expect("the kernel reports it");
         let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"));
         line.and_then(|line| line.split_whitespace().next()?.parse().ok())
             .expect("VmRSS in kB")
@@ -154,7 +154,7 @@ impl Sensor {
 impl Drop for Sensor {
     fn drop(&mut self) {
         if thread::panicking() {
-            // Fails when it has ended already.
+            // Fails if it has already ended.
             let _ = self.child.0.kill();
             eprintln!("the virtual sensor's errors: {}", self.errors());
         }

@@ -1,9 +1,9 @@
-//! Errors and fault confinement: what each error is called, what it costs, and what follows.
+//! Errors and fault confinement: the code of each error, its effect on the counters, and the states that follow.
 
 use super::*;
 use crate::frame_length::frame_bits;
 
-/// No stuff bit in its header: its bits are easy to count. SOF, 11 identifier, RTR, IDE, r0, 4 DLC, 64 data, 15 CRC.
+/// Its header has no stuff bit, so its bits are easy to count. SOF, 11 identifier, RTR, IDE, r0, 4 DLC, 64 data, 15 CRC.
 fn plain() -> Frame {
     data(0x555, &[0x55; 8])
 }
@@ -13,7 +13,7 @@ fn crc_delimiter() -> u64 {
     u64::from(frame_bits(&plain())) - 10
 }
 
-/// Sends [`plain`] from controller 0 to controller 1 with the wire held for some bits of the first try.
+/// Sends [`plain`] from controller 0 to controller 1 with the wire forced for some bits of the first attempt.
 fn disturbed(first: u64, count: u64, dominant: bool) -> Wire {
     let mut wire = Wire::joined(2);
     wire.send(0, plain());
@@ -69,7 +69,7 @@ fn each_kind_of_error_has_its_code() {
         if receiver.is_some() {
             assert_eq!(wire.error(1), receiver, "bit {first}");
         }
-        // Told once, repeated once, and then it is through: 8 and 1 for the error, 1 each off for the success.
+        // One error, one repetition, then success: 8 and 1 for the error, minus 1 each for the success.
         assert_eq!(wire.count(0, Event::Transmitted), 1, "bit {first}");
         assert_eq!(wire.received(1), [plain()], "bit {first}");
         assert_eq!(wire.counters(0), (7, 0), "bit {first}");
@@ -78,11 +78,11 @@ fn each_kind_of_error_has_its_code() {
 }
 
 #[test]
-fn an_error_flag_is_a_stuff_error_to_the_others() {
+fn error_flag_is_stuff_error_for_other_controllers() {
     let mut wire = disturbed(19, 1, false);
     assert_eq!(wire.error(1), Some((ErrorCode::Stuff, false)));
-    // The receiver finds the error in the transmitter's flag and sends its own, so that the wire is dominant for longer than
-    // six bits: the transmitter waits for it, and the receiver, whose flag ends last, counts 1, and 1 off.
+    // The receiver detects the error in the transmitter's flag and sends its own flag, so that the wire is dominant for longer
+    // than six bits. The transmitter waits for its end. The receiver's flag ends last; it counts 1, then minus 1 for the success.
     assert_eq!(wire.counters(1), (0, 0));
     wire.forget();
     wire.run(100 * BIT);
@@ -90,24 +90,24 @@ fn an_error_flag_is_a_stuff_error_to_the_others() {
 }
 
 #[test]
-fn the_receiver_alone_sees_a_crc_error_and_says_so_after_the_ack_delimiter() {
-    // Another sender is needed: the disturbed bits must be what the transmitter sends. A frame with a wrong CRC is sent by hand.
+fn receiver_sends_crc_error_flag_after_ack_delimiter() {
+    // The disturbed bits must be those that the transmitter sends, so the test sends a frame with a wrong CRC bit by bit.
     let mut wire = Wire::joined(1);
     let mut bits = wire_bits(&plain());
     let last = bits.len() - 1;
-    // The last CRC bit, where it makes no run of six.
+    // The last CRC bit, where the change makes no run of six.
     bits[last] = !bits[last];
     play(&mut wire, &bits);
     let start = wire.now;
     wire.run((bits.len() as u64 + 30) * BIT);
     assert_eq!(wire.error(0), Some((ErrorCode::Crc, false)));
     assert_eq!(wire.counters(0), (0, 1));
-    // No acknowledge; the flag begins with the first bit of the end of frame.
+    // No acknowledge; the flag begins at the first bit of the end of frame.
     let after = start + bits.len() as u64 * BIT;
     assert_eq!(wire.bits(after, 12), "111000000111");
 }
 
-/// The bits of a frame from SOF to CRC as they are on the wire, true is recessive.
+/// The bits of a frame from SOF to CRC on the wire; true is recessive.
 fn wire_bits(frame: &Frame) -> Vec<bool> {
     let (outgoing, mut seen) = (Outgoing::new(frame), Incoming::default());
     let mut bits = Vec::new();
@@ -128,7 +128,7 @@ fn play(wire: &mut Wire, bits: &[bool]) {
 }
 
 #[test]
-fn a_frame_without_acknowledge_is_repeated_until_passive_and_then_for_ever() {
+fn unacknowledged_frame_repeats_without_limit_while_error_passive() {
     let mut wire = Wire::joined(1);
     wire.send(0, plain());
     // Up to the ACK slot, error flag 6, delimiter 8, intermission 3.
@@ -137,29 +137,29 @@ fn a_frame_without_acknowledge_is_repeated_until_passive_and_then_for_ever() {
     assert_eq!(wire.counters(0), (128, 0));
     assert_eq!(wire.count(0, Event::Started), 16);
     wire.run(100 * (attempt + 8) * BIT);
-    // A missing acknowledge does not count while passive; each try waits 8 bits longer.
+    // A missing acknowledge does not count while error passive; each attempt waits 8 bits longer.
     assert_eq!(wire.counters(0), (128, 0));
     assert_eq!(wire.count(0, Event::Started), 16 + 100);
     assert_eq!(wire.state(0), BusState::Passive);
 }
 
 #[test]
-fn a_passive_transmitter_that_meets_a_dominant_bit_in_its_flag_counts_the_missing_acknowledge() {
+fn dominant_bit_in_passive_flag_counts_missing_acknowledge() {
     let mut wire = Wire::joined(1);
     wire.send(0, plain());
     let attempt = crc_delimiter() + 2 + 6 + 8 + 3;
     wire.run(16 * attempt * BIT);
-    // After the pause comes the next try; a dominant bit in the passive flag.
+    // The next attempt follows suspend transmission; a dominant bit in the passive flag.
     wire.force(8 + crc_delimiter() + 2 + 2, 1, true);
     wire.run((attempt + 8) * BIT);
     assert_eq!(wire.counters(0), (136, 0));
 }
 
 #[test]
-fn thirty_two_failed_transmissions_are_bus_off_and_recovery_takes_128_times_11_bits() {
+fn thirty_two_failed_transmissions_cause_bus_off_and_recovery_takes_128_times_11_bits() {
     let mut wire = Wire::joined(2);
     wire.send(0, plain());
-    // The second data bit, which is recessive, is disturbed each time.
+    // The second data bit, which is recessive, is disturbed in each attempt.
     let mut tries = 0;
     while wire.state(0) != BusState::BusOff {
         let before = wire.count(0, Event::Started);
@@ -174,10 +174,10 @@ fn thirty_two_failed_transmissions_are_bus_off_and_recovery_takes_128_times_11_b
     }
     assert_eq!(tries, 32);
     assert_eq!(wire.counters(0).0, 255);
-    // It does not come back by itself.
+    // It does not recover without a request.
     wire.run(3000 * BIT);
     assert_eq!(wire.count(0, Event::Recovered), 0);
-    assert_eq!(wire.next(), None, "nothing runs");
+    assert_eq!(wire.next(), None, "no event is due");
     let asked = wire.now;
     wire.stations[0].protocol.recover(asked);
     wire.run(1410 * BIT);
@@ -190,11 +190,15 @@ fn thirty_two_failed_transmissions_are_bus_off_and_recovery_takes_128_times_11_b
     assert_eq!(bits, 128 * 11);
     wire.run(200 * BIT);
     assert_eq!(wire.counters(0), (0, 0));
-    assert_eq!(wire.count(0, Event::Transmitted), 1, "the frame has waited");
+    assert_eq!(
+        wire.count(0, Event::Transmitted),
+        1,
+        "the frame is still queued"
+    );
 }
 
 #[test]
-fn a_dominant_bit_starts_the_count_of_eleven_again() {
+fn dominant_bit_restarts_count_of_eleven_recessive_bits() {
     let mut wire = Wire::joined(1);
     let protocol = &mut wire.stations[0].protocol;
     protocol.confinement = bus_off();
@@ -217,9 +221,9 @@ fn bus_off() -> Confinement {
 }
 
 #[test]
-fn an_error_passive_transmitter_waits_eight_bits_more() {
+fn error_passive_transmitter_suspends_transmission_for_eight_bits() {
     let mut wire = Wire::joined(2);
-    // So far above the limit that a success does not make it active again.
+    // So far above the limit that a success does not make it error active again.
     for _ in 0..20 {
         let confinement = &mut wire.stations[0].protocol.confinement;
         confinement.error(confinement::Role::Transmitter);
@@ -240,7 +244,7 @@ fn an_error_passive_transmitter_waits_eight_bits_more() {
 }
 
 #[test]
-fn a_passive_receiver_destroys_nothing() {
+fn error_passive_receiver_destroys_no_frame() {
     let mut wire = Wire::joined(3);
     for _ in 0..128 {
         wire.stations[2]
@@ -249,7 +253,7 @@ fn a_passive_receiver_destroys_nothing() {
             .error(confinement::Role::Receiver);
     }
     assert_eq!(wire.state(2), BusState::Passive);
-    // Only the third loses its step: it joins a frame of its own making in the middle. Its timing is off by force.
+    // Only the third controller sees errors: the test sets it to another bit rate.
     let timing = BitTiming::of(BitRate::K125);
     let now = wire.now;
     wire.stations[2].protocol.join(now, timing, false);
@@ -264,7 +268,7 @@ fn a_passive_receiver_destroys_nothing() {
 }
 
 #[test]
-fn a_success_brings_a_receiver_above_127_back_below() {
+fn success_sets_receive_counter_above_127_below_128() {
     let mut wire = Wire::joined(2);
     for _ in 0..200 {
         wire.stations[1]
@@ -297,10 +301,10 @@ fn states_change_at_96_128_and_256() {
 }
 
 #[test]
-fn a_wire_that_is_stuck_costs_eight_again_and_again() {
+fn dominant_wire_counts_eight_every_eight_bits() {
     let mut wire = Wire::joined(1);
-    // As a receiver: SOF and five more are a stuff error in the sixth bit, six bits of flag, then one dominant bit more and
-    // every eight.
+    // As a receiver: the sixth dominant bit, counted from SOF, is a stuff error; then six bits of flag, one more dominant bit,
+    // and every eight after it.
     wire.force(0, 6 + 6, true);
     wire.run(12 * BIT);
     assert_eq!(wire.counters(0), (0, 1));
@@ -316,7 +320,7 @@ fn a_wire_that_is_stuck_costs_eight_again_and_again() {
 }
 
 #[test]
-fn a_dominant_bit_in_the_intermission_is_an_overload_frame() {
+fn dominant_bit_in_intermission_causes_overload_frame() {
     let mut wire = Wire::joined(2);
     let bits = u64::from(frame_bits(&plain()));
     wire.send(0, plain());
@@ -333,11 +337,11 @@ fn a_dominant_bit_in_the_intermission_is_an_overload_frame() {
 }
 
 #[test]
-fn a_dominant_last_bit_is_an_error_to_the_transmitter_and_an_overload_to_the_receiver() {
+fn dominant_last_bit_is_error_for_transmitter_and_overload_for_receiver() {
     let bits = u64::from(frame_bits(&plain()));
     let wire = disturbed(bits - 1, 1, true);
     assert_eq!(wire.error(0), Some((ErrorCode::BitRecessive, true)));
     assert_eq!(wire.error(1), None);
-    // The receiver has had it already: the known way to get a frame twice.
+    // The frame was already valid for the receiver: the known case of a frame received twice.
     assert_eq!(wire.received(1), [plain(), plain()]);
 }

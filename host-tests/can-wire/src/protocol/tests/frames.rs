@@ -1,12 +1,12 @@
-//! Frames on the wire: their bits, their length, when who has them.
+//! Frames on the wire: their bits, their length, the time at which they are valid.
 
 use super::*;
 use crate::frame_length::frame_bits;
 use plumbline::can::extended;
 
 #[test]
-fn a_known_frame_has_its_bits() {
-    // From a second implementation: bits as text, CRC by long division, stuffing by looking at the stuffed text. SOF, identifier
+fn known_frame_has_expected_bits() {
+    // From a second implementation: bits as text, CRC by long division, stuffing by searching the stuffed text. SOF, identifier
     // with its stuff bit, RTR, IDE, r0, DLC, data, CRC, delimiter, ACK, delimiter, end of frame, intermission.
     let mut wire = Wire::joined(2);
     let start = wire.now;
@@ -16,21 +16,21 @@ fn a_known_frame_has_its_bits() {
     assert_eq!(wire.bits(start, expected.len() as u64), expected);
 }
 
-/// `000#`: nothing but zeros, with a stuff bit after each run of five.
+/// `000#`: only zeros, with a stuff bit after each run of five.
 #[test]
-fn a_frame_of_zeros_is_stuffed() {
+fn frame_of_zeros_is_stuffed() {
     let mut wire = Wire::joined(2);
     let start = wire.now;
     wire.send(0, data(0, &[]));
     wire.run(100 * BIT);
-    // 19 zeros of header, 15 zeros of CRC: 34, a recessive bit after the first five and, as each stuff bit stands alone, after
-    // every further five.
+    // 19 zeros of header, 15 zeros of CRC: 34. A recessive bit follows the first five and every further five, because no stuff
+    // bit is next to another.
     let expected = "000001".repeat(6) + "0000" + "1" + "0" + "1" + "1111111" + "111";
     assert_eq!(wire.bits(start, expected.len() as u64), expected);
 }
 
 #[test]
-fn every_frame_takes_its_bits_and_arrives() {
+fn every_frame_takes_expected_bits_and_is_received() {
     let mut random = 1_u64;
     for round in 0..2000 {
         random = random
@@ -55,7 +55,7 @@ fn every_frame_takes_its_bits_and_arrives() {
         wire.send(0, frame);
         wire.run(200 * BIT);
         assert_eq!(wire.received(1), [frame]);
-        // Sampled at 7/8 of the last bit, and of the last but one.
+        // The sample point is at 7/8 of the last bit for the transmitter, and of the last bit but one for the receiver.
         let end = start + u64::from(frame_bits(&frame)) * BIT - BIT / 8;
         assert_eq!(
             wire.stations[0].events.last(),
@@ -70,7 +70,7 @@ fn every_frame_takes_its_bits_and_arrives() {
 }
 
 #[test]
-fn frames_follow_each_other_after_three_bits() {
+fn next_frame_starts_after_three_bits() {
     let mut wire = Wire::joined(2);
     let start = wire.now;
     for _ in 0..10 {
@@ -88,7 +88,7 @@ fn frames_follow_each_other_after_three_bits() {
 }
 
 #[test]
-fn length_codes_above_eight_mean_eight() {
+fn dlc_above_eight_means_eight() {
     for code in 9..16_u32 {
         let (mut stuffed, bytes) = (Incoming::default(), [1, 2, 3, 4, 5, 6, 7, 8]);
         let mut bits = vec![false];
@@ -99,7 +99,7 @@ fn length_codes_above_eight_mean_eight() {
         push(0, 3);
         push(code, 4);
         bytes.iter().for_each(|byte| push(*byte, 8));
-        // The CRC does not matter to the fields.
+        // The CRC has no effect on the fields.
         push(0, 15);
         for bit in bits {
             while stuffed.stuff_is_due() {
@@ -115,20 +115,20 @@ fn length_codes_above_eight_mean_eight() {
     }
 }
 
-/// The stuff bit that is due: who sends anything gets it.
+/// The stuff bit that is due; a transmitter must send it.
 fn stuffed_bit(seen: &Incoming) -> bool {
     Outgoing::new(&data(0, &[])).next(seen)
 }
 
 #[test]
-fn a_silent_controller_hears_and_leaves_no_trace() {
+fn silent_controller_receives_without_driving_the_wire() {
     let mut wire = Wire::joined(1);
     let silent = wire.add(BitTiming::of(BitRate::K250), true);
     wire.run(JOIN * BIT);
     wire.forget();
     wire.send(silent, data(1, &[]));
     wire.run(100 * BIT);
-    assert!(wire.changes.is_empty(), "it cannot send");
+    assert!(wire.changes.is_empty(), "a silent controller does not send");
     wire.send(0, data(0x123, &[]));
     wire.run(100 * BIT);
     assert_eq!(
@@ -144,20 +144,21 @@ fn a_silent_controller_hears_and_leaves_no_trace() {
 }
 
 #[test]
-fn who_joins_waits_for_eleven_recessive_bits() {
+fn joining_controller_waits_for_eleven_recessive_bits() {
     let mut wire = Wire::joined(2);
     wire.send(0, data(0x555, &[0x55; 8]));
     wire.run(20 * BIT);
     let late = wire.add(BitTiming::of(BitRate::K250), false);
     wire.run(200 * BIT);
     let frame = u64::from(frame_bits(&data(0x555, &[0x55; 8])));
-    // The ACK slot is the last dominant bit, 8 bits before the end: the eleventh recessive bit is the last of the intermission.
+    // The ACK slot is the last dominant bit, 8 bits before the end, so the eleventh recessive bit is the last of the
+    // intermission.
     let joined = JOIN * BIT + (frame + 3) * BIT - BIT / 8;
     assert_eq!(wire.stations[late].events, [(joined, Event::Joined)]);
 }
 
 #[test]
-fn nothing_runs_on_a_quiet_wire() {
+fn idle_wire_has_no_events() {
     let wire = Wire::joined(5);
     assert_eq!(wire.next(), None);
 }

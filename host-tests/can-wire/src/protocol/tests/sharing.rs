@@ -1,11 +1,11 @@
-//! Several controllers on one wire: arbitration, clocks that differ, other bit rates.
+//! Several controllers on one wire: arbitration, clock differences, other bit rates.
 
 use super::*;
 use crate::frame_length::arbitration;
 use plumbline::can::extended;
 
 #[test]
-fn the_strongest_goes_first_and_nobody_is_disturbed() {
+fn lowest_identifier_goes_first_without_errors() {
     let mut frames = [
         data(0x300, &[1]),
         Frame::remote(standard(0x300), 1).unwrap(),
@@ -34,7 +34,7 @@ fn the_strongest_goes_first_and_nobody_is_disturbed() {
 }
 
 #[test]
-fn the_same_identifier_with_other_data_is_a_bit_error() {
+fn equal_identifier_with_different_data_is_bit_error() {
     let mut wire = Wire::joined(3);
     wire.send(0, data(0x123, &[0x55]));
     wire.send(1, data(0x123, &[0x5D]));
@@ -44,9 +44,9 @@ fn the_same_identifier_with_other_data_is_a_bit_error() {
 }
 
 #[test]
-fn a_stuff_error_in_arbitration_costs_the_transmitter_nothing() {
+fn stuff_error_in_arbitration_does_not_count_for_transmitter() {
     let mut wire = Wire::joined(1);
-    // SOF and four zeros; then its recessive stuff bit meets a dominant one.
+    // SOF and four zeros; then its recessive stuff bit is dominant on the wire.
     wire.send(0, data(0x00F, &[]));
     wire.force(5, 1, true);
     wire.run(7 * BIT);
@@ -55,13 +55,13 @@ fn a_stuff_error_in_arbitration_costs_the_transmitter_nothing() {
 }
 
 #[test]
-fn the_third_bit_of_the_intermission_may_be_a_start_of_frame() {
+fn third_bit_of_intermission_may_be_start_of_frame() {
     let mut wire = Wire::joined(2);
     let first = data(0x555, &[]);
     let bits = u64::from(crate::frame_length::frame_bits(&first));
     wire.send(0, first);
     wire.send(1, data(0x556, &[]));
-    // The second controller's frame, without its start of frame, follows the foreign one.
+    // The frame of the second controller, without its start of frame, follows that of the other one.
     wire.force(bits + 2, 1, true);
     let start = wire.now;
     wire.run(200 * BIT);
@@ -69,7 +69,7 @@ fn the_third_bit_of_the_intermission_may_be_a_start_of_frame() {
     assert_eq!(wire.bits(start + (bits + 2) * BIT, 12), "010101010110");
 }
 
-/// A clock that runs wrong by so many millionths.
+/// A clock with this deviation in millionths.
 fn off_by(millionths: i64) -> BitTiming {
     let BitTiming { bit, sample, jump } = BitTiming::of(BitRate::K250);
     let scale =
@@ -82,7 +82,7 @@ fn off_by(millionths: i64) -> BitTiming {
 }
 
 #[test]
-fn clocks_half_a_percent_off_keep_in_step() {
+fn clocks_half_a_percent_off_stay_synchronized() {
     for millionths in [-5000, 5000] {
         let mut wire = Wire::default();
         wire.add(off_by(millionths), false);
@@ -104,7 +104,7 @@ fn clocks_half_a_percent_off_keep_in_step() {
 }
 
 #[test]
-fn clocks_that_differ_too_much_lose_each_other() {
+fn clocks_that_differ_too_much_cause_errors() {
     let mut wire = Wire::default();
     wire.add(off_by(30_000), false);
     wire.add(off_by(-30_000), false);
@@ -115,25 +115,25 @@ fn clocks_that_differ_too_much_lose_each_other() {
 }
 
 #[test]
-fn a_jump_is_no_wider_than_allowed() {
+fn resynchronization_is_limited_to_jump_width() {
     let timing = BitTiming::of(BitRate::K250);
     let mut clock = BitClock::new(0, timing);
     clock.resynchronize(BIT / 2, false);
     assert_eq!(clock.start(), timing.jump, "late edge");
     let mut clock = BitClock::new(0, timing);
     clock.resynchronize(BIT / 2, true);
-    assert_eq!(clock.start(), 0, "a transmitter's own edge");
+    assert_eq!(clock.start(), 0, "the edge of the transmitter itself");
     let mut clock = BitClock::new(BIT, timing);
     clock.resynchronize(BIT / 2, true);
     assert_eq!(clock.start(), BIT - timing.jump, "early edge");
     let mut clock = BitClock::new(BIT, timing);
     clock.resynchronize(BIT - 1, false);
-    assert_eq!(clock.start(), BIT - 1, "a small one");
-    assert!(!clock.takes_edge(), "one per bit");
+    assert_eq!(clock.start(), BIT - 1, "a small early edge");
+    assert!(!clock.takes_edge(), "one edge per bit");
 }
 
 #[test]
-fn two_rates_on_one_wire_disturb_each_other_until_one_gives_up() {
+fn two_rates_on_one_wire_disturb_each_other_until_error_passive() {
     let mut wire = Wire::joined(2);
     wire.add(BitTiming::of(BitRate::K125), false);
     wire.run(2 * JOIN * BIT);
@@ -142,7 +142,7 @@ fn two_rates_on_one_wire_disturb_each_other_until_one_gives_up() {
         wire.send(0, data(0x200, &[number]));
     }
     wire.run(20_000 * BIT);
-    // Whoever is passive cannot destroy any more; the two at the same rate get through.
+    // An error passive controller destroys no frames, so the two at the same rate succeed.
     assert!(wire.error(1).is_some(), "receivers are disturbed too");
     let loud = wire.state(2);
     assert!(

@@ -1,4 +1,4 @@
-//! How fast the state machine is; only a release build says something: `cargo test --release -- --ignored --nocapture speed`.
+//! The speed of the state machine; only a release build is meaningful: `cargo test --release -- --ignored --nocapture speed`.
 
 use super::*;
 use std::time::Instant;

@@ -36,7 +36,7 @@ fn status_line(status: &Status) -> bool {
 }
 
 #[test]
-fn the_error_status_shows_counters_and_limits() {
+fn error_status_has_counters_and_limits() {
     let after = |confinement| {
         let mut status = Status::default();
         status.follow(confinement);
@@ -53,7 +53,7 @@ fn the_error_status_shows_counters_and_limits() {
 }
 
 #[test]
-fn limits_go_as_they_came() {
+fn limit_flags_clear_below_limits() {
     let mut status = Status::default();
     status.follow(counters(128, 0));
     status.follow(counters(127, 0));
@@ -63,7 +63,7 @@ fn limits_go_as_they_came() {
 }
 
 #[test]
-fn the_last_error_code_is_the_manuals() {
+fn last_error_code_matches_manual() {
     for (code, value) in [
         (ErrorCode::Stuff, 0b001),
         (ErrorCode::Form, 0b010),
@@ -81,7 +81,7 @@ fn the_last_error_code_is_the_manuals() {
 }
 
 #[test]
-fn software_marks_the_last_error_code_as_seen() {
+fn software_can_write_seven_to_last_error_code() {
     let mut status = Status::default();
     status.failed(ErrorCode::Crc);
     assert!(status.write_error_status(7 << 4));
@@ -100,7 +100,7 @@ fn software_cannot_write_the_counters() {
 }
 
 #[test]
-fn a_limit_reached_is_an_interrupt_when_enabled() {
+fn reached_limit_is_interrupt_when_enabled() {
     for (enable, confinement) in [
         (WARNING_ENABLE, counters(96, 0)),
         (PASSIVE_ENABLE, counters(0, 128)),
@@ -118,7 +118,7 @@ fn a_limit_reached_is_an_interrupt_when_enabled() {
         assert!(!status_line(&status));
         status.follow(confinement);
         assert!(status_line(&status));
-        // Software clears it; it comes again only when the limit is reached anew.
+        // Software clears it; it is set again only when the limit is reached again.
         status.clear_interrupts(ERROR);
         status.follow(confinement);
         assert!(!status_line(&status));
@@ -130,7 +130,7 @@ fn a_limit_reached_is_an_interrupt_when_enabled() {
 }
 
 #[test]
-fn every_error_is_an_interrupt_when_enabled() {
+fn each_error_is_interrupt_when_enabled() {
     let mut status = enabled(ERROR_ENABLE);
     status.failed(ErrorCode::Stuff);
     assert!(!status_line(&status));
@@ -144,7 +144,7 @@ fn every_error_is_an_interrupt_when_enabled() {
 }
 
 #[test]
-fn falling_asleep_is_an_interrupt_when_enabled() {
+fn sleep_entry_is_interrupt_when_enabled() {
     let mut disabled = Status::default();
     disabled.sleeps(false);
     disabled.sleeps(true);
@@ -161,11 +161,11 @@ fn falling_asleep_is_an_interrupt_when_enabled() {
     status.sleeps(false);
     status.sleeps(true);
     status.sleeps(false);
-    assert_eq!(status.interrupts(), 0, "SLAKI goes with SLAK");
+    assert_eq!(status.interrupts(), 0, "SLAKI is cleared with SLAK");
 }
 
 #[test]
-fn a_wake_up_is_flagged_always_and_an_interrupt_when_enabled() {
+fn wakeup_sets_flag_and_is_interrupt_when_enabled() {
     let mut status = Status::default();
     status.disturbed_in_sleep();
     assert_eq!(status.interrupts(), WAKE_UP);
@@ -177,7 +177,7 @@ fn a_wake_up_is_flagged_always_and_an_interrupt_when_enabled() {
 }
 
 #[test]
-fn transmit_and_receive_interrupts_have_their_own_lines() {
+fn transmit_and_receive_interrupts_have_separate_lines() {
     let everything = [PENDING | FULL | OVERRUN; 2];
     assert_eq!(Status::default().lines(true, everything), QUIET);
     assert_eq!(enabled(1).lines(true, everything), TRANSMIT);

@@ -7,7 +7,7 @@ const NARROW: bool = false;
 const LIST: bool = true;
 const MASK: bool = false;
 
-/// A bank in use.
+/// A bank to be activated.
 struct Bank {
     number: usize,
     wide: bool,
@@ -32,7 +32,7 @@ impl Bank {
     }
 }
 
-/// Sets the banks up as software does, and leaves filter initialization.
+/// Configures the banks as software does, and leaves filter initialization.
 fn set_up(banks: &[Bank]) -> Filters {
     let mut filters = Filters::default();
     let mut violations = Violations::default();
@@ -78,28 +78,28 @@ fn accepted(filters: &Filters, frame: Frame) -> Option<(usize, u8)> {
         .map(|found| (found.fifo, found.index))
 }
 
-/// A standard identifier as a 32-bit filter has it.
+/// A standard identifier in the format of a 32-bit filter.
 fn wide(id: u32) -> u32 {
     id << 21
 }
 
-/// Two standard identifiers as 16-bit filters have them.
+/// Two standard identifiers in the format of 16-bit filters.
 fn narrow_pair(low: u32, high: u32) -> u32 {
     high << 21 | low << 5
 }
 
 #[test]
-fn a_wide_mask_compares_the_bits_that_are_set_in_it() {
+fn wide_mask_compares_only_set_bits() {
     let filters = set_up(&[Bank::new(0, WIDE, MASK, [wide(0x120), wide(0x7F0) | 0b100])]);
     assert_eq!(accepted(&filters, data(standard(0x12F))), Some((0, 0)));
     assert_eq!(accepted(&filters, remote(standard(0x120))), Some((0, 0)));
     assert_eq!(accepted(&filters, data(standard(0x130))), None);
-    // IDE counts, RTR does not.
+    // IDE is compared, RTR is not.
     assert_eq!(accepted(&filters, data(extended(0x120 << 18))), None);
 }
 
 #[test]
-fn a_wide_list_compares_all_with_format_and_remote_bit() {
+fn wide_list_compares_identifier_format_and_remote_bit() {
     let words = [wide(0x123), 0x1ABC_DEF0 << 3 | 0b110];
     let filters = set_up(&[Bank::new(0, WIDE, LIST, words)]);
     assert_eq!(accepted(&filters, data(standard(0x123))), Some((0, 0)));
@@ -114,7 +114,7 @@ fn a_wide_list_compares_all_with_format_and_remote_bit() {
 }
 
 #[test]
-fn narrow_masks_have_the_mask_above_the_identifier() {
+fn narrow_mask_is_in_high_half_word() {
     let words = [narrow_pair(0x120, 0x7F0), narrow_pair(0x240, 0x7C0)];
     let filters = set_up(&[Bank::new(0, NARROW, MASK, words)]);
     assert_eq!(accepted(&filters, data(standard(0x12F))), Some((0, 0)));
@@ -124,7 +124,7 @@ fn narrow_masks_have_the_mask_above_the_identifier() {
 }
 
 #[test]
-fn a_narrow_list_has_four_identifiers() {
+fn narrow_list_has_four_identifiers() {
     let words = [narrow_pair(0x101, 0x102), narrow_pair(0x103, 0x104)];
     let filters = set_up(&[Bank::new(0, NARROW, LIST, words)]);
     for index in 0..4 {
@@ -136,7 +136,7 @@ fn a_narrow_list_has_four_identifiers() {
 }
 
 #[test]
-fn a_narrow_filter_sees_fourteen_bits_of_an_extended_identifier() {
+fn narrow_filter_compares_fourteen_bits_of_extended_identifier() {
     // STID[10:0] 155h, RTR 0, IDE 1, EXID[17:15] 101b.
     let word = 0x155 << 5 | 1 << 3 | 0b101;
     let filters = set_up(&[Bank::new(0, NARROW, LIST, [word, 0])]);
@@ -154,7 +154,7 @@ fn a_narrow_filter_sees_fourteen_bits_of_an_extended_identifier() {
 }
 
 #[test]
-fn a_wide_filter_outranks_a_narrow_one() {
+fn wide_filter_has_priority_over_narrow() {
     let filters = set_up(&[
         Bank::new(0, NARROW, LIST, [narrow_pair(0x123, 0x123); 2]),
         Bank::new(1, WIDE, MASK, [0, 0]),
@@ -163,7 +163,7 @@ fn a_wide_filter_outranks_a_narrow_one() {
 }
 
 #[test]
-fn a_list_outranks_a_mask() {
+fn list_has_priority_over_mask() {
     for scale in [WIDE, NARROW] {
         let exact = if scale == WIDE {
             [wide(0x123); 2]
@@ -180,7 +180,7 @@ fn a_list_outranks_a_mask() {
 }
 
 #[test]
-fn of_equal_filters_the_lower_number_counts() {
+fn lower_number_has_priority_among_equal_filters() {
     let filters = set_up(&[
         Bank::new(3, WIDE, LIST, [wide(0x123); 2]),
         Bank::new(5, WIDE, LIST, [wide(0x123); 2]).of_fifo(1),
@@ -189,8 +189,8 @@ fn of_equal_filters_the_lower_number_counts() {
     assert_eq!(accepted(&filters, data(standard(0x123))), Some((0, 6)));
 }
 
-/// The example of the reference manual (figure "Example of filter numbering"): for each bank the FIFO, the scale, the mode,
-/// whether it is active, and the number of its first filter.
+/// The example of the reference manual (figure "Example of filter numbering"): FIFO, scale, mode, activation, and number of the
+/// first filter of each bank.
 const EXAMPLE: [(usize, bool, bool, bool, u8); BANKS] = [
     (0, WIDE, LIST, true, 0),
     (0, WIDE, MASK, true, 2),
@@ -209,12 +209,12 @@ const EXAMPLE: [(usize, bool, bool, bool, u8); BANKS] = [
 ];
 
 #[test]
-fn filters_are_numbered_per_fifo_and_inactive_banks_count() {
+fn filter_numbers_are_per_fifo_and_include_inactive_banks() {
     let banks: Vec<Bank> = (0..BANKS)
         .map(|number| {
             let (fifo, scale, list, ..) = EXAMPLE[number];
             let id = 0x100 + number as u32;
-            // The first filter of each bank lets its own identifier pass.
+            // The first filter of each bank accepts its own identifier.
             let words = match (scale, list) {
                 (WIDE, MASK) => [wide(id), wide(0x7FF)],
                 (NARROW, MASK) => [narrow_pair(id, 0x7FF), narrow_pair(0x7FF, 0x7FF)],
@@ -241,7 +241,7 @@ fn filters_are_numbered_per_fifo_and_inactive_banks_count() {
 }
 
 #[test]
-fn nothing_is_received_during_filter_initialization() {
+fn no_frame_is_received_during_filter_initialization() {
     let mut filters = set_up(&[Bank::new(0, WIDE, MASK, [0, 0])]);
     let mut violations = Violations::default();
     assert!(filters.accept(&data(standard(1))).is_some());
@@ -250,14 +250,14 @@ fn nothing_is_received_during_filter_initialization() {
 }
 
 #[test]
-fn after_a_reset_no_bank_is_active_and_initialization_is_on() {
+fn reset_deactivates_banks_and_enters_initialization() {
     let filters = Filters::default();
     assert_eq!(filters.read(Register::FilterMaster), 0x2A1C_0E01);
     assert_eq!(filters.read(Register::FilterActivation), 0);
 }
 
 #[test]
-fn configuration_needs_filter_initialization() {
+fn configuration_requires_filter_initialization() {
     let mut filters = set_up(&[Bank::new(2, WIDE, LIST, [0, 0])]);
     let mut violations = Violations::default();
     for (register, kept) in [
@@ -273,7 +273,7 @@ fn configuration_needs_filter_initialization() {
 }
 
 #[test]
-fn an_active_bank_cannot_be_changed_outside_of_it() {
+fn active_bank_change_outside_initialization_is_violation() {
     let mut filters = set_up(&[Bank::new(2, WIDE, LIST, [7, 7])]);
     let mut violations = Violations::default();
     let word = |bank| Register::FilterBank { bank, half: 1 };
@@ -281,14 +281,14 @@ fn an_active_bank_cannot_be_changed_outside_of_it() {
     assert_eq!((filters.read(word(3)), violations.all.len()), (9, 0));
     filters.write(word(2), 9, &mut violations);
     assert_eq!((filters.read(word(2)), violations.all.len()), (7, 1));
-    // Deactivated it can be.
+    // A deactivated bank can be changed.
     filters.write(Register::FilterActivation, 0, &mut violations);
     filters.write(word(2), 9, &mut violations);
     assert_eq!((filters.read(word(2)), violations.all.len()), (9, 1));
 }
 
 #[test]
-fn the_fifteenth_bank_is_not_there() {
+fn access_to_fifteenth_bank_is_violation() {
     let mut filters = Filters::default();
     let mut violations = Violations::default();
     let bank = Register::FilterBank { bank: 14, half: 0 };

@@ -3,7 +3,7 @@ use super::*;
 const BUSY: bool = true;
 const QUIET: bool = false;
 
-/// A controller in this mode, with the requests that belong to it.
+/// A controller in this mode, with the corresponding requests.
 fn control(mode: Mode) -> Control {
     let mut control = Control::default();
     control.write(match mode {
@@ -16,14 +16,14 @@ fn control(mode: Mode) -> Control {
     control
 }
 
-fn asked(mode: Mode, bits: u32) -> Control {
+fn requested(mode: Mode, bits: u32) -> Control {
     let mut control = control(mode);
     control.write(bits);
     control
 }
 
 #[test]
-fn after_a_reset_it_sleeps() {
+fn reset_enters_sleep_mode() {
     let control = Control::default();
     assert_eq!(control.value(), 0x0001_0002);
     assert_eq!(control.acknowledged(), SLEEP_ACKNOWLEDGED);
@@ -32,31 +32,34 @@ fn after_a_reset_it_sleeps() {
 }
 
 #[test]
-fn each_mode_is_acknowledged_by_its_bit() {
+fn each_mode_sets_its_acknowledge_bit() {
     assert_eq!(control(Mode::Initialization).acknowledged(), 0b01);
     assert_eq!(control(Mode::Sleep).acknowledged(), 0b10);
     assert_eq!(control(Mode::Normal).acknowledged(), 0b00);
 }
 
 #[test]
-fn between_sleep_and_initialization_the_bus_does_not_matter() {
-    let to_initialization = asked(Mode::Sleep, INITIALIZATION);
+fn change_between_sleep_and_initialization_ignores_bus() {
+    let to_initialization = requested(Mode::Sleep, INITIALIZATION);
     let acknowledge = Some(Change::Acknowledge(Mode::Initialization));
     assert_eq!(to_initialization.due(QUIET), acknowledge);
     assert_eq!(to_initialization.due(BUSY), acknowledge);
-    let to_sleep = asked(Mode::Initialization, SLEEP);
+    let to_sleep = requested(Mode::Initialization, SLEEP);
     assert_eq!(to_sleep.due(QUIET), Some(Change::Acknowledge(Mode::Sleep)));
 }
 
 #[test]
-fn a_sleeping_controller_has_to_be_woken_for_initialization() {
-    assert_eq!(asked(Mode::Sleep, INITIALIZATION | SLEEP).due(QUIET), None);
+fn initialization_from_sleep_requires_cleared_sleep_bit() {
+    assert_eq!(
+        requested(Mode::Sleep, INITIALIZATION | SLEEP).due(QUIET),
+        None
+    );
 }
 
 #[test]
-fn the_bus_is_left_when_nothing_is_under_way() {
+fn controller_leaves_bus_when_idle() {
     for (bits, mode) in [(INITIALIZATION, Mode::Initialization), (SLEEP, Mode::Sleep)] {
-        let control = asked(Mode::Normal, bits);
+        let control = requested(Mode::Normal, bits);
         assert!(!control.may_start());
         assert_eq!(control.due(BUSY), None);
         assert_eq!(control.acknowledged(), 0);
@@ -65,9 +68,9 @@ fn the_bus_is_left_when_nothing_is_under_way() {
 }
 
 #[test]
-fn the_bus_is_joined_after_eleven_recessive_bits() {
+fn controller_joins_after_eleven_recessive_bits() {
     for (mode, acknowledged) in [(Mode::Sleep, 0b10), (Mode::Initialization, 0b01)] {
-        let mut control = asked(mode, 0);
+        let mut control = requested(mode, 0);
         assert_eq!(control.due(QUIET), Some(Change::Join));
         control.joining();
         assert_eq!(control.due(QUIET), None);
@@ -81,8 +84,8 @@ fn the_bus_is_joined_after_eleven_recessive_bits() {
 }
 
 #[test]
-fn joining_can_be_given_up_at_once() {
-    let mut control = asked(Mode::Initialization, 0);
+fn joining_can_be_aborted_at_once() {
+    let mut control = requested(Mode::Initialization, 0);
     control.joining();
     control.write(INITIALIZATION);
     assert_eq!(
@@ -92,23 +95,23 @@ fn joining_can_be_given_up_at_once() {
 }
 
 #[test]
-fn automatic_wake_up_takes_the_request_for_sleep_back() {
+fn automatic_wakeup_clears_sleep_request() {
     let mut without = control(Mode::Sleep);
     without.wake_up();
     assert_eq!(without.due(QUIET), None);
-    let mut with = asked(Mode::Sleep, SLEEP | AUTOMATIC_WAKE_UP);
+    let mut with = requested(Mode::Sleep, SLEEP | AUTOMATIC_WAKE_UP);
     with.wake_up();
     assert_eq!(with.value(), AUTOMATIC_WAKE_UP);
     assert_eq!(with.due(QUIET), Some(Change::Join));
 }
 
 #[test]
-fn the_option_bits_are_where_the_manual_has_them() {
-    let nothing = asked(Mode::Normal, 0);
+fn option_bits_match_manual() {
+    let nothing = requested(Mode::Normal, 0);
     assert!(!nothing.recovers() && nothing.retransmits() && !nothing.locks_fifo());
     assert_eq!(nothing.order(), Order::Identifier);
-    assert!(asked(Mode::Normal, 0x40).recovers());
-    assert!(!asked(Mode::Normal, 0x10).retransmits());
-    assert!(asked(Mode::Normal, 0x08).locks_fifo());
-    assert_eq!(asked(Mode::Normal, 0x04).order(), Order::Request);
+    assert!(requested(Mode::Normal, 0x40).recovers());
+    assert!(!requested(Mode::Normal, 0x10).retransmits());
+    assert!(requested(Mode::Normal, 0x08).locks_fifo());
+    assert_eq!(requested(Mode::Normal, 0x04).order(), Order::Request);
 }

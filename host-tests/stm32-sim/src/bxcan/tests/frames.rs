@@ -1,9 +1,9 @@
-//! Mailboxes and FIFOs, with the wire played by hand.
+//! Mailboxes and FIFOs; the test generates the events of the wire.
 
 use super::*;
 
 #[test]
-fn a_received_frame_is_in_the_fifo() {
+fn received_frame_is_in_fifo() {
     let mut can = on_the_bus(BTR_500K);
     can.set(IER, 1 << 1);
     let data = [0x11, 0x22, 0x33, 0x44, 0x55, 0x66];
@@ -23,18 +23,18 @@ fn a_received_frame_is_in_the_fifo() {
     can.get(RI0R);
     can.set(RF0R, 1 << 5);
     assert_eq!(
-        can.wrongs(),
+        can.violation_list(),
         [
             ("CAN_RI0R", "read while the FIFO is empty"),
             ("CAN_RF0R", "released while the FIFO is empty")
         ]
     );
     can.set(RI0R, 0);
-    assert_eq!(can.wrongs()[2], ("CAN_RI0R", "is read-only"));
+    assert_eq!(can.violation_list()[2], ("CAN_RI0R", "is read-only"));
 }
 
 #[test]
-fn overruns_are_counted_and_locked_fifos_keep_the_oldest() {
+fn overruns_are_counted_and_locked_fifo_keeps_oldest() {
     for (lock, last) in [(0, 5), (1 << 3, 3)] {
         let mut can = on_the_bus(BTR_500K);
         can.set(MCR, lock);
@@ -49,7 +49,7 @@ fn overruns_are_counted_and_locked_fifos_keep_the_oldest() {
 }
 
 #[test]
-fn nothing_is_received_during_filter_initialization() {
+fn no_frame_is_received_during_filter_initialization() {
     let mut can = on_the_bus(BTR_500K);
     can.set(FMR, 0x2A1C_0E01);
     can.event(NOW, Event::Received(frame(1)));
@@ -57,17 +57,17 @@ fn nothing_is_received_during_filter_initialization() {
 }
 
 #[test]
-fn a_frame_is_sent() {
+fn requested_frame_is_sent() {
     let mut can = on_the_bus(BTR_500K);
     can.set(IER, 1);
     assert_eq!(can.offered(), None);
     request(&mut can, 0x123);
-    assert!(can.take_attention());
-    assert!(!can.take_attention());
+    assert!(can.take_changed());
+    assert!(!can.take_changed());
     assert_eq!(can.offered(), Frame::data(standard(0x123), &[]));
     can.event(NOW, Event::Started);
     can.event(NOW, Event::Transmitted);
-    assert!(can.take_attention());
+    assert!(can.take_changed());
     assert_eq!(can.offered(), None);
     assert_eq!(can.lines(), [true, false, false, false]);
     can.set(TSR, 1);
@@ -76,7 +76,7 @@ fn a_frame_is_sent() {
 }
 
 #[test]
-fn an_error_lets_the_frame_wait_and_is_told() {
+fn error_sets_terr_and_keeps_frame_pending() {
     let mut can = on_the_bus(BTR_500K);
     request(&mut can, 0x123);
     can.event(NOW, Event::Started);
@@ -86,7 +86,7 @@ fn an_error_lets_the_frame_wait_and_is_told() {
     assert_eq!(can.get(ESR) >> 4 & 7, 3);
     assert_eq!(can.get(TSR) & 0xFF, 1 << 3);
     assert!(can.offered().is_some());
-    // Someone else's error does not touch the mailbox.
+    // The error of another transmitter does not change the mailbox.
     can.event(NOW, Event::Started);
     let transmitting = false;
     can.event(NOW, Event::Error { code, transmitting });
@@ -97,7 +97,7 @@ fn an_error_lets_the_frame_wait_and_is_told() {
 }
 
 #[test]
-fn without_retransmission_an_error_ends_it() {
+fn error_ends_request_without_retransmission() {
     let mut can = on_the_bus(BTR_500K);
     can.set(MCR, 1 << 4);
     request(&mut can, 0x123);
@@ -108,7 +108,7 @@ fn without_retransmission_an_error_ends_it() {
 }
 
 #[test]
-fn nothing_is_offered_off_the_bus_or_on_the_way_off() {
+fn no_frame_is_offered_off_the_bus_or_while_leaving() {
     let mut can = initializing(BTR_500K);
     request(&mut can, 0x123);
     assert_eq!(can.offered(), None);
@@ -118,24 +118,24 @@ fn nothing_is_offered_off_the_bus_or_on_the_way_off() {
     assert!(can.offered().is_some());
     can.set(MCR, INRQ);
     assert_eq!(can.offered(), None);
-    assert_eq!(can.wrongs(), []);
+    assert_eq!(can.violation_list(), []);
 }
 
 #[test]
-fn a_silent_controller_sends_nothing() {
+fn silent_controller_sends_nothing() {
     let mut can = on_the_bus(SILM | BTR_500K);
     assert!(can.is_silent());
     request(&mut can, 0x123);
     assert_eq!(can.offered(), None);
     assert_eq!(
-        can.wrongs(),
+        can.violation_list(),
         [("CAN_TI0R", "transmission requested in silent mode")]
     );
     let mut before = initializing(SILM | BTR_500K);
     request(&mut before, 0x123);
     before.set(MCR, 0);
     assert_eq!(
-        before.wrongs(),
+        before.violation_list(),
         [("CAN_TSR", "a transmission is pending in silent mode")]
     );
 }

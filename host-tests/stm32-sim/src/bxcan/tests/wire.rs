@@ -1,17 +1,17 @@
-//! Controllers on a real wire.
+//! Several controllers on one wire.
 
 use super::*;
 
 /// A bit at 500 kbit/s.
 const BIT: Picoseconds = 2_000_000;
 
-/// The longest that anything here takes with a frame of no data and its intermission.
+/// Upper limit of the time of a frame without data, including its intermission.
 const FRAME: Picoseconds = 70 * BIT;
 
 const ABOM: u32 = 1 << 6;
 const BOFF: u32 = 1 << 2;
 
-/// Controllers on a wire, which somebody may hold at a level.
+/// Controllers on a wire, which the test can force to a level.
 struct Wire {
     cans: Vec<BxCan>,
     dominant: bool,
@@ -74,7 +74,7 @@ impl Wire {
         self.now = end;
     }
 
-    /// Runs until that is so; the time that it took.
+    /// Runs until the condition is true; returns the elapsed time.
     fn run_until(&mut self, mut is_so: impl FnMut(&mut Self) -> bool) -> Picoseconds {
         let start = self.now;
         while !is_so(self) {
@@ -101,7 +101,7 @@ impl Wire {
     }
 }
 
-/// One controller that everything it sends has failed, so that it is in bus-off with a frame pending; MCR stays at `control`.
+/// A controller in bus-off after 32 failed transmissions, with a frame pending; MCR has the value `control`.
 fn in_bus_off(control: u32) -> Wire {
     let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
     wire.set(0, MCR, control);
@@ -116,14 +116,14 @@ fn in_bus_off(control: u32) -> Wire {
 }
 
 #[test]
-fn the_bus_is_joined_after_eleven_recessive_bits() {
+fn controller_joins_after_eleven_recessive_bits() {
     let mut wire = Wire::new(&[BTR_500K]);
     wire.set(0, MCR, 0);
     wire.run(10 * BIT);
     assert_eq!(wire.state(0), INAK);
     wire.run(2 * BIT);
     assert_eq!(wire.state(0), 0);
-    // Not as long as the wire is dominant.
+    // It does not join while the wire is dominant.
     let mut stuck = Wire::new(&[BTR_500K]);
     stuck.held = Some(true);
     stuck.set(0, MCR, 0);
@@ -132,18 +132,22 @@ fn the_bus_is_joined_after_eleven_recessive_bits() {
 }
 
 #[test]
-fn a_frame_goes_from_one_to_the_other() {
+fn frame_is_received_by_other_controller() {
     let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
     wire.send(0, 0x123);
     wire.run(FRAME);
     assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
     assert_eq!(wire.get(1, RF0R), 1);
     assert_eq!(wire.get(1, RI0R), 0x123 << 21);
-    assert_eq!(wire.get(0, RF0R), 0, "one's own is not received");
+    assert_eq!(
+        wire.get(0, RF0R),
+        0,
+        "the transmitter does not receive its own frame"
+    );
 }
 
 #[test]
-fn the_frames_of_one_go_in_order_of_their_identifiers() {
+fn frames_are_sent_in_order_of_identifiers() {
     let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
     for (mailbox, id) in [(0, 0x300), (1, 0x100), (2, 0x200)] {
         wire.set(0, TI0R + 16 * mailbox, id << 21 | 1);
@@ -156,7 +160,7 @@ fn the_frames_of_one_go_in_order_of_their_identifiers() {
 }
 
 #[test]
-fn who_loses_the_arbitration_is_told_and_tries_again() {
+fn lost_arbitration_sets_alst_and_retransmits() {
     let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
     wire.send(0, 0x200);
     wire.send(1, 0x100);
@@ -169,7 +173,7 @@ fn who_loses_the_arbitration_is_told_and_tries_again() {
 }
 
 #[test]
-fn initialization_mode_waits_for_the_end_of_the_frame() {
+fn initialization_mode_waits_for_end_of_frame() {
     for asked in [0, 1] {
         let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
         wire.send(0, 0x123);
@@ -183,7 +187,7 @@ fn initialization_mode_waits_for_the_end_of_the_frame() {
 }
 
 #[test]
-fn alone_on_the_bus_it_becomes_passive_and_no_more() {
+fn lone_controller_becomes_error_passive_but_not_bus_off() {
     let mut wire = Wire::joined(&[BTR_500K]);
     wire.send(0, 0x123);
     wire.run(100 * FRAME);
@@ -193,12 +197,12 @@ fn alone_on_the_bus_it_becomes_passive_and_no_more() {
 }
 
 #[test]
-fn a_silent_controller_hears_and_does_not_acknowledge() {
+fn silent_controller_receives_without_acknowledge() {
     let mut wire = Wire::joined(&[BTR_500K, SILM | BTR_500K]);
     wire.send(0, 0x123);
     wire.run(FRAME);
     assert_eq!(wire.get(0, ESR) >> 4 & 7, 3);
-    // With somebody who acknowledges it receives.
+    // With another controller that acknowledges, it receives the frame.
     let mut wire = Wire::joined(&[BTR_500K, SILM | BTR_500K, BTR_500K]);
     wire.send(0, 0x123);
     wire.run(FRAME);
@@ -207,7 +211,7 @@ fn a_silent_controller_hears_and_does_not_acknowledge() {
 }
 
 #[test]
-fn a_silent_controller_at_another_bit_rate_sees_errors_and_disturbs_nobody() {
+fn silent_controller_at_other_rate_sees_errors_without_disturbing() {
     // 250 kbit/s.
     let mut wire = Wire::joined(&[BTR_500K, BTR_500K, SILM | 0x011C_0007]);
     wire.send(0, 0x123);
@@ -218,12 +222,12 @@ fn a_silent_controller_at_another_bit_rate_sees_errors_and_disturbs_nobody() {
 }
 
 #[test]
-fn it_stays_in_bus_off_until_it_is_asked() {
+fn bus_off_lasts_until_software_requests_recovery() {
     let mut wire = in_bus_off(0);
     wire.run(3_000 * BIT);
     assert_eq!(wire.get(0, ESR) & BOFF, BOFF);
     assert_eq!(wire.state(0), 0);
-    // A visit to initialization mode.
+    // Software enters and leaves initialization mode.
     wire.set(0, MCR, INRQ);
     assert_eq!(wire.state(0), INAK);
     wire.run(3_000 * BIT);
@@ -235,14 +239,14 @@ fn it_stays_in_bus_off_until_it_is_asked() {
     let recovered = joined + wire.run_until(|wire| wire.get(0, ESR) & BOFF == 0);
     assert_eq!(recovered / BIT, 128 * 11);
     assert_eq!(wire.get(0, ESR) & 0xFFFF_0007, 0);
-    // What was pending is sent.
+    // The pending frame is sent.
     wire.run(FRAME);
     assert_eq!(wire.get(0, TSR) & 0xFF, 0b11);
     assert_eq!(wire.get(1, RI0R), 0x123 << 21);
 }
 
 #[test]
-fn with_automatic_recovery_it_comes_back_by_itself() {
+fn automatic_recovery_leaves_bus_off() {
     let mut wire = in_bus_off(ABOM);
     let recovered = wire.run_until(|wire| wire.get(0, ESR) & BOFF == 0);
     let passed = FRAME / BIT;
@@ -252,7 +256,7 @@ fn with_automatic_recovery_it_comes_back_by_itself() {
 }
 
 #[test]
-fn on_a_dominant_wire_bus_off_is_not_left() {
+fn bus_off_continues_on_dominant_wire() {
     let mut wire = in_bus_off(0);
     wire.held = Some(true);
     wire.set(0, MCR, INRQ);
@@ -263,7 +267,7 @@ fn on_a_dominant_wire_bus_off_is_not_left() {
 }
 
 #[test]
-fn a_reset_leaves_bus_off() {
+fn reset_leaves_bus_off() {
     let mut wire = in_bus_off(0);
     wire.set(0, MCR, RESET);
     assert_eq!(wire.get(0, ESR), 0);
@@ -271,13 +275,13 @@ fn a_reset_leaves_bus_off() {
 }
 
 #[test]
-fn traffic_wakes_a_sleeper_up() {
+fn bus_traffic_wakes_sleeping_controller() {
     let mut wire = Wire::joined(&[BTR_500K, BTR_500K, BTR_500K]);
     wire.set(2, MCR, 1 << 5 | SLEEP);
     assert_eq!(wire.state(2), SLAK);
     wire.send(0, 0x123);
     wire.run(FRAME);
-    // It misses the frame that has woken it up.
+    // It does not receive the frame that wakes it up.
     assert_eq!(wire.get(2, RF0R), 0);
     assert_eq!(wire.get(2, MSR) & 1 << 3, 1 << 3);
     wire.run_until(|wire| wire.state(2) == 0);

@@ -22,7 +22,7 @@ fn pending(identifiers: &[u32]) -> Transmitter {
     transmitter
 }
 
-/// Sends all that is pending; the mailboxes in their order.
+/// Sends all pending frames; returns the mailboxes in the order of transmission.
 fn sent(transmitter: &mut Transmitter, order: Order) -> Vec<usize> {
     let mut sent = Vec::new();
     while transmitter.offered(order).is_some() {
@@ -42,7 +42,7 @@ fn is_empty(transmitter: &Transmitter, mailbox: usize) -> bool {
 }
 
 #[test]
-fn a_frame_is_sent_as_it_was_put_in() {
+fn frame_is_sent_unchanged() {
     let mut transmitter = Transmitter::default();
     let mut violations = Violations::default();
     for (word, value) in [
@@ -67,7 +67,7 @@ fn a_frame_is_sent_as_it_was_put_in() {
 }
 
 #[test]
-fn by_identifier_the_lowest_goes_first() {
+fn identifier_order_sends_lowest_identifier_first() {
     assert_eq!(
         sent(&mut pending(&[0x300, 0x100, 0x200]), Order::Identifier),
         [1, 2, 0]
@@ -75,7 +75,7 @@ fn by_identifier_the_lowest_goes_first() {
 }
 
 #[test]
-fn of_equal_identifiers_the_lowest_mailbox_goes_first() {
+fn equal_identifiers_are_sent_in_mailbox_order() {
     let mut transmitter = Transmitter::default();
     for mailbox in [2, 0, 1] {
         request(&mut transmitter, mailbox, 0x123);
@@ -84,7 +84,7 @@ fn of_equal_identifiers_the_lowest_mailbox_goes_first() {
 }
 
 #[test]
-fn by_request_the_first_goes_first() {
+fn request_order_sends_first_request_first() {
     let mut transmitter = Transmitter::default();
     for (mailbox, identifier) in [(2, 0x300), (0, 0x200), (1, 0x100)] {
         request(&mut transmitter, mailbox, identifier);
@@ -93,7 +93,7 @@ fn by_request_the_first_goes_first() {
 }
 
 #[test]
-fn a_frame_requested_meanwhile_may_overtake_after_a_lost_arbitration() {
+fn lower_identifier_overtakes_after_lost_arbitration() {
     let mut transmitter = pending(&[0x200]);
     transmitter.started(Order::Identifier);
     request(&mut transmitter, 1, 0x100);
@@ -102,7 +102,7 @@ fn a_frame_requested_meanwhile_may_overtake_after_a_lost_arbitration() {
 }
 
 #[test]
-fn status_tells_which_mailboxes_are_empty() {
+fn status_has_empty_mailboxes() {
     let code = |status: u32| status >> 24 & 3;
     let empty = |status: u32| status >> 26 & 7;
     let lowest = |status: u32| status >> 29;
@@ -114,7 +114,7 @@ fn status_tells_which_mailboxes_are_empty() {
 }
 
 #[test]
-fn with_all_mailboxes_full_the_code_is_that_of_the_lowest_priority() {
+fn code_is_lowest_priority_mailbox_when_all_are_full() {
     let code_and_lowest = |identifiers: &[u32], order| {
         let status = pending(identifiers).status(order);
         (status >> 26 & 7, status >> 24 & 3, status >> 29)
@@ -134,7 +134,7 @@ fn with_all_mailboxes_full_the_code_is_that_of_the_lowest_priority() {
 }
 
 #[test]
-fn a_pending_mailbox_cannot_be_written() {
+fn write_to_pending_mailbox_is_violation() {
     let mut transmitter = pending(&[0x100]);
     let mut violations = Violations::default();
     for word in 0..4 {
@@ -152,7 +152,7 @@ fn a_pending_mailbox_cannot_be_written() {
 }
 
 #[test]
-fn a_failed_attempt_is_repeated() {
+fn failed_attempt_is_repeated() {
     let mut transmitter = pending(&[0x100]);
     for (outcome, flag) in [
         (Outcome::Failed, FAILED),
@@ -169,7 +169,7 @@ fn a_failed_attempt_is_repeated() {
 }
 
 #[test]
-fn without_retransmission_there_is_one_attempt() {
+fn no_retransmission_limits_to_one_attempt() {
     for (outcome, flag) in [
         (Outcome::Failed, FAILED),
         (Outcome::LostArbitration, LOST_ARBITRATION),
@@ -184,7 +184,7 @@ fn without_retransmission_there_is_one_attempt() {
 }
 
 #[test]
-fn a_pending_mailbox_is_aborted_at_once() {
+fn pending_mailbox_is_aborted_at_once() {
     let mut transmitter = pending(&[0x100, 0x200]);
     transmitter.started(Order::Identifier);
     transmitter.write_status(ABORT << 8);
@@ -194,7 +194,7 @@ fn a_pending_mailbox_is_aborted_at_once() {
 }
 
 #[test]
-fn the_mailbox_on_the_wire_is_aborted_after_its_end() {
+fn mailbox_on_the_wire_is_aborted_after_its_attempt() {
     for (outcome, flag) in [
         (Outcome::Succeeded, SUCCEEDED),
         (Outcome::Failed, FAILED),
@@ -212,14 +212,14 @@ fn the_mailbox_on_the_wire_is_aborted_after_its_end() {
 }
 
 #[test]
-fn aborting_an_empty_mailbox_has_no_effect() {
+fn abort_of_empty_mailbox_has_no_effect() {
     let mut transmitter = Transmitter::default();
     transmitter.write_status(ABORT | ABORT << 8 | ABORT << 16);
     assert_eq!(transmitter.status(Order::Identifier), ALL_EMPTY);
 }
 
 #[test]
-fn results_are_cleared_by_software_or_by_the_next_request() {
+fn results_are_cleared_by_software_or_next_request() {
     let mut transmitter = pending(&[0x100, 0x200]);
     sent(&mut transmitter, Order::Identifier);
     transmitter.write_status(COMPLETED);

@@ -1,6 +1,6 @@
-//! Every instruction of the Cortex-M3, with its registers and immediates resolved: what the decoder makes of half-words.
+//! Every instruction of the Cortex-M3, with its registers and immediates resolved: the output of the decoder.
 //!
-//! Encodings that only differ in their size or in their ranges are the same instruction here.
+//! Encodings that differ only in size or range are the same instruction here.
 
 pub use super::operand::{
     Carry, Condition, DataOp, Extend, Index, Multiple, Rearrange, Register, SetFlags, Shift, Size,
@@ -71,7 +71,7 @@ pub enum Instruction {
     },
     /// MOVT.
     MoveTop { d: Register, value: u16 },
-    /// ADR: the word that PC is in, and an offset.
+    /// ADR: the word-aligned PC plus an offset.
     Address { d: Register, offset: i32 },
 
     /// MUL.
@@ -174,7 +174,7 @@ pub enum Instruction {
         m: Register,
         shift: u8,
     },
-    /// Load from an offset to the word that PC is in.
+    /// Load from the word-aligned PC plus an offset.
     LoadLiteral {
         size: Size,
         t: Register,
@@ -253,7 +253,7 @@ pub enum Instruction {
 
     /// B.
     Branch { offset: i32 },
-    /// B with a condition of its own.
+    /// B with its own condition.
     BranchIf { condition: Condition, offset: i32 },
     /// BL.
     BranchLink { offset: i32 },
@@ -276,7 +276,7 @@ pub enum Instruction {
 
     /// IT: the new ITSTATE.
     IfThen { state: u8 },
-    /// NOP, hints that do nothing here, barriers and preloads.
+    /// NOP, hints without effect here, barriers and preloads.
     Nop,
     /// WFI.
     WaitForInterrupt,
@@ -299,30 +299,30 @@ pub enum Instruction {
     /// BKPT.
     Breakpoint(u8),
 
-    /// UNDEFINED, by this rule.
+    /// UNDEFINED by this rule.
     Undefined(Rule),
-    /// UNPREDICTABLE, by this rule.
+    /// UNPREDICTABLE by this rule.
     Unpredictable(Rule),
 }
 
-/// Where an instruction may be in an IT block.
+/// The permitted position of an instruction in an IT block.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ItRule {
-    /// Anywhere.
+    /// Any position.
     Anywhere,
-    /// It branches: only as the last one.
+    /// A branch: only as the last instruction.
     Last,
-    /// Not at all.
+    /// Not permitted.
     Outside,
 }
 
 /// A decoded instruction.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Decoded {
-    /// What it does.
+    /// The instruction.
     pub instruction: Instruction,
     /// Its length in bytes, 2 or 4.
     pub length: u8,
-    /// Where it may be in an IT block.
+    /// Its permitted position in an IT block.
     pub it: ItRule,
 }

@@ -1,7 +1,7 @@
-//! From half-words to instructions: a pure function, which also knows what must not be executed and by which rule.
+//! Decodes half-words to instructions: a pure function, which also detects forbidden encodings and the rule for each.
 //!
-//! The tables are those of chapter A5 of the ARM ARM (ARMv7-M Architecture Reference Manual, DDI 0403E), one function for each;
-//! the conditions on registers are those of the instruction's page in A7.7.
+//! The tables are those of chapter A5 of the ARM ARM (ARMv7-M Architecture Reference Manual, DDI 0403E), one function per table;
+//! the conditions on registers are from the page of the instruction in A7.7.
 
 pub mod instruction;
 pub mod rule;
@@ -18,12 +18,12 @@ mod wide_register;
 use instruction::{Decoded, Instruction, ItRule, Register};
 use rule::Rule;
 
-/// Whether a half-word is the first of two (A5.1).
+/// True when a half-word is the first of two (A5.1).
 pub const fn is_wide(first: u16) -> bool {
     first >> 11 >= 0b11101
 }
 
-/// Decodes the instruction that starts with this half-word; `second` only counts where [`is_wide`] says so.
+/// Decodes the instruction that starts with this half-word; `second` is used only if [`is_wide`].
 pub fn decode(first: u16, second: u16) -> Decoded {
     let (length, result) = if is_wide(first) {
         let word = u32::from(first) << 16 | u32::from(second);
@@ -42,16 +42,16 @@ pub fn decode(first: u16, second: u16) -> Decoded {
     }
 }
 
-/// What a table yields: an instruction and where it may be in an IT block.
+/// A table entry: an instruction and its permitted position in an IT block.
 struct Plain {
     instruction: Instruction,
     it: ItRule,
 }
 
-/// Refused encodings travel as errors, so that conditions can be checked with `?`.
+/// Forbidden encodings are returned as errors, so that conditions can be checked with `?`.
 type Table = Result<Plain, Instruction>;
 
-/// An instruction that may be anywhere.
+/// An instruction that is permitted at any position.
 const fn anywhere(instruction: Instruction) -> Table {
     Ok(Plain {
         instruction,
@@ -59,7 +59,7 @@ const fn anywhere(instruction: Instruction) -> Table {
     })
 }
 
-/// An instruction that branches: in an IT block only as the last one.
+/// A branch: in an IT block only as the last instruction.
 const fn last(instruction: Instruction) -> Table {
     Ok(Plain {
         instruction,
@@ -67,7 +67,7 @@ const fn last(instruction: Instruction) -> Table {
     })
 }
 
-/// An instruction that must not be in an IT block.
+/// An instruction that is not permitted in an IT block.
 const fn outside(instruction: Instruction) -> Table {
     Ok(Plain {
         instruction,
@@ -80,7 +80,7 @@ const fn undefined<T>(rule: Rule) -> Result<T, Instruction> {
     Err(Instruction::Undefined(rule))
 }
 
-/// UNPREDICTABLE when `wrong`.
+/// UNPREDICTABLE if `wrong`.
 const fn refuse_if(wrong: bool, rule: Rule) -> Result<(), Instruction> {
     if wrong {
         Err(Instruction::Unpredictable(rule))
@@ -89,7 +89,7 @@ const fn refuse_if(wrong: bool, rule: Rule) -> Result<(), Instruction> {
     }
 }
 
-/// UNPREDICTABLE when one of these is SP or PC.
+/// UNPREDICTABLE if one of these is SP or PC.
 fn refuse_sp_and_pc(registers: &[Register]) -> Result<(), Instruction> {
     let wrong = registers.iter().any(|register| register.is_sp_or_pc());
     refuse_if(wrong, Rule::StackPointerOrPc)
@@ -100,7 +100,7 @@ const fn should_be(word: u32, mask: u32, value: u32) -> Result<(), Instruction> 
     refuse_if(word & mask != value, Rule::ShouldBe)
 }
 
-/// `count` bits from bit `low` on.
+/// `count` bits starting at bit `low`.
 const fn bits(word: u32, low: u32, count: u32) -> u32 {
     word >> low & ((1 << count) - 1)
 }
@@ -110,7 +110,7 @@ const fn bit(word: u32, index: u32) -> bool {
     word >> index & 1 != 0
 }
 
-/// The register whose number is in the four bits from `low` on.
+/// The register with the number in the four bits starting at `low`.
 const fn register(word: u32, low: u32) -> Register {
     Register::new(word >> low)
 }

@@ -30,7 +30,7 @@ pub fn decode(word: u32) -> Table {
         0b10_1100..=0b10_1111 => miscellaneous(word),
         0b11_0000..=0b11_0011 => multiple(word),
         0b11_0100..=0b11_0111 => conditional(word),
-        // What starts with 11101 or 1111 is wide and never comes here.
+        // Encodings that start with 11101 or 1111 are 32-bit instructions and not passed to this function.
         _ => last(Instruction::Branch {
             offset: signed(bits(word, 0, 11) << 1, 12),
         }),
@@ -79,7 +79,7 @@ fn immediate(word: u32) -> Table {
     }
 }
 
-/// LSL, LSR, ASR by an immediate. LSL by 0 is MOVS, which must be outside of IT blocks (A7.7.77, T2).
+/// LSL, LSR, ASR by an immediate. LSL by 0 is MOVS, which must be outside IT blocks (A7.7.77, T2).
 fn shift_by_immediate(word: u32, d: Register, m: Register) -> Table {
     let amount = bits(word, 6, 5) as u8;
     let (shift, amount) = match (bits(word, 11, 2), amount) {
@@ -298,7 +298,7 @@ fn if_then(word: u32) -> Table {
     })
 }
 
-/// Hints; those that are not allocated do nothing.
+/// Hints; unallocated hints do nothing.
 pub fn hint(number: u32) -> Table {
     anywhere(match number {
         2 => Instruction::WaitForEvent,

@@ -1,4 +1,4 @@
-//! 16-bit loads and stores (ARM ARM A5.2.4, and those of A5.2 and A5.2.5 that transfer several registers).
+//! 16-bit loads and stores (ARM ARM A5.2.4, and those of A5.2 and A5.2.5 with several registers).
 
 use super::instruction::{Instruction, Multiple, Register, Size};
 use super::narrow::low;
@@ -58,7 +58,7 @@ pub fn load_store_immediate(word: u32) -> Table {
     }
 }
 
-/// PUSH and POP; bit 8 stands for LR or PC.
+/// PUSH and POP; bit 8 selects LR or PC.
 pub fn push_pop(word: u32, extra: u32) -> Table {
     let list = (bits(word, 0, 8) | bits(word, 8, 1) << extra) as u16;
     refuse_if(list == 0, Rule::ShortList)?;
@@ -84,7 +84,7 @@ pub fn push_pop(word: u32, extra: u32) -> Table {
     }
 }
 
-/// STM and LDM, always from the base upwards.
+/// STM and LDM, always upwards from the base.
 pub fn multiple(word: u32) -> Table {
     let n = low(word, 8);
     let list = bits(word, 0, 8) as u16;
@@ -99,7 +99,7 @@ pub fn multiple(word: u32) -> Table {
             list,
         });
     }
-    // What is stored for a base that is not the lowest register is UNKNOWN (A7.7.159).
+    // The stored value of a base that is not the lowest register is UNKNOWN (A7.7.159).
     let lowest = list.trailing_zeros() as usize == n.index();
     refuse_if(listed && !lowest, Rule::WriteBackOfTransferred)?;
     anywhere(Instruction::StoreMultiple {

@@ -1,4 +1,4 @@
-//! What instructions work on and how: registers, sizes, shifts, conditions.
+//! The operands of instructions: registers, sizes, shifts, conditions.
 
 /// A core register, R0 to R15.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -12,7 +12,7 @@ impl Register {
     /// The program counter, R15.
     pub const PC: Self = Self(15);
 
-    /// The register with this number; only the low four bits count.
+    /// The register with this number; only the low four bits are used.
     pub const fn new(number: u32) -> Self {
         Self((number & 15) as u8)
     }
@@ -23,7 +23,7 @@ impl Register {
         (self.0 & 15) as usize
     }
 
-    /// Many encodings take neither SP nor PC.
+    /// True for SP and PC, which many encodings do not permit.
     pub fn is_sp_or_pc(self) -> bool {
         self == Self::SP || self == Self::PC
     }
@@ -36,7 +36,7 @@ pub enum SetFlags {
     No,
     /// It does.
     Yes,
-    /// Most 16-bit instructions: unless they are in an IT block.
+    /// Most 16-bit instructions: only outside an IT block.
     OutsideIt,
 }
 
@@ -47,22 +47,22 @@ impl SetFlags {
     }
 }
 
-/// What a data-processing instruction computes from its first and second operand.
+/// The operation of a data-processing instruction on its first and second operand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum DataOp {
-    /// Both.
+    /// Bitwise and.
     And,
     /// The first without the bits of the second.
     Bic,
-    /// Either.
+    /// Bitwise or.
     Orr,
-    /// The first, or not the second.
+    /// The first, or the complement of the second.
     Orn,
     /// Exclusive or.
     Eor,
     /// The second operand.
     Mov,
-    /// Not the second operand.
+    /// The complement of the second operand.
     Mvn,
     /// Sum.
     Add,
@@ -91,10 +91,10 @@ pub enum Shift {
     Rrx,
 }
 
-/// The carry that an immediate operand yields.
+/// The carry of an immediate operand.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Carry {
-    /// It stays.
+    /// Unchanged.
     Keep,
     /// 0.
     Clear,
@@ -102,7 +102,7 @@ pub enum Carry {
     Set,
 }
 
-/// What SXTB and its kin extend.
+/// The operand of SXTB and similar instructions.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Extend {
     /// A signed byte.
@@ -130,7 +130,7 @@ pub enum Rearrange {
     CountLeadingZeros,
 }
 
-/// What a load or store transfers.
+/// The size of a load or store.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Size {
     /// 8 bits, zero-extended.
@@ -145,23 +145,23 @@ pub enum Size {
     Word,
 }
 
-/// How a load or store writes its base register back.
+/// The base register update of a load or store.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Index {
-    /// `[Rn, #offset]`: it does not.
+    /// `[Rn, #offset]`: no write-back.
     Offset,
-    /// `[Rn, #offset]!`: the address goes to the base.
+    /// `[Rn, #offset]!`: the address is written to the base.
     Pre,
-    /// `[Rn], #offset`: the access is at the base, and the offset is added afterwards.
+    /// `[Rn], #offset`: the access uses the base, then the offset is added to it.
     Post,
 }
 
 /// The order of LDM and STM.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Multiple {
-    /// From the base upwards.
+    /// Upwards from the base.
     IncrementAfter,
-    /// Ends below the base.
+    /// Ends just below the base.
     DecrementBefore,
 }
 
@@ -188,7 +188,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// From its code. 1111 means "always" wherever it is allowed at all.
+    /// The condition of a code. 1111 means "always" wherever it is permitted.
     #[inline]
     pub const fn from_code(code: u32) -> Self {
         match code & 15 {

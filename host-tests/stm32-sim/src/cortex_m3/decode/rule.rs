@@ -4,16 +4,16 @@
 
 use std::fmt;
 
-/// Why an instruction must not be executed.
+/// The reason why an instruction must not be executed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Rule {
-    /// UNDEFINED: not allocated.
+    /// UNDEFINED: unallocated.
     Unallocated,
-    /// UNDEFINED: the architecture keeps it so.
+    /// UNDEFINED: permanently UNDEFINED by the architecture.
     PermanentlyUndefined,
     /// UNDEFINED: the DSP extension is not implemented.
     DspExtension,
-    /// UNDEFINED: what is Advanced SIMD in other profiles.
+    /// UNDEFINED: Advanced SIMD in other profiles.
     AdvancedSimd,
     /// UNDEFINED: there is no coprocessor.
     NoCoprocessor,
@@ -21,11 +21,11 @@ pub enum Rule {
     StoreToPc,
     /// UNPREDICTABLE: a bit in parentheses.
     ShouldBe,
-    /// UNPREDICTABLE: SP or PC where they may not be.
+    /// UNPREDICTABLE: SP or PC is not permitted.
     StackPointerOrPc,
     /// UNPREDICTABLE: two registers that must differ.
     SameRegister,
-    /// UNPREDICTABLE: the base is written back and transferred.
+    /// UNPREDICTABLE: write-back of a base that is also transferred.
     WriteBackOfTransferred,
     /// UNPREDICTABLE: too few registers in the list.
     ShortList,
@@ -35,23 +35,23 @@ pub enum Rule {
     BothLow,
     /// UNPREDICTABLE: a modified immediate that repeats zero.
     RepeatedZero,
-    /// UNPREDICTABLE: a bit field that does not lie in the register.
+    /// UNPREDICTABLE: a bit field outside the register.
     BitField,
     /// UNPREDICTABLE: the copies of Rm differ.
     InconsistentRegister,
-    /// UNPREDICTABLE: the shift is not one that SP may be changed with.
+    /// UNPREDICTABLE: a shift that is not permitted for a change of SP.
     StackShift,
-    /// UNPREDICTABLE: an IT with an impossible condition.
+    /// UNPREDICTABLE: an IT with an invalid condition.
     ItCondition,
-    /// UNPREDICTABLE: in an IT block where it may not be.
+    /// UNPREDICTABLE: not permitted in an IT block.
     InItBlock,
-    /// UNPREDICTABLE: in an IT block, and not the last there.
+    /// UNPREDICTABLE: in an IT block, and not the last instruction.
     NotLastInItBlock,
     /// UNPREDICTABLE: CPS that changes nothing.
     ChangesNothing,
-    /// UNPREDICTABLE: no such special register.
+    /// UNPREDICTABLE: unknown special register.
     SpecialRegister,
-    /// UNPREDICTABLE: MSR with a mask that this register has not.
+    /// UNPREDICTABLE: MSR with a mask that this register does not have.
     SpecialMask,
 }
 
@@ -59,7 +59,7 @@ impl Rule {
     /// The rule and its place in the ARM ARM.
     const fn text(self) -> &'static str {
         match self {
-            Self::Unallocated => "the encoding is not allocated (A5.1.1)",
+            Self::Unallocated => "the encoding is unallocated (A5.1.1)",
             Self::PermanentlyUndefined => "UDF (A7.7.194)",
             Self::DspExtension => "an instruction of the DSP extension (A5.1.1, A1.3)",
             Self::AdvancedSimd => {
@@ -70,7 +70,7 @@ impl Rule {
             Self::ShouldBe => "a bit in parentheses has the other value (A5.1.2)",
             Self::StackPointerOrPc => "a register is SP or PC (A5.1.2, A5.1.3)",
             Self::SameRegister => {
-                "two registers that must differ do not (A7.7: LDRD, STREX, SMULL)"
+                "two registers that must differ are equal (A7.7: LDRD, STREX, SMULL)"
             }
             Self::WriteBackOfTransferred => {
                 "the base is written back and transferred (A7.7: LDR, LDM, STM)"
@@ -80,18 +80,18 @@ impl Rule {
             Self::BothLow => "both registers are low (A7.7.28, CMP T2)",
             Self::RepeatedZero => "a modified immediate that repeats zero (A5.3.2)",
             Self::BitField => {
-                "the bit field ends outside of the register or before it starts (A7.7: BFI, SBFX)"
+                "the bit field ends outside the register or before its start (A7.7: BFI, SBFX)"
             }
             Self::InconsistentRegister => "Rm is encoded twice and differs (A7.7: CLZ, RBIT, REV)",
             Self::StackShift => {
-                "SP changes by a register with another shift than LSL 0 to 3 (A7.7.6, A7.7.176)"
+                "SP changes by a register with a shift other than LSL 0 to 3 (A7.7.6, A7.7.176)"
             }
             Self::ItCondition => "IT with the condition 1111, or 1110 with an else (A7.7.38)",
             Self::InItBlock => "in an IT block (A7.3.2)",
-            Self::NotLastInItBlock => "a branch in an IT block and not last (A7.3.2)",
+            Self::NotLastInItBlock => "a branch in an IT block, not at its end (A7.3.2)",
             Self::ChangesNothing => "CPS with neither I nor F (B5.2.1)",
-            Self::SpecialRegister => "no such special register (B5.2.2, B5.2.3)",
-            Self::SpecialMask => "MSR with a mask that this register has not (B5.2.3)",
+            Self::SpecialRegister => "unknown special register (B5.2.2, B5.2.3)",
+            Self::SpecialMask => "MSR with a mask that this register does not have (B5.2.3)",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! 32-bit instructions (ARM ARM A5.3): which of the tables. The first half-word is in the high bits.
+//! 32-bit instructions (ARM ARM A5.3): selects the table. The first half-word is in the high bits.
 
 use super::rule::Rule;
 use super::{Table, bit, bits, undefined};

@@ -12,7 +12,7 @@ pub fn decode(word: u32) -> Table {
     match (bit(word, 14), bit(word, 12)) {
         (false, true) => last(Instruction::Branch { offset: far(word) }),
         (true, true) => last(Instruction::BranchLink { offset: far(word) }),
-        // BLX with an immediate is for the ARM state only.
+        // BLX with an immediate exists in the ARM state only.
         (true, false) => undefined(Rule::Unallocated),
         (false, false) if bits(word, 23, 3) != 0b111 => outside(Instruction::BranchIf {
             condition: Condition::from_code(bits(word, 22, 4)),
@@ -42,7 +42,7 @@ fn far(word: u32) -> i32 {
     signed(offset, 25)
 }
 
-/// What is left when it is no branch: MSR, hints, barriers, MRS, UDF.
+/// The encodings that are no branch: MSR, hints, barriers, MRS, UDF.
 fn control(word: u32) -> Table {
     match bits(word, 20, 7) {
         0b011_1000 | 0b011_1001 => move_to_special(word),
@@ -51,7 +51,7 @@ fn control(word: u32) -> Table {
                 return undefined(Rule::Unallocated);
             }
             should_be(word, 0x000F_2800, 0x000F_0000)?;
-            // DBG and what is not allocated do nothing. The numbers below 16 are those of the narrow hints.
+            // DBG and unallocated hints do nothing. The numbers below 16 are those of the 16-bit hints.
             narrow::hint(bits(word, 0, 8))
         }
         0b011_1011 => {
@@ -89,7 +89,7 @@ fn move_from_special(word: u32) -> Table {
     anywhere(Instruction::MoveFromSpecial { d, special })
 }
 
-/// MSR. Mask bit 0 stands for the GE bits of the DSP extension, bit 1 for everything else.
+/// MSR. Mask bit 0 selects the GE bits of the DSP extension, bit 1 all others.
 fn move_to_special(word: u32) -> Table {
     should_be(word, 0x0010_2300, 0)?;
     let n: Register = register(word, 16);

@@ -21,7 +21,7 @@ enum Operand {
 }
 
 impl Operand {
-    /// Whether SP may be changed by it: any number, and a register shifted left by 0 to 3 (A7.7.6, A7.7.176).
+    /// True if it may change SP: an immediate, or a register shifted left by 0 to 3 (A7.7.6, A7.7.176).
     fn may_change_sp(self) -> bool {
         match self {
             Self::Immediate { .. } => true,
@@ -108,7 +108,7 @@ pub fn shifted_register(word: u32) -> Table {
     table
 }
 
-/// Tables A5-10 and A5-22, which are the same but for PKH.
+/// Tables A5-10 and A5-22, which differ only in PKH.
 fn data_processing(word: u32, operand: Operand) -> Table {
     let set = bit(word, 20);
     let (n, d) = (register(word, 16), register(word, 8));
@@ -146,7 +146,7 @@ fn data_processing(word: u32, operand: Operand) -> Table {
     }
 }
 
-/// MOV: without flags SP may be on one side of a plain one (A7.7.77, T3).
+/// MOV: without flags, SP is permitted as one operand of a plain MOV (A7.7.77, T3).
 fn move_register(operand: Operand, d: Register, flags: SetFlags) -> Table {
     match operand {
         Operand::Shifted {
@@ -166,7 +166,7 @@ fn move_register(operand: Operand, d: Register, flags: SetFlags) -> Table {
     operand.data(DataOp::Mov, d, d, flags)
 }
 
-/// ADD, SUB, CMN, CMP: these also change SP, but only from SP.
+/// ADD, SUB, CMN, CMP: these may also change SP, but only with SP as the first operand.
 fn add_or_subtract(op: DataOp, operand: Operand, d: Register, n: Register, set: bool) -> Table {
     refuse_if(n == Register::PC, Rule::StackPointerOrPc)?;
     if d == Register::PC && set {
@@ -222,7 +222,7 @@ pub fn plain_immediate(word: u32) -> Table {
     }
 }
 
-/// ADDW and SUBW, which are ADR with PC.
+/// ADDW and SUBW; with PC they are ADR.
 fn add_plain(op: DataOp, d: Register, n: Register, value: u32) -> Table {
     if n == Register::PC {
         refuse_sp_and_pc(&[d])?;

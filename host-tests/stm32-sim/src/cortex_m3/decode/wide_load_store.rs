@@ -62,7 +62,7 @@ pub fn dual_or_exclusive(word: u32) -> Table {
     }
 }
 
-/// LDREX and STREX of all sizes; `d` is where this encoding has the status register.
+/// LDREX and STREX of all sizes; `d` is the status register of this encoding.
 fn exclusive(word: u32, load: bool, size: Size, d: Register, offset: u16) -> Table {
     let (t, n) = (register(word, 12), register(word, 16));
     let narrow = size != Size::Word;
@@ -133,7 +133,7 @@ fn dual(word: u32, load: bool) -> Table {
     })
 }
 
-/// From the bits P and W; the encoding with neither is another instruction's.
+/// From the bits P and W; the encoding without both belongs to another instruction.
 fn index(p: bool, w: bool) -> Index {
     match (p, w) {
         (true, false) => Index::Offset,
@@ -180,7 +180,7 @@ fn literal(word: u32, size: Size) -> Table {
     ending(t, Instruction::LoadLiteral { size, t, offset })
 }
 
-/// A load or store at a base register: the four ways to form the address.
+/// A load or store with a base register: the four ways to form the address.
 fn address(word: u32, size: Size, load: bool) -> Table {
     let (t, n, m) = (register(word, 12), register(word, 16), register(word, 0));
     let hint = load && is_hint(size, t);
@@ -219,7 +219,7 @@ fn address(word: u32, size: Size, load: bool) -> Table {
     let (p, up, w) = (bit(word, 10), bit(word, 9), bit(word, 8));
     match (bit(word, 11), p, up, w) {
         (true, true, false, false) => offset(size, t, n, -byte, load),
-        // LDRT, STRT and their kin: as if unprivileged.
+        // LDRT, STRT and similar: unprivileged access.
         (true, true, true, false) => {
             refuse_sp_and_pc(&[t])?;
             offset(size, t, n, byte, load)
@@ -242,7 +242,7 @@ fn offset(size: Size, t: Register, n: Register, offset: i16, load: bool) -> Tabl
     anywhere(Instruction::StoreOffset { size, t, n, offset })
 }
 
-/// With the base written back. There are no such hints.
+/// With write-back of the base. Hints have no such form.
 fn indexed(size: Size, t: Register, n: Register, index: Index, offset: i16, load: bool) -> Table {
     transferred(size, t)?;
     let only_words = size != Size::Word || !load;
@@ -269,7 +269,7 @@ fn indexed(size: Size, t: Register, n: Register, index: Index, offset: i16, load
     )
 }
 
-/// Loads of bytes and half-words to PC are preloads or not allocated, and do nothing (A5.3.8, A5.3.9).
+/// Loads of bytes and half-words to PC are preloads or unallocated hints, and do nothing (A5.3.8, A5.3.9).
 fn is_hint(size: Size, t: Register) -> bool {
     size != Size::Word && t == Register::PC
 }

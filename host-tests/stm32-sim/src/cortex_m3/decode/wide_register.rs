@@ -1,4 +1,5 @@
-//! 32-bit instructions on registers alone: shifts, extensions, reversals, multiplications, divisions (ARM ARM A5.3.12 to A5.3.17).
+//! 32-bit instructions with register operands only: shifts, extensions, reversals, multiplications, divisions (ARM ARM A5.3.12 to
+//! A5.3.17).
 
 use super::instruction::{Extend, Instruction, Rearrange, Register, SetFlags, Shift};
 use super::rule::Rule;
@@ -39,7 +40,7 @@ fn shift(word: u32) -> Table {
     })
 }
 
-/// SXTH, UXTH, SXTB, UXTB; with Rn they add, which is DSP.
+/// SXTH, UXTH, SXTB, UXTB; the forms with Rn add and belong to the DSP extension.
 fn extend(word: u32) -> Table {
     let kind = match bits(word, 20, 3) {
         0b000 => Extend::SignedHalfWord,
@@ -62,7 +63,7 @@ fn extend(word: u32) -> Table {
     })
 }
 
-/// A5.3.15: REV and its kin, CLZ.
+/// A5.3.15: REV and similar, CLZ.
 fn rearrange(word: u32) -> Table {
     let kind = match (bits(word, 20, 2), bits(word, 4, 2)) {
         (0b01, 0b00) => Rearrange::ReverseBytes,

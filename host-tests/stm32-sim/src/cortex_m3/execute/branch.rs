@@ -1,4 +1,4 @@
-//! Branches (ARM ARM A4.3), and what writing PC means.
+//! Branches (ARM ARM A4.3), and writes to PC.
 
 use super::super::CortexM3;
 use super::super::decode::instruction::{Register, Size};
@@ -6,19 +6,19 @@ use super::super::fault::{FaultKind, Result};
 use crate::io::Io;
 
 impl CortexM3 {
-    /// Relative to PC, which is the instruction's address and 4.
+    /// Relative to PC, which is the address of the instruction plus 4.
     #[inline(always)]
     pub(super) fn branch(&mut self, offset: i32) {
         self.next = self.registers.get(Register::PC).wrapping_add_signed(offset);
     }
 
-    /// LR gets the address of the next instruction, with the bit of the Thumb state.
+    /// Sets LR to the address of the next instruction, with the bit of the Thumb state.
     #[inline(always)]
     pub(super) fn link(&mut self) {
         self.registers.set(Register::LR, self.next | 1);
     }
 
-    /// A jump to an address whose low bit names the state (BLXWritePC).
+    /// Jumps to an address whose low bit selects the state (BLXWritePC).
     #[inline(always)]
     pub(in super::super) fn branch_to_state(&mut self, target: u32) -> Result<()> {
         if target & 1 == 0 {
@@ -28,7 +28,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// The same, which in a handler may also be the return from it (BXWritePC, LoadWritePC).
+    /// The same; in a handler it may also be the exception return (BXWritePC, LoadWritePC).
     #[inline(always)]
     pub(super) fn branch_exchange(&mut self, target: u32) -> Result<()> {
         if target >> 28 == 0xF && self.registers.in_handler() {
@@ -37,7 +37,7 @@ impl CortexM3 {
         self.branch_to_state(target)
     }
 
-    /// ADD PC, Rm: the state stays whatever the low bit is.
+    /// ADD PC, Rm: ignores the low bit, so the state does not change.
     pub(super) fn add_to_pc(&mut self, m: Register) {
         let sum = self
             .registers
@@ -46,7 +46,7 @@ impl CortexM3 {
         self.next = sum & !1;
     }
 
-    /// TBB and TBH: forward by twice the entry of the table.
+    /// TBB and TBH: forward by twice the table entry.
     pub(super) fn table_branch(
         &mut self,
         io: &mut impl Io,

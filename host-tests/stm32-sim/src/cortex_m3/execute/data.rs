@@ -5,7 +5,7 @@ use super::super::decode::instruction::{
     Carry, DataOp, Extend, Rearrange, Register, SetFlags, Shift,
 };
 
-/// A result with the flags C and V that it yields.
+/// A result with its flags C and V.
 struct Outcome {
     value: u32,
     carry: bool,
@@ -23,14 +23,14 @@ fn add_with_carry(a: u32, b: u32, carry: bool) -> Outcome {
     }
 }
 
-/// Shift_C (A7.4.2), for any amount: those of 32 and more count with shifts by a register.
+/// Shift_C (A7.4.2) for any amount: shifts by a register can be 32 or more.
 #[inline(always)]
 fn shift(value: u32, shift: Shift, amount: u8, carry: bool) -> (u32, bool) {
     if amount == 0 {
         return (value, carry);
     }
     let amount = u32::from(amount);
-    // The value with the bit that goes to the carry beside it.
+    // The value and the bit that is shifted into the carry.
     match shift {
         Shift::Lsl => {
             let wide = u64::from(value).checked_shl(amount).unwrap_or(0);
@@ -53,7 +53,7 @@ fn shift(value: u32, shift: Shift, amount: u8, carry: bool) -> (u32, bool) {
 }
 
 impl CortexM3 {
-    /// A register, shifted, and the carry of that.
+    /// A shifted register, and the carry of the shift.
     #[inline(always)]
     pub(super) fn shifted(&self, m: Register, kind: Shift, amount: u8) -> (u32, bool) {
         shift(
@@ -64,7 +64,7 @@ impl CortexM3 {
         )
     }
 
-    /// What an operation yields; `carry` is that of the second operand.
+    /// The result of an operation; `carry` is that of the second operand.
     #[inline(always)]
     fn compute(&self, op: DataOp, a: u32, (b, carry): (u32, bool)) -> Outcome {
         let flags = &self.registers.flags;

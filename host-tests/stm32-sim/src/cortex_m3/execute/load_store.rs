@@ -1,4 +1,4 @@
-//! Loads and stores of one value (ARM ARM A4.6), and what lies at an address (B3.1).
+//! Loads and stores of one value (ARM ARM A4.6), and the address map (B3.1).
 
 use super::super::CortexM3;
 use super::super::decode::instruction::{Index, Register, Size};
@@ -12,14 +12,14 @@ const RAM_BITS: std::ops::Range<u32> = 0x2200_0000..0x2400_0000;
 const PERIPHERALS: std::ops::Range<u32> = 0x4000_0000..0x4200_0000;
 /// The bit-band alias of the peripherals.
 const PERIPHERAL_BITS: std::ops::Range<u32> = 0x4200_0000..0x4400_0000;
-/// The chip's own memory: boot loader, unique identifier, option bytes.
+/// System memory of the chip: boot loader, unique identifier, option bytes.
 const SYSTEM_MEMORY: std::ops::Range<u32> = 0x1FFF_0000..0x2000_0000;
-/// The core's own registers.
+/// The registers of the core.
 const SYSTEM_CONTROL: std::ops::Range<u32> = 0xE000_E000..0xE000_F000;
 /// DBGMCU.
 const DEBUG: std::ops::Range<u32> = 0xE004_2000..0xE004_2400;
 
-/// The word and the bit in it that a bit-band alias stands for (PM0056 2.2.5).
+/// The word and the bit of an address in a bit-band alias (PM0056 2.2.5).
 fn bit_of_alias(address: u32) -> (u32, u32) {
     let base = address & 0xF000_0000;
     let offset = address & 0x01FF_FFFF;
@@ -34,7 +34,7 @@ fn width(size: Size) -> Width {
     }
 }
 
-/// How many bytes, less one: the bits of an address that are 0 when it is aligned.
+/// The size in bytes minus one: the address bits that are 0 when it is aligned.
 #[inline(always)]
 fn alignment(size: Size) -> u32 {
     match size {
@@ -45,7 +45,7 @@ fn alignment(size: Size) -> u32 {
 }
 
 impl CortexM3 {
-    /// PC, aligned to a word: what literals are relative to.
+    /// The word-aligned PC: the base of literals.
     #[inline(always)]
     pub(super) fn literal_base(&self) -> u32 {
         self.registers.get(Register::PC) & !3
@@ -113,7 +113,7 @@ impl CortexM3 {
         self.store_elsewhere(io, size, address, value)
     }
 
-    /// Loads from what is not memory. Nothing there can be unaligned (A3.2.1).
+    /// Loads from a register. Such an access cannot be unaligned (A3.2.1).
     #[inline(never)]
     fn load_elsewhere(&mut self, io: &mut impl Io, size: Size, address: u32) -> Result<u32> {
         if address & alignment(size) != 0 {
@@ -188,26 +188,26 @@ impl CortexM3 {
         let value = io
             .read(self.cycle, address, width)
             .map_err(|error| FaultKind::Access(address, error))?;
-        self.note_attention(io);
+        self.note_change(io);
         Ok(value)
     }
 
     fn write_io(&mut self, io: &mut impl Io, address: u32, width: Width, value: u32) -> Result<()> {
         io.write(self.cycle, address, width, value)
             .map_err(|error| FaultKind::Access(address, error))?;
-        self.note_attention(io);
+        self.note_change(io);
         Ok(())
     }
 
-    /// Ends the run after this instruction when the machine has to look.
-    fn note_attention(&mut self, io: &mut impl Io) {
-        if io.take_attention() {
-            self.attention = true;
+    /// Ends the run after this instruction when the machine has to update.
+    fn note_change(&mut self, io: &mut impl Io) {
+        if io.take_changed() {
+            self.changed = true;
             self.interrupted = true;
         }
     }
 
-    /// A load to a register; to PC it branches.
+    /// Loads to a register; a load to PC branches.
     #[inline(always)]
     pub(super) fn load_to(
         &mut self,
@@ -220,7 +220,7 @@ impl CortexM3 {
         self.write_loaded(t, address, value)
     }
 
-    /// A register gets what was loaded. An address that is to be branched to comes from an aligned word (A7.7.43).
+    /// Writes the loaded value to a register. The target of a branch must be loaded from an aligned word (A7.7.43).
     #[inline(always)]
     fn write_loaded(&mut self, t: Register, address: u32, value: u32) -> Result<()> {
         if t != Register::PC {
@@ -233,7 +233,7 @@ impl CortexM3 {
         self.branch_exchange(value)
     }
 
-    /// The address of the access, and what the base is afterwards.
+    /// The address of the access, and the new value of the base.
     #[inline(always)]
     pub(super) fn index(&self, n: Register, index: Index, offset: i16) -> (u32, u32) {
         let base = self.registers.get(n);

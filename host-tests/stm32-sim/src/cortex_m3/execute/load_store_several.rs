@@ -13,7 +13,7 @@ fn aligned(address: u32, mask: u32) -> Result<()> {
     }
 }
 
-/// Where the first word goes, and what the base is afterwards.
+/// The address of the first word, and the new value of the base.
 fn span(base: u32, kind: Multiple, list: u16) -> (u32, u32) {
     let length = 4 * list.count_ones();
     match kind {
@@ -22,7 +22,7 @@ fn span(base: u32, kind: Multiple, list: u16) -> (u32, u32) {
     }
 }
 
-/// The registers of a list, from the lowest on.
+/// The registers of a list, starting with the lowest.
 #[inline(always)]
 fn registers(mut list: u16) -> impl Iterator<Item = Register> {
     std::iter::from_fn(move || {
@@ -33,7 +33,7 @@ fn registers(mut list: u16) -> impl Iterator<Item = Register> {
 }
 
 impl CortexM3 {
-    /// LDM. The base is written back before the registers, and PC comes last: it may end a handler.
+    /// LDM. The base is written back before the registers, and PC is loaded last: it may end a handler.
     pub(super) fn load_multiple(
         &mut self,
         io: &mut impl Io,
@@ -84,7 +84,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// LDRD. With PC as the base it is relative to its word.
+    /// LDRD. With PC as the base, the address is relative to the word-aligned PC.
     pub(super) fn load_dual(
         &mut self,
         io: &mut impl Io,
@@ -134,7 +134,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// LDREX: opens the local monitor, which on this core knows no address (A3.4.1).
+    /// LDREX: opens the local monitor, which ignores the address on this core (A3.4.1).
     pub(super) fn load_exclusive(
         &mut self,
         io: &mut impl Io,
@@ -150,7 +150,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// STREX: stores and yields 0 if the monitor is still open, and closes it.
+    /// STREX: if the monitor is still open, stores and returns 0; closes it.
     pub(super) fn store_exclusive(
         &mut self,
         io: &mut impl Io,

@@ -9,7 +9,7 @@ impl CortexM3 {
         self.registers.get(n).wrapping_mul(self.registers.get(m))
     }
 
-    /// MUL. C and V stay.
+    /// MUL. C and V do not change.
     pub(super) fn multiply(&mut self, d: Register, n: Register, m: Register, flags: SetFlags) {
         let result = self.product(n, m);
         if self.sets(flags) {
@@ -48,7 +48,8 @@ impl CortexM3 {
         self.registers.set(high, (result >> 32) as u32);
     }
 
-    /// SDIV and UDIV round towards zero. By zero they yield 0 unless CCR.DIV_0_TRP is set; the lowest number by -1 is itself.
+    /// SDIV and UDIV round towards zero. Division by zero gives 0 unless CCR.DIV_0_TRP is set; the lowest number divided by -1 is
+    /// itself.
     pub(super) fn divide(
         &mut self,
         signed: bool,

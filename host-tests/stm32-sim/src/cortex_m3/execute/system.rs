@@ -12,7 +12,7 @@ const UNPRIVILEGED: u32 = 1 << 0;
 const PROCESS_STACK: u32 = 1 << 1;
 
 impl CortexM3 {
-    /// CPSIE and CPSID, which do nothing when unprivileged.
+    /// CPSIE and CPSID, which have no effect when unprivileged.
     pub(super) fn change_state(&mut self, disable: bool, primask: bool, faultmask: bool) {
         if !self.registers.is_privileged() {
             return;
@@ -23,17 +23,17 @@ impl CortexM3 {
         if faultmask {
             self.set_faultmask(disable);
         }
-        // Masking lets nothing in.
+        // Masking cannot start an exception.
         self.interrupted |= !disable;
     }
 
-    /// NMI cannot be masked in itself.
+    /// The NMI handler cannot set FAULTMASK.
     fn set_faultmask(&mut self, masked: bool) {
         let registers = &mut self.registers;
         registers.faultmask = masked && self.exceptions.execution_priority(registers, true) > -1;
     }
 
-    /// MRS: a special register by its number. EPSR always reads as 0.
+    /// MRS: reads a special register by number. EPSR always reads as 0.
     pub(super) fn special(&self, number: u8) -> u32 {
         let registers = &self.registers;
         let exception = if number & 1 != 0 {
@@ -69,7 +69,7 @@ impl CortexM3 {
         }
     }
 
-    /// MSR: all but the flags need privilege, and IPSR and EPSR ignore writes.
+    /// MSR: except for the flags it requires privilege; IPSR and EPSR ignore writes.
     pub(super) fn set_special(&mut self, number: u8, value: u32) {
         if number < 4 {
             self.registers.flags = Flags::from_bits(value);
@@ -83,7 +83,7 @@ impl CortexM3 {
             8 | 9 => self.registers.write_stack_pointer(number == 9, value),
             16 => self.registers.primask = value & 1 != 0,
             17 => self.registers.basepri = priority,
-            // BASEPRI_MAX only raises.
+            // BASEPRI_MAX can only raise the mask level.
             18 if priority != 0
                 && (priority < self.registers.basepri || self.registers.basepri == 0) =>
             {
@@ -100,7 +100,7 @@ impl CortexM3 {
         }
     }
 
-    /// SVC is taken at once; where it does not preempt, it would escalate to HardFault (B1.5.6).
+    /// SVC is taken at once; without sufficient priority it would escalate to HardFault (B1.5.6).
     pub(super) fn supervisor_call(&mut self) -> Result<()> {
         if !self.exceptions.preempts(SVCALL, &self.registers, true) {
             return Err(FaultKind::Escalation.into());
@@ -110,7 +110,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// BKPT halts with PC at it.
+    /// BKPT halts with PC at its address.
     pub(super) fn stop_at_bkpt(&mut self, number: u8) {
         self.next = self.registers.get(Register::PC).wrapping_sub(4);
         self.pause = Some(Pause::Bkpt(number));

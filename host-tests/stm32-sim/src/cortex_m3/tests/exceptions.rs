@@ -8,7 +8,7 @@ fn pulse(processor: &mut CortexM3, interrupt: u8) {
     processor.set_interrupt_line(interrupt, false);
 }
 
-/// Takes what is pending, without an instruction.
+/// Takes pending exceptions without executing an instruction.
 fn settle(processor: &mut CortexM3) {
     let now = processor.cycle();
     processor
@@ -16,7 +16,7 @@ fn settle(processor: &mut CortexM3) {
         .expect("no fault");
 }
 
-/// B1.5.6: eight words, SP aligned to 8 bytes and bit 9 of xPSR for it, EXC_RETURN in LR; the return restores all of it.
+/// B1.5.6: eight words, SP aligned to 8 bytes with bit 9 of xPSR set, EXC_RETURN in LR; the return restores everything.
 #[test]
 fn frame_and_return() {
     for (stack, frame, aligned) in [(STACK, STACK - 32, 0), (STACK - 4, STACK - 40, 1 << 9)] {
@@ -74,7 +74,7 @@ fn frame_and_return() {
     }
 }
 
-/// An interrupt in an IT block: the handler runs outside of it, and the block goes on after it.
+/// An interrupt in an IT block: the handler runs outside the block, and the block continues after it.
 #[test]
 fn interrupt_in_an_it_block() {
     let mut processor = processor(&[0xBF06, 0x2001, 0x2102, 0x2203]);
@@ -93,7 +93,8 @@ fn interrupt_in_an_it_block() {
     assert_eq!([0, 1, 2].map(|n| processor.register(n)), [1, 2, 0]);
 }
 
-/// A better priority preempts, the same does not; of those that wait the best comes first, then the lowest number.
+/// A higher priority preempts, an equal one does not; the pending exception with the highest priority is next, then the lowest
+/// number.
 #[test]
 fn nesting() {
     let mut processor = processor(&[STAY]);
@@ -120,7 +121,8 @@ fn nesting() {
     assert_eq!(order, [19, 17, 16, 0]);
 }
 
-/// PRIGROUP 5: two bits of group priority. 0x40 and 0x60 are of one group, where the lower number only decides who waits less.
+/// PRIGROUP 5: two bits of group priority. 0x40 and 0x60 are in one group, where the lower value only determines the order of
+/// pending exceptions.
 #[test]
 fn priority_groups() {
     let mut processor = processor(&[STAY]);
@@ -137,7 +139,7 @@ fn priority_groups() {
     assert_eq!(processor.active_exception(), 17);
 }
 
-/// BASEPRI holds back its own priority and all below; PRIMASK all that can be set; FAULTMASK as well, until the return.
+/// BASEPRI masks its own priority and all lower ones; PRIMASK all configurable ones; FAULTMASK as well, until the return.
 #[test]
 fn masks() {
     // MSR BASEPRI, R0; CPSID I; CPSIE I; CPSID F.
@@ -169,7 +171,7 @@ fn masks() {
     assert_eq!(processor.active_exception(), 2, "NMI");
 }
 
-/// A line that stays high pends again after the handler; one that falls leaves what is pending, and ICPR clears it.
+/// A line that stays high pends again after the handler; a falling line does not clear the pending state, ICPR does.
 #[test]
 fn lines_are_levels() {
     let mut processor = processor(&[NOP; 8]);
@@ -192,10 +194,14 @@ fn lines_are_levels() {
     assert_eq!(read(&mut processor, 0xE000_E200), 0);
     processor.set_interrupt_line(0, true);
     write(&mut processor, 0xE000_E280, 1);
-    assert_eq!(read(&mut processor, 0xE000_E200), 1, "still high");
+    assert_eq!(
+        read(&mut processor, 0xE000_E200),
+        1,
+        "the line is still high"
+    );
 }
 
-/// B1.5.19: WFI ends with an interrupt that PRIMASK holds back, which is taken later; a disabled one does not end it.
+/// B1.5.19: an interrupt masked by PRIMASK ends WFI and is taken later; a disabled one does not end it.
 #[test]
 fn wait_for_interrupt() {
     let mut processor = processor(&[CPSID_I, WFI, NOP, CPSIE_I, STAY]);
@@ -208,7 +214,7 @@ fn wait_for_interrupt() {
     processor
         .run(&mut OneRegister::default(), 1100)
         .expect("no fault");
-    assert!(processor.is_asleep(), "it is not enabled");
+    assert!(processor.is_asleep(), "the interrupt is not enabled");
     enable(&mut processor, 7, 0);
     step(&mut processor, 1);
     assert_eq!(
@@ -220,7 +226,7 @@ fn wait_for_interrupt() {
     assert_eq!(processor.active_exception(), 23);
 }
 
-/// B1.5.18: SEV is remembered; PRIMASK counts for WFE; what becomes pending is an event with SEVONPEND.
+/// B1.5.18: SEV sets the event register; PRIMASK is respected for WFE; with SEVONPEND a new pending exception is an event.
 #[test]
 fn wait_for_event() {
     let mut processor = processor(&[0xBF40, CPSID_I, WFE, WFE, NOP]);
@@ -236,7 +242,7 @@ fn wait_for_event() {
     assert!(!processor.is_asleep());
 }
 
-/// SCR.SLEEPONEXIT: the thread does not go on after the handler.
+/// SCR.SLEEPONEXIT: the thread does not continue after the handler.
 #[test]
 fn sleep_on_exit() {
     let mut processor = processor(&[NOP, NOP]);
@@ -248,7 +254,7 @@ fn sleep_on_exit() {
     assert_eq!(processor.pc(), CODE);
 }
 
-/// SCR.SLEEPDEEP would stop the clocks (RM0008 4.3.4): refused.
+/// SCR.SLEEPDEEP would stop the clocks (RM0008 4.3.4), so it is refused.
 #[test]
 fn deep_sleep_is_refused() {
     let mut processor = processor(&[STORE]);
@@ -258,9 +264,9 @@ fn deep_sleep_is_refused() {
     assert_eq!(fault(&mut processor).kind, expected);
 }
 
-/// B1.5.8: the return takes T from the frame, and there is no ARM state.
+/// B1.5.8: the return restores T from the frame, and there is no ARM state.
 #[test]
-fn a_frame_without_thumb_faults() {
+fn return_without_thumb_bit_faults() {
     let mut processor = processor(&[NOP, NOP]);
     enable(&mut processor, 5, 0);
     pulse(&mut processor, 5);
@@ -273,9 +279,9 @@ fn a_frame_without_thumb_faults() {
     assert_eq!(fault.pc, handler(21));
 }
 
-/// PM0056 4.4.3: VECTPENDING includes the effect of BASEPRI and FAULTMASK, but not that of PRIMASK.
+/// PM0056 4.4.3: VECTPENDING respects BASEPRI and FAULTMASK, but not PRIMASK.
 #[test]
-fn vectpending_knows_basepri_and_faultmask() {
+fn vectpending_respects_basepri_and_faultmask() {
     // CPSID I; MSR BASEPRI, R0; MSR BASEPRI, R1; CPSID F.
     let mut processor = processor(&[CPSID_I, 0xF380, 0x8811, 0xF381, 0x8811, 0xB671]);
     let number = |processor: &mut CortexM3| read(processor, ICSR) >> 12 & 0x1FF;
@@ -285,16 +291,16 @@ fn vectpending_knows_basepri_and_faultmask() {
     step(&mut processor, 1);
     assert_eq!(number(&mut processor), 0);
     pulse(&mut processor, 3);
-    assert_eq!(number(&mut processor), 19, "PRIMASK does not count");
+    assert_eq!(number(&mut processor), 19, "PRIMASK is ignored");
     step(&mut processor, 1);
-    assert_eq!(number(&mut processor), 0, "BASEPRI is the same");
+    assert_eq!(number(&mut processor), 0, "BASEPRI is equal");
     step(&mut processor, 1);
-    assert_eq!(number(&mut processor), 19, "BASEPRI is below");
+    assert_eq!(number(&mut processor), 19, "BASEPRI is lower");
     step(&mut processor, 1);
     assert_eq!(number(&mut processor), 0, "FAULTMASK");
 }
 
-/// The thread on the process stack: SVC goes to the main stack and back; PendSV comes after it.
+/// The thread on the process stack: SVC switches to the main stack and back; PendSV follows it.
 #[test]
 fn process_stack() {
     // MSR PSP, R0; MSR CONTROL, R1; SVC 3; MRS R3, CONTROL.
@@ -332,7 +338,7 @@ fn process_stack() {
 }
 
 #[test]
-fn a_supervisor_call_that_is_masked_escalates() {
+fn masked_supervisor_call_escalates() {
     let mut processor = processor(&[CPSID_I, 0xDF00]);
     assert_eq!(fault(&mut processor).kind, FaultKind::Escalation);
 }

@@ -1,4 +1,4 @@
-//! Instructions: what the differential test cannot judge, and what is easily wrong.
+//! Instructions: cases outside the differential test, and error-prone cases.
 
 use super::super::decode::rule::Rule;
 use super::*;
@@ -18,7 +18,7 @@ fn outcome(instruction: &[u16], r0: u32, r1: u32, flags: u32) -> (u32, u32) {
     (processor.register(0), processor.xpsr() & 0xF800_0000)
 }
 
-/// A7.4.2: a shift by 0 keeps the carry; by 32 the last bit goes to the carry; beyond that nothing is left of it.
+/// A7.4.2: a shift by 0 keeps the carry; by 32 the last bit is shifted into the carry; above 32 the result is 0.
 #[test]
 fn shifts_by_a_register() {
     const LSL: &[u16] = &[0x4088];
@@ -31,7 +31,7 @@ fn shifts_by_a_register() {
         assert_eq!(
             outcome(shift, value, 0x100, 0),
             (value, N),
-            "only the low byte counts"
+            "only the low byte is used"
         );
     }
     assert_eq!(outcome(LSL, value, 1, 0), (2, C));
@@ -46,7 +46,7 @@ fn shifts_by_a_register() {
     assert_eq!(outcome(ROR, value, 33, 0), (0xC000_0000, N | C));
 }
 
-/// Immediate shifts of LSR and ASR by "0" are by 32, that of ROR is RRX (A7.4.2).
+/// Immediate shifts of LSR and ASR by "0" are shifts by 32; that of ROR is RRX (A7.4.2).
 #[test]
 fn shifts_by_an_immediate() {
     assert_eq!(outcome(&[0x0800], 0x8000_0000, 0, 0), (0, Z | C));
@@ -76,7 +76,7 @@ fn division() {
     assert_eq!(fault(&mut processor).kind, FaultKind::DivisionByZero);
 }
 
-/// ITTE EQ: moves R0 and R1, or R2; 16-bit instructions in it leave the flags alone (A7.3.2).
+/// ITTE EQ: moves R0 and R1, or R2; 16-bit instructions in it do not change the flags (A7.3.2).
 #[test]
 fn it_blocks() {
     for (flags, expected) in [(Z, [1, 2, 0]), (0, [0, 0, 3])] {
@@ -87,10 +87,10 @@ fn it_blocks() {
         assert_eq!(
             processor.xpsr(),
             flags | 1 << 24,
-            "flags kept, and out of the block"
+            "flags unchanged, and the block has ended"
         );
         step(&mut processor, 1);
-        assert_eq!(processor.xpsr() & Z, Z, "MOVS outside of the block");
+        assert_eq!(processor.xpsr() & Z, Z, "MOVS outside the block");
     }
 }
 
@@ -104,7 +104,7 @@ fn stack_pointer_is_aligned() {
     assert_eq!(processor.lowest_stack(), 0x2000_0FF4);
 }
 
-/// A3.4.1: STREX stores only after LDREX, and once; taking an exception closes the monitor (B1.5.6).
+/// A3.4.1: STREX stores only after LDREX, and only once; an exception closes the monitor (B1.5.6).
 #[test]
 fn exclusive_accesses() {
     let strex = [0xE841, 0x3200];
@@ -127,7 +127,7 @@ fn exclusive_accesses() {
     assert_eq!((processor.register(2), processor.word(DATA)), (1, Some(7)));
 }
 
-/// A3.2.1: single accesses may be unaligned, unless UNALIGN_TRP is set; all others may not.
+/// A3.2.1: single accesses may be unaligned, unless UNALIGN_TRP is set; all others must be aligned.
 #[test]
 fn alignment() {
     let mut loads = processor(&[0xF8B1, 0x0001, 0xF8B1, 0x0001]);
@@ -157,7 +157,7 @@ fn refused_instructions() {
         (&[0xEE00, 0x0A10], Undefined(Rule::NoCoprocessor)),
         (&[0xFB90, 0xFDF1], Unpredictable(Rule::StackPointerOrPc)),
         (&[0xF100, 0x1000], Unpredictable(Rule::RepeatedZero)),
-        // BX LR first in a block of two, and IT in a block. EQ holds.
+        // BX LR as the first in a block of two, and IT in a block. EQ is true.
         (&[0xBF04, BX_LR], Unpredictable(Rule::NotLastInItBlock)),
         (&[0xBF04, 0xBF08], Unpredictable(Rule::InItBlock)),
     ] {

@@ -7,19 +7,19 @@ fn run(processor: &mut CortexM3, io: &mut OneRegister) -> Pause {
     processor.run(io, end).expect("no fault")
 }
 
-/// Accesses to peripherals reach them with their width, and the run stops after the instruction when they ask for it.
+/// An access to a peripheral has the correct width, and the run stops after the instruction when the peripheral requests it.
 #[test]
 fn peripherals() {
     let mut processor = processor(&[NOP, STORE, STAY]);
     processor.set_register(0, 5);
     processor.set_register(1, 0x4000_0000);
     let mut io = OneRegister::default();
-    assert_eq!(run(&mut processor, &mut io), Pause::Attention);
+    assert_eq!(run(&mut processor, &mut io), Pause::Changed);
     assert_eq!(io.writes, [(2, 0x4000_0000, Width::Word, 5)]);
     assert_eq!(processor.pc(), CODE + 4);
 }
 
-/// PM0056 2.2.5: a word for each bit, of the peripherals and of RAM.
+/// PM0056 2.2.5: one word for each bit of the peripherals and of RAM.
 #[test]
 fn bit_band() {
     let mut peripheral = processor(&[STORE, LOAD, STAY]);
@@ -29,7 +29,7 @@ fn bit_band() {
         value: 0x8000,
         ..OneRegister::default()
     };
-    assert_eq!(run(&mut peripheral, &mut io), Pause::Attention);
+    assert_eq!(run(&mut peripheral, &mut io), Pause::Changed);
     assert_eq!(io.value, 0x8200);
 
     let mut ram = processor(&[STORE, LOAD, STAY]);
@@ -40,7 +40,7 @@ fn bit_band() {
     assert_eq!((ram.word(DATA), ram.register(0)), (Some(0xF7), 0));
 }
 
-/// Flash is not written by a store: that is for its controller. What was executed there is decoded anew after it was changed.
+/// A store does not write flash; only the flash controller does. Changed flash is decoded again.
 #[test]
 fn flash_changes() {
     let mut processor = processor(&[0x2001, STAY]);
@@ -60,7 +60,7 @@ fn flash_changes() {
     ));
 }
 
-/// The second half of an instruction is changed: the first has to be forgotten as well.
+/// A change of the second half of an instruction must also remove the first half from the cache.
 #[test]
 fn second_half_changes() {
     // MOVW R0, #1, then #2.
@@ -72,7 +72,7 @@ fn second_half_changes() {
     assert_eq!(processor.register(0), 2);
 }
 
-/// A breakpoint stops before its instruction each time it comes up, in flash that was executed and in RAM.
+/// A breakpoint stops before its instruction each time, in executed flash and in RAM.
 #[test]
 fn breakpoints() {
     for place in [CODE, 0x2000_0100] {
@@ -114,9 +114,9 @@ fn bkpt_and_reset_stop() {
     assert_eq!((reset.pc(), reset.register(13)), (CODE, STACK));
 }
 
-/// TakeReset (ARM ARM B1.5.5): bit 0 of the reset vector goes to EPSR.T, without which the first instruction faults.
+/// TakeReset (ARM ARM B1.5.5): bit 0 of the reset vector is copied to EPSR.T; if it is 0, the first instruction faults.
 #[test]
-fn an_even_reset_vector_faults() {
+fn even_reset_vector_faults() {
     let mut processor = processor(&[NOP]);
     put_word(&mut processor, 0x0800_0004, CODE);
     processor.reset();
@@ -133,9 +133,9 @@ fn an_even_reset_vector_faults() {
     assert_eq!(processor.pc(), CODE + 2);
 }
 
-/// A reset keeps RAM. After the power was off nothing of it is left, neither at its start nor at its end.
+/// A reset keeps RAM. A power cycle overwrites all of it, from start to end.
 #[test]
-fn ram_is_forgotten_with_the_power() {
+fn power_off_clears_ram() {
     let mut processor = processor(&[NOP]);
     let places = [0x2000_0000, DATA, 0x2000_4FFC];
     for place in places {
@@ -144,13 +144,13 @@ fn ram_is_forgotten_with_the_power() {
     processor.reset();
     let words = |processor: &CortexM3| places.map(|place| processor.word(place));
     assert_eq!(words(&processor), [Some(0x1234_5678); 3]);
-    processor.forget_ram();
+    processor.overwrite_ram();
     assert_eq!(words(&processor), [Some(0xA5A5_A5A5); 3]);
-    assert_eq!(processor.word(0x0800_0004), Some(CODE | 1), "flash stays");
+    assert_eq!(processor.word(0x0800_0004), Some(CODE | 1), "flash is kept");
 }
 
 #[test]
-fn faults_tell_where() {
+fn fault_has_address() {
     for (address, kind) in [
         (0x2000_5000, FaultKind::Unmapped(0x2000_5000)),
         (0x6000_0000, FaultKind::Unmapped(0x6000_0000)),
@@ -184,7 +184,7 @@ fn faults_tell_where() {
     assert_eq!(nowhere.pc(), 0x3000_0000);
 }
 
-/// PUSH reaches lower than what is left afterwards.
+/// PUSH reaches a lower address than the final SP.
 #[test]
 fn lowest_stack() {
     let mut processor = processor(&[0xB510, 0xB510, 0xBC10, 0xBC10]);

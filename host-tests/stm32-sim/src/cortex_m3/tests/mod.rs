@@ -1,4 +1,4 @@
-//! What the ARM ARM says, on small programs.
+//! Tests against the ARM ARM, with small programs.
 
 mod exceptions;
 mod instructions;
@@ -8,13 +8,13 @@ mod timer;
 use super::{CortexM3, Fault, FaultKind, Pause};
 use crate::io::{AccessError, Io, Width};
 
-/// Where programs start.
+/// Start address of programs.
 const CODE: u32 = 0x0800_0200;
-/// Where the stack starts.
+/// Initial stack pointer.
 const STACK: u32 = 0x2000_1000;
-/// Where the handlers are: this, and 16 bytes for each.
+/// Base address of the handlers; each has 16 bytes.
 const HANDLERS: u32 = 0x0800_1000;
-/// A word of RAM to work with.
+/// A word of RAM for the tests.
 const DATA: u32 = 0x2000_2000;
 /// ICSR.
 const ICSR: u32 = 0xE000_ED04;
@@ -60,7 +60,7 @@ impl Io for OneRegister {
         Ok(())
     }
 
-    fn take_attention(&mut self) -> bool {
+    fn take_changed(&mut self) -> bool {
         !self.writes.is_empty()
     }
 }
@@ -112,7 +112,7 @@ fn step(processor: &mut CortexM3, count: u64) {
     }
 }
 
-/// Writes a register of the system control space, as the program would.
+/// Writes a register of the system control space, as a program does.
 fn write(processor: &mut CortexM3, address: u32, value: u32) {
     processor
         .write_system(address, Width::Word, value)
@@ -134,7 +134,7 @@ fn enable(processor: &mut CortexM3, interrupt: u8, priority: u8) {
         .expect("the register exists");
 }
 
-/// The fault that the program ends with.
+/// The fault at the end of the program.
 fn fault(processor: &mut CortexM3) -> Fault {
     let end = processor.cycle() + 100;
     processor

@@ -15,7 +15,7 @@ fn started(code: &[u16], reload: u32, control: u32) -> CortexM3 {
     processor
 }
 
-/// From 0 the counter goes to the reload value, counts down to 0, and goes on: a period of reload + 1.
+/// From 0 the counter is set to the reload value, counts down to 0, and repeats: a period of reload + 1.
 #[test]
 fn counts_cycles() {
     let mut processor = started(&[NOP; 12], 3, 0b101);
@@ -27,7 +27,7 @@ fn counts_cycles() {
     assert_eq!(seen, [0, 3, 2, 1, 0, 3, 2, 1, 0]);
 }
 
-/// COUNTFLAG tells the way from 1 to 0, and reading it clears it, as does writing the counter.
+/// COUNTFLAG is set on the change from 1 to 0; reading it or writing the counter clears it.
 #[test]
 fn count_flag() {
     let mut processor = started(&[NOP; 20], 3, 0b101);
@@ -42,7 +42,7 @@ fn count_flag() {
     assert_eq!(read(&mut processor, CTRL), 0b101);
 }
 
-/// Reaching 0 pends exception 15 when TICKINT is set, to the cycle, and wakes from WFI.
+/// With TICKINT, reaching 0 pends exception 15 in that exact cycle, and wakes from WFI.
 #[test]
 fn wakes() {
     let mut processor = started(&[WFI, STAY], 999, 0b111);
@@ -61,9 +61,9 @@ fn wakes() {
     assert_eq!(processor.next_wake(), Some(2000));
 }
 
-/// ICSR shows it pending in the very cycle, while PRIMASK holds it back, and PENDSTCLR takes it back.
+/// ICSR shows it pending in the same cycle while PRIMASK masks it; PENDSTCLR clears it.
 #[test]
-fn pending_is_seen() {
+fn pending_is_visible() {
     let mut processor = started(&[CPSID_I, NOP, NOP, NOP, NOP, NOP], 3, 0b111);
     step(&mut processor, 3);
     assert_eq!(read(&mut processor, ICSR) & PENDSTSET, 0);
@@ -74,9 +74,9 @@ fn pending_is_seen() {
     assert_eq!(read(&mut processor, ICSR) & PENDSTSET, 0);
 }
 
-/// A new reload value counts from the next 0 on; with 0 the counter stops there.
+/// A new reload value takes effect at the next 0; with 0 the counter stops there.
 #[test]
-fn reload_comes_later() {
+fn reload_takes_effect_at_zero() {
     let mut processor = started(&[NOP; 20], 5, 0b111);
     step(&mut processor, 2);
     write(&mut processor, LOAD_VALUE, 9);
@@ -87,7 +87,7 @@ fn reload_comes_later() {
     assert_eq!(processor.next_wake(), None);
 }
 
-/// Without CLKSOURCE it counts an eighth of the clock (RM0008).
+/// Without CLKSOURCE it counts at an eighth of the clock (RM0008).
 #[test]
 fn eighth_of_the_clock() {
     let mut processor = started(&[STAY], 3, 0b011);
