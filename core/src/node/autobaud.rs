@@ -152,7 +152,10 @@ mod tests {
     fn search_finds_bit_rate_for_any_frame_period() {
         for rate in BitRate::ALL {
             let frames = frames_until_found(rate, 10_000, 0, false);
-            assert!(frames <= 11, "frames every 10 ms: found within eleven frames");
+            assert!(
+                frames <= 11,
+                "frames every 10 ms: found within eleven frames"
+            );
             for ms in (20..25_000).step_by(7).chain([900, 950, 999, 1000, 20_970]) {
                 assert!(frames_until_found(rate, ms * 1000, 0, false) <= 200);
             }
