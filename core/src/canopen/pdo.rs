@@ -66,7 +66,7 @@ pub(super) struct Entry {
     pub size: u8,
 }
 
-/// The objects that a TPDO carries.
+/// The mapped objects of a TPDO.
 pub(super) type Mapping = heapless::Vec<Entry, ENTRIES>;
 
 /// The communication parameter of a TPDO in the coding of its objects (1800h and following).

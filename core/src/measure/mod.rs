@@ -5,7 +5,7 @@
 //! 1. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
 //! 2. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
 //! 3. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
-//! results near 0/360 deg and a bias under vibration;
+//!    results near 0/360 deg and a bias under vibration;
 //! 4. [`definition`] calculates the angles of the vector;
 //! 5. [`Angle`](crate::angle::Angle) rounds them to 0.01 deg;
 //! 6. [`zero`] adds the zero offset.

@@ -43,7 +43,7 @@ impl<const N: usize> Numbers for [u32; N] {
     const ZERO: Self = [0; N];
 }
 
-/// Derives the form that the device uses from a description of parameters. Use it in an `impl` of [`Table`](crate::param::Table)
+/// Derives the form that the device uses from a description of parameters. Use it in an `impl` of [`Table`]
 /// for a type without generic parameters.
 #[macro_export]
 macro_rules! project_parameters {
