@@ -35,7 +35,7 @@ impl CanId {
         Self((id & 0x7FF) as u32)
     }
 
-    /// A 29-bit identifier; the upper bits of `id` are dropped.
+    /// A 29-bit identifier; the upper bits of `id` are ignored.
     pub const fn extended(id: u32) -> Self {
         Self(id & 0x1FFF_FFFF | EXTENDED)
     }
@@ -205,7 +205,7 @@ pub const fn standard(id: u16) -> Id {
     }
 }
 
-/// A 29-bit identifier; the upper bits of `id` are dropped.
+/// A 29-bit identifier; the upper bits of `id` are ignored.
 pub const fn extended(id: u32) -> Id {
     match ExtendedId::new(id & 0x1FFF_FFFF) {
         Some(id) => Id::Extended(id),

@@ -87,7 +87,7 @@ struct Parts<const BUFFER: usize> {
 /// The nonvolatile memory of this board.
 pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
 
-/// Boots up to the node; None when called a second time.
+/// Performs the boot up to the start of the node. None on a second call.
 #[inline(never)] // the stack of the boot is free again when the main loop begins
 fn start<const BUFFER: usize>(
     owner: fn(u32) -> Owner,

@@ -94,7 +94,7 @@ impl Imu {
         self.test = Some(SelfTest::begin());
     }
 
-    /// The result of the self-test, once.
+    /// The result of a finished self-test, once.
     pub fn tested(&mut self) -> Option<Working> {
         self.tested.take()
     }

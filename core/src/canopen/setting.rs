@@ -40,7 +40,7 @@ impl Setting {
     }
 }
 
-/// The communication parameter of a TPDO (1800h and on).
+/// The communication parameter of a TPDO (1800h and following).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct TpdoSettings {
     /// Sub-index 1.

@@ -101,7 +101,7 @@ pub struct Function {
     pub code: u8,
     /// The manual's name.
     pub name: &'static str,
-    /// What it does.
+    /// Its operation.
     pub operation: Operation,
     /// The signature in the data of the request; empty if there is none.
     pub signature: &'static [u8],
@@ -243,7 +243,7 @@ pub struct Article {
     pub version: Version,
     /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a sensor error; in 0.01 deg.
     pub limit: u16,
-    /// Marks its images in nonvolatile memory.
+    /// The identification of its stored images.
     pub image: ImageId,
 }
 

@@ -78,7 +78,7 @@ impl Cutoff {
 
 /// The design of one setting.
 struct Design {
-    /// One vector in 2^this is filtered.
+    /// One vector in 2^`decimation` is filtered.
     decimation: u32,
     /// A Dolph-Chebyshev window; the sum is 2^17.
     coefficients: &'static [i16],

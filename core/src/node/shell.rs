@@ -20,7 +20,7 @@ pub enum NodeState {
     Detecting(Autobaud),
     /// On the bus.
     Online,
-    /// Off the bus after too many errors.
+    /// Bus-off.
     BusOff,
     /// A restart is accepted. It is requested when the queue is empty, at this time at the latest.
     Restarting(Instant),
@@ -229,7 +229,7 @@ impl Shell {
         Some(BusChange::State)
     }
 
-    /// A reading has come.
+    /// Handles a reading.
     pub(super) fn sampled(&mut self, now: Instant) {
         self.dirty |= core::mem::take(&mut self.is_stale);
         // Same as `after`, which is not inlined. No overflow occurs in practice.

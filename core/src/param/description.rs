@@ -142,7 +142,7 @@ pub struct Parameter {
     pub name: &'static str,
     /// The type.
     pub data_type: DataType,
-    /// The unit of the value, empty when it has none.
+    /// The unit of the value, empty if it has none.
     pub unit: &'static str,
     /// Digits after the decimal point: the value is the number divided by 10 to this power.
     pub decimals: u8,
@@ -203,7 +203,7 @@ pub struct Quantity {
     pub name: &'static str,
     /// The type.
     pub data_type: DataType,
-    /// The unit of the value, empty when it has none.
+    /// The unit of the value, empty if it has none.
     pub unit: &'static str,
     /// Digits after the decimal point.
     pub decimals: u8,
