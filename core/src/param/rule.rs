@@ -1,22 +1,23 @@
-//! What the device keeps of a parameter's description: four bytes, and the factory value beside it.
+//! The description of a parameter in the form that the device uses: four bytes. The factory value is stored separately.
 //!
 //! ```text
 //!  byte 0           1           2                                                           4
 //!       +-----------+-----------+-----------------------------------------------------------+
-//!       | first, u8 | count, u8 | form, u16: bits 0..2 type, 3..4 persistence, 5..6 how     |
-//!       |           |           |            many of the highest bits do not count          |
+//!       | first, u8 | count, u8 | form, u16: bits 0..2 type, 3..4 persistence, 5..6 number  |
+//!       |           |           |            of highest bits that are ignored               |
 //!       +-----------+-----------+-----------------------------------------------------------+
 //! ```
 //!
-//! `first` and `count` are the permitted ranges in the pool of the table; without a range, every number is permitted. The limits
-//! in the pool are ordered numbers: for signed types the sign bit is turned over, so that they compare without sign.
+//! `first` and `count` select the permitted ranges in the pool of the table. Without a range, all numbers are permitted. The
+//! limits in the pool are ordered numbers: for signed types the sign bit is inverted, so that they can be compared as unsigned
+//! numbers.
 
 use super::{DataType, Persistence};
 
 /// The lowest and the highest number of a range, as ordered numbers.
 pub type Limits = (u32, u32);
 
-/// What the device keeps of a parameter.
+/// The type, persistence and permitted ranges of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Rule {
     first: u8,
@@ -24,16 +25,16 @@ pub struct Rule {
     form: u16,
 }
 
-/// Why a parameter does not take a value.
+/// The reason why a value of a parameter is refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Refused {
-    /// It is below the range.
+    /// It is below the permitted range.
     TooLow,
-    /// It is above the range.
+    /// It is above the permitted range.
     TooHigh,
-    /// It is none of the permitted values.
+    /// It is not one of the permitted values.
     NotPermitted,
-    /// Not in the present state of the device.
+    /// Not possible in the present state of the device.
     State,
 }
 
@@ -72,12 +73,12 @@ impl Rule {
         self.form >> PERSISTENCE & 3 != Persistence::Volatile as u16
     }
 
-    /// Whether it is stored as soon as it is written.
+    /// Whether it is stored when it is written.
     pub const fn is_stored_at_once(self) -> bool {
         self.form >> PERSISTENCE & 3 == Persistence::AtOnce as u16
     }
 
-    /// Whether the parameter takes `value`, the other parameters aside.
+    /// Whether `value` is permitted, independent of the other parameters.
     pub(super) fn check(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
         let value = self.ordered(value);
         let (first, count) = (usize::from(self.first), usize::from(self.count));
@@ -96,7 +97,7 @@ impl Rule {
         }
     }
 
-    /// The value as an ordered number, without the bits that do not count.
+    /// The value as an ordered number, without the ignored bits.
     fn ordered(self, value: u32) -> u32 {
         let ignored = u32::from(self.form >> IGNORED_BITS & 3);
         let value = value.wrapping_shl(ignored).wrapping_shr(ignored);
@@ -104,7 +105,7 @@ impl Rule {
     }
 }
 
-/// A number that compares without sign as `value` does in its type.
+/// The ordered number of `value`: unsigned, with the same order as the values of the type.
 pub(super) const fn ordered(data_type: DataType, value: u32) -> u32 {
     if data_type.is_signed() {
         data_type.value(value) as u32 ^ 1 << 31
@@ -129,7 +130,7 @@ mod tests {
     }
 
     #[test]
-    fn value_beyond_one_range_is_too_low_or_too_high() {
+    fn value_outside_single_range_is_too_low_or_too_high() {
         static SIGNED: [Limits; 1] = [limits(DataType::I16, -9000, 9000)];
         let signed = rule(DataType::I16, 0, 1);
         for (value, expected) in [
@@ -139,7 +140,7 @@ mod tests {
             (9000, Ok(())),
             (9001, Err(Refused::TooHigh)),
         ] {
-            // As the two bytes on the wire make it.
+            // The raw number of the two bytes on the bus.
             let bytes = u32::from(value as i16 as u16);
             assert_eq!(signed.check(bytes, &SIGNED), expected, "{value}");
         }
@@ -151,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn value_outside_of_several_ranges_is_not_permitted() {
+    fn value_outside_several_ranges_is_not_permitted() {
         static POOL: [Limits; 2] = [(0, 240), (252, 255)];
         let rule = rule(DataType::U8, 0, 2);
         for value in 0..=255 {
@@ -164,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn highest_bits_do_not_count_where_the_rule_says_so() {
+    fn check_ignores_highest_bits_set_in_rule() {
         static POOL: [Limits; 2] = [(0x80, 0x80), (0x181, 0x1FF)];
         let rule = rule(DataType::U32, 2, 2);
         for flags in [0, 1 << 31, 1 << 30, 3 << 30] {
@@ -177,7 +178,7 @@ mod tests {
     }
 
     #[test]
-    fn every_value_is_permitted_without_a_range() {
+    fn rule_without_range_permits_all_values() {
         assert_eq!(rule(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
     }
 }
