@@ -9,7 +9,7 @@ use super::pdo::{Communication, Entry, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
 use crate::can::{BitRate, CanId};
-use crate::param::{Rule, decode};
+use crate::param::{ParameterRow, decode};
 use crate::time::Instant;
 
 /// The NMT start-up value that starts all nodes (1F80h).
@@ -87,7 +87,7 @@ impl<P: Product> Services<P> {
             let Some(id) = row.communication_parameter() else {
                 continue;
             };
-            let is_stored = ParametersOf::<P>::rule(id).is_some_and(Rule::is_stored);
+            let is_stored = ParametersOf::<P>::row(id).is_some_and(ParameterRow::is_stored);
             let mut value = if is_stored {
                 self.saved.parameters.get(id)
             } else {

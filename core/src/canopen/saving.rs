@@ -43,9 +43,9 @@ impl<P: Product> Services<P> {
 
     /// The persistent parameters of the communication profile, or all other persistent parameters.
     fn stored(communication: bool) -> impl Iterator<Item = ParameterId> {
-        ParametersOf::<P>::rules()
-            .filter(move |(id, rule)| {
-                rule.is_stored() && Self::COMMUNICATION.contains(*id) == communication
+        ParametersOf::<P>::rows()
+            .filter(move |(id, row)| {
+                row.is_stored() && Self::COMMUNICATION.contains(*id) == communication
             })
             .map(|(id, _)| id)
     }

@@ -36,7 +36,7 @@ use super::definition::{normalise, square};
 use super::low_pass_design::ratio;
 use super::{I32x3, ONE_G};
 
-/// The length of an encoded [`Teach`] in bytes.
+/// The length of an encoded [`ReferenceFrame`] in bytes.
 pub const SIZE: usize = 16;
 
 /// 1 in Q30.
@@ -54,16 +54,16 @@ const TOLERANCE: u64 = 1 << (60 - 21);
 /// including the error of the angle definition. This is valid for samples of 1/2 g and more.
 ///
 /// ```
-/// use plumbline::measure::{I32x3, ONE_G, definition::perpendicular, teach::Teach};
+/// use plumbline::measure::{I32x3, ONE_G, definition::perpendicular, teach::ReferenceFrame};
 ///
 /// let crooked = I32x3 { x: ONE_G / 3, y: ONE_G / 4, z: ONE_G };
-/// let teach = Teach::new(crooked).unwrap();
+/// let teach = ReferenceFrame::new(crooked).unwrap();
 /// let now_level = perpendicular(teach.apply(crooked));
 /// assert_eq!((now_level.x.millidegrees(), now_level.y.millidegrees()), (0, 0));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Teach {
+pub struct ReferenceFrame {
     /// The rotation about the X axis.
     roll: Turn,
     /// The rotation about the Y axis.
@@ -78,7 +78,7 @@ struct Turn {
     cosine: i32,
 }
 
-impl Teach {
+impl ReferenceFrame {
     /// The coordinate frame of the sensor.
     pub const IDENTITY: Self = Self {
         roll: Turn::NONE,
@@ -151,7 +151,7 @@ impl Teach {
     }
 }
 
-impl Default for Teach {
+impl Default for ReferenceFrame {
     fn default() -> Self {
         Self::IDENTITY
     }

@@ -1,7 +1,7 @@
 //! The parameters of a product. All other data about a parameter is derived from one description.
 //!
 //! A [`Parameter`] describes a parameter: name, type, unit, permitted values, factory value and persistence. A [`Table`] is the
-//! list of the parameters of a product. The [`Rule`]s that the device uses are derived from it at compile time. On a PC it is the
+//! list of the parameters of a product. The [`ParameterRow`]s that the device uses are derived from it at compile time. On a PC it is the
 //! source of data sheets, documents and limits for tools. The protocols only map their addresses (function select code, index and
 //! sub-index) to a [`ParameterId`].
 //!
@@ -40,7 +40,7 @@
 mod coding;
 mod description;
 pub mod projection;
-mod rule;
+mod row;
 mod set;
 mod values;
 
@@ -49,6 +49,6 @@ pub use description::{
     Constraint, DataType, Meaning, Parameter, ParameterId, Permitted, Persistence, Quantity,
     Ranges, ValueId,
 };
-pub use rule::{Limits, Refused, Rule};
+pub use row::{Limits, ParameterRow, Refused};
 pub use set::ParameterSet;
 pub use values::{Numbers, Parameters, Table, number};

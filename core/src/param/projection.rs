@@ -3,7 +3,7 @@
 //! All functions are evaluated at compile time. An inconsistent description is a compile error.
 #![allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 
-use super::rule::{Limits, Rule, ordered};
+use super::row::{Limits, ParameterRow, ordered};
 use super::{Constraint, DataType, Parameter, ParameterSet, Permitted, Persistence};
 
 /// The maximum number of parameters of a product.
@@ -21,16 +21,16 @@ pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
     values
 }
 
-/// The rules.
+/// The parameters in the form that the device uses.
 ///
 /// A row whose id is not its index, a range outside the type, and a factory value that is not permitted are compile errors.
-pub const fn rules<const N: usize>(
+pub const fn rows<const N: usize>(
     parameters: &[Parameter],
     constraints: &[Constraint],
-) -> [Rule; N] {
+) -> [ParameterRow; N] {
     assert!(parameters.len() == N && N <= PARAMETERS_MAX);
-    let empty = Rule::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
-    let mut rules = [empty; N];
+    let empty = ParameterRow::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
+    let mut rows = [empty; N];
     let mut row = 0;
     while row < N {
         let parameter = &parameters[row];
@@ -43,7 +43,7 @@ pub const fn rules<const N: usize>(
             Permitted::Ranges(ranges) => ranges.ignored_bits,
             _ => 0,
         };
-        rules[row] = Rule::new(
+        rows[row] = ParameterRow::new(
             parameter.data_type,
             parameter.persistence,
             ignored_bits,
@@ -52,7 +52,7 @@ pub const fn rules<const N: usize>(
         row += 1;
     }
     check_constraints(parameters, constraints);
-    rules
+    rows
 }
 
 /// The number of ranges in the pool.
@@ -60,7 +60,7 @@ pub const fn pool_size(parameters: &[Parameter]) -> usize {
     place(parameters, parameters.len())
 }
 
-/// The pool of permitted ranges of the rules. Parameters with the same ranges share them.
+/// The pool of permitted ranges of the rows. Parameters with the same ranges share them.
 pub const fn pool<const N: usize>(parameters: &[Parameter]) -> [Limits; N] {
     let mut pool = [(0, 0); N];
     let mut row = 0;

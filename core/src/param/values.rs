@@ -4,14 +4,14 @@
 //! may be added only at the end of a table. Then the image of an older firmware is a prefix of the image of a newer one, and the
 //! missing values get their factory values. Any other change of the table requires another [`Table::LAYOUT`].
 
-use super::rule::{Limits, Refused, Rule};
+use super::row::{Limits, ParameterRow, Refused};
 use super::{Constraint, Parameter, ParameterId};
 use core::fmt;
 use core::marker::PhantomData;
 
 /// The parameters of a product: their description, and the form that the device uses.
 ///
-/// [`project_parameters!`](crate::project_parameters) derives `Numbers`, `FACTORY`, `RULES`, `POOL` and `STORED_SIZE` from
+/// [`project_parameters!`](crate::project_parameters) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL` and `STORED_SIZE` from
 /// `PARAMETERS` and `CONSTRAINTS`, so that they always match.
 pub trait Table: 'static {
     /// The description; the id of each row is its index.
@@ -25,9 +25,9 @@ pub trait Table: 'static {
     type Numbers: Numbers;
     /// The factory values.
     const FACTORY: &'static Self::Numbers;
-    /// The rules.
-    const RULES: &'static [Rule];
-    /// The permitted ranges of the rules.
+    /// The parameters in the form that the device uses.
+    const PARAMETER_ROWS: &'static [ParameterRow];
+    /// The permitted ranges of the rows.
     const POOL: &'static [Limits];
     /// The size in bytes of the stored values.
     const STORED_SIZE: usize;
@@ -51,7 +51,7 @@ macro_rules! project_parameters {
         type Numbers = [u32; <Self as $crate::param::Table>::PARAMETERS.len()];
         const FACTORY: &'static Self::Numbers =
             &$crate::param::projection::factory(<Self as $crate::param::Table>::PARAMETERS);
-        const RULES: &'static [$crate::param::Rule] = &$crate::param::projection::rules::<
+        const PARAMETER_ROWS: &'static [$crate::param::ParameterRow] = &$crate::param::projection::rows::<
             { <Self as $crate::param::Table>::PARAMETERS.len() },
         >(
             <Self as $crate::param::Table>::PARAMETERS,
@@ -98,9 +98,9 @@ impl<T: Table> Parameters<T> {
         number.copied().unwrap_or(0)
     }
 
-    /// The rule of a parameter; None if the product does not have it.
-    pub fn rule(id: ParameterId) -> Option<Rule> {
-        T::RULES.get(usize::from(id.0)).copied()
+    /// The row of a parameter; None if the product does not have it.
+    pub fn row(id: ParameterId) -> Option<ParameterRow> {
+        T::PARAMETER_ROWS.get(usize::from(id.0)).copied()
     }
 
     /// The factory value of a parameter; 0 for one that the product does not have.
@@ -111,8 +111,8 @@ impl<T: Table> Parameters<T> {
 
     /// Whether `value` is permitted for a parameter, independent of the other parameters.
     pub fn check(id: ParameterId, value: u32) -> Result<(), Refused> {
-        match Self::rule(id) {
-            Some(rule) => rule.check(value, T::POOL),
+        match Self::row(id) {
+            Some(row) => row.check(value, T::POOL),
             None => Err(Refused::NotPermitted),
         }
     }
@@ -161,21 +161,23 @@ impl<T: Table> Parameters<T> {
 
     /// The parameters that are stored when they are written.
     pub fn stored_at_once() -> impl Iterator<Item = ParameterId> {
-        let at_once = Self::rules().filter(|(_, rule)| rule.is_stored_at_once());
+        let at_once = Self::rows().filter(|(_, row)| row.is_stored_at_once());
         at_once.map(|(id, _)| id)
     }
 
-    /// The ids of all parameters with their rules.
-    pub fn rules() -> impl Iterator<Item = (ParameterId, Rule)> {
-        (0..).map(ParameterId).zip(T::RULES.iter().copied())
+    /// The ids of all parameters with their rows.
+    pub fn rows() -> impl Iterator<Item = (ParameterId, ParameterRow)> {
+        (0..)
+            .map(ParameterId)
+            .zip(T::PARAMETER_ROWS.iter().copied())
     }
 
     /// Writes the stored values into `buffer`. Returns their length, which is [`Table::STORED_SIZE`] bytes; None if the buffer is
     /// too small.
     pub fn encode(&self, buffer: &mut [u8]) -> Option<usize> {
         let mut length = 0;
-        for (id, rule) in Self::rules().filter(|(_, rule)| rule.is_stored()) {
-            let size = usize::from(rule.size());
+        for (id, row) in Self::rows().filter(|(_, row)| row.is_stored()) {
+            let size = usize::from(row.size());
             let place = buffer.get_mut(length..length + size)?;
             for (to, from) in place.iter_mut().zip(self.get(id).to_le_bytes()) {
                 *to = from;
@@ -196,13 +198,13 @@ impl<T: Table> Parameters<T> {
     /// Sets the values of an image, like [`decode`](Self::decode). If it returns None, the values are undefined: some of them may
     /// have changed.
     pub(crate) fn restore(&mut self, mut bytes: &[u8]) -> Option<()> {
-        for (id, rule) in Self::rules().filter(|(_, rule)| rule.is_stored()) {
+        for (id, row) in Self::rows().filter(|(_, row)| row.is_stored()) {
             if bytes.is_empty() {
                 break;
             }
-            let (value, rest) = bytes.split_at_checked(rule.size().into())?;
+            let (value, rest) = bytes.split_at_checked(row.size().into())?;
             let value = number(value);
-            rule.check(value, T::POOL).ok()?;
+            row.check(value, T::POOL).ok()?;
             self.set(id, value);
             bytes = rest;
         }

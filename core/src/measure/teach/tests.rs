@@ -54,7 +54,7 @@ fn perpendicular_of([x, y, z]: [f64; 3]) -> [f64; 2] {
 /// Teaches `reference` and checks the perpendicular angles of `v` against the stated error. Returns false if the teach-in is
 /// refused.
 fn check(reference: I32x3, v: I32x3) -> bool {
-    let Some(teach) = Teach::new(reference) else {
+    let Some(teach) = ReferenceFrame::new(reference) else {
         return false;
     };
     let measured = perpendicular(teach.apply(v));
@@ -91,7 +91,7 @@ fn angles_after_teach_in_are_within_stated_error() {
 #[test]
 fn matrix_matches_definition() {
     for reference in directions(5000) {
-        let Some(teach) = Teach::new(reference) else {
+        let Some(teach) = ReferenceFrame::new(reference) else {
             continue;
         };
         // The columns are the images of the axes of the sensor.
@@ -109,7 +109,7 @@ fn matrix_matches_definition() {
 #[test]
 fn reference_after_teach_in_is_level() {
     for reference in directions(20_000) {
-        let Some(teach) = Teach::new(reference) else {
+        let Some(teach) = ReferenceFrame::new(reference) else {
             continue;
         };
         let I32x3 { x, y, z } = teach.apply(reference);
@@ -145,7 +145,7 @@ fn example_of_manual_text_gives_its_angles() {
         let (x, y) = (-x.to_radians().sin(), y.to_radians().sin());
         fixed([x, y, (1.0 - x * x - y * y).sqrt()])
     };
-    let teach = Teach::new(up(-13.2, -29.3)).unwrap();
+    let teach = ReferenceFrame::new(up(-13.2, -29.3)).unwrap();
     let level = perpendicular(teach.apply(up(-13.2, -29.3)));
     assert_eq!((level.x.centidegrees(), level.y.centidegrees()), (0, 0));
     let turned = perpendicular(teach.apply(up(-43.20, -21.50)));
@@ -161,14 +161,14 @@ fn x_axis_within_5_degrees_of_vertical_is_refused() {
             let (sine, cosine) = f64::from(turn).to_radians().sin_cos();
             let tilted = |degrees: f64| {
                 let (s, c) = degrees.to_radians().sin_cos();
-                Teach::new(fixed([sign * c, s * sine, s * cosine]))
+                ReferenceFrame::new(fixed([sign * c, s * sine, s * cosine]))
             };
             assert_eq!(tilted(0.0), None);
             assert_eq!(tilted(4.9999), None);
             assert!(tilted(5.0001).is_some());
         }
     }
-    assert_eq!(Teach::new(I32x3 { x: 0, y: 0, z: 0 }), None);
+    assert_eq!(ReferenceFrame::new(I32x3 { x: 0, y: 0, z: 0 }), None);
     assert_eq!(
         f64::from(LEAST_COSINE),
         (5f64.to_radians().sin() * 2f64.powi(30)).round()
@@ -177,16 +177,16 @@ fn x_axis_within_5_degrees_of_vertical_is_refused() {
 
 #[test]
 fn length_of_reference_has_no_effect() {
-    let teach = |x, y, z| Teach::new(I32x3 { x, y, z }).unwrap();
+    let teach = |x, y, z| ReferenceFrame::new(I32x3 { x, y, z }).unwrap();
     assert_eq!(teach(1, 2, 3), teach(1 << 28, 2 << 28, 3 << 28));
-    assert_eq!(teach(0, 0, 1), Teach::IDENTITY);
-    assert_eq!(teach(0, 0, i32::MAX), Teach::IDENTITY);
+    assert_eq!(teach(0, 0, 1), ReferenceFrame::IDENTITY);
+    assert_eq!(teach(0, 0, i32::MAX), ReferenceFrame::IDENTITY);
     assert_eq!(teach(0, 0, i32::MIN), teach(0, 0, -1));
 }
 
 #[test]
 fn sensor_upside_down_is_rotated_about_x_axis() {
-    let teach = Teach::new(I32x3 {
+    let teach = ReferenceFrame::new(I32x3 {
         x: 0,
         y: 0,
         z: -ONE_G,
@@ -209,7 +209,7 @@ fn sensor_upside_down_is_rotated_about_x_axis() {
 
 #[test]
 fn default_changes_nothing() {
-    let teach = Teach::default();
+    let teach = ReferenceFrame::default();
     for v in directions(1000) {
         assert_eq!(teach.apply(v), v);
     }
@@ -230,7 +230,7 @@ fn default_changes_nothing() {
 fn gimbal_and_euler_angles_use_reference_frame() {
     // The sensor is mounted with a roll of 20 deg, and the machine pitches by 30 deg.
     let (roll, pitch) = (20f64.to_radians(), 30f64.to_radians());
-    let teach = Teach::new(fixed([0.0, roll.sin(), roll.cos()])).unwrap();
+    let teach = ReferenceFrame::new(fixed([0.0, roll.sin(), roll.cos()])).unwrap();
     let machine = [-pitch.sin(), 0.0, pitch.cos()];
     let sensor = fixed([machine[0], machine[2] * roll.sin(), machine[2] * roll.cos()]);
     let up = teach.apply(sensor);
@@ -246,12 +246,12 @@ fn image_matches_byte_map() {
         0, 0, 0, 0x40, 0, 0, 0, 0, // a roll of 90 deg
         0, 0, 0, 0, 0, 0, 0, 0x40, // no pitch
     ];
-    let teach = Teach::new(I32x3 { x: 0, y: 5, z: 0 }).unwrap();
+    let teach = ReferenceFrame::new(I32x3 { x: 0, y: 5, z: 0 }).unwrap();
     assert_eq!(teach.encode(), quarter);
-    assert_eq!(Teach::decode(&quarter), Some(teach));
-    let mut pitched = Teach::IDENTITY.encode();
+    assert_eq!(ReferenceFrame::decode(&quarter), Some(teach));
+    let mut pitched = ReferenceFrame::IDENTITY.encode();
     pitched[8..].copy_from_slice(&[0x9A, 0x99, 0x99, 0xD9, 0x33, 0x33, 0x33, 0x33]);
-    let Turn { sine, cosine } = Teach::decode(&pitched).unwrap().pitch;
+    let Turn { sine, cosine } = ReferenceFrame::decode(&pitched).unwrap().pitch;
     let q30 = 2f64.powi(30);
     assert!((f64::from(sine) / q30 + 0.6).abs() < 1e-9);
     assert!((f64::from(cosine) / q30 - 0.8).abs() < 1e-9);
@@ -264,12 +264,12 @@ fn image_without_valid_frame_is_refused() {
         for (place, value) in bytes.chunks_exact_mut(4).zip(values) {
             place.copy_from_slice(&value.to_le_bytes());
         }
-        Teach::decode(&bytes)
+        ReferenceFrame::decode(&bytes)
     };
     assert!(image([0, ONE, 0, ONE]).is_some());
     assert!(image([0, -ONE, 0, ONE]).is_some());
-    assert_eq!(Teach::decode(&[0xFF; SIZE]), None);
-    assert_eq!(Teach::decode(&[0; SIZE]), None);
+    assert_eq!(ReferenceFrame::decode(&[0xFF; SIZE]), None);
+    assert_eq!(ReferenceFrame::decode(&[0; SIZE]), None);
     assert_eq!(image([i32::MIN; 4]), None);
     assert_eq!(image([0, ONE, 0, -ONE]), None);
     assert_eq!(image([0, ONE, ONE, 0]), None);
@@ -288,7 +288,7 @@ fn image_without_valid_frame_is_refused() {
 #[test]
 fn frames_at_limits_of_tolerance_are_within_error() {
     let exact = fixed([0.6, 0.48, 0.64]);
-    let taught = Teach::new(exact).unwrap();
+    let taught = ReferenceFrame::new(exact).unwrap();
     let longer = |value: i32, by: f64| (f64::from(value) * (1.0 + by)).round() as i32;
     for (roll, pitch) in [(2.3e-7, -2.3e-7), (-2.3e-7, 2.3e-7)] {
         let mut bytes = taught.encode();
@@ -301,7 +301,7 @@ fn frames_at_limits_of_tolerance_are_within_error() {
         for (place, value) in bytes.chunks_exact_mut(4).zip(values) {
             place.copy_from_slice(&value.to_le_bytes());
         }
-        let stored = Teach::decode(&bytes).unwrap();
+        let stored = ReferenceFrame::decode(&bytes).unwrap();
         for v in directions(5000) {
             let measured = perpendicular(stored.apply(v));
             let truth = perpendicular_of(self::exact(exact, v));
@@ -330,8 +330,8 @@ proptest! {
     #[test]
     fn teach_is_unchanged_after_encode_and_decode(x: i32, y: i32, z: i32, shift in 0..31u32) {
         for up in [I32x3 { x, y, z }, I32x3 { x: x >> shift, y: y >> shift, z: z >> shift }] {
-            if let Some(teach) = Teach::new(up) {
-                prop_assert_eq!(Teach::decode(&teach.encode()), Some(teach));
+            if let Some(teach) = ReferenceFrame::new(up) {
+                prop_assert_eq!(ReferenceFrame::decode(&teach.encode()), Some(teach));
             }
         }
     }

@@ -7,7 +7,7 @@ use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Outputs, Readout, Values};
 use crate::heater::{HeatedCell, Settings};
 use crate::measure::self_test::{LIMIT, Working};
-use crate::measure::teach::Teach;
+use crate::measure::teach::ReferenceFrame;
 use crate::measure::{Calibration, Clipping, I32x3, ONE_G, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
 use crate::time::{Instant, after};
@@ -286,7 +286,7 @@ impl Application for Jn2101Application {
             (id::TEACH | id::ZERO | id::SELF_TEST, 0) => return Ok(Effect::None),
             (id::TEACH, RELATIVE) => {
                 let up = values.up.ok_or(Refused::State)?;
-                let frame = Teach::new(up).ok_or(Refused::State)?;
+                let frame = ReferenceFrame::new(up).ok_or(Refused::State)?;
                 store_reference_frame(&frame, parameters);
             }
             (id::ZERO, RELATIVE) => {

@@ -6,7 +6,7 @@ use super::parameters::{DEFINITIONS, Definition, FILTERS, QUADRANTS, Quadrants, 
 use crate::angle::Angle;
 use crate::measure::definition::{self, Euler, Gimbal, Perpendicular};
 use crate::measure::fir::{Cutoff, Fir};
-use crate::measure::teach::{self, Teach};
+use crate::measure::teach::{self, ReferenceFrame};
 use crate::measure::{Calibration, I32x3, Reading};
 use crate::param::{Parameters, meaning};
 
@@ -18,7 +18,7 @@ pub(super) struct Measuring {
     calibration: Calibration,
     filter: Fir,
     /// The reference frame of the teach-in; None: the coordinate frame of the sensor.
-    reference_frame: Option<Teach>,
+    reference_frame: Option<ReferenceFrame>,
     definition: Definition,
     scale: Scale,
     /// The filtered up vector in the coordinate frame of the sensor; None without a valid sample.
@@ -165,7 +165,7 @@ fn definition_of(parameters: &Parameters<Jn2101Product>) -> Definition {
 }
 
 /// The reference frame of the teach-in; None if there is none, or if its numbers are not valid.
-pub(super) fn reference_frame(parameters: &Parameters<Jn2101Product>) -> Option<Teach> {
+pub(super) fn reference_frame(parameters: &Parameters<Jn2101Product>) -> Option<ReferenceFrame> {
     if parameters.get(id::TEACH) != RELATIVE {
         return None;
     }
@@ -173,11 +173,14 @@ pub(super) fn reference_frame(parameters: &Parameters<Jn2101Product>) -> Option<
     for (place, id) in bytes.as_chunks_mut().0.iter_mut().zip(id::REFERENCE_FRAME) {
         *place = parameters.get(id).to_le_bytes();
     }
-    Teach::decode(&bytes)
+    ReferenceFrame::decode(&bytes)
 }
 
 /// Writes a reference frame into the parameters.
-pub(super) fn store_reference_frame(frame: &Teach, parameters: &mut Parameters<Jn2101Product>) {
+pub(super) fn store_reference_frame(
+    frame: &ReferenceFrame,
+    parameters: &mut Parameters<Jn2101Product>,
+) {
     for (number, id) in frame.encode().as_chunks().0.iter().zip(id::REFERENCE_FRAME) {
         parameters.set(id, u32::from_le_bytes(*number));
     }

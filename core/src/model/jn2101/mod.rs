@@ -6,10 +6,10 @@
 
 mod application;
 mod base64;
-mod key;
 mod measuring;
 mod objects;
 mod parameters;
+mod programming_key;
 
 pub use application::{Inclination, Jn2101Application, value};
 pub use parameters::id;
@@ -97,10 +97,10 @@ impl canopen::Product for Jn2101Product {
 
     /// The programming key (9.11).
     fn text(parameters: &Parameters<Self>) -> Self::Text {
-        key::compose(parameters)
+        programming_key::compose(parameters)
     }
 
     fn write_text(text: &[u8], parameters: &mut Parameters<Self>) -> Result<Effect, Refused> {
-        key::write(text, parameters).ok_or(Refused::NotPermitted)
+        programming_key::write(text, parameters).ok_or(Refused::NotPermitted)
     }
 }

@@ -19,7 +19,7 @@ pub type Limits = (u32, u32);
 
 /// The type, persistence and permitted ranges of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Rule {
+pub struct ParameterRow {
     first: u8,
     count: u8,
     form: u16,
@@ -41,7 +41,7 @@ pub enum Refused {
 const PERSISTENCE: u32 = 3;
 const IGNORED_BITS: u32 = 5;
 
-impl Rule {
+impl ParameterRow {
     pub(super) const fn new(
         data_type: DataType,
         persistence: Persistence,
@@ -118,8 +118,8 @@ pub(super) const fn ordered(data_type: DataType, value: u32) -> u32 {
 mod tests {
     use super::*;
 
-    const fn rule(data_type: DataType, ignored_bits: u8, count: usize) -> Rule {
-        Rule::new(data_type, Persistence::OnSave, ignored_bits, (0, count))
+    const fn row(data_type: DataType, ignored_bits: u8, count: usize) -> ParameterRow {
+        ParameterRow::new(data_type, Persistence::OnSave, ignored_bits, (0, count))
     }
 
     const fn limits(data_type: DataType, low: i64, high: i64) -> Limits {
@@ -132,7 +132,7 @@ mod tests {
     #[test]
     fn value_outside_single_range_is_too_low_or_too_high() {
         static SIGNED: [Limits; 1] = [limits(DataType::I16, -9000, 9000)];
-        let signed = rule(DataType::I16, 0, 1);
+        let signed = row(DataType::I16, 0, 1);
         for (value, expected) in [
             (-9001, Err(Refused::TooLow)),
             (-9000, Ok(())),
@@ -145,7 +145,7 @@ mod tests {
             assert_eq!(signed.check(bytes, &SIGNED), expected, "{value}");
         }
         static UNSIGNED: [Limits; 1] = [(1, u32::MAX - 1)];
-        let unsigned = rule(DataType::U32, 0, 1);
+        let unsigned = row(DataType::U32, 0, 1);
         assert_eq!(unsigned.check(0, &UNSIGNED), Err(Refused::TooLow));
         assert_eq!(unsigned.check(u32::MAX, &UNSIGNED), Err(Refused::TooHigh));
         assert_eq!(unsigned.check(u32::MAX - 1, &UNSIGNED), Ok(()));
@@ -154,31 +154,28 @@ mod tests {
     #[test]
     fn value_outside_several_ranges_is_not_permitted() {
         static POOL: [Limits; 2] = [(0, 240), (252, 255)];
-        let rule = rule(DataType::U8, 0, 2);
+        let row = row(DataType::U8, 0, 2);
         for value in 0..=255 {
             let expected = match value {
                 0..=240 | 252..=255 => Ok(()),
                 _ => Err(Refused::NotPermitted),
             };
-            assert_eq!(rule.check(value, &POOL), expected);
+            assert_eq!(row.check(value, &POOL), expected);
         }
     }
 
     #[test]
     fn check_ignores_highest_bits_set_in_rule() {
         static POOL: [Limits; 2] = [(0x80, 0x80), (0x181, 0x1FF)];
-        let rule = rule(DataType::U32, 2, 2);
+        let row = row(DataType::U32, 2, 2);
         for flags in [0, 1 << 31, 1 << 30, 3 << 30] {
-            assert_eq!(rule.check(0x80 | flags, &POOL), Ok(()));
+            assert_eq!(row.check(0x80 | flags, &POOL), Ok(()));
         }
-        assert_eq!(
-            rule.check(0x80 | 1 << 29, &POOL),
-            Err(Refused::NotPermitted)
-        );
+        assert_eq!(row.check(0x80 | 1 << 29, &POOL), Err(Refused::NotPermitted));
     }
 
     #[test]
     fn rule_without_range_permits_all_values() {
-        assert_eq!(rule(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
+        assert_eq!(row(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
     }
 }
