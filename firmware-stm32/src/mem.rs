@@ -9,7 +9,7 @@
 
 use core::arch::global_asm;
 
-// memcpy and memmove return their first argument, so r0 does not change. Only memmove gets regions that overlap.
+// memcpy returns its first argument, so r0 does not change.
 global_asm!(
     ".section .text.mem.copy, \"ax\"",
     ".syntax unified",
@@ -81,40 +81,6 @@ global_asm!(
     "strbmi r3, [r0]",
     "pop {{r4, r5, r6, pc}}",
     ".size __aeabi_memcpy4, . - __aeabi_memcpy4",
-);
-
-// Forward unless the destination begins within the source.
-global_asm!(
-    ".section .text.mem.move, \"ax\"",
-    ".syntax unified",
-    ".p2align 1",
-    ".global memmove",
-    ".type memmove, %function",
-    ".thumb_func",
-    "memmove:",
-    ".global __aeabi_memmove",
-    ".type __aeabi_memmove, %function",
-    ".thumb_func",
-    "__aeabi_memmove:",
-    ".global __aeabi_memmove4",
-    ".type __aeabi_memmove4, %function",
-    ".thumb_func",
-    "__aeabi_memmove4:",
-    ".global __aeabi_memmove8",
-    ".type __aeabi_memmove8, %function",
-    ".thumb_func",
-    "__aeabi_memmove8:",
-    "subs r3, r0, r1",
-    "cmp r3, r2",
-    "bhs memcpy",
-    "1:",
-    "subs r2, #1",
-    "it mi",
-    "bxmi lr",
-    "ldrb r3, [r1, r2]",
-    "strb r3, [r0, r2]",
-    "b 1b",
-    ".size memmove, . - memmove",
 );
 
 // The functions of the ABI have length and value in the opposite order of memset.
