@@ -265,6 +265,63 @@ pub trait Application: Sized {
 mod tests {
     use super::*;
 
+    /// An application with `N` quantities and no behaviour of its own.
+    struct Plain<const N: usize>;
+
+    struct NoParameters;
+
+    impl Table for NoParameters {
+        const PARAMETERS: &'static [crate::param::Parameter] = &[];
+        crate::project_parameters!();
+    }
+
+    impl<const N: usize> Application for Plain<N> {
+        type Table = NoParameters;
+        type Values = Published<N>;
+        const QUANTITIES: &'static [Quantity] =
+            &[Quantity::new(ValueId(0), "angle", crate::param::DataType::I16); N];
+        const INITIAL: Self = Self;
+        fn start(&mut self, _: Calibration) {}
+        fn apply(&mut self, _: Instant, _: &Parameters<NoParameters>) -> Self::Values {
+            Published::INITIAL
+        }
+        fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
+            Published::INITIAL
+        }
+        fn stale(&mut self) -> Self::Values {
+            Published::new([-1; N], Faults::SENSOR)
+        }
+    }
+
+    #[test]
+    fn readout_is_the_first_two_quantities() {
+        let parameters = Parameters::factory();
+        let one = Plain::<1>::readout(&Published::new([-5], Faults::NONE), &parameters);
+        assert_eq!(one, Readout { x: -5, y: None });
+        let two = Plain::<2>::readout(&Published::new([-5, 7], Faults::NONE), &parameters);
+        assert_eq!(two, Readout { x: -5, y: Some(7) });
+    }
+
+    #[test]
+    fn application_without_its_own_behaviour_has_the_documented_defaults() {
+        let now = Instant::from_ticks(0);
+        let values = Published::new([1], Faults::NONE);
+        assert_eq!(values.outputs(), Outputs::NONE);
+        assert_eq!(values.number(ValueId(1)), 0);
+        assert_eq!(Plain::<1>::derive(ParameterId(0), &values), None);
+        assert!(Plain::<1>::is_consistent(&Parameters::factory()));
+        let mut plain = Plain::<1>;
+        assert_eq!(plain.deadline(), None);
+        let working = Working {
+            x: true,
+            y: true,
+            z: true,
+        };
+        assert_eq!(plain.tested(working), None);
+        let stale = Published::new([-1], Faults::SENSOR);
+        assert_eq!((plain.stop(), plain.tick(now)), (stale, stale));
+    }
+
     #[test]
     fn outputs_are_independent_of_each_other() {
         let outputs = Outputs::NONE.with_heater(1000).with_self_test();

@@ -339,6 +339,34 @@ mod tests {
     }
 
     #[test]
+    fn frame_of_embedded_can_has_the_same_parts() {
+        use embedded_can::Frame as _;
+        let data = <Frame as embedded_can::Frame>::new(extended(0x361), &[1, 2]).unwrap();
+        assert!(data.is_extended() && !data.is_remote_frame());
+        assert_eq!(embedded_can::Frame::dlc(&data), 2);
+        assert_eq!(data.data(), [1, 2]);
+        let remote = Frame::new_remote(standard(0x361), 5).unwrap();
+        assert!(!remote.is_extended() && remote.is_remote_frame());
+        assert_eq!(embedded_can::Frame::dlc(&remote), 5);
+        assert_eq!(embedded_can::Frame::id(&remote), standard(0x361));
+        assert_eq!(
+            <Frame as embedded_can::Frame>::new(standard(1), &[0; 9]),
+            None
+        );
+        assert_eq!(Frame::new_remote(standard(1), 9), None);
+    }
+
+    #[test]
+    fn bit_rate_has_its_name_and_number() {
+        let of = |rate: BitRate| (rate.name(), rate.bits_per_second());
+        assert_eq!(of(BitRate::K10), ("10 kbit/s", 10_000));
+        assert_eq!(of(BitRate::K62_5), ("62.5 kbit/s", 62_500));
+        assert_eq!(of(BitRate::M1), ("1 Mbit/s", 1_000_000));
+        let rates = BitRate::ALL.map(BitRate::bits_per_second);
+        assert!(rates.is_sorted_by(|a, b| a < b));
+    }
+
+    #[test]
     fn can_id_keeps_format_and_bits() {
         assert_eq!(CanId::from(standard(0x7FF)).bits(), 0x7FF);
         assert_eq!(CanId::from(extended(0x361)).bits(), 0x8000_0361);
