@@ -1,9 +1,9 @@
 //! Clients written in Python, which the tests run.
 //!
-//! They need the packages of `clients/requirements.txt`. They run with the interpreter that `PLUMBLINE_PYTHON` names, or that of
-//! the virtual environment `clients-venv` in the target directory, or the system's `python3`, the first of them that has the
-//! packages. Where none has, a test that needs them says that it was skipped; in a continuous integration run (`CI` is set) it
-//! fails.
+//! They need the packages of `clients/requirements.txt`. They run with the first of these interpreters that has the packages: the
+//! one in `PLUMBLINE_PYTHON`, the one of the virtual environment `clients-venv` in the target directory, the system's `python3`.
+//! If none of them has the packages, a test that needs them reports that it was skipped. In a continuous integration run (`CI` is
+//! set) it fails.
 //!
 //! ```sh
 //! python3 -m venv target/clients-venv
@@ -14,13 +14,14 @@ use std::io::{Write, stderr};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// Runs `clients/SCRIPT` with these arguments and panics when it fails. `modules` are what it imports beyond Python's own.
+/// Runs `clients/SCRIPT` with these arguments and panics if it fails. `modules` are the modules outside the standard library that
+/// it imports.
 #[track_caller]
 pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
     let Some(python) = interpreter(modules) else {
         let what = format!("{script}: no Python with {}", modules.join(", "));
         assert!(std::env::var_os("CI").is_none(), "{what}");
-        // Written to standard error itself, which the test harness does not capture.
+        // Written directly to standard error, which the test harness does not capture.
         let _ = writeln!(stderr(), "skipped: {what}");
         return;
     };
@@ -45,7 +46,7 @@ pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
 fn interpreter(modules: &[&str]) -> Option<PathBuf> {
     let scripts = if cfg!(windows) { "Scripts" } else { "bin" };
     let environment = Path::new("clients-venv").join(scripts).join("python");
-    // The test runs from somewhere in the target directory.
+    // The test program is in a folder of the target directory.
     let test = std::env::current_exe().unwrap_or_default();
     let environments = test.ancestors().map(|folder| folder.join(&environment));
     let named = std::env::var_os("PLUMBLINE_PYTHON").map(PathBuf::from);

@@ -1,27 +1,27 @@
-//! What a sensor sent beside what a trace expects, readable.
+//! A readable comparison of the frames of a sensor with those of a trace.
 
 use super::{Trace, What};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 use std::fmt;
 
-/// Lines shown around one that differs.
+/// Number of lines shown before and after a line that differs.
 const CONTEXT: usize = 2;
 
-/// What it costs to read the two sides in a certain way; the cheapest reading is shown.
+/// The cost of each kind of difference. The alignment with the lowest total cost is shown.
 mod cost {
     /// The same frame outside the tolerance.
     pub const OTHER_TIME: u32 = 3;
     /// Another frame at the right time.
     pub const OTHER_FRAME: u32 = 3;
-    /// A frame on one side only. Two of these are cheaper than another frame at another time.
+    /// A frame on one side only. Two of these cost less than another frame at another time.
     pub const ONE_SIDED: u32 = 2;
 }
 
 /// A frame and its time.
 type Timed = (Instant, Frame);
 
-/// The frames of a trace beside those that came, with at least one that differs.
+/// The expected frames beside the received frames; at least one differs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Difference {
     rows: Vec<Row>,
@@ -30,9 +30,9 @@ pub struct Difference {
 /// One line of the comparison.
 #[derive(Clone, PartialEq, Debug)]
 struct Row {
-    /// The line of the trace.
+    /// The line number in the trace.
     line: Option<usize>,
-    /// What the tester sent; nothing is compared then.
+    /// A frame of the tester, which is not compared.
     sent: Option<Timed>,
     expected: Option<Timed>,
     came: Option<Timed>,
@@ -45,12 +45,12 @@ enum Verdict {
     Wrong,
     Missing,
     Extra,
-    /// Microseconds too late, or too early when negative.
+    /// Delay in microseconds; negative: too early.
     Late(i64),
 }
 
 impl Difference {
-    /// Compares the sensor's frames; None when they are as the trace expects.
+    /// Compares the frames of the sensor; None if they match the trace.
     pub(super) fn between(trace: &Trace, came: &[Timed]) -> Option<Self> {
         let expected: Vec<(usize, Timed)> = trace
             .steps
@@ -69,14 +69,14 @@ impl Difference {
         })
     }
 
-    /// How many lines differ.
+    /// The number of lines that differ.
     pub fn count(&self) -> usize {
         let differs = |row: &&Row| row.verdict != Verdict::Same;
         self.rows.iter().filter(differs).count()
     }
 }
 
-/// Microseconds from one time to another.
+/// The microseconds from one time to another.
 fn late(expected: Instant, came: Instant) -> i64 {
     came.ticks() as i64 - expected.ticks() as i64
 }
@@ -92,10 +92,10 @@ fn judge(expected: Timed, came: Timed, tolerance: u64) -> (u32, Verdict) {
     }
 }
 
-/// Lays the two sides beside each other so that as little as possible differs (an edit distance).
+/// Aligns the two sides with the lowest cost (edit distance).
 fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row> {
     let width = came.len() + 1;
-    // best[e * width + c]: the least cost of what follows after the first e and c frames.
+    // best[e * width + c]: the lowest cost of the frames after the first e and c frames.
     let mut best = vec![0; (expected.len() + 1) * width];
     for e in (0..=expected.len()).rev() {
         for c in (0..=came.len()).rev() {
@@ -137,7 +137,7 @@ fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row
     rows
 }
 
-/// Puts the tester's frames between the rows, by time.
+/// Inserts the frames of the tester between the rows, by time.
 fn with_sent(trace: &Trace, rows: Vec<Row>) -> Vec<Row> {
     let mut sent = trace
         .steps
