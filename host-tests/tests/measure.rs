@@ -85,8 +85,8 @@ fn one_axis_and_two_axis_angles_are_within_the_documented_error() {
         };
         let two_axis = perpendicular(up);
         let angles = [two_axis.x, two_axis.y, rotation(up), cross_slope(up)];
-        for (angle, truth) in angles.into_iter().zip(&row[3..]) {
-            let error = difference(angle, number(truth));
+        for (angle, exact) in angles.into_iter().zip(&row[3..]) {
+            let error = difference(angle, number(exact));
             assert!(
                 error <= f64::from(definition::ERROR.0) * UNIT,
                 "{row:?}: {error:e} deg"

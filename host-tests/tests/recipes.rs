@@ -36,7 +36,7 @@ struct Run {
     bus: Bus,
     sensor: DeviceId,
     tester: AdapterId,
-    came: Vec<Frame>,
+    received: Vec<Frame>,
 }
 
 impl Run {
@@ -53,7 +53,7 @@ impl Run {
             bus,
             sensor,
             tester,
-            came: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -61,7 +61,7 @@ impl Run {
         let until = after(self.bus.now(), time);
         self.bus.run_until(until);
         let received = self.bus.take_received(self.tester);
-        self.came
+        self.received
             .extend(received.into_iter().map(|(_, frame)| frame));
     }
 
@@ -71,16 +71,16 @@ impl Run {
         let any = Frame::data(standard(0x7FF), &[]).expect("no data");
         self.bus.send(self.tester, any);
         self.wait(WITHOUT_REPLY);
-        self.came.clear();
+        self.received.clear();
     }
 
     /// The next frame of the sensor.
     fn next(&mut self) -> Option<Frame> {
         let until = after(self.bus.now(), PATIENCE);
-        while self.came.is_empty() && !reached(self.bus.now(), until) {
+        while self.received.is_empty() && !reached(self.bus.now(), until) {
             self.wait(millis(1));
         }
-        (!self.came.is_empty()).then(|| self.came.remove(0))
+        (!self.received.is_empty()).then(|| self.received.remove(0))
     }
 
     fn step(&mut self, line: &str) -> Result<(), String> {
@@ -93,9 +93,9 @@ impl Run {
             }
             "<-" => {
                 let expected = frame(text)?;
-                let came = self.next();
-                if came != Some(expected) {
-                    return Err(format!("received {came:?}"));
+                let received = self.next();
+                if received != Some(expected) {
+                    return Err(format!("received {received:?}"));
                 }
             }
             "--" => {
@@ -110,7 +110,7 @@ impl Run {
     /// The sensor has sent no frame that is not in the recipe.
     fn is_quiet(&mut self) -> Result<(), String> {
         self.wait(QUIET);
-        match self.came.first() {
+        match self.received.first() {
             None => Ok(()),
             Some(frame) => Err(format!("received {frame:?} before this line")),
         }

@@ -112,7 +112,7 @@ fn frames_in_another_order_are_reported() {
 #[test]
 fn difference_shows_the_frames_of_the_tester() {
     let shown = difference(&GOOD.replace("301#0102 R", "301#0103 R")).to_string();
-    let expected = "  line  expected                                came
+    let expected = "  line  expected                                received
    ...
      9     0.100456 301#01                         0.100456 301#01
     10     0.200000 201#0102 (sent)

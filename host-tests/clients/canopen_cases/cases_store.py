@@ -186,18 +186,18 @@ def damaged(context: Context) -> None:
         save_set(session, FIRST)
         save_set(session, SECOND)
         session.power_down()
-        whole = path.read_bytes()
-        used = [at for at, byte in enumerate(whole) if byte != 0xFF]
+        original = path.read_bytes()
+        used = [at for at, byte in enumerate(original) if byte != 0xFF]
         for number in range(16):
             at = used[number * (len(used) - 1) // 15]
-            broken = bytearray(whole)
+            broken = bytearray(original)
             broken[at] ^= 0x10
             path.write_bytes(broken)
             session.power_up()
             got = values(session, FIRST)
             session.report.verdict(got in (FIRST, SECOND, FACTORY), f"byte {at} damaged", "one complete set", got)
             session.power_down()
-        path.write_bytes(whole)
+        path.write_bytes(original)
         session.power_up()
         session.report.equal("without damage again", SECOND, values(session, FIRST))
 
@@ -215,8 +215,8 @@ def save_in_operation(context: Context) -> None:
 
 
 def no_memory(context: Context) -> None:
-    """With an empty memory or one with random bytes, the sensor has its factory values."""
-    for name, data in (("empty", b""), ("rubbish", bytes(range(256)) * 16)):
+    """With an empty memory or one with invalid bytes, the sensor has its factory values."""
+    for name, data in (("empty", b""), ("invalid", bytes(range(256)) * 16)):
         path = context.store(name)
         path.write_bytes(data)
         with context.session(store=path) as session:

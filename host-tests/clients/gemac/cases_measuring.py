@@ -22,9 +22,9 @@ def angles(context: Context) -> None:
     for pose in one if context.product.axes == 1 else two:
         with context.session(scene=scene(*pose)) as session:
             got = session.settle()
-            truth = tuple(round(100 * value) for value in pose[: session.product.axes])
-            near = got is not None and all(abs(scenes.circular_difference(g / 100, t / 100)) < 0.0101 for g, t in zip(got, truth))
-            session.report.verdict(near, f"tilt={pose}", f"{truth} +-1", got)
+            exact = tuple(round(100 * value) for value in pose[: session.product.axes])
+            near = got is not None and all(abs(scenes.circular_difference(g / 100, t / 100)) < 0.0101 for g, t in zip(got, exact))
+            session.report.verdict(near, f"tilt={pose}", f"{exact} +-1", got)
             if got:
                 session.reply(f"tilt={pose}: complete reply", b"\x00", session.angles_reply(got))
 

@@ -57,17 +57,17 @@ def attitudes(context: Context) -> None:
 
 def check_attitude(session: Session, up: scenes.Vector) -> float:
     """Checks one attitude; returns the difference in deg."""
-    truth = (scenes.one_axis_angle(up),) if session.product.axes == 1 else scenes.two_axis_angles(up)
+    exact = (scenes.one_axis_angle(up),) if session.product.axes == 1 else scenes.two_axis_angles(up)
     got = session.angles()
     if got is None:
-        session.report.verdict(False, f"attitude {up}", truth, None)
+        session.report.verdict(False, f"attitude {up}", exact, None)
         return 360.0
     if session.product.axes == 1:
-        difference = abs(scenes.circular_difference(got[0] / 100, truth[0]))
+        difference = abs(scenes.circular_difference(got[0] / 100, exact[0]))
     else:
-        difference = max(abs(g / 100 - t) for g, t in zip(got, truth, strict=True))
+        difference = max(abs(g / 100 - t) for g, t in zip(got, exact, strict=True))
     name = f"up = ({up[0]:+.4f}, {up[1]:+.4f}, {up[2]:+.4f})"
-    shown = tuple(round(value, 4) for value in truth)
+    shown = tuple(round(value, 4) for value in exact)
     session.report.verdict(difference <= 0.0101, name, f"{shown} deg +-0.01", tuple(g / 100 for g in got))
     return difference
 
@@ -111,7 +111,7 @@ def check_step(session: Session, name: str, recording: Recording, switched_on: f
     report, at, height = session.report, 1.5, 30.0
     sine, cosine = math.sin(math.radians(height)), math.cos(math.radians(height))
 
-    def truth(seconds: float) -> float:
+    def exact(seconds: float) -> float:
         s = unit(seconds)
         return math.degrees(math.atan2(sine * s, 1 + (cosine - 1) * s))
 
@@ -121,17 +121,17 @@ def check_step(session: Session, name: str, recording: Recording, switched_on: f
         return
 
     def error(origin: float) -> float:
-        return sum((truth(t - origin) - angle) ** 2 for t, angle in points)
+        return sum((exact(t - origin) - angle) ** 2 for t, angle in points)
 
     expected_origin = session.sensor.started + at - switched_on
     origin = min((expected_origin + 0.001 * n for n in range(-20, 160, 4)), key=error)
     origin = min((origin + 0.0005 * n for n in range(-10, 11)), key=error)
     report.within(f"{name}: delay without the filter, with the process start, in s", -0.01, 0.12, origin - expected_origin)
-    worst = max(abs(truth(t - origin) - angle) for t, angle in points)
+    worst = max(abs(exact(t - origin) - angle) for t, angle in points)
     report.within(f"{name}: worst difference from the curve in deg", 0, 0.012 * height, worst)
     angles = [angle for _, angle in points]
     report.within(f"{name}: final value in deg", height - 0.0101, height + 0.0101, angles[-1])
-    peak = max(truth(0.002 * n) for n in range(1500))
+    peak = max(exact(0.002 * n) for n in range(1500))
     if "damped" in name:
         report.within(f"{name}: peak in deg, no overshoot", height - 0.0101, height + 0.0101, max(angles))
         steps = [b - a for a, b in zip(angles, angles[1:], strict=False)]

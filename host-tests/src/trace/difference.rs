@@ -35,7 +35,7 @@ struct Row {
     /// A frame of the tester, which is not compared.
     sent: Option<Timed>,
     expected: Option<Timed>,
-    came: Option<Timed>,
+    received: Option<Timed>,
     verdict: Verdict,
 }
 
@@ -51,7 +51,7 @@ enum Verdict {
 
 impl Difference {
     /// Compares the frames of the sensor; None if they match the trace.
-    pub(super) fn between(trace: &Trace, came: &[Timed]) -> Option<Self> {
+    pub(super) fn between(trace: &Trace, received: &[Timed]) -> Option<Self> {
         let expected: Vec<(usize, Timed)> = trace
             .steps
             .iter()
@@ -60,7 +60,7 @@ impl Difference {
                 _ => None,
             })
             .collect();
-        let rows = align(&expected, came, trace.tolerance.ticks());
+        let rows = align(&expected, received, trace.tolerance.ticks());
         if rows.iter().all(|row| row.verdict == Verdict::Same) {
             return None;
         }
@@ -77,14 +77,14 @@ impl Difference {
 }
 
 /// The microseconds from one time to another.
-fn late(expected: Instant, came: Instant) -> i64 {
-    came.ticks() as i64 - expected.ticks() as i64
+fn late(expected: Instant, received: Instant) -> i64 {
+    received.ticks() as i64 - expected.ticks() as i64
 }
 
-fn judge(expected: Timed, came: Timed, tolerance: u64) -> (u32, Verdict) {
-    let late = late(expected.0, came.0);
+fn judge(expected: Timed, received: Timed, tolerance: u64) -> (u32, Verdict) {
+    let late = late(expected.0, received.0);
     let in_time = late.unsigned_abs() <= tolerance;
-    match (expected.1 == came.1, in_time) {
+    match (expected.1 == received.1, in_time) {
         (true, true) => (0, Verdict::Same),
         (true, false) => (cost::OTHER_TIME, Verdict::Late(late)),
         (false, true) => (cost::OTHER_FRAME, Verdict::Wrong),
@@ -93,18 +93,18 @@ fn judge(expected: Timed, came: Timed, tolerance: u64) -> (u32, Verdict) {
 }
 
 /// Aligns the two sides with the lowest cost (edit distance).
-fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row> {
-    let width = came.len() + 1;
+fn align(expected: &[(usize, Timed)], received: &[Timed], tolerance: u64) -> Vec<Row> {
+    let width = received.len() + 1;
     // best[e * width + c]: the lowest cost of the frames after the first e and c frames.
     let mut best = vec![0; (expected.len() + 1) * width];
     for e in (0..=expected.len()).rev() {
-        for c in (0..=came.len()).rev() {
+        for c in (0..=received.len()).rev() {
             let one_sided = |at: usize| best[at] + cost::ONE_SIDED;
             let options = [
                 (e < expected.len()).then(|| one_sided((e + 1) * width + c)),
-                (c < came.len()).then(|| one_sided(e * width + c + 1)),
-                (e < expected.len() && c < came.len()).then(|| {
-                    let (cost, _) = judge(expected[e].1, came[c], tolerance);
+                (c < received.len()).then(|| one_sided(e * width + c + 1)),
+                (e < expected.len() && c < received.len()).then(|| {
+                    let (cost, _) = judge(expected[e].1, received[c], tolerance);
                     best[(e + 1) * width + c + 1] + cost
                 }),
             ];
@@ -113,9 +113,9 @@ fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row
     }
     let mut rows = Vec::new();
     let (mut e, mut c) = (0, 0);
-    while e < expected.len() || c < came.len() {
+    while e < expected.len() || c < received.len() {
         let here = best[e * width + c];
-        let (left, right) = (expected.get(e).copied(), came.get(c).copied());
+        let (left, right) = (expected.get(e).copied(), received.get(c).copied());
         if let (Some((line, left)), Some(right)) = (left, right) {
             let (cost, verdict) = judge(left, right, tolerance);
             if here == best[(e + 1) * width + c + 1] + cost {
@@ -149,7 +149,7 @@ fn with_sent(trace: &Trace, rows: Vec<Row>) -> Vec<Row> {
         .peekable();
     let mut all = Vec::new();
     for row in rows {
-        let at = row.expected.or(row.came).map(|(at, _)| at);
+        let at = row.expected.or(row.received).map(|(at, _)| at);
         while let Some((line, timed)) = sent.next_if(|(_, timed)| Some(timed.0) <= at) {
             all.push(Row {
                 sent: Some(timed),
@@ -165,14 +165,14 @@ impl Row {
     fn new(
         line: Option<usize>,
         expected: Option<Timed>,
-        came: Option<Timed>,
+        received: Option<Timed>,
         verdict: Verdict,
     ) -> Self {
         Self {
             line,
             sent: None,
             expected,
-            came,
+            received,
             verdict,
         }
     }
@@ -180,7 +180,7 @@ impl Row {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "  line  {:<38}  came", "expected")?;
+        writeln!(f, "  line  {:<38}  received", "expected")?;
         let mut skipped = false;
         for (index, row) in self.rows.iter().enumerate() {
             let near = index.saturating_sub(CONTEXT)..(index + CONTEXT + 1).min(self.rows.len());
@@ -209,7 +209,7 @@ impl fmt::Display for Row {
         } else {
             '!'
         };
-        let (expected, came) = (text(self.expected), text(self.came));
+        let (expected, received) = (text(self.expected), text(self.received));
         let verdict = match self.verdict {
             Verdict::Same => String::new(),
             Verdict::Wrong => "wrong".to_owned(),
@@ -218,7 +218,7 @@ impl fmt::Display for Row {
             Verdict::Late(us) if us > 0 => format!("{us} us late"),
             Verdict::Late(us) => format!("{} us early", -us),
         };
-        let row = format!("{mark} {line:>4}  {expected:<38}  {came:<38}  {verdict}");
+        let row = format!("{mark} {line:>4}  {expected:<38}  {received:<38}  {verdict}");
         writeln!(f, "{}", row.trim_end())
     }
 }

@@ -73,7 +73,7 @@ impl Trace {
         let end = after(replay.last, self.tolerance);
         replay.run_until(end);
         replay.collect();
-        match Difference::between(self, &replay.came) {
+        match Difference::between(self, &replay.received) {
             Some(difference) => Err(Failure::Differs(difference)),
             None => Ok(()),
         }
@@ -95,7 +95,7 @@ struct Replay {
     last: Instant,
     /// The number of frames expected up to `last`.
     expected: usize,
-    came: Vec<(Instant, Frame)>,
+    received: Vec<(Instant, Frame)>,
 }
 
 impl Replay {
@@ -121,7 +121,7 @@ impl Replay {
             begin,
             last: Instant::from_ticks(0),
             expected: 0,
-            came: Vec::new(),
+            received: Vec::new(),
         })
     }
 
@@ -170,7 +170,7 @@ impl Replay {
         self.run_until(self.last);
         self.collect();
         let patience = after(after(self.last, self.tolerance), self.begin);
-        while self.bus.queued(self.tester) > 0 || self.came.len() < self.expected {
+        while self.bus.queued(self.tester) > 0 || self.received.len() < self.expected {
             let Some(next) = self.bus.next_event().filter(|at| *at <= patience) else {
                 return;
             };
@@ -184,7 +184,7 @@ impl Replay {
         let begin = self.begin.ticks();
         let received = self.bus.take_received(self.tester).into_iter();
         let in_trace = |at: Instant| Instant::from_ticks(at.ticks().saturating_sub(begin));
-        self.came
+        self.received
             .extend(received.map(|(at, frame)| (in_trace(at), frame)));
     }
 }
