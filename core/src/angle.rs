@@ -1,6 +1,6 @@
-//! Binary angles: a full turn is 2^32, so that wrapping around is what the integers do by themselves.
+//! Binary angles: 360 deg is 2^32, so the overflow of the integers is the wrap at 360 deg.
 //!
-//! One unit is 8.4e-8 deg. [`Angle::atan2`] is off by at most 1.3e-5 deg ([`Angle::ATAN2_ERROR`]); all it takes is a table of 65
+//! One unit is 8.4e-8 deg. The error of [`Angle::atan2`] is at most 1.3e-5 deg ([`Angle::ATAN2_ERROR`]). It needs a table of 65
 //! arc tangents, a few multiplications and three 32-bit divisions.
 
 use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
@@ -10,7 +10,7 @@ use core::ops::{Add, AddAssign, Neg, Sub, SubAssign};
 /// ```
 /// use plumbline::angle::Angle;
 ///
-/// // From 359.9 deg to 0.1 deg is a small step.
+/// // The difference between 359.9 deg and 0.1 deg is 0.2 deg.
 /// let step = Angle::from_centidegrees(10) - Angle::from_centidegrees(35_990);
 /// assert_eq!(step.centidegrees(), 20);
 /// assert_eq!((-step).centidegrees_unsigned(), 35_980);
@@ -22,49 +22,49 @@ pub struct Angle(pub u32);
 impl Angle {
     /// 0 deg.
     pub const ZERO: Self = Self(0);
-    /// 90 deg, a quarter of a turn.
+    /// 90 deg.
     pub const QUARTER: Self = Self(1 << 30);
-    /// 180 deg, half a turn.
+    /// 180 deg.
     pub const HALF: Self = Self(1 << 31);
-    /// 270 deg, three quarters of a turn.
+    /// 270 deg.
     pub const THREE_QUARTERS: Self = Self(3 << 30);
 
-    /// The largest error of [`atan2`](Self::atan2): 1.3e-5 deg. The tests hold it to this.
+    /// The largest error of [`atan2`](Self::atan2): 1.3e-5 deg. The tests check it.
     pub const ATAN2_ERROR: Self = Self(155);
 
-    /// The angle of `value` * 0.01 deg, rounded to the nearest unit. Every value is allowed; whole turns drop out.
+    /// The angle of `value` * 0.01 deg modulo 360 deg, rounded to the nearest unit. All values are permitted.
     pub const fn from_centidegrees(value: i32) -> Self {
         Self(from_fraction::<36_000>(value))
     }
 
-    /// The angle of `value` * 0.001 deg, rounded to the nearest unit. Every value is allowed; whole turns drop out.
+    /// The angle of `value` * 0.001 deg modulo 360 deg, rounded to the nearest unit. All values are permitted.
     pub const fn from_millidegrees(value: i32) -> Self {
         Self(from_fraction::<360_000>(value))
     }
 
-    /// The angle in 0.01 deg, -18000..=17999, rounded to nearest (halves up; what rounds to 180.00 deg is -180.00 deg).
+    /// The angle in 0.01 deg, -18000..=17999, rounded to nearest (halves up). 180.00 deg is returned as -18000.
     pub const fn centidegrees(self) -> i32 {
         to_signed::<36_000>(self.0)
     }
 
-    /// The angle in 0.01 deg, 0..=35999, rounded to nearest (halves up; 359.996 deg is 0).
+    /// The angle in 0.01 deg, 0..=35999, rounded to nearest (halves up). 359.996 deg is 0.
     pub const fn centidegrees_unsigned(self) -> u16 {
         to_unsigned::<36_000>(self.0) as u16
     }
 
-    /// The angle in 0.001 deg, -180000..=179999, rounded to nearest (halves up; what rounds to 180.000 deg is -180.000 deg).
+    /// The angle in 0.001 deg, -180000..=179999, rounded to nearest (halves up). 180.000 deg is returned as -180000.
     pub const fn millidegrees(self) -> i32 {
         to_signed::<360_000>(self.0)
     }
 
-    /// The angle in 0.001 deg, 0..=359999, rounded to nearest (halves up; 359.9996 deg is 0).
+    /// The angle in 0.001 deg, 0..=359999, rounded to nearest (halves up). 359.9996 deg is 0.
     pub const fn millidegrees_unsigned(self) -> u32 {
         to_unsigned::<360_000>(self.0)
     }
 
-    /// The direction of the point (`x`, `y`), counted from the x axis towards the y axis; 0 for the origin.
+    /// The direction of the point (`x`, `y`), measured from the x axis towards the y axis; 0 for the origin.
     ///
-    /// Only the ratio counts, every pair of inputs is allowed. Exact on the axes and on their bisectors.
+    /// Only the ratio has an effect, and all inputs are permitted. The result is exact on the axes and on their bisectors.
     ///
     /// ```
     /// use plumbline::angle::Angle;
@@ -81,13 +81,14 @@ impl Angle {
 
     /// [`atan2`](Self::atan2) of two lengths, 0..=90 deg.
     ///
-    /// With the longer side `a`, the shorter `b` and k/64 the table's point nearest to b/a, the angle is
-    /// atan(k/64) + atan((64 b - k a) / (64 a + k b)), and the second arc tangent, of at most 1/128, is nearly its argument.
-    #[inline(always)] // part of what atan2 may cost
+    /// `a` is the longer side, `b` the shorter, and k/64 the point of the table nearest to b/a. The angle is atan(k/64) +
+    /// atan((64 b - k a) / (64 a + k b)). The argument of the second arc tangent is at most 1/128, so the arc tangent is nearly
+    /// equal to it.
+    #[inline(always)] // part of the budget of atan2
     pub(crate) fn first_quadrant(y: u32, x: u32) -> Self {
         let steep = y > x;
         let (a, b) = if steep { (y, x) } else { (x, y) };
-        // 24 bits, so that 64 a + k b stays below 2^31. The bit that is set is set already, except in the origin.
+        // 24 bits, so that 64 a + k b stays below 2^31. Bit 23 is already set, except for the origin.
         let shift = a.leading_zeros();
         let a = (a.wrapping_shl(shift) >> 8) | (1 << 23);
         let b = b.wrapping_shl(shift) >> 8;
@@ -110,8 +111,8 @@ impl Angle {
     }
 }
 
-/// 2^32 / 2 pi * (1 - 2^-16) in Q1: turns a quotient in Q31 into units. The reduction spreads the missing cubic term of the arc
-/// tangent evenly over |t| <= 1/128, which leaves a quarter of it: 2.3e-6 deg.
+/// 2^32 / 2 pi * (1 - 2^-16) in Q1: turns a quotient in Q31 into units. The factor distributes the missing cubic term of the arc
+/// tangent evenly over |t| <= 1/128. A quarter of it remains: 2.3e-6 deg.
 const UNITS_PER_RADIAN: i64 = 1_367_109_690;
 
 /// The arc tangents of k/64 for k = 0..=64.
@@ -151,8 +152,8 @@ const fn arc_tangents() -> [u32; 65] {
     table
 }
 
-/// `value` / `TURN` of a turn. 2^32 / TURN is split into whole and remainder, which keeps the arithmetic exact in 32 bits;
-/// TURN is 36000 or 360000.
+/// `value` / `TURN` of 360 deg. 2^32 / TURN is split into quotient and remainder, so the arithmetic is exact in 32 bits. TURN is
+/// 36000 or 360000.
 const fn from_fraction<const TURN: u32>(value: i32) -> u32 {
     let part = value.rem_euclid(TURN as i32) as u32;
     // The power of two that 2^32 and TURN have in common keeps `part * remainder` below 2^30.
@@ -222,10 +223,10 @@ mod tests {
     use proptest::prelude::*;
 
     const TURN: f64 = 4_294_967_296.0;
-    /// In deg.
+    /// One unit in deg.
     const UNIT: f64 = 360.0 / TURN;
 
-    /// How far `Angle::atan2(y, x)` is off, in units. f64's own error is below 1e-6 of a unit.
+    /// The error of `Angle::atan2(y, x)` in units. The error of f64 is below 1e-6 units.
     fn error(y: i32, x: i32) -> f64 {
         let truth = f64::from(y).atan2(f64::from(x)).to_degrees() / UNIT;
         let difference = (f64::from(Angle::atan2(y, x).0) - truth) / TURN;
@@ -239,12 +240,12 @@ mod tests {
     }
 
     #[test]
-    fn the_stated_error_is_1_3e_5_deg() {
+    fn stated_error_is_1_3e_5_deg() {
         assert!(f64::from(Angle::ATAN2_ERROR.0) * UNIT <= 1.3e-5);
     }
 
     #[test]
-    fn the_table_holds_arc_tangents() {
+    fn table_contains_arc_tangents() {
         for (k, &entry) in ATAN.iter().enumerate() {
             let truth = (k as f64 / 64.0).atan() / TAU * TURN;
             assert!((f64::from(entry) - truth).abs() <= 0.5, "{k}");
@@ -254,7 +255,7 @@ mod tests {
     }
 
     #[test]
-    fn axes_and_bisectors_are_exact() {
+    fn atan2_on_axes_and_bisectors_is_exact() {
         for m in [1, 2, 3, 1000, 1 << 24, (1 << 24) + 1, 1 << 28, i32::MAX] {
             assert_eq!(Angle::atan2(0, m), Angle::ZERO);
             assert_eq!(Angle::atan2(m, m), Angle(1 << 29));
@@ -271,7 +272,7 @@ mod tests {
     }
 
     #[test]
-    fn atan2_keeps_to_its_error_all_around() {
+    fn atan2_in_all_directions_is_within_error() {
         for magnitude in [
             3e2,
             1e3,
@@ -290,13 +291,13 @@ mod tests {
     }
 
     #[test]
-    fn atan2_keeps_to_its_error_for_small_inputs_and_at_the_borders() {
+    fn atan2_of_small_inputs_and_at_table_borders_is_within_error() {
         for y in -300..=300 {
             for x in -300..=300 {
                 check(y, x);
             }
         }
-        // Around every border between two points of the table, and at the ends of the range.
+        // At each border between two points of the table, and at the limits of the range.
         for a in [8_388_608, 8_388_609, 16_777_215, 268_435_456, i32::MAX] {
             for k in 0..=128 {
                 for d in -2..=2 {
@@ -330,7 +331,7 @@ mod tests {
     }
 
     #[test]
-    fn every_centidegree_and_millidegree_is_the_nearest_unit_and_comes_back() {
+    fn centidegrees_and_millidegrees_are_unchanged_after_conversion() {
         for c in 0..36_000u16 {
             let angle = Angle::from_centidegrees(c.into());
             assert!((f64::from(angle.0) * UNIT - f64::from(c) / 100.0).abs() <= 0.5001 * UNIT);
@@ -348,14 +349,14 @@ mod tests {
 
     proptest! {
         #[test]
-        fn atan2_keeps_to_its_error(y: i32, x: i32, shift in 0..32u32) {
+        fn atan2_of_random_inputs_is_within_error(y: i32, x: i32, shift in 0..32u32) {
             check(y, x);
             check(y >> shift, x);
             check(y >> shift, x >> shift);
         }
 
         #[test]
-        fn mirror_images_have_mirrored_angles(y: i32, x: i32) {
+        fn mirrored_point_has_mirrored_angle(y: i32, x: i32) {
             prop_assume!(y != i32::MIN && x != i32::MIN);
             let angle = Angle::atan2(y, x);
             prop_assert_eq!(Angle::atan2(-y, x), -angle);
@@ -364,7 +365,7 @@ mod tests {
         }
 
         #[test]
-        fn whole_turns_drop_out(value in -1_000_000..1_000_000i32, turns in -1000..1000i32) {
+        fn multiples_of_360_degrees_have_no_effect(value in -1_000_000..1_000_000i32, turns in -1000..1000i32) {
             prop_assert_eq!(
                 Angle::from_centidegrees(value + turns * 36_000),
                 Angle::from_centidegrees(value)

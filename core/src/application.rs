@@ -1,8 +1,8 @@
-//! What a product measures and does, whatever protocol it speaks.
+//! The measurement and actions of a product, independent of the protocol.
 //!
-//! An [`Application`] takes readings in and returns a complete set of values: quantities, faults and what the hardware is to do.
-//! The node publishes each set in one step, and the protocol sends what it finds there. Parameters come the other way: the
-//! protocol writes them, and the node hands those that changed to [`Application::apply`] outside of the reply.
+//! An [`Application`] processes readings and returns a complete set of values: quantities, faults and outputs to the hardware.
+//! The node publishes each set in one step, and the protocol sends the published values. The protocol writes parameters; the node
+//! passes changed parameters to [`Application::apply`] after the reply.
 
 use crate::heater;
 use crate::measure::self_test::Working;
@@ -10,7 +10,7 @@ use crate::measure::{Calibration, Reading};
 use crate::param::{ParameterId, Parameters, Quantity, Refused, Table, ValueId};
 use crate::time::Instant;
 
-/// Active faults, independent of any protocol: a bit for each.
+/// Active faults, independent of the protocol: one bit for each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Faults(pub u16);
 
@@ -19,71 +19,71 @@ impl Faults {
     pub const NONE: Self = Self(0);
     /// There is no valid measurement.
     pub const SENSOR: Self = Self(1 << 0);
-    /// The inclination is beyond the measuring range.
+    /// The inclination is outside the measuring range.
     pub const RANGE: Self = Self(1 << 1);
-    /// The temperature of the measuring cell is out of its range.
+    /// The temperature of the measuring cell is outside its range.
     pub const TEMPERATURE: Self = Self(1 << 2);
-    /// The first angle is not valid: beyond its range, or not measured.
+    /// The first angle is not valid: outside its range, or not measured.
     pub const X: Self = Self(1 << 3);
-    /// The second angle is not valid.
+    /// The second angle is not valid: outside its range, or not measured.
     pub const Y: Self = Self(1 << 4);
-    /// The heated measuring cell does not have its constant temperature.
+    /// The heated measuring cell has not reached its constant temperature.
     pub const WARM_UP: Self = Self(1 << 5);
 
-    /// The faults of both.
+    /// The union of both sets of faults.
     pub const fn and(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
-    /// These faults when `active`, otherwise none.
+    /// These faults if `active`, otherwise none.
     pub const fn when(self, active: bool) -> Self {
         if active { self } else { Self::NONE }
     }
 
-    /// Whether one of the faults is in both.
+    /// Whether both have a common fault.
     pub const fn intersects(self, other: Self) -> bool {
         self.0 & other.0 != 0
     }
 
-    /// These faults with those of `mask` replaced: by all of them when `active`, otherwise by none.
+    /// Sets all faults of `mask` if `active`, otherwise clears them. The other faults do not change.
     pub const fn set(self, mask: Self, active: bool) -> Self {
         Self(self.0 & !mask.0 | mask.when(active).0)
     }
 }
 
-/// What the hardware around the node is to do, apart from the bus.
+/// The outputs to the hardware, except the bus and the LEDs.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Outputs(u32);
 
-/// The heater's duty is in the lower half.
+/// Bits 0 to 15: the duty of the heater.
 const DUTY: u32 = 0xFFFF;
 const HAS_HEATER: u32 = 1 << 16;
 const HAS_TERMINATION: u32 = 1 << 17;
 const TERMINATED: u32 = 1 << 18;
-/// The count of self-tests is in the highest byte.
+/// Bits 24 to 31: the number of self-tests.
 const TESTS: u32 = 24;
 
 impl Outputs {
     /// No heater, no terminating resistor, no self-test.
     pub const NONE: Self = Self(0);
 
-    /// The heater's duty in permille.
+    /// Sets the duty of the heater in permille.
     pub const fn with_heater(self, duty: u16) -> Self {
         Self(self.0 & !DUTY | HAS_HEATER | duty as u32)
     }
 
-    /// Whether the terminating resistor is connected.
+    /// Connects or disconnects the terminating resistor.
     pub const fn with_termination(self, connected: bool) -> Self {
         let state = if connected { TERMINATED } else { 0 };
         Self(self.0 & !TERMINATED | HAS_TERMINATION | state)
     }
 
-    /// Asks for one self-test of the accelerometer more.
+    /// Requests one more self-test of the accelerometer.
     pub const fn with_self_test(self) -> Self {
         Self(self.0.wrapping_add(1 << TESTS))
     }
 
-    /// The heater's duty in permille; None without a heater.
+    /// The duty of the heater in permille; None without a heater.
     pub const fn heater(self) -> Option<u16> {
         if self.0 & HAS_HEATER == 0 {
             return None;
@@ -91,7 +91,7 @@ impl Outputs {
         Some((self.0 & DUTY) as u16)
     }
 
-    /// Whether the terminating resistor is connected; None without one.
+    /// Whether the terminating resistor is connected; None without terminating resistor.
     pub const fn termination(self) -> Option<bool> {
         if self.0 & HAS_TERMINATION == 0 {
             return None;
@@ -99,7 +99,7 @@ impl Outputs {
         Some(self.0 & TERMINATED != 0)
     }
 
-    /// How many self-tests have been asked for; wraps after 255.
+    /// The number of requested self-tests, modulo 256.
     pub const fn self_tests(self) -> u8 {
         (self.0 >> TESTS) as u8
     }
@@ -116,16 +116,16 @@ pub struct Readout {
 
 /// A complete set of published values.
 pub trait Values: Copy {
-    /// What is there before the application has published any; nobody reads it. With all bits 0 it costs no flash.
+    /// The values before the first published ones; they are not used. If all bits are 0, they need no flash.
     const INITIAL: Self;
 
-    /// The value of a quantity; a signed number with the sign in all 32 bits. 0 for one that the product does not have.
+    /// The value of a quantity. A signed number is sign-extended to 32 bits. 0 for a quantity that the product does not have.
     fn number(&self, id: ValueId) -> u32;
 
     /// The active faults.
     fn faults(&self) -> Faults;
 
-    /// What the hardware is to do.
+    /// The outputs to the hardware.
     fn outputs(&self) -> Outputs {
         Outputs::NONE
     }
@@ -163,76 +163,76 @@ impl<const N: usize> Values for Published<N> {
     }
 }
 
-/// What has to happen besides after a parameter was written.
+/// An additional action after a write of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Effect {
-    /// Nothing.
+    /// No action.
     #[default]
     None,
-    /// Parameters that are stored at once have changed.
+    /// Store: parameters with [`Persistence::AtOnce`](crate::param::Persistence::AtOnce) have changed.
     Store,
 }
 
-/// What a product measures and does.
+/// The measurement and actions of a product.
 pub trait Application: Sized {
     /// The parameters of the product.
     type Table: Table;
-    /// What it publishes.
+    /// The published values.
     type Values: Values;
 
-    /// The quantities that it publishes, each at the place of its id.
+    /// The published quantities; the id of each is its index.
     const QUANTITIES: &'static [Quantity];
     /// The heater of the measuring cell, if there is one.
     const HEATER: Option<&'static heater::Settings> = None;
-    /// Whether it has [`Outputs`]; without them the node does not look.
+    /// Whether it has [`Outputs`]. If not, the node ignores them.
     const HAS_OUTPUTS: bool = Self::HEATER.is_some();
 
-    /// An application that was not started. With all bits 0 it costs no flash: a node lies in static memory.
+    /// An application that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
 
-    /// Starts as the application of a unit with this calibration. The parameters follow.
+    /// Starts with the calibration of the device. A call of [`apply`](Self::apply) follows.
     fn start(&mut self, calibration: Calibration);
 
-    /// Takes the parameters over: at the start, and after some were written. What has not changed goes on undisturbed.
+    /// Applies the parameters, at the start and after a write. Unchanged parameters have no effect.
     fn apply(&mut self, now: Instant, parameters: &Parameters<Self::Table>) -> Self::Values;
 
-    /// Takes a reading in.
+    /// Processes a reading.
     fn sample(&mut self, now: Instant, reading: &Reading) -> Self::Values;
 
-    /// No readings come any more.
+    /// Handles missing readings.
     fn stale(&mut self) -> Self::Values;
 
-    /// The restart is near: switches off what must not stay on. No readings follow.
+    /// Prepares for a restart: switches the outputs off that must not stay on. No readings follow.
     fn stop(&mut self) -> Self::Values {
         self.stale()
     }
 
-    /// The self-test of the accelerometer has ended; None when nothing has changed.
+    /// Handles the result of the self-test of the accelerometer. Returns None if no value has changed.
     fn tested(&mut self, result: Working) -> Option<Self::Values> {
         let _ = result;
         None
     }
 
-    /// When [`tick`](Self::tick) is due; None: never.
+    /// The time at which [`tick`](Self::tick) is due; None: never.
     fn deadline(&self) -> Option<Instant> {
         None
     }
 
-    /// Does what is due at the deadline. Without a deadline it is not called.
+    /// Performs the action of the deadline. Without a deadline it is not called.
     fn tick(&mut self, now: Instant) -> Self::Values {
         let _ = now;
         self.stale()
     }
 
-    /// The value that makes a parameter fit the present measurement, for example the zero offset that makes the angle 0; None for
-    /// a parameter that does not follow from measurements.
+    /// The value of a parameter derived from the present measurement, for example the zero offset for which the angle is 0. None
+    /// for a parameter that cannot be derived from measurements.
     fn derive(id: ParameterId, values: &Self::Values) -> Option<u32> {
         let _ = (id, values);
         None
     }
 
-    /// Writes a parameter with a value that its description permits, and those that follow from it. On an error nothing has
-    /// changed.
+    /// Writes a parameter and the parameters that depend on it. Its description permits `value`. On an error, no parameter
+    /// changes.
     fn write(
         id: ParameterId,
         value: u32,
@@ -244,7 +244,7 @@ pub trait Application: Sized {
         Ok(Effect::None)
     }
 
-    /// Whether values from memory fit each other, beyond what the table's constraints say.
+    /// Checks the parameters against each other, in addition to the constraints of the table.
     fn is_consistent(parameters: &Parameters<Self::Table>) -> bool {
         let _ = parameters;
         true
@@ -266,7 +266,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn outputs_keep_their_parts_apart() {
+    fn outputs_are_independent_of_each_other() {
         let outputs = Outputs::NONE.with_heater(1000).with_self_test();
         assert_eq!(outputs.heater(), Some(1000));
         assert_eq!(outputs.termination(), None);
@@ -281,7 +281,7 @@ mod tests {
     }
 
     #[test]
-    fn setting_faults_leaves_the_others() {
+    fn set_keeps_faults_outside_mask() {
         let faults = Faults::X.and(Faults::WARM_UP);
         assert_eq!(faults.set(Faults::X, false), Faults::WARM_UP);
         assert_eq!(faults.set(Faults::Y, true).0, faults.0 | Faults::Y.0);

@@ -1,13 +1,14 @@
 //! A classic CAN frame, its identifier, the ten bit rates and the acceptance filters.
 //!
-//! Identifiers are embedded-can's, and [`Frame`] implements embedded-can's trait, so that any driver's frames convert.
+//! Identifiers are those of `embedded_can`, and [`Frame`] implements [`embedded_can::Frame`], so that frames of other drivers can
+//! be converted.
 
 use embedded_can::{ExtendedId, Id, StandardId};
 
 /// A CAN 2.0 A or B frame: identifier, remote flag and 0 to 8 data bytes.
 ///
-/// Four words that are moved as words: with an [`Id`] and a bool in it, an `Option` of a frame would be copied byte by byte, which
-/// on the way from the bus to the answer is half of the time.
+/// It consists of four words and is copied word by word. With an [`Id`] and a bool, an `Option` of a frame would be copied byte
+/// by byte, which would be half of the time from a request to its reply.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub struct Frame {
     /// A [`CanId`] and [`REMOTE`].
@@ -16,30 +17,30 @@ pub struct Frame {
     data: [u8; 8],
 }
 
-/// In the head of a frame: a remote frame.
+/// Bit of `head`: remote frame.
 const REMOTE: u32 = 1 << 30;
 
-/// An identifier with its format in one word, which compares in one instruction.
+/// An identifier and its format in one word, so that a comparison needs one instruction.
 ///
-/// Bit 31 is the format (1 = 29 bit), bits 30 and 29 are 0, the identifier is right-aligned.
+/// Bit 31 is the format (1 = 29 bit), bits 30 and 29 are 0, and the identifier is right-aligned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct CanId(u32);
 
-/// In a [`CanId`] and in the head of a frame: the identifier has 29 bits.
+/// Bit of a [`CanId`] and of `head`: the identifier has 29 bits.
 const EXTENDED: u32 = 1 << 31;
 
 impl CanId {
-    /// An 11-bit identifier; the upper bits of `id` are dropped.
+    /// An 11-bit identifier; the upper bits of `id` are ignored.
     pub const fn standard(id: u16) -> Self {
         Self((id & 0x7FF) as u32)
     }
 
-    /// A 29-bit identifier; the upper bits of `id` are dropped.
+    /// A 29-bit identifier; the upper bits of `id` are ignored.
     pub const fn extended(id: u32) -> Self {
         Self(id & 0x1FFF_FFFF | EXTENDED)
     }
 
-    /// The identifier with these bits; those that are always 0 are dropped.
+    /// The identifier with these bits; bits that are always 0 are ignored.
     pub const fn from_bits(bits: u32) -> Self {
         if bits & EXTENDED != 0 {
             Self::extended(bits)
@@ -48,7 +49,7 @@ impl CanId {
         }
     }
 
-    /// Its bits.
+    /// The bits of the identifier and its format.
     pub const fn bits(self) -> u32 {
         self.0
     }
@@ -81,7 +82,7 @@ impl Frame {
         data: [0; 8],
     };
 
-    /// A data frame; None when `data` is longer than 8 bytes.
+    /// A data frame; None if `data` is longer than 8 bytes.
     pub fn data(id: Id, data: &[u8]) -> Option<Self> {
         let mut bytes = [0; 8];
         bytes.get_mut(..data.len())?.copy_from_slice(data);
@@ -92,9 +93,9 @@ impl Frame {
         })
     }
 
-    /// A data frame with the first `length` of these bytes, with all eight when that is more.
+    /// A data frame with the first `length` of these bytes, 8 at most.
     pub fn of(id: impl Into<CanId>, bytes: [u8; 8], length: u8) -> Self {
-        // As a number, because that takes a few instructions and a copy of unknown length fifty.
+        // As a number: this needs a few instructions, a copy of variable length fifty.
         let data = u64::from_le_bytes(bytes);
         let (data, length) = match length {
             0..8 => (data & !(u64::MAX << (8 * length)), length),
@@ -103,7 +104,7 @@ impl Frame {
         Self::word(id, data, length)
     }
 
-    /// A data frame with the first `length` bytes of a little-endian number that has no others, 8 at most.
+    /// A data frame with the first `length` bytes (at most 8) of a little-endian number. Its other bytes must be 0.
     pub(crate) fn word(id: impl Into<CanId>, data: u64, length: u8) -> Self {
         Self {
             head: id.into().0,
@@ -112,7 +113,7 @@ impl Frame {
         }
     }
 
-    /// A remote frame asking for `length` bytes; None when that is more than 8.
+    /// A remote frame with the data length code `length`; None if `length` is above 8.
     pub fn remote(id: Id, length: usize) -> Option<Self> {
         (length <= 8).then_some(Self {
             head: CanId::from(id).0 | REMOTE,
@@ -126,12 +127,12 @@ impl Frame {
         self.can_id().into()
     }
 
-    /// The identifier with its format, in one word.
+    /// The identifier and its format in one word.
     pub const fn can_id(&self) -> CanId {
         CanId(self.head & !REMOTE)
     }
 
-    /// True for a remote transmission request.
+    /// True for a remote frame.
     pub const fn is_remote(&self) -> bool {
         self.head & REMOTE != 0
     }
@@ -177,7 +178,7 @@ impl embedded_can::Frame for Frame {
 }
 
 impl core::fmt::Debug for Frame {
-    /// As candump prints it: `301#FF02`, `1FFFFFFF#R4`.
+    /// In the format of candump: `301#FF02`, `1FFFFFFF#R4`.
     fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
         match self.id() {
             Id::Standard(id) => write!(f, "{:03X}#", id.as_raw())?,
@@ -196,7 +197,7 @@ impl core::fmt::Debug for Frame {
     }
 }
 
-/// An 11-bit identifier; the upper bits of `id` are dropped, so that constants need no error path.
+/// An 11-bit identifier. The upper bits of `id` are ignored, so that constants need no error handling.
 pub const fn standard(id: u16) -> Id {
     match StandardId::new(id & 0x7FF) {
         Some(id) => Id::Standard(id),
@@ -204,7 +205,7 @@ pub const fn standard(id: u16) -> Id {
     }
 }
 
-/// A 29-bit identifier; the upper bits of `id` are dropped.
+/// A 29-bit identifier; the upper bits of `id` are ignored.
 pub const fn extended(id: u32) -> Id {
     match ExtendedId::new(id & 0x1FFF_FFFF) {
         Some(id) => Id::Extended(id),
@@ -212,7 +213,7 @@ pub const fn extended(id: u32) -> Id {
     }
 }
 
-/// The ten bit rates of the sensors that are replaced.
+/// The ten bit rates of the original sensors.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BitRate {
@@ -253,7 +254,7 @@ impl BitRate {
         Self::M1,
     ];
 
-    /// The rate with its unit.
+    /// The bit rate with its unit.
     pub const fn name(self) -> &'static str {
         match self {
             Self::K10 => "10 kbit/s",
@@ -286,17 +287,17 @@ impl BitRate {
     }
 }
 
-/// One acceptance filter: frames of this identifier's format that agree with it in the bits set in `mask`.
+/// An acceptance filter. It accepts frames with the same identifier format whose identifier is equal in the bits set in `mask`.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Filter {
-    /// The identifier to compare with; its format (11 or 29 bit) always counts.
+    /// The identifier to compare with. Its format (11 or 29 bit) is always compared.
     pub id: Id,
-    /// The identifier bits that count, right-aligned (11 or 29 bits).
+    /// The identifier bits to compare, right-aligned (11 or 29 bits).
     pub mask: u32,
 }
 
 impl Filter {
-    /// Accepts exactly `id`, data and remote frames.
+    /// Accepts data and remote frames with exactly this identifier.
     pub fn exact(id: impl Into<CanId>) -> Self {
         Self {
             id: id.into().into(),
@@ -347,7 +348,7 @@ mod tests {
     }
 
     #[test]
-    fn frame_keeps_format_and_bits_of_its_identifier() {
+    fn frame_keeps_format_and_bits_of_identifier() {
         let ids = [0, 1, 0x400, 0x7FF].map(standard).into_iter();
         for id in ids.chain([0, 1, 0x7FF, 0x1000_0000, 0x1FFF_FFFF].map(extended)) {
             for frame in [Frame::data(id, &[1]), Frame::remote(id, 1)] {
@@ -360,7 +361,7 @@ mod tests {
     }
 
     #[test]
-    fn frame_prints_as_candump_does() {
+    fn frame_is_printed_in_candump_format() {
         let text = |frame: Option<Frame>| std::format!("{:?}", frame.unwrap());
         assert_eq!(text(Frame::data(standard(0x301), &[0xFF, 2])), "301#FF02");
         assert_eq!(text(Frame::data(extended(0x361), &[])), "00000361#");

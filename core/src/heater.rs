@@ -1,54 +1,53 @@
-//! The heater that keeps the measuring cell at a constant temperature: a PID regulator (ifm JN2101 manual 9.7), and the judgement
-//! whether the temperature stands (GEMAC manual 9.3 and 9.5, AccuracyWarning).
+//! The heater that keeps the measuring cell at a constant temperature: a PID controller (ifm JN2101 manual 9.7), and the check
+//! whether the temperature is steady (GEMAC manual 9.3 and 9.5, AccuracyWarning).
 //!
 //! ```text
-//! duty = Kp (e + 1/Ti integral(e) - Td dT/dt),  e = set point - T,  held within 0..=100 %
+//! duty = Kp (e + 1/Ti integral(e) - Td dT/dt),  e = set point - T,  limited to 0..=100 %
 //! ```
 //!
-//! - The heater cannot cool, and at the coldest it may not be strong enough. As long as the duty is held at an end, the integral
-//!   does not move further to that side, and it never leaves 0..=100 % itself. So there is nothing to unwind when the temperature
-//!   comes near.
-//! - The derivative is that of the temperature and not of the error, through a low-pass of eight periods: the sensor's steps of
-//!   some 0.01 K would shake the duty otherwise.
-//! - All of it is integers. The integral is a sum of errors in 0.01 K, not of their rounded share of the duty, so that the last
-//!   0.01 K counts too.
+//! - Anti-windup: the heater cannot cool, and at low ambient temperatures its power can be too low. While the duty is at a limit,
+//!   the integral does not move further in that direction. The integral itself stays within 0..=100 %.
+//! - The derivative term uses the temperature and not the error, filtered by a low-pass over eight periods. Otherwise the
+//!   resolution of the sensor, some 0.01 K, would make the duty noisy.
+//! - The arithmetic uses integers. The integral is a sum of errors in 0.01 K and not of rounded duties, so that an error of 0.01
+//!   K also has an effect.
 
 use crate::time::{Duration, Instant, after, millis, reached};
 
-/// The period of the regulator: as often as the manual has the temperature determined (ifm JN2101 manual 9.9).
+/// The period of the controller. It is the period of the temperature measurement (ifm JN2101 manual 9.9).
 pub const PERIOD: Duration = millis(200);
 
-/// The duty of a heater that is fully on, in permille.
+/// The duty at full power, in permille.
 pub const FULL: u16 = 1000;
 
 /// Periods per second.
 const RATE: u32 = 5;
 
-/// The derivative's low-pass takes 2^this periods.
+/// The low-pass of the derivative term has a time constant of 2^SMOOTHING periods.
 const SMOOTHING: u32 = 3;
 
-/// What a model says of its heater and of the body that it heats.
+/// The settings for the heater and the measuring cell of a product.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Settings {
-    /// The temperature to hold, in 0.01 degC.
+    /// The temperature set point, in 0.01 degC.
     pub set_point: i16,
-    /// Kp in permille per K. Its inverse is the band in which the duty comes down from 100 %: 50 is a band of 20 K.
+    /// Kp in permille per K. The proportional band is 1000 / Kp: 50 gives a band of 20 K.
     pub proportional: u16,
-    /// Ti in s, 1..=4000; 0 counts as 1. About the body's time constant: shorter, and the temperature
-    /// overshoots by more than 0.6 K; longer, and it creeps to the set point.
+    /// Ti in s, 1..=4000; 0 acts as 1. Choose about the time constant of the measuring cell. With a shorter time, the temperature
+    /// overshoots by more than 0.6 K. With a longer time, it approaches the set point slowly.
     pub integral_time: u16,
-    /// Td in 0.1 s: about the time by which the sensor lags behind the heater. 0 for a PI regulator.
+    /// Td in 0.1 s. Choose about the delay between heater and temperature sensor. 0 gives a PI controller.
     pub derivative_time: u16,
-    /// What the heater takes when fully on, in mW.
+    /// The power of the heater at a duty of 100 %, in mW.
     pub full_power: u16,
-    /// How far from the set point the temperature may be when it is said to stand, in 0.01 K.
+    /// The permitted difference between a steady temperature and the set point, in 0.01 K.
     pub tolerance: u16,
-    /// How long it must have been that close, in s.
+    /// The time for which the difference must be within the tolerance, in s.
     pub steady_after: u16,
 }
 
-/// The regulator, and its judgement of the temperature.
+/// The controller, and the check of the temperature.
 ///
 /// ```
 /// use plumbline::heater::{Heater, Settings};
@@ -77,14 +76,14 @@ pub struct Heater {
     integral: u32,
     /// The smoothed temperature times 2^SMOOTHING, in 0.01 degC; None before the first temperature.
     trail: Option<i32>,
-    /// How many periods the temperature has been close to the set point.
+    /// The number of consecutive periods within the tolerance.
     close_for: u32,
-    /// In permille.
+    /// The duty in permille.
     duty: u16,
 }
 
 impl Heater {
-    /// No heater: it never heats.
+    /// No heater: the duty is always 0.
     pub const NONE: Self = Self {
         settings: None,
         enabled: false,
@@ -94,7 +93,7 @@ impl Heater {
         duty: 0,
     };
 
-    /// A heater that is enabled and has not heated yet.
+    /// An enabled heater before its first period.
     pub const fn new(settings: &'static Settings) -> Self {
         Self {
             settings: Some(settings),
@@ -103,8 +102,8 @@ impl Heater {
         }
     }
 
-    /// Switches the regulation on or off (ifm JN2101 manual 9.7, object 2041h). Off takes effect at once, and forgets everything;
-    /// on takes effect with the next period. To set again what is set changes nothing.
+    /// Switches the control on or off (ifm JN2101 manual 9.7, object 2041h). Off acts at once and resets the controller. On acts
+    /// in the next period. Setting the same state again has no effect.
     pub fn enable(&mut self, on: bool) {
         if !on {
             self.rest();
@@ -112,13 +111,13 @@ impl Heater {
         self.enabled = on;
     }
 
-    /// True when the regulation is on.
+    /// True if the control is on.
     pub const fn is_enabled(&self) -> bool {
         self.enabled
     }
 
-    /// Takes in the temperature of the measuring cell in 0.01 degC, once per [`PERIOD`], and returns the duty until the next one,
-    /// 0..=1000 permille. Without a temperature (None: the sensor is missing or faulty) the heater is off and starts afresh later.
+    /// Call it once per [`PERIOD`] with the temperature of the measuring cell in 0.01 degC. Returns the duty for the next period,
+    /// 0..=1000 permille. With None (temperature sensor missing or faulty), the heater is off and the controller is reset.
     pub fn regulate(&mut self, temperature: Option<i16>) -> u16 {
         let (Some(temperature), Some(settings), true) = (temperature, self.settings, self.enabled)
         else {
@@ -132,21 +131,22 @@ impl Heater {
         self.duty
     }
 
-    /// The duty in force, 0..=1000 permille.
+    /// The present duty, 0..=1000 permille.
     pub const fn duty(&self) -> u16 {
         self.duty
     }
 
-    /// The heating power in force, in mW (ifm JN2101 manual, object 4081h).
+    /// The present heating power, in mW (ifm JN2101 manual, object 4081h).
     pub fn power(&self) -> u16 {
         let full = self.settings.map_or(0, |settings| settings.full_power);
         (u32::from(full) * u32::from(self.duty) / u32::from(FULL)) as u16
     }
 
-    /// True when the temperature stands: it has been as close to the set point as the settings ask for, for as long as they ask
-    /// for. Its opposite is the AccuracyWarning (GEMAC manual 9.5), also while the heater is disabled or the sensor is faulty.
+    /// True if the temperature is steady: within [`Settings::tolerance`] of the set point for at least
+    /// [`Settings::steady_after`]. If false, the AccuracyWarning is active (GEMAC manual 9.5). False while the heater is disabled
+    /// or the temperature sensor is faulty.
     pub fn is_steady(&self) -> bool {
-        // At least one period, so that it is not steady before it has been measured.
+        // At least one period, so that it is not steady before the first measurement.
         let periods = |settings: &Settings| (u32::from(settings.steady_after) * RATE).max(1);
         self.settings
             .is_some_and(|settings| self.close_for >= periods(settings))
@@ -161,8 +161,8 @@ impl Heater {
         };
     }
 
-    /// By how much the temperature is ahead of its smoothed value, in 0.01 K / 2^SMOOTHING. The smoothed value lags by 2^SMOOTHING
-    /// periods, so this is 2^(2 SMOOTHING) times what the temperature rises in a period, in 0.01 K.
+    /// The difference between the temperature and its smoothed value, in 0.01 K / 2^SMOOTHING. The smoothed value has a delay of
+    /// 2^SMOOTHING periods, so this is 2^(2 SMOOTHING) times the rise of the temperature in one period, in 0.01 K.
     fn slope(&self, temperature: i16) -> i32 {
         let scaled = i32::from(temperature) << SMOOTHING;
         scaled - self.trail.unwrap_or(scaled)
@@ -174,7 +174,7 @@ impl Heater {
         self.trail = Some(trail + ((scaled - trail) >> SMOOTHING));
     }
 
-    /// The regulator: `error` in 0.01 K, `slope` in 0.01 K / 2^SMOOTHING. Sums are in 0.01 permille.
+    /// The PID controller: `error` in 0.01 K, `slope` in 0.01 K / 2^SMOOTHING. Sums are in 0.01 permille.
     fn duty_for(&mut self, settings: &Settings, error: i32, slope: i32) -> u16 {
         const END: i32 = FULL as i32 * 100;
         let proportional = i32::from(settings.proportional).saturating_mul(error);
@@ -191,7 +191,7 @@ impl Heater {
         (sum.clamp(0, END) / 100) as u16
     }
 
-    /// Off, with nothing remembered.
+    /// Switches the heater off and resets the controller.
     fn rest(&mut self) {
         *self = Self {
             settings: self.settings,
@@ -203,16 +203,16 @@ impl Heater {
 
 /// Kp Td times the slope, in 0.01 permille.
 fn derivative(settings: &Settings, slope: i32) -> i32 {
-    // A tenth of a second is half a period.
+    // 0.1 s is half a period.
     let gain = i32::from(settings.proportional).saturating_mul(i32::from(settings.derivative_time));
     gain.saturating_mul(slope) >> (2 * SMOOTHING + 1)
 }
 
-/// A measuring cell with its heater, which regulates with the first temperature and then once per [`PERIOD`].
+/// A measuring cell with its heater. The controller runs with the first temperature and then once per [`PERIOD`].
 #[derive(Clone, Debug)]
 pub struct HeatedCell {
     heater: Heater,
-    /// When the next temperature is taken in; None: with the next one.
+    /// The time of the next controller period; None: at the next temperature.
     due: Option<Instant>,
 }
 
@@ -223,7 +223,7 @@ impl HeatedCell {
         due: None,
     };
 
-    /// A cell that has not been heated yet.
+    /// A heated cell before its first period.
     pub const fn new(settings: &'static Settings) -> Self {
         Self {
             heater: Heater::new(settings),
@@ -231,7 +231,7 @@ impl HeatedCell {
         }
     }
 
-    /// Takes the temperature of the cell in 0.01 degC in, when it is time to; true when it was.
+    /// Runs the controller with the temperature of the cell in 0.01 degC, if a period is due. Returns true if it was.
     pub fn take(&mut self, now: Instant, temperature: i16) -> bool {
         let due = self.due.is_none_or(|due| reached(now, due));
         if due {
@@ -241,13 +241,13 @@ impl HeatedCell {
         due
     }
 
-    /// Off at once; the next temperature starts the regulator afresh.
+    /// Switches the heater off and resets the controller. The next temperature starts it again.
     pub fn stop(&mut self) {
         self.due = None;
         self.heater.regulate(None);
     }
 
-    /// Switches the regulation on or off, as [`Heater::enable`] does.
+    /// Switches the control on or off, see [`Heater::enable`].
     pub fn enable(&mut self, on: bool) {
         self.heater.enable(on);
     }

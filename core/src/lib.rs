@@ -1,16 +1,16 @@
-//! Plumbline's core: everything in a CAN inclination sensor that is not a register.
+//! The core of Plumbline: the firmware of a CAN inclination sensor without hardware access.
 //!
-//! A sample comes in, a frame goes out. A frame comes in, a frame goes out. Time is an argument. That is the whole program, and
-//! whoever drives it, a board, a test or the virtual sensor, does it through one face: [`node::Node`].
+//! A board, a test or the virtual sensor drives the core through one trait: [`node::Node`]. Inputs are samples and frames,
+//! outputs are frames. The time is an argument of each call.
 //!
 //! **The path of a sample**: [`measure`] corrects it ([`measure::calibration`]), filters it ([`measure::low_pass`],
-//! [`measure::fir`]) and turns it into angles ([`measure::definition`], [`angle`]); the model judges them and adds the zero offset
-//! ([`measure::zero`]). Where the measuring cell is kept warm, [`heater`] does it.
+//! [`measure::fir`]) and calculates the angles ([`measure::definition`], [`angle`]). The [`application`] of the product checks
+//! the angles and adds the zero offset ([`measure::zero`]). [`heater`] controls the temperature of a heated measuring cell.
 //!
-//! **The path of a frame**: the driver hands a [`can::Frame`] to the [`node::Node`]; the protocol ([`fsc`], [`canopen`]) finds
-//! out what it means in the model's table ([`model`]) and answers it on the spot. What the bus does meanwhile, bit rate detection, fault
-//! states, LEDs and the transmit queue, is the business of [`node`], whatever the protocol. What must outlast a power cut goes
-//! through [`store`].
+//! **The path of a frame**: the driver passes a [`can::Frame`] to the [`node::Node`]. The protocol ([`fsc`], [`canopen`]) finds
+//! the request in the table of the product ([`model`]) and replies on reception. Bit rate detection, fault confinement, LEDs and
+//! the transmit queue are independent of the protocol; they are in [`node`]. [`store`] keeps the parameters and the calibration
+//! in nonvolatile memory.
 //!
 //! ```
 //! use plumbline::can::{Frame, standard};
@@ -23,7 +23,7 @@
 //! let mut sensor = Is2::new(&BP_CL, now, &Boot::default());
 //! let level = I32x3 { x: 0, y: 0, z: ONE_G };
 //! sensor.sample(now, &Reading { acceleration: level, ..Reading::default() });
-//! // Any frame on the bus reveals the bit rate, and two boot-up messages answer it.
+//! // The node detects the bit rate with the first frame on the bus. Then it sends two boot-up messages.
 //! sensor.receive(now, &Frame::data(standard(0x7FF), &[]).unwrap());
 //! while sensor.poll(now).is_some() {}
 //! let boot_up = sensor.transmit(now).unwrap();

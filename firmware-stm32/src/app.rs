@@ -1,10 +1,10 @@
-//! The main loop: what comes in goes to the node, what the node wants is done, then the processor sleeps.
+//! The main loop: passes inputs to the node, performs its actions, then lets the processor sleep.
 //!
-//! Boot order: watchdog, clocks and pins, then the parameters, whose memory is erased ahead while that disturbs nobody, then the
-//! accelerometer, the node, and with its first action the bus.
+//! Boot order: watchdog, clocks and pins, then the parameter memory, which is erased in advance because the node is not on the
+//! bus yet, then the accelerometer, the node, and with its first action the bus.
 //!
-//! The loop sleeps until an interrupt brings it something or the time that `App::wake` names has come: the next sample, or the
-//! node's deadline if that is sooner. The alarm goes off with a tick of SysTick, so deadlines are kept to a millisecond.
+//! The loop sleeps until an interrupt has an event for it, or until the time of `App::wake`: the next sample, or the deadline of
+//! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
 use crate::board::{self, Board, StatusLeds, Switches, Watchdog};
 use crate::can::Bus;
@@ -19,14 +19,16 @@ use plumbline::node::{Action, Boot, Node};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 
-/// How long a restart waits for the last frames: four, one of them waiting for a mailbox, of 16 ms each at 10 kbit/s.
+/// The longest time that a restart waits for the last frames: four frames, one of them waiting for a mailbox, of 16 ms each at 10
+/// kbit/s.
 const RESTART_LIMIT: Duration = millis(100);
 
-/// How long the boot waits for the accelerometer: it settles in 100 ms.
+/// The longest time that the boot waits for the accelerometer, which settles in 100 ms.
 const FIRST_READING_LIMIT: Duration = millis(200);
 
-/// Runs a node for ever. `owner` says whose records its memory holds, by the serial number; `store` is where the [`Store`] goes,
-/// with a `BUFFER` of the node's [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER); and `start_node` starts the node.
+/// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` is the memory for the
+/// [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node. `start_node` starts
+/// the node.
 pub fn run<N: Node + 'static, const BUFFER: usize>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
@@ -34,7 +36,7 @@ pub fn run<N: Node + 'static, const BUFFER: usize>(
     start_node: impl FnOnce(&mut N, Instant, &Boot),
 ) -> ! {
     let Some(parts) = start(owner, store) else {
-        // Only a second call gets here.
+        // Only after a second call of `run`.
         SCB::sys_reset()
     };
     let Parts {
@@ -70,8 +72,8 @@ pub fn run<N: Node + 'static, const BUFFER: usize>(
     }
 }
 
-/// Everything but the node, ready to run. What is large lies in static memory: so its size shows in the image, and it is never on
-/// the stack on its way from one function to the next.
+/// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
+/// are not moved over the stack.
 struct Parts<const BUFFER: usize> {
     watchdog: Watchdog,
     store: &'static mut ParameterStore<BUFFER>,
@@ -82,11 +84,11 @@ struct Parts<const BUFFER: usize> {
     switches: Switches,
 }
 
-/// The nonvolatile memory on this board.
+/// The nonvolatile memory of this board.
 pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
 
-/// Boots up to the node; None when called a second time.
-#[inline(never)] // what booting puts on the stack is gone when the main loop begins
+/// Performs the boot up to the start of the node. None on a second call.
+#[inline(never)] // the stack of the boot is free again when the main loop begins
 fn start<const BUFFER: usize>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
@@ -115,7 +117,7 @@ fn start<const BUFFER: usize>(
 }
 
 /// Opens the nonvolatile memory.
-#[inline(never)] // as `start`
+#[inline(never)] // same reason as `start`
 fn open_store<const BUFFER: usize>(
     place: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     flash: ParameterFlash<board::Flash>,
@@ -124,7 +126,7 @@ fn open_store<const BUFFER: usize>(
     place.write(Store::open(flash, owner))
 }
 
-/// Waits for the accelerometer to settle, so that the first frame tells the truth; None when it does not come up.
+/// Waits until the accelerometer has settled, so that the first frame contains valid values. None if it does not start.
 fn first_reading(imu: &mut Imu) -> Option<Reading> {
     let mut due = clock::now();
     let limit = after(due, FIRST_READING_LIMIT);
@@ -141,7 +143,7 @@ fn first_reading(imu: &mut Imu) -> Option<Reading> {
     None
 }
 
-/// Everything that the main loop turns.
+/// The state of the main loop.
 struct App<N: 'static, const BUFFER: usize> {
     node: &'static mut N,
     bus: &'static mut Bus,
@@ -150,17 +152,17 @@ struct App<N: 'static, const BUFFER: usize> {
     leds: StatusLeds,
     switches: Switches,
     sample_due: Instant,
-    /// A reading that waits to be handed in.
+    /// A reading for the next call of `Node::sample`.
     reading: Option<Reading>,
 }
 
 impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
-    /// One turn of the loop: the frames that have come, then a small piece of everything else. True when there may be more to do at
-    /// once.
+    /// One iteration of the loop: handles the received frames, then a small step of each other task. Returns true if there can be
+    /// more to do at once.
     fn turn(&mut self) -> bool {
         self.answer();
         if let Some(reading) = self.reading.take() {
-            // The largest piece that cannot be cut: nothing comes between the looks for frames before and after it.
+            // The longest step that cannot be divided. Frames are checked immediately before and after it.
             self.node.sample(clock::now(), &reading);
             return true;
         }
@@ -174,16 +176,16 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
         reading || saving
     }
 
-    /// When the loop must turn again though nothing but time has come.
+    /// The time of the next iteration if no interrupt comes before.
     fn wake(&self) -> Instant {
         if self.bus.restless() {
-            // With the next tick.
+            // At the next tick.
             return clock::now();
         }
         earlier(Some(self.sample_due), self.node.deadline()).unwrap_or(self.sample_due)
     }
 
-    /// Hands the received frames in.
+    /// Passes the received frames to the node.
     fn answer(&mut self) {
         while self.node.ready() {
             let Some(frame) = self.bus.receive() else {
@@ -191,13 +193,13 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
             };
             let now = clock::now();
             self.node.receive(now, &frame);
-            // The reply before anything else.
+            // The reply has the highest priority.
             self.transmit(now);
             self.settle();
         }
     }
 
-    /// Reads the accelerometer when it is due, step by step; true when there is more to do at once.
+    /// Reads the accelerometer step by step when a sample is due. Returns true if there is more to do at once.
     fn read(&mut self) -> bool {
         let now = clock::now();
         if let Some(working) = self.imu.tested() {
@@ -207,7 +209,7 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
         if self.imu.busy() {
             self.reading = self.imu.step(now);
             if let Some(reading) = &self.reading {
-                // What a calibration starts from.
+                // The input for a calibration.
                 let [x, y, z] = micro_g(reading);
                 let temperature = reading.temperature;
                 debug!(
@@ -222,14 +224,14 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
         }
         self.sample_due = after(self.sample_due, SAMPLE_PERIOD);
         if reached(now, self.sample_due) {
-            // Samples were missed while the flash was busy; do not make up for them.
+            // Samples were missed while the flash was busy. They are skipped.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         self.imu.start(now);
         true
     }
 
-    /// Carries a save on; true when there is more to do at once.
+    /// Performs one step of a save. Returns true if there is more to do at once.
     fn save(&mut self) -> bool {
         let Some(result) = self.store.step() else {
             return self.store.busy();
@@ -238,11 +240,11 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
             error!("parameters could not be saved");
         }
         self.node.stored(clock::now(), result);
-        // The save has ended: there is a reply, and perhaps a frame that had to wait.
+        // The save has ended: there is a reply, and possibly a deferred frame.
         true
     }
 
-    /// Does what the node wants done, then sends what it has to send.
+    /// Performs the actions of the node, then sends its frames.
     fn settle(&mut self) {
         while let Some(action) = self.node.poll(clock::now()) {
             self.perform(action);
@@ -250,7 +252,7 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
         self.transmit(clock::now());
     }
 
-    #[inline(never)] // seldom
+    #[inline(never)] // rarely called
     fn perform(&mut self, action: Action) {
         match action {
             Action::Bus(mode, rate) => {
@@ -279,7 +281,7 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
         }
     }
 
-    /// Resets the board once everything is sent.
+    /// Resets the board when all frames are sent, at the latest after [`RESTART_LIMIT`].
     fn restart(&mut self) -> ! {
         self.switches.heat(0);
         while self.store.busy() {
@@ -288,7 +290,7 @@ impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
         let limit = after(clock::now(), RESTART_LIMIT);
         loop {
             self.transmit(clock::now());
-            // With a mailbox free and nothing sent into it the node has no more.
+            // If all mailboxes are empty now, the node has no more frames.
             if self.bus.sent() || reached(clock::now(), limit) {
                 info!("restart");
                 SCB::sys_reset();

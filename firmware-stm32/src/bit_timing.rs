@@ -1,11 +1,11 @@
 //! Bit timing of bxCAN for the ten bit rates, from a peripheral clock of 32 MHz.
 //!
-//! A bit has 1 + BS1 + BS2 time quanta of `prescaler` clock periods each. Both boards run APB1 at 32 MHz because that makes every
-//! rate exact with the sample point at 87.5 %, which the usual 36, 42 and 45 MHz do not (800 kbit/s fails).
+//! A bit has 1 + BS1 + BS2 time quanta of `prescaler` clock periods each. Both boards run APB1 at 32 MHz. Then all bit rates are
+//! exact with the sample point at 87.5 %. With the usual 36, 42 and 45 MHz this is not possible at 800 kbit/s.
 
 use plumbline::can::BitRate;
 
-/// The peripheral clock in Hz that the timing is for.
+/// The peripheral clock in Hz.
 pub const CLOCK: u32 = 32_000_000;
 
 /// The bit timing part of CAN_BTR: SJW-1 in bits 24..26, BS2-1 in 20..23, BS1-1 in 16..20, prescaler-1 in 0..10. The mode bits
@@ -25,7 +25,7 @@ pub const fn btr(rate: BitRate) -> u32 {
     }
 }
 
-/// The synchronization jump width is 2, or what phase segment 2 allows.
+/// The register fields. The synchronization jump width is 2, limited to phase segment 2.
 const fn fields(prescaler: u32, bs1: u32, bs2: u32) -> u32 {
     let sjw = if bs2 < 2 { bs2 } else { 2 };
     ((sjw - 1) << 24) | ((bs2 - 1) << 20) | ((bs1 - 1) << 16) | (prescaler - 1)
@@ -35,7 +35,7 @@ const fn fields(prescaler: u32, bs1: u32, bs2: u32) -> u32 {
 mod tests {
     use super::*;
 
-    /// Prescaler, BS1, BS2 and SJW as bxCAN reads them out of the register (RM0008, CAN_BTR).
+    /// Prescaler, BS1, BS2 and SJW in the register (RM0008, CAN_BTR).
     fn decode(btr: u32) -> (u32, u32, u32, u32) {
         (
             (btr & 0x3FF) + 1,
@@ -46,7 +46,7 @@ mod tests {
     }
 
     #[test]
-    fn every_rate_is_exact() {
+    fn bit_rates_are_exact() {
         for rate in BitRate::ALL {
             let (prescaler, bs1, bs2, _) = decode(btr(rate));
             let clocks = prescaler * (1 + bs1 + bs2);
@@ -55,7 +55,7 @@ mod tests {
     }
 
     #[test]
-    fn every_sample_point_is_at_seven_eighths() {
+    fn sample_points_are_at_87_5_percent() {
         for rate in BitRate::ALL {
             let (_, bs1, bs2, _) = decode(btr(rate));
             assert_eq!((1 + bs1) * 8, (1 + bs1 + bs2) * 7, "{rate:?}");
@@ -63,7 +63,7 @@ mod tests {
     }
 
     #[test]
-    fn no_jump_is_wider_than_phase_segment_two() {
+    fn jump_width_does_not_exceed_phase_segment_2() {
         for rate in BitRate::ALL {
             let (_, _, bs2, sjw) = decode(btr(rate));
             assert!(sjw <= bs2 && sjw <= 2, "{rate:?}");
@@ -77,9 +77,9 @@ mod tests {
         }
     }
 
-    /// The register values worked out by hand.
+    /// Register values calculated by hand.
     #[test]
-    fn register_values() {
+    fn register_values_match_manual_calculation() {
         assert_eq!(btr(BitRate::K10), 0x011C_00C7);
         assert_eq!(btr(BitRate::K250), 0x011C_0007);
         assert_eq!(btr(BitRate::K800), 0x0005_0004);

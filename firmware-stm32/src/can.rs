@@ -1,11 +1,12 @@
-//! bxCAN: frames in and out, listen-only mode, acceptance filters, fault state, bus-off.
+//! bxCAN driver: frames, listen-only mode, acceptance filters, fault confinement state, bus-off.
 //!
-//! The bxcan crate sets the controller up and looks after filter banks and transmit mailboxes. Three things are done by registers:
+//! The bxcan crate initialises the controller and handles filter banks and transmit mailboxes. Three functions use the registers
+//! directly:
 //!
-//! - Changes of mode and bit rate ([`Bus::step`]). The crate waits in a loop for the controller, which on a bus that is stuck is
-//!   for ever, and it switches automatic bus-off recovery on (MCR.ABOM), which the node wants to decide itself. Here ABOM is never
-//!   set, and the main loop looks in now and then whether the controller has followed.
-//! - The fault state (CAN_ESR), which the crate does not have.
+//! - Changes of mode and bit rate ([`Bus::step`]). The crate waits in a loop for the controller, which does not end if the bus is
+//!   stuck. It also enables automatic bus-off recovery (MCR.ABOM), but the node must control the recovery. Here ABOM is never
+//!   set, and the main loop polls the controller.
+//! - The fault confinement state (CAN_ESR), which the crate does not support.
 //! - Reading the receive FIFO (`can/receive.rs`).
 
 mod receive;
@@ -25,34 +26,33 @@ use plumbline::can::{BitRate, Filter, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState, Node};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
-/// Received frames that wait for the node: 1.5 ms of a full bus at 1 Mbit/s with the shortest frames.
-const QUEUE: usize = 32 + 1; // one place stays empty
+/// The size of the receive queue: 1.5 ms at 1 Mbit/s with the shortest frames and 100 % bus load.
+const QUEUE: usize = 32 + 1; // one element stays empty
 
-/// How long the controller may take to finish what it is doing on the bus: longer than the longest frame with its error frame
-/// takes at 10 kbit/s.
+/// The longest time that the controller needs to leave the bus: longer than the longest frame with its error frame at 10 kbit/s.
 const LEAVE_LIMIT: Duration = millis(25);
 
-/// ESR.LEC: software has looked at the last error code.
+/// ESR.LEC: the value that software sets after it has read the last error code.
 const LEC_SEEN: u8 = 7;
 
 /// The CAN controller of the board, for the bxcan crate.
 struct Controller(CanPeripheral);
 
-// SAFETY: owning the PAC's peripheral is owning the registers at this address. The interrupts reach around it, but only to registers
-// that the main loop leaves alone.
+// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts access only registers that the main loop
+// does not use.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
 }
 
-// SAFETY: the only, or the first, CAN controller owns the filter banks, and the board says how many there are.
+// SAFETY: the only, or the first, CAN controller owns the filter banks, and the board defines their number.
 unsafe impl bxcan::FilterOwner for Controller {
     const NUM_FILTER_BANKS: u8 = board::FILTER_BANKS;
 }
 
 /// The transmit interrupt: a mailbox has become free.
 pub fn on_transmitted() {
-    // SAFETY: only the request-completed flags of CAN_TSR are touched, which nobody else uses. They are cleared by writing 1, and
-    // writing 0 to the rest changes nothing, so this cannot disturb what the main loop does with the register.
+    // SAFETY: only the request-completed flags of CAN_TSR are written, and no other code uses them. Writing 1 clears them, and
+    // writing 0 to the other bits has no effect, so this does not affect the use of the register by the main loop.
     let registers = unsafe { CanPeripheral::steal() };
     registers.tsr().write(|w| {
         w.rqcp0().set_bit();
@@ -62,53 +62,53 @@ pub fn on_transmitted() {
     sleep::wake();
 }
 
-/// Where a change of mode stands.
+/// The state of a change of mode.
 #[derive(Clone, Copy)]
 enum Change {
-    /// None under way.
+    /// No change is running.
     Done,
-    /// The controller was asked for initialization mode and finishes a frame first.
+    /// Initialization mode is requested. The controller finishes a frame first.
     Leaving {
-        /// When to stop waiting for it.
+        /// The end of the wait.
         limit: Instant,
     },
-    /// The controller waits for 11 recessive bits to take part in the bus.
+    /// The controller waits for 11 recessive bits before it takes part in the bus.
     Joining,
 }
 
-/// How to take part in the bus.
+/// The mode and bit rate of the bus.
 #[derive(Clone, Copy)]
 struct Settings {
     mode: BusMode,
     rate: BitRate,
 }
 
-/// The CAN controller as the main loop sees it: everything but the receive FIFO.
+/// The part of the CAN controller that the main loop uses: all except the receive FIFO.
 pub struct Bus {
     can: bxcan::Can<Controller>,
     received: Consumer<'static, Frame>,
-    /// A frame that no mailbox could take without overtaking or being overtaken.
+    /// A frame that waits, because in a mailbox it could change the order of the frames.
     waiting: Option<bxcan::Frame>,
     /// None until the first [`configure`](Self::configure).
     settings: Option<Settings>,
     change: Change,
-    /// The fault state last reported.
+    /// The fault confinement state last reported.
     state: BusState,
-    /// Times that frames were lost.
+    /// The number of overruns.
     overruns: u32,
 }
 
 impl Bus {
-    /// Takes the controller over and leaves it asleep, off the bus. None when called a second time.
+    /// Takes the controller and keeps it in sleep mode, off the bus. None on a second call.
     #[inline(never)] // so that only the boot needs its stack
     pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
         let queue = singleton!(: Queue<Frame, QUEUE> = Queue::new())?;
         let (producer, consumer) = queue.split();
-        // From sleep to initialization mode and back the controller does not look at the bus: no endless wait here.
+        // The change from sleep to initialization mode and back is independent of the bus, so the wait always ends.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
         receive::into(producer);
-        // SAFETY: the handlers cope with any state of the controller, and no code relies on these interrupts being masked except
-        // through critical sections.
+        // SAFETY: the handlers work in any state of the controller, and code that needs these interrupts masked uses critical
+        // sections.
         unsafe {
             NVIC::unmask(board::CAN_RECEIVE_INTERRUPT);
             NVIC::unmask(board::CAN_TRANSMIT_INTERRUPT);
@@ -124,7 +124,8 @@ impl Bus {
         })
     }
 
-    /// Changes over to this mode and bit rate, dropping whatever waits to be sent. [`step`](Self::step) carries it out.
+    /// Begins the change to this mode and bit rate. Discards the frames that are not sent yet. [`step`](Self::step) performs the
+    /// change.
     pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
         self.settings = Some(Settings { mode, rate });
         self.waiting = None;
@@ -132,23 +133,23 @@ impl Bus {
         self.leave();
     }
 
-    /// Starts the recovery from bus-off: a visit to initialization mode, after which the controller counts 128 times 11
-    /// recessive bits by itself. A change under way has the same effect.
+    /// Starts the recovery from bus-off: enters and leaves initialization mode. Then the controller waits for 128 times 11
+    /// recessive bits. A running change of mode has the same effect.
     pub fn recover(&mut self) {
         if matches!(self.change, Change::Done) && self.settings.is_some() {
             self.leave();
         }
     }
 
-    /// Asks for initialization mode.
+    /// Begins to enter initialization mode.
     fn leave(&mut self) {
         request_initialization(self.registers());
         let limit = after(clock::now(), LEAVE_LIMIT);
         self.change = Change::Leaving { limit };
     }
 
-    /// Carries a change of mode on; call it every millisecond or more often. In listen mode everything is accepted, otherwise what
-    /// the filters of `node` let pass.
+    /// Performs a step of a change of mode. Call it at least every millisecond. In listen mode all frames are accepted, otherwise
+    /// those that pass the filters of `node`.
     pub fn step(&mut self, node: &impl Node) {
         match self.change {
             Change::Done => {}
@@ -156,7 +157,7 @@ impl Bus {
                 if self.registers().msr().read().inak().bit_is_set() {
                     self.join(node);
                 } else if reached(clock::now(), limit) {
-                    // At a wrong bit rate the end of a frame may never be seen. Off the bus by force, into sleep.
+                    // At a wrong bit rate the controller may never detect the end of a frame. A reset forces it into sleep mode.
                     self.registers().mcr().write(|w| w.reset().set_bit());
                     self.leave();
                 }
@@ -170,8 +171,8 @@ impl Bus {
         }
     }
 
-    /// True while the bus must be looked at every millisecond: a change of mode is under way, or bus errors count. The fault state
-    /// alone, of which no interrupt tells that it has become better, is seen soon enough with the samples.
+    /// True while the bus must be polled every millisecond: a change of mode is running, or bus errors are needed. No interrupt
+    /// reports that the fault confinement state has improved; polling it once per sample is sufficient.
     pub fn restless(&self) -> bool {
         !matches!(self.change, Change::Done) || self.is_listening()
     }
@@ -182,8 +183,8 @@ impl Bus {
             .is_some_and(|settings| settings.mode == BusMode::Listen)
     }
 
-    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. What was heard at the rate before,
-    /// frames and errors, is forgotten: it would be taken for the new rate's.
+    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Frames and errors of the
+    /// previous bit rate are discarded, so that they are not attributed to the new one.
     fn join(&mut self, node: &impl Node) {
         while self.received.dequeue().is_some() {}
         self.forget_error();
@@ -193,7 +194,7 @@ impl Bus {
         let silent = u32::from(settings.mode == BusMode::Listen) << 31;
         let timing = btr(settings.rate) | silent;
         set_filters(&mut self.can, settings.mode, node);
-        // SAFETY: timing fields from the table, which is tested, and the silent bit; loop back stays off.
+        // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off.
         self.registers().btr().write(|w| unsafe { w.bits(timing) });
         self.can.enable_interrupts(
             Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY,
@@ -206,7 +207,7 @@ impl Bus {
         self.change = Change::Joining;
     }
 
-    /// What the controller has noticed since the last call; call until None.
+    /// The next event of the controller since the last call. Call it until it returns None.
     pub fn event(&mut self) -> Option<BusEvent> {
         if receive::overrun() {
             self.overruns = self.overruns.saturating_add(1);
@@ -238,15 +239,15 @@ impl Bus {
         (code != 0).then_some(BusEvent::Error)
     }
 
-    /// Marks the last error code as seen.
+    /// Marks the last error code as read.
     fn forget_error(&mut self) {
         self.registers()
             .esr()
-            // SAFETY: 7 is the value that the manual gives to software; the other bits are read-only.
+            // SAFETY: 7 is the value that the manual defines for software. The other bits are read-only.
             .write(|w| unsafe { w.bits(u32::from(LEC_SEEN) << 4) });
     }
 
-    /// The oldest received frame that has not been taken; none while a change of mode is under way.
+    /// The next received frame; None while a change of mode is running.
     pub fn receive(&mut self) -> Option<Frame> {
         if !matches!(self.change, Change::Done) {
             return None;
@@ -254,7 +255,7 @@ impl Bus {
         self.received.dequeue()
     }
 
-    /// True when [`send`](Self::send) may be called: a mailbox is free and no frame waits for one.
+    /// True if [`send`](Self::send) can be called: a mailbox is free and no frame waits for one.
     pub fn can_send(&mut self) -> bool {
         if let Some(frame) = self.waiting.take() {
             self.place(frame);
@@ -262,19 +263,19 @@ impl Bus {
         self.waiting.is_none() && self.is_normal() && mailbox_free(self.registers())
     }
 
-    /// Sends a frame. Frames of the same identifier leave in the order of the calls.
+    /// Sends a frame. Frames with the same identifier are sent in the order of the calls.
     pub fn send(&mut self, frame: &Frame) {
         if let Some(frame) = to_bxcan(frame) {
             self.place(frame);
         }
     }
 
-    /// True when every frame has left, or none ever will.
+    /// True if all frames are sent or aborted.
     pub fn sent(&mut self) -> bool {
         self.waiting.is_none() && self.can.is_transmitter_idle()
     }
 
-    /// True when frames can be sent: not listening only, and no change of mode under way.
+    /// True if frames can be sent: normal mode, and no change of mode is running.
     fn is_normal(&self) -> bool {
         matches!(self.change, Change::Done)
             && self
@@ -283,10 +284,11 @@ impl Bus {
                 .is_some_and(|settings| settings.mode == BusMode::Normal)
     }
 
-    /// Puts the frame into a mailbox, or keeps it waiting: bxcan takes a frame only if it has a higher priority than all that are
-    /// pending, because the controller sends equal ones in the order of the mailboxes, not of the requests.
+    /// Puts the frame into a mailbox, or keeps it in `waiting`. bxcan accepts a frame only if its priority is higher than that of
+    /// all pending frames: the controller sends frames of equal priority in the order of the mailboxes and not of the requests.
     fn place(&mut self, frame: bxcan::Frame) {
-        // With three pending mailboxes bxcan would take the lowest one back, and wait for its end if it is on the bus.
+        // With three pending mailboxes, bxcan would abort the one with the lowest priority, and wait for its end if it is on the
+        // bus.
         if !self.is_normal() || !mailbox_free(self.registers()) {
             self.waiting = Some(frame);
             return;
@@ -302,7 +304,7 @@ impl Bus {
     }
 }
 
-/// Asks for initialization mode, out of normal or sleep mode, with automatic bus-off recovery off.
+/// Requests initialization mode from normal or sleep mode, with automatic bus-off recovery disabled.
 fn request_initialization(registers: &CanPeripheral) {
     registers.mcr().modify(|_, w| {
         w.abom().clear_bit();
@@ -311,7 +313,7 @@ fn request_initialization(registers: &CanPeripheral) {
     });
 }
 
-/// Takes back the frames in the mailboxes; the one on the bus, if any, is given up unless it succeeds.
+/// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
 fn abort_all(registers: &CanPeripheral) {
     registers.tsr().write(|w| {
         w.abrq0().set_bit();
@@ -325,8 +327,8 @@ fn mailbox_free(registers: &CanPeripheral) -> bool {
     status.tme0().bit_is_set() || status.tme1().bit_is_set() || status.tme2().bit_is_set()
 }
 
-/// Gives each filter a bank of its own, all of them 32 bits wide, in mask mode and for FIFO 0: so none outranks another and a
-/// frame that agrees with two is stored once. Data and remote frames pass.
+/// Uses one bank for each filter: 32 bits wide, in mask mode and for FIFO 0. So all filters have equal priority, and a frame that
+/// passes two filters is stored once. Data and remote frames pass.
 fn set_filters(can: &mut bxcan::Can<Controller>, mode: BusMode, node: &impl Node) {
     let mut banks = can.modify_filters();
     banks.clear();
@@ -336,7 +338,7 @@ fn set_filters(can: &mut bxcan::Can<Controller>, mode: BusMode, node: &impl Node
     }
     let mut bank = 0;
     node.filters(&mut |filter| {
-        // There is a bank for each filter: the firmware checks it when it is built.
+        // There is a bank for each filter: this is checked at compile time.
         if bank < board::FILTER_BANKS
             && let Some(mask) = mask(&filter)
         {

@@ -1,9 +1,9 @@
-//! The time since power-up in microseconds, from SysTick: it interrupts every millisecond, and its counter gives the rest.
+//! The time since power-up in microseconds, from SysTick: the milliseconds from its interrupt, the remainder from its counter.
 //!
-//! The same interrupt is the alarm clock: it wakes the main loop at the time that this has named, and otherwise leaves it asleep.
+//! The same interrupt wakes the main loop at the time of the alarm.
 //!
-//! The clock loses time only while the flash is erased, which stalls the processor: at boot, and in the rare save that has no
-//! erased place left. It never runs backwards.
+//! The clock loses time only while an erase of the flash stalls the processor: at boot, and in a save without erased memory. The
+//! time never decreases.
 
 use crate::{board, sleep};
 use core::cell::Cell;
@@ -17,10 +17,10 @@ const TICKS_PER_MS: u32 = 1000 * TICKS_PER_US;
 /// The time of the last interrupt, in microseconds.
 static TICKED: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
-/// When to wake the main loop, in microseconds.
+/// The time to wake the main loop, in microseconds.
 static ALARM: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
-/// Starts the clock; the core must already run at its full speed.
+/// Starts the clock. The core must already run at [`CORE_CLOCK`](board::CORE_CLOCK).
 pub fn start(mut systick: SYST) {
     systick.set_clock_source(SystClkSource::Core);
     systick.set_reload(TICKS_PER_MS - 1);
@@ -29,18 +29,19 @@ pub fn start(mut systick: SYST) {
     systick.enable_counter();
 }
 
-/// The time now.
+/// The present time.
 pub fn now() -> Instant {
     critical_section::with(|cs| {
         let mut ticked = TICKED.borrow(cs).get();
         let mut counter = SYST::get_current();
         if SCB::is_pendst_pending() {
-            // The counter has turned over and the interrupt waits for the end of this section. Whether it did so before or
-            // after the counter was read is unknown: read it again.
+            // The counter has been reloaded, and the interrupt waits for the end of this section. The reload was before or after
+            // the read of the counter, so it must be read again.
             counter = SYST::get_current();
             ticked += 1000;
         }
-        // The interrupt comes with 0, at which the millisecond begins; the counter goes on from the reload value downwards.
+        // The interrupt comes when the counter is 0, at the start of the millisecond. Then the counter counts down from the
+        // reload value.
         let ticks = if counter == 0 {
             0
         } else {
@@ -50,7 +51,7 @@ pub fn now() -> Instant {
     })
 }
 
-/// Wakes the main loop with the first interrupt that is not before `time`; at once if it has been already.
+/// Wakes the main loop with the first interrupt at or after `time`; at once if it has already come.
 pub fn set_alarm(time: Instant) {
     let past = critical_section::with(|cs| {
         ALARM.borrow(cs).set(time.ticks());

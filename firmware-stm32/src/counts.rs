@@ -1,55 +1,55 @@
-//! From what the ISM330DHCX sends to a [`Reading`].
+//! Conversion of the data of the ISM330DHCX to a [`Reading`].
 //!
 //! ```text
 //!  byte 0         1           2         3         5           11       13       15
 //!       +---------+-----------+---------+---------+-----------+--------+--------+--------+
 //!       | address | STATUS    | (1Fh)   | OUT     | OUTX_L_G  | OUTX_A | OUTY_A | OUTZ_A |
-//!       | went    | _REG      | reserved| _TEMP   | ... 6     | i16    | i16    | i16    |
-//!       | out     | 1Eh       |         | 20h i16 | bytes 22h | 28h    | 2Ah    | 2Ch    |
+//!       | byte    | _REG      | reserved| _TEMP   | ... 6     | i16    | i16    | i16    |
+//!       |         | 1Eh       |         | 20h i16 | bytes 22h | 28h    | 2Ah    | 2Ch    |
 //!       +---------+-----------+---------+---------+-----------+--------+--------+--------+
 //! ```
 //!
 //! Acceleration at +-2 g: 61 ug per count (datasheet, LA_So). With 1 g = 2^28 that is 61e-6 * 2^28 = 16374.562816 units per
-//! count, computed as 16374 + 36885/65536 = 16374.562820; the difference is below 0.15 unit at full scale, so that the result is
+//! count, calculated as 16374 + 36885/65536 = 16374.562820. The difference is below 0.15 units at full scale, so the result is
 //! within one unit (4 ng) of the exact product. Temperature: 256 counts per degree, 0 at 25 degC.
 
 use plumbline::measure::{I32x3, Reading};
 
-/// Which axis of the part a sensor axis is, and in which direction.
+/// The axis and direction of the accelerometer that correspond to an axis of the sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Axis {
-    /// Along the part's X.
+    /// +X of the accelerometer.
     X,
-    /// Along the part's Y.
+    /// +Y of the accelerometer.
     Y,
-    /// Along the part's Z.
+    /// +Z of the accelerometer.
     Z,
-    /// Against the part's X.
+    /// -X of the accelerometer.
     NegativeX,
-    /// Against the part's Y.
+    /// -Y of the accelerometer.
     NegativeY,
-    /// Against the part's Z.
+    /// -Z of the accelerometer.
     NegativeZ,
 }
 
-/// How the part is mounted: the sensor's X, Y and Z in terms of the part's axes, a right-handed set.
+/// The mounting of the accelerometer: X, Y and Z of the sensor as axes of the accelerometer. They must be right-handed.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Mounting(pub [Axis; 3]);
 
 impl Mounting {
-    /// The part's axes are the sensor's.
+    /// The axes of the accelerometer are those of the sensor.
     pub const ALIGNED: Self = Self([Axis::X, Axis::Y, Axis::Z]);
 }
 
-/// Bytes of a transfer: the address byte, then STATUS_REG (1Eh) to OUTZ_H_A (2Dh), as in the byte map.
+/// The number of bytes in a transfer: the address byte, then STATUS_REG (1Eh) to OUTZ_H_A (2Dh), see the byte map.
 pub const TRANSFER: usize = 1 + 16;
 
-/// STATUS_REG of a part that is alive: new acceleration, gyroscope off, the upper bits always 0. The temperature bit may be
-/// either. A bus that is stuck reads as 00h or FFh and a part that lost power as 00h.
+/// STATUS_REG of a working accelerometer: new acceleration, gyroscope off, the upper bits always 0, the temperature bit 0 or 1. A
+/// stuck bus reads as 00h or FFh, an accelerometer without power as 00h.
 const ALIVE: u8 = 0b0000_0001;
 const ALIVE_MASK: u8 = 0b1111_1011;
 
-/// The reading in the bytes of a transfer; None when the part has nothing new or does not answer like itself.
+/// The reading in the bytes of a transfer; None if there is no new data or the status is not that of a working accelerometer.
 #[inline]
 pub fn transferred(bytes: &[u8; TRANSFER], mounting: Mounting) -> Option<Reading> {
     let &[
@@ -85,13 +85,13 @@ const fn acceleration(count: i16) -> i32 {
     count * 16374 + ((count * 36885 + 0x8000) >> 16)
 }
 
-/// A count of temperature in 0.01 degC, rounded towards zero degrees from 25.
+/// A count of temperature in 0.01 degC. The difference from 25 degC is rounded towards 0.
 const fn temperature(count: i16) -> i16 {
     // 100 / 256 = 25 / 64; the result is within -10300..=15299.
     (2500 + count as i32 * 25 / 64) as i16
 }
 
-/// The reading that these counts mean.
+/// The reading of these counts.
 #[inline]
 pub fn reading(counts: [i16; 3], temperature_count: i16, mounting: Mounting) -> Reading {
     let [x, y, z] = counts.map(acceleration);
@@ -122,7 +122,7 @@ mod tests {
     use plumbline::measure::ONE_G;
 
     #[test]
-    fn every_count_is_within_one_unit_of_61_micro_g() {
+    fn acceleration_is_within_one_unit_of_61_micro_g_per_count() {
         for count in i16::MIN..=i16::MAX {
             // count * 61e-6 * 2^28, exactly, in millionths of a unit
             let exact = i128::from(count) * 61 * i128::from(ONE_G);
@@ -148,7 +148,7 @@ mod tests {
     }
 
     #[test]
-    fn only_the_ends_of_the_range_are_clipped() {
+    fn only_limits_of_range_are_clipped() {
         let clipped = |counts| reading(counts, 0, Mounting::ALIGNED).clipped;
         assert!(!clipped([0x7FFE, -0x7FFE, 0]));
         assert!(clipped([0x7FFF, 0, 0]));
@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn a_transfer_is_read_as_the_byte_map_says() {
+    fn transfer_matches_byte_map() {
         let read = transferred(&transfer(0b0000_0101), Mounting::ALIGNED);
         let expected = reading([0x1234, -2, -0x8000], 256, Mounting::ALIGNED);
         assert_eq!(read, Some(expected));
@@ -172,9 +172,9 @@ mod tests {
     }
 
     #[test]
-    fn only_a_part_that_is_alive_with_new_data_counts() {
+    fn transfer_without_new_data_or_with_wrong_status_is_none() {
         for status in 0..=0xFF {
-            // XLDA (bit 0) set, GDA (bit 1) clear since the gyroscope is off, TDA (bit 2) either, the upper bits 0.
+            // XLDA (bit 0) set, GDA (bit 1) clear because the gyroscope is off, TDA (bit 2) 0 or 1, the upper bits 0.
             let alive = matches!(status, 0b001 | 0b101);
             let read = transferred(&transfer(status), Mounting::ALIGNED);
             assert_eq!(read.is_some(), alive, "{status:08b}");
@@ -182,8 +182,8 @@ mod tests {
     }
 
     #[test]
-    fn the_mounting_turns_the_axes() {
-        // The part turned by 90 deg about Z: its Y points along the sensor's X, its X against the sensor's Y.
+    fn mounting_rotates_axes() {
+        // The accelerometer is rotated by 90 deg about Z: its Y is X of the sensor, its X is -Y of the sensor.
         let mounting = Mounting([Axis::Y, Axis::NegativeX, Axis::Z]);
         let turned = reading([100, 200, 300], 0, mounting).acceleration;
         let straight = reading([100, 200, 300], 0, Mounting::ALIGNED).acceleration;

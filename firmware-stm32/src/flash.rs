@@ -1,32 +1,33 @@
-//! The parameter memory: two sectors of the internal flash, as embedded-storage's [`NorFlash`].
+//! The parameter memory: two sectors of the internal flash, as a [`NorFlash`].
 //!
-//! Addresses count from the start of the area. Interrupts stay enabled, but both parts stall instruction fetches while they erase
-//! (Blue Pill up to 40 ms, Nucleo up to 500 ms) or program (70 us a half-word, 100 us a word, at the most); bxCAN goes on
-//! receiving into its three-frame FIFO.
+//! Addresses are relative to the start of the area. Interrupts stay enabled, but both microcontrollers stall instruction fetches
+//! during an erase (Blue Pill up to 40 ms, Nucleo up to 500 ms) and during programming (up to 70 us for a half-word, up to 100 us
+//! for a word). bxCAN continues to receive into its FIFO of three frames.
 
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash, check_erase, check_read, check_write,
 };
 
-/// What differs between the parts: an area of flash in `COUNT` sectors of `SIZE` bytes each.
+/// The part that depends on the microcontroller: an area of flash with `COUNT` sectors of `SIZE` bytes each.
 pub trait Sectors {
     /// The address of the first byte.
     const START: usize;
-    /// Bytes in a sector.
+    /// The size of a sector in bytes.
     const SIZE: usize;
     /// The number of sectors.
     const COUNT: usize;
     /// The smallest write in bytes.
     const WRITE_SIZE: usize;
 
-    /// Erases one sector, counted from the start of the area; it is within [`COUNT`](Self::COUNT).
+    /// Erases one sector. `sector` counts from the start of the area and is below [`COUNT`](Self::COUNT).
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind>;
 
-    /// Programs bytes at an offset from the start of the area, both multiples of [`WRITE_SIZE`](Self::WRITE_SIZE) and inside it.
+    /// Programs bytes at an offset from the start of the area. Offset and length are multiples of
+    /// [`WRITE_SIZE`](Self::WRITE_SIZE) and inside the area.
     fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind>;
 }
 
-/// The parameter memory on a board's flash.
+/// The parameter memory in the flash of a board.
 pub struct ParameterFlash<S>(pub S);
 
 impl<S> ErrorType for ParameterFlash<S> {
@@ -40,8 +41,8 @@ impl<S: Sectors> ReadNorFlash for ParameterFlash<S> {
         check_read(self, offset, bytes.len())?;
         let start = S::START + offset as usize;
         for (address, byte) in (start..).zip(bytes) {
-            // SAFETY: the address lies in memory-mapped flash (checked against the area above), which is always readable.
-            // Volatile, since it changes by other means than stores that the compiler sees.
+            // SAFETY: the address is in memory-mapped flash (checked against the area above), which is always readable. Volatile,
+            // because the contents change by means other than stores visible to the compiler.
             *byte = unsafe { core::ptr::read_volatile(address as *const u8) };
         }
         Ok(())

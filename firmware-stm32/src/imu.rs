@@ -1,14 +1,14 @@
-//! The ISM330DHCX: acceleration at +-2 g and temperature, gyroscope powered down.
+//! The driver of the ISM330DHCX: acceleration at +-2 g and temperature, gyroscope powered down.
 //!
-//! Output data rate 416 Hz in high-performance mode, low-pass filter LPF2 at a twentieth of it (20.8 Hz), like the 20 Hz second-order
-//! characteristic that the replaced sensors state without their digital filter. The part is sampled by the microcontroller's clock;
-//! its own oscillator is a few per cent off.
+//! Output data rate 416 Hz in high-performance mode, low-pass filter LPF2 at 1/20 of it (20.8 Hz). The original sensors specify a
+//! 20 Hz second-order characteristic without their digital filter. The microcontroller clock determines the sampling, because the
+//! oscillator of the accelerometer has an error of some per cent.
 //!
-//! A reading is one transfer of 17 bytes, cut into pieces ([`Imu::step`]): between two of them the main loop looks after frames.
+//! A reading is one transfer of 17 bytes, divided into pieces ([`Imu::step`]). Between two pieces the main loop handles frames.
 //!
-//! While the part tests itself ([`self_test`](crate::self_test)) the last acceleration holds.
+//! During the self-test ([`self_test`](crate::self_test)) the last acceleration before it is used.
 //!
-//! A part that is missing or fails costs nothing but samples: it is tried again every second.
+//! If the accelerometer is missing or fails, there are no samples, and the driver tries to find it every second.
 
 use crate::board::{Delay, ImuWires, MOUNTING};
 use crate::counts::{self, TRANSFER};
@@ -27,36 +27,37 @@ use plumbline::measure::self_test::Working;
 use plumbline::time::{Instant, after, millis, reached};
 use st_mems_bus::blocking::{BusOperation, MemBankFunctions, RegisterOperation};
 
-/// Between attempts to find the part.
+/// The time between attempts to find the accelerometer, in ms.
 const RETRY_MS: u32 = 1000;
 
-/// Between attempts right after power-up: the part does not answer while it boots, which takes 10 ms.
+/// The time between attempts after power-up, in ms: the accelerometer does not answer during its boot of 10 ms.
 const BOOT_RETRY_MS: u32 = 10;
 
-/// So long it is tried at the shorter interval.
+/// The end of the shorter interval: 100 ms after power-up.
 const BOOT_END: Instant = Instant::from_ticks(100_000);
 
-/// Samples left out after the part was set up: 100 ms, in which it turns on and LPF2 settles.
+/// The number of samples to skip after configuration: 100 ms, in which the accelerometer turns on and LPF2 settles.
 const SETTLING_SAMPLES: u8 = 20;
 
-/// Samples in a row without new data after which the part counts as failed: 50 ms. It delivers two per sample.
+/// The number of consecutive samples without new data after which the accelerometer has failed: 50 ms. It delivers two values per
+/// sample.
 const MISSES: u8 = 10;
 
-/// Bytes of the transfer that are exchanged in one step: 4 us.
+/// The number of bytes exchanged in one step: 4 us.
 const PIECE: usize = 4;
 
 enum State {
-    /// Not found, or lost; try again then.
+    /// Not found, or lost. The next attempt is at `retry`.
     Absent { retry: Instant },
-    /// Set up; samples still to leave out, samples missed in a row.
+    /// Configured. `settling`: samples still to skip; `misses`: consecutive missed samples.
     Running { settling: u8, misses: u8 },
 }
 
-/// A reading under way.
+/// A running transfer.
 struct Transfer {
-    /// What goes out, and in its place what came in.
+    /// The bytes to send, replaced by the received ones.
     bytes: [u8; TRANSFER],
-    /// Pieces exchanged so far.
+    /// The number of pieces exchanged.
     pieces: usize,
 }
 
@@ -65,16 +66,16 @@ pub struct Imu {
     part: Ism330dhcx<ImuWires, Delay, MainBank>,
     state: State,
     transfer: Option<Transfer>,
-    /// A self-test under way.
+    /// The running self-test.
     test: Option<SelfTest>,
-    /// The result of the last self-test, until it is taken.
+    /// The result of the last self-test, until it is read.
     tested: Option<Working>,
-    /// The log knows that it is missing.
+    /// The missing accelerometer is logged.
     reported: bool,
 }
 
 impl Imu {
-    /// The part at the end of these wires, not looked for yet.
+    /// The driver for the accelerometer on this bus, before the first attempt to find it.
     pub fn new(wires: ImuWires) -> Self {
         Self {
             part: Ism330dhcx::from_bus(wires, Delay),
@@ -88,17 +89,17 @@ impl Imu {
         }
     }
 
-    /// Begins a self-test; [`tested`](Self::tested) has the result in about 2 s. One that is under way begins again.
+    /// Begins a self-test. [`tested`](Self::tested) returns the result after about 2 s. A running self-test begins again.
     pub fn test(&mut self) {
         self.test = Some(SelfTest::begin());
     }
 
-    /// The result of the self-test, once.
+    /// The result of a finished self-test, once.
     pub fn tested(&mut self) -> Option<Working> {
         self.tested.take()
     }
 
-    /// Begins a reading, or looks for the part when it is missing. Call it once per sample period.
+    /// Begins a reading, or tries to find a missing accelerometer. Call it once per sample period.
     pub fn start(&mut self, now: Instant) {
         if matches!(self.state, State::Absent { .. }) && self.test.take().is_some() {
             self.tested = Some(Working::default());
@@ -115,13 +116,13 @@ impl Imu {
         }
     }
 
-    /// True while a reading is under way.
+    /// True while a reading is running.
     pub fn busy(&self) -> bool {
         self.transfer.is_some()
     }
 
-    /// Carries a reading one small step further: a piece of its transfer, or its evaluation. Returns it at the end, unless the
-    /// part is missing or settling.
+    /// Performs one step of a reading: a piece of its transfer, or its evaluation. Returns the reading at the end, unless the
+    /// accelerometer is missing or settling.
     pub fn step(&mut self, now: Instant) -> Option<Reading> {
         let transfer = self.transfer.as_mut()?;
         let reading = match transfer.bytes.chunks_mut(PIECE).nth(transfer.pieces) {
@@ -139,7 +140,7 @@ impl Imu {
         self.judge(now, reading)
     }
 
-    /// Keeps account of readings that came and of those that did not, and holds back those of a part that is settling.
+    /// Counts valid and missed readings. Returns the reading, unless the accelerometer is settling.
     fn judge(&mut self, now: Instant, reading: Option<Reading>) -> Option<Reading> {
         let State::Running { settling, misses } = self.state else {
             return None;
@@ -162,8 +163,8 @@ impl Imu {
         Some(reading)
     }
 
-    /// Carries the self-test on; no transfer is under way. Returns what counts as the reading.
-    #[inline(never)] // seldom
+    /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
+    #[inline(never)] // rarely called
     fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
         let test = self.test.as_mut()?;
         let step = test.step(reading.acceleration);
@@ -200,8 +201,8 @@ impl Imu {
         }
     }
 
-    /// Looks for the part and sets it up.
-    #[inline(never)] // seldom, and its frame would be part of the main loop's
+    /// Tries to find the accelerometer and configures it.
+    #[inline(never)] // rarely called, and its stack frame would be part of that of the main loop
     fn find(&mut self, now: Instant) -> State {
         match self.set_up() {
             Ok(true) => {
@@ -216,13 +217,14 @@ impl Imu {
         }
     }
 
-    /// Resets the part and sets it up; false when something else, or nothing, answers.
+    /// Resets the accelerometer and configures it. Returns false if it does not answer with its identifier.
     ///
-    /// The registers have their reset values, so each is written whole, through the driver's register types. Its setters would
-    /// read, modify and write, and look after the part's state machine and learning core, which are off.
+    /// The registers have their reset values, so each is written completely with the register types of the driver crate. The
+    /// setters of the crate would read, modify and write, and also handle the state machine and the machine learning core, which
+    /// are off.
     fn set_up(&mut self) -> Result<bool, Error<<ImuWires as BusOperation>::Error>> {
         let part = &mut self.part;
-        // A disturbance may have left another register bank selected, in which even the identifier is out of reach.
+        // After a disturbance another register bank can be selected, in which the identifier cannot be read.
         part.mem_bank_set(MemBank::UserBank)?;
         if part.device_id_get()? != ISM330DHCX_ID {
             return Ok(false);
@@ -230,7 +232,7 @@ impl Imu {
         Ctrl3C::new().with_sw_reset(1).write(part)?;
         let mut attempts = 0;
         while Ctrl3C::read(part)?.sw_reset() != 0 {
-            // The datasheet gives it 50 us.
+            // The datasheet specifies 50 us.
             Delay.delay_us(50);
             attempts += 1;
             if attempts > 20 {
@@ -238,7 +240,7 @@ impl Imu {
             }
         }
         Ctrl9Xl::new().with_device_conf(1).write(part)?;
-        // Block data update: the two bytes of a value belong together.
+        // Block data update: the two bytes of a value are consistent.
         Ctrl3C::new().with_bdu(1).write(part)?;
         Ctrl8Xl::new()
             .with_hpcf_xl(HpSlopeXlEn::LpOdrDiv20 as u8)
@@ -263,17 +265,17 @@ impl Imu {
     }
 }
 
-/// In the address byte: read, not write.
+/// Bit of the address byte: read.
 const READ: u8 = 0x80;
 
-/// The part's SPI (mode 0 or 3, at most 10 MHz) and its chip select.
+/// The SPI (mode 0 or 3, at most 10 MHz) and the chip select of the accelerometer.
 pub struct Wires<S, C> {
     spi: S,
     select: C,
 }
 
 impl<S: SpiBus, C: OutputPin<Error = Infallible>> Wires<S, C> {
-    /// The part's bus and its chip select, which is high.
+    /// The SPI and the chip select, which must be high.
     pub fn new(spi: S, select: C) -> Self {
         Self { spi, select }
     }
@@ -283,13 +285,13 @@ impl<S: SpiBus, C: OutputPin<Error = Infallible>> Wires<S, C> {
         let Ok(()) = self.select.set_low();
     }
 
-    /// Sends `bytes` and puts what comes in into their places.
+    /// Sends `bytes` and replaces them by the received bytes.
     fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), S::Error> {
         self.spi.transfer_in_place(bytes)?;
         self.spi.flush()
     }
 
-    /// Sends `bytes`, through the one operation that reading needs too.
+    /// Sends `bytes` with the same operation as a read.
     fn write(&mut self, bytes: &[u8]) -> Result<(), S::Error> {
         bytes
             .iter()
@@ -301,7 +303,7 @@ impl<S: SpiBus, C: OutputPin<Error = Infallible>> Wires<S, C> {
         let Ok(()) = self.select.set_high();
     }
 
-    /// A transfer as a whole.
+    /// A complete transfer.
     fn transfer(
         &mut self,
         f: impl FnOnce(&mut Self) -> Result<(), S::Error>,

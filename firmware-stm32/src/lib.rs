@@ -1,11 +1,11 @@
-//! Plumbline's nodes on real pins: an STM32 with bxCAN and an ISM330DHCX accelerometer on SPI.
+//! Plumbline on hardware: an STM32 with bxCAN and an ISM330DHCX accelerometer on SPI.
 //!
-//! The path of a frame: receive interrupt -> queue -> [`Node`](plumbline::node::Node) -> mailbox. The path of a sample: every
-//! 5 ms from the accelerometer into the node. `app` turns the crank; `can`, `imu`, `flash` and `clock` are what it
-//! turns; `board` knows the pins; and a file in `src/bin` names the model.
+//! The path of a frame: receive interrupt -> queue -> [`Node`](plumbline::node::Node) -> mailbox. The path of a sample: every 5
+//! ms from the accelerometer into the node. `app` runs the main loop. `can`, `imu`, `flash` and `clock` are the drivers. `board`
+//! contains the pins. A file in `src/bin` selects the product.
 //!
-//! A board is a feature (`bluepill`, `nucleo-f446re`), and so is the log (`defmt`). On a PC only the parts without hardware
-//! exist, for their tests: [`bit_timing`], [`counts`] and [`self_test`].
+//! The board is selected by a feature (`bluepill`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only the
+//! modules without hardware access are compiled, for their tests: [`bit_timing`], [`counts`] and [`self_test`].
 #![cfg_attr(target_os = "none", no_std)]
 
 #[cfg(all(
@@ -27,7 +27,7 @@ pub mod self_test;
 #[macro_use]
 mod log;
 
-// `board` is set by the build script: the target has no operating system and one board is chosen.
+// The build script sets `board` if the target has no operating system and a board is selected.
 #[cfg(board)]
 pub mod app;
 #[cfg(board)]
@@ -47,8 +47,8 @@ mod reset;
 #[cfg(board)]
 mod sleep;
 
-/// The main function of a product: on a board it runs the node, on a PC it says where it belongs. An article has name and image of
-/// its own; a product without articles names them here.
+/// The main function of a product. On a board it runs the node. On a PC it prints that it is firmware for a board. An article
+/// contains name and image id; for a product without articles, they are arguments.
 #[macro_export]
 macro_rules! firmware {
     ($node:ty, $article:expr) => {
@@ -63,13 +63,13 @@ macro_rules! firmware {
         #[cfg(target_os = "none")]
         const _: () = assert!(
             <$node>::FILTERS <= $crate::board::FILTER_BANKS as usize,
-            "the controller has a bank for each filter"
+            "the controller must have a bank for each filter"
         );
 
         #[cfg(target_os = "none")]
         #[cortex_m_rt::entry]
         fn main() -> ! {
-            // In static memory, so that its size shows in the image and not on the stack; `entry` makes it safe to borrow.
+            // In static memory, so that its size is part of the image and not of the stack. `entry` makes it safe to borrow.
             static mut NODE: $node = <$node>::INITIAL;
             static mut STORE: core::mem::MaybeUninit<
                 $crate::app::ParameterStore<{ <$node>::STORE_BUFFER }>,

@@ -1,6 +1,6 @@
-//! Log messages: through defmt with feature `defmt`, otherwise nothing.
+//! Log messages: by defmt with feature `defmt`, otherwise none.
 
-/// Defines a macro that hands its arguments to defmt's macro of the same name.
+/// Defines a macro that passes its arguments to the macro of defmt with the same name.
 macro_rules! level {
     ($dollar:tt $name:ident) => {
         #[allow(unused_macros)]

@@ -1,15 +1,15 @@
-//! The functions by which compiled code copies, fills and compares memory.
+//! The functions that compiled code uses to copy, fill and compare memory.
 //!
-//! Those of the compiler's own library are as long as they are fast: 1.8 KB in each image. These are a tenth of that, and no slower for
-//! the few words that a sensor moves. They are functions of C and of the ABI for ARM (run-time ABI, 5.3.4), so they are written in
-//! assembly: in Rust the compiler would make calls of them out of their own loops.
+//! The functions of the compiler library are fast but large: 1.8 KB in each image. These need a tenth of that and are not slower
+//! for the few words that a sensor copies. They are functions of C and of the ABI for ARM (run-time ABI, 5.3.4). They are written
+//! in assembly, because the compiler would replace their loops in Rust by calls of the same functions.
 //!
-//! Single loads and stores need no alignment on an ARMv7-M. Those of several registers do, so only functions that are named by an
-//! alignment of 4 or 8 use them.
+//! On an ARMv7-M, single loads and stores need no alignment. Loads and stores of several registers need it, so only the functions
+//! with an alignment of 4 or 8 in their name use them.
 
 use core::arch::global_asm;
 
-// memcpy and memmove return their first argument, so r0 stays as it is. Regions that overlap are only handed to memmove.
+// memcpy returns its first argument, so r0 does not change.
 global_asm!(
     ".section .text.mem.copy, \"ax\"",
     ".syntax unified",
@@ -83,41 +83,7 @@ global_asm!(
     ".size __aeabi_memcpy4, . - __aeabi_memcpy4",
 );
 
-// Forward unless the destination begins within the source.
-global_asm!(
-    ".section .text.mem.move, \"ax\"",
-    ".syntax unified",
-    ".p2align 1",
-    ".global memmove",
-    ".type memmove, %function",
-    ".thumb_func",
-    "memmove:",
-    ".global __aeabi_memmove",
-    ".type __aeabi_memmove, %function",
-    ".thumb_func",
-    "__aeabi_memmove:",
-    ".global __aeabi_memmove4",
-    ".type __aeabi_memmove4, %function",
-    ".thumb_func",
-    "__aeabi_memmove4:",
-    ".global __aeabi_memmove8",
-    ".type __aeabi_memmove8, %function",
-    ".thumb_func",
-    "__aeabi_memmove8:",
-    "subs r3, r0, r1",
-    "cmp r3, r2",
-    "bhs memcpy",
-    "1:",
-    "subs r2, #1",
-    "it mi",
-    "bxmi lr",
-    "ldrb r3, [r1, r2]",
-    "strb r3, [r0, r2]",
-    "b 1b",
-    ".size memmove, . - memmove",
-);
-
-// The ABI's functions have length and value in the other order than memset.
+// The functions of the ABI have length and value in the opposite order of memset.
 global_asm!(
     ".section .text.mem.set, \"ax\"",
     ".syntax unified",

@@ -1,4 +1,4 @@
-//! A panic or a hard fault restarts the sensor: nobody is there to press a button. With `defmt` the reason is logged first.
+//! A panic or a hard fault restarts the sensor. With `defmt` the reason is logged first.
 
 use core::panic::PanicInfo;
 use cortex_m::peripheral::SCB;
@@ -11,8 +11,8 @@ fn panic(_info: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-// SAFETY: cortex-m-rt wants `unsafe` here because a hard fault can come anywhere, also inside a critical section; the handler
-// relies on nothing but the log, which would at worst be garbled, and does not return.
+// SAFETY: cortex-m-rt requires `unsafe` because a hard fault can occur anywhere, also inside a critical section. The handler uses
+// only the log, which can be corrupted in the worst case, and does not return.
 #[exception]
 unsafe fn HardFault(_frame: &ExceptionFrame) -> ! {
     error!("hard fault at {=u32:#x}", _frame.pc());

@@ -1,49 +1,49 @@
-//! The self-test of the accelerometer (datasheet, "Accelerometer self-test"): the part pushes its seismic mass by a known force, and
-//! the mean of some readings must move by what [`plumbline::measure::self_test`] says.
+//! The self-test of the accelerometer (datasheet, "Accelerometer self-test"): the accelerometer applies a known force to its
+//! seismic mass, and the mean of some readings must change by the amount in [`plumbline::measure::self_test`].
 //!
 //! ```text
 //!  at +-4 g      at rest       at +-4 g      pushed        at +-2 g
 //!  settling 40   mean of 128   settling 40   mean of 128   settling 40    readings of 5 ms: 1.9 s
 //! ```
 //!
-//! The range is +-4 g because at +-2 g an axis that the push adds to gravity could clip. It settles for 200 ms where the datasheet
-//! has 100, since LPF2 settles too.
+//! The range is +-4 g, because at +-2 g an axis could clip with the sum of gravity and test force. The settling time is 200 ms;
+//! the datasheet specifies 100 ms, but LPF2 must also settle.
 
 use plumbline::measure::I32x3;
 use plumbline::measure::self_test::{Working, judge};
 
-/// Readings left out after each change.
+/// The number of readings skipped after each change.
 const SETTLING: u8 = 40;
 
-/// Readings in a mean, as a power of two.
+/// The base-2 logarithm of the number of readings in a mean.
 const MEAN: u32 = 7;
 
 const ZERO: I32x3 = I32x3 { x: 0, y: 0, z: 0 };
 
-/// How the part is to be set up.
+/// The configuration of the accelerometer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum SetUp {
     /// For measuring.
     Normal,
-    /// For the test, without and with the push.
+    /// For the test, without and with the test force.
     Test {
-        /// The part pushes its mass.
+        /// The test force is on.
         pushed: bool,
     },
 }
 
-/// What a reading has brought.
+/// The result of a step.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Step {
     /// Nothing yet.
     None,
-    /// From now on the part is to be set up like this.
+    /// Configure the accelerometer like this.
     SetUp(SetUp),
-    /// The end: the part measures again, and these axes work.
+    /// The end of the test: the accelerometer measures again, and these axes work.
     Done(Working),
 }
 
-/// How far a test has come.
+/// The stage of a test.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stage {
     Begin,
@@ -52,17 +52,17 @@ enum Stage {
     Back,
 }
 
-/// A test under way.
+/// A running test.
 #[derive(Clone, Debug)]
 pub struct SelfTest {
     stage: Stage,
-    /// Readings in this stage.
+    /// The number of readings in this stage.
     readings: u8,
-    /// The mean so far: the sum of the readings, each divided by their number.
+    /// The partial mean: the sum of the readings, each divided by their number.
     mean: I32x3,
     at_rest: I32x3,
     working: Working,
-    /// The last acceleration before the test, which holds while it lasts.
+    /// The last acceleration before the test, which is used during the test.
     held: I32x3,
 }
 
@@ -88,7 +88,7 @@ impl SelfTest {
         self.held
     }
 
-    /// Takes the acceleration of a reading in; it is in the units of +-2 g whatever the part is set to.
+    /// Processes the acceleration of a reading. It is in the units of the range +-2 g, also while the range is +-4 g.
     pub fn step(&mut self, acceleration: I32x3) -> Step {
         if self.stage == Stage::Begin {
             self.held = acceleration;
@@ -101,7 +101,7 @@ impl SelfTest {
         if self.stage == Stage::Back {
             return Step::Done(self.working);
         }
-        // At +-4 g a count is worth twice as much.
+        // At +-4 g a count is twice the acceleration.
         self.mean.x += acceleration.x >> (MEAN - 1);
         self.mean.y += acceleration.y >> (MEAN - 1);
         self.mean.z += acceleration.z >> (MEAN - 1);
@@ -130,7 +130,7 @@ mod tests {
     use super::*;
     use plumbline::measure::ONE_G;
 
-    /// Runs a test of a part whose push is worth so many mg on its axes; the result and the readings that it took.
+    /// Runs a test of an accelerometer with a test force of `push` mg on its axes. Returns the result and the number of readings.
     fn run(push: [i32; 3]) -> (Working, usize) {
         let mut test = SelfTest::begin();
         let mut set_up = SetUp::Normal;
@@ -138,7 +138,7 @@ mod tests {
         for readings in 1..1000 {
             let milli_g = match set_up {
                 SetUp::Normal => rest,
-                // Half as many counts at +-4 g.
+                // Half of the counts at +-4 g.
                 SetUp::Test { pushed: false } => rest.map(|part| part / 2),
                 SetUp::Test { pushed: true } => [0, 1, 2].map(|axis| (rest[axis] + push[axis]) / 2),
             };
@@ -150,7 +150,7 @@ mod tests {
                     set_up = new;
                 }
                 Step::Done(working) => {
-                    assert_eq!(set_up, SetUp::Normal, "left as it was");
+                    assert_eq!(set_up, SetUp::Normal, "the configuration is restored");
                     assert_eq!(test.held().z, ONE_G / 1000 * 1000);
                     return (working, readings);
                 }
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn an_axis_works_when_the_push_moves_it_by_what_the_datasheet_says() {
+    fn axis_with_change_of_datasheet_works() {
         let cases = [
             ([500, 500, 500], [true, true, true]),
             ([0, 500, -500], [false, true, true]),
@@ -173,7 +173,7 @@ mod tests {
     }
 
     #[test]
-    fn it_takes_about_two_seconds() {
+    fn test_takes_about_two_seconds() {
         let milliseconds = run([500; 3]).1 * 5;
         assert!((1500..=2500).contains(&milliseconds), "{milliseconds} ms");
     }

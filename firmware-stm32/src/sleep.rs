@@ -4,26 +4,26 @@ use crate::clock;
 use core::sync::atomic::{AtomicBool, Ordering};
 use plumbline::time::Instant;
 
-/// Something came for the main loop since it last returned from [`sleep`].
+/// There was an event for the main loop since the last return from [`sleep`].
 static EVENT: AtomicBool = AtomicBool::new(false);
 
-/// An interrupt handler calls this when the main loop has something to do.
+/// Wakes the main loop. Called by an interrupt handler.
 pub fn wake() {
     EVENT.store(true, Ordering::Relaxed);
 }
 
-/// Returns when a handler has called [`wake`], or at once if one has since the last call returned; with the first tick of the clock
-/// that is not before `until` at the latest.
+/// Returns when a handler calls [`wake`], at once if a handler has called it since the last return, and at the latest with the
+/// first tick of the clock at or after `until`.
 pub fn sleep(until: Instant) {
     clock::set_alarm(until);
     while !EVENT.load(Ordering::Relaxed) {
-        // With interrupts masked a pending one still ends WFI, so none can slip in between the look and the sleep.
+        // With interrupts masked, a pending one still ends WFI, so no interrupt is lost between the check and WFI.
         critical_section::with(|_| {
             if !EVENT.load(Ordering::Relaxed) {
                 cortex_m::asm::wfi();
             }
         });
     }
-    // The handler has run by now; what it left is seen by the caller's next turn.
+    // The handler has run. The next iteration of the main loop handles its data.
     EVENT.store(false, Ordering::Relaxed);
 }

@@ -2,42 +2,42 @@
 
 use crate::param::Refused;
 
-/// Why an SDO transfer was aborted.
+/// The reason for the abort of an SDO transfer. The discriminant is the abort code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u32)]
 pub enum Abort {
     /// The toggle bit did not alternate.
     Toggle = 0x0503_0000,
-    /// The next segment did not come in time.
+    /// SDO protocol timed out: the next segment did not come in time.
     TimeOut = 0x0504_0000,
-    /// The command is unknown, or there is no transfer that it could belong to.
+    /// The command specifier is unknown, or not valid without a transfer.
     Command = 0x0504_0001,
-    /// The object can be written only.
+    /// Read of a write-only object.
     WriteOnly = 0x0601_0001,
-    /// The object can be read only.
+    /// Write to a read-only object.
     ReadOnly = 0x0601_0002,
-    /// There is no such object.
+    /// The object does not exist in the object dictionary.
     NoObject = 0x0602_0000,
-    /// The nonvolatile memory failed.
+    /// Access failed because the nonvolatile memory failed.
     Hardware = 0x0606_0000,
-    /// The data are not as long as was said.
+    /// The length of the data does not match the announced size.
     Length = 0x0607_0010,
-    /// The data are longer than the object.
+    /// The data is longer than the object.
     TooLong = 0x0607_0012,
-    /// The data are shorter than the object.
+    /// The data is shorter than the object.
     TooShort = 0x0607_0013,
-    /// There is no such sub-index.
+    /// The sub-index does not exist.
     NoSubIndex = 0x0609_0011,
-    /// The value is none of those that are permitted.
+    /// The value is not permitted.
     Value = 0x0609_0030,
-    /// The value is larger than permitted.
+    /// The value is above the permitted range.
     TooHigh = 0x0609_0031,
-    /// The value is smaller than permitted.
+    /// The value is below the permitted range.
     TooLow = 0x0609_0032,
-    /// The signature is wrong: nothing is stored or restored.
+    /// The signature is wrong. Nothing is stored or restored.
     Signature = 0x0800_0020,
-    /// Not in the present state of the device.
+    /// Not possible in the present state of the device.
     DeviceState = 0x0800_0022,
 }
 

@@ -1,11 +1,11 @@
-//! The identifiers of CANopen's services (CiA 301, 7.3.3 and 7.3.5), and the flags of a COB-ID.
+//! The identifiers of the CANopen services (CiA 301, 7.3.3 and 7.3.5), and the flags of a COB-ID.
 //!
 //! ```text
 //!  NMT        000h        command, node-ID
 //!  SYNC       080h        (counter)
 //!  EMCY       080h + id   error code (2), error register, manufacturer's field (5)
-//!  TPDO       180h + id   mapped objects, one behind the other
-//!  SDO        580h + id   from the device;  600h + id to the device
+//!  TPDO       180h + id   mapped objects in order
+//!  SDO        580h + id   server to client;  600h + id client to server
 //!  guarding   700h + id   state (remote frame: request); boot-up is state 0
 //! ```
 
@@ -22,13 +22,14 @@ pub const SDO_REQUEST: u16 = 0x600;
 /// The identifier of boot-up, heartbeat and guarding, for node 0.
 pub const ERROR_CONTROL: u16 = 0x700;
 
-/// Bit 31 of a PDO's or EMCY's COB-ID: it is not used.
+/// Bit 31 of the COB-ID of a PDO or EMCY: the service is disabled.
 pub const DISABLED: u32 = 1 << 31;
-/// Bit 30 of a TPDO's COB-ID: it is not sent on a remote frame; of the SYNC's: the device is its producer.
+/// Bit 30 of the COB-ID of a TPDO: the TPDO does not answer remote frames. Bit 30 of the COB-ID of the SYNC: the device is the
+/// SYNC producer.
 pub const BIT_30: u32 = 1 << 30;
 
-/// The identifiers that a SYNC may have: those that no fixed service needs (CiA 301, table 81). Bit 31 has no meaning; bit 30
-/// would make the device a producer, bit 29 is the 29-bit format.
+/// The permitted identifiers of a SYNC: those that are not restricted by CiA 301, table 81. Bit 31 has no meaning. Bit 30 (SYNC
+/// producer) and bit 29 (29-bit format) must be 0.
 pub const SYNC: Ranges = Ranges {
     text: "11-bit identifier that is free",
     ignored_bits: 1,
@@ -41,7 +42,7 @@ pub const SYNC: Ranges = Ranges {
     ],
 };
 
-/// The identifiers that a PDO or EMCY may have: as [`SYNC`], but not the SYNC's own; bits 31 and 30 are flags.
+/// The permitted identifiers of a PDO or EMCY: those of [`SYNC`] except 080h. Bits 31 and 30 are flags.
 pub const PDO: Ranges = Ranges {
     text: "11-bit identifier that is free",
     ignored_bits: 2,
@@ -54,7 +55,7 @@ pub const PDO: Ranges = Ranges {
     ],
 };
 
-/// The 11-bit identifier in a COB-ID; None while the service is disabled, and for an identifier that a PDO or EMCY must not have.
+/// The 11-bit identifier of a COB-ID; None if the service is disabled, or if the identifier is not permitted for a PDO or EMCY.
 pub const fn in_use(cob_id: u32) -> Option<u16> {
     if cob_id & DISABLED == 0 && PDO.contain(cob_id) {
         Some((cob_id & 0x7FF) as u16)
@@ -68,7 +69,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn pdo_has_no_identifier_below_081h() {
+    fn in_use_below_081h_is_none() {
         for id in 0..0x081 {
             assert_eq!(in_use(id), None, "{id:03X}h");
         }

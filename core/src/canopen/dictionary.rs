@@ -1,15 +1,15 @@
-//! How a product describes its object dictionary, and what the device keeps of it.
+//! The description of an object dictionary, and its compact form in the device.
 //!
-//! An [`Object`] maps an index and a sub-index to a parameter, a published value, a constant or a service of the node. Name, type,
-//! unit and permitted values of parameters and values come from their own description. Descriptors (EDS) and documents on a PC
-//! are written from it. The device keeps [`Row`]s, eight bytes each, which
-//! [`project_objects!`](crate::project_objects) derives from it:
+//! An [`Object`] maps an index and a sub-index to a parameter, a published value, a constant or a service of the node. Name,
+//! type, unit and permitted values of parameters and values come from their own description. The objects are the source of the
+//! descriptors (EDS) and documents on a PC. The device uses [`Row`]s of eight bytes, which
+//! [`project_objects!`](crate::project_objects) derives from the objects:
 //!
 //! ```text
 //!  byte 0                                                  4                    8
 //!       +--------------------------------------------------+--------------------+
 //!       | bits 16..31 index, 8..15 sub-index, 5..7 kind,   | constant, ids or   |
-//!       |      2..4 type, 0 readable, 1 writable           | place of a text    |
+//!       |      2..4 type, 0 readable, 1 writable           | index of a text    |
 //!       +--------------------------------------------------+--------------------+
 //! ```
 
@@ -17,17 +17,17 @@ use super::Abort;
 use super::sdo::message::Address;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 
-/// Who may do what with an object.
+/// The access type of an object (CiA 306).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Access {
-    /// It never changes.
+    /// Constant.
     Const,
-    /// Read only.
+    /// Read-only.
     Ro,
-    /// Written only.
+    /// Write-only.
     Wo,
-    /// Read and written.
+    /// Read and write.
     Rw,
 }
 
@@ -41,21 +41,21 @@ impl Access {
         }
     }
 
-    /// Whether an object with it can be written.
+    /// Whether the object can be written.
     pub const fn is_writable(self) -> bool {
         self.bits() & 2 != 0
     }
 }
 
-/// What the node itself does.
+/// An object that the node itself implements.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Service {
     /// The error register (1001h).
     ErrorRegister,
-    /// The number of errors in the history (1003h:00); written 0 clears it.
+    /// The number of errors in the history (1003h:00). Writing 0 clears the history.
     ErrorCount,
-    /// The errors, newest first (1003h:01 and on).
+    /// The errors, newest first (1003h:01 and following).
     ErrorHistory,
     /// "save" stores all parameters (1010h:01).
     Store,
@@ -63,11 +63,11 @@ pub enum Service {
     RestoreCommunication,
     /// The serial number (1018h:04).
     SerialNumber,
-    /// 1 restarts the device, 0 does nothing.
+    /// Writing 1 restarts the device, 0 does nothing.
     Restart,
-    /// 1 restores the factory values of all other parameters; reads 1 when that has succeeded, otherwise 0.
+    /// Writing 1 restores the factory values of all other parameters. Reads 1 if the last restore has succeeded, otherwise 0.
     RestoreApplication,
-    /// A text that the product composes and understands.
+    /// A text that the product generates and parses.
     Text,
 }
 
@@ -85,52 +85,52 @@ impl Service {
     ];
 }
 
-/// What an object is.
+/// The contents of an object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Target {
-    /// Always this number.
+    /// A constant number.
     Constant(u32),
     /// This number plus the node-ID (`$NODEID+...`).
     NodeRelative(u32),
-    /// Always this text.
+    /// A constant text.
     Text(&'static str),
     /// A parameter.
     Parameter(ParameterId),
-    /// A parameter to whose stored or factory value the node-ID is added at each start: a COB-ID.
+    /// A COB-ID: a parameter. The node-ID is added to its stored or factory value at each start.
     CobId(ParameterId),
     /// A published value.
     Value(ValueId),
-    /// Writing it writes the parameter, reading it reads the value: a command and its state.
+    /// A command and its state: a write sets the parameter, a read returns the value.
     Command(ParameterId, ValueId),
     /// A service of the node.
     Service(Service),
 }
 
-/// An object, or several in a row with the same description.
+/// An object, or several consecutive objects with the same description.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Object {
     /// The index.
     pub index: u16,
     /// The sub-index, or the first one.
     pub sub: u8,
-    /// How many sub-indices in a row this describes.
+    /// The number of consecutive sub-indices that this describes.
     pub count: u8,
-    /// The name of the whole object; empty in rows of the same index that follow.
+    /// The name of the index; empty in the following rows of the same index.
     pub group: &'static str,
-    /// What it is; empty for a parameter or a value, which have a name of their own.
+    /// The name of the sub-index; empty for a parameter or a value, which has its own name.
     pub name: &'static str,
-    /// The type of a constant or a service; parameters and values have a type of their own.
+    /// The type of a constant or a service. A parameter or a value has its own type.
     pub data_type: DataType,
-    /// Who may do what with it.
+    /// The access type.
     pub access: Access,
-    /// It can be mapped into a PDO.
+    /// Whether it can be mapped into a PDO.
     pub mappable: bool,
-    /// What it is.
+    /// The contents.
     pub target: Target,
 }
 
 impl Object {
-    /// A byte that is always 0: what a row does not say.
+    /// The default for a row: a constant byte 0.
     pub const PLAIN: Self = Self {
         index: 0,
         sub: 0,
@@ -165,8 +165,8 @@ impl Object {
         }
     }
 
-    /// Its type; parameters and values have that of their description.
-    #[allow(clippy::indexing_slicing)] // evaluated at compile time, or with tables that were checked then
+    /// Its type. A parameter or a value has the type of its description.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time, or with tables that were checked at compile time
     pub const fn data_type(&self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self.target {
             Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) => {
@@ -179,7 +179,7 @@ impl Object {
     }
 }
 
-/// Where a number, text or action of a [`Row`] is.
+/// The kind of contents of a [`Row`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub(super) enum Kind {
@@ -193,7 +193,7 @@ pub(super) enum Kind {
     Service,
 }
 
-/// What the device keeps of an [`Object`].
+/// An [`Object`] in the form that the device uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Row {
     columns: u32,
@@ -252,7 +252,7 @@ impl Row {
         }
     }
 
-    /// The number of a constant, or the place of a text.
+    /// The number of a constant, or the index of a text.
     pub(super) const fn number(&self) -> u32 {
         self.target
     }
@@ -272,7 +272,7 @@ impl Row {
         Service::ALL.get(self.target as usize).copied()
     }
 
-    /// The parameter, when there is one in the communication profile that starts anew with the communication.
+    /// The parameter, if the object is one of the communication profile. Reset communication restores it.
     pub(super) const fn communication_parameter(&self) -> Option<ParameterId> {
         match self.kind() {
             Kind::Parameter | Kind::CobId if self.is_communication() => Some(self.id()),
@@ -281,14 +281,14 @@ impl Row {
     }
 }
 
-/// Looks an object up; `history` is the number of errors in 1003h, the only object with several sub-indices in one row.
+/// Finds an object. `history` is the number of errors in 1003h, the only object with several sub-indices in one row.
 pub(super) fn find(
     rows: &'static [Row],
     history: usize,
     address: Address,
 ) -> Result<&'static Row, Abort> {
     let wanted = key(address.index, address.sub);
-    // The first row behind it; the rows are sorted.
+    // The first row after it. The rows are sorted.
     let next = rows.partition_point(|row| row.columns >> 8 <= wanted);
     let row = next.checked_sub(1).and_then(|row| rows.get(row));
     let same = |row: &&Row| row.index() == address.index;
@@ -311,7 +311,7 @@ const fn key(index: u16, sub: u8) -> u32 {
     (index as u32) << 8 | sub as u32
 }
 
-/// Derives what the device keeps of an object dictionary; belongs into an `impl` of
+/// Derives `ROWS`, `TEXTS` and `TPDO_SETTINGS` from an object dictionary. Use it in an `impl` of
 /// [`Product`](crate::canopen::Product) for a type without generic parameters.
 #[macro_export]
 macro_rules! project_objects {
@@ -340,8 +340,8 @@ macro_rules! project_objects {
     };
 }
 
-/// Projects an object dictionary. A row in the wrong place (duplicate, unsorted), a parameter in two rows, or a row that cannot be
-/// is a compile error.
+/// Projects an object dictionary. A duplicate or unsorted row, a parameter in two rows, and an inconsistent row are compile
+/// errors.
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 pub const fn rows<const N: usize>(
     objects: &[Object],
@@ -389,7 +389,7 @@ pub const fn rows<const N: usize>(
     rows
 }
 
-/// A row must make sense.
+/// Checks that a row is consistent.
 const fn check(object: &Object) {
     assert!(object.count >= 1 && object.sub as u32 + object.count as u32 <= 256);
     let several = matches!(object.target, Target::Service(Service::ErrorHistory));
@@ -405,7 +405,10 @@ const fn check(object: &Object) {
     if let Target::Constant(_) | Target::NodeRelative(_) | Target::Text(_) | Target::Value(_) =
         object.target
     {
-        assert!(!object.access.is_writable(), "it cannot be written");
+        assert!(
+            !object.access.is_writable(),
+            "a constant or a value cannot be written"
+        );
     }
     if let Target::Constant(number) = object.target {
         let size = object.data_type.size();
@@ -416,7 +419,7 @@ const fn check(object: &Object) {
     }
 }
 
-/// The key behind the last sub-index of a row.
+/// The key after the last sub-index of a row.
 const fn end(object: &Object) -> u32 {
     key(object.index, object.sub) + object.count as u32
 }

@@ -9,41 +9,42 @@
 //!       +------+----------------+------------------------+---------+
 //! ```
 //!
-//! A fault is announced when it begins, with its code, and when it ends, with code 0; only its beginning is history.
+//! When a fault begins, an emergency message with its error code is sent. When it ends, a message with code 0000h (error reset)
+//! is sent. Only the beginning is stored in the history.
 
 use crate::application::Faults;
 use crate::time::{Duration, Instant, after, is_due};
 use heapless::Deque;
 
-/// What makes a fault active.
+/// The cause of a fault.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Cause {
-    /// Nothing: the bit is reserved.
+    /// No cause: the bit is reserved.
     Never,
-    /// One of these faults of the application.
+    /// At least one of these faults of the application is active.
     Application(Faults),
-    /// The nonvolatile memory failed.
+    /// An access to the nonvolatile memory failed.
     Memory,
     /// Received frames were lost.
     Overrun,
     /// The CAN controller is error passive.
     Passive,
-    /// The guarding master is silent.
+    /// Life guarding timed out.
     Guarding,
-    /// The CAN controller was bus-off.
+    /// The CAN controller has recovered from bus-off.
     BusOff,
 }
 
-/// A bit of the manufacturer's status byte, and how its fault is announced.
+/// A bit of the manufacturer's status byte, with the emergency message of its fault.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct FaultBit {
-    /// What it is.
+    /// The name of the fault.
     pub name: &'static str,
-    /// What makes it active.
+    /// Its cause.
     pub cause: Cause,
     /// The emergency error code.
     pub code: u16,
-    /// Its bits of the error register, besides the generic one.
+    /// Its bits in the error register, besides bit 0 (generic error).
     pub register: u8,
 }
 
@@ -92,12 +93,12 @@ pub const fn fault(name: &'static str, cause: Cause, code: u16, register: u8) ->
     }
 }
 
-/// What the device keeps of a [`FaultBit`].
+/// A [`FaultBit`] in the form that the device uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Fault {
     code: u16,
     register: u8,
-    /// The faults of the application that make it active.
+    /// The faults of the application that cause it.
     faults: Faults,
 }
 
@@ -124,7 +125,7 @@ pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
     faults
 }
 
-/// The bits with a cause, other than the application's.
+/// The bits with this cause, which must not be [`Cause::Application`].
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
     let (mut mask, mut bit) = (0, 0);
@@ -145,17 +146,17 @@ pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
     mask
 }
 
-/// Bit 0 of the error register: any error.
+/// Bit 0 of the error register: generic error.
 const GENERIC: u8 = 1 << 0;
 
-/// Emergency messages that wait; the oldest of more is dropped, the history has it.
+/// The maximum number of queued emergency messages. When the queue is full, the oldest is dropped; the history keeps its error.
 const WAITING: usize = 8;
 
 /// The history of errors (1003h).
 pub trait History {
-    /// No error.
+    /// The empty history.
     const EMPTY: Self;
-    /// How many errors it holds; the oldest of more is dropped.
+    /// The maximum number of errors. When the history is full, the oldest error is removed.
     const CAPACITY: usize;
 
     /// Adds the newest error.
@@ -164,10 +165,10 @@ pub trait History {
     /// The number of errors.
     fn count(&self) -> usize;
 
-    /// The error at a place; 0 is the newest.
+    /// The error at an index; 0 is the newest.
     fn get(&self, place: usize) -> Option<u32>;
 
-    /// Forgets all errors.
+    /// Removes all errors.
     fn clear(&mut self);
 }
 
@@ -198,7 +199,7 @@ impl<const N: usize> History for Deque<u32, N> {
 /// The faults of one node, with a history `H`.
 #[derive(Debug)]
 pub(super) struct Emergency<H> {
-    /// How each bit of the status byte is announced, from bit 0 on; None before it is started.
+    /// The fault of each bit of the status byte, from bit 0 on; None before the start.
     faults: Option<&'static [Fault; 8]>,
     /// Active faults: the manufacturer's status byte.
     active: u8,
@@ -209,7 +210,7 @@ pub(super) struct Emergency<H> {
 }
 
 impl<H: History> Emergency<H> {
-    /// No faults, and none that could be.
+    /// Not started: no faults.
     pub const INITIAL: Self = Self {
         faults: None,
         active: 0,
@@ -219,12 +220,12 @@ impl<H: History> Emergency<H> {
         inhibited: None,
     };
 
-    /// Starts with no fault active; `faults` says how each bit of the status byte is announced, from bit 0 on.
+    /// Starts without active faults. `faults` has the fault of each bit of the status byte, from bit 0 on.
     pub fn start(&mut self, faults: &'static [Fault; 8]) {
         self.faults = Some(faults);
     }
 
-    /// Forgets everything.
+    /// Resets the active faults, the messages, the history and the inhibit time.
     pub fn reset(&mut self) {
         *self = Self {
             faults: self.faults,
@@ -237,7 +238,7 @@ impl<H: History> Emergency<H> {
         self.inhibit = Duration::from_ticks(u64::from(inhibit) * 100);
     }
 
-    /// Takes the faults of the application over; announces what has begun or ended.
+    /// Sets the faults of the application. Queues a message for each fault that begins or ends.
     pub fn update_application(&mut self, faults: Faults) {
         let (mut mask, mut active) = (0, 0);
         for fault in self.faults.into_iter().flatten().rev() {
@@ -247,7 +248,7 @@ impl<H: History> Emergency<H> {
         self.update(mask, active);
     }
 
-    /// The faults of `mask` are now those of `bits`; announces what has begun or ended.
+    /// Sets the faults in `mask` to `bits`. Queues a message for each fault that begins or ends.
     pub fn update(&mut self, mask: u8, bits: u8) {
         let changed = (self.active ^ bits) & mask;
         if changed != 0 {
@@ -282,7 +283,7 @@ impl<H: History> Emergency<H> {
         let _ = self.waiting.push_back(message);
     }
 
-    /// A momentary fault: sends the error, then the error reset.
+    /// A momentary fault: queues the error, then the error reset.
     pub fn event(&mut self, bits: u8) {
         self.update(bits, bits);
         self.update(bits, 0);
@@ -307,18 +308,18 @@ impl<H: History> Emergency<H> {
         self.history.count() as u32
     }
 
-    /// The error at `sub` (1 is the newest): its code, and the status byte above it; 0 when there are fewer.
+    /// The error at `sub` (1 is the newest): bits 0 to 15 error code, bits 16 to 23 status byte. 0 if there is none.
     pub fn entry(&self, sub: u8) -> u32 {
         let place = usize::from(sub).checked_sub(1);
         place.and_then(|place| self.history.get(place)).unwrap_or(0)
     }
 
-    /// Forgets the history.
+    /// Clears the history.
     pub fn clear_history(&mut self) {
         self.history.clear();
     }
 
-    /// Whether a message waits and the inhibit time is over.
+    /// Whether a message is queued and the inhibit time has ended.
     pub fn is_due(&mut self, now: Instant) -> bool {
         if is_due(&self.inhibited, now) {
             self.inhibited = None;
@@ -326,7 +327,7 @@ impl<H: History> Emergency<H> {
         self.is_waiting() && self.inhibited.is_none()
     }
 
-    /// Takes the next message out; it goes onto the bus now.
+    /// Removes the next message from the queue and starts the inhibit time.
     pub fn take(&mut self, now: Instant) -> Option<[u8; 8]> {
         let [low, high, register, status] = self.waiting.pop_front()?;
         if self.inhibit.ticks() > 0 {
@@ -335,12 +336,12 @@ impl<H: History> Emergency<H> {
         Some([low, high, register, status, 0, 0, 0, 0])
     }
 
-    /// True while messages wait.
+    /// True while messages are queued.
     pub fn is_waiting(&self) -> bool {
         !self.waiting.is_empty()
     }
 
-    /// The end of the inhibit time, while it holds a message back.
+    /// The end of the inhibit time, if a message waits for it.
     pub fn deadline(&self) -> Option<Instant> {
         self.inhibited.filter(|_| self.is_waiting())
     }
@@ -374,7 +375,7 @@ mod tests {
     }
 
     #[test]
-    fn fault_is_announced_when_it_begins_and_when_it_ends() {
+    fn fault_sends_error_when_it_begins_and_reset_when_it_ends() {
         let mut emergency = Emergency::<Deque<u32, 4>>::INITIAL;
         emergency.start(FAULTS);
         emergency.update_application(Faults::Y);
@@ -399,7 +400,7 @@ mod tests {
     }
 
     #[test]
-    fn history_drops_the_oldest_error() {
+    fn full_history_drops_oldest_error() {
         let mut emergency = Emergency::<Deque<u32, 2>>::INITIAL;
         emergency.start(FAULTS);
         emergency.event(MEMORY);
@@ -416,7 +417,7 @@ mod tests {
     }
 
     #[test]
-    fn inhibit_time_holds_the_next_message_back() {
+    fn inhibit_time_delays_next_message() {
         let mut emergency = Emergency::<Deque<u32, 2>>::INITIAL;
         emergency.start(FAULTS);
         emergency.configure(10);

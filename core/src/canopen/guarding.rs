@@ -1,25 +1,25 @@
 //! Error control: node guarding and life guarding (CiA 301, 7.2.8.2.2.1 and 7.2.8.2.2.2).
 //!
-//! The master asks with remote frames; the answer is the state and a toggle bit. Life guarding times out when the master has not
-//! asked for the life time, guard time times life time factor. It begins with the first request.
+//! The master polls the node with remote frames. The reply contains the NMT state and a toggle bit. Life guarding begins with the
+//! first request. It times out if no further request comes within the life time (guard time multiplied by life time factor).
 
 use super::nmt::State;
 use crate::time::{Duration, Instant, after, is_due, millis};
 
-/// The guarded node.
+/// The state of node guarding and life guarding.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Guarding {
-    /// The life time; None: the master is not guarded.
+    /// The life time; None: life guarding is off.
     life_time: Option<Duration>,
     toggle: bool,
-    /// The end of the life time, once the master has asked.
+    /// The end of the life time; None before the first request.
     until: Option<Instant>,
-    /// The master was not heard for a life time.
+    /// Life guarding has timed out.
     failed: bool,
 }
 
 impl Guarding {
-    /// The master is not guarded.
+    /// Life guarding is off.
     pub const OFF: Self = Self {
         life_time: None,
         toggle: false,
@@ -27,7 +27,7 @@ impl Guarding {
         failed: false,
     };
 
-    /// Sets guard time (in ms) and life time factor; 0 in one of them: the master is not guarded.
+    /// Sets guard time (in ms) and life time factor. If one of them is 0, life guarding is off.
     pub fn configure(&mut self, now: Instant, guard_time: u32, factor: u32) {
         let life_time = guard_time.saturating_mul(factor);
         self.life_time = (life_time > 0).then(|| millis(life_time));
@@ -37,7 +37,7 @@ impl Guarding {
         self.failed &= self.life_time.is_some();
     }
 
-    /// The answer to a request.
+    /// The reply to a request: the NMT state, and the toggle bit in bit 7.
     pub fn answer(&mut self, now: Instant, state: State) -> u8 {
         let answer = u8::from(self.toggle) << 7 | state as u8;
         self.toggle = !self.toggle;
@@ -46,7 +46,7 @@ impl Guarding {
         answer
     }
 
-    /// True at the moment at which life guarding times out.
+    /// Returns true once when life guarding times out.
     pub fn poll(&mut self, now: Instant) -> bool {
         let over = is_due(&self.until, now);
         if over {
@@ -56,7 +56,7 @@ impl Guarding {
         over
     }
 
-    /// Whether life guarding has timed out, and the master has not asked again.
+    /// Whether life guarding has timed out and no new request has come.
     pub fn failed(&self) -> bool {
         self.failed
     }
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn life_guarding_times_out_after_the_life_time_from_the_first_request_on() {
+    fn life_guarding_after_first_request_times_out_after_life_time() {
         let mut guarding = Guarding::OFF;
         guarding.configure(at(0), 100, 3);
         assert_eq!(guarding.deadline(), None);
@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn life_guarding_is_off_while_a_factor_is_0() {
+    fn life_guarding_with_factor_0_is_off() {
         let mut guarding = Guarding::OFF;
         guarding.configure(at(0), 100, 0);
         guarding.answer(at(0), State::Stopped);

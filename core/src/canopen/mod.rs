@@ -1,13 +1,14 @@
-//! CANopen (CiA 301): what every sensor that speaks it has in common.
+//! CANopen (CiA 301): the part that all sensors with this protocol have in common.
 //!
-//! A master reads and writes the objects of a dictionary with SDOs, moves the sensor between NMT states, and gets the inclination
-//! in PDOs, by itself or with the SYNC. Section numbers are those of CiA 301, version 4.2.
+//! A master reads and writes the objects of the object dictionary with SDOs and controls the NMT state of the sensor. The sensor
+//! sends the inclination in PDOs, triggered by its event timer or by the SYNC. Section numbers refer to CiA 301, version 4.2.
 //!
-//! - [`mod@cob_id`], the identifiers.
-//! - [`dictionary`], how a product describes its objects, and what the device keeps of that; [`profile`], the objects of CiA 301.
-//! - [`nmt`], states and commands; [`sdo`], the server; [`pdo`], transmit PDOs; [`emcy`], errors; guarding and the heartbeat.
-//! - [`Product`], what a product says of itself.
-//! - [`Canopen`], the protocol that puts these together; [`CanopenNode`], a node that speaks it.
+//! - [`mod@cob_id`]: the identifiers.
+//! - [`dictionary`]: how a product describes its objects, and the compact form in the device; [`profile`]: the objects of CiA
+//!   301.
+//! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat.
+//! - [`Product`]: the description of a product.
+//! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
 
 mod abort;
 pub mod cob_id;

@@ -2,41 +2,41 @@
 
 use crate::can::Frame;
 
-/// The state of a node, as boot-up, heartbeat and guarding carry it.
+/// The NMT state of a node. The discriminant is the value in heartbeat and guarding messages.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum State {
     /// Before the boot-up message.
     Initialising = 0,
-    /// Only NMT and error control.
+    /// Only NMT and error control are active.
     Stopped = 4,
-    /// Everything.
+    /// All services are active.
     Operational = 5,
-    /// Everything but PDOs.
+    /// All services except PDOs are active.
     PreOperational = 127,
 }
 
 impl State {
-    /// Whether SDO, SYNC and EMCY are in use.
+    /// Whether SDO, SYNC and EMCY are active.
     pub const fn communicates(self) -> bool {
         !matches!(self, Self::Stopped | Self::Initialising)
     }
 }
 
-/// What the NMT master can ask for.
+/// An NMT command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Command {
     /// Enter this state.
     Enter(State),
-    /// Start anew with the stored parameters.
+    /// Reset node: restart with the stored parameters.
     ResetNode,
-    /// Start the communication anew with its stored parameters.
+    /// Reset communication: restart the communication with its stored parameters.
     ResetCommunication,
 }
 
 impl Command {
-    /// The command in a frame, if it is one and meant for `node` or for all.
+    /// The command in a frame, if it is valid and addressed to `node` or to all nodes.
     pub fn parse(frame: &Frame, node: u8) -> Option<Self> {
         let &[command, addressee] = frame.bytes() else {
             return None;

@@ -1,4 +1,4 @@
-//! Reading and writing objects: what each kind of row in the dictionary means in the node.
+//! Read and write access to objects: the function of each kind of row in the node.
 
 use super::Abort;
 use super::dictionary::{Kind, Row, Service, find};
@@ -13,9 +13,9 @@ use crate::application::{Application, Effect, Values};
 use crate::param::{ParameterId, number};
 use crate::time::Instant;
 
-/// "save", as the number that its bytes make (1010h).
+/// The signature "save" (1010h) as a little-endian number.
 const SAVE: u32 = u32::from_le_bytes(*b"save");
-/// "load", as the number that its bytes make (1011h).
+/// The signature "load" (1011h) as a little-endian number.
 const LOAD: u32 = u32::from_le_bytes(*b"load");
 
 /// The objects of a node, for the SDO server.
@@ -64,7 +64,7 @@ impl<P: Product> Objects for View<'_, P> {
         }
         let constant = P::TEXTS.get(row.number() as usize);
         let mut text = P::Text::EMPTY;
-        // It fits: the constant texts are checked at compile time.
+        // There is always room: the constant texts are checked at compile time.
         text.append(constant.map_or(&[], |constant| constant.as_bytes()));
         text
     }
@@ -84,7 +84,7 @@ impl<P: Product> Objects for View<'_, P> {
 }
 
 impl<P: Product> Services<P> {
-    /// The number in an object; a signed one may have more bits than its type.
+    /// The number in an object. A signed number can have more bits than its type.
     pub(super) fn number(&self, cx: &ContextOf<P>, row: &Row, sub: u8) -> u32 {
         match row.kind() {
             Kind::Parameter | Kind::CobId => cx.parameters.get(row.id()),
@@ -176,7 +176,7 @@ impl<P: Product> Services<P> {
         cx.shell.restart(now);
     }
 
-    /// Puts a parameter of the communication profile into force.
+    /// Applies a parameter of the communication profile.
     fn apply(&mut self, cx: &mut ContextOf<P>, now: Instant, index: u16) {
         let mut identifiers_changed = false;
         match index {

@@ -1,14 +1,14 @@
-//! Transmit PDOs: when they are sent (CiA 301, 7.2.2 and 7.5.2.37).
+//! Transmit PDOs and their triggers (CiA 301, 7.2.2 and 7.5.2.37).
 //!
 //! | type      | sent                                                                        |
 //! |-----------|-----------------------------------------------------------------------------|
-//! | 0         | with the SYNC, when the data have changed since they were sent              |
-//! | 1 to 240  | with every n-th SYNC                                                        |
-//! | 252       | on a remote frame; the data are those of the last SYNC                      |
+//! | 0         | with the SYNC, if the data has changed since the last transmission          |
+//! | 1 to 240  | with each n-th SYNC                                                         |
+//! | 252       | on a remote frame, with the data of the last SYNC                           |
 //! | 253       | on a remote frame                                                           |
 //! | 254, 255  | when the event timer expires, at most once in the inhibit time              |
 //!
-//! A remote frame is answered in every type, unless bit 30 of the COB-ID is set.
+//! Each type answers remote frames, unless bit 30 of the COB-ID is set.
 
 use super::cob_id;
 use super::dictionary::Row;
@@ -24,53 +24,52 @@ pub const TRANSMISSION_TYPES: Ranges = Ranges {
     ranges: &[(0, 240), (252, 255)],
 };
 
-/// When a TPDO is sent.
+/// The trigger of a TPDO.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Type {
-    /// With a SYNC, when the data have changed.
+    /// A SYNC, if the data has changed.
     Acyclic,
-    /// With every so-many-th SYNC.
+    /// Each n-th SYNC.
     Cyclic(u8),
-    /// On a remote frame, sampled with the SYNC.
+    /// A remote frame; the data is sampled with the SYNC.
     SyncRemote,
-    /// On a remote frame.
+    /// A remote frame.
     Remote,
-    /// When the event timer expires.
+    /// The event timer.
     Event,
 }
 
-/// What a SYNC or remote frame makes a TPDO do.
+/// The reaction of a TPDO to a SYNC or a remote frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Reaction {
     /// Nothing.
     None,
     /// Send the present data.
     Send,
-    /// Send the present data if they differ from what was sent last.
+    /// Send the present data if it differs from the data sent last.
     SendChanged,
     /// Keep the present data with [`Tpdo::keep`].
     Keep,
-    /// Send what was kept.
+    /// Send the kept data.
     SendKept,
 }
 
-/// An object that a TPDO carries.
+/// A mapped object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Entry {
     pub(super) row: &'static Row,
     pub(super) sub: u8,
-    /// In bytes.
+    /// The size in bytes.
     pub(super) size: u8,
 }
 
-/// The TPDOs of a product, and the objects that they carry.
+/// The TPDOs of a product and their mapped objects.
 ///
-/// [`TpdoArray`] is the implementation; the number of TPDOs and the most objects in one are checked against the dictionary at
-/// compile time.
+/// [`TpdoArray`] is the implementation. The number of TPDOs and of mapped objects is checked against the dictionary at compile time.
 pub trait Tpdos {
-    /// How many there are.
+    /// The number of TPDOs.
     const COUNT: usize;
-    /// The most objects that one of them carries.
+    /// The maximum number of mapped objects of a TPDO.
     const ENTRIES: usize;
     /// All of them disabled.
     const DISABLED: Self;
@@ -79,9 +78,9 @@ pub trait Tpdos {
     fn all(&self) -> &[Tpdo];
     /// The TPDOs, to change them.
     fn all_mut(&mut self) -> &mut [Tpdo];
-    /// The objects that a TPDO carries.
+    /// The mapped objects of a TPDO.
     fn mapping(&self, number: usize) -> &[Entry];
-    /// Starts all TPDOs anew, with the objects that `entry` returns for the number of a TPDO and a sub-index from 1 on.
+    /// Resets all TPDOs and maps the objects that `entry` returns for the number of a TPDO and a sub-index from 1 on.
     fn map(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>);
 }
 
@@ -122,14 +121,14 @@ impl<const N: usize, const E: usize> Tpdos for TpdoArray<N, E> {
                 let Some(entry) = entry(number, sub) else {
                     break;
                 };
-                // It fits: the mapping is checked at compile time.
+                // There is always room: the mapping is checked at compile time.
                 let _ = mapping.push(entry);
             }
         }
     }
 }
 
-/// The communication parameter of a TPDO, as its objects have it (1800h and on).
+/// The communication parameter of a TPDO in the coding of its objects (1800h and following).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Communication {
     /// Sub-index 1.
@@ -145,11 +144,11 @@ pub(super) struct Communication {
 /// One transmit PDO.
 #[derive(Clone, Debug)]
 pub struct Tpdo {
-    /// The identifier; None: disabled.
+    /// The identifier; None if the TPDO is disabled.
     id: Option<u16>,
     remote: bool,
     kind: Type,
-    /// None: 0.
+    /// The inhibit time; None if it is 0.
     inhibit: Option<Duration>,
     event_ms: u32,
     event: Periodic,
@@ -159,13 +158,13 @@ pub struct Tpdo {
     waiting: bool,
     /// SYNCs since the last transmission.
     syncs: u8,
-    /// What was sent last (type 0) or sampled with the SYNC (type 252).
+    /// The frame that was sent last (type 0) or sampled with the SYNC (type 252).
     kept: Option<Frame>,
     running: bool,
 }
 
 impl Tpdo {
-    /// A TPDO that does not exist on the bus and carries nothing.
+    /// A disabled TPDO without mapped objects.
     pub(super) const DISABLED: Self = Self {
         id: None,
         remote: false,
@@ -180,7 +179,7 @@ impl Tpdo {
         running: false,
     };
 
-    /// Starts anew; the identifier stays until [`configure`](Self::configure).
+    /// Resets the TPDO. The identifier does not change until [`configure`](Self::configure).
     fn reset(&mut self) {
         *self = Self {
             id: self.id,
@@ -188,7 +187,7 @@ impl Tpdo {
         };
     }
 
-    /// Takes its communication parameter over; true when the identifier has changed.
+    /// Applies its communication parameter. Returns true if the identifier has changed.
     pub(super) fn configure(&mut self, now: Instant, parameter: Communication) -> bool {
         let id = cob_id::in_use(parameter.cob_id);
         let readdressed = id != self.id;
@@ -212,7 +211,7 @@ impl Tpdo {
         readdressed
     }
 
-    /// The node has become operational.
+    /// Handles the change to operational.
     pub fn start(&mut self, now: Instant) {
         self.stop();
         self.running = true;
@@ -221,7 +220,7 @@ impl Tpdo {
         }
     }
 
-    /// The node is no longer operational.
+    /// Handles the end of operational.
     pub fn stop(&mut self) {
         self.running = false;
         self.event.stop();
@@ -235,7 +234,7 @@ impl Tpdo {
         self.id
     }
 
-    /// A SYNC has come in operational.
+    /// Handles a SYNC in operational.
     pub fn sync(&mut self) -> Reaction {
         match self.kind {
             Type::Acyclic => Reaction::SendChanged,
@@ -252,7 +251,7 @@ impl Tpdo {
         }
     }
 
-    /// A remote frame with its identifier has come in operational.
+    /// Handles a remote frame with its identifier in operational.
     pub fn request(&mut self, now: Instant) -> Reaction {
         if !self.remote {
             return Reaction::None;
@@ -271,7 +270,7 @@ impl Tpdo {
         }
     }
 
-    /// Keeps the data of a frame; false when they are those that are kept already.
+    /// Keeps a frame. Returns false if it is equal to the frame kept before.
     pub fn keep(&mut self, frame: &Frame) -> bool {
         let changed = self.kept.as_ref() != Some(frame);
         if changed {
@@ -280,12 +279,13 @@ impl Tpdo {
         changed
     }
 
-    /// What is kept.
+    /// The kept frame.
     pub fn kept(&self) -> Option<Frame> {
         self.kept
     }
 
-    /// True when the TPDO is to be sent now, because of its timer or of an event that the inhibit time has held back.
+    /// Returns true if the TPDO must be sent now: its event timer has expired, or the inhibit time that delayed an event has
+    /// ended.
     pub fn poll(&mut self, now: Instant) -> bool {
         self.waiting |= self.event.poll(now);
         if !self.waiting || (self.inhibited.is_some() && !is_due(&self.inhibited, now)) {

@@ -1,4 +1,4 @@
-//! What a product that speaks CANopen says of itself.
+//! The description of a product with the CANopen protocol.
 
 use super::dictionary::{Object, Row, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
@@ -42,7 +42,7 @@ impl LedTable {
     };
 }
 
-/// The history of up to `N` errors.
+/// A history of up to `N` errors.
 pub type ErrorHistory<const N: usize> = heapless::Deque<u32, N>;
 
 /// A text of up to `N` bytes.
@@ -54,42 +54,42 @@ pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
 /// The parameter table of product `P`.
 pub(super) type TableOf<P> = <<P as Product>::Application as Application>::Table;
 
-/// A product that speaks CANopen.
+/// A product with the CANopen protocol.
 ///
 /// [`project_objects!`](crate::project_objects) derives the last three constants from the description.
 pub trait Product: 'static {
-    /// What it measures and does.
+    /// Its measurement and actions.
     type Application: Application;
-    /// Its TPDOs: `TpdoArray<2, 4>` for two with up to four objects, as the dictionary has them.
+    /// Its TPDOs, for example `TpdoArray<2, 4>`: two with up to four mapped objects. The numbers must be those of the dictionary.
     type Tpdos: Tpdos;
-    /// The errors in 1003h: `ErrorHistory<8>`, as many as the dictionary has.
+    /// The history in 1003h, for example `ErrorHistory<8>`. The capacity must be that of the dictionary.
     type History: History;
-    /// Room for the longest text: `Text<24>`.
+    /// A buffer for the longest text, for example `Text<24>`.
     type Text: Buffer;
 
-    /// The object dictionary, sorted.
+    /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
-    /// The manufacturer's status byte of emergency messages, from bit 0 on.
+    /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     const FAULTS: [FaultBit; 8] = CIA_301;
-    /// What the LEDs show.
+    /// The LED patterns.
     const LEDS: LedTable = LedTable::CIA_303_3;
     /// The parameter with the node-ID, 1 to 127.
     const NODE_ID: ParameterId;
-    /// The parameter with the bit rate,
+    /// The parameter with the bit rate.
     const BIT_RATE: ParameterId;
-    /// and what its numbers stand for.
+    /// The values of the bit rate parameter and their bit rates.
     const BIT_RATES: &'static [(u16, BitRate)] = profile::BIT_RATES;
-    /// Marks the images of this product.
+    /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
 
-    /// What the device keeps of the dictionary.
+    /// The dictionary in the form that the device uses.
     const ROWS: &'static [Row];
     /// The constant texts.
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];
 
-    /// The text of the object that is [`Service::Text`].
+    /// The text of the object with [`Service::Text`].
     fn text(parameters: &ParametersOf<Self>) -> Self::Text
     where
         Self: Sized,
@@ -98,7 +98,7 @@ pub trait Product: 'static {
         Self::Text::EMPTY
     }
 
-    /// Writes the text of that object; on an error nothing has changed.
+    /// Writes the text of that object. On an error, no parameter changes.
     fn write_text(text: &[u8], parameters: &mut ParametersOf<Self>) -> Result<Effect, Refused>
     where
         Self: Sized,
@@ -108,12 +108,12 @@ pub trait Product: 'static {
     }
 }
 
-/// Checks what a product says against itself. Called while a constant is evaluated, so that a contradiction is a compile error:
+/// Checks that the description of a product is consistent. Evaluated at compile time, so an error is a compile error:
 ///
-/// - as many TPDOs and errors in the history as the dictionary has, each TPDO with both of its objects;
-/// - mappings whose objects exist, can be mapped, have the mapped length, and fit into a frame;
-/// - constant texts that fit into the buffer;
-/// - a default COB-ID of a TPDO and of the EMCY that is above 080h with every node-ID.
+/// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
+/// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
+/// - constant texts fit into the buffer;
+/// - the default COB-IDs of the TPDOs and of the EMCY are above 080h with each node-ID.
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
     let quantities = <P::Application as Application>::QUANTITIES;
@@ -137,7 +137,7 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
             Target::Service(Service::ErrorHistory) => {
                 assert!(
                     objects[row].count as usize == history,
-                    "the error history has another length than the dictionary says"
+                    "the capacity of the error history is not that of the dictionary"
                 );
             }
             Target::CobId(id) => {

@@ -1,8 +1,8 @@
-//! The objects and parameters of CiA 301 that sensors have in common, for the tables of a product.
+//! The common objects and parameters of CiA 301 for the tables of a product.
 //!
-//! A function for a parameter takes its id and gives its description; a function for an object takes what the product decides.
-//! A manual's own names replace those of CiA 301 by struct update: `Parameter { name: "...", ..guard_time(ID) }`.
-//! [`objects!`](crate::objects) and [`parameters!`](crate::parameters) join them to one table.
+//! A function for a parameter takes its id and returns its description. A function for an object takes the properties that differ
+//! between products. A product can replace the name of CiA 301 with the name of its manual by struct update: `Parameter { name:
+//! "...", ..guard_time(ID) }`. [`objects!`](crate::objects) and [`parameters!`](crate::parameters) join the rows to one table.
 
 use super::cob_id;
 use super::dictionary::{Access, Object, Service, Target};
@@ -96,7 +96,7 @@ const fn number(id: ParameterId, name: &'static str, data_type: DataType) -> Par
     }
 }
 
-/// COB-ID of the SYNC (1005h), 80h.
+/// COB-ID of the SYNC (1005h). Factory value 80h.
 pub const fn sync_cob_id(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Ranges(&cob_id::SYNC),
@@ -105,7 +105,7 @@ pub const fn sync_cob_id(id: ParameterId) -> Parameter {
     }
 }
 
-/// Guard time (100Ch), 0.
+/// Guard time (100Ch) in ms. Factory value 0.
 pub const fn guard_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "ms",
@@ -113,12 +113,12 @@ pub const fn guard_time(id: ParameterId) -> Parameter {
     }
 }
 
-/// Life time factor (100Dh), 0.
+/// Life time factor (100Dh). Factory value 0.
 pub const fn life_time_factor(id: ParameterId) -> Parameter {
     number(id, "Life time factor", DataType::U8)
 }
 
-/// COB-ID of the EMCY (1014h), 80h plus node-ID; computed at each start.
+/// COB-ID of the EMCY (1014h). Factory value 80h; the node-ID is added at each start.
 pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
     Parameter {
         factory: cob_id::EMCY as u32,
@@ -127,7 +127,7 @@ pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
     }
 }
 
-/// Inhibit time of the EMCY (1015h), 0.
+/// Inhibit time of the EMCY (1015h) in 100 us. Factory value 0.
 pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "100 us",
@@ -135,7 +135,7 @@ pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
     }
 }
 
-/// Producer heartbeat time (1017h), 0.
+/// Producer heartbeat time (1017h) in ms. Factory value 0.
 pub const fn heartbeat_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "ms",
@@ -143,7 +143,7 @@ pub const fn heartbeat_time(id: ParameterId) -> Parameter {
     }
 }
 
-/// Error behaviour (1029h:01): what a communication error does to the NMT state.
+/// Error behaviour (1029h:01): the NMT state after a communication error. Factory value 0 (pre-operational).
 pub const fn error_behaviour(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Named,
@@ -156,7 +156,7 @@ pub const fn error_behaviour(id: ParameterId) -> Parameter {
     }
 }
 
-/// NMT start-up (1F80h): waits for the master, starts all nodes, or itself only.
+/// NMT start-up (1F80h): 0 waits for the master, 2 starts all nodes, 8 starts only this node. Factory value 0.
 pub const fn nmt_start_up(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Named,
@@ -169,8 +169,8 @@ pub const fn nmt_start_up(id: ParameterId) -> Parameter {
     }
 }
 
-/// The communication parameter of a TPDO (180xh) in four parameters, the first with this id: COB-ID (the base plus node-ID, computed
-/// at each start), transmission type 1, inhibit time 0, event timer 10 ms.
+/// The communication parameter of a TPDO (180xh) as four parameters with ids from `first` on: COB-ID (the node-ID is added at
+/// each start), transmission type, inhibit time in 100 us, event timer in ms. Factory values: `cob_id`, 1, 0, 10 ms.
 pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 4] {
     let ParameterId(first) = first;
     [
@@ -198,7 +198,7 @@ pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 
 
 // Objects.
 
-/// A number that never changes.
+/// A constant number.
 pub const fn constant(
     index: u16,
     sub: u8,
@@ -216,7 +216,7 @@ pub const fn constant(
     }
 }
 
-/// A text that never changes.
+/// A constant text.
 pub const fn text(index: u16, name: &'static str, value: &'static str) -> Object {
     Object {
         index,
@@ -227,7 +227,7 @@ pub const fn text(index: u16, name: &'static str, value: &'static str) -> Object
     }
 }
 
-/// The sub-index 0 that tells the highest one.
+/// Sub-index 0 with the highest supported sub-index.
 pub const fn highest(index: u16, group: &'static str, data_type: DataType, sub: u8) -> Object {
     Object {
         group,
@@ -261,7 +261,7 @@ pub const fn service(
     }
 }
 
-/// A COB-ID that follows the node-ID; read only.
+/// A COB-ID to which the node-ID is added at each start; read-only.
 pub const fn cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
     Object {
         index,
@@ -289,7 +289,7 @@ pub const ERROR_REGISTER: Object = service(
     Service::ErrorRegister,
 );
 
-/// Pre-defined error field (1003h) with a history of so many errors.
+/// Pre-defined error field (1003h) with a history of `count` errors.
 pub const fn error_history(count: u8) -> [Object; 2] {
     [
         Object {
@@ -317,7 +317,7 @@ pub const fn error_history(count: u8) -> [Object; 2] {
     ]
 }
 
-/// Identity object (1018h); the serial number is the unit's.
+/// Identity object (1018h). The serial number is that of the device.
 pub const fn identity(vendor: u32, product: u32, revision: u32) -> [Object; 5] {
     [
         highest(0x1018, "Identity object", DataType::U8, 4),
@@ -348,7 +348,7 @@ pub const SERVER_SDO: [Object; 3] = [
     },
 ];
 
-/// The communication parameter of a TPDO (180xh), `number` from 0, whose first parameter has this id.
+/// The communication parameter of TPDO `number` (from 0; 1800h and following). `first` is the id of its first parameter.
 pub const fn tpdo(number: u8, group: &'static str, first: ParameterId) -> [Object; 5] {
     let index = 0x1800 + number as u16;
     let ParameterId(first) = first;
@@ -361,13 +361,13 @@ pub const fn tpdo(number: u8, group: &'static str, first: ParameterId) -> [Objec
     ]
 }
 
-/// An entry of a mapping: an object and its length in bits.
+/// A PDO mapping entry: index, sub-index and length in bits.
 pub const fn entry(index: u16, sub: u8, bits: u8) -> u32 {
     (index as u32) << 16 | (sub as u32) << 8 | bits as u32
 }
 
-/// The fixed mapping of a TPDO (1A0xh), `number` from 0: a name and an [`entry`] for each object. The table has one row more than
-/// there are entries.
+/// The fixed mapping of TPDO `number` (from 0; 1A00h and following): a name and an [`entry`] for each object. `N` is the number
+/// of entries plus 1.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn mapping<const N: usize>(
     number: u8,
@@ -376,7 +376,7 @@ pub const fn mapping<const N: usize>(
 ) -> [Object; N] {
     assert!(
         entries.len() + 1 == N,
-        "one row for each entry, and one more"
+        "the mapping needs one row more than its entries"
     );
     let index = 0x1A00 + number as u16;
     let mut rows = [highest(index, group, DataType::U8, entries.len() as u8); N];
@@ -389,7 +389,7 @@ pub const fn mapping<const N: usize>(
     rows
 }
 
-/// A published value without unit in a name of its own, read only and not mappable.
+/// A published value that is read-only and not mappable.
 pub const fn read_only(index: u16, sub: u8, id: ValueId) -> Object {
     Object {
         mappable: false,

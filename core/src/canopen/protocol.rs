@@ -1,4 +1,4 @@
-//! The protocol: what it does with each frame, and when it acts by itself.
+//! The protocol: received frames, timers, saves and faults.
 
 use super::cob_id;
 use super::dictionary::Row;
@@ -18,18 +18,18 @@ use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
 use crate::store::StoreError;
 use crate::time::{Earliest, Instant};
 
-/// What the protocol sees of the node of product `P`.
+/// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
-/// CANopen, as product `P` speaks it.
+/// The CANopen protocol for product `P`.
 pub struct Canopen<P: Product> {
     pub(super) sdo: Server<&'static Row, P::Text>,
     pub(super) services: Services<P>,
 }
 
-/// Everything but the SDO server, which reads and writes it.
+/// All services except the SDO server, which accesses them.
 pub(super) struct Services<P: Product> {
-    /// What the nonvolatile memory holds, and what a running save is about.
+    /// The contents of the nonvolatile memory, and the kind of a running save.
     pub(super) saved: Saved<P>,
     /// The node-ID in force.
     pub(super) node_id: u8,
@@ -40,7 +40,7 @@ pub(super) struct Services<P: Product> {
     pub(super) state: State,
     pub(super) tpdos: P::Tpdos,
     pub(super) emergency: Emergency<P::History>,
-    /// The faults of the application that were announced.
+    /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
     pub(super) heartbeat: Periodic,
@@ -66,13 +66,13 @@ impl<P: Product> Services<P> {
 }
 
 impl<P: Product> Canopen<P> {
-    /// Whether layer setting services (CiA 305) are answered: they are not.
+    /// Whether layer setting services (CiA 305) are supported: no.
     pub const LSS: bool = false;
 
-    /// Checks the product's tables: a contradiction in them is a compile error.
+    /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = super::product::check::<P>();
 
-    /// The memory has these parameters; `damaged`: it has no usable record.
+    /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
     pub(super) fn restored(&mut self, parameters: &ParametersOf<P>, damaged: bool) {
         let () = Self::CHECKED;
         let services = &mut self.services;
@@ -100,7 +100,7 @@ impl<P: Product> Canopen<P> {
         let services = &mut self.services;
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
-        // A read of a number changes nothing that a timer waits for.
+        // A read of a number changes no deadline.
         if self.sdo.deadline() != expires {
             cx.shell.wake_up();
         }
@@ -144,11 +144,11 @@ impl<P: Product> Canopen<P> {
         self.services.show(cx, now);
     }
 
-    /// Life guarding timed out: an emergency, and what 1029h says.
+    /// Handles the time-out of life guarding: sends an emergency message and performs the error behaviour (1029h).
     fn lose_master(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        /// The error behaviour that leaves the NMT state as it is (1029h).
+        /// Error behaviour (1029h): no change of the NMT state.
         const NO_CHANGE: u32 = 1;
-        /// The error behaviour that stops the node.
+        /// Error behaviour (1029h): stopped.
         const STOP: u32 = 2;
         self.services.report_guarding(cx, now);
         match Services::<P>::ERROR_BEHAVIOUR.get(&cx.parameters) {
@@ -163,7 +163,7 @@ impl<P: Product> Canopen<P> {
 }
 
 impl<P: Product> Protocol<P::Application> for Canopen<P> {
-    // The heartbeat, the TPDOs, and one emergency.
+    // The heartbeat, the TPDOs, and one emergency message.
     const FRAMES: usize = 2 + P::Tpdos::COUNT;
     // NMT, SYNC, SDO requests, guarding, and remote frames for the TPDOs.
     const FILTERS: usize = 4 + P::Tpdos::COUNT;
@@ -292,7 +292,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 }
 
 impl<P: Product> Services<P> {
-    /// A SYNC: answered on reception, with the newest sample.
+    /// Handles a SYNC on reception, with the values of the newest sample.
     fn synchronise(&mut self, cx: &mut ContextOf<P>) {
         for number in 0..P::Tpdos::COUNT {
             if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
@@ -302,7 +302,7 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// A remote frame, perhaps for a TPDO.
+    /// Handles a remote frame that can be for a TPDO.
     fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, id: CanId) {
         let same = |tpdo: &Tpdo| tpdo.id().map(CanId::standard) == Some(id);
         let Some(number) = self.tpdos.all().iter().position(same) else {
@@ -339,13 +339,13 @@ impl<P: Product> Services<P> {
         cx.shell.send_cyclic(frame);
     }
 
-    /// A frame with the present data of a TPDO; None while it is disabled.
+    /// The frame with the present data of a TPDO; None while it is disabled.
     fn compose(&self, cx: &ContextOf<P>, number: usize, id: Option<u16>) -> Option<Frame> {
         let (mut data, mut length) = (0_u64, 0);
-        // From the last object to the first, because shifts of 64 bits by a constant are cheap.
+        // From the last object to the first, because 64-bit shifts by a constant are short.
         for entry in self.tpdos.mapping(number).iter().rev() {
             let value = u64::from(self.number(cx, entry.row, entry.sub));
-            // A signed number comes with more bits than it has.
+            // A signed number can have more bits than its type.
             data = match entry.size {
                 1 => data << 8 | value & 0xFF,
                 2 => data << 16 | value & 0xFFFF,
@@ -357,7 +357,7 @@ impl<P: Product> Services<P> {
         Some(Frame::word(id, data, length))
     }
 
-    /// The guarding master asks; while there is a heartbeat there is no guarding.
+    /// Handles a node guarding request. The heartbeat overrides node guarding.
     fn guard(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         if !frame.is_remote() || self.heartbeat.deadline().is_some() {
             return;
@@ -372,7 +372,7 @@ impl<P: Product> Services<P> {
         cx.shell.wake_up();
     }
 
-    /// Announces whether life guarding has timed out.
+    /// Reports a life guarding time-out, or its end, as a fault.
     pub(super) fn report_guarding(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let fault = if self.guarding.failed() {
             Self::GUARDING
@@ -383,7 +383,7 @@ impl<P: Product> Services<P> {
         self.show(cx, now);
     }
 
-    /// Announces what has changed about the faults of the application.
+    /// Reports changed faults of the application.
     fn announce(&mut self, faults: Faults) {
         if faults != self.faults {
             self.faults = faults;
@@ -391,7 +391,7 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// What the timers want done by now.
+    /// Performs the actions of expired timers.
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         if self.heartbeat.poll(now) {
             let id = CanId::standard(cob_id::ERROR_CONTROL + u16::from(self.node_id));
@@ -408,7 +408,7 @@ impl<P: Product> Services<P> {
     }
 
     fn send_emergencies(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        // Whether one is due comes first: it also ends the inhibit time.
+        // `is_due` must be called first: it also ends the inhibit time.
         while self.emergency.is_due(now)
             && cx.shell.is_online()
             && self.state.communicates()
@@ -421,7 +421,7 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Shows the LED patterns that fit the present state.
+    /// Shows the LED patterns of the present state.
     pub(super) fn show(&self, cx: &mut ContextOf<P>, now: Instant) {
         let leds = &P::LEDS;
         let run = match self.state {
@@ -459,9 +459,9 @@ pub(super) fn send<A: crate::application::Application>(cx: &mut Context<A>, id: 
     }
 }
 
-/// Whether `frame`, whose identifier is the SYNC's, is a SYNC (CiA 301, 7.2.5): without data, or with a counter.
+/// Whether a frame with the identifier of the SYNC is a SYNC (CiA 301, 7.2.5): without data, or with a counter.
 ///
-/// No sensor has a SYNC start value (sub-index 6 of a TPDO), so the counter itself has no meaning for them.
+/// No sensor supports the SYNC start value (sub-index 6 of a TPDO), so the counter is ignored.
 fn is_sync(frame: &Frame) -> bool {
     !frame.is_remote() && frame.dlc() <= 1
 }

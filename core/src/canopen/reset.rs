@@ -1,4 +1,4 @@
-//! How the node and its communication start anew (CiA 301, 7.3.2.2).
+//! Reset node and reset communication (CiA 301, 7.3.2.2).
 
 use super::cob_id;
 use super::dictionary::Kind;
@@ -9,30 +9,31 @@ use super::pdo::{Communication, Entry, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
 use crate::can::{BitRate, CanId};
-use crate::param::{Rule, decode};
+use crate::param::{ParameterRow, decode};
 use crate::time::Instant;
 
-/// The NMT start-up that starts all nodes (1F80h).
+/// The NMT start-up value that starts all nodes (1F80h).
 const START_ALL: u32 = 2;
-/// The NMT start-up that starts this node only.
+/// The NMT start-up value that starts only this node.
 const START_SELF: u32 = 8;
 
 impl<P: Product> Canopen<P> {
-    /// Starts anew with the stored parameters. Node-ID and bit rate survive even when they are not stored.
+    /// Resets the node: restarts with the stored parameters. Node-ID and bit rate keep their present values, also if they are not
+    /// stored.
     pub(super) fn reset_node(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let mut parameters = self.services.saved.parameters;
         parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
         cx.parameters = parameters;
         cx.apply();
-        // The history begins anew; active faults are announced again behind the boot-up message. Life guarding begins anew as well,
-        // so its time-out is none of them.
+        // The history is cleared. Active faults are sent again after the boot-up message. Life guarding restarts, so its time-out
+        // is not one of them.
         let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
         self.services.emergency.reset();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
     }
 
-    /// Starts the communication anew with its stored parameters, the node-ID and the bit rate.
+    /// Resets the communication: restarts it with its stored parameters, the node-ID and the bit rate.
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
         self.services.reset_communication(cx, now);
@@ -40,7 +41,7 @@ impl<P: Product> Canopen<P> {
         self.services.show(cx, now);
     }
 
-    /// The boot-up message, and what comes after it (1F80h).
+    /// Sends the boot-up message and performs the NMT start-up (1F80h).
     fn start_up(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let node_id = u16::from(self.services.node_id);
         send(cx, cob_id::ERROR_CONTROL + node_id, &[0]);
@@ -56,7 +57,7 @@ impl<P: Product> Canopen<P> {
 
 impl<P: Product> Services<P> {
     fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        // 0 before the first time, so that the controller is told then.
+        // The node-ID is 0 before the first call, so the first call always configures the controller.
         let before = (self.node_id, self.rate);
         self.node_id = (cx.parameters.get(P::NODE_ID) as u8).clamp(1, 127);
         let rate = decode(P::BIT_RATES, cx.parameters.get(P::BIT_RATE));
@@ -79,13 +80,14 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// The parameters of the communication profile as they are stored; those that are not, as the factory has them.
+    /// Sets the parameters of the communication profile to their stored values, or to their factory values if they are not
+    /// persistent.
     fn restore_communication(&self, cx: &mut ContextOf<P>) {
         for row in P::ROWS {
             let Some(id) = row.communication_parameter() else {
                 continue;
             };
-            let is_stored = ParametersOf::<P>::rule(id).is_some_and(Rule::is_stored);
+            let is_stored = ParametersOf::<P>::row(id).is_some_and(ParameterRow::is_stored);
             let mut value = if is_stored {
                 self.saved.parameters.get(id)
             } else {
@@ -98,19 +100,19 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// The heartbeat as its parameter says.
+    /// Configures the heartbeat.
     pub(super) fn configure_heartbeat(&mut self, cx: &ContextOf<P>, now: Instant) {
         self.heartbeat
             .start(now, Self::HEARTBEAT_TIME.get(&cx.parameters));
     }
 
-    /// The inhibit time of emergencies as its parameter says.
+    /// Configures the inhibit time of emergency messages.
     pub(super) fn configure_emergency(&mut self, cx: &ContextOf<P>) {
         self.emergency
             .configure(Self::EMCY_INHIBIT_TIME.get(&cx.parameters));
     }
 
-    /// Life guarding as the parameters say; a heartbeat overrides node guarding.
+    /// Configures life guarding. A heartbeat overrides node guarding.
     pub(super) fn configure_guarding(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let guard_time = match Self::HEARTBEAT_TIME.get(&cx.parameters) {
             0 => Self::GUARD_TIME.get(&cx.parameters),
@@ -121,7 +123,7 @@ impl<P: Product> Services<P> {
         self.report_guarding(cx, now);
     }
 
-    /// Takes the COB-ID of the SYNC over; true when it has changed.
+    /// Applies the COB-ID of the SYNC. Returns true if it has changed.
     pub(super) fn take_sync(&mut self, cx: &ContextOf<P>) -> bool {
         let sync = CanId::standard(Self::SYNC_COB_ID.get(&cx.parameters) as u16);
         let changed = sync != self.sync;
@@ -129,7 +131,7 @@ impl<P: Product> Services<P> {
         changed
     }
 
-    /// Takes the communication parameter of a TPDO over, whose `number` counts from 0; true when its identifier has changed.
+    /// Applies the communication parameter of TPDO `number` (from 0). Returns true if its identifier has changed.
     pub(super) fn configure_tpdo(
         &mut self,
         cx: &ContextOf<P>,
@@ -149,13 +151,13 @@ impl<P: Product> Services<P> {
         tpdo.configure(now, communication)
     }
 
-    /// Tells the controller the identifiers and the bit rate.
+    /// Configures the controller with the identifiers and the bit rate.
     pub(super) fn readdress(&self, cx: &mut ContextOf<P>) {
         cx.shell.go_online(self.rate);
     }
 }
 
-/// The object at a sub-index of the mapping of a TPDO (1A00h and on).
+/// The object at a sub-index of the mapping of TPDO `number` (1A00h and following).
 fn mapped<P: Product>(number: u16, sub: u8) -> Option<Entry> {
     let entry = find_row::<P>(0x1A00 + number, sub)?;
     let [_, sub, low, high] = match entry.kind() {

@@ -1,4 +1,4 @@
-//! What goes to and comes from nonvolatile memory: all parameters, or some of them beside what is stored already.
+//! Stored parameters: saves all parameters, or some of them together with the values that are already stored.
 
 use super::dictionary::communication;
 use super::product::{ParametersOf, Product};
@@ -6,30 +6,30 @@ use super::protocol::{ContextOf, Services};
 use super::sdo::Written;
 use crate::param::{ParameterId, ParameterSet, Parameters};
 
-/// What a save changes of what is stored.
+/// The stored parameters that a save changes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum What {
-    /// All parameters as they are.
+    /// All parameters get their present values.
     Everything,
-    /// Those that are stored as soon as they are written.
+    /// The parameters that are stored when they are written.
     AtOnce,
-    /// The communication profile, back to the factory values; in force after a reset.
+    /// The parameters of the communication profile get their factory values, which act after a reset.
     FactoryCommunication,
-    /// All other parameters, back to the factory values.
+    /// All other parameters get their factory values.
     FactoryApplication,
 }
 
-/// What the nonvolatile memory holds.
+/// The contents of the nonvolatile memory.
 pub(super) struct Saved<P: Product> {
     pub parameters: ParametersOf<P>,
-    /// What the running save, or the last one, is about.
+    /// The kind of the running save, or of the last one.
     what: What,
-    /// The last restoration of the application's parameters has succeeded.
+    /// The last restore of the parameters of the application has succeeded.
     pub restored: bool,
 }
 
 impl<P: Product> Saved<P> {
-    /// Before the memory was read.
+    /// The state before the memory is read.
     pub const INITIAL: Self = Self {
         parameters: ParametersOf::<P>::INITIAL,
         what: What::Everything,
@@ -41,16 +41,16 @@ impl<P: Product> Services<P> {
     /// The parameters of the communication profile.
     const COMMUNICATION: ParameterSet = communication(P::OBJECTS);
 
-    /// The stored parameters of the communication profile, or all others.
+    /// The persistent parameters of the communication profile, or all other persistent parameters.
     fn stored(communication: bool) -> impl Iterator<Item = ParameterId> {
-        ParametersOf::<P>::rules()
-            .filter(move |(id, rule)| {
-                rule.is_stored() && Self::COMMUNICATION.contains(*id) == communication
+        ParametersOf::<P>::rows()
+            .filter(move |(id, row)| {
+                row.is_stored() && Self::COMMUNICATION.contains(*id) == communication
             })
             .map(|(id, _)| id)
     }
 
-    /// Begins a save; the SDO reply comes when the memory holds it.
+    /// Begins a save. The SDO reply is sent after the save has ended.
     pub(super) fn save(&mut self, cx: &mut ContextOf<P>, what: What) -> Written {
         let mut parameters = self.saved.parameters;
         let factory = Parameters::factory();
@@ -65,7 +65,7 @@ impl<P: Product> Services<P> {
         Written::Storing
     }
 
-    /// The memory has answered.
+    /// Ends a save.
     pub(super) fn end_save(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -78,7 +78,7 @@ impl<P: Product> Services<P> {
         match self.saved.what {
             What::Everything | What::FactoryCommunication => {}
             What::AtOnce => {
-                // What could not be stored is not in force either.
+                // If the save has failed, the previous values are in force again.
                 let at_once = ParametersOf::<P>::stored_at_once();
                 cx.parameters.copy(&self.saved.parameters, at_once);
             }

@@ -1,9 +1,9 @@
-//! The objects by which the protocol itself works, found in the dictionary of a product at compile time.
+//! The objects that the protocol itself uses, found in the object dictionary of a product at compile time.
 
 use super::dictionary::{Object, Target, object_at};
 use crate::param::{ParameterId, Parameters, Table};
 
-/// What the dictionary has at an address: a parameter, or a number that never changes.
+/// The object at an address: a parameter or a constant.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Setting {
     /// A parameter.
@@ -13,12 +13,12 @@ pub enum Setting {
 }
 
 impl Setting {
-    /// The setting at an address; 0 where there is no object.
+    /// The setting at an address; 0 if there is no object.
     pub const fn at(objects: &[Object], index: u16, sub: u8) -> Self {
         Self::at_or(objects, index, sub, 0)
     }
 
-    /// The setting at an address, or `default` where there is no object.
+    /// The setting at an address; `default` if there is no object.
     #[allow(clippy::panic)] // evaluated at compile time only
     pub const fn at_or(objects: &[Object], index: u16, sub: u8, default: u32) -> Self {
         match object_at(objects, index, sub) {
@@ -26,12 +26,12 @@ impl Setting {
             Some(object) => match object.target {
                 Target::Parameter(id) | Target::CobId(id) => Self::Parameter(id),
                 Target::Constant(number) => Self::Constant(number),
-                _ => panic!("the protocol works by a parameter or a constant here"),
+                _ => panic!("the protocol needs a parameter or a constant here"),
             },
         }
     }
 
-    /// Its number.
+    /// The value of the setting.
     pub(super) fn get<T: Table>(self, parameters: &Parameters<T>) -> u32 {
         match self {
             Self::Parameter(id) => parameters.get(id),
@@ -40,7 +40,7 @@ impl Setting {
     }
 }
 
-/// The communication parameter of a TPDO (1800h and on).
+/// The communication parameter of a TPDO (1800h and following).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct TpdoSettings {
     /// Sub-index 1.

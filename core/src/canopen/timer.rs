@@ -1,8 +1,8 @@
-//! A timer that expires again and again, without drift.
+//! A periodic timer without drift.
 
 use crate::time::{Duration, Instant, after, millis, reached};
 
-/// A periodic timer; off until it is started.
+/// A periodic timer. It is off until it is started.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Periodic(Option<(Duration, Instant)>);
 
@@ -10,7 +10,7 @@ impl Periodic {
     /// Not started.
     pub const OFF: Self = Self(None);
 
-    /// Begins a period of so many milliseconds; 0 switches the timer off.
+    /// Begins a period of `period_ms` milliseconds; 0 switches the timer off.
     pub fn start(&mut self, now: Instant, period_ms: u32) {
         let period = millis(period_ms);
         self.0 = (period_ms > 0).then(|| (period, after(now, period)));
@@ -21,7 +21,7 @@ impl Periodic {
         self.0 = None;
     }
 
-    /// True when a period has ended, and the next one begins. Periods that were missed altogether do not count.
+    /// Returns true if a period has ended; the next one begins. Several missed periods count as one.
     pub fn poll(&mut self, now: Instant) -> bool {
         let Some((period, due)) = self.0.filter(|&(_, due)| reached(now, due)) else {
             return false;
@@ -32,7 +32,7 @@ impl Periodic {
         true
     }
 
-    /// The end of the running period.
+    /// The end of the present period.
     pub fn deadline(&self) -> Option<Instant> {
         self.0.map(|(_, due)| due)
     }
@@ -47,7 +47,7 @@ mod tests {
     }
 
     #[test]
-    fn late_polls_do_not_shift_the_period_and_missed_ones_are_left_out() {
+    fn late_polls_do_not_shift_period_and_missed_periods_are_skipped() {
         let mut timer = Periodic::OFF;
         assert!(!timer.poll(at(1000)));
         timer.start(at(0), 10);

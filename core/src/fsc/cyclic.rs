@@ -1,6 +1,6 @@
 //! Cyclic mode (section 9.9.3): a timer without drift and a 16-bit counter of expired periods.
 //!
-//! The counter starts at 0 and counts every period, whether its frame could be sent or not; it wraps after 65535.
+//! The counter starts at 0 and counts each period, also if its frame could not be sent. After 65535 it continues at 0.
 
 use crate::time::{Duration, Instant, after, millis, reached};
 
@@ -13,7 +13,7 @@ pub(super) struct Cyclic {
 }
 
 impl Cyclic {
-    /// Switched on: the counter is 0, the first period ends one cyclic time (in ms) from now.
+    /// Switches cyclic mode on. The counter is 0, and the first period of `period_ms` begins now.
     pub fn start(now: Instant, period_ms: u32) -> Self {
         let period = millis(period_ms.clamp(1, 65_535));
         Self {
@@ -23,7 +23,7 @@ impl Cyclic {
         }
     }
 
-    /// A new cyclic time acts at once; the counter goes on.
+    /// Sets the cyclic time. The new period begins now; the counter continues.
     pub fn set_period(&mut self, now: Instant, period_ms: u32) {
         *self = Self {
             counter: self.counter,
@@ -31,13 +31,13 @@ impl Cyclic {
         };
     }
 
-    /// Counts the periods that have expired; true when there was one, so that a value is due.
+    /// Counts the expired periods. Returns true if there was one: a value is due.
     pub fn poll(&mut self, now: Instant) -> bool {
         if !reached(now, self.due) {
             return false;
         }
-        // Mostly one period; after a pause many, all counted at once: a division bit by bit, because the compiler's 64-bit one is
-        // large. A period is shorter than 2^26 us, so no step overflows.
+        // Usually one period has expired, after a pause several. This is a division bit by bit, because the 64-bit division of
+        // the compiler is large. A period is shorter than 2^26 us, so no step overflows.
         let late = now.ticks().saturating_sub(self.due.ticks());
         let mut rest = late.saturating_add(self.period.ticks());
         for shift in (0..=36).rev() {
@@ -58,7 +58,7 @@ impl Cyclic {
         self.counter
     }
 
-    /// The end of the running period.
+    /// The end of the present period.
     pub fn deadline(&self) -> Instant {
         self.due
     }
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn late_polls_do_not_shift_the_period() {
+    fn late_polls_do_not_shift_period() {
         let mut cyclic = Cyclic::start(at(0), 10);
         for period in 1..=1000 {
             assert!(cyclic.poll(at(period * 10 + period % 10)));
@@ -93,7 +93,7 @@ mod tests {
     }
 
     #[test]
-    fn missed_periods_count_and_the_counter_wraps() {
+    fn counter_after_missed_periods_counts_them_and_wraps() {
         let mut cyclic = Cyclic::start(at(0), 1);
         assert!(cyclic.poll(at(65_535)));
         assert_eq!(cyclic.counter(), 65_535);
@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn new_period_acts_at_once_and_keeps_the_counter() {
+    fn new_cyclic_time_acts_at_once_and_keeps_counter() {
         let mut cyclic = Cyclic::start(at(0), 100);
         assert!(cyclic.poll(at(100)));
         cyclic.set_period(at(150), 20);

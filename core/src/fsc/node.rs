@@ -1,22 +1,23 @@
-//! How an FSC node starts.
+//! The start of an FSC node.
 
 use super::protocol::Fsc;
 use super::table::{Article, Product};
 use crate::node::{Boot, CanNode};
 use crate::time::Instant;
 
-/// A node of product `P` that speaks FSC.
+/// A node of product `P` with the FSC protocol.
 pub type FscNode<P> = CanNode<<P as Product>::Application, Fsc<P>>;
 
 impl<P: Product> CanNode<P::Application, Fsc<P>> {
-    /// A node after power-up or a restart. Stored parameters that cannot be used give factory values and EEPROMError.
+    /// A node after power-up or a restart. If the stored parameters are not usable, it has the factory values and sets
+    /// EEPROMError.
     pub fn new(article: &Article, now: Instant, boot: &Boot) -> Self {
         let mut node = Self::INITIAL;
         node.start(article, now, boot);
         node
     }
 
-    /// Starts an [`INITIAL`](Self::INITIAL) node where it is.
+    /// Starts an [`INITIAL`](Self::INITIAL) node in place.
     pub fn start(&mut self, article: &Article, now: Instant, boot: &Boot) {
         self.start_with(now, boot, |application, protocol, parameters, damaged| {
             P::set_article(application, article);

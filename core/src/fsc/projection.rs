@@ -1,13 +1,13 @@
-//! What the device keeps of the description of a product's functions.
+//! The description of the functions of a product in the compact form that the device uses.
 //!
 //! ```text
-//!  row    | code      | operation | place of the first item | bits 0..2 number of items, 7 own, 6 cyclic time, 5 constrained |
+//!  row    | code      | operation | index of the first item | bits 0..2 number of items, 7 own, 6 cyclic time, 5 constrained |
 //!  item   | source    | size in bytes |
-//!  source   parameters below 128, published values from there on, the others from 248 on
+//!  source   0 to 127 parameters, 128 to 247 published values, from 248 the others
 //! ```
 //!
-//! A code is found in its group: the codes with the same upper four bits. A group has a row for each code from its first to its
-//! last one, also for those that the product does not have.
+//! A group contains the codes with the same upper four bits. It has a row for each code from its first to its last one. Codes
+//! between them that the product does not have are filler rows.
 
 use super::table::{Access, Function, Operation, Roles, Source};
 use crate::param::{Constraint, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
@@ -15,7 +15,7 @@ use crate::param::{Constraint, Parameter, ParameterId, ParameterSet, Quantity, V
 /// The function select codes of a product.
 #[derive(Clone, Copy, Debug)]
 pub struct Codes {
-    /// For each group, where its row for the code n0h is or would be, modulo 256.
+    /// For each group, the index of the row for the code n0h, modulo 256. This row need not exist.
     groups: &'static [u8; 16],
     rows: &'static [Row],
     items: &'static [Item],
@@ -35,7 +35,7 @@ impl Codes {
         }
     }
 
-    /// The row of a code; None when there is none.
+    /// The row of a code; None if the product does not have the code.
     #[inline(always)] // called from one place
     pub(super) fn find(&self, code: u8) -> Option<Row> {
         let group = self.groups.get(usize::from(code >> 4))?;
@@ -50,7 +50,7 @@ impl Codes {
         self.items.get(first..first + count).unwrap_or(&[])
     }
 
-    /// The row of the one function with this operation.
+    /// The row of the function with this operation.
     #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
     pub(super) const fn row_of(&self, operation: Operation) -> Row {
         let mut row = 0;
@@ -73,17 +73,17 @@ pub struct Row {
     form: u8,
 }
 
-/// In the form of a row: the number of items.
+/// Bits of `form`: the number of items.
 const COUNT: u8 = 7;
-/// The row writes a parameter that the application does not use.
+/// Bit of `form`: the row writes parameters that only the protocol uses.
 const OWN: u8 = 1 << 7;
-/// The row writes the cyclic time.
+/// Bit of `form`: the row writes the cyclic time.
 const CYCLIC_TIME: u8 = 1 << 6;
-/// The row writes a parameter with which a constraint has to do.
+/// Bit of `form`: the row writes a parameter that is part of a constraint.
 const CONSTRAINED: u8 = 1 << 5;
 
 impl Row {
-    /// What stands at the place of a code that does not exist: its own code is never looked for there.
+    /// The row at the position of a code that does not exist. Its code belongs to another group, so no search finds it.
     const fn filler(group: u8) -> Self {
         Self {
             code: !(group << 4),
@@ -107,7 +107,7 @@ impl Row {
         self.form & CYCLIC_TIME != 0
     }
 
-    /// Whether what it writes must fit other parameters.
+    /// Whether it writes parameters that must be consistent with others.
     pub(super) const fn is_constrained(self) -> bool {
         self.form & CONSTRAINED != 0
     }
@@ -166,7 +166,7 @@ impl Item {
         Self { source, size }
     }
 
-    /// Where the number comes from.
+    /// The source of the number.
     #[inline(always)] // called from two places
     pub(super) const fn source(self) -> Source {
         match self.source {
@@ -181,7 +181,7 @@ impl Item {
         }
     }
 
-    /// The parameter that it is, if it is one.
+    /// The parameter, if the source is one.
     pub(super) const fn parameter(self) -> Option<ParameterId> {
         match self.source() {
             Source::Parameter(id) => Some(id),
@@ -190,7 +190,7 @@ impl Item {
     }
 }
 
-/// The signature of the one function with this operation.
+/// The signature of the function with this operation.
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 pub(super) const fn signature_of(
     functions: &'static [Function],
@@ -206,8 +206,8 @@ pub(super) const fn signature_of(
     panic!("the product has no function with this operation")
 }
 
-/// Derives what the device keeps of a description of functions; belongs into an `impl` of [`Product`](crate::fsc::Product) for a
-/// type without generic parameters.
+/// Derives `CODES` from the description of the functions. Use it in an `impl` of [`Product`](crate::fsc::Product) for a type
+/// without generic parameters.
 #[macro_export]
 macro_rules! project_functions {
     () => {
@@ -252,17 +252,17 @@ macro_rules! project_functions {
     };
 }
 
-/// Where the first and the last code of a group are, and where its rows begin.
+/// The codes and rows of a group.
 #[derive(Clone, Copy)]
 struct Group {
-    /// The lower four bits of the first code; 16 when there is none.
+    /// The lower four bits of the first code; 16 if the group is empty.
     first: usize,
-    /// The lower four bits of the last one.
+    /// The lower four bits of the last code.
     last: usize,
     start: usize,
 }
 
-/// The groups, and the number of all rows. The same code twice is a compile error.
+/// The groups, and the total number of rows. The same code twice is a compile error.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn layout(access: &[Access], functions: &[Function]) -> ([Group; 16], usize) {
     let mut used = [false; 256];
@@ -297,7 +297,7 @@ const fn layout(access: &[Access], functions: &[Function]) -> ([Group; 16], usiz
     (groups, count)
 }
 
-/// A code with its operation and the number of its fields: first those that read and write, then the others.
+/// The code, operation and number of fields at a position: first the codes that read and write, then the others.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn code_at(
     access: &[Access],
@@ -372,7 +372,7 @@ pub const fn rows<const N: usize>(
             first,
             form,
         };
-        // Reading and writing have the same fields.
+        // The read and the write row have the same fields.
         if !is_access || place % 2 == 1 {
             first += count as u8;
         }
@@ -381,7 +381,7 @@ pub const fn rows<const N: usize>(
     rows
 }
 
-/// What a row does that writes these parameters.
+/// The flags of a row that writes these parameters.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn flags(parameters: &[ParameterId], roles: &Roles, constraints: &[Constraint]) -> u8 {
     let own = roles.own();
@@ -391,7 +391,7 @@ const fn flags(parameters: &[ParameterId], roles: &Roles, constraints: &[Constra
         let id = parameters[row];
         assert!(
             row == 0 || own.contains(id) == own.contains(parameters[0]),
-            "a code for parameters of the protocol and of the application"
+            "a code that writes both protocol and application parameters"
         );
         if own.contains(id) {
             flags |= OWN;
@@ -424,7 +424,7 @@ pub const fn item_count(access: &[Access], functions: &[Function]) -> usize {
     count
 }
 
-/// Projects the fields. More than the six data bytes of a reply are a compile error.
+/// Projects the fields. More than six data bytes in a reply are a compile error.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn items<const N: usize>(
     access: &[Access],
@@ -455,13 +455,13 @@ pub const fn items<const N: usize>(
             place += 1;
             field += 1;
         }
-        assert!(length <= DATA_MAX, "a reply has six data bytes");
+        assert!(length <= DATA_MAX, "a reply has at most six data bytes");
         row += 1;
     }
     items
 }
 
-/// Data bytes of a reply behind code and status.
+/// The maximum number of data bytes of a reply after code and status.
 const DATA_MAX: u8 = 6;
 
 #[cfg(test)]
@@ -511,7 +511,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_are_found_by_their_code_and_by_no_other() {
+    fn find_returns_row_of_code_and_none_for_others() {
         let expected = [
             (0x05, Operation::Write),
             (0x12, Operation::Read),
@@ -529,7 +529,7 @@ mod tests {
     }
 
     #[test]
-    fn reading_and_writing_have_the_same_fields() {
+    fn read_and_write_codes_have_same_fields() {
         let of = |code| codes().find(code).map(|row| (row.first, row.form & COUNT));
         assert_eq!((of(0x12), of(0x20)), (Some((0, 1)), Some((0, 1))));
         assert_eq!((of(0x15), of(0x05)), (Some((1, 1)), Some((1, 1))));
@@ -537,7 +537,7 @@ mod tests {
     }
 
     #[test]
-    fn rows_say_what_their_parameters_are() {
+    fn flags_describe_parameters_of_row() {
         let [cyclic, zero, pair] = [
             &[ParameterId(1)][..],
             &[ParameterId(0)],
@@ -560,7 +560,7 @@ mod tests {
     }
 
     #[test]
-    fn every_source_survives_its_code() {
+    fn source_is_unchanged_after_encode_and_decode() {
         for source in 0..=ACTIVE_SET_ID {
             let item = Item { source, size: 1 };
             let parameters = [Parameter::PLAIN; 128];

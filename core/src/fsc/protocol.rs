@@ -1,4 +1,4 @@
-//! The protocol: identifiers in force, sync frames, cyclic mode, saves, LEDs, and the replies that it composes.
+//! The protocol: identifiers in force, sync frames, cyclic mode, saves, LEDs and the contents of replies.
 
 use super::cyclic::Cyclic;
 use super::projection::Row;
@@ -16,10 +16,10 @@ use core::marker::PhantomData;
 /// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
 
-/// What the protocol sees of the node of product `P`.
+/// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
-/// The communication parameters in force since the last restart; written ones wait for the next.
+/// The identifiers in force since the last restart. A written identifier acts after the next restart.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct InForce {
     set: CanId,
@@ -27,7 +27,7 @@ struct InForce {
     sync: CanId,
 }
 
-/// What the article says of itself.
+/// The identification of the article.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 struct Identity {
     product_number: u32,
@@ -35,14 +35,14 @@ struct Identity {
     software_version: u16,
 }
 
-/// GEMAC's function select codes, as product `P` speaks them.
+/// The protocol of GEMAC function select codes for product `P`.
 pub struct Fsc<P> {
     identity: Identity,
     in_force: InForce,
     /// The sticky bits of the status byte.
     pub(super) sticky: u8,
     pub(super) cyclic: Option<Cyclic>,
-    /// The boot-up messages are to be sent; they are built last, so the status byte is final.
+    /// The boot-up messages must be sent. They are built last, so the status byte is final.
     boot_up: bool,
     /// The running save loads the factory values.
     pub(super) loading: bool,
@@ -51,14 +51,14 @@ pub struct Fsc<P> {
 
 impl<P: Product> Fsc<P> {
     pub(super) const STATUS: StatusMasks = StatusMasks::of(&P::STATUS);
-    /// The code of the bit rate that stands for automatic detection.
+    /// The bit rate code for automatic detection.
     const AUTOMATIC: Option<u32> = P::ROLES.automatic();
     const INCLINATION: Row = P::CODES.row_of(Operation::Inclination);
     const ALIVE: Row = P::CODES.row_of(Operation::Alive);
     const SAVE: Row = P::CODES.row_of(Operation::Save);
     const LOAD: Row = P::CODES.row_of(Operation::Load);
 
-    /// The identifiers of these parameters are in force; `damaged`: the memory has no usable record.
+    /// Takes the identifiers from the parameters. `damaged`: the stored record is damaged or not usable.
     pub(super) fn restored(
         &mut self,
         article: &Article,
@@ -87,7 +87,7 @@ impl<P: Product> Fsc<P> {
         self.sticky |= Self::STATUS.cmd_param_error;
     }
 
-    /// Cyclic mode as the parameter says, from counter 0.
+    /// Starts cyclic mode with counter 0, or stops it, as set by its parameter.
     pub(super) fn restart_cyclic(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let period = cx.parameters.get(P::ROLES.cyclic_time);
         let on = cx.parameters.get(P::ROLES.cyclic_mode) != 0;
@@ -95,7 +95,7 @@ impl<P: Product> Fsc<P> {
         cx.shell.wake_up();
     }
 
-    /// The status byte as it is now.
+    /// The present status byte.
     #[inline(always)] // called from one place
     fn status(&self, cx: &ContextOf<P>) -> u8 {
         let mut status = self.sticky | Self::STATUS.of_faults(cx.values.faults());
@@ -108,7 +108,7 @@ impl<P: Product> Fsc<P> {
         status
     }
 
-    /// The reply that the table says: code, status, and the fields.
+    /// The reply of a row: code, status byte and fields.
     #[inline(always)] // called from one place
     fn reply(&self, cx: &ContextOf<P>, row: Row) -> Frame {
         let mut reply = Reply::new(row.code, self.status(cx));
@@ -116,7 +116,7 @@ impl<P: Product> Fsc<P> {
             let number = match item.source() {
                 Source::Parameter(id) => cx.parameters.get(id),
                 Source::Value(id) => cx.values.number(id),
-                // Without cyclic mode there is no counter.
+                // Outside cyclic mode the reply ends before the counter.
                 Source::Counter if self.cyclic.is_none() => break,
                 other => self.number(cx, other),
             };
@@ -139,7 +139,7 @@ impl<P: Product> Fsc<P> {
         }
     }
 
-    /// Queues the reply that the table says.
+    /// Queues the reply of a row.
     #[inline(always)] // only a call
     pub(super) fn send(&self, cx: &mut ContextOf<P>, row: Row) {
         self.queue(cx, row, false);
@@ -166,7 +166,7 @@ impl<P: Product> Fsc<P> {
         cx.shell.restart(now);
     }
 
-    /// Shows the LED patterns that fit the present state (table 12).
+    /// Shows the LED patterns of the present state (table 12).
     fn show(&self, cx: &mut ContextOf<P>, now: Instant) {
         let leds = &P::LEDS;
         let patterns = match cx.shell.state() {

@@ -1,6 +1,6 @@
-//! Requests on the Set-Parameter-ID (table 17) and what each one does (sections 9.7 to 9.10).
+//! Requests on the Set-Parameter-ID (table 17) and their functions (sections 9.7 to 9.10).
 //!
-//! A refused request is answered with its code and the status, CmdParamError set, and changes nothing.
+//! A refused request changes no parameter. Its reply contains the code and the status byte with CmdParamError set.
 
 use super::projection::{Row, signature_of};
 use super::protocol::{ContextOf, Fsc, ParametersOf};
@@ -16,7 +16,7 @@ impl<P: Product> Fsc<P> {
     const RESET_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Alive);
 
     /// Answers the request in `frame`.
-    #[inline(never)] // keeps the way of a sync frame short
+    #[inline(never)] // keeps the path of a sync frame short
     pub(super) fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         if frame.is_remote() {
             return;
@@ -69,13 +69,13 @@ impl<P: Product> Fsc<P> {
         self.acknowledge(cx, code);
     }
 
-    /// Writes parameters if their values are permitted and puts them into force, if they do not wait for a restart. Bytes beyond
-    /// the last value are ignored.
-    #[inline(never)] // keeps the way of a read short
+    /// Writes parameters if their values are permitted. They act at once, except those that act after a restart. Bytes after the
+    /// last value are ignored.
+    #[inline(never)] // keeps the path of a read short
     fn write(&mut self, cx: &mut ContextOf<P>, now: Instant, row: Row, data: &[u8]) -> Option<()> {
         let was_cyclic = cx.parameters.get(P::ROLES.cyclic_mode);
         if row.has_several() || row.is_constrained() {
-            // All of them or none.
+            // If one value is refused, all keep their old values.
             let before = cx.parameters;
             if Self::set(cx, row, data).is_none() || !cx.parameters.is_consistent() {
                 cx.parameters = before;
@@ -97,7 +97,7 @@ impl<P: Product> Fsc<P> {
         Some(())
     }
 
-    /// Sets the parameters of a row one after the other, up to the first whose value is missing or not permitted.
+    /// Sets the parameters of a row in order. Stops at the first value that is missing or not permitted.
     fn set(cx: &mut ContextOf<P>, row: Row, mut data: &[u8]) -> Option<()> {
         let derived = data.is_empty();
         for item in P::CODES.items(row) {
@@ -116,8 +116,8 @@ impl<P: Product> Fsc<P> {
         Some(())
     }
 
-    /// Whether a request must wait for the running save to end: another save or a restart, and while LOAD is under way, which
-    /// will replace the parameters, also a write.
+    /// Whether a request must wait until the running save has ended: a save, a load or a restart. A write must wait only for a
+    /// load, because the load replaces the parameters.
     fn must_wait(&self, row: Option<Row>, data: &[u8]) -> bool {
         match row.map(|row| row.operation) {
             Some(Operation::Load | Operation::Save) => true,

@@ -1,4 +1,4 @@
-//! The status byte (tables 14 and 15), composed when a reply is sent.
+//! The status byte (tables 14 and 15), built when a reply is sent.
 //!
 //! ```text
 //!  bit 7   6                5             4              3              2             1                  0
@@ -8,46 +8,48 @@
 
 use crate::application::Faults;
 
-/// What sets a bit of the status byte.
+/// The condition that sets a bit of the status byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Condition {
-    /// Nothing: the bit is reserved.
+    /// Never set: the bit is reserved.
     Never,
-    /// Every parameter has its factory value.
+    /// All parameters have their factory values.
     DefaultParam,
     /// The bit rate is detected automatically.
     AutobaudDetection,
-    /// Reading or writing the nonvolatile memory failed. Sticky: cleared by reading the status.
+    /// An access to the nonvolatile memory failed. Sticky: reading the status clears it.
     EepromError,
-    /// A frame with an invalid code or parameter came, or a function failed. Sticky: cleared by reading the status.
+    /// A request had an invalid code or parameter, or a function failed. Sticky: reading the status clears it.
     CmdParamError,
-    /// One of these faults of the application is active.
+    /// At least one of these faults of the application is active.
     Fault(Faults),
 }
 
 /// A bit of the status byte.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct StatusBit {
-    /// The manual's name; empty for a reserved bit.
+    /// The name in the manual; empty for a reserved bit.
     pub name: &'static str,
-    /// What sets it.
+    /// The condition that sets it.
     pub condition: Condition,
 }
 
-/// What the device keeps of the description of the status byte.
+/// The description of the status byte in the form that the device uses.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct StatusMasks {
     pub default_param: u8,
     pub autobaud_detection: u8,
     pub eeprom_error: u8,
     pub cmd_param_error: u8,
-    /// The faults that have a bit, all of them this much further left than their bits.
+    /// The faults that have a bit.
     faults: Faults,
+    /// The left shift from the faults to the status byte, plus 8.
     shift: u32,
 }
 
 impl StatusMasks {
-    /// Projects the description. A bit for two faults, and faults that are not in the order of their bits, are compile errors.
+    /// Projects the description. It is a compile error if a bit has two faults, or if the faults are not in the order of their
+    /// bits.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn of(bits: &[StatusBit; 8]) -> Self {
         let mut masks = Self {
@@ -68,9 +70,9 @@ impl StatusMasks {
                 Condition::EepromError => masks.eeprom_error |= mask,
                 Condition::CmdParamError => masks.cmd_param_error |= mask,
                 Condition::Fault(fault) => {
-                    assert!(fault.0.is_power_of_two(), "one fault for each bit");
+                    assert!(fault.0.is_power_of_two(), "a bit with more than one fault");
                     let place = fault.0.trailing_zeros();
-                    // Counted so that it cannot be negative: the status byte is shifted, not the faults.
+                    // The offset of 8 keeps the shift from being negative; `of_faults` removes it.
                     let shift = 8 + bit - place;
                     assert!(
                         masks.faults.0 == 0 || masks.shift == shift,
@@ -85,7 +87,7 @@ impl StatusMasks {
         masks
     }
 
-    /// The bits that stay until the status is read.
+    /// The sticky bits: they stay set until the status is read.
     pub const fn sticky(&self) -> u8 {
         self.eeprom_error | self.cmd_param_error
     }
@@ -108,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_set_the_bits_of_the_table() {
+    fn faults_set_bits_of_table() {
         let mut bits = [bit(Condition::Never); 8];
         bits[0] = bit(Condition::CmdParamError);
         bits[6] = bit(Condition::Fault(Faults::X));

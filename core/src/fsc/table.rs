@@ -1,7 +1,7 @@
-//! How a product that speaks FSC is described: its function select codes, what each reply carries, the status byte, the LEDs.
+//! The description of a product with the FSC protocol: function select codes, contents of the replies, status byte and LEDs.
 //!
-//! The description is for people and tools: descriptors (DBC) and documents on a PC come from it. The device works on
-//! [`Codes`], which [`project_functions!`](crate::project_functions) derives from it.
+//! The description is the source of the descriptors (DBC) and documents on a PC. The device uses [`Codes`], which
+//! [`project_functions!`](crate::project_functions) derives from it.
 
 use super::projection::Codes;
 use super::status::StatusBit;
@@ -11,20 +11,20 @@ use crate::node::{ErrorPatterns, Pattern};
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::store::ImageId;
 
-/// Where a number in the data bytes of a reply comes from.
+/// The source of a number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Source {
     /// A parameter.
     Parameter(ParameterId),
     /// A value that the application has published.
     Value(ValueId),
-    /// The counter of cyclic mode; it and what follows is left out while that is off.
+    /// The counter of cyclic mode. While cyclic mode is off, the reply ends before it.
     Counter,
     /// The digits of the article number.
     ProductNumber,
     /// The revision.
     Revision,
-    /// The serial number of the unit.
+    /// The serial number of the device.
     SerialNumber,
     /// The software version.
     SoftwareVersion,
@@ -48,9 +48,9 @@ impl Source {
 /// A number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Field {
-    /// Where it comes from.
+    /// Its source.
     pub source: Source,
-    /// What it is; empty for a parameter or a value, which have a name of their own.
+    /// Its name; empty for a parameter or a value, which has its own name.
     pub name: &'static str,
 }
 
@@ -61,23 +61,23 @@ impl Field {
     }
 }
 
-/// What a function does.
+/// The operation of a function.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Operation {
     /// Replies.
     Read,
-    /// Replies with the inclination; its reply is also sent on a sync frame and in cyclic mode.
+    /// Replies with the inclination. The same reply is sent after a sync frame and in cyclic mode.
     Inclination,
     /// Replies, then clears the sticky bits of the status byte.
     ReadStatus,
     /// Writes parameters.
     Write,
-    /// Loads the factory values, with the signature as data.
+    /// Loads the factory values, if the data is the signature.
     Load,
-    /// Saves the parameters, with the signature as data.
+    /// Saves the parameters, if the data is the signature.
     Save,
-    /// Restarts the sensor with the signature as data; replies without data. Its reply is also the boot-up message.
+    /// Restarts the sensor if the data is the signature; without data it replies. The same reply is the boot-up message.
     Alive,
 }
 
@@ -90,22 +90,22 @@ pub struct Access {
     pub write: u8,
     /// The manual's name.
     pub name: &'static str,
-    /// The parameters in the order of their bytes; at most six bytes together.
+    /// The parameters in the order of their bytes; at most six bytes in total.
     pub parameters: &'static [ParameterId],
 }
 
-/// A function that is not access to parameters: a row of tables 17 and 18.
+/// A function that does not access parameters: a row of tables 17 and 18.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Function {
     /// Its function select code.
     pub code: u8,
     /// The manual's name.
     pub name: &'static str,
-    /// What it does.
+    /// Its operation.
     pub operation: Operation,
-    /// The signature that the request carries; empty when there is none.
+    /// The signature in the data of the request; empty if there is none.
     pub signature: &'static [u8],
-    /// The fields of the reply behind the status byte.
+    /// The fields of the reply after the status byte.
     pub reply: &'static [Field],
 }
 
@@ -120,7 +120,7 @@ pub struct LedTable {
     pub error: ErrorPatterns,
 }
 
-/// The parameters by which the protocol itself works.
+/// The parameters that the protocol itself uses.
 #[derive(Clone, Copy, Debug)]
 pub struct Roles {
     /// The identifier of requests.
@@ -131,7 +131,7 @@ pub struct Roles {
     pub sync_id: ParameterId,
     /// The code of the bit rate.
     pub bit_rate: ParameterId,
-    /// What its codes stand for, from 0 on; None: automatic detection.
+    /// The bit rates of its codes, from code 0; None: automatic detection.
     pub bit_rates: &'static [Option<BitRate>],
     /// Automatic bus-off recovery: 0 is off.
     pub bus_off_recovery: ParameterId,
@@ -142,7 +142,7 @@ pub struct Roles {
 }
 
 impl Roles {
-    /// The code of the bit rate that stands for automatic detection; None without it.
+    /// The bit rate code for automatic detection; None if there is none.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub(super) const fn automatic(&self) -> Option<u32> {
         let mut row = 0;
@@ -169,14 +169,14 @@ impl Roles {
     }
 }
 
-/// How a software version is written as two bytes.
+/// A software version and its coding in two bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Version {
-    /// v3.44 is 44h 03h: the digits in hexadecimal (types of 2021).
+    /// v3.44 is 44h 03h: binary-coded decimal (types of 2021).
     Digits {
-        /// Digits before the point, as decimal digits in hexadecimal.
+        /// The digits before the point, binary-coded decimal.
         major: u8,
-        /// Digits behind the point, likewise.
+        /// The digits after the point, binary-coded decimal.
         minor: u8,
     },
     /// v01.03 is 103 (older types).
@@ -193,7 +193,7 @@ impl Version {
     }
 }
 
-/// An article number, for example PR-23054-30. On the wire it is a number of its digits: 2305430.
+/// An article number, for example PR-23054-30. On the bus it is the number of its digits: 2305430.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ArticleNumber {
     text: &'static str,
@@ -201,7 +201,7 @@ pub struct ArticleNumber {
 }
 
 impl ArticleNumber {
-    /// The number with this text: capital letters, dashes, and up to nine digits.
+    /// An article number of capital letters, dashes and up to nine digits.
     ///
     /// # Panics
     /// The text has another form; in a constant this does not compile.
@@ -225,7 +225,7 @@ impl ArticleNumber {
         Self { text, digits }
     }
 
-    /// The text, as the maker prints it.
+    /// The text, for example `PR-23054-30`.
     pub const fn text(self) -> &'static str {
         self.text
     }
@@ -236,7 +236,7 @@ impl ArticleNumber {
     }
 }
 
-/// An article of a product: what differs between lines and housings.
+/// An article of a product: the data that differ between lines and housings.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Article {
     /// The type name, for example `IS2BP090-C-CL`.
@@ -245,35 +245,35 @@ pub struct Article {
     pub number: ArticleNumber,
     /// The revision.
     pub revision: u16,
-    /// The software version that it reports.
+    /// The software version.
     pub version: Version,
-    /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a sensor error. In 0.01 deg.
+    /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a sensor error; in 0.01 deg.
     pub limit: u16,
-    /// Marks its images in nonvolatile memory.
+    /// The identification of its stored images.
     pub image: ImageId,
 }
 
-/// A product that speaks FSC.
+/// A product with the FSC protocol.
 ///
 /// [`project_functions!`](crate::project_functions) derives [`CODES`](Self::CODES) from the description.
 pub trait Product: 'static {
-    /// What it measures and does.
+    /// Its measurement and actions.
     type Application: Application;
 
-    /// The parameters by which the protocol works.
+    /// The parameters that the protocol uses.
     const ROLES: Roles;
-    /// The codes that read and write parameters, in the order of the reading codes.
+    /// The codes that read and write parameters, in the order of the read codes.
     const ACCESS: &'static [Access];
     /// The other functions, in the order of their codes.
     const FUNCTIONS: &'static [Function];
     /// The status byte, from bit 0 on.
     const STATUS: [StatusBit; 8];
-    /// What the LEDs show.
+    /// The LED patterns.
     const LEDS: LedTable;
 
-    /// What the device keeps of the codes.
+    /// The codes in the form that the device uses.
     const CODES: Codes;
 
-    /// Makes the application that of an article.
+    /// Configures the application for an article.
     fn set_article(application: &mut Self::Application, article: &Article);
 }

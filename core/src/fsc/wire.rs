@@ -7,14 +7,14 @@
 //! ```
 //!
 //! All numbers are little-endian. A CAN identifier is the 32-bit number of a [`CanId`]: bit 31 is the format (1 = 29 bit), the
-//! identifier is right-aligned, the bits between are zero.
+//! identifier is right-aligned, the bits between them are 0.
 
 use crate::can::{CanId, Frame};
 use crate::param::Ranges;
 
 const EXTENDED: u32 = 1 << 31;
 
-/// The numbers that stand for an identifier.
+/// The permitted numbers of a CAN identifier.
 pub const IDENTIFIERS: Ranges = Ranges {
     text: "11 or 29 bit",
     ignored_bits: 0,
@@ -24,7 +24,7 @@ pub const IDENTIFIERS: Ranges = Ranges {
 /// A reply: the echoed code, the status byte and up to six bytes of data.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reply {
-    /// The bytes, and room for four more, so that a number can be written wherever it begins.
+    /// The bytes of the frame, and four more, so that a 32-bit number can be written at each position.
     bytes: [u8; 12],
     length: usize,
 }
@@ -39,14 +39,15 @@ impl Reply {
         }
     }
 
-    /// Appends the low `size` bytes (1, 2 or 4) of `value`. The fields of a reply fit into a frame: tables are checked for it.
+    /// Appends the low `size` bytes (1, 2 or 4) of `value`. The fields of a reply fit into a frame: this is checked at compile
+    /// time.
     #[inline(always)] // called from one place
     pub fn append(&mut self, value: u32, size: u8) {
         self.put(value);
         self.length += usize::from(size);
     }
 
-    /// Writes four bytes behind the last field.
+    /// Writes four bytes after the last field.
     #[inline(always)] // a single store
     fn put(&mut self, value: u32) {
         let start = self.length & 7;
@@ -59,7 +60,7 @@ impl Reply {
     #[inline(always)] // called from one place
     pub fn frame(mut self, id: CanId) -> Frame {
         if self.length < 8 {
-            // What the last field has left behind itself.
+            // Clears the upper bytes of the last value.
             self.put(0);
         }
         let [a, b, c, d, e, f, g, h, ..] = self.bytes;
@@ -73,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn identifiers_follow_table_23() {
+    fn identifiers_match_table_23() {
         for id in [0, 0x300, 0x7FF, 0x8000_0000, 0x9FFF_FFFF] {
             assert!(IDENTIFIERS.contain(id));
             assert_eq!(CanId::from_bits(id).bits(), id);
@@ -98,14 +99,14 @@ mod tests {
     }
 
     #[test]
-    fn reply_data_begin_at_byte_2() {
+    fn reply_data_begins_at_byte_2() {
         let reply = reply(0x17, 3, &[(2000, 2), (2, 1)]);
         let frame = reply.frame(CanId::standard(0x301));
         assert_eq!(frame.bytes(), [0x17, 3, 0xD0, 0x07, 2]);
     }
 
     #[test]
-    fn reply_takes_the_low_bytes_of_a_value() {
+    fn reply_contains_low_bytes_of_value() {
         for size in [1, 2, 4] {
             let reply = reply(0xFF, 0x80, &[(u32::MAX, size), (0x0201, 2)]);
             let frame = reply.frame(CanId::standard(0x301));

@@ -1,4 +1,4 @@
-//! Tests of the heater on a thermal model: a body with a capacity, a loss to ambient and a sensor that lags.
+//! Tests of the heater with a thermal model: a body with a heat capacity, a heat loss to ambient and a delayed sensor.
 
 use super::*;
 use proptest::prelude::*;
@@ -22,16 +22,16 @@ struct Body {
     temperature: f64,
     sensed: f64,
     ambient: f64,
-    /// How much warmer than ambient the heater makes it when fully on, in K.
+    /// The temperature rise above ambient at full power, in K.
     rise: f64,
-    /// In s.
+    /// Time constant of the body in s.
     time_constant: f64,
-    /// By how much the sensor lags, in s.
+    /// Time constant of the sensor in s.
     lag: f64,
 }
 
 impl Body {
-    /// A body at the temperature around it.
+    /// A body at ambient temperature.
     fn at(ambient: f64) -> Self {
         Self {
             temperature: ambient,
@@ -43,7 +43,7 @@ impl Body {
         }
     }
 
-    /// What the sensor says: steps of 1/256 K.
+    /// The temperature of the sensor, with a resolution of 1/256 K.
     fn reading(&self) -> i16 {
         ((self.sensed * 256.0).round() / 256.0 * 100.0).round() as i16
     }
@@ -57,7 +57,7 @@ impl Body {
         }
     }
 
-    /// `seconds` of regulation; what comes of it after each period.
+    /// Runs the controller for `seconds` and calls `after` after each period.
     fn run(&mut self, heater: &mut Heater, seconds: u32, mut after: impl FnMut(&Self, &Heater)) {
         for _ in 0..seconds * RATE {
             let duty = heater.regulate(Some(self.reading()));
@@ -84,11 +84,11 @@ fn bodies(ambient: f64) -> impl Iterator<Item = Body> {
     })
 }
 
-/// How a run went, in K from the set point.
+/// The control errors of a run in K.
 #[derive(Default)]
 struct Course {
     overshoot: f64,
-    /// The largest distance in the last two minutes.
+    /// The largest error in the last two minutes.
     error: f64,
 }
 
@@ -104,7 +104,7 @@ fn regulated(heater: &mut Heater, body: &mut Body) -> Course {
 }
 
 #[test]
-fn from_every_ambient_the_set_point_is_reached_with_at_most_0_6_kelvin_of_overshoot() {
+fn temperature_from_any_ambient_overshoots_by_at_most_0_6_kelvin() {
     for ambient in (-40..=45).step_by(5) {
         for mut body in bodies(ambient.into()) {
             let mut heater = Heater::new(&SETTINGS);
@@ -112,18 +112,18 @@ fn from_every_ambient_the_set_point_is_reached_with_at_most_0_6_kelvin_of_oversh
             assert!(course.overshoot <= 0.6, "{body:?}: {}", course.overshoot);
             assert!(course.error <= 0.03, "{body:?}: {}", course.error);
             assert!(heater.is_steady());
-            // What holds the temperature against the loss.
+            // The power that compensates the heat loss.
             let needed = (50.0 - body.ambient) / body.rise * 1500.0;
             assert!((f64::from(heater.power()) - needed).abs() < 15.0);
         }
     }
 }
 
-/// An hour of saturation, or two: what follows must be the same, and as good as a start in the cold.
+/// One and two hours at full power must give the same course afterwards, as good as after a cold start.
 #[test]
-fn nothing_winds_up_while_the_heater_is_too_weak() {
+fn integral_at_full_power_does_not_wind_up() {
     for body in bodies(-40.0) {
-        // Fully on, the body gets to 0 or 20 degC only; then the set point comes within reach.
+        // At full power the body reaches only 0 or 20 degC. Then the ambient rises and the set point is reachable.
         for reached in [0.0, 20.0] {
             let after = [3600, 7200].map(|seconds| {
                 let mut body = body.clone();
@@ -146,10 +146,10 @@ fn nothing_winds_up_while_the_heater_is_too_weak() {
     }
 }
 
-/// Here the set point is missed by less than the proportional band, so the integral does rise: to what the duty lacks and not
-/// further.
+/// The temperature is below the set point by less than the proportional band, so the integral rises until the duty is at its
+/// limit.
 #[test]
-fn saturation_close_to_the_set_point_leaves_a_bounded_overshoot() {
+fn saturation_close_to_set_point_has_limited_overshoot() {
     for body in bodies(-40.0) {
         let after = [3600, 7200].map(|seconds| {
             let mut body = body.clone();
@@ -170,7 +170,7 @@ fn saturation_close_to_the_set_point_leaves_a_bounded_overshoot() {
 }
 
 #[test]
-fn nothing_winds_up_while_it_is_too_hot() {
+fn integral_above_set_point_does_not_wind_up() {
     for body in bodies(80.0) {
         let lowest = [60, 7200].map(|seconds| {
             let mut body = body.clone();
@@ -179,7 +179,7 @@ fn nothing_winds_up_while_it_is_too_hot() {
                 assert_eq!(heater.duty(), 0);
             });
             assert!(!heater.is_steady());
-            // It cools down past the set point, and is caught there.
+            // It cools to the set point and is controlled there.
             body.ambient = 0.0;
             let mut lowest = f64::MAX;
             body.run(&mut heater, 600, |body, _| {
@@ -194,7 +194,7 @@ fn nothing_winds_up_while_it_is_too_hot() {
 }
 
 #[test]
-fn above_the_set_point_it_stays_off() {
+fn heater_above_set_point_stays_off() {
     for ambient in [51.0, 60.0, 80.0] {
         let mut body = Body::at(ambient);
         let mut heater = Heater::new(&SETTINGS);
@@ -205,7 +205,7 @@ fn above_the_set_point_it_stays_off() {
 }
 
 #[test]
-fn ambient_changes_are_made_up_for() {
+fn ambient_change_is_compensated() {
     let mut body = Body::at(20.0);
     let mut heater = Heater::new(&SETTINGS);
     regulated(&mut heater, &mut body);
@@ -215,14 +215,14 @@ fn ambient_changes_are_made_up_for() {
         body.run(&mut heater, 60, |body, _| {
             off = off.max((body.temperature - 50.0).abs());
         });
-        // An ambient that jumps by 80 K at once; without the regulator it would be half of that after a minute.
+        // The ambient changes by up to 80 K at once. Without control, the error after a minute would be half of that.
         assert!(off < 10.0, "{ambient}: {off}");
         assert!(regulated(&mut heater, &mut body).error <= 0.03);
     }
 }
 
 #[test]
-fn a_missing_temperature_switches_off_at_once_and_the_regulator_starts_afresh() {
+fn missing_temperature_switches_off_and_resets_controller() {
     let mut body = Body::at(20.0);
     let mut heater = Heater::new(&SETTINGS);
     regulated(&mut heater, &mut body);
@@ -238,7 +238,7 @@ fn a_missing_temperature_switches_off_at_once_and_the_regulator_starts_afresh() 
 }
 
 #[test]
-fn disabled_it_is_off_and_the_temperature_never_stands() {
+fn disabled_heater_is_off_and_never_steady() {
     let mut body = Body::at(20.0);
     let mut heater = Heater::new(&SETTINGS);
     regulated(&mut heater, &mut body);
@@ -251,7 +251,7 @@ fn disabled_it_is_off_and_the_temperature_never_stands() {
     }
     heater.enable(true);
     assert_eq!(heater.regulate(Some(0)), 1000);
-    // To enable it again disturbs nothing.
+    // Enabling it again has no effect.
     let mut undisturbed = heater.clone();
     heater.enable(true);
     for temperature in [45_00, 46_00, 47_00] {
@@ -261,7 +261,7 @@ fn disabled_it_is_off_and_the_temperature_never_stands() {
 }
 
 #[test]
-fn the_temperature_stands_after_thirty_seconds_within_half_a_kelvin() {
+fn temperature_within_half_a_kelvin_is_steady_after_30_s() {
     for close in [49_50, 50_00, 50_50] {
         let mut heater = Heater::new(&SETTINGS);
         for _ in 1..150 {
@@ -285,7 +285,7 @@ fn the_temperature_stands_after_thirty_seconds_within_half_a_kelvin() {
 }
 
 #[test]
-fn nothing_stands_before_it_has_been_measured() {
+fn temperature_before_first_measurement_is_not_steady() {
     static AT_ONCE: Settings = Settings {
         steady_after: 0,
         ..SETTINGS
@@ -296,9 +296,9 @@ fn nothing_stands_before_it_has_been_measured() {
     assert!(heater.is_steady());
 }
 
-/// The formula of the file's doc, term by term.
+/// Checks the formula of the module documentation, term by term.
 #[test]
-fn each_term_does_what_the_formula_says() {
+fn each_term_matches_formula() {
     static TERMS: Settings = Settings {
         proportional: 10,
         integral_time: 100,
@@ -320,7 +320,7 @@ fn each_term_does_what_the_formula_says() {
         derivative_time: 50,
         ..SETTINGS
     };
-    // At 1 K/s, 5 s of it are 5 K or 50 permille.
+    // A slope of 1 K/s times Td of 5 s is 5 K or 50 permille.
     let mut heater = Heater::new(&SLOPE);
     let mut duty = 0;
     for n in 0..100 {
@@ -335,11 +335,11 @@ fn each_term_does_what_the_formula_says() {
 }
 
 #[test]
-fn the_last_hundredth_of_a_kelvin_counts() {
+fn error_of_0_01_kelvin_changes_duty() {
     let mut heater = Heater::new(&SETTINGS);
     let first = heater.regulate(Some(49_99));
     assert_eq!(first, 0);
-    // 0.5 permille at once, and as much again every 100 s.
+    // 0.5 permille at once, and 0.5 permille more every 100 s.
     for _ in 0..500 * 20 {
         heater.regulate(Some(49_99));
     }
@@ -348,7 +348,7 @@ fn the_last_hundredth_of_a_kelvin_counts() {
 
 proptest! {
     #[test]
-    fn any_settings_and_temperatures_are_safe(
+    fn duty_and_power_with_any_settings_stay_in_range(
         set_point: i16,
         proportional: u16,
         integral_time: u16,

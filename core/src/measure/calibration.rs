@@ -1,4 +1,4 @@
-//! Calibration of one unit: what its accelerometer measures is turned into what it should have measured.
+//! Calibration of one device: corrects the systematic errors of its accelerometer.
 //!
 //! With the raw acceleration `a` in g and the temperature `T` in degC:
 //!
@@ -6,8 +6,8 @@
 //! corrected = (I + D) (a - offset - drift (T - 25))
 //! ```
 //!
-//! `I + D` is the correction matrix: the diagonal of `D` corrects the gain of each axis, the rest the cross axes (axes that are
-//! not square to each other, or turned against the housing).
+//! `I + D` is the correction matrix. The diagonal of `D` corrects the gain of each axis. The other elements correct cross-axis
+//! errors (axes that are not orthogonal, or rotated relative to the housing).
 //!
 //! # Byte map
 //!
@@ -29,9 +29,8 @@
 //!
 //! # Six-position measurement
 //!
-//! How the numbers are obtained: lay the housing still on each of its six sides, on a surface that is level and at 25 degC, and
-//! average the raw acceleration in g for some seconds in each. Call the averages (vectors) `p_i` with axis `i` up and `n_i` with
-//! axis `i` down.
+//! Place the housing at rest on each of its six sides, on a level surface and at 25 degC. Average the raw acceleration in g for
+//! some seconds in each position. `p_i` is the average (a vector) with axis `i` up, `n_i` the average with axis `i` down.
 //!
 //! ```text
 //! offset = (p_x + n_x + p_y + n_y + p_z + n_z) / 6
@@ -41,8 +40,8 @@
 //! drift  = (offset at T2 - offset at T1) / (T2 - T1)
 //! ```
 //!
-//! Gravity drops out of the offset, and a surface that is out of level by a small angle e spoils the gain by e^2/2 only.
-//! For `drift`, repeat the measurement at a cold and a hot temperature `T1` and `T2`; the offset stays the one at 25 degC.
+//! Gravity cancels in the offset. If the surface is off level by a small angle e, the error of the gain is only e^2/2. For
+//! `drift`, repeat the measurement at a low and a high temperature `T1` and `T2`. The offset is the one at 25 degC.
 
 use super::{I32x3, ONE_G, saturated};
 
@@ -53,13 +52,13 @@ const OFFSET_LIMIT: i32 = ONE_G / 4;
 const DEVIATION_LIMIT: i16 = 26_214;
 const DRIFT_LIMIT: i16 = 16_777;
 
-/// The temperature at which the drift is nil, in 0.01 degC.
+/// The temperature at which the drift is 0, in 0.01 degC.
 const REFERENCE: i32 = 2_500;
 
-/// The temperatures for which the drift is taken into account, in 0.01 degC; beyond, the nearer end counts.
+/// The temperature range of the drift correction, in 0.01 degC. A temperature outside is limited to it.
 const TEMPERATURES: (i32, i32) = (-5_500, 12_500);
 
-/// The calibration of one unit; always within the ranges above.
+/// The calibration of one device, always within the ranges of the table above.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Calibration {
     offset: [i32; 3],
@@ -68,15 +67,15 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Changes nothing.
+    /// The identity: no correction.
     pub const IDENTITY: Self = Self {
         offset: [0; 3],
         deviation: [[0; 3]; 3],
         drift: [0; 3],
     };
 
-    /// A calibration of `offset` (2^-28 g), `deviation` (the rows of `D`, 2^-18) and `drift` (2^-24 g/K); None when one of the
-    /// numbers is out of its range.
+    /// A calibration of `offset` (2^-28 g), `deviation` (the rows of `D`, 2^-18) and `drift` (2^-24 g/K); None if a number is out
+    /// of its range.
     pub fn new(offset: [i32; 3], deviation: [[i16; 3]; 3], drift: [i16; 3]) -> Option<Self> {
         let within = offset
             .iter()
@@ -95,8 +94,8 @@ impl Calibration {
         })
     }
 
-    /// The corrected acceleration of a raw one at `temperature` (0.01 degC), 1 g = 2^28, rounded to nearest and held within
-    /// -2 g..2 g in each axis. A raw acceleration beyond that counts as -2 g or 2 g.
+    /// Corrects a raw acceleration (1 g = 2^28) at `temperature` (0.01 degC). The result is rounded to nearest and limited to -2
+    /// g..2 g in each axis. The raw acceleration is limited to the same range first.
     #[inline(never)] // measured and budgeted as a function
     pub fn apply(&self, acceleration: I32x3, temperature: i16) -> I32x3 {
         let (coldest, hottest) = TEMPERATURES;
@@ -114,7 +113,7 @@ impl Calibration {
         }
     }
 
-    /// The calibration in bytes, as the byte map says.
+    /// Encodes the calibration, see the byte map.
     pub fn encode(&self) -> [u8; SIZE] {
         let mut bytes = [0; SIZE];
         if let Some((offset, rest)) = bytes.split_first_chunk_mut::<12>() {
@@ -129,7 +128,7 @@ impl Calibration {
         bytes
     }
 
-    /// The calibration that [`encode`](Self::encode) wrote; None when a number is out of its range.
+    /// Decodes the result of [`encode`](Self::encode). None if a number is out of its range.
     pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
         let (offsets, rest) = bytes.split_first_chunk::<12>()?;
         let mut offset = [0; 3];
@@ -158,7 +157,7 @@ fn drift(per_kelvin: i16, warmth: i32) -> i32 {
     ((i64::from(i32::from(per_kelvin) * warmth) * SCALE + (1 << 31)) >> 32) as i32
 }
 
-/// One row of the deviation (2^-18) times the vector, rounded to nearest. At most 0.3 times the vector's largest component.
+/// One row of the deviation (2^-18) times the vector, rounded to nearest. At most 0.3 times the largest component of the vector.
 fn deviation(row: &[i16; 3], x: i32, y: i32, z: i32) -> i32 {
     let &[dx, dy, dz] = row;
     let product = |d: i16, v: i32| i64::from(d) * i64::from(v);
@@ -185,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn the_image_is_laid_out_as_the_byte_map_says() {
+    fn image_matches_byte_map() {
         let calibration = Calibration::new(
             [0x0102_0304, -2, 3],
             [[0x0102, 2, 3], [4, 5, 6], [7, 8, -9]],
@@ -203,8 +202,8 @@ mod tests {
     }
 
     #[test]
-    fn each_number_is_refused_just_beyond_its_range() {
-        // Where each number lies in the image, its limit and its width.
+    fn number_just_outside_its_range_is_refused() {
+        // The position of each number in the image, its limit and its size.
         let offsets = (0..3).map(|i| (4 * i, 67_108_864i32, 4));
         let deviations = (0..9).map(|i| (12 + 2 * i, 26_214, 2));
         let drifts = (0..3).map(|i| (30 + 2 * i, 16_777, 2));
@@ -227,7 +226,7 @@ mod tests {
     }
 
     #[test]
-    fn offset_gain_cross_axis_and_drift_do_what_they_say() {
+    fn offset_gain_cross_axis_and_drift_are_corrected() {
         // 10 mg, gain +1 %, 0.01 of y onto x, 0.1 mg/K
         let (mg, percent, drift) = (ONE_G / 1000, 2621, 1678);
         let c = Calibration::new(
@@ -252,7 +251,7 @@ mod tests {
     }
 
     #[test]
-    fn the_result_saturates_at_two_g() {
+    fn result_saturates_at_two_g() {
         let c = Calibration::new([-OFFSET_LIMIT; 3], [[DEVIATION_LIMIT; 3]; 3], [0; 3]).unwrap();
         let end = 2 * ONE_G;
         assert_eq!(
@@ -267,8 +266,8 @@ mod tests {
     }
 
     #[test]
-    fn six_positions_give_the_calibration() {
-        // A unit with errors of its own; the formulas of the file's doc, then the corrected readings.
+    fn six_position_measurement_gives_calibration() {
+        // A device with errors, the formulas of the module documentation, then the corrected readings.
         let gain = [
             [1.02, 0.01, -0.005],
             [-0.02, 0.97, 0.015],
@@ -328,12 +327,12 @@ mod tests {
 
     proptest! {
         #[test]
-        fn what_is_encoded_is_decoded(c in calibrations()) {
+        fn calibration_is_unchanged_after_encode_and_decode(c in calibrations()) {
             prop_assert_eq!(Calibration::decode(&c.encode()), Some(c));
         }
 
         #[test]
-        fn the_result_is_the_formula_rounded(c in calibrations(), a: [i32; 3], temperature: i16) {
+        fn result_is_rounded_formula(c in calibrations(), a: [i32; 3], temperature: i16) {
             let got = c.apply(vector(a[0], a[1], a[2]), temperature);
             let end = f64::from(2 * ONE_G);
             let kelvin = f64::from(temperature.clamp(-5500, 12500)) / 100.0 - 25.0;
@@ -342,7 +341,7 @@ mod tests {
             });
             for (i, got) in [got.x, got.y, got.z].into_iter().enumerate() {
                 let sum: f64 = (0..3).map(|j| f64::from(c.deviation[i][j]) / 262_144.0 * d[j]).sum();
-                // Half a unit for each of the two roundings, the first of them through the matrix.
+                // Half a unit for each of two roundings; the matrix scales the first one.
                 prop_assert!((f64::from(got) - (d[i] + sum).clamp(-end, end - 1.0)).abs() <= 1.2);
             }
         }

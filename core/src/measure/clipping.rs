@@ -1,12 +1,12 @@
-//! Clipping: the accelerometer is at the end of its range, so the angle is wrong.
+//! Clipping: the accelerometer is at the limit of its range, so the angle is wrong.
 
-/// Samples for which a clipped one counts: 100 ms, so that vibration does not make the fault flicker.
+/// The number of samples for which the fault stays active: 100 ms. Vibration then does not switch the fault on and off.
 const HOLD: u8 = 20;
 
-/// Whether the accelerometer clips, or did so within the last 100 ms.
+/// Whether a sample was clipped within the last 100 ms.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Clipping {
-    /// Samples for which it still counts.
+    /// The number of samples until the fault ends.
     left: u8,
 }
 
@@ -14,7 +14,7 @@ impl Clipping {
     /// No sample was clipped.
     pub const NONE: Self = Self { left: 0 };
 
-    /// Takes in whether a sample was clipped.
+    /// Processes a sample. Returns true if this sample or one within the last 100 ms was clipped.
     pub fn step(&mut self, clipped: bool) -> bool {
         if clipped {
             self.left = HOLD;
@@ -30,7 +30,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_clipped_sample_counts_for_100_ms() {
+    fn clipped_sample_is_reported_for_100_ms() {
         let mut clipping = Clipping::default();
         assert!(!clipping.step(false));
         assert!(clipping.step(true));

@@ -1,12 +1,12 @@
-//! Angle definitions: what the angles of a sensor are, given where up is.
+//! Angle definitions: the angles of a sensor from its up vector.
 //!
-//! `up` is the specific force in the frame of the housing: at rest it points away from the earth, and a level 2-axis sensor has
-//! up = (0, 0, 1). Only its direction counts; every vector of integers is allowed. Each angle is off by at most 1.5e-5 deg
-//! ([`ERROR`]), also at +-90 deg: an arc sine would be blind there, so a tilt is always the arc tangent of one component over the
-//! length of the other two.
+//! `up` is the specific force in the coordinate frame of the housing. At rest it points away from the earth; a level 2-axis
+//! sensor has up = (0, 0, 1). Only its direction has an effect, and all integer vectors are permitted. The error of each angle is
+//! at most 1.5e-5 deg ([`ERROR`]), also at +-90 deg. The arc sine has no resolution there, so a tilt is always the arc tangent of
+//! one component over the length of the other two.
 //!
-//! A vector that does not determine an angle has the angle 0: the direction of no slope, the bank of a plane that points straight
-//! up or down, and every angle of the zero vector.
+//! An angle that the vector does not determine is 0: the direction if there is no slope, Y of gimbal X at X = +-90 deg, and all
+//! angles of the zero vector.
 //!
 //! With g = (-ux, uy, uz), the four pairs of angles of a 2-axis sensor are (ifm JN2101 manual 8):
 //!
@@ -17,27 +17,28 @@
 //! | [`gimbal_x`]      | as perpendicular               | atan2(gy, gz)                  |
 //! | [`gimbal_y`]      | atan2(gx, gz)                  | as perpendicular               |
 //!
-//! As long as the housing is turned about one of its axes only, perpendicular and gimbal angles are the same.
+//! If the housing is rotated about only one of its axes, perpendicular and gimbal angles are equal.
 //!
-//! No function here is inlined: each is called from one or two places and is measured as a function.
+//! The functions are not inlined: each is called from one or two places and is measured as a function.
 
 use super::I32x3;
 use crate::angle::Angle;
 
-/// The largest error of an angle against exact arithmetic on the same vector: 1.5e-5 deg. The tests hold it to this.
+/// The largest error of an angle compared with exact arithmetic on the same vector: 1.5e-5 deg. The tests check it.
 pub const ERROR: Angle = Angle(178);
 
-/// The angles of a 2-axis sensor, each -90..=90 deg: of gravity against the planes of the housing.
+/// The perpendicular angles of a 2-axis sensor, each -90..=90 deg: the angles between gravity and the planes of the housing.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Perpendicular {
-    /// X, longitudinal: against the YZ plane, a right-hand turn about the Y axis (the X axis goes down) counts up.
+    /// X, longitudinal: relative to the YZ plane. A right-hand rotation about the Y axis (the X axis moves down) is positive.
     pub x: Angle,
-    /// Y, lateral: against the XZ plane, a right-hand turn about the X axis (the Y axis goes up) counts up.
+    /// Y, lateral: relative to the XZ plane. A right-hand rotation about the X axis (the Y axis moves up) is positive.
     pub y: Angle,
 }
 
-/// Both angles of a 2-axis sensor. With g = (-ux, uy, uz), X = atan2(gx, sqrt(gy^2 + gz^2)), Y = atan2(gy, sqrt(gx^2 + gz^2)).
+/// The perpendicular angles of a 2-axis sensor. With g = (-ux, uy, uz), X = atan2(gx, sqrt(gy^2 + gz^2)), Y = atan2(gy, sqrt(gx^2
+/// + gz^2)).
 ///
 /// ```
 /// use plumbline::measure::{I32x3, definition::perpendicular};
@@ -56,21 +57,21 @@ pub fn perpendicular(up: I32x3) -> Perpendicular {
     }
 }
 
-/// The Euler angles of a 2-axis sensor: how steep, and where to.
+/// The Euler angles of a 2-axis sensor: amount and direction of the slope.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Euler {
     /// The slope, 0..=180 deg: between the Z axis and the vertical.
     pub slope: Angle,
-    /// The direction of the slope, 0..360 deg: how far the housing was turned about its Z axis. 0 with the Y axis down, 90 deg
-    /// with the X axis down; 0 also without a slope, where it means nothing.
+    /// The direction of the slope, 0..360 deg: the rotation of the housing about its Z axis. 0 with the Y axis down, 90 deg with
+    /// the X axis down. Without a slope it is undefined and set to 0.
     pub direction: Angle,
 }
 
 /// The Euler angles of a 2-axis sensor: slope = atan2(sqrt(gx^2 + gy^2), gz), direction = atan2(gx, -gy) mod 360 with
 /// g = (-ux, uy, uz) (ifm JN2101 manual 8.2).
 ///
-/// Close to level, the direction follows the noise of the accelerometer.
+/// Close to level, the direction depends on the noise of the accelerometer.
 ///
 /// ```
 /// use plumbline::measure::{I32x3, definition::euler};
@@ -81,7 +82,7 @@ pub struct Euler {
 /// ```
 #[inline(never)] // measured and budgeted as a function
 pub fn euler(up: I32x3) -> Euler {
-    // Half a turn and not two signs, because -i32::MIN does not exist.
+    // 180 deg are added instead of negating both components, because -i32::MIN does not exist.
     let direction = if (up.x | up.y) == 0 {
         Angle::ZERO
     } else {
@@ -96,23 +97,23 @@ pub fn euler(up: I32x3) -> Euler {
     }
 }
 
-/// The gimbal angles of a 2-axis sensor: two turns, one after the other, that bring the level housing where it is.
+/// The gimbal angles of a 2-axis sensor: two consecutive rotations from the level position to the present position.
 ///
-/// In either order, the first turn is about an axis at rest and reaches a full turn; the second is about an axis that was turned
-/// with the housing and reaches +-90 deg.
+/// In both orders, the first rotation is about a fixed axis and has a range of 360 deg. The second rotation is about an axis that
+/// was rotated with the housing and has a range of +-90 deg.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Gimbal {
-    /// X, longitudinal: the turn about the Y axis.
+    /// X, longitudinal: the rotation about the Y axis.
     pub x: Angle,
-    /// Y, lateral: the turn about the X axis.
+    /// Y, lateral: the rotation about the X axis.
     pub y: Angle,
 }
 
-/// The gimbal angles X: X = atan2(gx, sqrt(gy^2 + gz^2)), -90..=90 deg, Y = atan2(gy, gz), -180..180 deg, with
-/// g = (-ux, uy, uz) (ifm JN2101 manual 8.3). Pitch and bank of a plane whose nose is the X axis.
+/// The gimbal angles X: X = atan2(gx, sqrt(gy^2 + gz^2)), -90..=90 deg, Y = atan2(gy, gz), -180..180 deg, with g = (-ux, uy, uz)
+/// (ifm JN2101 manual 8.3). Pitch and roll of an aircraft whose longitudinal axis is X.
 ///
-/// At X = +-90 deg, Y means nothing; close to it, it follows the noise of the accelerometer.
+/// At X = +-90 deg, Y is undefined. Close to it, Y depends on the noise of the accelerometer.
 ///
 /// ```
 /// use plumbline::measure::{I32x3, definition::gimbal_x};
@@ -129,10 +130,10 @@ pub fn gimbal_x(up: I32x3) -> Gimbal {
     }
 }
 
-/// The gimbal angles Y: X = atan2(gx, gz), -180..180 deg, Y = atan2(gy, sqrt(gx^2 + gz^2)), -90..=90 deg, with
-/// g = (-ux, uy, uz) (ifm JN2101 manual 8.4): [`gimbal_x`] with the turns in the other order.
+/// The gimbal angles Y: X = atan2(gx, gz), -180..180 deg, Y = atan2(gy, sqrt(gx^2 + gz^2)), -90..=90 deg, with g = (-ux, uy, uz)
+/// (ifm JN2101 manual 8.4): [`gimbal_x`] with the rotations in the other order.
 ///
-/// At Y = +-90 deg, X means nothing.
+/// At Y = +-90 deg, X is undefined. Close to it, X depends on the noise of the accelerometer.
 ///
 /// ```
 /// use plumbline::measure::{I32x3, definition::gimbal_y};
@@ -149,8 +150,8 @@ pub fn gimbal_y(up: I32x3) -> Gimbal {
     }
 }
 
-/// The angle of a 1-axis sensor, a full turn: atan2(ux, uy), 0 with the Y axis up; a right-hand turn about the housing's Z axis
-/// counts up.
+/// The angle of a 1-axis sensor, 0..360 deg: atan2(ux, uy). 0 with the Y axis up; a right-hand rotation about the Z axis of the
+/// housing is positive.
 ///
 /// ```
 /// use plumbline::measure::{I32x3, definition::rotation};
@@ -163,16 +164,16 @@ pub fn rotation(up: I32x3) -> Angle {
     Angle::atan2(up.x, up.y)
 }
 
-/// The cross slope of a 1-axis sensor, -90..=90 deg: how far its Z axis is above the horizontal, asin(uz) for a unit vector.
+/// The cross slope of a 1-axis sensor, -90..=90 deg: the angle of its Z axis above the horizontal, asin(uz) for a unit vector.
 #[inline(never)] // measured and budgeted as a function
 pub fn cross_slope(up: I32x3) -> Angle {
     let up = normalise(up);
     tilt(up.z, up.x, up.y)
 }
 
-/// `up` shifted left as far as its largest component allows; small vectors would lose the angle in the square root.
+/// `up`, shifted left as far as its largest component permits. Otherwise the square root of a small vector would be too coarse.
 pub(super) fn normalise(up: I32x3) -> I32x3 {
-    // x ^ (x >> 31) has a leading zero for each sign bit of x, and unlike the absolute value it exists for every x.
+    // x ^ (x >> 31) has a leading zero for each sign bit of x. Unlike the absolute value, it exists for all x.
     let bits = (up.x ^ (up.x >> 31)) | (up.y ^ (up.y >> 31)) | (up.z ^ (up.z >> 31));
     let shift = bits.leading_zeros().wrapping_sub(1);
     I32x3 {
@@ -185,7 +186,7 @@ pub(super) fn normalise(up: I32x3) -> I32x3 {
 /// atan(`along` / sqrt(`a`^2 + `b`^2)), -90..=90 deg.
 fn tilt(along: i32, a: i32, b: i32) -> Angle {
     let squares = square(a).wrapping_add(square(b)); // at most 2^63
-    // Half of both sides, because sqrt(2^63) may be more than the 2^31 that the other side has at most.
+    // Half of both sides, because sqrt(2^63) can exceed 2^31, the maximum of the other side.
     let angle = Angle::first_quadrant(along.unsigned_abs() / 2, half_square_root(squares));
     if along < 0 { -angle } else { angle }
 }
@@ -202,8 +203,8 @@ fn half_square_root(square: u64) -> u32 {
     // The 32 leading bits, shifted by an even number: n = 2^30..2^32.
     let shift = square.leading_zeros() & !1;
     let n = (square.wrapping_shl(shift) >> 32) as u32;
-    // A straight line within 3 % of the root, then one step of Heron's method, which leaves at most 4.5e-4 and is never too
-    // small: half of that is taken off.
+    // A straight line within 3 % of the root, then one step of Heron's method. Its error is at most 4.5e-4 and never negative, so
+    // half of that is subtracted.
     let line = ((n >> 16) * 11 / 16 + 22_500) | 1;
     let heron = (line + n / line) / 2;
     let root = (heron - heron / 4096) | 1;

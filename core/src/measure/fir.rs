@@ -1,14 +1,14 @@
 //! The linear-phase low-pass filter on the up vector (ifm JN2101 manual 9.2: "digital FIR filter").
 //!
-//! Its coefficients are Dolph-Chebyshev windows: of all filters of a length and an attenuation they are the ones with the narrowest
-//! pass band, that is, of a cut-off frequency and an attenuation the ones with the shortest delay. They are symmetric (every
-//! frequency is delayed alike) and positive (the output is always between the smallest and the largest input: no step overshoots
-//! and nothing overflows), and their sum is exactly 2^17 (a vector at rest comes out as it is, to the last bit).
+//! Its coefficients are Dolph-Chebyshev windows. For a given cut-off frequency and attenuation, they have the shortest delay.
+//! They are symmetric, so the delay is the same at all frequencies. They are positive, so the output is always between the
+//! smallest and the largest input, without overshoot or overflow. Their sum is exactly 2^17, so a constant vector passes exactly.
 //!
-//! At 200 Hz, 0.5 Hz would take 500 coefficients and as many vectors of memory. The lower cut-off frequencies are therefore
-//! filtered at a lower rate, every `decimation` samples: a triangular mean before (two running sums, the zeros of which lie where
-//! the lower rate folds into the pass band) and straight lines between the filtered vectors after. Both are symmetric too, and both
-//! pass a vector at rest exactly. What they leave of folded and mirrored frequencies is at least 40 dB down.
+//! At 200 Hz, a cut-off frequency of 0.5 Hz would need 500 coefficients and memory for 500 vectors. The lower cut-off frequencies
+//! are therefore filtered at a lower rate, once every `decimation` samples. A triangular mean (two running sums) comes before the
+//! filter; its zeros are at the frequencies that alias into the pass band. Linear interpolation between the filtered vectors
+//! comes after the filter. Both are symmetric and pass a constant vector exactly. Aliases and images are attenuated by at least
+//! 40 dB.
 //!
 //! | cut-off, -3 dB | decimation | coefficients | delay  | settled after | at least 40 dB from |
 //! |----------------|------------|--------------|--------|---------------|---------------------|
@@ -17,8 +17,8 @@
 //! | 1 Hz           | 8          | 17           | 390 ms | 785 ms        | 3.2 Hz              |
 //! | 0.5 Hz         | 16         | 17           | 790 ms | 1585 ms       | 1.6 Hz              |
 //!
-//! The cut-off frequencies are exact within 0.1 % of the sampling rate that there is. "Settled": so long after the last change of
-//! the input, the output has its last bit.
+//! The cut-off frequencies are exact to 0.1 % relative to the actual sampling rate. "Settled after": the time from the last
+//! change of the input until the output is exact.
 
 use super::{I32x3, ONE_G, SAMPLE_PERIOD};
 use crate::time::Duration;
@@ -41,12 +41,12 @@ pub enum Cutoff {
 }
 
 impl Cutoff {
-    /// By how much the output lags behind the input, at every frequency.
+    /// The delay of the output, equal at all frequencies.
     pub const fn delay(self) -> Duration {
         samples(self.delay_in_samples())
     }
 
-    /// How long after the last change of the input the output still changes.
+    /// The time from the last change of the input until the output is constant.
     pub const fn settling(self) -> Duration {
         match self {
             Self::Off => samples(0),
@@ -54,7 +54,7 @@ impl Cutoff {
         }
     }
 
-    /// Half of the length of the impulse response: of both triangles and of the coefficients between them.
+    /// Half of the length of the impulse response: both triangles and the coefficients between them.
     const fn delay_in_samples(self) -> u32 {
         match self.design() {
             None => 0,
@@ -76,15 +76,15 @@ impl Cutoff {
     }
 }
 
-/// What makes up one setting.
+/// The design of one setting.
 struct Design {
-    /// One vector in 2^this is filtered.
+    /// One vector in 2^`decimation` is filtered.
     decimation: u32,
     /// A Dolph-Chebyshev window; the sum is 2^17.
     coefficients: &'static [i16],
 }
 
-/// 43.3 dB.
+/// Side lobes at -43.3 dB.
 static TEN_HERTZ: Design = Design {
     decimation: 0,
     coefficients: &[
@@ -92,7 +92,7 @@ static TEN_HERTZ: Design = Design {
     ],
 };
 
-/// 45.3 dB.
+/// Side lobes at -45.3 dB.
 static FIVE_HERTZ: Design = Design {
     decimation: 1,
     coefficients: &[
@@ -100,13 +100,13 @@ static FIVE_HERTZ: Design = Design {
     ],
 };
 
-/// 50.5 dB.
+/// Side lobes at -50.5 dB.
 static ONE_HERTZ: Design = Design {
     decimation: 3,
     coefficients: &AT_A_TWENTY_FIFTH,
 };
 
-/// 50.5 dB.
+/// Side lobes at -50.5 dB.
 static HALF_HERTZ: Design = Design {
     decimation: 4,
     coefficients: &AT_A_TWENTY_FIFTH,
@@ -118,7 +118,7 @@ static AT_A_TWENTY_FIFTH: [i16; LONGEST] = [
     1689, 710,
 ];
 
-/// The most coefficients that a setting has.
+/// The maximum number of coefficients of a setting.
 const LONGEST: usize = 17;
 
 /// The base-2 logarithm of the sum of the coefficients.
@@ -126,8 +126,8 @@ const SUM: u32 = 17;
 
 /// The filter on the three components of the up vector.
 ///
-/// It starts settled at the first vector that it gets, and after [`tune`](Self::tune) at the vector that it gave last. Takes about
-/// 350 bytes of memory.
+/// It starts settled at its first input vector. After [`tune`](Self::tune) it is settled at its last output vector. Size: about
+/// 350 bytes.
 ///
 /// ```
 /// use plumbline::measure::{I32x3, ONE_G, fir::{Cutoff, Fir}};
@@ -142,24 +142,24 @@ pub struct Fir {
     cutoff: Cutoff,
     /// The running sums of each axis.
     means: [Mean; 3],
-    /// How many samples went into the running sums.
+    /// The number of samples in the running sums.
     phase: u32,
-    /// The decimated vectors, the oldest at `oldest`; of these, only as many as there are coefficients.
+    /// The decimated vectors, the oldest at `oldest`. Only as many are used as there are coefficients.
     history: [[i32; 3]; LONGEST],
     oldest: usize,
-    /// The filtered vector before the last one, from which the output leads ...
+    /// The filtered vector before the last one: the start of the interpolation.
     from: [i32; 3],
-    /// ... to the last one.
+    /// The last filtered vector: the end of the interpolation.
     to: [i32; 3],
-    /// What the filter gave last; None before the first step.
+    /// The last output; None before the first step.
     output: Option<I32x3>,
 }
 
-/// The triangular mean of one axis, over two blocks of `decimation` samples. The weights rise from 0 through the older block and
-/// fall to 1 through the younger.
+/// The triangular mean of one axis, over two blocks of `decimation` samples. The weights rise from 0 in the older block and fall
+/// to 1 in the newer block.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mean {
-    /// The sum of this block's samples.
+    /// The sum of the samples of this block.
     sum: i64,
     /// The sum of those sums: the samples with falling weights.
     falling: i64,
@@ -186,7 +186,7 @@ impl Fir {
         }
     }
 
-    /// Sets the cut-off frequency. The output goes on from where it is, without a jump; to set again what is set changes nothing.
+    /// Sets the cut-off frequency. The output continues without a step. Setting the same value again has no effect.
     pub fn tune(&mut self, cutoff: Cutoff) {
         if cutoff == self.cutoff {
             return;
@@ -197,13 +197,13 @@ impl Fir {
         }
     }
 
-    /// The cut-off frequency in force.
+    /// The present cut-off frequency.
     pub const fn cutoff(&self) -> Cutoff {
         self.cutoff
     }
 
-    /// Takes the vector of one [`SAMPLE_PERIOD`] in and returns the filtered one, rounded to nearest. A component beyond +-4 g
-    /// counts as 4 g.
+    /// Filters one vector (1 g = 2^28); call it once per [`SAMPLE_PERIOD`]. The output is rounded to nearest. The input is
+    /// limited to +-4 g.
     #[inline(never)]
     pub fn step(&mut self, input: I32x3) -> I32x3 {
         let input = input.to_array().map(held);
@@ -245,9 +245,9 @@ impl Fir {
         ]
     }
 
-    /// Replaces the oldest vector by `newest` and returns the sum of all, each times its coefficient.
+    /// Replaces the oldest vector by `newest` and returns the sum of all vectors multiplied by their coefficients.
     ///
-    /// The vectors are taken in the order in which they lie in memory, and the coefficients are turned to fit.
+    /// The vectors are used in the order of the memory, and the coefficients are rotated accordingly.
     fn convolve(&mut self, coefficients: &[i16], newest: [i32; 3]) -> [i32; 3] {
         if let Some(place) = self.history.get_mut(self.oldest) {
             *place = newest;
@@ -261,7 +261,7 @@ impl Fir {
             .split_at_checked(self.oldest)
             .unwrap_or_default();
         let mut sums = [1i64 << (SUM - 1); 3];
-        // The oldest vector takes the first coefficient; symmetric as they are, that could as well be the newest.
+        // The oldest vector gets the first coefficient. The coefficients are symmetric, so the direction has no effect.
         let turned = coefficients.len().wrapping_sub(self.oldest);
         let (first, last) = coefficients.split_at_checked(turned).unwrap_or_default();
         add_products(&mut sums, old, first);
@@ -269,7 +269,7 @@ impl Fir {
         sums.map(|sum| (sum >> SUM) as i32)
     }
 
-    /// Puts the filter into the state in which a constant input of `rest` would have left it.
+    /// Sets the state to that after a constant input of `rest`.
     #[cold]
     fn settle(&mut self, rest: [i32; 3]) {
         let decimation = self.cutoff.design().map_or(0, |design| design.decimation);
@@ -278,7 +278,7 @@ impl Fir {
         self.history.fill(rest);
         self.from = rest;
         self.to = rest;
-        // The weights 0, 1, 2 ... of a whole block.
+        // The weights 0, 1, 2 ... of a complete block.
         let rising = (1i64 << decimation).wrapping_mul((1 << decimation) - 1) >> 1;
         self.means = rest.map(|sample| Mean {
             rising: rising.wrapping_mul(i64::from(sample)),
@@ -294,10 +294,10 @@ impl Default for Fir {
 }
 
 impl Mean {
-    /// The mean of the block that ends and the one before, rounded to nearest; the next block starts.
+    /// The mean of the present block and the one before, rounded to nearest. Starts the next block.
     #[inline(never)] // one copy instead of three
     fn end(&mut self, decimation: u32) -> i32 {
-        // The weights of both blocks add up to the square of their length.
+        // The sum of the weights of both blocks is the square of their length.
         let half = (1i64 << (2 * decimation)) >> 1;
         let weighted = self.rising.wrapping_add(self.falling).wrapping_add(half);
         *self = Self {
@@ -329,7 +329,7 @@ fn between(from: i32, to: i32, way: i32, steps: u32) -> i32 {
     from.wrapping_add(moved as i32)
 }
 
-/// `component` held within -4 g..4 g, the upper end not included.
+/// `component` limited to -4 g..4 g, without the upper limit.
 fn held(component: i32) -> i32 {
     component.clamp(-4 * ONE_G, 4 * ONE_G - 1)
 }

@@ -1,33 +1,33 @@
 //! The digital low-pass filter of order 8 on the up vector (GEMAC manual 9.1).
 //!
-//! Both filters are chains of trapezoidal integrators (state-variable form), with coefficients apart from state: a Butterworth
-//! filter is four second-order sections, a critically damped one eight equal first-order sections. Each section feeds back the
-//! difference between its input and its own output and integrates it in 64 bits, so that it settles exactly at its input: the DC
-//! gain is 1 whatever the rounding of the coefficients, and there is no limit cycle.
+//! Both filters are chains of trapezoidal integrators (state-variable form) with separate coefficients and state. The Butterworth
+//! filter has four second-order sections, the critically damped filter eight equal first-order sections. Each section integrates
+//! the difference between its input and its output in 64 bits, so it settles exactly at its input. The DC gain is therefore
+//! exactly 1, independent of the rounding of the coefficients, and there is no limit cycle.
 //!
 //! Scaling: signals are i32 within +-2^29 (+-2 g, 1 g = 2^28), states i64 with 32 more fractional bits. States that are outputs
-//! have an offset of 1/2, which turns "take the upper half" into "round to nearest". Whatever the input, no signal and no state
-//! inside comes to 2^30 (the tests drive each with its worst input), so the difference of two fits.
+//! have an offset of 1/2, so their upper half is the output rounded to nearest. For any input, all internal signals and states
+//! stay below 2^30 (the tests use the worst-case input of each), so the difference of two does not overflow.
 
 use super::low_pass_design::{self as design, BUTTERWORTH_MAX, Butterworth, Section};
 use super::{I32x3, saturated};
 use core::ops::RangeInclusive;
 
-/// Which filter.
+/// The kind of filter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
-    /// None: the vector passes unchanged.
+    /// No filter: the vector passes unchanged.
     #[default]
     Off,
-    /// Butterworth of order 8: flat pass band, steep, overshoots by 16 to 18 %.
+    /// Butterworth of order 8: flat pass band, steep slope, overshoot 16 to 18 %.
     Butterworth,
-    /// Critically damped of order 8: never overshoots.
+    /// Critically damped of order 8: no overshoot.
     CriticallyDamped,
 }
 
 impl Kind {
-    /// The cut-off frequencies (-3 dB) that go with this kind, in mHz. The filter that is off has a setting too.
+    /// The permitted cut-off frequencies (-3 dB) of this kind, in mHz. The setting also exists while the filter is off.
     pub const fn cutoffs(self) -> RangeInclusive<u16> {
         match self {
             Self::Off | Self::Butterworth => 100..=BUTTERWORTH_MAX,
@@ -36,14 +36,14 @@ impl Kind {
     }
 }
 
-/// A cut-off frequency was not within [`Kind::cutoffs`].
+/// The cut-off frequency is not within [`Kind::cutoffs`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct OutOfRange;
 
 /// The low-pass filter on the three components of the up vector.
 ///
-/// It starts settled at the first vector that it gets, and after [`tune`](Self::tune) at the vector that it gave last.
+/// It starts settled at its first input vector. After [`tune`](Self::tune) it is settled at its last output vector.
 ///
 /// ```
 /// use plumbline::measure::{I32x3, ONE_G, low_pass::{Kind, LowPass}};
@@ -59,7 +59,7 @@ pub struct LowPass {
     kind: Kind,
     cutoff: u16,
     chain: Chain,
-    /// What the filter gave last; None before the first step.
+    /// The last output; None before the first step.
     output: Option<I32x3>,
 }
 
@@ -68,7 +68,7 @@ pub struct LowPass {
 enum Chain {
     Off,
     Butterworth(Butterworth, [[Integrators; 4]; 3]),
-    /// The gain in Q32; an integrator is its section's only state.
+    /// The gain in Q32. Each section has one integrator.
     CriticallyDamped(i32, [[i64; 8]; 3]),
 }
 
@@ -86,17 +86,17 @@ impl LowPass {
     pub const fn new() -> Self {
         Self {
             kind: Kind::Off,
-            // None that can be set, so that all bits are 0.
+            // Not a valid cut-off frequency; it makes all bits 0.
             cutoff: 0,
             chain: Chain::Off,
             output: None,
         }
     }
 
-    /// Sets kind and cut-off frequency in mHz. The output goes on from where it is, without a jump; to set again what is set
-    /// changes nothing. On an error nothing changes either.
+    /// Sets kind and cut-off frequency in mHz. The output continues without a step. Setting the same values again has no effect.
+    /// On an error, nothing changes.
     ///
-    /// Costs about as much as five steps.
+    /// The execution time is about that of five steps.
     #[inline(never)] // measured and budgeted as a function
     pub fn tune(&mut self, kind: Kind, cutoff: u16) -> Result<(), OutOfRange> {
         if !kind.cutoffs().contains(&cutoff) {
@@ -123,8 +123,8 @@ impl LowPass {
         Ok(())
     }
 
-    /// Takes the vector of one [`SAMPLE_PERIOD`](super::SAMPLE_PERIOD) in and returns the filtered one, rounded to nearest.
-    /// A component beyond +-2 g counts as 2 g. The Butterworth filter can overshoot: its output can be up to 1.81 times 2 g.
+    /// Filters one vector; call it once per [`SAMPLE_PERIOD`](super::SAMPLE_PERIOD). The output is rounded to nearest. The input
+    /// is limited to +-2 g. The Butterworth filter can overshoot: its output can be up to 1.81 times 2 g.
     #[inline(never)] // measured and budgeted as a function
     pub fn step(&mut self, input: I32x3) -> I32x3 {
         let input = limit(input);
@@ -149,9 +149,9 @@ impl LowPass {
         output
     }
 
-    /// Puts the filter into the state in which a constant input of `rest` would have left it.
+    /// Sets the state to that after a constant input of `rest`.
     ///
-    /// A rest beyond +-2 g could not have come from an input, and the bound on the states would not cover it: it is limited.
+    /// `rest` is limited to +-2 g, because the bound on the states is valid only for this range.
     #[cold]
     fn settle(&mut self, rest: I32x3) {
         let rest = limit(rest).to_array().map(state);
@@ -177,7 +177,7 @@ impl Default for LowPass {
     }
 }
 
-/// `vector` with each component held within -2 g..2 g.
+/// `vector` with each component limited to -2 g..2 g.
 fn limit(vector: I32x3) -> I32x3 {
     I32x3 {
         x: saturated(vector.x),
@@ -201,13 +201,13 @@ fn product(coefficient: i32, signal: i32) -> i64 {
     i64::from(coefficient).wrapping_mul(i64::from(signal))
 }
 
-/// A coefficient in Q32, not negative, times a state, rounded down.
+/// A non-negative coefficient in Q32 times a state, rounded down.
 fn scaled(coefficient: i32, state: i64) -> i64 {
     let fraction = u64::from(coefficient as u32).wrapping_mul(u64::from(state as u32)) >> 32;
     product(coefficient, output(state)).wrapping_add(fraction as i64)
 }
 
-/// One step of the four sections, written out: a loop takes 30 instructions more for each vector.
+/// One step of the four sections. Not a loop, because a loop needs 30 more instructions for each vector.
 fn butterworth(filter: &Butterworth, states: &mut [Integrators; 4], input: i32) -> i32 {
     let [first, second, third, fourth] = &filter.sections;
     let [s1, s2, s3, s4] = states;
@@ -219,8 +219,8 @@ fn butterworth(filter: &Butterworth, states: &mut [Integrators; 4], input: i32) 
 
 /// One step of a section. Each integrator takes half of its increment before it is read and half after (trapezoid).
 ///
-/// The products take in the fraction of a state: with outputs rounded inside the loop, a section of low damping never comes to
-/// rest but goes on swinging by one or two units.
+/// The products include the fraction of a state. With rounded outputs, a section with low damping would have a limit cycle of one
+/// or two units.
 #[inline(always)]
 fn pass(section: &Section, to_low: i32, integrators: &mut Integrators, input: i32) -> i32 {
     let difference = state(input).wrapping_sub(integrators.low);
@@ -235,7 +235,8 @@ fn pass(section: &Section, to_low: i32, integrators: &mut Integrators, input: i3
     output(low)
 }
 
-/// One step of the eight poles. Rounded outputs do here: a pole with a gain below 1/2 approaches its input from one side.
+/// One step of the eight poles. Rounded outputs are sufficient here: a pole with a gain below 1/2 approaches its input from one
+/// side.
 fn critical(gain: i32, poles: &mut [i64; 8], input: i32) -> i32 {
     let mut signal = input;
     for pole in poles {

@@ -1,8 +1,8 @@
-//! From a cut-off frequency to the coefficients of the low-pass filters, on the device and in integers.
+//! The coefficients of the low-pass filters from a cut-off frequency, calculated on the device with integers.
 //!
-//! With theta = pi fc / fs, the bilinear transform (prewarped, so that the cut-off frequency is exact) maps the cut-off to
-//! g = tan(theta). Everything follows from s = sin(theta) and c = cos(theta), and those from the sine and cosine of the double
-//! angle, which is below 45 deg: s c = sin(2 theta) / 2, s^2 = (1 - cos(2 theta)) / 2.
+//! With theta = pi fc / fs, the bilinear transform (prewarped, so that the cut-off frequency is exact) maps the cut-off to g =
+//! tan(theta). All coefficients are functions of s = sin(theta) and c = cos(theta). These follow from the sine and cosine of the
+//! double angle, which is below 45 deg: s c = sin(2 theta) / 2, s^2 = (1 - cos(2 theta)) / 2.
 //!
 //! ```text
 //! Butterworth, section of damping k:   band = g / (1 + g (g + k))         = s c / (1 + k s c)
@@ -11,7 +11,7 @@
 //! critically damped, factor w:         gain = w g / (1 + w g)             = w s c / (c^2 + w s c)
 //! ```
 //!
-//! All coefficients are below 1/2 as long as the sampling is at least eight times as fast as the cut-off, hence Q32 in an i32.
+//! All coefficients are below 1/2 if the sampling rate is at least eight times the cut-off frequency, so Q32 fits into an i32.
 //! The response with these coefficients is within 1e-5 dB of the exact one in the pass band.
 
 use super::SAMPLE_PERIOD;
@@ -24,7 +24,7 @@ const SAMPLE_RATE: u64 = 1_000_000_000 / SAMPLE_PERIOD.ticks();
 
 const _: () = assert!(
     SAMPLE_RATE >= 8 * BUTTERWORTH_MAX as u64,
-    "the coefficients would reach 1/2"
+    "the sampling rate must be at least eight times the cut-off frequency"
 );
 
 /// 2 pi in Q60.
@@ -36,12 +36,12 @@ const ANGLE_PER_MHZ: u64 = (TAU / SAMPLE_RATE) >> 14;
 /// 1 in Q31.
 const ONE: u32 = 1 << 31;
 
-/// The dampings of the four sections, 2 cos((2 i + 1) pi / 16), in Q30, the most damped one first: so no section sees more
-/// than the input's range times the overshoot of those before.
+/// The dampings of the four sections, 2 cos((2 i + 1) pi / 16), in Q30, highest damping first. So the input of each section is at
+/// most the input range times the overshoot of the sections before it.
 const DAMPINGS: [u32; 4] = [2_106_220_352, 1_785_567_396, 1_193_077_991, 418_953_276];
 
-/// How much faster each of the eight poles of the critically damped filter is than the filter as a whole,
-/// 1 / sqrt(2^(1/8) - 1) = 3.324, in Q29.
+/// The ratio between the frequency of each of the eight poles of the critically damped filter and the cut-off frequency of the
+/// filter, 1 / sqrt(2^(1/8) - 1) = 3.324, in Q29.
 const POLE_FACTOR: u32 = 1_784_543_059;
 
 /// One second-order section of a Butterworth filter.
@@ -49,7 +49,7 @@ const POLE_FACTOR: u32 = 1_784_543_059;
 pub(super) struct Section {
     /// From the input to the band-pass integrator, Q32.
     pub band: i32,
-    /// From the band-pass integrator to itself, Q32; taken away.
+    /// From the band-pass integrator to itself, Q32; subtracted.
     pub leak: i32,
 }
 
@@ -79,8 +79,8 @@ pub(super) fn butterworth(cutoff: u16) -> Butterworth {
     }
 }
 
-/// The gain, Q32, of the eight equal poles that make up a critically damped filter of order 8 with its -3 dB point at `cutoff`
-/// mHz (100..=8000).
+/// The gain, Q32, of the eight equal poles of a critically damped filter of order 8 with its -3 dB point at `cutoff` mHz
+/// (100..=8000).
 pub(super) fn critically_damped(cutoff: u16) -> i32 {
     let Products { sc, c2, .. } = products(cutoff);
     let wsc = ((u64::from(POLE_FACTOR) * u64::from(sc)) >> 29) as u32;
@@ -119,8 +119,8 @@ fn high(a: u32, b: u32) -> u32 {
     ((u64::from(a) * u64::from(b)) >> 32) as u32
 }
 
-/// `a` / `b` in Q32, for `a` below `b`; cut off. Bit by bit: the 64-bit division of the compiler would be larger than all the
-/// rest of this file.
+/// `a` / `b` in Q32, truncated, for `a` below `b`. Bit by bit, because the 64-bit division of the compiler would be larger than
+/// the rest of this file.
 pub(super) fn ratio(a: u32, b: u32) -> u32 {
     let (mut rest, mut quotient) = (a, 0);
     for _ in 0..32 {
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn the_constants_are_what_they_are_called() {
+    fn constants_match_formulas() {
         assert_eq!(SAMPLE_RATE, 200_000);
         assert!((TAU as f64 / 2f64.powi(60) - TAU_F64).abs() < 1e-15);
         for (i, &k) in DAMPINGS.iter().enumerate() {
@@ -159,7 +159,7 @@ mod tests {
     }
 
     #[test]
-    fn every_coefficient_is_within_eight_units_of_exact_arithmetic() {
+    fn coefficients_are_within_eight_units_of_exact_arithmetic() {
         let check = |got: i32, exact: f64, cutoff: u16| {
             assert!(
                 (f64::from(got) - exact * Q32).abs() <= 8.0,
@@ -184,9 +184,9 @@ mod tests {
         }
     }
 
-    /// The magnitude in dB at `frequency` Hz of the filters as their coefficients make them.
+    /// The magnitude in dB at `frequency` Hz of the filters with their coefficients.
     fn magnitude(cutoff: u16, critically: bool, frequency: f64) -> f64 {
-        // A trapezoidal integrator's half increment is j w times its output.
+        // The half increment of a trapezoidal integrator is j w times its output.
         let w = (PI * frequency / 200.0).tan();
         let mut db = 0.0;
         if critically {
@@ -208,7 +208,7 @@ mod tests {
     }
 
     #[test]
-    fn the_response_is_within_1e_5_db_of_the_exact_one_in_the_pass_band() {
+    fn response_in_pass_band_is_within_1e_5_db_of_exact_one() {
         for cutoff in (100..=25_000u16).step_by(7) {
             let fc = f64::from(cutoff) / 1000.0;
             for tenth in 1..=10 {

@@ -2,16 +2,16 @@
 //!
 //! A [`Reading`] comes from the accelerometer every [`SAMPLE_PERIOD`]. Then, in this order:
 //!
-//! 1. [`calibration`] corrects offset, gain, cross axes and temperature drift of the unit;
-//! 2. [`teach`] turns it into the frame of the machine, where a product can be taught one;
-//! 3. [`low_pass`] or [`fir`] takes the vibration out of the vector, component by component. Filtering the angle instead would go
-//!    wrong around 0/360 deg and turn vibration into a bias;
-//! 4. [`definition`] makes angles of the vector;
+//! 1. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
+//! 2. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
+//! 3. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
+//!    results near 0/360 deg and a bias under vibration;
+//! 4. [`definition`] calculates the angles of the vector;
 //! 5. [`Angle`](crate::angle::Angle) rounds them to 0.01 deg;
 //! 6. [`zero`] adds the zero offset.
 //!
-//! [`Inclinometer`] is calibration and [`low_pass`]; the others are functions and filters that each product composes as its manual
-//! says. [`self_test`] judges the accelerometer itself.
+//! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
+//! requires. [`self_test`] checks the accelerometer.
 //!
 //! ```
 //! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
@@ -44,26 +44,26 @@ pub use clipping::Clipping;
 pub use low_pass::LowPass;
 pub use micromath::vector::I32x3;
 
-/// The period of the internal sampling: 200 Hz, above the 160 Hz below which the critically damped filter would overshoot.
+/// The sampling period: 200 Hz. Below 160 Hz the critically damped filter would overshoot.
 pub const SAMPLE_PERIOD: Duration = millis(5);
 
-/// What the accelerometer (and gyroscope, where there is one) delivers for one sample.
+/// One sample of the accelerometer, and of the gyroscope if there is one.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Reading {
-    /// Specific force in the sensor's frame, 1 g = 2^28 ([`ONE_G`]); at rest it points up. Range +-2 g.
+    /// Specific force in the coordinate frame of the sensor, 1 g = 2^28 ([`ONE_G`]). At rest it points up. Range +-2 g.
     pub acceleration: I32x3,
     /// Angular rate about the same axes, right-handed, 1 deg/s = 2^16; zero without a gyroscope.
     pub angular_rate: I32x3,
-    /// Temperature of the part, in 0.01 degC.
+    /// Temperature of the accelerometer, in 0.01 degC.
     pub temperature: i16,
-    /// An axis of the accelerometer was at the end of its range.
+    /// An axis of the accelerometer was at the limit of its range.
     pub clipped: bool,
 }
 
-/// 1 g in a [`Reading`].
+/// 1 g in the unit of [`Reading::acceleration`].
 pub const ONE_G: i32 = 1 << 28;
 
-/// `component` held within -2 g..2 g, the upper end not included: a range that ends at powers of two is one instruction.
+/// `component` limited to -2 g..2 g, without the upper limit. Limits that are powers of two need only one instruction.
 pub(crate) const fn saturated(component: i32) -> i32 {
     const END: i32 = 2 * ONE_G;
     if component < -END {
@@ -78,20 +78,20 @@ pub(crate) const fn saturated(component: i32) -> i32 {
 /// Calibration and low-pass.
 #[derive(Clone, Debug, Default)]
 pub struct Inclinometer {
-    /// The calibration of the unit.
+    /// The calibration of the device.
     pub calibration: Calibration,
     /// The digital filter.
     pub low_pass: LowPass,
 }
 
 impl Inclinometer {
-    /// Not calibrated, the filter off.
+    /// Without calibration, filter off.
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
         low_pass: LowPass::new(),
     };
 
-    /// Takes a reading in and returns the filtered up vector, 1 g = 2^28.
+    /// Processes a reading. Returns the filtered up vector, 1 g = 2^28.
     pub fn sample(&mut self, reading: &Reading) -> I32x3 {
         let corrected = self
             .calibration

@@ -1,35 +1,35 @@
-//! Is an axis of the accelerometer alive? The part can push its own seismic mass by a known force; the reading must follow
-//! (ifm JN2101 manual 9.8; ISM330DHCX datasheet, "linear acceleration self-test output change").
+//! Self-test of the axes of the accelerometer. The accelerometer applies a known force to its seismic mass, and the reading must
+//! change (ifm JN2101 manual 9.8; ISM330DHCX datasheet, "linear acceleration self-test output change").
 //!
-//! Average some readings at rest, switch the self-test of the part on, wait for it to settle, average as many again. The range of
-//! the part must leave room for the push on top of gravity: at +-2 g a clipped axis may fail although it is alive; the datasheet
-//! has it done at +-4 g.
+//! Average some readings at rest, switch the self-test of the accelerometer on, wait until it has settled, and average the same
+//! number of readings again. The range must be large enough for gravity plus the test force. At +-2 g, an axis that works can
+//! clip and fail. The datasheet specifies the test at +-4 g.
 
 use super::{I32x3, ONE_G};
 use crate::time::{Duration, millis};
 
-/// How long the test may take; without a result by then the axes count as faulty.
+/// The longest duration of the test. Without a result by then, the axes are faulty.
 pub const LIMIT: Duration = millis(4000);
 
-/// The least change of a working axis, 1 g = 2^28: 90 mg.
+/// The smallest change of a working axis, 1 g = 2^28: 90 mg.
 pub const LEAST: u32 = (ONE_G as u64 * 90 / 1000) as u32;
 
 /// The largest change of a working axis, 1 g = 2^28: 1700 mg.
 pub const MOST: u32 = (ONE_G as u64 * 1700 / 1000) as u32;
 
-/// Which axes work.
+/// The result of the self-test: the axes that work.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Working {
-    /// The X axis does.
+    /// The X axis works.
     pub x: bool,
-    /// The Y axis does.
+    /// The Y axis works.
     pub y: bool,
-    /// The Z axis does.
+    /// The Z axis works.
     pub z: bool,
 }
 
-/// Judges the mean acceleration without (`at_rest`) and with the self-test on (`pushed`), 1 g = 2^28: an axis works when they
+/// Compares the mean acceleration without (`at_rest`) and with the self-test on (`pushed`), 1 g = 2^28. An axis works if they
 /// differ by [`LEAST`] to [`MOST`], in either direction.
 ///
 /// ```
@@ -58,7 +58,7 @@ mod tests {
     }
 
     #[test]
-    fn ninety_to_seventeen_hundred_milli_g_pass_in_either_direction_on_each_axis() {
+    fn change_of_90_to_1700_mg_on_each_axis_passes_in_both_directions() {
         let cases = [
             (0.0, false),
             (89.9, false),
@@ -90,7 +90,7 @@ mod tests {
     }
 
     #[test]
-    fn the_ends_of_the_integers_do_not_overflow() {
+    fn extreme_integers_do_not_overflow() {
         let low = I32x3 {
             x: i32::MIN,
             y: i32::MIN,

@@ -1,13 +1,13 @@
-//! Teach-in: angles against a plane of the machine instead of the plane on which the sensor is mounted (ifm JN2101 manual 9.5).
+//! Teach-in: angles relative to a plane of the machine instead of the mounting plane of the sensor (ifm JN2101 manual 9.5).
 //!
-//! In the position in which the machine is level, the sensor takes the up vector u as its new Z axis. The new X axis is the old one
-//! as seen from straight above, the new Y axis completes the right-handed frame:
+//! The teach-in is performed while the machine is level. The up vector u becomes the new Z axis. The new X axis is the projection
+//! of the old one onto the plane perpendicular to u. The new Y axis completes the right-handed frame:
 //!
 //! ```text
 //! Zb = u / |u|,  Xb = (ex - Zb (Zb . ex)) / |...|,  Yb = Zb x Xb
 //! ```
 //!
-//! Multiplied out, the matrix with these rows is two turns, about the sensor's X axis and then about its Y axis:
+//! The matrix with these rows is the product of two rotations, first about the X axis of the sensor and then about its Y axis:
 //!
 //! ```text
 //! [Xb]   [ cp  0 -sp ]   [ 1  0   0  ]   sr = uy / sqrt(uy^2 + uz^2)   cr = uz / sqrt(uy^2 + uz^2)
@@ -15,10 +15,10 @@
 //! [Zb]   [ sp  0  cp ]   [ 0  sr  cr ]   sp = ux / |u|                 cp = sqrt(uy^2 + uz^2) / |u|
 //! ```
 //!
-//! These four numbers are what is kept: they make an orthonormal matrix as long as each pair is a sine and a cosine.
+//! These four numbers are stored. They give an orthonormal matrix if each pair is a sine and a cosine.
 //!
-//! The X axis must not be upright, for then it has no direction seen from above: an error of the up vector turns the new X axis by
-//! 1 / cp times as much. Closer to upright than 5 deg, where this is 11.5 times, the teach-in is refused.
+//! The X axis must not be vertical, because its projection is then 0. An error of the up vector rotates the new X axis by 1 / cp
+//! times this error. At less than 5 deg from vertical, where the factor is above 11.5, the teach-in is refused.
 //!
 //! # Byte map
 //!
@@ -29,48 +29,48 @@
 //!       +---------+---------+---------+---------+
 //! ```
 //!
-//! All little-endian, 1 = 2^30. Each pair's sum of squares is 1 within 2^-21, and cp is at least the sine of 5 deg; anything else
-//! is no teach-in.
+//! All little-endian, 1 = 2^30. The sum of the squares of each pair must be 1 within 2^-21, and cp must be at least the sine of 5
+//! deg. Other data is refused.
 
 use super::definition::{normalise, square};
 use super::low_pass_design::ratio;
 use super::{I32x3, ONE_G};
 
-/// The length of an encoded [`Teach`] in bytes.
+/// The length of an encoded [`ReferenceFrame`] in bytes.
 pub const SIZE: usize = 16;
 
 /// 1 in Q30.
 const ONE: i32 = 1 << 30;
 
-/// The sine of 5 deg in Q30: the smallest accepted cosine of the turn about the Y axis.
+/// The sine of 5 deg in Q30: the smallest accepted cosine of the rotation about the Y axis.
 const LEAST_COSINE: i32 = 93_582_766;
 
 /// The accepted difference of a sum of squares from 1, in Q60.
 const TOLERANCE: u64 = 1 << (60 - 21);
 
-/// A reference frame that was taught in.
+/// The reference frame of a teach-in.
 ///
-/// An angle of the new frame is off by at most 3e-5 deg against exact arithmetic on the reference and the sample, the error of
-/// the angle definition included. That holds for samples of 1/2 g and more.
+/// The error of an angle in the new frame is at most 3e-5 deg, compared with exact arithmetic on the reference and the sample and
+/// including the error of the angle definition. This is valid for samples of 1/2 g and more.
 ///
 /// ```
-/// use plumbline::measure::{I32x3, ONE_G, definition::perpendicular, teach::Teach};
+/// use plumbline::measure::{I32x3, ONE_G, definition::perpendicular, teach::ReferenceFrame};
 ///
 /// let crooked = I32x3 { x: ONE_G / 3, y: ONE_G / 4, z: ONE_G };
-/// let teach = Teach::new(crooked).unwrap();
+/// let teach = ReferenceFrame::new(crooked).unwrap();
 /// let now_level = perpendicular(teach.apply(crooked));
 /// assert_eq!((now_level.x.millidegrees(), now_level.y.millidegrees()), (0, 0));
 /// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
-pub struct Teach {
-    /// About the X axis.
+pub struct ReferenceFrame {
+    /// The rotation about the X axis.
     roll: Turn,
-    /// About the Y axis.
+    /// The rotation about the Y axis.
     pitch: Turn,
 }
 
-/// A turn in a plane, Q30.
+/// A rotation in a plane, Q30.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 struct Turn {
@@ -78,19 +78,19 @@ struct Turn {
     cosine: i32,
 }
 
-impl Teach {
-    /// The frame of the sensor itself.
+impl ReferenceFrame {
+    /// The coordinate frame of the sensor.
     pub const IDENTITY: Self = Self {
         roll: Turn::NONE,
         pitch: Turn::NONE,
     };
 
-    /// The frame whose Z axis is `up`; only the direction counts. None when the X axis is within 5 deg of upright (up or down),
-    /// and for the zero vector.
+    /// The reference frame with the Z axis `up`; only its direction has an effect. None if the X axis is within 5 deg of vertical
+    /// (up or down), and for the zero vector.
     #[inline(never)]
     pub fn new(up: I32x3) -> Option<Self> {
         let up = normalise(up);
-        // Half of it, so that the lengths fit 31 bits.
+        // Half of the vector, so that the lengths fit 31 bits.
         let (x, y, z) = (up.x / 2, up.y / 2, up.z / 2);
         let across = square(y).wrapping_add(square(z));
         let level = square_root(across);
@@ -112,7 +112,7 @@ impl Teach {
         Some(Self { roll, pitch })
     }
 
-    /// `acceleration` in the new frame, rounded to nearest. A component beyond +-4 g counts as 4 g.
+    /// `acceleration` (1 g = 2^28) in the reference frame, rounded to nearest. The input is limited to +-4 g.
     #[inline(never)]
     pub fn apply(&self, acceleration: I32x3) -> I32x3 {
         let [x, y, z] = acceleration
@@ -123,7 +123,7 @@ impl Teach {
         I32x3 { x, y, z }
     }
 
-    /// The frame in bytes, as the byte map says.
+    /// Encodes the reference frame, see the byte map.
     pub fn encode(&self) -> [u8; SIZE] {
         let mut bytes = [0; SIZE];
         let values = [
@@ -138,7 +138,7 @@ impl Teach {
         bytes
     }
 
-    /// The frame that [`encode`](Self::encode) wrote; None when the numbers are not two turns that [`new`](Self::new) accepts.
+    /// Decodes the result of [`encode`](Self::encode). None if the numbers are not two rotations that [`new`](Self::new) accepts.
     pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
         let mut values = [0; 4];
         for (value, &place) in values.iter_mut().zip(bytes.as_chunks().0) {
@@ -151,7 +151,7 @@ impl Teach {
     }
 }
 
-impl Default for Teach {
+impl Default for ReferenceFrame {
     fn default() -> Self {
         Self::IDENTITY
     }
@@ -163,13 +163,13 @@ impl Turn {
         cosine: ONE,
     };
 
-    /// None when the squares do not add up to 1.
+    /// None if the sum of the squares is not 1.
     fn checked(sine: i32, cosine: i32) -> Option<Self> {
         let sum = square(sine).wrapping_add(square(cosine));
         (sum.abs_diff(square(ONE)) <= TOLERANCE).then_some(Self { sine, cosine })
     }
 
-    /// The point (`a`, `b`) turned so that (sine, cosine) comes to lie on the second axis. With both within +-2^30 and any third
+    /// The point (`a`, `b`), rotated so that (sine, cosine) is on the second axis. With both within +-2^30 and any third
     /// component, the length of the result fits 31 bits.
     fn apply(self, a: i32, b: i32) -> (i32, i32) {
         let sum = |p: i32, v: i32, q: i32, w: i32| {
@@ -185,7 +185,7 @@ impl Turn {
 
 /// `part` / `whole` in Q30, rounded to nearest, for |`part`| <= `whole`, and `whole` in 1..2^31.
 fn quotient(part: i32, whole: u32) -> i32 {
-    // Half of the quotient, because `ratio` cannot give 1.
+    // Half of the quotient, because `ratio` cannot return 1.
     let q31 = ratio(part.unsigned_abs(), whole.wrapping_mul(2));
     let q30 = ((q31 >> 1) + (q31 & 1)) as i32;
     if part < 0 { -q30 } else { q30 }

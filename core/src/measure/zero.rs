@@ -1,9 +1,9 @@
-//! Zero offset: added to the measured angle before it goes out (GEMAC manual 9.2, 9.10.6). Everything in 0.01 deg.
+//! Zero offset: added to the measured angle before output (GEMAC manual 9.2, 9.10.6). All angles are in 0.01 deg.
 
-/// A full turn.
+/// 360 deg.
 const TURN: u32 = 36_000;
 
-/// The offset of a 2-axis sensor and its output end here, on both sides.
+/// The limit of the offset and the output of a 2-axis sensor, positive and negative.
 const LIMIT: i32 = 9_000;
 
 /// A 1-axis angle with its offset: (`measured` + `offset`) mod 360.00 deg, 0..=35999.
@@ -17,12 +17,12 @@ pub const fn one_axis(measured: u16, offset: u16) -> u16 {
     ((measured as u32 + offset as u32) % TURN) as u16
 }
 
-/// The offset, 0..=35999, that turns `measured` into 0 on a 1-axis sensor (automatic zero point adjustment).
+/// The offset, 0..=35999, for which the output of a 1-axis sensor is 0 at `measured` (automatic zero point adjustment).
 pub const fn one_axis_auto(measured: u16) -> u16 {
     ((TURN - measured as u32 % TURN) % TURN) as u16
 }
 
-/// A 2-axis angle with its offset: `measured` + `offset`, held within -90.00..=90.00 deg.
+/// A 2-axis angle with its offset: `measured` + `offset`, limited to -90.00..=90.00 deg.
 ///
 /// ```
 /// use plumbline::measure::zero;
@@ -34,7 +34,7 @@ pub const fn two_axis(measured: i32, offset: i16) -> i16 {
     clamp(measured.saturating_add(offset as i32))
 }
 
-/// The offset, -9000..=9000, that turns `measured` into 0 on a 2-axis sensor (automatic zero point adjustment).
+/// The offset, -9000..=9000, for which the output of a 2-axis sensor is 0 at `measured` (automatic zero point adjustment).
 pub const fn two_axis_auto(measured: i32) -> i16 {
     clamp(measured.saturating_neg())
 }
@@ -54,7 +54,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn one_axis_wraps_and_auto_zero_zeroes_everywhere() {
+    fn one_axis_wraps_and_auto_offset_gives_0() {
         assert_eq!(one_axis(0, 0), 0);
         assert_eq!(one_axis(35_999, 1), 0);
         assert_eq!(one_axis(35_999, 35_999), 35_998);
@@ -69,7 +69,7 @@ mod tests {
     }
 
     #[test]
-    fn two_axis_clamps_and_auto_zero_zeroes_everywhere() {
+    fn two_axis_is_limited_and_auto_offset_gives_0() {
         assert_eq!(two_axis(9_000, 1), 9_000);
         assert_eq!(two_axis(-9_000, -9_000), -9_000);
         assert_eq!(two_axis(-9_000, 9_000), 0);

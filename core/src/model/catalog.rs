@@ -1,7 +1,7 @@
-//! All products: what they are called, their tables as data, and how a node of each is started.
+//! The list of all products: names, tables as data, and the start of a node.
 //!
-//! For programs on a PC that work with every product: the virtual sensor, descriptors, tests. A firmware image names its one
-//! product by type and does not link this.
+//! For programs on a PC that use all products: the virtual sensor, descriptors, tests. A firmware image uses the type of its
+//! product and does not link this module.
 //!
 //! ```
 //! use plumbline::model::catalog::{PRODUCTS, Settings, with};
@@ -19,10 +19,10 @@ use crate::node::Node;
 
 macro_rules! products {
     ($($product:path),* $(,)?) => {
-        /// Every product.
+        /// All products.
         pub const PRODUCTS: &[Product] = &[$($product.product()),*];
 
-        /// Starts a node of the product with this name as after power-up; None when there is no such product or article.
+        /// Starts a node of the product with this name as after power-up. None if the product or article does not exist.
         pub fn start<S: Start>(name: &str, settings: &Settings, start: S) -> Option<S::Output> {
             $(
                 if name == $product.name {
@@ -44,12 +44,12 @@ products![
     jn2101::LISTING,
 ];
 
-/// The product of this name.
+/// The product with this name.
 pub fn find(name: &str) -> Option<&'static Product> {
     PRODUCTS.iter().find(|product| product.name == name)
 }
 
-/// Starts a node of the product with this name and hands it to `run`; None when there is no such product or article.
+/// Starts a node of the product with this name and passes it to `run`. None if the product or article does not exist.
 pub fn with<T>(name: &str, settings: &Settings, run: impl FnOnce(&mut dyn Node) -> T) -> Option<T> {
     struct With<F>(F);
 
@@ -75,12 +75,11 @@ mod tests {
                 assert_ne!(one.name, other.name);
                 assert_ne!(one.image, other.image, "{} and {}", one.name, other.name);
             }
-            // 0 marks a calibration.
         }
     }
 
     #[test]
-    fn every_article_is_started_by_name_and_by_number() {
+    fn article_is_started_by_name_and_by_number() {
         for product in PRODUCTS {
             for article in product.articles() {
                 for wanted in [article.name, article.number] {

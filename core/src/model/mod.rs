@@ -1,5 +1,5 @@
-//! The products that are replaced, one room for each maker's family: parameters, factory values, limits, LEDs, measurement; and the
-//! [`catalog`] of all of them.
+//! The products, one module for each family of a manufacturer: parameters, factory values, limits, LEDs and measurement. The
+//! [`catalog`] lists them all.
 
 pub mod catalog;
 pub mod gemac;

@@ -1,4 +1,4 @@
-//! What a node makes of the stored parameters at its start.
+//! Restores the stored parameters at the start of a node.
 
 use super::Context;
 use crate::application::Application;
@@ -6,8 +6,8 @@ use crate::param::Parameters;
 use crate::store::Boot;
 
 impl<A: Application> Context<A> {
-    /// Takes the stored parameters over; those that were not stored, and all of them when the record cannot be used, have their
-    /// factory values. True when there was something that could not be used.
+    /// Restores the stored parameters. A parameter that was not stored gets its factory value. If the record is not usable, all
+    /// parameters get their factory values. Returns true if a record is damaged or not usable.
     pub(super) fn restore(&mut self, boot: &Boot) -> bool {
         self.parameters = Parameters::factory();
         let Some(stored) = boot.parameters else {

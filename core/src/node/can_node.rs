@@ -1,4 +1,4 @@
-//! A node: an application and a protocol side by side, with the protocol-neutral shell between them.
+//! A node: an application, a protocol and the protocol-neutral shell.
 
 use super::{Action, Boot, BusChange, BusEvent, Context, Node, NodeState, Protocol, Shell};
 use crate::application::{Application, Readout, Values};
@@ -9,7 +9,7 @@ use crate::param::{Parameters, Table};
 use crate::store::{ImageId, Owner, StoreError, buffer_size};
 use crate::time::{Earliest, Instant, is_due};
 
-/// An application that speaks a protocol.
+/// A node that consists of an application and a protocol.
 pub struct CanNode<A: Application, P> {
     context: Context<A>,
     application: A,
@@ -17,12 +17,12 @@ pub struct CanNode<A: Application, P> {
 }
 
 impl<A: Application, P: Protocol<A>> CanNode<A, P> {
-    /// The size of the buffer of a [`Store`](crate::store::Store) for its parameters.
+    /// The size, in bytes, of the buffer of a [`Store`](crate::store::Store) for its parameters.
     pub const STORE_BUFFER: usize = buffer_size(A::Table::STORED_SIZE);
     /// The number of acceptance filters.
     pub const FILTERS: usize = P::FILTERS;
 
-    /// Whose records its store holds.
+    /// The owner of the records in its store.
     pub const fn owner(image: ImageId, serial: u32) -> Owner {
         const { assert!(A::Table::LAYOUT >= 1 && A::Table::LAYOUT < 0x80) };
         Owner {
@@ -32,7 +32,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         }
     }
 
-    /// A node that was not started, for static memory: all bits are 0, so it is not in flash.
+    /// A node that is not started, for static memory. All bits are 0, so it needs no flash.
     pub const INITIAL: Self = Self {
         context: Context {
             shell: Shell::INITIAL,
@@ -45,8 +45,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         protocol: P::INITIAL,
     };
 
-    /// Takes over what the memory held: parameters and calibration. `started` lets the product take part before the parameters are
-    /// applied; it is told whether the memory is damaged.
+    /// Restores the parameters and the calibration of `boot`. Calls `started` before it applies the parameters; the last argument
+    /// of `started` is true if the memory is damaged.
     pub(crate) fn start_with(
         &mut self,
         now: Instant,
@@ -56,7 +56,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         const {
             assert!(
                 P::FRAMES <= super::TransmitQueue::OTHERS,
-                "the transmit queue must hold what comes besides replies"
+                "the transmit queue must hold all frames besides replies"
             );
         }
         let Self {
@@ -82,8 +82,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         self.protocol.published(&mut self.context, now);
     }
 
-    /// Has the application take over the parameters that were written.
-    #[inline(always)] // mostly there are none
+    /// Applies changed parameters to the application.
+    #[inline(always)] // usually there is nothing to apply
     fn obey(&mut self, now: Instant) {
         if self.context.changed {
             self.take_over(now);
@@ -97,8 +97,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         self.publish(now, values);
     }
 
-    /// The protocol does with a frame what it says.
-    #[inline(always)] // measured: the way of a frame is shorter by ten instructions
+    /// Passes a frame to the protocol.
+    #[inline(always)] // measured: saves ten instructions for each frame
     fn dispatch(&mut self, now: Instant, frame: &Frame) {
         self.obey(now);
         self.protocol.receive(&mut self.context, now, frame);
@@ -114,7 +114,7 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn receive(&mut self, now: Instant, frame: &Frame) {
         match self.context.shell.state() {
             NodeState::Online => self.dispatch(now, frame),
-            // The frame that reveals the bit rate is not answered: the node was silent when it came.
+            // The node does not answer the frame by which it detects the bit rate: it was in listen-only mode.
             NodeState::Detecting(search) if P::DETECTS => {
                 self.context.shell.go_online(search.rate());
                 let change = BusChange::Online;
@@ -220,7 +220,7 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 }
 
 impl<A: Application, P: Protocol<A>> CanNode<A, P> {
-    /// What the timers want done by now; only called when there may be something.
+    /// Performs the actions of expired timers. Called only if the node is not idle.
     fn tick(&mut self, now: Instant) {
         if P::DETECTS && self.context.shell.search(now) {
             let change = BusChange::Listening;
@@ -235,7 +235,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
             self.publish(now, values);
         }
         if self.context.shell.stops() {
-            // The protocol does not tell what is no fault.
+            // Not published: a stopped application is no fault.
             self.context.values = self.application.stop();
         }
         self.protocol.tick(&mut self.context, now);

@@ -1,15 +1,16 @@
-//! The status LEDs: four channels, and the blink patterns that a product's LED table refers to.
+//! The status LEDs: four channels and their blink patterns (CiA 303-3).
 
 use super::BusState;
 use crate::time::{Earliest, Instant, after, millis, reached};
 
-/// One of something for each LED channel. A product with two LEDs uses the first two; one with two two-colour LEDs uses all.
+/// One item for each LED channel. A product with two LEDs uses the first two channels; a product with two two-colour LEDs uses
+/// all.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Channels<T> {
-    /// The run LED, green (CiA 303-3); the green half of a network status LED.
+    /// The run LED, green (CiA 303-3), or the green half of a network status LED.
     pub run: T,
-    /// The error LED, red; the red half of a network status LED.
+    /// The error LED, red (CiA 303-3), or the red half of a network status LED.
     pub error: T,
     /// The green half of a module status LED.
     pub module_green: T,
@@ -20,16 +21,16 @@ pub struct Channels<T> {
 /// Which LEDs are lit.
 pub type Leds = Channels<bool>;
 
-/// What each LED shows.
+/// The pattern of each LED.
 pub type Patterns = Channels<Pattern>;
 
-/// What one LED shows. A state lasts 200 ms, in flickering 50 ms.
+/// The blink pattern of one LED.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Pattern {
-    /// Dark.
+    /// Permanently off.
     #[default]
     Off,
-    /// Lit.
+    /// Permanently on.
     On,
     /// 50 ms on, 50 ms off.
     Flickering,
@@ -42,7 +43,7 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// Milliseconds lit and dark in turn, repeated; empty for a steady light.
+    /// The on and off times in ms, alternating and repeated; empty if the LED does not change.
     const fn times(self) -> &'static [u16] {
         match self {
             Self::Off | Self::On => &[],
@@ -54,19 +55,19 @@ impl Pattern {
     }
 }
 
-/// What the error LED shows in the fault confinement states of the CAN controller.
+/// The patterns of the error LED in the fault confinement states of the CAN controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ErrorPatterns {
     /// Error active.
     pub working: Pattern,
-    /// The warning limit was reached, or error passive.
+    /// Warning limit reached, or error passive.
     pub warning: Pattern,
     /// Bus-off.
     pub bus_off: Pattern,
 }
 
 impl ErrorPatterns {
-    /// The pattern of a state.
+    /// The pattern of a fault confinement state.
     pub const fn of(&self, state: BusState) -> Pattern {
         match state {
             BusState::Active => self.working,
@@ -76,13 +77,13 @@ impl ErrorPatterns {
     }
 }
 
-/// One LED on its way through a pattern.
+/// One LED and its position in the pattern.
 #[derive(Clone, Copy, Debug)]
 struct Led {
-    /// When the state ends; None in a steady light.
+    /// The end of the present phase; None if the LED does not change.
     until: Option<Instant>,
     pattern: Pattern,
-    /// The place in the pattern's times; those with an even number are lit.
+    /// The index into the times of the pattern. The LED is on in even phases.
     phase: u8,
 }
 
@@ -112,7 +113,7 @@ impl Led {
         self.pattern != Pattern::Off && self.phase.is_multiple_of(2)
     }
 
-    #[inline(never)] // seldom
+    #[inline(never)] // rarely called
     fn next(&mut self, now: Instant, until: Instant) {
         let times = self.pattern.times();
         self.phase += 1;
@@ -121,7 +122,7 @@ impl Led {
         }
         let time = times.get(usize::from(self.phase)).copied().unwrap_or(200);
         let time = millis(time.into());
-        // In step with the pattern's own clock, unless the caller was away for longer than a state.
+        // The period has no drift, except after a poll that is late by more than a phase.
         let next = after(until, time);
         let missed = reached(now, next);
         self.until = Some(if missed { after(now, time) } else { next });
@@ -132,18 +133,18 @@ impl Led {
 #[derive(Clone, Copy, Debug)]
 pub struct Indicator {
     leds: [Led; 4],
-    /// Which were lit at the last poll: a bit for each.
+    /// The LEDs that were on at the last poll, one bit each.
     lit: u8,
 }
 
 impl Indicator {
-    /// All LEDs dark.
+    /// All LEDs off.
     pub const DARK: Self = Self {
         leds: [Led::DARK; 4],
         lit: 0,
     };
 
-    /// Shows these patterns from now on; one that is shown already continues.
+    /// Shows these patterns. A pattern that does not change continues.
     pub fn show(&mut self, now: Instant, patterns: Patterns) {
         let Patterns {
             run,
@@ -157,7 +158,7 @@ impl Indicator {
         }
     }
 
-    /// The LEDs as they are now; None when none has changed since this was last asked.
+    /// The state of the LEDs; None if no LED has changed since the last call.
     pub fn poll(&mut self, now: Instant) -> Option<Leds> {
         let mut lit = 0;
         for led in &mut self.leds {
@@ -175,7 +176,7 @@ impl Indicator {
         })
     }
 
-    /// Takes the time of the next change into account.
+    /// Adds the time of the next change.
     pub fn consider(&self, next: &mut Earliest) {
         for led in &self.leds {
             next.consider(led.until);
@@ -193,7 +194,7 @@ mod tests {
         next.instant()
     }
 
-    /// The times in ms at which the error LED changes while it is polled at its deadlines, up to `end` ms.
+    /// The times in ms at which the error LED changes, polled at its deadlines up to `end` ms.
     fn changes(pattern: Pattern, end: u64) -> std::vec::Vec<(u64, bool)> {
         let mut indicator = Indicator::DARK;
         let mut now = Instant::from_ticks(0);
@@ -217,7 +218,7 @@ mod tests {
     }
 
     #[test]
-    fn patterns_have_the_times_of_the_led_table() {
+    fn patterns_have_times_of_led_table() {
         assert_eq!(changes(Pattern::Off, 5000), []);
         assert_eq!(changes(Pattern::On, 5000), [(0, true)]);
         assert_eq!(
@@ -246,7 +247,7 @@ mod tests {
     }
 
     #[test]
-    fn pattern_continues_after_a_late_poll() {
+    fn pattern_after_late_poll_continues() {
         let mut indicator = Indicator::DARK;
         let patterns = Patterns {
             run: Pattern::Flickering,

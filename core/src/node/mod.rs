@@ -1,8 +1,8 @@
-//! What any CAN node is, whatever it speaks.
+//! The CAN node: the [`Node`] trait and the part of a node that is the same for every protocol.
 //!
-//! A [`Node`] is driven from outside: frames, samples, bus events and store results are handed in with the time at which they
-//! came, and what the node wants done comes out of [`Node::poll`] and [`Node::transmit`]. It performs no I/O and reads no clock,
-//! so the same code runs on a board, in a test and in the virtual sensor.
+//! A driver passes frames, samples, bus events and store results to a [`Node`], each with its time stamp. [`Node::poll`] returns
+//! the actions that the node requests, [`Node::transmit`] returns the frames to send. The node performs no I/O and reads no
+//! clock, so the same code runs on a board, in a test and in the virtual sensor.
 
 mod autobaud;
 mod boot;
@@ -27,39 +27,39 @@ use crate::measure::self_test::Working;
 use crate::store::StoreError;
 use crate::time::Instant;
 
-/// What a node asks of the hardware around it.
+/// A request of the node to the hardware.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Action {
-    /// Go to this bit rate and mode, dropping what waits in the transmit mailboxes, and received frames and bus errors of before
-    /// that have not been handed in: they belong to the rate before. In [`BusMode::Normal`], accept what
-    /// [`Node::filters`] lets pass; in [`BusMode::Listen`], accept everything.
+    /// Set this bit rate and mode. Discard the frames in the transmit mailboxes, and the received frames and bus errors that the
+    /// node has not received yet: they belong to the previous bit rate. In [`BusMode::Normal`], accept the frames that pass
+    /// [`Node::filters`]. In [`BusMode::Listen`], accept all frames.
     Bus(BusMode, BitRate),
     /// Leave bus-off: start the recovery sequence of 128 times 11 recessive bits.
     Recover,
-    /// Show this on the status LEDs.
+    /// Switch the status LEDs.
     Leds(Leds),
-    /// Write [`Node::image`] to nonvolatile memory and report through [`Node::stored`]. Take the image at once, before the
-    /// node is given anything else.
+    /// Write [`Node::image`] to nonvolatile memory and report the result with [`Node::stored`]. Read the image before the next
+    /// call that changes the node.
     Save,
-    /// Restart the device as after power-up, once the mailboxes have been sent.
+    /// Restart the device as after power-up, after the frames in the mailboxes are sent.
     Restart,
     /// Connect (true) or disconnect the terminating resistor of the bus.
     Termination(bool),
-    /// Heat the measuring cell with this part of the heater's power, in permille.
+    /// Set the power of the heater of the measuring cell, in permille of its maximum.
     Heater(u16),
-    /// Test the accelerometer's axes and report through [`Node::tested`], within
+    /// Test the axes of the accelerometer and report the result with [`Node::tested`], within
     /// [`self_test::LIMIT`](crate::measure::self_test::LIMIT).
     SelfTest,
 }
 
-/// How the CAN controller takes part in the bus.
+/// The operating mode of the CAN controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusMode {
-    /// Listen only: never sends a dominant bit, neither acknowledge nor error flag.
+    /// Listen only: sends no dominant bit, no acknowledge and no error flag.
     Listen,
-    /// Full participation.
+    /// Sends and receives.
     Normal,
 }
 
@@ -67,74 +67,73 @@ pub enum BusMode {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusState {
-    /// Error active, both error counters below 96.
+    /// Error active: both error counters are below 96.
     Active,
-    /// An error counter has reached the warning limit of 96.
+    /// Error active: an error counter is 96 (the warning limit) or more.
     Warning,
-    /// An error counter has passed 127.
+    /// Error passive: an error counter is above 127.
     Passive,
-    /// The transmit error counter has passed 255: off the bus.
+    /// Bus-off: the transmit error counter is above 255.
     BusOff,
 }
 
-/// Something that the CAN controller noticed.
+/// An event of the CAN controller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusEvent {
     /// The fault confinement state changed.
     State(BusState),
-    /// A bus error was seen (stuff, form, CRC, ...); of interest while listening for the bit rate.
+    /// The controller detected a bus error (stuff, form, CRC, ...). Used only during bit rate detection.
     Error,
-    /// Received frames were lost because nobody fetched them in time.
+    /// Received frames were lost because the receive queue was full.
     Overrun,
 }
 
-/// A CAN sensor, driven from outside.
+/// A CAN sensor without its hardware.
 ///
-/// After each call that hands something in, call [`poll`](Self::poll) until it returns None, then fetch frames with
-/// [`transmit`](Self::transmit) while a mailbox is free; who is in a hurry may also fetch the reply before. Nothing changes by
-/// itself before [`deadline`](Self::deadline).
+/// After each input call, call [`poll`](Self::poll) until it returns None. Then call [`transmit`](Self::transmit) while a mailbox
+/// is free. For the lowest latency, call `transmit` before `poll`. Without input, the next change is at
+/// [`deadline`](Self::deadline).
 pub trait Node {
-    /// Whether a further received frame may be handed in. While false, leave frames in the receive queue: there is no room for
-    /// a reply, or a save or restart must come to its end first.
+    /// Whether the node can take the next received frame. While false, leave frames in the receive queue: there is no room for a
+    /// reply, or the node waits for a save or a restart.
     fn ready(&self) -> bool;
 
-    /// A frame came from the bus. Frames that [`filters`](Self::filters) would refuse are tolerated and ignored.
+    /// Handles a received frame. In [`BusMode::Normal`], the node ignores frames that do not pass [`filters`](Self::filters).
     fn receive(&mut self, now: Instant, frame: &Frame);
 
-    /// A reading came from the accelerometer, every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD); the first one should come
-    /// before the first poll. While there is none, the sensor tells that it has an error.
+    /// Handles a reading of the accelerometer. Call it every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD), the first time
+    /// before the first poll. Without readings the node reports a sensor error.
     fn sample(&mut self, now: Instant, reading: &Reading);
 
-    /// The CAN controller noticed something.
+    /// Handles an event of the CAN controller.
     fn bus(&mut self, now: Instant, event: BusEvent);
 
-    /// The save that [`Action::Save`] asked for has ended.
+    /// Handles the result of the save that [`Action::Save`] requested.
     fn stored(&mut self, now: Instant, result: Result<(), StoreError>);
 
-    /// The test that [`Action::SelfTest`] asked for has ended. A model without such a test does nothing.
+    /// Handles the result of the test that [`Action::SelfTest`] requested. A product without self-test does nothing.
     fn tested(&mut self, now: Instant, result: Working) {
         let _ = (now, result);
     }
 
-    /// What is to be done now; None when there is nothing left. The answer can change after each call that hands something in
-    /// and when the deadline comes.
+    /// The next action to perform; None if there is none. There can be new actions after each input call and at the deadline.
     fn poll(&mut self, now: Instant) -> Option<Action>;
 
-    /// The next frame to send; ask only when a mailbox can take it. The node keeps frames back in its queue while the bus is
-    /// busy, so that a newer cyclic value can still replace an older one.
+    /// The next frame to send. Call it only when a mailbox is free. Frames stay in the queue of the node while the bus is busy,
+    /// so that a newer cyclic value can replace an older one.
     fn transmit(&mut self, now: Instant) -> Option<Frame>;
 
-    /// When to poll again at the latest; None: only after new input.
+    /// The latest time for the next poll; None: no poll is necessary before the next input.
     fn deadline(&self) -> Option<Instant>;
 
     /// Calls `accept` for each acceptance filter in force in [`BusMode::Normal`].
     fn filters(&self, accept: &mut dyn FnMut(Filter));
 
-    /// Writes the parameters that [`Action::Save`] wants stored into `buffer`; returns how many bytes they are, or None when the
+    /// Writes the parameters that [`Action::Save`] requests to store into `buffer`. Returns their length in bytes, or None if the
     /// buffer is too small.
     fn image(&self, buffer: &mut [u8]) -> Option<usize>;
 
-    /// The inclination as last reported.
+    /// The last inclination.
     fn readout(&self) -> Readout;
 }

@@ -1,4 +1,4 @@
-//! What a protocol is to a node: the trait that it implements, and what it sees of the node.
+//! The [`Protocol`] trait, and the part of a node that a protocol can access.
 
 use super::Shell;
 use crate::application::Application;
@@ -7,28 +7,28 @@ use crate::param::Parameters;
 use crate::store::StoreError;
 use crate::time::{Earliest, Instant};
 
-/// What a protocol sees of its node.
+/// The part of a node that its protocol can access.
 pub struct Context<A: Application> {
     /// The protocol-neutral half of the node.
     pub shell: Shell,
-    /// The parameters as they are.
+    /// The parameters in RAM.
     pub parameters: Parameters<A::Table>,
-    /// The values that the application has published last.
+    /// The last values of the application.
     pub values: A::Values,
-    /// The application has to take parameters over.
+    /// The application must apply changed parameters.
     pub(super) changed: bool,
-    /// What the running save writes.
+    /// The parameters that the running save writes.
     pub(super) saving: Option<Parameters<A::Table>>,
 }
 
 impl<A: Application> Context<A> {
-    /// Has the application take the parameters over before the next frame, sample or poll.
+    /// Requests that the application applies the parameters before the next frame, sample or poll.
     pub fn apply(&mut self) {
         self.changed = true;
         self.shell.wake_up();
     }
 
-    /// Begins a save of these parameters. [`Protocol::stored`] tells when it has ended.
+    /// Begins a save of these parameters. [`Protocol::stored`] is called when it has ended.
     pub fn save(&mut self, parameters: Parameters<A::Table>) {
         self.saving = Some(parameters);
         self.shell.begin_save();
@@ -40,16 +40,16 @@ impl<A: Application> Context<A> {
     }
 }
 
-/// A change of how the node takes part in the bus.
+/// A change of the bus state of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BusChange {
-    /// It listens at another bit rate.
+    /// The bit rate detection listens at another bit rate.
     Listening,
-    /// The bit rate was detected: it takes part in the bus.
+    /// The bit rate is detected: the node is on the bus.
     Online,
     /// The fault confinement state has changed.
     State,
-    /// It is no longer bus-off.
+    /// The node has left bus-off.
     Recovered,
     /// Received frames were lost.
     Overrun,
@@ -57,30 +57,30 @@ pub enum BusChange {
 
 /// A protocol on top of the [`Shell`].
 ///
-/// The node calls [`receive`](Self::receive) only while it is on the bus, and everything else at any time.
+/// The node calls [`receive`](Self::receive) only while it is on the bus, and the other methods at any time.
 pub trait Protocol<A: Application>: Sized {
-    /// A protocol that was not started. With all bits 0 it costs no flash: a node lies in static memory.
+    /// A protocol that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
-    /// The most frames that may come besides the replies to requests: cyclic values of different identifiers, and one event.
+    /// The maximum number of queued frames that are not replies: cyclic values of different identifiers, and one event.
     const FRAMES: usize;
     /// The number of acceptance filters.
     const FILTERS: usize;
-    /// Whether it ever [detects](Shell::detect) the bit rate.
+    /// Whether it uses [bit rate detection](Shell::detect).
     const DETECTS: bool = false;
 
-    /// Starts after power-up: [detects](Shell::detect) the bit rate or [goes online](Shell::go_online).
+    /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 
-    /// A frame has come. What must wait for a running save is [deferred](Shell::defer).
+    /// Handles a received frame. A request that must wait for a running save is [deferred](Shell::defer).
     fn receive(&mut self, cx: &mut Context<A>, now: Instant, frame: &Frame);
 
     /// The application has published new values.
     fn published(&mut self, cx: &mut Context<A>, now: Instant);
 
-    /// Something has changed about the bus.
+    /// The bus state of the node has changed.
     fn bus_changed(&mut self, cx: &mut Context<A>, now: Instant, change: BusChange);
 
-    /// Whether the node leaves bus-off by itself.
+    /// Whether the node leaves bus-off automatically.
     fn recovers(&self, parameters: &Parameters<A::Table>) -> bool;
 
     /// The save of these parameters has ended.
@@ -92,15 +92,16 @@ pub trait Protocol<A: Application>: Sized {
         result: Result<(), StoreError>,
     );
 
-    /// Does what the timers want done by now.
+    /// Performs the actions of expired timers.
     fn tick(&mut self, cx: &mut Context<A>, now: Instant);
 
-    /// Whether something waits for room in the transmit queue; [`tick`](Self::tick) is called when there may be some.
+    /// Whether the protocol waits for room in the transmit queue. If so, [`tick`](Self::tick) is called after each transmitted
+    /// frame.
     fn waits_for_room(&self) -> bool {
         false
     }
 
-    /// Takes the protocol's deadlines into account.
+    /// Adds the deadlines of the protocol.
     fn deadlines(&self, earliest: &mut Earliest);
 
     /// Calls `accept` for each acceptance filter in force.

@@ -1,19 +1,19 @@
-//! The transmit queue: first in, first out; a reply is never lost, a cyclic value is replaced by a newer one.
+//! The transmit queue: first in, first out. A reply is never lost. A newer cyclic value replaces an older one.
 
 use crate::can::{CanId, Frame};
 
-/// Places in the queue.
+/// The number of frames in a full queue.
 const CAPACITY: usize = 16;
-/// The most frames that answer a request.
+/// The maximum number of replies to one request.
 const REPLIES: usize = 2;
 
-/// Frames waiting for a mailbox.
+/// Frames that wait for a mailbox.
 #[derive(Debug)]
 pub struct TransmitQueue {
     frames: [Frame; CAPACITY],
-    /// The place of the oldest frame, modulo the capacity,
+    /// The place of the oldest frame, modulo the capacity.
     first: u8,
-    /// and how many there are, one behind the other.
+    /// The number of frames.
     length: u8,
     /// With at most so many frames there is room for a further request.
     limit: u8,
@@ -22,7 +22,7 @@ pub struct TransmitQueue {
 }
 
 impl TransmitQueue {
-    /// Nothing waits.
+    /// The empty queue.
     pub const EMPTY: Self = Self {
         frames: [Frame::EMPTY; CAPACITY],
         first: 0,
@@ -44,17 +44,17 @@ impl TransmitQueue {
         self.length <= self.limit
     }
 
-    /// True when nothing waits.
+    /// True if the queue is empty.
     pub fn is_empty(&self) -> bool {
         self.length == 0
     }
 
-    /// Appends a reply. The caller has seen [`has_room`](Self::has_room) before it took the request in.
+    /// Appends a reply. The caller must check [`has_room`](Self::has_room) before it takes the request.
     pub fn reply(&mut self, frame: Frame) {
         self.push(frame);
     }
 
-    /// Appends a cyclic value, or puts it in the place of the one with the same identifier that still waits.
+    /// Appends a cyclic value, or replaces the queued one with the same identifier.
     pub fn cyclic(&mut self, frame: Frame) {
         if self.marks != 0
             && let Some(place) = self.waiting(frame.can_id())
@@ -68,7 +68,7 @@ impl TransmitQueue {
     }
 
     /// The place of the cyclic value with this identifier.
-    #[inline(never)] // seldom
+    #[inline(never)] // rarely called
     fn waiting(&self, id: CanId) -> Option<usize> {
         let mut frames = self.frames.iter().enumerate();
         let same = |(place, frame): &(usize, &Frame)| {
@@ -77,10 +77,10 @@ impl TransmitQueue {
         frames.find(same).map(|(place, _)| place)
     }
 
-    /// Appends a frame; gives the mark of a cyclic value at its place.
+    /// Appends a frame. Returns the mark of a cyclic value at its place.
     fn push(&mut self, frame: Frame) -> u32 {
         let place = usize::from(self.first.wrapping_add(self.length)) % CAPACITY;
-        // There is room, thanks to the reserve; a frame too many would be dropped rather than overwrite another.
+        // The reserve ensures room. Without room, the new frame is dropped and no queued frame is overwritten.
         if usize::from(self.length) < CAPACITY
             && let Some(free) = self.frames.get_mut(place)
         {
@@ -91,14 +91,14 @@ impl TransmitQueue {
         0
     }
 
-    /// Drops the cyclic value with this identifier.
+    /// Removes the queued cyclic value with this identifier.
     pub fn withdraw(&mut self, id: CanId) {
         if let Some(place) = self.waiting(id) {
             self.marks = self.marks & !cyclic(place) | withdrawn(place);
         }
     }
 
-    /// Drops everything.
+    /// Removes all frames.
     pub fn clear(&mut self) {
         self.length = 0;
         self.marks = 0;
@@ -141,7 +141,7 @@ mod tests {
     }
 
     #[test]
-    fn newer_cyclic_value_replaces_the_waiting_one() {
+    fn newer_cyclic_value_replaces_queued_one() {
         let mut queue = TransmitQueue::EMPTY;
         queue.reply(frame(1));
         queue.cyclic(frame(2));
@@ -166,7 +166,7 @@ mod tests {
     }
 
     #[test]
-    fn queue_with_room_takes_two_replies_an_event_and_four_cyclic_values() {
+    fn queue_with_room_accepts_two_replies_one_event_and_four_cyclic_values() {
         let mut queue = TransmitQueue::EMPTY;
         queue.reserve(5);
         let mut sent = 0;

@@ -1,15 +1,14 @@
-//! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs, restart, and the actions that
-//! wait to be polled.
+//! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs, restart and pending actions.
 
 use super::{Action, Autobaud, BusChange, BusMode, BusState, Indicator, Patterns, TransmitQueue};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
 use crate::time::{Duration, Earliest, Instant, after, millis, reached};
 
-/// How long a restart waits for replies that are still in the queue.
+/// The longest time that a restart waits for replies in the queue.
 const RESTART_PATIENCE: Duration = millis(250);
 
-/// How long values are valid without a further reading; then the accelerometer has failed.
+/// The time for which values are valid without a new reading. After it, the accelerometer has failed.
 const READING_LIMIT: Duration = millis(100);
 
 /// Whether the node takes part in the bus.
@@ -21,11 +20,11 @@ pub enum NodeState {
     Detecting(Autobaud),
     /// On the bus.
     Online,
-    /// Off the bus after too many errors.
+    /// Bus-off.
     BusOff,
-    /// A restart was accepted; it happens when the queue is empty, at the latest at this time.
+    /// A restart is accepted. It is requested when the queue is empty, at this time at the latest.
     Restarting(Instant),
-    /// The restart has been asked for.
+    /// The restart is requested.
     Restarted,
 }
 
@@ -37,29 +36,29 @@ pub struct Shell {
     queue: TransmitQueue,
     /// A received frame that waits for the running save to end.
     deferred: Option<Frame>,
-    /// The values are valid until then without a further reading,
+    /// The end of the validity of the values without a new reading.
     valid_until: Instant,
-    /// or not any more.
+    /// The values are no longer valid.
     is_stale: bool,
     indicator: Indicator,
-    /// The outputs that the hardware was told.
+    /// The outputs that were reported to the hardware.
     reported: Outputs,
-    /// The mode and rate of the bus.
+    /// The mode and bit rate of the bus.
     bus: (BusMode, BitRate),
-    /// Actions that wait to be polled: that mode and rate,
+    /// Pending actions. This one is [`Action::Bus`].
     new_bus: bool,
     recover: bool,
     save: bool,
-    /// The application is to stop, because a restart was accepted.
+    /// The application must stop, because a restart is accepted.
     stop: bool,
-    /// There may be something to do, or another deadline, since the last poll that found nothing. Whoever causes that sets it,
-    /// because a poll that finds nothing to do costs as much as a request.
+    /// There may be an action or a new deadline since the last poll that returned None. Each cause sets this flag, so that a poll
+    /// without work is short.
     dirty: bool,
     wake: Option<Instant>,
 }
 
 impl Shell {
-    /// A node that was not started, with all bits 0.
+    /// A node that is not started. All bits are 0.
     pub(super) const INITIAL: Self = Self {
         serial: 0,
         state: NodeState::Initial,
@@ -87,7 +86,7 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// The serial number of the unit.
+    /// The serial number of the device.
     pub fn serial(&self) -> u32 {
         self.serial
     }
@@ -107,52 +106,52 @@ impl Shell {
         self.state == NodeState::Online
     }
 
-    /// Whether a restart was accepted.
+    /// Whether a restart is accepted.
     pub fn is_leaving(&self) -> bool {
         matches!(self.state, NodeState::Restarting(_) | NodeState::Restarted)
     }
 
-    /// Has the node polled again: something is to be done, or a deadline has changed.
+    /// Requests a poll: there is an action, or a deadline has changed.
     pub fn wake_up(&mut self) {
         self.dirty = true;
     }
 
-    // What a protocol sends.
+    // Transmission, used by a protocol.
 
     /// Queues a frame that must not be lost.
     pub fn send(&mut self, frame: Frame) {
         self.queue.reply(frame);
     }
 
-    /// Queues a value that takes the place of an older one with the same identifier.
+    /// Queues a cyclic value. It replaces a queued one with the same identifier.
     pub fn send_cyclic(&mut self, frame: Frame) {
         self.queue.cyclic(frame);
     }
 
-    /// Drops the cyclic value with this identifier, if one waits.
+    /// Removes the cyclic value with this identifier from the queue.
     pub fn withdraw(&mut self, id: CanId) {
         self.queue.withdraw(id);
     }
 
-    /// Drops every frame that waits.
+    /// Removes all frames from the queue.
     pub fn clear_queue(&mut self) {
         self.queue.clear();
     }
 
-    /// Whether there is room in the queue for more than what must not be lost.
+    /// Whether the queue has room for frames beyond its reserve.
     pub fn has_room(&self) -> bool {
         self.queue.has_room()
     }
 
-    // How a protocol takes part in the bus.
+    // Bus state, used by a protocol.
 
-    /// Listens for the bit rate.
+    /// Begins the bit rate detection.
     pub fn detect(&mut self, now: Instant) {
         self.state = NodeState::Detecting(Autobaud::start(now));
         self.listen();
     }
 
-    /// Takes part in the bus at this rate, with the protocol's filters as they are now.
+    /// Takes part in the bus at this bit rate, with the present filters of the protocol.
     pub fn go_online(&mut self, rate: BitRate) {
         if !self.is_leaving() && self.state != NodeState::BusOff {
             self.state = NodeState::Online;
@@ -160,7 +159,7 @@ impl Shell {
         self.switch_bus(BusMode::Normal, rate);
     }
 
-    /// Shows these patterns on the LEDs; a node that restarts shows nothing.
+    /// Shows these patterns on the LEDs. During a restart the LEDs are off.
     pub fn show(&mut self, now: Instant, patterns: Patterns) {
         let patterns = if self.is_leaving() {
             Patterns::default()
@@ -171,19 +170,19 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// Accepts a restart: nothing more is taken in, the replies on their way still go out.
+    /// Accepts a restart: the node takes no more frames and still sends the queued replies.
     pub fn restart(&mut self, now: Instant) {
         self.state = NodeState::Restarting(after(now, RESTART_PATIENCE));
         self.stop = true;
         self.show(now, Patterns::default());
     }
 
-    /// Keeps a received frame until the running save has ended. Until then no further frame is taken in.
+    /// Keeps a received frame until the running save has ended. Until then the node takes no more frames.
     pub fn defer(&mut self, frame: &Frame) {
         self.deferred = Some(*frame);
     }
 
-    // What the node does.
+    // Methods for the node.
 
     pub(super) fn ready(&self) -> bool {
         self.queue.has_room() && self.deferred.is_none() && !self.is_leaving()
@@ -202,7 +201,7 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// A bus error was seen. True when the node listens at another rate now.
+    /// Handles a bus error. Returns true if the node now listens at another bit rate.
     pub(super) fn error(&mut self, now: Instant) -> bool {
         let NodeState::Detecting(search) = &mut self.state else {
             return false;
@@ -212,8 +211,8 @@ impl Shell {
         true
     }
 
-    /// The fault confinement state has changed. None when that is of no importance: without recovery a node that went bus-off
-    /// stays so until it is restarted, whatever the controller does.
+    /// Handles a change of the fault confinement state. Without recovery, a node in bus-off stays there until a restart and the
+    /// result is None.
     pub(super) fn confine(&mut self, state: BusState, recovers: bool) -> Option<BusChange> {
         let was_off = self.state == NodeState::BusOff;
         if was_off && !recovers {
@@ -231,21 +230,21 @@ impl Shell {
         Some(BusChange::State)
     }
 
-    /// A reading has come.
+    /// Handles a reading.
     pub(super) fn sampled(&mut self, now: Instant) {
         self.dirty |= core::mem::take(&mut self.is_stale);
-        // As `after`, which is not inlined: the end of time does not come.
+        // Same as `after`, which is not inlined. No overflow occurs in practice.
         self.valid_until = Instant::from_ticks(now.ticks().wrapping_add(READING_LIMIT.ticks()));
     }
 
-    /// Readings are missing: the values are no longer valid. True once.
+    /// Returns true once when the values are no longer valid, because readings are missing.
     pub(super) fn becomes_stale(&mut self, now: Instant) -> bool {
         let stale = !self.is_stale && reached(now, self.valid_until) && !self.is_leaving();
         self.is_stale |= stale;
         stale
     }
 
-    /// Moves on in the search for the bit rate; true when the node listens at another rate now.
+    /// Continues the bit rate detection. Returns true if the node now listens at another bit rate.
     pub(super) fn search(&mut self, now: Instant) -> bool {
         let moved = match &mut self.state {
             NodeState::Detecting(search) => search.poll(now),
@@ -261,7 +260,7 @@ impl Shell {
         self.deferred.take()
     }
 
-    /// Whether the application is to stop; true once.
+    /// Returns true once if the application must stop.
     pub(super) fn stops(&mut self) -> bool {
         core::mem::take(&mut self.stop)
     }
@@ -271,13 +270,13 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// True when a poll would find nothing to do.
+    /// True if a poll has nothing to do.
     pub(super) fn is_idle(&self, now: Instant) -> bool {
         let due = self.wake.is_some_and(|wake| reached(now, wake));
         !self.dirty && !due
     }
 
-    /// The next action that is wanted, most urgent first; `outputs` is what the application wants.
+    /// The next action in the order of priority. `outputs` are the outputs of the application.
     pub(super) fn next_action(&mut self, now: Instant, outputs: Option<Outputs>) -> Option<Action> {
         if let Some(leds) = self.indicator.poll(now) {
             return Some(Action::Leds(leds));
@@ -306,7 +305,7 @@ impl Shell {
         }
     }
 
-    /// Tells the hardware one of the outputs that differ.
+    /// Reports one changed output to the hardware.
     fn report(&mut self, outputs: Outputs) -> Action {
         if let Some(connected) = outputs.termination()
             && outputs.termination() != self.reported.termination()
@@ -324,27 +323,27 @@ impl Shell {
         Action::SelfTest
     }
 
-    /// Whether the hardware was told these outputs.
+    /// Whether these outputs were reported to the hardware.
     pub(super) fn has_reported(&self, outputs: Outputs) -> bool {
         self.reported == outputs
     }
 
-    /// What [`Node::transmit`](super::Node::transmit) hands out.
+    /// The frame for [`Node::transmit`](super::Node::transmit).
     pub(super) fn transmit(&mut self) -> Option<Frame> {
-        // The change of the bus would drop it from its mailbox.
+        // `Action::Bus` would discard the frame in its mailbox.
         if self.queue.is_empty() || self.new_bus {
             return None;
         }
         match self.state {
             NodeState::Online => {}
-            // The restart waits for the queue to run empty.
+            // The restart waits until the queue is empty.
             NodeState::Restarting(_) => self.dirty = true,
             _ => return None,
         }
         self.queue.pop()
     }
 
-    /// A poll has ended: `earliest` is the protocol's and the application's next deadline.
+    /// Ends a poll. `earliest` is the next deadline of the protocol and the application.
     pub(super) fn polled(&mut self, more: bool, mut earliest: Earliest) {
         match self.state {
             NodeState::Detecting(search) => earliest.consider(Some(search.deadline())),

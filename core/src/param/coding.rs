@@ -1,11 +1,11 @@
-//! Numbers that stand for something: the codes of a bit rate or of a filter, each written down once.
+//! Codings: the numbers of a parameter with their names and values, for example the codes of a bit rate or of a filter.
 //!
-//! A [`Coding`] is a constant of a product. The names and the permitted values of a parameter come from it, and so does the
-//! lean list in which the device looks a number up.
+//! A [`Coding`] is a constant of a product. It is the source of the names and the permitted values of a parameter, and of the
+//! compact list in which the device finds the value of a number.
 
 use super::Meaning;
 
-/// The numbers of a parameter, their names, and what they stand for.
+/// The numbers of a parameter, their names and their values.
 #[derive(Clone, Copy, Debug)]
 pub struct Coding<T: Copy + 'static, const N: usize>(pub [(u16, &'static str, T); N]);
 
@@ -23,7 +23,7 @@ impl<T: Copy, const N: usize> Coding<T, N> {
         meanings
     }
 
-    /// The numbers, for [`Permitted::OneOf`](super::Permitted::OneOf), where they need no names.
+    /// The numbers, for [`Permitted::OneOf`](super::Permitted::OneOf), if they need no names.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn numbers(&self) -> [u32; N] {
         let mut numbers = [0; N];
@@ -36,8 +36,7 @@ impl<T: Copy, const N: usize> Coding<T, N> {
         numbers
     }
 
-    /// What the numbers stand for, at the place of each number: what the device keeps of numbers that count from 0. Others are a
-    /// compile error.
+    /// The values in a list indexed by number, for the device. The numbers must count from 0; otherwise there is a compile error.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn sequence(&self) -> [T; N] {
         let (_, _, first) = self.0[0];
@@ -52,7 +51,7 @@ impl<T: Copy, const N: usize> Coding<T, N> {
         values
     }
 
-    /// The numbers with what they stand for: what the device keeps of other numbers.
+    /// The numbers with their values, for the device, if the numbers do not count from 0.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn codes(&self) -> [(u16, T); N] {
         let (_, _, first) = self.0[0];
@@ -67,12 +66,12 @@ impl<T: Copy, const N: usize> Coding<T, N> {
     }
 }
 
-/// What `number` stands for in a [sequence](Coding::sequence); None when it stands for nothing.
+/// The value of `number` in a [sequence](Coding::sequence); None if there is none.
 pub fn meaning<T: Copy>(values: &[T], number: u32) -> Option<T> {
     values.get(number as usize).copied()
 }
 
-/// What `number` stands for in a list of [codes](Coding::codes); None when it stands for nothing.
+/// The value of `number` in a list of [codes](Coding::codes); None if there is none.
 pub fn decode<T: Copy>(codes: &[(u16, T)], number: u32) -> Option<T> {
     let same = |(code, _): &&(u16, T)| u32::from(*code) == number;
     codes.iter().find(same).map(|(_, value)| *value)
@@ -85,7 +84,7 @@ mod tests {
     const CODING: Coding<char, 3> = Coding([(0, "off", 'o'), (2, "ten", 't'), (1000, "all", 'a')]);
 
     #[test]
-    fn meanings_numbers_and_codes_come_from_the_same_rows() {
+    fn meanings_numbers_and_codes_match_rows() {
         assert_eq!(CODING.meanings(), [(0, "off"), (2, "ten"), (1000, "all")]);
         assert_eq!(CODING.numbers(), [0, 2, 1000]);
         assert_eq!(CODING.codes(), [(0, 'o'), (2, 't'), (1000, 'a')]);
@@ -100,7 +99,7 @@ mod tests {
     }
 
     #[test]
-    fn sequence_has_each_value_at_the_place_of_its_number() {
+    fn sequence_has_each_value_at_index_of_its_number() {
         let values = Coding([(0, "off", 'o'), (1, "on", 'n')]).sequence();
         assert_eq!(values, ['o', 'n']);
         assert_eq!(meaning(&values, 1), Some('n'));
@@ -109,7 +108,7 @@ mod tests {
 
     #[test]
     #[should_panic(expected = "count from 0")]
-    fn sequence_with_a_gap_is_refused() {
+    fn sequence_with_gap_is_refused() {
         CODING.sequence();
     }
 }

@@ -1,34 +1,34 @@
-//! The description of a parameter, for people and tools.
+//! The description of a parameter.
 
-/// Names a parameter; its place in the product's table.
+/// The id of a parameter: its index in the table of the product.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ParameterId(pub u8);
 
 /// The type of a number, or a text.
 ///
-/// The two lower bits of its number are the base-2 logarithm of the size; the third is set for numbers in two's complement.
+/// Bits 0 and 1 of the discriminant are the base-2 logarithm of the size in bytes; bit 2 is set for signed types.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum DataType {
-    /// 8 bits, not negative.
+    /// 8 bits, unsigned.
     U8 = 0,
-    /// 16 bits, not negative.
+    /// 16 bits, unsigned.
     U16 = 1,
-    /// 32 bits, not negative.
+    /// 32 bits, unsigned.
     U32 = 2,
     /// A text; no parameter has this type.
     Text = 3,
-    /// 8 bits, two's complement.
+    /// 8 bits, signed (two's complement).
     I8 = 4,
-    /// 16 bits, two's complement.
+    /// 16 bits, signed (two's complement).
     I16 = 5,
-    /// 32 bits, two's complement.
+    /// 32 bits, signed (two's complement).
     I32 = 6,
 }
 
 impl DataType {
-    /// The type with this number (`as u8`).
+    /// The type with this discriminant.
     pub(crate) const fn of(number: u8) -> Self {
         match number {
             0 => Self::U8,
@@ -49,12 +49,12 @@ impl DataType {
         }
     }
 
-    /// Whether numbers of this type are in two's complement.
+    /// Whether numbers of this type are signed.
     pub const fn is_signed(self) -> bool {
         self as u8 & 4 != 0
     }
 
-    /// The value of the number that `bytes` are, for example -1 for FFFFh in an [`I16`](Self::I16).
+    /// The value of the raw number `bytes`, for example -1 for FFFFh in an [`I16`](Self::I16).
     pub const fn value(self, bytes: u32) -> i64 {
         let unused = 32 - 8 * self.size() as u32;
         if self.is_signed() {
@@ -75,30 +75,30 @@ impl DataType {
     }
 }
 
-/// A number and what it stands for.
+/// A number and its name.
 pub type Meaning = (u32, &'static str);
 
-/// The values that a parameter takes.
+/// The permitted values of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Permitted {
-    /// Every number of the type.
+    /// All numbers of the type.
     Any,
-    /// From the first to the second, both included.
+    /// From the first to the second number, both included.
     Range(i64, i64),
-    /// Those that [`Parameter::meanings`] names.
+    /// The numbers in [`Parameter::meanings`].
     Named,
-    /// These.
+    /// These numbers.
     OneOf(&'static [u32]),
-    /// Those in one of these ranges.
+    /// The numbers in these ranges.
     Ranges(&'static Ranges),
 }
 
-/// Several ranges of numbers that are not negative.
+/// Several ranges of unsigned numbers.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Ranges {
-    /// What these numbers are, for people; empty: the ranges say it.
+    /// A description of these numbers; empty if the ranges are sufficient.
     pub text: &'static str,
-    /// How many of the highest of 32 bits do not count, 0 to 3.
+    /// The number of highest bits (of 32) that are ignored, 0 to 3.
     pub ignored_bits: u8,
     /// The first and the last number of each range.
     pub ranges: &'static [(u32, u32)],
@@ -121,43 +121,43 @@ impl Ranges {
     }
 }
 
-/// What becomes of a parameter when the power goes.
+/// The persistence of a parameter: its value after a power cycle.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum Persistence {
-    /// It starts with its factory value.
+    /// Not stored: it starts with its factory value.
     Volatile,
-    /// It is stored by the protocol's command to save.
+    /// Stored by the save command of the protocol.
     OnSave,
-    /// It is stored as soon as it is written.
+    /// Stored when it is written.
     AtOnce,
 }
 
 /// The description of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Parameter {
-    /// Its id: the place in the table.
+    /// Its id: the index in the table.
     pub id: ParameterId,
     /// The manual's name.
     pub name: &'static str,
     /// The type.
     pub data_type: DataType,
-    /// The unit of the value, empty when it has none.
+    /// The unit of the value, empty if it has none.
     pub unit: &'static str,
-    /// Digits behind the decimal point: the value is the number divided by 10 to this power.
+    /// Digits after the decimal point: the value is the number divided by 10 to this power.
     pub decimals: u8,
-    /// The values that it takes.
+    /// The permitted values.
     pub permitted: Permitted,
     /// Names of particular numbers.
     pub meanings: &'static [Meaning],
-    /// The factory value, as the bytes make it: FFFFh is -1 in an [`I16`](DataType::I16).
+    /// The factory value as a raw number: FFFFh is -1 in an [`I16`](DataType::I16).
     pub factory: u32,
-    /// What becomes of it when the power goes.
+    /// The persistence.
     pub persistence: Persistence,
 }
 
 impl Parameter {
-    /// A byte without unit and names that is stored: what a description does not say.
+    /// The default for a description: a byte without unit and names, stored on save.
     pub const PLAIN: Self = Self {
         id: ParameterId(0),
         name: "",
@@ -199,12 +199,12 @@ impl Parameter {
     }
 }
 
-/// What two parameters must fulfil together.
+/// A condition for two parameters.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Constraint {
-    /// They have different values.
+    /// They must have different values.
     Different(ParameterId, ParameterId),
-    /// `parameter` is at most `high` while `other` has the value `number`; neither is negative.
+    /// `parameter` must not exceed `high` while `other` has the value `number`. Both are unsigned.
     AtMost {
         /// The parameter that is limited.
         parameter: ParameterId,
@@ -212,12 +212,12 @@ pub enum Constraint {
         high: u16,
         /// The parameter that limits it.
         other: ParameterId,
-        /// The value for which it does so.
+        /// The value of `other` that limits it.
         number: u16,
     },
 }
 
-/// A quantity that the application publishes; its place among the published values.
+/// The id of a published value: its index in the quantities of the application.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ValueId(pub u8);
@@ -231,9 +231,9 @@ pub struct Quantity {
     pub name: &'static str,
     /// The type.
     pub data_type: DataType,
-    /// The unit of the value, empty when it has none.
+    /// The unit of the value, empty if it has none.
     pub unit: &'static str,
-    /// Digits behind the decimal point.
+    /// Digits after the decimal point.
     pub decimals: u8,
     /// The lowest and the highest number.
     pub range: (i64, i64),

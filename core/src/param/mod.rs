@@ -1,12 +1,12 @@
-//! The parameters of a product: one description each, from which everything else follows.
+//! The parameters of a product. All other data about a parameter is derived from one description.
 //!
-//! A [`Parameter`] says for people and tools what a parameter is: name, type, unit, permitted values, factory value and whether
-//! it is stored. A [`Table`] is the list of a product's parameters. Out of it come, at compile time, the [`Rule`]s that the
-//! device keeps; and on a PC the data sheets, the documents and the limits of other tools. The protocols only map their
-//! addresses (function select code, index and sub-index) to a [`ParameterId`].
+//! A [`Parameter`] describes a parameter: name, type, unit, permitted values, factory value and persistence. A [`Table`] is the
+//! list of the parameters of a product. The [`ParameterRow`]s that the device uses are derived from it at compile time. On a PC it is the
+//! source of data sheets, documents and limits for tools. The protocols only map their addresses (function select code, index and
+//! sub-index) to a [`ParameterId`].
 //!
-//! [`Parameters`] are the values: checks, factory values, and their place in the stored image. A [`Coding`] ties the numbers of
-//! a parameter to what they stand for. A [`Quantity`] describes a value that the application publishes in the same words.
+//! [`Parameters`] are the values, with checks, factory values and the stored image. A [`Coding`] contains the names and values of
+//! the numbers of a parameter. A [`Quantity`] describes a published value of the application.
 //!
 //! ```
 //! use plumbline::param::{DataType, Parameter, ParameterId, Parameters, Permitted, Refused, Table};
@@ -40,7 +40,7 @@
 mod coding;
 mod description;
 pub mod projection;
-mod rule;
+mod row;
 mod set;
 mod values;
 
@@ -49,6 +49,6 @@ pub use description::{
     Constraint, DataType, Meaning, Parameter, ParameterId, Permitted, Persistence, Quantity,
     Ranges, ValueId,
 };
-pub use rule::{Limits, Refused, Rule};
+pub use row::{Limits, ParameterRow, Refused};
 pub use set::ParameterSet;
 pub use values::{Numbers, Parameters, Table, number};

@@ -1,15 +1,15 @@
-//! From the description of a product's parameters to what the device keeps of it.
+//! Projection of the parameter descriptions of a product into the form that the device uses.
 //!
-//! Everything here runs while a constant is evaluated: a description that cannot be is a compile error.
+//! All functions are evaluated at compile time. An inconsistent description is a compile error.
 #![allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 
-use super::rule::{Limits, Rule, ordered};
+use super::row::{Limits, ParameterRow, ordered};
 use super::{Constraint, DataType, Parameter, ParameterSet, Permitted, Persistence};
 
-/// The most parameters that a product may have.
+/// The maximum number of parameters of a product.
 pub const PARAMETERS_MAX: usize = ParameterSet::CAPACITY;
 
-/// The factory values.
+/// Projects the factory values.
 pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
     assert!(parameters.len() == N && N <= PARAMETERS_MAX);
     let mut values = [0; N];
@@ -21,29 +21,29 @@ pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
     values
 }
 
-/// The rules.
+/// The parameters in the form that the device uses.
 ///
-/// A row whose id is not its place, a range outside of the type, and a factory value that is not permitted are compile errors.
-pub const fn rules<const N: usize>(
+/// A row whose id is not its index, a range outside the type, and a factory value that is not permitted are compile errors.
+pub const fn rows<const N: usize>(
     parameters: &[Parameter],
     constraints: &[Constraint],
-) -> [Rule; N] {
+) -> [ParameterRow; N] {
     assert!(parameters.len() == N && N <= PARAMETERS_MAX);
-    let empty = Rule::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
-    let mut rules = [empty; N];
+    let empty = ParameterRow::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
+    let mut rows = [empty; N];
     let mut row = 0;
     while row < N {
         let parameter = &parameters[row];
         assert!(
             parameter.id.0 as usize == row,
-            "a parameter must stand at the place of its id"
+            "the id of a parameter must be its index"
         );
         check(parameter);
         let ignored_bits = match parameter.permitted {
             Permitted::Ranges(ranges) => ranges.ignored_bits,
             _ => 0,
         };
-        rules[row] = Rule::new(
+        rows[row] = ParameterRow::new(
             parameter.data_type,
             parameter.persistence,
             ignored_bits,
@@ -52,15 +52,15 @@ pub const fn rules<const N: usize>(
         row += 1;
     }
     check_constraints(parameters, constraints);
-    rules
+    rows
 }
 
-/// How many ranges are in the pool.
+/// The number of ranges in the pool.
 pub const fn pool_size(parameters: &[Parameter]) -> usize {
     place(parameters, parameters.len())
 }
 
-/// The permitted ranges that rules refer to: once each, also where several parameters permit the same.
+/// The pool of permitted ranges of the rows. Parameters with the same ranges share them.
 pub const fn pool<const N: usize>(parameters: &[Parameter]) -> [Limits; N] {
     let mut pool = [(0, 0); N];
     let mut row = 0;
@@ -89,7 +89,7 @@ pub const fn stored_size(parameters: &[Parameter]) -> usize {
     size
 }
 
-/// Whether names are those of numbers in a row, which are one range.
+/// Whether the named numbers are consecutive, so that they are one range.
 const fn is_sequence(parameter: &Parameter) -> bool {
     let names = parameter.meanings;
     let mut row = 1;
@@ -102,7 +102,7 @@ const fn is_sequence(parameter: &Parameter) -> bool {
     !names.is_empty()
 }
 
-/// How many ranges a parameter permits; 0: every number.
+/// The number of permitted ranges of a parameter; 0: all numbers are permitted.
 const fn count(parameter: &Parameter) -> usize {
     match parameter.permitted {
         Permitted::Any => 0,
@@ -114,7 +114,7 @@ const fn count(parameter: &Parameter) -> usize {
     }
 }
 
-/// One of them.
+/// The limits of one permitted range, as ordered numbers.
 const fn limits(parameter: &Parameter, range: usize) -> Limits {
     let (low, high) = match parameter.permitted {
         Permitted::Any => (0, u32::MAX),
@@ -133,7 +133,7 @@ const fn limits(parameter: &Parameter, range: usize) -> Limits {
     )
 }
 
-/// Where the ranges of a row begin in the pool: where those of an earlier row do that are the same, or behind all earlier ones.
+/// The index of the first range of a row in the pool: that of an earlier row with the same ranges, or the next free one.
 const fn place(parameters: &[Parameter], row: usize) -> usize {
     let (mut before, mut end) = (0, 0);
     while before < row {
@@ -165,10 +165,10 @@ const fn is_alike(one: &Parameter, other: &Parameter) -> bool {
     true
 }
 
-/// A description must make sense.
+/// Checks that a description is consistent.
 const fn check(parameter: &Parameter) {
     let data_type = parameter.data_type;
-    assert!(data_type.size() > 0, "a parameter is a number");
+    assert!(data_type.size() > 0, "a parameter must be a number");
     let (least, most) = data_type.range();
     assert!(
         fits(data_type, parameter.factory),

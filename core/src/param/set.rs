@@ -2,7 +2,7 @@
 
 use super::{Constraint, ParameterId};
 
-/// A set of parameters: a bit for each.
+/// A set of parameters: one bit for each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct ParameterSet {
     words: [u32; WORDS],
@@ -10,9 +10,9 @@ pub struct ParameterSet {
 
 const WORDS: usize = 4;
 
-#[allow(clippy::indexing_slicing)] // the place is below the number of words
+#[allow(clippy::indexing_slicing)] // the index is below the number of words
 impl ParameterSet {
-    /// The parameters with which one of these constraints has to do.
+    /// The parameters that are part of one of these constraints.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn constrained(constraints: &[Constraint]) -> Self {
         let (mut set, mut row) = (Self::EMPTY, 0);
@@ -29,18 +29,18 @@ impl ParameterSet {
         set
     }
 
-    /// Ids below this fit in.
+    /// The number of ids that a set can contain: 0 to `CAPACITY` - 1.
     pub const CAPACITY: usize = 32 * WORDS;
 
-    /// No parameter.
+    /// The empty set.
     pub const EMPTY: Self = Self { words: [0; WORDS] };
 
-    /// Every parameter.
+    /// All parameters.
     pub const ALL: Self = Self {
         words: [u32::MAX; WORDS],
     };
 
-    /// These parameters.
+    /// The set of these parameters.
     pub const fn of(ids: &[ParameterId]) -> Self {
         let mut set = Self::EMPTY;
         let mut place = 0;
@@ -51,7 +51,7 @@ impl ParameterSet {
         set
     }
 
-    /// This set and one parameter more.
+    /// This set with one more parameter.
     pub const fn with(mut self, id: ParameterId) -> Self {
         self.words[word(id)] |= bit(id);
         self
@@ -67,7 +67,7 @@ impl ParameterSet {
         self.words[word(id)] & bit(id) != 0
     }
 
-    /// Whether a parameter is in both sets.
+    /// Whether the sets have a common parameter.
     pub const fn intersects(&self, other: &Self) -> bool {
         let [a, b, c, d] = self.words;
         let [e, f, g, h] = other.words;
@@ -83,14 +83,14 @@ impl ParameterSet {
         }
     }
 
-    /// Whether no parameter is in the set.
+    /// Whether the set is empty.
     pub const fn is_empty(&self) -> bool {
         let [a, b, c, d] = self.words;
         a | b | c | d == 0
     }
 }
 
-/// The word of a parameter; the ids repeat beyond the capacity, which no table reaches.
+/// The word of a parameter. Ids above the capacity alias lower ones; no table has them.
 const fn word(id: ParameterId) -> usize {
     id.0 as usize / 32 % WORDS
 }
@@ -117,7 +117,7 @@ mod tests {
     }
 
     #[test]
-    fn sets_intersect_when_an_id_is_in_both() {
+    fn sets_with_common_id_intersect() {
         let low = ParameterSet::of(&[ParameterId(5)]);
         let high = ParameterSet::of(&[ParameterId(5 + 32)]);
         assert!(!low.intersects(&high));

@@ -1,41 +1,41 @@
-//! The values of a product's parameters: range checks, factory values, and their bytes in the stored image.
+//! The values of the parameters of a product: range checks, factory values and the stored image.
 //!
-//! In the image the stored values stand one behind the other in the order of the table, each in the size of its type,
-//! little-endian. A table may only grow at its end: an image of an older firmware is then a prefix of the newer one's, and
-//! the missing values have their factory value. Any other change of the table needs another [`Table::LAYOUT`].
+//! The image contains the stored values in the order of the table, each in the size of its type, little-endian. New parameters
+//! may be added only at the end of a table. Then the image of an older firmware is a prefix of the image of a newer one, and the
+//! missing values get their factory values. Any other change of the table requires another [`Table::LAYOUT`].
 
-use super::rule::{Limits, Refused, Rule};
+use super::row::{Limits, ParameterRow, Refused};
 use super::{Constraint, Parameter, ParameterId};
 use core::fmt;
 use core::marker::PhantomData;
 
-/// The parameters of a product: the description, and what the device keeps of it.
+/// The parameters of a product: their description, and the form that the device uses.
 ///
-/// [`project_parameters!`](crate::project_parameters) derives everything from [`FACTORY`](Self::FACTORY) on from the first two
-/// constants, so that none of it can come from another description.
+/// [`project_parameters!`](crate::project_parameters) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL` and `STORED_SIZE` from
+/// `PARAMETERS` and `CONSTRAINTS`, so that they always match.
 pub trait Table: 'static {
-    /// The description; each row stands at the place of its id.
+    /// The description; the id of each row is its index.
     const PARAMETERS: &'static [Parameter];
-    /// What the parameters must fulfil together.
+    /// The constraints between parameters.
     const CONSTRAINTS: &'static [Constraint] = &[];
-    /// The version of the stored layout, from 1 to 127. It changes when the table changes in another way than by new rows at its end.
+    /// The version of the stored layout, from 1 to 127. It must change if the table changes other than by new rows at its end.
     const LAYOUT: u8 = 1;
 
-    /// A number for each parameter.
+    /// An array with a number for each parameter.
     type Numbers: Numbers;
     /// The factory values.
     const FACTORY: &'static Self::Numbers;
-    /// The rules.
-    const RULES: &'static [Rule];
-    /// The permitted ranges that rules refer to.
+    /// The parameters in the form that the device uses.
+    const PARAMETER_ROWS: &'static [ParameterRow];
+    /// The permitted ranges of the rows.
     const POOL: &'static [Limits];
     /// The size in bytes of the stored values.
     const STORED_SIZE: usize;
 }
 
-/// As many numbers as a table has parameters: an array.
+/// An array with a number for each parameter.
 pub trait Numbers: Copy + AsRef<[u32]> + AsMut<[u32]> {
-    /// All of them 0.
+    /// All numbers 0.
     const ZERO: Self;
 }
 
@@ -43,15 +43,15 @@ impl<const N: usize> Numbers for [u32; N] {
     const ZERO: Self = [0; N];
 }
 
-/// Derives what the device keeps of a description of parameters; belongs into an `impl` of [`Table`](crate::param::Table) for
-/// a type without generic parameters.
+/// Derives the form that the device uses from a description of parameters. Use it in an `impl` of [`Table`]
+/// for a type without generic parameters.
 #[macro_export]
 macro_rules! project_parameters {
     () => {
         type Numbers = [u32; <Self as $crate::param::Table>::PARAMETERS.len()];
         const FACTORY: &'static Self::Numbers =
             &$crate::param::projection::factory(<Self as $crate::param::Table>::PARAMETERS);
-        const RULES: &'static [$crate::param::Rule] = &$crate::param::projection::rules::<
+        const PARAMETER_ROWS: &'static [$crate::param::ParameterRow] = &$crate::param::projection::rows::<
             { <Self as $crate::param::Table>::PARAMETERS.len() },
         >(
             <Self as $crate::param::Table>::PARAMETERS,
@@ -67,16 +67,16 @@ macro_rules! project_parameters {
     };
 }
 
-/// The values of all parameters of a product; a signed number is there as its bytes make it.
+/// The values of all parameters of a product, as raw numbers: FFFFh is -1 in an [`I16`](crate::param::DataType::I16).
 pub struct Parameters<T: Table> {
     numbers: T::Numbers,
-    /// How many do not have their factory value, so that nobody need compare them all.
+    /// The number of parameters that do not have their factory value, so that `is_factory` is short.
     changed: u8,
     table: PhantomData<T>,
 }
 
 impl<T: Table> Parameters<T> {
-    /// All of them 0, before they get their values.
+    /// All values 0, before the start.
     pub(crate) const INITIAL: Self = Self {
         numbers: T::Numbers::ZERO,
         changed: 0,
@@ -98,9 +98,9 @@ impl<T: Table> Parameters<T> {
         number.copied().unwrap_or(0)
     }
 
-    /// What the device keeps of a parameter's description; None when the product does not have it.
-    pub fn rule(id: ParameterId) -> Option<Rule> {
-        T::RULES.get(usize::from(id.0)).copied()
+    /// The row of a parameter; None if the product does not have it.
+    pub fn row(id: ParameterId) -> Option<ParameterRow> {
+        T::PARAMETER_ROWS.get(usize::from(id.0)).copied()
     }
 
     /// The factory value of a parameter; 0 for one that the product does not have.
@@ -109,10 +109,10 @@ impl<T: Table> Parameters<T> {
         number.copied().unwrap_or(0)
     }
 
-    /// Whether a parameter takes `value`, the other parameters aside.
+    /// Whether `value` is permitted for a parameter, independent of the other parameters.
     pub fn check(id: ParameterId, value: u32) -> Result<(), Refused> {
-        match Self::rule(id) {
-            Some(rule) => rule.check(value, T::POOL),
+        match Self::row(id) {
+            Some(row) => row.check(value, T::POOL),
             None => Err(Refused::NotPermitted),
         }
     }
@@ -130,7 +130,7 @@ impl<T: Table> Parameters<T> {
         })
     }
 
-    /// Sets a parameter to a value that [`check`](Self::check) has let pass.
+    /// Sets a parameter. The value must have passed [`check`](Self::check).
     #[inline(never)] // many callers
     pub fn set(&mut self, id: ParameterId, value: u32) {
         let place = usize::from(id.0);
@@ -147,34 +147,37 @@ impl<T: Table> Parameters<T> {
         }
     }
 
-    /// True when every parameter has its factory value.
+    /// True if all parameters have their factory values.
     pub fn is_factory(&self) -> bool {
         self.changed == 0
     }
 
-    /// Takes the values of these parameters over from `other`.
+    /// Copies the values of these parameters from `other`.
     pub fn copy(&mut self, other: &Self, ids: impl IntoIterator<Item = ParameterId>) {
         for id in ids {
             self.set(id, other.get(id));
         }
     }
 
-    /// The parameters that are stored as soon as they are written.
+    /// The parameters that are stored when they are written.
     pub fn stored_at_once() -> impl Iterator<Item = ParameterId> {
-        let at_once = Self::rules().filter(|(_, rule)| rule.is_stored_at_once());
+        let at_once = Self::rows().filter(|(_, row)| row.is_stored_at_once());
         at_once.map(|(id, _)| id)
     }
 
-    /// The ids of all parameters with their rules.
-    pub fn rules() -> impl Iterator<Item = (ParameterId, Rule)> {
-        (0..).map(ParameterId).zip(T::RULES.iter().copied())
+    /// The ids of all parameters with their rows.
+    pub fn rows() -> impl Iterator<Item = (ParameterId, ParameterRow)> {
+        (0..)
+            .map(ParameterId)
+            .zip(T::PARAMETER_ROWS.iter().copied())
     }
 
-    /// Writes the bytes of the stored values into `buffer`, [`Table::STORED_SIZE`] of them; None when it is too small.
+    /// Writes the stored values into `buffer`. Returns their length, which is [`Table::STORED_SIZE`] bytes; None if the buffer is
+    /// too small.
     pub fn encode(&self, buffer: &mut [u8]) -> Option<usize> {
         let mut length = 0;
-        for (id, rule) in Self::rules().filter(|(_, rule)| rule.is_stored()) {
-            let size = usize::from(rule.size());
+        for (id, row) in Self::rows().filter(|(_, row)| row.is_stored()) {
+            let size = usize::from(row.size());
             let place = buffer.get_mut(length..length + size)?;
             for (to, from) in place.iter_mut().zip(self.get(id).to_le_bytes()) {
                 *to = from;
@@ -184,24 +187,24 @@ impl<T: Table> Parameters<T> {
         Some(length)
     }
 
-    /// The values in the bytes of an image: the stored ones that it has, and the factory values of the others. None when one of
-    /// them is not permitted, when they do not fulfil the constraints, or when the bytes end within a value.
+    /// The values of an image; parameters that are not in the image get their factory values. None if a value is not permitted,
+    /// if the values do not fulfil the constraints, or if the image ends within a value.
     pub fn decode(bytes: &[u8]) -> Option<Self> {
         let mut parameters = Self::factory();
         parameters.restore(bytes)?;
         Some(parameters)
     }
 
-    /// Takes the stored values in the bytes of an image over, as [`decode`](Self::decode) does. After a None they are neither what
-    /// they were nor those of the image.
+    /// Sets the values of an image, like [`decode`](Self::decode). If it returns None, the values are undefined: some of them may
+    /// have changed.
     pub(crate) fn restore(&mut self, mut bytes: &[u8]) -> Option<()> {
-        for (id, rule) in Self::rules().filter(|(_, rule)| rule.is_stored()) {
+        for (id, row) in Self::rows().filter(|(_, row)| row.is_stored()) {
             if bytes.is_empty() {
                 break;
             }
-            let (value, rest) = bytes.split_at_checked(rule.size().into())?;
+            let (value, rest) = bytes.split_at_checked(row.size().into())?;
             let value = number(value);
-            rule.check(value, T::POOL).ok()?;
+            row.check(value, T::POOL).ok()?;
             self.set(id, value);
             bytes = rest;
         }
@@ -209,7 +212,7 @@ impl<T: Table> Parameters<T> {
     }
 }
 
-/// The little-endian number of at most four bytes.
+/// The little-endian number in at most four bytes.
 pub fn number(bytes: &[u8]) -> u32 {
     let digits = bytes.iter().rev();
     digits.fold(0, |number, &byte| number << 8 | u32::from(byte))

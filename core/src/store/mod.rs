@@ -1,7 +1,7 @@
-//! The nonvolatile memory: records in two slots of flash, appended until a slot is full.
+//! The nonvolatile memory: records in two slots of flash. A new record is appended until the slot is full.
 //!
-//! There are two kinds of records: the parameters of a product, written by each save, and the calibration of the unit, written
-//! once. A record lies in memory like this:
+//! There are two kinds of records: the parameters of a product, written by each save, and the calibration of the device, written
+//! once. Layout of a record:
 //!
 //! ```text
 //!  byte 0      1         2       4          8        10          10 + n ...     p            p + 4
@@ -10,29 +10,30 @@
 //!       | 50h  | 01h     | u16   | u32      | u16 n  | n bytes   | to 4 bytes   | of 0..p    |
 //!       +------+---------+-------+----------+--------+-----------+--------------+------------+
 //!
-//!  payload of parameters     layout, bits 0 to 6, and bit 7: there is a calibration; the stored parameters in the order of the table
+//!  payload of parameters     layout, bits 0 to 6, bit 7: a calibration exists; the stored parameters in the order of the table
 //!  payload of a calibration  layout 01h; serial number, u32; calibration, 36 bytes
 //! ```
 //!
-//! Numbers are little-endian. The kind of parameters is 8000h + the product's [`ImageId`], that of a calibration 0. The CRC is CRC-32/ISO-HDLC (the one of
-//! Ethernet and zip); it is programmed last, so a record that was cut off does not check. Erased memory reads FFh.
+//! Numbers are little-endian. The kind of parameters is 8000h + the [`ImageId`] of the product, the kind of a calibration is 0.
+//! The CRC is CRC-32/ISO-HDLC (the CRC of Ethernet and zip). It is programmed last, so an incomplete record has a wrong CRC.
+//! Erased memory reads FFh.
 //!
-//! **Parameters** decode as a prefix: a newer firmware that has added parameters to its table reads the record of an older one, and
-//! gives the new parameters their factory values; an older firmware ignores what it does not know. Another layout is not
-//! decoded. **A calibration** belongs to the unit whose serial number it carries; in the memory of another unit it is
-//! ignored. Parameters say whether the unit had a calibration when they were saved, so that the loss of it is noticed. Records of
-//! firmware before the calibration had a record of its own are read too: their kind is the [`ImageId`], their payload the
-//! parameters, then the calibration.
+//! **Parameters** are decoded as a prefix. A newer firmware with additional parameters reads the record of an older one and gives
+//! the new parameters their factory values. An older firmware ignores the parameters that it does not have. Records with another
+//! layout are not decoded. **A calibration** belongs to the device with its serial number; another device ignores it. The record
+//! of parameters contains whether the device had a calibration when they were saved, so that a lost calibration is detected. Old
+//! records, from before the calibration had its own record, are also read: their kind is the [`ImageId`], and their payload is
+//! the parameters followed by the calibration.
 //!
 //! ```text
 //!  slot 0  | calibration | parameters 7 | parameters 8 | parameters 9 | (full)
-//!  slot 1  | calibration | parameters 10 | erased                              <- the next record goes here
+//!  slot 1  | calibration | parameters 10 | erased                              <- position of the next record
 //! ```
 //!
-//! A slot is half of the memory. The newest parameters are never touched: the next record goes behind them, and when the slot is
-//! full to the start of the other one, which is erased ahead at boot ([`Store::prepare`]) because erasing stalls the
-//! processor. The calibration is written there first. Only what could be newer than the newest whole parameters counts as
-//! damage; older debris does not.
+//! A slot is half of the memory. The newest parameters are never erased or overwritten. The next record is written after them.
+//! When the slot is full, it is written to the start of the other slot, after the calibration. The other slot is erased in
+//! advance at boot ([`Store::prepare`]), because erasing stalls the processor. Only data that can be newer than the newest valid
+//! parameters is reported as damaged; older invalid data is ignored.
 
 mod record;
 mod slots;
@@ -43,16 +44,15 @@ pub use slots::Store;
 
 use crate::measure::Calibration;
 
-/// Marks the parameters of a product, so that those of another one are not taken for its own; from 1 to 7FFFh.
+/// Identifies the stored parameters of a product, so that a product does not use the parameters of another one. From 1 to 7FFFh.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct ImageId(u16);
 
 impl ImageId {
-    /// The mark with this number.
+    /// The id with this number.
     ///
-    /// # Panics
-    /// The number is not from 1 to 7FFFh; in a constant this does not compile.
+    /// # Panics If the number is not from 1 to 7FFFh. In a constant this is a compile error.
     pub const fn new(number: u16) -> Self {
         assert!(number >= 1 && number < 0x8000);
         Self(number)
@@ -64,34 +64,34 @@ impl ImageId {
     }
 }
 
-/// Whose records a [`Store`] holds.
+/// The owner of the records in a [`Store`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Owner {
     /// The product.
     pub image: ImageId,
-    /// The version of the product's stored layout ([`Table::LAYOUT`](crate::param::Table::LAYOUT)), below 80h.
+    /// The version of the stored layout ([`Table::LAYOUT`](crate::param::Table::LAYOUT)) of the product, below 80h.
     pub layout: u8,
-    /// The serial number of the unit.
+    /// The serial number of the device.
     pub serial: u32,
 }
 
-/// A record could not be written.
+/// Error: a record could not be written.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct StoreError;
 
-/// What the memory held when the unit started.
+/// The contents of the memory at the start of the device.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Boot<'a> {
-    /// The newest stored parameters, as [`Parameters::decode`](crate::param::Parameters::decode) takes them; None: use the factory
-    /// values.
+    /// The newest stored parameters in the format of [`Parameters::decode`](crate::param::Parameters::decode); None: use the
+    /// factory values.
     pub parameters: Option<&'a [u8]>,
-    /// The calibration of the unit; [`Calibration::IDENTITY`] when it has none.
+    /// The calibration of the device; [`Calibration::IDENTITY`] if there is none.
     pub calibration: Calibration,
-    /// Something newer than the parameters is damaged, or the calibration is lost, or nothing is whole although the memory is not
-    /// blank.
+    /// True if data newer than the parameters is damaged, if the calibration is lost, or if the memory is not blank but has no
+    /// valid parameters.
     pub damaged: bool,
-    /// The serial number of the unit.
+    /// The serial number of the device.
     pub serial: u32,
 }
 

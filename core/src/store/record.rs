@@ -1,34 +1,35 @@
-//! One record as it lies in memory; the byte map is in [`store`](super).
+//! The coding of a record. The byte map is in [`store`](super).
 
 use super::Owner;
 use crate::measure::calibration;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 const MAGIC: u8 = b'P';
-/// The version of everything but the payload.
+/// The version of the record format without the payload.
 const VERSION: u8 = 1;
 
-/// The size of what stands before the payload.
+/// The size of the header before the payload.
 pub(super) const HEADER: usize = 10;
 const CRC_SIZE: usize = 4;
 
-/// The kind of a calibration; no product has this [`ImageId`](super::ImageId).
+/// The kind of a calibration. No product has this [`ImageId`](super::ImageId).
 const CALIBRATION: u16 = 0;
-/// Set in the kind of parameters whose payload begins with the layout. Without it, the payload is parameters, then calibration.
+/// Bit of the kind of parameters: the payload begins with the layout. Without it, the payload is the parameters followed by the
+/// calibration.
 const WITH_LAYOUT: u16 = 0x8000;
-/// The layout of a calibration's payload.
+/// The layout of the payload of a calibration.
 const CALIBRATION_LAYOUT: u8 = 1;
-/// What stands before the calibration in its payload: layout and serial number.
+/// The size of layout and serial number before the calibration in its payload.
 const CALIBRATION_OWNER: usize = 5;
 const CALIBRATION_PAYLOAD: usize = CALIBRATION_OWNER + calibration::SIZE;
 
-/// Set in the layout of parameters that were saved by a unit with a calibration.
+/// Bit of the layout of parameters: the device had a calibration when they were saved.
 pub(super) const CALIBRATED: u8 = 0x80;
 
 /// The size in bytes of the record of a calibration.
 pub(super) const CALIBRATION_SIZE: usize = size(CALIBRATION_PAYLOAD);
 
-// The table-driven variant would cost 1 KiB of flash to save a millisecond at boot.
+// The table-driven variant would need 1 KiB of flash and save one millisecond at boot.
 pub(super) const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
 /// The size in bytes of a record with a payload of `payload` bytes; a multiple of 4.
@@ -36,18 +37,18 @@ const fn size(payload: usize) -> usize {
     (HEADER + payload).next_multiple_of(4) + CRC_SIZE
 }
 
-/// The size of the buffer of a [`Store`](super::Store) for the parameters of a product with so many stored bytes: the record of the
-/// calibration, then that of the parameters.
+/// The size, in bytes, of the buffer of a [`Store`](super::Store) for a product with `stored` bytes of parameters: the record of
+/// the calibration, then the record of the parameters.
 pub const fn buffer_size(stored: usize) -> usize {
     CALIBRATION_SIZE + size(1 + stored)
 }
 
-/// What a record is, as far as its header tells.
+/// The kind of a record in its header.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Kind {
     /// Parameters of the product with this number.
     Parameters(u16),
-    /// Parameters of the product with this number, then the calibration.
+    /// Old record: parameters of the product with this number, then the calibration.
     Old(u16),
     /// A calibration.
     Calibration,
@@ -58,12 +59,12 @@ pub(super) enum Kind {
 pub(super) struct Header {
     pub kind: Kind,
     pub sequence: u32,
-    /// The length of the payload.
+    /// The length of the payload in bytes.
     pub length: usize,
 }
 
 impl Header {
-    /// The header in these bytes, if it is one.
+    /// The header in these bytes; None if it is not valid.
     pub fn parse(bytes: &[u8; HEADER]) -> Option<Self> {
         let &[magic, version, k0, k1, s0, s1, s2, s3, l0, l1] = bytes;
         let kind = u16::from_le_bytes([k0, k1]);
@@ -82,19 +83,19 @@ impl Header {
         })
     }
 
-    /// The size of the whole record.
+    /// The size of the complete record.
     pub const fn size(&self) -> usize {
         size(self.length)
     }
 
-    /// The size of the record up to its CRC.
+    /// The size of the record before its CRC.
     pub const fn checked_size(&self) -> usize {
         size(self.length) - CRC_SIZE
     }
 }
 
-/// Finishes the record in `buffer` whose payload of `length` bytes is there already; returns its size, or None when the buffer is
-/// too small.
+/// Completes the record in `buffer`, which already contains its payload of `length` bytes. Returns its size; None if the buffer
+/// is too small.
 fn seal(buffer: &mut [u8], kind: u16, sequence: u32, length: usize) -> Option<usize> {
     let record = buffer.get_mut(..size(length))?;
     let (body, crc) = record.split_last_chunk_mut::<CRC_SIZE>()?;
@@ -107,7 +108,7 @@ fn seal(buffer: &mut [u8], kind: u16, sequence: u32, length: usize) -> Option<us
     Some(size(length))
 }
 
-/// Writes the record of parameters, which `encode` puts into their place; returns its size, or None when they do not fit.
+/// Writes the record of parameters; `encode` writes the parameters into the payload. Returns its size; None if they do not fit.
 pub(super) fn encode_parameters(
     buffer: &mut [u8],
     owner: Owner,
@@ -121,21 +122,21 @@ pub(super) fn encode_parameters(
     seal(buffer, owner.image.0 | WITH_LAYOUT, sequence, length)
 }
 
-/// Where the calibration is in its record.
+/// The offset of the calibration in its record.
 pub(super) const CALIBRATION_AT: usize = HEADER + CALIBRATION_OWNER;
 
-/// What stands before the calibration of the unit with this serial number.
+/// The bytes before the calibration of the device with this serial number.
 pub(super) fn calibration_owner(serial: u32) -> [u8; CALIBRATION_OWNER] {
     let [s0, s1, s2, s3] = serial.to_le_bytes();
     [CALIBRATION_LAYOUT, s0, s1, s2, s3]
 }
 
-/// Finishes the record of the calibration that is in `buffer` at [`CALIBRATION_AT`] already.
+/// Completes the record of the calibration in `buffer`, which already contains the calibration at [`CALIBRATION_AT`].
 pub(super) fn seal_calibration(buffer: &mut [u8], serial: u32) {
     let place = buffer.iter_mut().skip(HEADER);
     for (to, from) in place.zip(calibration_owner(serial)) {
         *to = from;
     }
-    // It fits into every buffer of a store. There is no newer or older calibration, so it has no sequence number.
+    // It fits into each buffer of a store. The sequence number is not used: there is only one calibration.
     let _ = seal(buffer, CALIBRATION, 0, CALIBRATION_PAYLOAD);
 }

@@ -1,4 +1,4 @@
-//! The two slots: where the records are, and how the next one gets there.
+//! The two slots: finding records and saving new ones.
 
 use super::record::{self, CALIBRATION_AT, CALIBRATION_SIZE};
 use super::survey::{Found, Survey, WORD, is_blank, survey};
@@ -9,11 +9,11 @@ use embedded_storage::nor_flash::NorFlash;
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum Stage {
     Erase,
-    /// Everything in the buffer before this place is programmed.
+    /// The bytes of the buffer before this offset are programmed.
     Program(usize),
 }
 
-/// A save under way: what is in the buffer from `from` to `end` goes to the end of `slot`.
+/// A running save: writes the bytes `from..end` of the buffer to the end of `slot`.
 #[derive(Clone, Copy, Debug)]
 struct Save {
     slot: usize,
@@ -22,18 +22,18 @@ struct Save {
     end: usize,
 }
 
-/// What is known of a slot.
+/// The state of a slot.
 #[derive(Clone, Copy, Debug, Default)]
 struct Slot {
-    /// Behind the last word that is not blank.
+    /// The end of the last word that is not blank.
     used: usize,
-    /// It holds parameters,
+    /// It contains parameters.
     has_parameters: bool,
-    /// and the calibration of the unit.
+    /// It contains the calibration of the device.
     has_calibration: bool,
 }
 
-/// The records of one unit in a memory of two slots. `N` is the [`buffer_size`](super::buffer_size) of its parameters.
+/// The records of one device in a memory with two slots. `N` is the [`buffer_size`](super::buffer_size) of its parameters.
 #[derive(Debug)]
 pub struct Store<M, const N: usize> {
     memory: M,
@@ -41,20 +41,20 @@ pub struct Store<M, const N: usize> {
     size: usize,
     owner: Owner,
     slots: [Slot; 2],
-    /// The slot with the newest parameters; it is never erased.
+    /// The slot with the newest parameters. It is never erased.
     home: usize,
     newest: Found,
-    /// Where the calibration of the unit is; 0: there is none.
+    /// The address of the calibration of the device; 0: there is none.
     calibration: usize,
     damaged: bool,
     sequence: u32,
     save: Option<Save>,
-    /// The record of the calibration, then that of the parameters.
+    /// The record of the calibration, then the record of the parameters.
     buffer: [u8; N],
 }
 
 impl<M: NorFlash, const N: usize> Store<M, N> {
-    /// Looks through `memory` for the records of `owner`. Nothing is written.
+    /// Finds the records of `owner` in `memory`. Does not write.
     pub fn open(memory: M, owner: Owner) -> Self {
         const {
             assert!(M::WRITE_SIZE <= WORD && WORD.is_multiple_of(M::WRITE_SIZE));
@@ -78,11 +78,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         store
     }
 
-    /// What the memory held when it was opened; ask before the first save.
+    /// The contents of the memory when it was opened. Call it before the first save.
     pub fn boot(&mut self) -> Boot<'_> {
         let calibration = self.read_calibration();
         let calibration = calibration.and_then(|bytes| Calibration::decode(&bytes));
-        // What a newer firmware has stored beyond the buffer is not known.
+        // Parameters of a newer firmware beyond the buffer are unknown.
         let buffer = self.buffer.get_mut(..self.newest.length.min(N));
         let parameters = buffer
             .filter(|_| self.newest.is_there())
@@ -98,28 +98,29 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    /// Gives the memory back.
+    /// Returns the memory.
     pub fn into_memory(self) -> M {
         self.memory
     }
 
-    /// Access to the memory, for a driver that has its own business with it.
+    /// Access to the memory for the driver.
     pub fn memory(&mut self) -> &mut M {
         &mut self.memory
     }
 
-    /// Erases ahead: call it at boot, before the node takes part in the bus. The spare slot is erased when the other one is more
-    /// than half full, so that at least half a slot of saves never has to erase; until then the older records stay.
+    /// Erases the spare slot in advance, if the other slot is more than half full. Call it at boot, before the node takes part in
+    /// the bus. Then saves of at least half a slot need no erase. While the other slot is at most half full, the older records
+    /// stay.
     pub fn prepare(&mut self) {
         let roomy = self.slot(self.home).used <= self.size / 2;
         if !roomy && self.slot(self.spare()).used > 0 {
-            // A failure shows again, and is reported, when the slot is needed.
+            // A failure is reported when the slot is needed and erased again.
             let _ = self.erase(self.spare());
         }
     }
 
-    /// Begins to save parameters, which `encode` writes into a buffer; carry it out with [`step`](Self::step). A save under way is
-    /// given up.
+    /// Begins to save parameters, which `encode` writes into a buffer. Call [`step`](Self::step) until the save has ended. A
+    /// running save is aborted.
     #[inline(never)] // measured and budgeted as a function
     pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         self.give_up();
@@ -129,8 +130,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.save_behind_calibration(encode);
     }
 
-    /// Begins to save another calibration, and the newest parameters behind it; carry it out with [`step`](Self::step). For a
-    /// memory that was opened and not saved to.
+    /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended.
+    /// Only for a store without a save since [`open`](Self::open).
     pub fn calibrate(&mut self, calibration: &Calibration) {
         let mut copy = [0; N];
         let parameters = self.boot().parameters;
@@ -141,7 +142,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             parameters.len()
         });
         self.seal_calibration(&calibration.encode());
-        // Wherever there is one, it is not this one.
+        // A calibration in a slot is not the new one.
         self.calibration = usize::MAX;
         for slot in &mut self.slots {
             slot.has_calibration = false;
@@ -157,12 +158,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    /// True while a save is under way.
+    /// True while a save is running.
     pub fn busy(&self) -> bool {
         self.save.is_some()
     }
 
-    /// Carries a save one small step further: four bytes, or one erase. Returns the result when the save has ended.
+    /// Performs one step of a save: programs four bytes, or erases a slot. Returns the result when the save has ended.
     pub fn step(&mut self) -> Option<Result<(), StoreError>> {
         let save = self.save?;
         let result = match save.stage {
@@ -197,14 +198,15 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         let place = self.buffer.get_mut(CALIBRATION_SIZE..).unwrap_or_default();
         let size =
             record::encode_parameters(place, self.owner, self.calibration > 0, sequence, encode);
-        // What does not fit cannot come from a node of this product; a save of nothing does not verify.
+        // Parameters that do not fit cannot come from a node of this product. An empty save fails in `verify`.
         self.begin(size.map_or(0, |size| CALIBRATION_SIZE + size));
     }
 
-    /// Plans the save of what is in the buffer up to `end`.
+    /// Plans the save of the buffer up to `end`.
     fn begin(&mut self, end: usize) {
         let spare = self.spare();
-        // In the spare slot a save that was cut off is continued behind the damage, so that this is seen until one succeeds.
+        // After an incomplete save in the spare slot, the next save is written after the damaged data. So the damage stays
+        // visible until a save succeeds.
         let (slot, stage) = if self.fits(self.home, end) {
             (self.home, None)
         } else if self.fits(spare, end) && !self.slot(spare).has_parameters {
@@ -226,7 +228,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         });
     }
 
-    /// Whether what is in the buffer up to `end` fits behind what a slot holds, without the calibration if that is there.
+    /// Whether the buffer up to `end` fits into the free part of a slot. The calibration is not counted if the slot contains it.
     fn fits(&self, number: usize, end: usize) -> bool {
         let slot = self.slot(number);
         let from = if slot.has_calibration || self.calibration == 0 {
@@ -244,7 +246,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         written.map_err(|_| StoreError)
     }
 
-    /// Compares what was saved with what is in the memory now.
+    /// Compares the saved bytes with the memory.
     fn verify(&mut self, save: &Save) -> Result<(), StoreError> {
         let address = self.address(save);
         let mut same = save.end > save.from;
@@ -265,14 +267,14 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         slot.has_parameters |= save.end > CALIBRATION_SIZE;
         if save.from == 0 {
             slot.has_calibration = true;
-            // The slot in which it was may be erased.
+            // The slot with the previous copy can be erased.
             self.calibration = address + CALIBRATION_AT;
         }
         self.home = save.slot;
         self.sequence = self.sequence.wrapping_add(1);
     }
 
-    /// Ends a save that has not succeeded. The next one goes behind what it has programmed, if that is anything.
+    /// Ends a failed or aborted save. If it has programmed any bytes, the next save is written after them.
     fn give_up(&mut self) {
         let Some(save) = self.save.take() else {
             return;
@@ -284,12 +286,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    /// Where the save goes.
+    /// The address of the save.
     fn address(&self, save: &Save) -> usize {
         self.start(save.slot) + self.slot(save.slot).used
     }
 
-    /// Finds the newest parameters, the calibration, and the place for the next record.
+    /// Finds the newest parameters, the calibration, and the position for the next record.
     fn scan(&mut self) {
         let [first, second] = [0, 1].map(|number| self.survey(number));
         let in_second = if first.parameters.is_there() || second.parameters.is_there() {
@@ -307,8 +309,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.newest = newest;
         self.sequence = newest.sequence;
         self.damaged = if newest.is_there() {
-            // In its own slot everything behind the newest parameters is newer. The other slot is newer only when this one is full;
-            // then it has just been begun. A slot full of debris is an erase that was cut off.
+            // In the slot of the newest parameters, all data after them is newer. Data in the other slot is newer only if this
+            // slot is full and the other one has only begun. A slot full of invalid data is an incomplete erase.
             let full = !self.fits(self.home, CALIBRATION_SIZE + newest.length);
             let begun = !other.parameters.is_there() && other.used < self.size;
             home.unusable > newest.address || (full && begun && other.unusable > 0)
@@ -336,14 +338,14 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         survey
     }
 
-    /// The bytes of the calibration; None when there is none.
+    /// The bytes of the calibration; None if there is none.
     fn read_calibration(&mut self) -> Option<[u8; calibration::SIZE]> {
         let mut bytes = [0; calibration::SIZE];
         let read = self.memory.read(self.calibration as u32, &mut bytes);
         (self.calibration > 0 && read.is_ok()).then_some(bytes)
     }
 
-    /// Puts the record of a calibration into the buffer.
+    /// Writes the record of a calibration into the buffer.
     fn seal_calibration(&mut self, bytes: &[u8; calibration::SIZE]) {
         let place = self.buffer.iter_mut().skip(CALIBRATION_AT);
         for (to, from) in place.zip(bytes) {
@@ -352,7 +354,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         record::seal_calibration(&mut self.buffer, self.owner.serial);
     }
 
-    /// The slot that may be erased: the one without the newest parameters.
+    /// The slot that can be erased: the one without the newest parameters.
     fn spare(&self) -> usize {
         1 - self.home.min(1)
     }

@@ -1,29 +1,29 @@
-//! What there is in one slot: walks from record to record, and from word to word where there is none.
+//! The contents of one slot: reads record after record, and word after word where there is no valid record.
 
 use super::Owner;
 use super::record::{CALIBRATED, CALIBRATION_AT, CRC, HEADER, Header, Kind, calibration_owner};
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
 
-/// Records begin at multiples of this.
+/// The alignment of records.
 pub(super) const WORD: usize = 4;
 
-/// A whole record with parameters of the product. An address of 0 means that there is none: a payload is never there.
+/// A valid record with parameters of the product. Address 0 means that there is none: a payload is never at address 0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Found {
     pub sequence: u32,
-    /// Where the stored parameters are,
+    /// The address of the stored parameters.
     pub address: usize,
-    /// and how many bytes they are.
+    /// The length of the stored parameters in bytes.
     pub length: usize,
-    /// Where the calibration of an old record is; 0: it is a new one.
+    /// The address of the calibration in an old record; 0 for a new record.
     pub calibration: usize,
-    /// The unit had a calibration when they were saved.
+    /// The device had a calibration when they were saved.
     pub is_calibrated: bool,
 }
 
 impl Found {
-    /// The parameters of a record at this address.
+    /// The parameters in the record at this address.
     fn of(header: Header, address: usize, layout: u8) -> Self {
         let payload = address + HEADER;
         if let Kind::Old(_) = header.kind {
@@ -50,27 +50,27 @@ impl Found {
         self.address > 0
     }
 
-    /// Whether it is newer than another one; with equal numbers it is.
+    /// Whether it is newer than another one, or has the same sequence number.
     pub fn is_newer(&self, than: &Self) -> bool {
         let ahead = self.sequence.wrapping_sub(than.sequence);
         self.is_there() && (!than.is_there() || ahead < 1 << 31)
     }
 }
 
-/// What there is in one slot.
+/// The contents of one slot.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Survey {
-    /// Behind the last word that is not blank, from the start of the slot.
+    /// The end of the last word that is not blank, relative to the start of the slot.
     pub used: usize,
-    /// Behind the address of the last word that is neither blank nor part of a whole record of this product; 0: there is none.
+    /// The end address of the last word that is neither blank nor part of a valid record of this product; 0: there is none.
     pub unusable: usize,
     /// The newest parameters.
     pub parameters: Found,
-    /// Where the calibration of this unit is; 0: there is none.
+    /// The address of the calibration of this device; 0: there is none.
     pub calibration: usize,
 }
 
-/// Looks through the slot of `size` bytes at `start`.
+/// Reads the slot of `size` bytes at `start`.
 pub(super) fn survey(
     memory: &mut impl ReadNorFlash,
     owner: Owner,
@@ -81,7 +81,7 @@ pub(super) fn survey(
     let mut at = 0;
     while at < size {
         let address = start + at;
-        if let Some(header) = whole(memory, address, size - at)
+        if let Some(header) = valid_record(memory, address, size - at)
             && survey.takes(memory, owner, address, header)
         {
             at += header.size();
@@ -98,7 +98,7 @@ pub(super) fn survey(
 }
 
 impl Survey {
-    /// Takes a whole record into account; false when it is of another product or layout.
+    /// Adds a valid record. Returns false if it has another product or layout.
     fn takes(
         &mut self,
         memory: &mut impl ReadNorFlash,
@@ -106,7 +106,7 @@ impl Survey {
         address: usize,
         header: Header,
     ) -> bool {
-        // Layout and, of a calibration, the serial number.
+        // The layout and, for a calibration, the serial number.
         let mut begin = [0; 5];
         let read = memory.read((address + HEADER) as u32, &mut begin).is_ok();
         let [layout, ..] = begin;
@@ -118,7 +118,7 @@ impl Survey {
                 return true;
             }
             Kind::Parameters(of) => of == owner.image.0 && layout & !CALIBRATED == owner.layout,
-            // Its layout is the first one.
+            // Old records have layout 1.
             Kind::Old(of) => of == owner.image.0 && owner.layout == 1,
         };
         if read && own {
@@ -131,8 +131,8 @@ impl Survey {
     }
 }
 
-/// The header of the whole record at an address, with at most `limit` bytes; None when there is none.
-fn whole(memory: &mut impl ReadNorFlash, address: usize, limit: usize) -> Option<Header> {
+/// The header of the valid record at an address, with at most `limit` bytes; None if there is none.
+fn valid_record(memory: &mut impl ReadNorFlash, address: usize, limit: usize) -> Option<Header> {
     let mut bytes = [0; HEADER];
     memory.read(address as u32, &mut bytes).ok()?;
     let header = Header::parse(&bytes).filter(|header| header.size() <= limit)?;
@@ -147,7 +147,7 @@ fn whole(memory: &mut impl ReadNorFlash, address: usize, limit: usize) -> Option
     (digest.finalize() == u32::from_le_bytes(word)).then_some(header)
 }
 
-/// Whether so many bytes, a multiple of [`WORD`], are erased.
+/// Whether `size` bytes, a multiple of [`WORD`], are erased.
 pub(super) fn is_blank(memory: &mut impl ReadNorFlash, address: usize, size: usize) -> bool {
     (address..address + size).step_by(WORD).all(|address| {
         let mut word = [0; WORD];

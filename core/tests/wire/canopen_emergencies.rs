@@ -1,4 +1,4 @@
-//! Emergencies, error register and history of the JN2101 on the wire (CiA 301, 7.2.7; manual 7.6.1 and 11).
+//! Emergency messages, error register and history of the JN2101 (CiA 301, 7.2.7; manual 7.6.1 and 11).
 
 use crate::tester::canopen::*;
 use plumbline::node::{Action, BusEvent, BusState};
@@ -8,7 +8,7 @@ fn state(state: BusState) -> BusEvent {
 }
 
 #[test]
-fn no_samples_are_a_sensor_error() {
+fn missing_samples_are_sensor_error() {
     let mut t = booted();
     t.sampled = false;
     assert_eq!(
@@ -21,7 +21,7 @@ fn no_samples_are_a_sensor_error() {
 }
 
 #[test]
-fn a_clipping_accelerometer_is_a_sensor_error() {
+fn clipping_accelerometer_is_sensor_error() {
     let mut t = booted();
     t.clipped = true;
     t.wait_text(0);
@@ -33,7 +33,7 @@ fn a_clipping_accelerometer_is_a_sensor_error() {
 }
 
 #[test]
-fn beyond_45_degrees_the_limit_is_exceeded() {
+fn inclination_above_45_degrees_exceeds_limit() {
     let mut t = booted();
     t.tilt(44.9, 0.0);
     assert_eq!(t.sent_text(), [""; 0]);
@@ -48,7 +48,7 @@ fn beyond_45_degrees_the_limit_is_exceeded() {
 }
 
 #[test]
-fn the_temperature_is_watched() {
+fn temperature_outside_limits_sends_emergency() {
     let mut t = booted();
     t.temperature = 85_10;
     let hot = t.wait_text(200);
@@ -86,7 +86,7 @@ fn faults_end_one_by_one() {
 }
 
 #[test]
-fn the_history_keeps_the_newest_fifty() {
+fn history_keeps_newest_fifty_errors() {
     let mut t = booted();
     t.bus(state(BusState::Passive));
     t.bus(state(BusState::Active));
@@ -104,7 +104,7 @@ fn the_history_keeps_the_newest_fifty() {
 }
 
 #[test]
-fn bus_faults_are_emergencies() {
+fn bus_faults_send_emergencies() {
     let mut t = booted();
     t.bus(BusEvent::Overrun);
     assert_eq!(
@@ -130,7 +130,7 @@ fn bus_faults_are_emergencies() {
 }
 
 #[test]
-fn in_bus_off_nothing_is_taken_in_or_sent() {
+fn node_in_bus_off_ignores_requests_and_sends_nothing() {
     let mut t = operational();
     t.bus(state(BusState::BusOff));
     assert_eq!(t.exchange("080#"), [""; 0]);
@@ -141,7 +141,7 @@ fn in_bus_off_nothing_is_taken_in_or_sent() {
 }
 
 #[test]
-fn the_inhibit_time_keeps_emergencies_apart() {
+fn inhibit_time_delays_emergencies() {
     let mut t = booted();
     t.write(0x1015, 0, 2, 500).unwrap();
     t.bus(BusEvent::Overrun);
@@ -160,7 +160,7 @@ fn the_inhibit_time_keeps_emergencies_apart() {
 }
 
 #[test]
-fn in_stopped_emergencies_wait() {
+fn emergencies_in_stopped_wait() {
     let mut t = booted();
     t.write(0x1015, 0, 2, 100).unwrap();
     t.send("000#0200");
@@ -173,7 +173,7 @@ fn in_stopped_emergencies_wait() {
 }
 
 #[test]
-fn emergencies_go_out_in_operational_and_do_not_change_the_state() {
+fn emergency_in_operational_is_sent_and_keeps_state() {
     let mut t = operational();
     t.tilt(50.0, 0.0);
     assert_eq!(t.sent_text(), ["08A#0090010200000000"]);
@@ -181,7 +181,7 @@ fn emergencies_go_out_in_operational_and_do_not_change_the_state() {
 }
 
 #[test]
-fn a_fault_that_lasts_is_told_again_after_a_reset() {
+fn active_fault_is_sent_again_after_reset() {
     let mut t = booted();
     t.tilt(50.0, 0.0);
     t.sent_text();

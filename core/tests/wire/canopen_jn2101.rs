@@ -1,4 +1,4 @@
-//! What the JN2101 measures and does besides CANopen (manual 7.7, 8, 9).
+//! Measurement and actions of the JN2101 (manual 7.7, 8, 9).
 
 use crate::tester::canopen::*;
 use plumbline::node::{Action, Node};
@@ -9,7 +9,7 @@ fn angles(t: &mut Jn2101Tester) -> (i16, i16) {
     (t.read_i16(0x6010), t.read_i16(0x6020))
 }
 
-/// The up vector of the excavator of 8.5 on an embankment of 30 deg, turned by `heading` deg from driving straight up.
+/// The up vector of the excavator of 8.5 on a slope of 30 deg, rotated by `heading` deg from the uphill direction.
 fn embankment(heading: f64) -> [f64; 3] {
     let (slope, heading) = (30_f64.to_radians(), heading.to_radians());
     [
@@ -20,9 +20,9 @@ fn embankment(heading: f64) -> [f64; 3] {
 }
 
 #[test]
-fn the_excavator_of_the_manual() {
+fn excavator_example_of_manual_gives_its_angles() {
     // 8.5, positions 1 to 6: longitudinal and lateral for perpendicular, Euler, gimbal X and gimbal Y. Position 3 is printed
-    // rounded down to whole degrees: 20.70 and -22.21.
+    // truncated to integer degrees: 20.70 and -22.21.
     let undefined = i16::MAX;
     let table = [
         ([0.0, 0.0, 1.0], [(0, 0), (0, undefined), (0, 0), (0, 0)]),
@@ -54,7 +54,7 @@ fn the_excavator_of_the_manual() {
                 "{up:?} {definition}: {got:?}"
             );
             if lateral != undefined {
-                // At the end of +-180 deg both signs are right.
+                // At +-180 deg both signs are correct.
                 let error = (got.1.abs() - lateral.abs()).abs();
                 assert!(error <= 1, "{up:?} {definition}: {got:?}");
                 assert!(
@@ -66,7 +66,7 @@ fn the_excavator_of_the_manual() {
 }
 
 #[test]
-fn half_a_turn_is_plus_180_degrees() {
+fn half_turn_is_plus_180_degrees() {
     let mut t = booted();
     t.write(0x2044, 0, 1, 1).unwrap();
     t.settle_at([0.0, 0.5, 0.75_f64.sqrt()]);
@@ -74,7 +74,7 @@ fn half_a_turn_is_plus_180_degrees() {
 }
 
 #[test]
-fn quadrant_correction_extends_the_lateral_euler_angle() {
+fn quadrant_correction_extends_lateral_euler_angle() {
     // Direction 225 deg: -135 deg, and 45 deg without correction.
     let up = embankment(225.0);
     for (quadrants, lateral) in [(0, 4500), (1, -13_500), (2, 22_500)] {
@@ -84,14 +84,14 @@ fn quadrant_correction_extends_the_lateral_euler_angle() {
         t.write(0x2040, 0, 1, quadrants).unwrap();
         let (slope, direction) = angles(&mut t);
         assert!((slope - 3000).abs() <= 1 && (direction - lateral).abs() <= 1);
-        // No other definition knows quadrants.
+        // The other definitions have no quadrant correction.
         t.write(0x2044, 0, 1, 0).unwrap();
         assert_eq!(angles(&mut t), (-2070, 2070));
     }
 }
 
 #[test]
-fn the_resolution_divides_and_sixteen_bits_saturate() {
+fn resolution_scales_angles_and_16_bit_values_saturate() {
     let mut t = booted();
     t.tilt(40.0, -35.5);
     for (resolution, x, y) in [
@@ -102,7 +102,7 @@ fn the_resolution_divides_and_sixteen_bits_saturate() {
     ] {
         t.write(0x6000, 0, 2, resolution).unwrap();
         let (x32, y32) = (t.read_i32(0x6110), t.read_i32(0x6120));
-        // Half a unit may be rounded either way.
+        // Half a unit can be rounded up or down.
         assert!(
             (x32 - x).abs() <= 1 && (y32 - y).abs() <= 1,
             "{resolution}: {x32} {y32}"
@@ -121,7 +121,7 @@ fn the_resolution_divides_and_sixteen_bits_saturate() {
 }
 
 #[test]
-fn the_zero_point_is_subtracted_until_it_is_reset() {
+fn zero_point_is_subtracted_until_reset() {
     let mut t = booted();
     t.tilt(10.0, -5.0);
     assert_eq!(t.write(0x2046, 0, 1, 1), Ok(()));
@@ -143,9 +143,9 @@ fn the_zero_point_is_subtracted_until_it_is_reset() {
 }
 
 #[test]
-fn teach_makes_the_present_position_level() {
+fn teach_makes_present_position_level() {
     let mut t = booted();
-    // The definition rules, not the printed example: with -13.2/-29.3 taught in, -30/0 is -43.20/-21.50.
+    // By the definition, not by the printed example: after teach-in at -13.2/-29.3, -30/0 is -43.20/-21.50.
     t.tilt(-13.2, -29.3);
     assert_eq!(t.write(0x2042, 0, 1, 1), Ok(()));
     assert_eq!(t.read(0x2042, 0), Ok(1));
@@ -161,7 +161,7 @@ fn teach_makes_the_present_position_level() {
 }
 
 #[test]
-fn teach_is_refused_with_the_x_axis_upright() {
+fn teach_with_vertical_x_axis_is_refused() {
     let mut t = booted();
     for up in [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [1.0, 0.01, 0.01]] {
         t.settle_at(up);
@@ -173,7 +173,7 @@ fn teach_is_refused_with_the_x_axis_upright() {
 }
 
 #[test]
-fn without_a_measurement_there_is_no_zero_and_no_teach() {
+fn zero_and_teach_without_measurement_are_refused() {
     let mut t = booted();
     t.sampled = false;
     t.wait_text(200);
@@ -183,7 +183,7 @@ fn without_a_measurement_there_is_no_zero_and_no_teach() {
 }
 
 #[test]
-fn the_filter_smooths_and_0_switches_it_off() {
+fn filter_smooths_and_setting_0_switches_it_off() {
     let step = |filter| {
         let mut t = booted();
         t.write(0x2043, 0, 1, filter).unwrap();
@@ -201,7 +201,7 @@ fn the_filter_smooths_and_0_switches_it_off() {
 }
 
 #[test]
-fn the_terminating_resistor_follows_its_object() {
+fn terminating_resistor_follows_its_object() {
     let mut t = power_up();
     assert!(t.actions.contains(&Action::Termination(true)));
     t.sent_text();
@@ -213,7 +213,7 @@ fn the_terminating_resistor_follows_its_object() {
 }
 
 #[test]
-fn the_self_test_takes_its_time_and_gives_a_register() {
+fn self_test_is_active_until_its_result() {
     for (x, y, register) in [
         (true, true, 0b110),
         (true, false, 0b100),
@@ -225,7 +225,7 @@ fn the_self_test_takes_its_time_and_gives_a_register() {
         assert_eq!(t.write(0x4004, 1, 1, 1), Ok(()));
         assert_eq!(t.actions, [Action::SelfTest]);
         assert_eq!(t.read(0x4004, 1), Ok(1));
-        assert_eq!(t.write(0x4004, 1, 1, 1), Ok(()), "it is under way");
+        assert_eq!(t.write(0x4004, 1, 1, 1), Ok(()), "it is running");
         assert_eq!(t.actions.len(), 1);
         t.wait_text(2000);
         t.tested(x, y);
@@ -240,20 +240,20 @@ fn the_self_test_takes_its_time_and_gives_a_register() {
 }
 
 #[test]
-fn a_self_test_without_a_result_has_failed() {
+fn self_test_without_result_fails() {
     let mut t = booted();
     t.write(0x4004, 1, 1, 1).unwrap();
     t.wait_text(3999);
     assert_eq!(t.read(0x4004, 1), Ok(1));
     t.wait_text(10);
     assert_eq!((t.read(0x4004, 1), t.read(0x4004, 2)), (Ok(0), Ok(0)));
-    // A result that nobody asked for is none.
+    // A result without a request is ignored.
     t.tested(true, true);
     assert_eq!(t.read(0x4004, 2), Ok(0));
 }
 
 #[test]
-fn the_temperature_is_renewed_every_200_ms() {
+fn temperature_is_updated_every_200_ms() {
     let mut t = booted();
     t.wait_text(200);
     t.temperature = -12_34;
@@ -264,7 +264,7 @@ fn the_temperature_is_renewed_every_200_ms() {
 }
 
 #[test]
-fn the_heating_follows_the_temperature_and_can_be_switched_off() {
+fn heating_follows_temperature_and_can_be_switched_off() {
     let mut t = booted();
     t.temperature = -20_00;
     t.wait_text(400);
@@ -278,7 +278,7 @@ fn the_heating_follows_the_temperature_and_can_be_switched_off() {
     t.write(0x2041, 0, 1, 1).unwrap();
     t.wait_text(200);
     assert_eq!(t.actions.last(), Some(&Action::Heater(1000)));
-    // Without an accelerometer there is no temperature.
+    // Without samples of the accelerometer there is no temperature.
     t.sampled = false;
     t.wait_text(200);
     assert_eq!(t.actions.last(), Some(&Action::Heater(0)));
@@ -286,7 +286,7 @@ fn the_heating_follows_the_temperature_and_can_be_switched_off() {
 }
 
 #[test]
-fn the_programming_key_carries_the_parameters_to_another_sensor() {
+fn programming_key_copies_parameters_to_another_sensor() {
     let mut first = booted();
     let list = [
         (0x2000, 1, 0x20),
@@ -315,7 +315,7 @@ fn the_programming_key_carries_the_parameters_to_another_sensor() {
 }
 
 #[test]
-fn every_wrong_key_is_refused_and_changes_nothing() {
+fn wrong_programming_key_is_refused_and_changes_nothing() {
     let mut t = booted();
     t.write(0x2044, 0, 1, 3).unwrap();
     let key = t.read_text(0x3000);
@@ -338,7 +338,7 @@ fn every_wrong_key_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn the_printed_key_brings_the_factory_settings_back() {
+fn printed_programming_key_restores_factory_values() {
     let mut t = booted();
     t.tilt(10.0, 5.0);
     t.write(0x2042, 0, 1, 1).unwrap();
@@ -350,14 +350,14 @@ fn the_printed_key_brings_the_factory_settings_back() {
     assert_eq!(t.read(0x2042, 0), Ok(2));
     assert_eq!(angles(&mut t), (1000, 500));
     assert_eq!(t.read_text(0x3000), "D0UfZEgRKHAI5Ag=");
-    // The end of the teach-in is kept at once.
+    // The end of the teach-in is stored at once.
     t.power_cycle();
     t.sent_text();
     assert_eq!(t.read(0x2042, 0), Ok(2));
 }
 
 #[test]
-fn a_key_does_not_carry_what_was_taught() {
+fn programming_key_does_not_contain_reference_frame() {
     let mut first = booted();
     first.tilt(10.0, 5.0);
     first.write(0x2042, 0, 1, 1).unwrap();
@@ -365,14 +365,14 @@ fn a_key_does_not_carry_what_was_taught() {
     let mut second = booted();
     second.write_text(0x3000, &key);
     assert_eq!(second.read(0x2042, 0), Ok(2));
-    // Written back to the first it ends nothing.
+    // Written to the first sensor, it does not end the teach-in.
     first.write_text(0x3000, &key);
     assert_eq!(first.read(0x2042, 0), Ok(1));
     assert_eq!(angles(&mut first), (0, 0));
 }
 
 #[test]
-fn readouts_are_in_hundredths_of_a_degree_whatever_the_resolution() {
+fn readout_with_any_resolution_is_in_0_01_degrees() {
     let mut t = booted();
     t.tilt(12.34, -5.0);
     t.write(0x6000, 0, 2, 1000).unwrap();

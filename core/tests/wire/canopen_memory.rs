@@ -1,4 +1,4 @@
-//! What outlasts a power cycle of the JN2101: storing, restoring, node id and bit rate, factory reset (manual 7.6, 9.1, 10).
+//! Nonvolatile data of the JN2101: store, restore, node-ID and bit rate, factory reset (manual 7.6, 9.1, 10).
 
 use crate::tester::canopen::*;
 use plumbline::can::BitRate;
@@ -9,7 +9,7 @@ use plumbline::store::StoreError;
 const HARDWARE: u32 = 0x0606_0000;
 const LOAD: u32 = 0x6461_6F6C;
 
-/// Index, sub-index, size, factory value, another value: all parameters that are stored (10.1) but the node id and the bit rate.
+/// Index, sub-index, size, factory value and another value of all stored parameters (10.1) except the node-ID and the bit rate.
 const COMMUNICATION: [(u16, u8, u8, u32, u32); 12] = [
     (0x1005, 0, 4, 0x80, 0xA0),
     (0x100C, 0, 2, 0, 1234),
@@ -51,7 +51,7 @@ fn load(t: &mut Jn2101Tester) -> Result<(), u32> {
 }
 
 #[test]
-fn without_save_a_power_cycle_brings_the_factory_values_back() {
+fn power_cycle_without_save_restores_factory_values() {
     let mut t = booted();
     write_all(&mut t);
     expect(&mut t, &COMMUNICATION, false);
@@ -77,7 +77,7 @@ fn save_keeps_all_parameters() {
 }
 
 #[test]
-fn load_brings_the_communication_profile_back_after_a_reset() {
+fn load_restores_communication_profile_after_reset() {
     for reset in ["000#8100", "000#8200", "power"] {
         let mut t = booted();
         write_all(&mut t);
@@ -96,13 +96,13 @@ fn load_brings_the_communication_profile_back_after_a_reset() {
 }
 
 #[test]
-fn a_save_is_answered_when_the_memory_holds_it_and_stalls_nothing() {
+fn save_is_answered_at_its_end_and_does_not_stall_pdos() {
     let mut t = operational();
     t.memory_works = None;
     assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
     assert_eq!(t.exchange("080#").len(), 2);
     assert_eq!(t.exchange("70A#R1"), ["70A#05"]);
-    // A further request and a reset wait for it.
+    // A further request and a reset wait for the save.
     assert_eq!(t.exchange("60A#4000100000000000"), [""; 0]);
     assert!(!t.node.ready());
     t.finish_save(Ok(()));
@@ -117,12 +117,12 @@ fn a_save_is_answered_when_the_memory_holds_it_and_stalls_nothing() {
 }
 
 #[test]
-fn a_memory_that_fails_is_told() {
+fn failed_save_is_aborted_and_sends_emergency() {
     let mut t = booted();
     t.memory_works = Some(false);
     t.write(0x1017, 0, 2, 60_000).unwrap();
     let save = format!("60A#{}", write_request(0x1010, 1, 4, 0x6576_6173));
-    // Hardware error; and the emergency that goes with it, status bit 3.
+    // Hardware error, and its emergency message with status bit 3.
     assert_eq!(
         t.exchange(&save),
         ["58A#8010100100000606", "08A#0010010800000000"]
@@ -131,7 +131,7 @@ fn a_memory_that_fails_is_told() {
     assert_eq!(load(&mut t), Err(HARDWARE));
     assert_eq!(t.write(0x207F, 0, 1, 1), Err(HARDWARE));
     assert_eq!(t.read(0x207F, 0), Ok(0));
-    // Zero point and teach, which could not be kept, are not in force.
+    // Zero point and teach-in could not be stored and are not in force.
     t.tilt(10.0, 5.0);
     assert_eq!(t.write(0x2046, 0, 1, 1), Err(HARDWARE));
     assert_eq!(t.read(0x2046, 0), Ok(2));
@@ -148,7 +148,7 @@ fn a_memory_that_fails_is_told() {
 }
 
 #[test]
-fn damaged_memory_gives_factory_values_and_an_emergency() {
+fn damaged_memory_gives_factory_values_and_emergency() {
     let damaged = Boot {
         damaged: true,
         ..Boot::default()
@@ -171,7 +171,7 @@ fn damaged_memory_gives_factory_values_and_an_emergency() {
 }
 
 #[test]
-fn every_byte_of_an_image_is_checked() {
+fn each_byte_of_image_is_checked() {
     let mut t = booted();
     t.tilt(10.0, 5.0);
     t.write(0x2042, 0, 1, 1).unwrap();
@@ -187,7 +187,7 @@ fn every_byte_of_an_image_is_checked() {
             };
             let mut t = with_memory(loaded);
             let sent = t.sent_text();
-            // Accepted as another permitted value, or refused as a whole.
+            // Accepted as another permitted value, or the complete image is refused.
             let refused = sent
                 .iter()
                 .any(|frame| frame.ends_with("#0010010800000000"));
@@ -200,7 +200,7 @@ fn every_byte_of_an_image_is_checked() {
     }
 }
 
-/// The sizes of the stored parameters, in the order of the table: those of the objects, then zero point and reference frame.
+/// The sizes of the stored parameters in the order of the table: the objects, then zero point and reference frame.
 const STORED: [usize; 28] = [
     4, 2, 1, 2, 2, 1, 2, 2, 1, 2, 2, 4, 1, 2, 1, 1, 1, 1, 1, 1, 1, 2, 4, 4, 4, 4, 4, 4,
 ];
@@ -219,7 +219,7 @@ fn stored_prefix_keeps_its_parameters_and_the_others_have_factory_values() {
     }
     for length in 0..=image.len() + 3 {
         let mut stored = image.clone();
-        // A newer firmware may have stored more.
+        // A newer firmware can have stored more parameters.
         stored.resize(length, 0x55);
         let loaded = Boot {
             parameters: Some(&stored),
@@ -241,12 +241,12 @@ fn stored_prefix_keeps_its_parameters_and_the_others_have_factory_values() {
 }
 
 #[test]
-fn a_node_id_waits_for_a_reset_and_all_cob_ids_follow_it() {
+fn written_node_id_acts_after_reset_and_changes_cob_ids() {
     for reset in ["000#8200", "000#8100", "power"] {
         let mut t = booted();
         t.write(0x2000, 0, 1, 0x20).unwrap();
         assert_eq!(t.read(0x2000, 0), Ok(0x20));
-        assert_eq!(t.read(0x1200, 1), Ok(0x60A), "still the old one");
+        assert_eq!(t.read(0x1200, 1), Ok(0x60A), "unchanged before the reset");
         if reset == "power" {
             t.store();
             t.power_cycle();
@@ -273,8 +273,8 @@ fn a_node_id_waits_for_a_reset_and_all_cob_ids_follow_it() {
 }
 
 #[test]
-fn what_was_saved_before_follows_the_new_node_id() {
-    // 10: saved with node id 10, then changed, then load and save again.
+fn cob_ids_saved_before_follow_new_node_id() {
+    // 10: saved with node-ID 10, then changed, then load and save again.
     let mut t = booted();
     t.store();
     t.write(0x2000, 0, 1, 0x7F).unwrap();
@@ -287,7 +287,7 @@ fn what_was_saved_before_follows_the_new_node_id() {
 }
 
 #[test]
-fn an_unsaved_node_id_is_gone_after_a_power_cycle() {
+fn unsaved_node_id_is_lost_after_power_cycle() {
     let mut t = booted();
     t.write(0x2000, 0, 1, 0x20).unwrap();
     t.power_cycle();
@@ -295,7 +295,7 @@ fn an_unsaved_node_id_is_gone_after_a_power_cycle() {
 }
 
 #[test]
-fn the_eight_bit_rates() {
+fn written_bit_rate_acts_after_reset() {
     for (kbits, rate) in [
         (10, BitRate::K10),
         (20, BitRate::K20),
@@ -337,7 +337,7 @@ fn device_reset_restarts_after_its_reply() {
     assert_eq!(t.sent_text(), ["58A#6002200000000000"]);
     assert_eq!(t.actions.last(), Some(&Action::Restart));
     assert!(!t.node.ready());
-    // On a bus where nobody takes the reply, it does not wait for ever.
+    // If the reply is not sent, the wait is limited.
     let mut t = booted();
     t.send(&format!("60A#{}", write_request(0x2002, 0, 1, 1)));
     while t.actions.last() != Some(&Action::Restart) {
@@ -350,7 +350,7 @@ fn device_reset_restarts_after_its_reply() {
 }
 
 #[test]
-fn factory_reset_resets_the_manufacturers_part_at_once() {
+fn factory_reset_restores_manufacturer_parameters_at_once() {
     let mut t = booted();
     write_all(&mut t);
     t.tilt(10.0, 5.0);
@@ -370,7 +370,7 @@ fn factory_reset_resets_the_manufacturers_part_at_once() {
     assert_eq!(t.read(0x2042, 0), Ok(2));
     assert_eq!(t.read(0x2046, 0), Ok(2));
     assert_eq!(t.read_i16(0x6010), 1000);
-    // Node id and bit rate are in force after the next reset.
+    // Node-ID and bit rate are in force after the next reset.
     assert_eq!(t.read(0x2000, 0), Ok(10));
     assert_eq!(t.read(0x2001, 0), Ok(125));
     t.power_cycle();
@@ -385,7 +385,7 @@ fn factory_reset_resets_the_manufacturers_part_at_once() {
 }
 
 #[test]
-fn zero_point_and_teach_are_kept_at_once_and_nothing_else_with_them() {
+fn zero_point_and_teach_are_stored_at_once_without_other_parameters() {
     let mut t = booted();
     t.write(0x1017, 0, 2, 60_000).unwrap();
     t.write(0x6000, 0, 2, 100).unwrap();
@@ -411,7 +411,7 @@ fn zero_point_and_teach_are_kept_at_once_and_nothing_else_with_them() {
 }
 
 #[test]
-fn a_save_that_ends_without_having_been_asked_for_changes_nothing() {
+fn unrequested_save_result_changes_nothing() {
     let mut t = booted();
     t.finish_save(Ok(()));
     t.finish_save(Err(StoreError));
@@ -420,7 +420,7 @@ fn a_save_that_ends_without_having_been_asked_for_changes_nothing() {
 }
 
 #[test]
-fn calibration_survives_every_reset() {
+fn calibration_is_unchanged_after_each_reset() {
     let mut t = booted();
     t.store();
     // Offset of 0.1 g on the X axis.

@@ -1,4 +1,4 @@
-//! NMT, boot-up, error control and LEDs of the JN2101 on the wire (CiA 301, 7.2.8, 7.3.2; manual 7.2, 7.3, 11).
+//! NMT, boot-up, error control and LEDs of the JN2101 (CiA 301, 7.2.8, 7.3.2; manual 7.2, 7.3, 11).
 
 use crate::tester::canopen::*;
 use crate::tester::leds as lit;
@@ -12,7 +12,7 @@ fn state(state: BusState) -> BusEvent {
 }
 
 #[test]
-fn it_boots_into_pre_operational() {
+fn node_after_boot_up_is_pre_operational() {
     let mut t = power_up();
     assert!(
         t.actions
@@ -25,7 +25,7 @@ fn it_boots_into_pre_operational() {
 }
 
 #[test]
-fn nmt_commands_change_the_state() {
+fn nmt_commands_change_state() {
     let mut t = booted();
     t.write(0x1017, 0, 2, 100).unwrap();
     for (command, state) in [
@@ -54,7 +54,7 @@ fn nmt_commands_change_the_state() {
 }
 
 #[test]
-fn reset_commands_boot_anew_in_every_state() {
+fn reset_commands_in_any_state_send_boot_up() {
     for state in ["000#800A", "000#010A", "000#020A"] {
         for reset in ["000#810A", "000#8100", "000#820A", "000#8200"] {
             let mut t = booted();
@@ -70,7 +70,7 @@ fn reset_commands_boot_anew_in_every_state() {
 }
 
 #[test]
-fn reset_communication_and_reset_node_bring_the_stored_parameters_back() {
+fn reset_communication_and_reset_node_restore_stored_parameters() {
     let mut t = booted();
     t.write(0x1017, 0, 2, 500).unwrap();
     t.write(0x2044, 0, 1, 2).unwrap();
@@ -89,12 +89,12 @@ fn reset_communication_and_reset_node_bring_the_stored_parameters_back() {
 }
 
 #[test]
-fn start_up_8_starts_the_sensor_and_2_the_network() {
+fn start_up_8_starts_node_and_2_starts_all_nodes() {
     for (value, frames) in [(8, &["70A#00"][..]), (2, &["70A#00", "000#0100"])] {
         let mut t = booted();
         t.write(0x1F80, 0, 4, value).unwrap();
         t.store();
-        assert_eq!(t.exchange("70A#R1"), ["70A#7F"], "only after a new start");
+        assert_eq!(t.exchange("70A#R1"), ["70A#7F"], "acts only after a reset");
         for _ in 0..2 {
             t.power_cycle();
             assert_eq!(t.sent_text(), frames);
@@ -109,7 +109,7 @@ fn start_up_8_starts_the_sensor_and_2_the_network() {
 }
 
 #[test]
-fn the_heartbeat_comes_in_every_state() {
+fn heartbeat_is_sent_in_all_states() {
     let mut t = booted();
     assert_eq!(t.wait_text(1000), []);
     t.write(0x1017, 0, 2, 250).unwrap();
@@ -122,7 +122,7 @@ fn the_heartbeat_comes_in_every_state() {
     t.send("000#8000");
     t.write(0x1017, 0, 2, 0).unwrap();
     assert_eq!(t.wait_text(1000), []);
-    // After boot-up it goes on from the boot-up message.
+    // After a reset, the period begins with the boot-up message.
     t.write(0x1017, 0, 2, 250).unwrap();
     t.store();
     assert_eq!(t.exchange("000#8200"), ["70A#00"]);
@@ -130,7 +130,7 @@ fn the_heartbeat_comes_in_every_state() {
 }
 
 #[test]
-fn guarding_answers_with_a_toggle_bit_that_starts_at_0() {
+fn guarding_replies_have_toggle_bit_starting_at_0() {
     let mut t = booted();
     assert_eq!(t.exchange("70A#R1"), ["70A#7F"]);
     assert_eq!(t.exchange("70A#R1"), ["70A#FF"]);
@@ -148,7 +148,7 @@ fn guarding_answers_with_a_toggle_bit_that_starts_at_0() {
 }
 
 #[test]
-fn only_one_of_heartbeat_and_guarding_works() {
+fn heartbeat_overrides_guarding() {
     let mut t = booted();
     t.write(0x100C, 0, 2, 100).unwrap();
     t.write(0x100D, 0, 1, 2).unwrap();
@@ -177,10 +177,14 @@ fn guarded() -> Jn2101Tester {
 }
 
 #[test]
-fn a_silent_guarding_master_is_an_emergency() {
+fn life_guarding_time_out_sends_emergency() {
     let mut t = guarded();
     t.send("000#0100");
-    assert_eq!(t.wait_text(1000), [], "it counts from the first request");
+    assert_eq!(
+        t.wait_text(1000),
+        [],
+        "life guarding begins with the first request"
+    );
     assert_eq!(t.exchange("70A#R1"), ["70A#05"]);
     t.wait_text(299);
     assert_eq!(t.exchange("70A#R1"), ["70A#85"]);
@@ -192,14 +196,14 @@ fn a_silent_guarding_master_is_an_emergency() {
     assert_eq!(t.read(0x1001, 0), Ok(0x11));
     assert_eq!(t.read(0x1003, 0), Ok(1));
     assert_eq!(t.read(0x1003, 1), Ok(0x0040_8130));
-    // The master is back.
+    // The master sends requests again.
     assert_eq!(t.exchange("70A#R1"), ["70A#7F", "08A#0000000000000000"]);
     assert_eq!(t.read(0x1001, 0), Ok(0));
     assert_eq!(t.read(0x1003, 0), Ok(1));
 }
 
 #[test]
-fn a_reset_forgets_that_the_master_was_lost() {
+fn reset_clears_life_guarding_time_out() {
     for command in ["000#810A", "000#820A"] {
         let mut t = guarded();
         t.exchange("70A#R1");
@@ -214,7 +218,7 @@ fn a_reset_forgets_that_the_master_was_lost() {
 }
 
 #[test]
-fn the_error_behaviour_says_what_becomes_of_the_state() {
+fn error_behaviour_selects_state_after_time_out() {
     for (start, behaviour, end) in [
         ("000#0100", 0, "FF"),
         ("000#0100", 1, "85"),
@@ -235,7 +239,7 @@ fn the_error_behaviour_says_what_becomes_of_the_state() {
 }
 
 #[test]
-fn without_guard_time_or_factor_the_master_is_not_guarded() {
+fn life_guarding_without_guard_time_or_factor_is_off() {
     for (guard_time, factor) in [(0, 3), (100, 0)] {
         let mut t = booted();
         t.write(0x100C, 0, 2, guard_time).unwrap();
@@ -243,7 +247,7 @@ fn without_guard_time_or_factor_the_master_is_not_guarded() {
         assert_eq!(t.exchange("70A#R1"), ["70A#7F"]);
         assert_eq!(t.wait_text(10_000), []);
     }
-    // Switched off while the master is silent, the error is over.
+    // Switching life guarding off after a time-out ends the error.
     let mut t = guarded();
     t.exchange("70A#R1");
     t.wait_text(300);
@@ -255,7 +259,7 @@ fn without_guard_time_or_factor_the_master_is_not_guarded() {
     assert_eq!(t.read(0x1001, 0), Ok(0));
 }
 
-/// The times at which the LEDs change within 3 s, in ms, and what they show then.
+/// The times in ms at which the LEDs change within 3 s, and their new state.
 fn leds(t: &mut Jn2101Tester) -> Vec<(u64, Leds)> {
     let mut changes = vec![(0, t.leds)];
     for ms in 1..=3000 {
@@ -278,7 +282,7 @@ fn pattern(changes: &[(u64, Leds)], run: bool) -> Vec<(u64, bool)> {
 }
 
 #[test]
-fn the_run_led_shows_the_state_as_the_manual_prints_it() {
+fn run_led_shows_state_as_in_manual() {
     // On in pre-operational, flashing in operational, one short flash in stopped (11.3).
     let mut t = booted();
     assert_eq!(leds(&mut t), [(0, RUN)]);
@@ -298,7 +302,7 @@ fn the_run_led_shows_the_state_as_the_manual_prints_it() {
 }
 
 #[test]
-fn the_error_led_shows_the_worst_first() {
+fn error_led_shows_error_with_highest_priority() {
     let mut t = guarded();
     assert_eq!(pattern(&leds(&mut t), false), [(0, false)]);
     t.bus(state(BusState::Warning));

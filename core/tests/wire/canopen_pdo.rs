@@ -1,4 +1,4 @@
-//! TPDOs and SYNC of the JN2101 on the wire (CiA 301, 7.2.2, 7.2.5, 7.5.2.37; manual 7.4, 7.5).
+//! TPDOs and SYNC of the JN2101 (CiA 301, 7.2.2, 7.2.5, 7.5.2.37; manual 7.4, 7.5).
 
 use crate::tester::canopen::*;
 use plumbline::can::standard;
@@ -14,7 +14,7 @@ fn tilted() -> Jn2101Tester {
     t
 }
 
-/// In pre-operational, so that a test can set it up first.
+/// A tilted sensor in pre-operational, so that a test can configure it first.
 fn tilted_pre_operational() -> Jn2101Tester {
     let mut t = booted();
     t.tilt(10.0, -5.0);
@@ -26,16 +26,16 @@ fn silence(t: &mut Jn2101Tester, number: u16) {
 }
 
 #[test]
-fn as_delivered_both_answer_every_sync() {
+fn both_tpdos_with_factory_values_answer_each_sync() {
     let mut t = tilted();
     for _ in 0..5 {
         assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
     }
-    assert_eq!(t.wait_text(1000), [], "and nothing by themselves");
+    assert_eq!(t.wait_text(1000), [], "no TPDO without a SYNC");
 }
 
 #[test]
-fn a_sync_may_carry_a_counter() {
+fn sync_with_counter_is_accepted() {
     let mut t = tilted();
     assert_eq!(t.exchange("080#05"), [TPDO0, TPDO1]);
     for frame in ["080#0102", "080#R", "00000080#", "081#"] {
@@ -44,7 +44,7 @@ fn a_sync_may_carry_a_counter() {
 }
 
 #[test]
-fn the_sync_is_answered_with_the_newest_sample() {
+fn sync_is_answered_with_newest_sample() {
     let mut t = booted();
     t.write(0x2043, 0, 1, 0).unwrap();
     t.send("000#0100");
@@ -55,7 +55,7 @@ fn the_sync_is_answered_with_the_newest_sample() {
 }
 
 #[test]
-fn pdos_are_sent_in_operational_only() {
+fn pdos_are_sent_only_in_operational() {
     let mut t = tilted_pre_operational();
     for state in ["000#800A", "000#020A"] {
         t.send(state);
@@ -72,7 +72,7 @@ fn pdos_are_sent_in_operational_only() {
 }
 
 #[test]
-fn a_pdo_that_waits_is_not_sent_after_operational() {
+fn queued_pdo_is_not_sent_after_operational() {
     let mut t = tilted();
     t.send("080#");
     t.send("000#800A");
@@ -80,7 +80,7 @@ fn a_pdo_that_waits_is_not_sent_after_operational() {
 }
 
 #[test]
-fn every_nth_sync_counts() {
+fn cyclic_pdo_is_sent_with_each_nth_sync() {
     for n in [2, 3, 240] {
         let mut t = tilted_pre_operational();
         t.write(0x1800, 2, 1, n).unwrap();
@@ -96,7 +96,7 @@ fn every_nth_sync_counts() {
 }
 
 #[test]
-fn type_0_answers_a_sync_when_the_data_have_changed() {
+fn type_0_answers_sync_if_data_has_changed() {
     let mut t = tilted_pre_operational();
     t.write(0x1800, 2, 1, 0).unwrap();
     silence(&mut t, 1);
@@ -106,14 +106,14 @@ fn type_0_answers_a_sync_when_the_data_have_changed() {
     t.tilt(10.0, -6.0);
     assert_eq!(t.exchange("080#"), ["18A#E803A8FD"]);
     assert_eq!(t.exchange("080#"), [""; 0]);
-    // The first SYNC after a start is always answered.
+    // The first SYNC after entering operational is always answered.
     t.send("000#800A");
     t.send("000#010A");
     assert_eq!(t.exchange("080#"), ["18A#E803A8FD"]);
 }
 
 #[test]
-fn type_252_samples_with_the_sync_and_sends_on_request() {
+fn type_252_samples_with_sync_and_sends_on_request() {
     let mut t = tilted_pre_operational();
     t.write(0x1800, 2, 1, 252).unwrap();
     silence(&mut t, 1);
@@ -137,12 +137,12 @@ fn type_253_sends_on_request() {
     assert_eq!(t.exchange("18A#R4"), [TPDO0]);
     assert_eq!(t.exchange("28A#R8"), [TPDO1]);
     assert_eq!(t.exchange("18B#R4"), [""; 0]);
-    // Data on its identifier are somebody else's mistake.
+    // A data frame with its identifier is ignored.
     assert_eq!(t.exchange("18A#00000000"), [""; 0]);
 }
 
 #[test]
-fn remote_frames_are_answered_in_every_type() {
+fn remote_frames_are_answered_in_all_types() {
     for kind in [0, 1, 240, 252, 253, 254, 255] {
         let mut t = tilted_pre_operational();
         t.write(0x1800, 2, 1, kind).unwrap();
@@ -153,7 +153,7 @@ fn remote_frames_are_answered_in_every_type() {
 }
 
 #[test]
-fn the_event_timer_sends_cyclically() {
+fn event_timer_sends_periodically() {
     for kind in [254, 255] {
         let mut t = tilted_pre_operational();
         t.write(0x1800, 2, 1, kind).unwrap();
@@ -163,9 +163,9 @@ fn the_event_timer_sends_cyclically() {
         assert_eq!(
             t.exchange("080#"),
             [TPDO1],
-            "the other one follows the SYNC"
+            "the other TPDO is sent with the SYNC"
         );
-        // A request in between does not shift the period.
+        // A request between two events does not shift the period.
         t.wait_text(5);
         assert_eq!(t.exchange("18A#R4"), [TPDO0]);
         assert_eq!(t.wait_text(10), [(5, TPDO0.to_string())]);
@@ -173,7 +173,7 @@ fn the_event_timer_sends_cyclically() {
 }
 
 #[test]
-fn a_new_interval_acts_at_once_and_0_switches_off() {
+fn new_event_timer_acts_at_once_and_0_switches_off() {
     let mut t = tilted();
     t.write(0x1801, 2, 1, 254).unwrap();
     t.write(0x1801, 5, 2, 250).unwrap();
@@ -190,7 +190,7 @@ fn a_new_interval_acts_at_once_and_0_switches_off() {
 }
 
 #[test]
-fn the_inhibit_time_holds_events_back() {
+fn inhibit_time_delays_events() {
     let mut t = tilted_pre_operational();
     t.write(0x1800, 2, 1, 254).unwrap();
     // 25 ms, in units of 100 us, with an event every 10 ms.
@@ -198,20 +198,20 @@ fn the_inhibit_time_holds_events_back() {
     t.send("000#010A");
     let times: Vec<_> = t.wait_text(90).into_iter().map(|(time, _)| time).collect();
     assert_eq!(times, [10, 35, 60, 85]);
-    // A request is such an event too.
+    // The inhibit time also applies to a request.
     t.write(0x1800, 5, 2, 0).unwrap();
     t.wait_text(100);
     assert_eq!(t.exchange("18A#R4"), [TPDO0]);
     assert_eq!(t.exchange("18A#R4"), [""; 0]);
     assert_eq!(t.wait_text(100), [(25, TPDO0.to_string())]);
-    // With the SYNC there is no inhibit time.
+    // The inhibit time does not apply to the SYNC.
     t.write(0x1800, 2, 1, 1).unwrap();
     assert_eq!(t.exchange("080#")[0], TPDO0);
     assert_eq!(t.exchange("080#")[0], TPDO0);
 }
 
 #[test]
-fn the_inhibit_time_is_kept_to_a_tenth_of_a_millisecond() {
+fn inhibit_time_has_resolution_of_100_us() {
     let mut t = tilted_pre_operational();
     t.write(0x1800, 2, 1, 254).unwrap();
     t.write(0x1800, 3, 2, 13).unwrap();
@@ -229,7 +229,7 @@ fn the_inhibit_time_is_kept_to_a_tenth_of_a_millisecond() {
 }
 
 #[test]
-fn another_sync_identifier_acts_at_once() {
+fn new_sync_identifier_acts_at_once() {
     let mut t = tilted();
     t.actions.clear();
     assert_eq!(t.write(0x1005, 0, 4, 0x123), Err(0x0609_0030));
@@ -243,14 +243,14 @@ fn another_sync_identifier_acts_at_once() {
     assert!(t.accepts(standard(0x0A0)) && !t.accepts(standard(0x080)));
     assert_eq!(t.exchange("080#"), [""; 0]);
     assert_eq!(t.exchange("0A0#"), [TPDO0, TPDO1]);
-    // The same identifier again disturbs nothing.
+    // Writing the same identifier again has no effect.
     t.actions.clear();
     assert_eq!(t.write(0x1005, 0, 4, 0xA0), Ok(()));
     assert_eq!(t.actions, []);
 }
 
 #[test]
-fn what_the_sensor_listens_to_passes_its_filters() {
+fn used_identifiers_pass_filters() {
     let t = booted();
     for id in [0x000, 0x080, 0x60A, 0x70A, 0x18A, 0x28A] {
         assert!(t.accepts(standard(id)), "{id:03X}");
@@ -259,7 +259,7 @@ fn what_the_sensor_listens_to_passes_its_filters() {
 }
 
 #[test]
-fn on_a_busy_bus_the_newest_value_takes_the_place_of_the_stale_one() {
+fn newest_value_on_busy_bus_replaces_queued_one() {
     let mut t = tilted();
     for _ in 0..100 {
         t.send("080#");

@@ -1,4 +1,4 @@
-//! The SDO server of the JN2101 on the wire (CiA 301, 7.2.4; manual 7.6 and 7.7).
+//! The SDO server of the JN2101 (CiA 301, 7.2.4; manual 7.6 and 7.7).
 
 use crate::tester::canopen::*;
 use plumbline::node::{Action, Node};
@@ -16,7 +16,7 @@ const TOO_HIGH: u32 = 0x0609_0031;
 const TOO_LOW: u32 = 0x0609_0032;
 const SIGNATURE: u32 = 0x0800_0020;
 
-/// The bytes of an abort with this code for the object whose index and sub-index are written as they are on the wire.
+/// The bytes of an abort with this code. `object` is index and sub-index as the bytes of the message.
 fn abort(object: &str, code: u32) -> String {
     let code: String = code
         .to_le_bytes()
@@ -26,7 +26,7 @@ fn abort(object: &str, code: u32) -> String {
 }
 
 #[test]
-fn a_read_of_each_size_carries_its_number_of_bytes() {
+fn read_reply_of_each_size_indicates_number_of_bytes() {
     let mut t = booted();
     // 1000h: u32 4019Ah; 1017h: u16; 1001h: u8.
     assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
@@ -37,7 +37,7 @@ fn a_read_of_each_size_carries_its_number_of_bytes() {
 }
 
 #[test]
-fn the_dictionary_reads_as_the_manual_lists_it() {
+fn dictionary_matches_manual() {
     let mut t = booted();
     let sizes = |t: &mut Jn2101Tester, index: u16, sub: u8| {
         let [low, high] = index.to_le_bytes();
@@ -125,7 +125,7 @@ fn the_dictionary_reads_as_the_manual_lists_it() {
 }
 
 #[test]
-fn what_is_not_there_is_refused() {
+fn missing_object_or_sub_index_is_refused() {
     let mut t = booted();
     for (request, object, code) in [
         ("4004100000000000", "041000", NO_OBJECT),
@@ -145,7 +145,7 @@ fn what_is_not_there_is_refused() {
 }
 
 #[test]
-fn what_can_only_be_read_is_not_written() {
+fn write_to_read_only_object_is_refused() {
     let mut t = booted();
     for (index, sub, size) in [
         (0x1000, 0, 4),
@@ -174,7 +174,7 @@ fn what_can_only_be_read_is_not_written() {
         );
         assert_eq!(t.read(index, sub), before);
     }
-    // Also with segments, and the name.
+    // Also with a segmented transfer, and for the product designation.
     assert_eq!(t.sdo("2108100006000000"), abort("081000", READ_ONLY));
 }
 
@@ -208,7 +208,7 @@ fn values_out_of_range_are_refused_and_change_nothing() {
         (0x1010, 1, 4, 0x6461_6F6C, SIGNATURE),
         (0x1010, 1, 4, 0, SIGNATURE),
         (0x1011, 1, 4, 0x6576_6173, SIGNATURE),
-        // SYNC: producer, 29 bits, and identifiers that other services need.
+        // SYNC: producer, 29 bits, and identifiers of other services.
         (0x1005, 0, 4, 0x4000_0080, VALUE),
         (0x1005, 0, 4, 0x2000_0080, VALUE),
         (0x1005, 0, 4, 0x0000_0880, VALUE),
@@ -234,14 +234,14 @@ fn values_out_of_range_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn the_length_must_be_the_objects() {
+fn write_with_wrong_length_is_refused() {
     let mut t = booted();
     assert_eq!(t.write(0x1017, 0, 4, 1000), Err(TOO_LONG));
     assert_eq!(t.write(0x1017, 0, 1, 100), Err(TOO_SHORT));
     assert_eq!(t.write(0x2043, 0, 2, 1), Err(TOO_LONG));
     assert_eq!(t.write(0x1F80, 0, 1, 8), Err(TOO_SHORT));
     assert_eq!(t.read(0x1017, 0), Ok(0));
-    // Without an indicated size an expedited write has the object's.
+    // An expedited write without indicated size has the size of the object.
     assert_eq!(t.sdo("22171000E8030000"), "6017100000000000");
     assert_eq!(t.read(0x1017, 0), Ok(1000));
     // Announced sizes of segmented transfers.
@@ -252,12 +252,12 @@ fn the_length_must_be_the_objects() {
 }
 
 #[test]
-fn a_text_is_read_in_segments() {
+fn text_is_read_in_segments() {
     let mut t = booted();
     assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
     // "JN2101", one byte unused, the last segment.
     assert_eq!(t.sdo("6000000000000000"), "034A4E3231303100");
-    // That was all.
+    // There are no more segments.
     assert_eq!(t.sdo("7000000000000000"), abort("000000", COMMAND));
     // Sixteen characters: 7 + 7 + 2, the toggle bit alternating.
     assert_eq!(t.sdo("4000300000000000"), "4100300010000000");
@@ -273,7 +273,7 @@ fn a_text_is_read_in_segments() {
 }
 
 #[test]
-fn a_wrong_toggle_bit_ends_the_transfer() {
+fn wrong_toggle_bit_aborts_transfer() {
     let mut t = booted();
     t.sdo("4000300000000000");
     assert_eq!(t.sdo("7000000000000000"), abort("003000", TOGGLE));
@@ -289,7 +289,7 @@ fn a_wrong_toggle_bit_ends_the_transfer() {
 }
 
 #[test]
-fn a_number_is_written_in_segments() {
+fn number_is_written_in_segments() {
     let mut t = booted();
     // With and without an announced size; in one segment and in two.
     assert_eq!(t.sdo("2117100002000000"), "6017100000000000");
@@ -299,7 +299,7 @@ fn a_number_is_written_in_segments() {
     assert_eq!(t.sdo("0CD0000000000000"), "2000000000000000");
     assert_eq!(t.sdo("1D07000000000000"), "3000000000000000");
     assert_eq!(t.read(0x1017, 0), Ok(2000));
-    // Not as long as announced; nothing is written.
+    // The length is not the announced one. Nothing is written.
     assert_eq!(t.sdo("2117100002000000"), "6017100000000000");
     assert_eq!(t.sdo("0D01000000000000"), abort("171000", LENGTH));
     assert_eq!(t.sdo("2017100000000000"), "6017100000000000");
@@ -314,7 +314,7 @@ fn a_number_is_written_in_segments() {
 }
 
 #[test]
-fn more_than_the_server_can_hold_is_refused() {
+fn text_longer_than_buffer_is_refused() {
     let mut t = booted();
     t.sdo("2000300000000000");
     for (segment, reply) in [
@@ -328,7 +328,7 @@ fn more_than_the_server_can_hold_is_refused() {
 }
 
 #[test]
-fn a_transfer_times_out_after_a_second() {
+fn transfer_times_out_after_one_second() {
     let mut t = booted();
     t.sdo("4000300000000000");
     assert_eq!(t.wait_text(999), []);
@@ -343,7 +343,7 @@ fn a_transfer_times_out_after_a_second() {
 }
 
 #[test]
-fn a_new_request_takes_the_place_of_a_transfer() {
+fn new_initiate_request_replaces_transfer() {
     let mut t = booted();
     t.sdo("4000300000000000");
     t.sdo("6000000000000000");
@@ -352,7 +352,7 @@ fn a_new_request_takes_the_place_of_a_transfer() {
     t.sdo("2117100002000000");
     assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
     assert_eq!(t.sdo("6000000000000000"), "034A4E3231303100");
-    // A segment of the other direction ends the transfer.
+    // A segment of the other direction aborts the transfer.
     t.sdo("4000300000000000");
     assert_eq!(t.sdo("0BE8030000000000"), abort("003000", COMMAND));
     assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
@@ -360,7 +360,7 @@ fn a_new_request_takes_the_place_of_a_transfer() {
 }
 
 #[test]
-fn the_client_can_abort() {
+fn client_abort_ends_transfer() {
     let mut t = booted();
     t.sdo("2117100002000000");
     assert_eq!(t.exchange("60A#8017100000000508"), [""; 0]);
@@ -378,7 +378,7 @@ fn block_transfers_and_unknown_commands_are_refused() {
 }
 
 #[test]
-fn what_is_no_sdo_request_is_ignored() {
+fn frame_that_is_no_sdo_request_is_ignored() {
     let mut t = operational();
     for frame in [
         "60A#",
@@ -394,7 +394,7 @@ fn what_is_no_sdo_request_is_ignored() {
 }
 
 #[test]
-fn there_are_no_sdos_in_stopped() {
+fn sdo_request_in_stopped_is_ignored() {
     let mut t = booted();
     t.sdo("4000300000000000");
     t.send("000#020A");
@@ -402,7 +402,7 @@ fn there_are_no_sdos_in_stopped() {
     assert_eq!(
         t.wait_text(3000),
         [],
-        "the transfer has ended without a word"
+        "the transfer has ended without a message"
     );
     t.send("000#800A");
     assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
@@ -411,9 +411,9 @@ fn there_are_no_sdos_in_stopped() {
     assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
 }
 
-/// A board fetches the reply before it polls; a reply in a mailbox would be dropped with the filters' change.
+/// A board calls `transmit` before `poll`. A change of the filters would discard a reply in a mailbox.
 #[test]
-fn a_reply_waits_until_the_controller_has_its_new_filters() {
+fn reply_waits_until_controller_has_new_filters() {
     let mut tester = booted();
     let request = frame("60A#23051000A0000000");
     tester.node.receive(tester.now, &request);

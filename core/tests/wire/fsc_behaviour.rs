@@ -1,6 +1,6 @@
-//! What the FSC sensors do over time and in motion: modes, zero point, sensor errors, bus-off (manual 9.2, 9.5.2, 9.9).
+//! Behaviour of the FSC sensors over time and in motion: modes, zero point, sensor errors, bus-off (manual 9.2, 9.5.2, 9.9).
 //!
-//! Sections and tables are those of the English manual of 2021.
+//! Section and table numbers refer to the English manual of 2021.
 
 use crate::tester::fsc::*;
 use crate::tester::leds;
@@ -11,15 +11,15 @@ use plumbline::node::{Action, BusEvent, BusState, Node};
 use plumbline::store::StoreError;
 
 #[test]
-fn a_save_stalls_nothing_but_the_next_save() {
+fn save_delays_only_saves_and_resets() {
     let mut tester = is2();
     tester.memory_works = None;
     tester.silent(b"\x50SAVE");
-    // Polls and syncs are answered while the memory works.
+    // Requests and sync frames are answered during the save.
     assert_eq!(tester.ask(&[0x00])[0], 0x00);
     tester.receive(Frame::data(standard(0x100), &[]).unwrap());
     assert_eq!(tester.sent().len(), 1);
-    // A second save and a reset wait for the first one.
+    // A second save and a reset wait for the first save.
     tester.silent(b"\x50SAVE");
     assert!(!tester.node.ready());
     tester.finish_save(Ok(()));
@@ -34,12 +34,12 @@ fn a_save_stalls_nothing_but_the_next_save() {
 }
 
 #[test]
-fn the_three_modes_work_at_once() {
+fn three_modes_work_at_the_same_time() {
     let mut tester = is2();
     let s = AUTOBAUD;
     assert_eq!(tester.ask(&[0x25, 10, 0]), [0x25, s]);
     assert_eq!(tester.ask(&[0x26, 1]), [0x26, s]);
-    // The counter is in every reply while cyclic mode is on, and starts at 0.
+    // In cyclic mode each reply contains the counter, which starts at 0.
     assert_eq!(tester.ask(&[0x00]), [0, s, 0, 0, 0, 0, 0, 0]);
     let start = tester.now.ticks() / 1000;
     let frames = tester.wait(35);
@@ -56,7 +56,7 @@ fn the_three_modes_work_at_once() {
     assert_eq!(got, [expected(1), expected(2), expected(3)]);
     tester.receive(Frame::data(standard(0x100), &[]).unwrap());
     assert_eq!(tester.sent()[0].bytes(), [0, s, 0, 0, 0, 0, 3, 0]);
-    // On again changes nothing, off takes the counter away, on again starts at 0.
+    // Switching on again has no effect. Switching off removes the counter. Then switching on restarts it at 0.
     tester.ask(&[0x26, 1]);
     assert_eq!(tester.ask(&[0x00])[6..], [3, 0]);
     tester.ask(&[0x26, 0]);
@@ -66,7 +66,7 @@ fn the_three_modes_work_at_once() {
 }
 
 #[test]
-fn a_cyclic_value_that_could_not_be_sent_gives_way_to_the_newest() {
+fn queued_cyclic_value_is_replaced_by_newest() {
     let mut tester = is2();
     tester.ask(&[0x25, 10, 0]);
     tester.ask(&[0x26, 1]);
@@ -80,12 +80,16 @@ fn a_cyclic_value_that_could_not_be_sent_gives_way_to_the_newest() {
 }
 
 #[test]
-fn cyclic_mode_is_saved_and_begins_after_boot_up() {
+fn saved_cyclic_mode_begins_after_boot_up() {
     let mut tester = is2();
     tester.ask(&[0x26, 1]);
     tester.ask(b"\x50SAVE");
     tester.power_cycle();
-    assert_eq!(tester.wait(5000), [], "silent until it has heard traffic");
+    assert_eq!(
+        tester.wait(5000),
+        [],
+        "no frame before the bit rate is detected"
+    );
     tester.receive(Frame::data(standard(0x7FF), &[]).unwrap());
     let start = tester.now.ticks() / 1000;
     let frames = tester.wait(260);
@@ -105,10 +109,10 @@ fn zero_point_adjustment_adds_the_offset() {
     assert_eq!(tester.ask(&[0x00])[2..], [0xB8, 0x0B, 0, 0]);
     tester.ask(&[0x28, 0x9C, 0xFF]); // -1.00 deg
     assert_eq!(tester.ask(&[0x00])[2..4], 2900_i16.to_le_bytes());
-    // The sum is kept within +-90 deg.
+    // The sum is limited to +-90 deg.
     tester.ask(&[0x28, 0x28, 0x23]);
     assert_eq!(tester.ask(&[0x00])[2..4], 9000_i16.to_le_bytes());
-    // Automatic: the negative measured value, whatever the offset was.
+    // Automatic: the negative measured value, independent of the previous offset.
     assert_eq!(tester.ask(&[0x28]), [0x28, AUTOBAUD]);
     assert_eq!(tester.ask(&[0x18])[2..], (-3000_i16).to_le_bytes());
     assert_eq!(tester.ask(&[0x00])[2..], [0, 0, 0, 0]);
@@ -117,7 +121,7 @@ fn zero_point_adjustment_adds_the_offset() {
 }
 
 #[test]
-fn the_one_axis_zero_offset_wraps() {
+fn one_axis_zero_offset_wraps() {
     let mut tester = is1();
     tester.rest(ONE_G, 0, 0); // 90 deg
     tester.ask(&[0x28, 0x9F, 0x8C]); // 359.99 deg
@@ -132,7 +136,7 @@ fn the_one_axis_zero_offset_wraps() {
 }
 
 #[test]
-fn sensor_errors_come_and_go_with_the_measured_angle() {
+fn sensor_errors_follow_measured_angle() {
     let status = |tester: &mut FscTester<TwoAxes>| tester.ask(&[0x02])[1];
     let mut tester = is2();
     // Up vector at 84.9 and 85.1 deg about each axis; sin and cos from a table.
@@ -143,16 +147,16 @@ fn sensor_errors_come_and_go_with_the_measured_angle() {
     assert_eq!(status(&mut tester), DELIVERED | 0x10);
     tester.rest(0, -outside.0, outside.1);
     assert_eq!(status(&mut tester), DELIVERED | 0x20);
-    // The zero offset does not matter.
+    // The zero offset has no effect.
     tester.ask(&[0x29]);
     assert_eq!(status(&mut tester) & 0x30, 0x20);
     tester.rest(0, 0, ONE_G);
     assert_eq!(status(&mut tester) & 0x30, 0);
-    // A basic line sensor ends at 80 deg.
+    // The limit of a basic line sensor is 80 deg.
     let mut basic: FscTester<TwoAxes> = online(&is2::SP_BL);
     basic.rest(inside.0, 0, inside.1);
     assert_eq!(status(&mut basic), DELIVERED | 0x10);
-    // Clipping counts for both axes, for 100 ms.
+    // Clipping sets the errors of both axes for 100 ms.
     tester.reading(0, 0, ONE_G, true);
     assert_eq!(status(&mut tester) & 0x30, 0x30);
     for _ in 0..20 {
@@ -162,7 +166,7 @@ fn sensor_errors_come_and_go_with_the_measured_angle() {
 }
 
 #[test]
-fn the_cross_slope_of_one_axis_ends_at_45_deg() {
+fn one_axis_cross_slope_above_45_deg_is_sensor_error() {
     let mut tester = is1();
     tester.rest(0, 190_000_000, 189_000_000);
     assert_eq!(tester.ask(&[0x02]), [0x02, DELIVERED]);
@@ -173,7 +177,7 @@ fn the_cross_slope_of_one_axis_ends_at_45_deg() {
 }
 
 #[test]
-fn bus_off_is_left_only_with_automatic_recovery() {
+fn node_leaves_bus_off_only_with_automatic_recovery() {
     let mut tester = is2();
     tester.bus(BusEvent::State(BusState::Warning));
     assert_eq!(tester.leds, leds(true, true), "single flash");
@@ -194,17 +198,17 @@ fn bus_off_is_left_only_with_automatic_recovery() {
     assert!(tester.actions.contains(&Action::Recover));
     assert_eq!(tester.sent(), [], "off the bus");
     tester.bus(BusEvent::State(BusState::Active));
-    assert_eq!(tester.sent().len(), 1, "the reply was kept");
+    assert_eq!(tester.sent().len(), 1, "the reply is kept");
     assert_eq!(tester.leds, leds(true, false));
 }
 
 #[test]
-fn a_burst_of_requests_loses_no_reply() {
+fn burst_of_requests_loses_no_reply() {
     let mut tester = is2();
     let mut asked = 0_u32;
     let mut answered = 0;
     while asked < 1000 {
-        // The bus is busy with requests as long as the sensor takes them in.
+        // Requests occupy the bus as long as the sensor accepts them.
         while tester.node.ready() && asked < 1000 {
             tester.receive(Frame::data(standard(0x300), &[0x10]).unwrap());
             asked += 1;
@@ -215,7 +219,7 @@ fn a_burst_of_requests_loses_no_reply() {
 }
 
 #[test]
-fn without_samples_the_sensor_errors_are_set() {
+fn missing_samples_set_sensor_errors() {
     let mut tester = is2();
     assert_eq!(tester.ask(&[0x02])[1], DELIVERED);
     tester.wait_without_samples(99);

@@ -1,6 +1,6 @@
 //! The reference line: active compensation of the thermal drift, and AccuracyWarning (manual 9.3 and 9.5.2).
 //!
-//! Sections and tables are those of the English manual of 2021.
+//! Section and table numbers refer to the English manual of 2021.
 
 use crate::tester::fsc::*;
 use plumbline::fsc::{Article, Product};
@@ -8,7 +8,7 @@ use plumbline::measure::ONE_G;
 use plumbline::model::gemac::{is1, is1tk, is2, is2tk};
 use plumbline::node::Action;
 
-/// Bit 6 (tables 14 and 15).
+/// Bit 6 of the status byte (tables 14 and 15).
 const ACCURACY_WARNING: u8 = 0x40;
 
 /// The constant temperature of the measuring cell, in 0.01 degC.
@@ -20,13 +20,13 @@ fn status<P: Product>(tester: &mut FscTester<P>) -> u8 {
     tester.ask(&[0x02])[1]
 }
 
-/// Lets readings of this temperature in 0.01 degC come for a time.
+/// Hands in samples with this temperature in 0.01 degC for `ms` milliseconds.
 fn hold<P: Product>(tester: &mut FscTester<P>, temperature: i16, ms: u64) {
     tester.temperature = temperature;
     tester.wait(ms);
 }
 
-/// The duties that the hardware was told since this was last asked, in permille.
+/// The duties in permille that were reported to the hardware since the last call.
 fn duties<P: Product>(tester: &mut FscTester<P>) -> Vec<u16> {
     let duty = |action: Action| match action {
         Action::Heater(duty) => Some(duty),
@@ -44,7 +44,7 @@ fn warm() -> Is2tk {
 }
 
 #[test]
-fn the_article_numbers_are_those_of_the_ordering_information() {
+fn article_numbers_match_ordering_information() {
     let number = |reply: &[u8]| u32::from_le_bytes(reply[2..6].try_into().unwrap());
     let mut tester = online::<is1tk::OneAxisHeated>(&is1tk::METAL);
     assert_eq!(number(&tester.ask(&[0x03])), 2_302_030);
@@ -53,11 +53,11 @@ fn the_article_numbers_are_those_of_the_ordering_information() {
 }
 
 #[test]
-fn both_axis_counts_warn_until_the_constant_temperature_is_reached() {
+fn accuracy_warning_is_set_until_constant_temperature_is_reached() {
     fn check<P: Product>(product: &'static Article) {
         let mut tester = online::<P>(product);
         tester.rest(0, ONE_G / 2, ONE_G / 2);
-        // Every frame has the bit, not only the reply to 02h.
+        // All replies have the bit, not only the reply to 02h.
         assert_eq!(tester.ask(&[0xFF])[1], DELIVERED | ACCURACY_WARNING);
         assert_eq!(tester.ask(&[0x00])[1], DELIVERED | ACCURACY_WARNING);
         for temperature in (-20_00..SET_POINT).step_by(4_00) {
@@ -69,7 +69,7 @@ fn both_axis_counts_warn_until_the_constant_temperature_is_reached() {
         hold(&mut tester, SET_POINT, 30_000);
         assert_eq!(status(&mut tester), DELIVERED);
         assert_eq!(tester.ask(&[0x00])[1], DELIVERED);
-        // It falls away, and comes back.
+        // The temperature falls and rises again.
         hold(&mut tester, SET_POINT - 2_00, 300);
         assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
         hold(&mut tester, SET_POINT, 60_000);
@@ -79,15 +79,15 @@ fn both_axis_counts_warn_until_the_constant_temperature_is_reached() {
     check::<is2tk::TwoAxesHeated>(&is2tk::METAL);
 }
 
-/// "Independent of the operation temperature" (9.3), and that ends at +80 degC (table 1).
+/// "Independent of the operation temperature" (9.3), which is at most +80 degC (table 1).
 #[test]
-fn at_every_operating_temperature_the_cell_is_heated() {
+fn cell_is_heated_at_any_operating_temperature() {
     let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
     for temperature in (-40_00..=80_00).step_by(10_00) {
         hold(&mut tester, temperature, 60_000);
         assert_eq!(status(&mut tester) & ACCURACY_WARNING, ACCURACY_WARNING);
-        let told = duties(&mut tester);
-        assert!(told.last().is_none_or(|duty| *duty > 0), "{told:?}");
+        let reported = duties(&mut tester);
+        assert!(reported.last().is_none_or(|duty| *duty > 0), "{reported:?}");
     }
     let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
     hold(&mut tester, 84_00, 1000);
@@ -95,25 +95,28 @@ fn at_every_operating_temperature_the_cell_is_heated() {
 }
 
 #[test]
-fn the_duty_is_told_when_it_changes_and_at_most_every_200_ms() {
+fn changed_duty_is_reported_at_most_every_200_ms() {
     let mut tester = power_up::<is2tk::TwoAxesHeated>(&is2tk::METAL);
     assert_eq!(duties(&mut tester), [1000], "25 degC are cold");
     hold(&mut tester, -20_00, 5000);
-    assert_eq!(duties(&mut tester), [], "fully on all the time");
+    assert_eq!(duties(&mut tester), [], "constant full power");
     hold(&mut tester, 85_00, 1000);
-    let told = duties(&mut tester);
-    assert_eq!(told.last(), Some(&0));
-    // When the jump is forgotten, the integral lets it rise step by step.
+    let reported = duties(&mut tester);
+    assert_eq!(reported.last(), Some(&0));
+    // After the derivative term has decayed, the integral increases the duty step by step.
     hold(&mut tester, SET_POINT - 5_00, 20_000);
     assert!((5..=100).contains(&duties(&mut tester).len()));
     hold(&mut tester, SET_POINT - 5_00, 10_000);
-    let told = duties(&mut tester);
-    assert!((10..=51).contains(&told.len()), "{told:?}");
-    assert!(told.windows(2).all(|pair| pair[0] < pair[1]), "{told:?}");
+    let reported = duties(&mut tester);
+    assert!((10..=51).contains(&reported.len()), "{reported:?}");
+    assert!(
+        reported.windows(2).all(|pair| pair[0] < pair[1]),
+        "{reported:?}"
+    );
 }
 
 #[test]
-fn without_readings_it_stops_heating_and_warns() {
+fn missing_samples_stop_heater_and_set_accuracy_warning() {
     let mut tester = warm();
     hold(&mut tester, SET_POINT - 30, 1000);
     assert!(duties(&mut tester).last().is_some_and(|duty| *duty > 0));
@@ -123,7 +126,7 @@ fn without_readings_it_stops_heating_and_warns() {
     assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING | 0x30);
     tester.wait_without_samples(60_000);
     assert_eq!(duties(&mut tester), []);
-    // The first reading heats again; the temperature must stand anew.
+    // The first sample switches the heater on again. The temperature must become steady again.
     hold(&mut tester, SET_POINT - 30, 100);
     assert!(duties(&mut tester).last().is_some_and(|duty| *duty > 0));
     assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
@@ -132,7 +135,7 @@ fn without_readings_it_stops_heating_and_warns() {
 }
 
 #[test]
-fn a_restart_switches_the_heater_off_first() {
+fn restart_switches_heater_off_first() {
     let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
     assert_eq!(duties(&mut tester), [1000]);
     tester.silent(b"\xFFRESET");
@@ -144,13 +147,13 @@ fn a_restart_switches_the_heater_off_first() {
         tester.actions
     );
     tester.actions.clear();
-    // The hardware may take a moment, and the samples go on.
+    // Samples can continue until the hardware restarts.
     tester.wait(1000);
     assert_eq!(duties(&mut tester), []);
 }
 
 #[test]
-fn without_a_heater_nothing_of_it_is_there() {
+fn product_without_heater_has_no_heater_actions_and_no_warning() {
     fn check<P: Product>(product: &'static Article) {
         let mut tester = online::<P>(product);
         for temperature in (-40_00..=85_00).step_by(5_00) {
@@ -165,9 +168,9 @@ fn without_a_heater_nothing_of_it_is_there() {
     check::<is2::TwoAxes>(&is2::MA_BL);
 }
 
-/// Table 1: accuracy up to +-85 deg; the cross slope of one axis as of the other lines.
+/// Table 1: accuracy up to +-85 deg. The cross slope of the 1-axis type is that of the other lines.
 #[test]
-fn the_ranges_are_those_of_the_classic_line() {
+fn ranges_are_those_of_classic_line() {
     let at = |degrees: f64| {
         let (sine, cosine) = degrees.to_radians().sin_cos();
         [sine, cosine].map(|part| (part * f64::from(ONE_G)) as i32)

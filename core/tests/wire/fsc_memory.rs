@@ -1,6 +1,6 @@
 //! Boot-up, saving, loading and restarting of the FSC sensors (manual 9.6, 9.8, 9.10.7, 9.10.8).
 //!
-//! Sections and tables are those of the English manual of 2021.
+//! Section and table numbers refer to the English manual of 2021.
 
 use crate::tester::fsc::*;
 use crate::tester::leds;
@@ -11,7 +11,7 @@ use plumbline::model::gemac::{is1d, is2d};
 use plumbline::node::{Action, Boot, BusEvent, BusMode, Leds, Node};
 
 #[test]
-fn boot_up_comes_twice_after_the_frame_that_reveals_the_rate() {
+fn boot_up_is_sent_twice_after_bit_rate_detection() {
     let mut tester: FscTester<TwoAxes> = power_up(&is2::BP_CL);
     assert_eq!(
         tester.actions,
@@ -20,12 +20,12 @@ fn boot_up_comes_twice_after_the_frame_that_reveals_the_rate() {
             Action::Bus(BusMode::Listen, BitRate::K250)
         ]
     );
-    assert_eq!(tester.wait(10_000), [], "silent while it searches");
+    assert_eq!(tester.wait(10_000), [], "no frame during the search");
     tester.bus(BusEvent::Error);
     let Some(&Action::Bus(BusMode::Listen, rate)) = tester.actions.last() else {
         panic!("{:?}", tester.actions)
     };
-    // A poll reveals the rate: it is not answered, the sensor was silent.
+    // The request by which the bit rate is detected is not answered.
     tester.receive(Frame::data(standard(0x300), &[0]).unwrap());
     assert!(tester.actions.contains(&Action::Bus(BusMode::Normal, rate)));
     let boot_up = Frame::data(
@@ -38,7 +38,7 @@ fn boot_up_comes_twice_after_the_frame_that_reveals_the_rate() {
 }
 
 #[test]
-fn older_types_write_their_version_as_a_number() {
+fn older_types_code_version_as_number() {
     let mut tester: FscTester<TwoAxes> = online(&is2d::PLASTIC);
     assert_eq!(tester.ask(&[0x04])[6..], [103, 0]);
     let mut tester: FscTester<OneAxis> = online(&is1d::PLASTIC);
@@ -46,17 +46,17 @@ fn older_types_write_their_version_as_a_number() {
 }
 
 #[test]
-fn identifiers_wait_for_the_restart_and_clash_with_written_ones() {
+fn written_identifiers_act_after_restart_and_must_differ() {
     let mut tester = is2();
-    tester.ask(&[0x20, 0x00, 0x04, 0, 0]); // 400h from the next restart on
+    tester.ask(&[0x20, 0x00, 0x04, 0, 0]); // 400h after the next restart
     tester.ask(&[0x22, 0x00, 0x03, 0, 0]); // 300h is free now
     assert_eq!(tester.ask(&[0x12])[2..], [0x00, 0x03, 0, 0]);
-    // 300h is still the identifier in force, and the alive frame names it.
+    // 300h is still in force, and the alive reply contains it.
     assert_eq!(
         tester.ask(&[0xFF]),
         [0xFF, AUTOBAUD, 0x00, 0x03, 0, 0, 0x44, 0x03]
     );
-    // Without a save the restart brings the old ones back.
+    // Without a save, the previous identifiers are in force after the restart.
     tester.silent(b"\xFFRESET");
     assert!(tester.actions.contains(&Action::Restart));
     tester.power_cycle();
@@ -64,7 +64,7 @@ fn identifiers_wait_for_the_restart_and_clash_with_written_ones() {
 }
 
 #[test]
-fn saved_parameters_are_in_force_after_a_power_cycle() {
+fn saved_parameters_are_in_force_after_power_cycle() {
     let mut tester = is2();
     tester.ask(&[0x20, 0x61, 0x03, 0, 0x80]);
     tester.ask(&[0x21, 0x62, 0x03, 0, 0x80]);
@@ -91,7 +91,7 @@ fn saved_parameters_are_in_force_after_a_power_cycle() {
 }
 
 #[test]
-fn load_acts_at_once_but_for_identifiers_and_baud_rate() {
+fn load_acts_at_once_except_identifiers_and_baud_rate() {
     let mut tester = is2();
     for write in [
         &[0x20, 0, 4, 0, 0][..],
@@ -111,7 +111,7 @@ fn load_acts_at_once_but_for_identifiers_and_baud_rate() {
         [Frame::data(standard(0x301), &[0x40, DELIVERED]).unwrap()]
     );
     assert_eq!(tester.wait(1000), [], "cyclic mode is off");
-    // 400h is in force until the restart; what is read is the factory value.
+    // 400h is in force until the restart. A read returns the factory value.
     tester.receive(Frame::data(standard(0x400), &[0x10]).unwrap());
     assert_eq!(tester.sent()[0].bytes(), [0x10, DELIVERED, 0, 3, 0, 0]);
     tester.power_cycle();
@@ -123,7 +123,7 @@ fn load_acts_at_once_but_for_identifiers_and_baud_rate() {
 }
 
 #[test]
-fn a_memory_that_fails_is_told_and_nothing_changes() {
+fn failed_save_or_load_sets_error_and_changes_nothing() {
     let mut tester = is2();
     tester.ask(&[0x28, 100, 0]);
     tester.memory_works = Some(false);
@@ -136,12 +136,12 @@ fn a_memory_that_fails_is_told_and_nothing_changes() {
 }
 
 #[test]
-fn damaged_memory_gives_factory_values_and_the_error() {
+fn damaged_memory_gives_factory_values_and_error() {
     let damaged = Boot {
         damaged: true,
         ..Boot::default()
     };
-    // Values that are not permitted, behind a CRC that is right.
+    // Values that are not permitted in a record with a correct CRC.
     let nonsense = Boot {
         parameters: Some(&[0xEE; 24]),
         ..Boot::default()
@@ -159,7 +159,7 @@ fn damaged_memory_gives_factory_values_and_the_error() {
 }
 
 #[test]
-fn alive_frames_and_resets() {
+fn alive_replies_or_resets_depending_on_signature() {
     let mut tester = is2();
     let alive = |status| [0xFF, status, 0x00, 0x03, 0, 0, 0x44, 0x03];
     assert_eq!(tester.ask(&[0xFF]), alive(DELIVERED));
@@ -171,7 +171,7 @@ fn alive_frames_and_resets() {
         tester.ask(&[0x02]);
     }
     assert!(!tester.actions.contains(&Action::Restart));
-    // Replies still in the queue go out before the restart.
+    // Queued replies are sent before the restart.
     tester.receive(Frame::data(standard(0x300), &[0x02]).unwrap());
     tester.receive(Frame::data(standard(0x300), b"\xFFRESET!!").unwrap());
     assert!(!tester.actions.contains(&Action::Restart));
@@ -181,12 +181,12 @@ fn alive_frames_and_resets() {
 }
 
 #[test]
-fn what_is_written_while_load_is_under_way_is_not_lost() {
+fn write_during_load_is_not_lost() {
     let mut tester = is2();
     tester.ask(&[0x28, 100, 0]);
     tester.memory_works = None;
     tester.silent(b"\x40LOAD");
-    // Polls are answered meanwhile, a write waits for its turn.
+    // During the load, reads are answered and a write waits.
     assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
     tester.silent(&[0x24, 1]);
     assert!(!tester.node.ready());

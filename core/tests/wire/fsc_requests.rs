@@ -1,6 +1,6 @@
-//! Requests and refusals of the FSC sensors on the wire: these bytes in, those bytes out (manual 9.5, 9.7, 9.10).
+//! Requests and replies of the FSC sensors, accepted and refused (manual 9.5, 9.7, 9.10).
 //!
-//! Sections and tables are those of the English manual of 2021.
+//! Section and table numbers refer to the English manual of 2021.
 
 use plumbline::application::Application;
 use plumbline::can::{Frame, extended, standard};
@@ -16,7 +16,7 @@ use plumbline::param::Table;
 type TableOf<P> = <<P as Product>::Application as Application>::Table;
 use crate::tester::fsc::*;
 
-/// Each write that must be accepted, with the code that reads it back.
+/// The writes that must be accepted, with the code that reads the value back.
 const ACCEPTED: &[(u8, &[u8])] = &[
     (0x20, &[0x61, 0x03, 0, 0x80]),
     (0x20, &[0xFF, 0x07, 0, 0]),
@@ -42,7 +42,7 @@ const ACCEPTED: &[(u8, &[u8])] = &[
     (0x29, &[0xD8, 0xDC]),
 ];
 
-/// Each write that must be refused.
+/// The writes that must be refused.
 const REFUSED: &[(u8, &[u8])] = &[
     (0x20, &[0x01, 0x03, 0, 0]),       // the Reply-Parameter-ID
     (0x20, &[0x00, 0x01, 0, 0]),       // the Sync-ID
@@ -92,7 +92,7 @@ const REFUSED: &[(u8, &[u8])] = &[
 ];
 
 #[test]
-fn every_code_reads_what_tables_18_and_19_say() {
+fn read_codes_return_values_of_tables_18_and_19() {
     let mut tester = is2();
     let s = DELIVERED;
     for (request, reply) in [
@@ -113,7 +113,7 @@ fn every_code_reads_what_tables_18_and_19_say() {
         (0xFF, vec![0xFF, s, 0x00, 0x03, 0, 0, 0x44, 0x03]),
     ] {
         assert_eq!(tester.ask(&[request]), reply);
-        // Further data bytes are discarded.
+        // Further data bytes are ignored.
         if request != 0xFF {
             assert_eq!(tester.ask(&[request, 1, 2, 3, 4, 5, 6, 7]), reply);
         }
@@ -121,10 +121,10 @@ fn every_code_reads_what_tables_18_and_19_say() {
 }
 
 #[test]
-fn the_one_axis_sensor_has_an_unsigned_angle_and_no_y() {
+fn one_axis_sensor_has_unsigned_angle_and_no_y() {
     let mut tester = is1();
     assert_eq!(tester.ask(&[0x00]), [0x00, DELIVERED, 0, 0]);
-    tester.rest(-ONE_G, 0, 0); // a quarter turn to the left: 270 deg
+    tester.rest(-ONE_G, 0, 0); // 90 deg to the left: 270 deg
     assert_eq!(tester.ask(&[0x00]), [0x00, DELIVERED, 0x78, 0x69]);
     assert_eq!(tester.ask(&[0x03])[2..6], 2_305_030_u32.to_le_bytes());
     for code in [0x19, 0x29] {
@@ -137,7 +137,7 @@ fn the_one_axis_sensor_has_an_unsigned_angle_and_no_y() {
 }
 
 #[test]
-fn every_boundary_value_is_accepted_and_read_back() {
+fn boundary_values_are_accepted_and_read_back() {
     for (code, data) in ACCEPTED {
         let mut tester = is2();
         assert_eq!(tester.ask(&request(*code, data)).len(), 2);
@@ -148,7 +148,7 @@ fn every_boundary_value_is_accepted_and_read_back() {
 }
 
 #[test]
-fn every_refusal_is_told_once_and_changes_nothing() {
+fn refused_request_sets_error_once_and_changes_nothing() {
     for (code, data) in REFUSED {
         let mut tester = is2();
         let all = |tester: &mut FscTester<TwoAxes>| {
@@ -163,7 +163,7 @@ fn every_refusal_is_told_once_and_changes_nothing() {
             [*code, status],
             "{code:02X}h {data:02X?}"
         );
-        // Sticky until the status has been read.
+        // Sticky until the status is read.
         assert_eq!(tester.ask(&[0x10])[1], status);
         assert_eq!(tester.ask(&[0x02]), [0x02, status]);
         assert_eq!(tester.ask(&[0x02]), [0x02, DELIVERED]);
@@ -175,7 +175,7 @@ fn every_refusal_is_told_once_and_changes_nothing() {
 }
 
 #[test]
-fn a_frame_without_data_sets_the_error_and_has_no_reply() {
+fn frame_without_data_sets_error_without_reply() {
     let mut tester = is2();
     tester.silent(&[]);
     assert_eq!(tester.ask(&[0x02]), [0x02, DELIVERED | CMD_PARAM_ERROR]);
@@ -199,16 +199,16 @@ fn remote_frames_and_other_identifiers_are_ignored() {
 }
 
 #[test]
-fn status_bits_follow_the_parameters() {
+fn status_bits_follow_parameters() {
     let mut tester = is2();
-    // The reply to a write shows the status after it.
+    // The reply to a write contains the status after the write.
     assert_eq!(tester.ask(&[0x23, 6]), [0x23, 0]);
     assert_eq!(tester.ask(&[0x23, 0]), [0x23, DELIVERED]);
     assert_eq!(tester.ask(&[0x25, 1, 0]), [0x25, AUTOBAUD]);
     assert_eq!(tester.ask(&[0x25, 250, 0]), [0x25, DELIVERED]);
 }
 
-/// The tables that descriptors are written from say what the device does.
+/// Checks that the device matches the tables from which descriptors are generated.
 fn check_tables<P: Product>(article: &'static Article) {
     let parameters = TableOf::<P>::PARAMETERS;
     let quantities = <P::Application as Application>::QUANTITIES;
@@ -245,13 +245,13 @@ fn check_tables<P: Product>(article: &'static Article) {
 }
 
 #[test]
-fn every_row_of_the_tables_is_what_the_device_does() {
+fn replies_match_all_rows_of_tables() {
     check_tables::<OneAxis>(&is1::BP_CL);
     check_tables::<TwoAxes>(&is2::BP_CL);
 }
 
 #[test]
-fn article_numbers_are_those_of_table_26() {
+fn article_numbers_match_table_26() {
     let articles = |product: &str| -> Vec<_> {
         let product = catalog::find(product).unwrap();
         let pair = |article: catalog::Article| (article.name, article.number);

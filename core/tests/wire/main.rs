@@ -1,4 +1,4 @@
-//! The sensors on the wire: these bytes in at a time, those bytes out, as their manuals say.
+//! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
 mod canopen_codings;
 mod canopen_emergencies;

@@ -4,7 +4,7 @@
 use plumbline::fsc::Article;
 use plumbline::model::gemac::is1d::{self, Is1d};
 
-/// The article that this sensor replaces.
+/// The article that this firmware replaces.
 const ARTICLE: &Article = &is1d::PLASTIC;
 
 firmware_stm32::firmware!(Is1d, ARTICLE);

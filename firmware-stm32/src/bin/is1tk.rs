@@ -4,7 +4,7 @@
 use plumbline::fsc::Article;
 use plumbline::model::gemac::is1tk::{self, Is1tk};
 
-/// The article that this sensor replaces.
+/// The article that this firmware replaces.
 const ARTICLE: &Article = &is1tk::METAL;
 
 firmware_stm32::firmware!(Is1tk, ARTICLE);

@@ -4,7 +4,7 @@
 use plumbline::fsc::Article;
 use plumbline::model::gemac::is2d::{self, Is2d};
 
-/// The article that this sensor replaces.
+/// The article that this firmware replaces.
 const ARTICLE: &Article = &is2d::PLASTIC;
 
 firmware_stm32::firmware!(Is2d, ARTICLE);

@@ -4,7 +4,7 @@
 use plumbline::fsc::Article;
 use plumbline::model::gemac::is2tk::{self, Is2tk};
 
-/// The article that this sensor replaces.
+/// The article that this firmware replaces.
 const ARTICLE: &Article = &is2tk::METAL;
 
 firmware_stm32::firmware!(Is2tk, ARTICLE);

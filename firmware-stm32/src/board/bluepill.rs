@@ -1,6 +1,6 @@
 //! Blue Pill: STM32F103C8, 64 KiB flash, 20 KiB RAM, crystal of 8 MHz.
 //!
-//! | pin  | goes to                                                      |
+//! | pin  | connected to                                                 |
 //! |------|--------------------------------------------------------------|
 //! | PB8  | CAN transceiver RXD                                          |
 //! | PB9  | CAN transceiver TXD                                          |
@@ -12,15 +12,15 @@
 //! | PB12 | error LED with its resistor to ground, lit when high         |
 //! | PB13 | green module LED with its resistor to ground, lit when high  |
 //! | PB14 | red module LED with its resistor to ground, lit when high    |
-//! | PB0  | heater's switch (a logic-level MOSFET), on when high, PWM     |
+//! | PB0  | heater switch (a logic-level MOSFET), on when high, PWM      |
 //! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
 //!
-//! PB0 and PB1 are for the models that have a heater or switch their termination; each has a resistor to ground, so that both are off
-//! while the microcontroller is in reset.
+//! PB0 and PB1 are for products with a heater or a switched terminating resistor. Each has a resistor to ground, so that both are
+//! off while the microcontroller is in reset.
 //!
-//! CAN is remapped to PB8 and PB9 because the board's USB socket pulls PA12 up. The transceiver runs at 3.3 V and must have no
-//! dominant time-out that a bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 64 MHz instead of 72 so that APB1
-//! runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
+//! CAN is remapped to PB8 and PB9, because PA12 has the pull-up of the USB socket. The transceiver runs at 3.3 V and must not
+//! have a dominant time-out that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 64 MHz instead of 72 so
+//! that APB1 runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
 
 use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
@@ -46,27 +46,27 @@ pub const CORE_CLOCK: u32 = 64_000_000;
 /// The CAN controller.
 pub type CanPeripheral = pac::CAN;
 
-/// The CAN controller's filter banks (medium-density devices; the HAL says 28 for all).
+/// The filter banks of the CAN controller (medium-density devices; the HAL defines 28 for all devices).
 pub const FILTER_BANKS: u8 = 14;
 
-/// Receive FIFO 0 holds a frame.
+/// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_LP_CAN_RX0;
 
 /// A transmit mailbox has become free.
 pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX;
 
-/// How the accelerometer is mounted.
+/// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
-/// The accelerometer's SPI and chip select.
+/// The SPI and the chip select of the accelerometer.
 pub type ImuWires = Wires<Spi<pac::SPI1, u8>, PA4<Output>>;
 
 /// The watchdog.
 pub type Watchdog = IndependentWatchdog;
 
-/// What the firmware uses of the board, ready for use.
+/// The parts of the board that the firmware uses, initialised.
 pub struct Board {
-    /// The time base's timer.
+    /// The timer of the time base.
     pub systick: SYST,
     /// The independent watchdog, running.
     pub watchdog: Watchdog,
@@ -76,7 +76,7 @@ pub struct Board {
     pub switches: Switches,
     /// The CAN controller, with its clock and pins, still in reset state.
     pub can: CanPeripheral,
-    /// The accelerometer's SPI and chip select.
+    /// The SPI and the chip select of the accelerometer.
     pub imu: ImuWires,
     /// The parameter memory.
     pub flash: ParameterFlash<Flash>,
@@ -85,13 +85,13 @@ pub struct Board {
 }
 
 impl Board {
-    /// Sets up watchdog, clocks and pins; None when called a second time.
+    /// Initialises watchdog, clocks and pins. None on a second call.
     #[inline(never)] // so that only the boot needs its stack
     pub fn take() -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
         let device = pac::Peripherals::take()?;
 
-        // First, so that a crystal that does not start is tried again.
+        // First, so that a crystal that does not start causes a reset and a new attempt.
         let mut watchdog = Watchdog::new(device.IWDG);
         watchdog.stop_on_debug(&device.DBGMCU, true);
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
@@ -119,7 +119,7 @@ impl Board {
                 .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
         };
 
-        // The controller drives TXD recessive before the pin is connected to it.
+        // The controller is enabled first, so that it drives TXD recessive when the pin is connected.
         CanPeripheral::enable(&mut rcc);
         let mut afio = device.AFIO.constrain(&mut rcc);
         // SAFETY: 2 is the mapping to PB8 and PB9 (RM0008, AFIO_MAPR).
@@ -197,17 +197,17 @@ impl Switches {
         self.termination.set_state(on.into());
     }
 
-    /// Heats with this part of the heater's power, 0 to 1000 permille.
+    /// Sets the power of the heater, 0 to 1000 permille.
     pub fn heat(&mut self, permille: u16) {
         // A period is 1000 ticks.
         self.heater.set_duty(permille);
     }
 }
 
-/// The last two pages of the flash; memory.x keeps the program out of them.
+/// The last two pages of the flash. memory.x excludes them from the program memory.
 pub struct Flash(flash::Parts);
 
-/// The start of the flash, from which the HAL counts.
+/// The start of the flash. The offsets of the HAL are relative to it.
 const FLASH_START: usize = 0x0800_0000;
 
 impl Sectors for Flash {
@@ -236,7 +236,7 @@ impl Sectors for Flash {
 /// The 96-bit unique device identifier (RM0008, device electronic signature).
 fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_F7E8 as *const _;
-    // SAFETY: system memory that every F103 has, always readable, never written.
+    // SAFETY: system memory of all F103 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
 }
 

@@ -1,4 +1,4 @@
-//! The boards: clocks, pins and constants. One of them is compiled in; the rest of the firmware knows only these names.
+//! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_hal::delay::DelayNs;
@@ -13,18 +13,18 @@ mod nucleo_f446re;
 #[cfg(feature = "nucleo-f446re")]
 pub use nucleo_f446re::*;
 
-/// Resets the board unless it is fed within this time. Nominal 2 s; the oscillators behind the watchdogs are so loose (30 to
-/// 60 kHz on the F103, 17 to 47 kHz on the F446) that it is at least 1.3 s, which leaves room for the longest stall, an erase of
-/// up to 0.5 s on the F446.
+/// The watchdog resets the board unless it is fed within this time. Nominal 2 s. Because of the tolerance of the watchdog
+/// oscillators (30 to 60 kHz on the F103, 17 to 47 kHz on the F446), it is at least 1.3 s. The longest stall is an erase of up to
+/// 0.5 s on the F446.
 const WATCHDOG_PERIOD_MS: u32 = 2000;
 
-/// The clock of the accelerometer's SPI; the part takes up to 10 MHz.
+/// The SPI clock of the accelerometer, which permits up to 10 MHz.
 const SPI_CLOCK_HZ: u32 = 8_000_000;
 
-/// The period of the heater's PWM: 1 kHz, in ticks of 1 us the duty's permille.
+/// The period of the heater PWM: 1 kHz. With ticks of 1 us, the duty in permille is the number of ticks.
 const HEATER_PERIOD_US: u32 = 1000;
 
-/// The serial number: CRC-32 of the 96-bit unique device identifier, so that parts of one wafer get different ones.
+/// The serial number: the CRC-32 of the 96-bit unique device identifier, so that chips of one wafer get different numbers.
 fn serial(unique_id: [u32; 3]) -> u32 {
     let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
     let mut digest = crc.digest();
@@ -34,12 +34,12 @@ fn serial(unique_id: [u32; 3]) -> u32 {
     digest.finalize()
 }
 
-/// Waits by counting instructions, at least as long as asked.
+/// Waits by counting instructions, at least for the requested time.
 pub struct Delay;
 
 impl DelayNs for Delay {
     fn delay_ns(&mut self, ns: u32) {
-        // In whole microseconds, to spare a division of 64 bits.
+        // In integer microseconds, to avoid a 64-bit division.
         cortex_m::asm::delay(ns.div_ceil(1000).saturating_mul(CORE_CLOCK / 1_000_000));
     }
 }

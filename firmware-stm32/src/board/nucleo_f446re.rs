@@ -1,6 +1,6 @@
 //! Nucleo-F446RE: STM32F446RE, 512 KiB flash, 128 KiB RAM, 8 MHz from the ST-LINK.
 //!
-//! | pin  | goes to                                                      |
+//! | pin  | connected to                                                 |
 //! |------|--------------------------------------------------------------|
 //! | PA11 | CAN transceiver RXD                                          |
 //! | PA12 | CAN transceiver TXD                                          |
@@ -12,15 +12,15 @@
 //! | PB10 | error LED with its resistor to ground, lit when high         |
 //! | PC6  | green module LED with its resistor to ground, lit when high  |
 //! | PC7  | red module LED with its resistor to ground, lit when high    |
-//! | PB0  | heater's switch (a logic-level MOSFET), on when high, PWM     |
+//! | PB0  | heater switch (a logic-level MOSFET), on when high, PWM      |
 //! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
 //!
-//! PB0 and PB1 are for the models that have a heater or switch their termination; each has a resistor to ground, so that both are off
-//! while the microcontroller is in reset.
+//! PB0 and PB1 are for products with a heater or a switched terminating resistor. Each has a resistor to ground, so that both are
+//! off while the microcontroller is in reset.
 //!
-//! SPI2 is used because SPI1's clock is on PA5, the LED. The transceiver runs at 3.3 V and must have no dominant time-out that a
-//! bit rate of 10 kbit/s would meet, e.g. SN65HVD230. The core runs at 128 MHz so that a quarter of it is APB1's 32 MHz
-//! ([`bit_timing`](crate::bit_timing)).
+//! SPI2 is used because the clock of SPI1 is on PA5, the LED. The transceiver runs at 3.3 V and must not have a dominant time-out
+//! that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 128 MHz, so that APB1 runs at a quarter of it, 32
+//! MHz ([`bit_timing`](crate::bit_timing)).
 
 use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
@@ -45,27 +45,27 @@ pub const CORE_CLOCK: u32 = 128_000_000;
 /// The CAN controller.
 pub type CanPeripheral = pac::CAN1;
 
-/// The filter banks that CAN1 and CAN2 share; the first 14 are CAN1's.
+/// The filter banks of CAN1 and CAN2; the first 14 belong to CAN1.
 pub const FILTER_BANKS: u8 = 28;
 
-/// Receive FIFO 0 holds a frame.
+/// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_RX0;
 
 /// A transmit mailbox has become free.
 pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 
-/// How the accelerometer is mounted.
+/// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
-/// The accelerometer's SPI and chip select.
+/// The SPI and the chip select of the accelerometer.
 pub type ImuWires = Wires<Spi<pac::SPI2>, PB12<Output>>;
 
 /// The watchdog.
 pub type Watchdog = IndependentWatchdog;
 
-/// What the firmware uses of the board, ready for use.
+/// The parts of the board that the firmware uses, initialised.
 pub struct Board {
-    /// The time base's timer.
+    /// The timer of the time base.
     pub systick: SYST,
     /// The independent watchdog, running.
     pub watchdog: Watchdog,
@@ -75,7 +75,7 @@ pub struct Board {
     pub switches: Switches,
     /// The CAN controller, with its clock and pins, still in reset state.
     pub can: CanPeripheral,
-    /// The accelerometer's SPI and chip select.
+    /// The SPI and the chip select of the accelerometer.
     pub imu: ImuWires,
     /// The parameter memory.
     pub flash: ParameterFlash<Flash>,
@@ -84,13 +84,13 @@ pub struct Board {
 }
 
 impl Board {
-    /// Sets up watchdog, clocks and pins; None when called a second time.
+    /// Initialises watchdog, clocks and pins. None on a second call.
     #[inline(never)] // so that only the boot needs its stack
     pub fn take() -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
         let device = pac::Peripherals::take()?;
 
-        // First, so that a clock that does not start is tried again.
+        // First, so that a clock that does not start causes a reset and a new attempt.
         let mut watchdog = Watchdog::new(device.IWDG);
         watchdog.stop_on_debug(&device.DBGMCU, true);
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
@@ -113,7 +113,7 @@ impl Board {
             module_red: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         };
 
-        // The controller drives TXD recessive before the pin is connected to it.
+        // The controller is enabled first, so that it drives TXD recessive when the pin is connected.
         CanPeripheral::enable(&mut rcc);
         gpioa
             .pa11
@@ -176,16 +176,17 @@ impl Switches {
         self.termination.set_state(on.into());
     }
 
-    /// Heats with this part of the heater's power, 0 to 1000 permille.
+    /// Sets the power of the heater, 0 to 1000 permille.
     pub fn heat(&mut self, permille: u16) {
         // A period is 1000 ticks.
         self.heater.set_duty(permille);
     }
 }
 
-/// Sectors 2 and 3 of the flash; memory.x keeps the program out of them.
+/// Sectors 2 and 3 of the flash. memory.x excludes them from the program memory.
 ///
-/// By registers, since the HAL erases 128 KiB at a time, programs by the byte and leaves the data cache as it was.
+/// It uses the registers directly, because the HAL erases 128 KiB at a time, programs single bytes and does not reset the data
+/// cache.
 pub struct Flash(pac::FLASH);
 
 /// The number of the first sector.
@@ -209,7 +210,7 @@ impl Sectors for Flash {
         });
         self.0.cr().modify(|_, w| w.strt().set_bit());
         let result = self.finish();
-        // The data cache still holds what was there; it may be reset only while it is off (RM0390, FLASH_ACR).
+        // The data cache still contains the old data. It can be reset only while it is disabled (RM0390, FLASH_ACR).
         self.0.acr().modify(|_, w| w.dcen().clear_bit());
         self.0.acr().modify(|_, w| w.dcrst().set_bit());
         self.0.acr().modify(|_, w| w.dcrst().clear_bit());
@@ -227,8 +228,8 @@ impl Sectors for Flash {
                 w.pg().set_bit()
             });
             let address = (Self::START + offset + 4 * index) as *mut u32;
-            // SAFETY: the caller has checked that the word is aligned and inside the parameter area, where nothing else lives;
-            // with PG set, a store there programs the flash.
+            // SAFETY: the caller has checked that the word is aligned and inside the parameter area, which contains no other
+            // data. With PG set, a store there programs the flash.
             unsafe { address.write_volatile(u32::from_ne_bytes(*word)) };
             self.finish()?;
         }
@@ -237,7 +238,7 @@ impl Sectors for Flash {
 }
 
 impl Flash {
-    /// Opens the control register and forgets earlier errors, which would count as this operation's.
+    /// Unlocks the control register and clears earlier errors, which would otherwise be reported for this operation.
     fn unlock(&mut self) {
         if self.0.cr().read().lock().bit_is_set() {
             // SAFETY: the two unlock keys of RM0390 in their order.
@@ -268,7 +269,7 @@ const ERRORS: u32 = 0xF2;
 /// The 96-bit unique device identifier (RM0390, device electronic signature).
 fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_7A10 as *const _;
-    // SAFETY: system memory that every F446 has, always readable, never written.
+    // SAFETY: system memory of all F446 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
 }
 

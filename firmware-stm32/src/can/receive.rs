@@ -1,7 +1,7 @@
-//! The receive interrupt: from the controller's FIFO 0 into the queue.
+//! The receive interrupt: moves frames from FIFO 0 of the controller into the queue.
 //!
-//! By registers, because a classic frame may carry a length code of 9 to 15, which means 8 bytes; the bxcan crate would index its
-//! data with it and panic.
+//! It uses the registers directly: a classic frame can have a data length code of 9 to 15, which means 8 bytes. The bxcan crate
+//! would index its data with it and panic.
 
 use crate::board::CanPeripheral;
 use crate::sleep;
@@ -11,7 +11,7 @@ use critical_section::Mutex;
 use heapless::spsc::Producer;
 use plumbline::can::{Frame, extended, standard};
 
-/// The receiving half, which belongs to the receive interrupt.
+/// The receiving part of the driver, used by the receive interrupt.
 struct Receiver {
     registers: CanPeripheral,
     queue: Producer<'static, Frame>,
@@ -19,7 +19,7 @@ struct Receiver {
 
 static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
-/// Frames were lost, in the controller's FIFO or because the queue was full.
+/// Frames were lost, because the FIFO of the controller or the queue was full.
 static OVERRUN: AtomicBool = AtomicBool::new(false);
 
 impl Receiver {
@@ -54,7 +54,7 @@ fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
     } else {
         standard((identifier.bits() >> 21) as u16)
     };
-    // A length code of 9 to 15 means 8 bytes.
+    // A data length code of 9 to 15 means 8 bytes.
     let length = mailbox.rdtr().read().dlc().bits().min(8);
     if identifier.rtr().is_remote() {
         return Frame::remote(id, length.into());
@@ -65,10 +65,10 @@ fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
     Some(Frame::of(id, data.to_le_bytes(), length))
 }
 
-/// From now on received frames go into `queue`.
+/// Starts to move received frames into `queue`.
 pub(super) fn into(queue: Producer<'static, Frame>) {
     let receiver = Receiver {
-        // SAFETY: the receiver uses the receive FIFO's registers only, and nobody else does.
+        // SAFETY: the receiver uses only the registers of the receive FIFO, and no other code uses them.
         registers: unsafe { CanPeripheral::steal() },
         queue,
     };

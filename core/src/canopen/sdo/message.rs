@@ -13,7 +13,7 @@
 
 use crate::canopen::Abort;
 
-/// Where an object stands in the dictionary.
+/// The address of an object in the object dictionary.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Address {
     /// The index.
@@ -22,39 +22,39 @@ pub struct Address {
     pub sub: u8,
 }
 
-/// What a client asks of the SDO server.
+/// A request of the client to the SDO server.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Request {
     /// Write to an object.
     Download(Address, Announced),
-    /// A part of the data that are written.
+    /// A segment of the written data.
     DownloadSegment {
         /// The toggle bit.
         toggle: bool,
-        /// How many of the seven bytes count.
+        /// The number of valid data bytes, 0 to 7.
         length: u8,
         /// No more segments follow.
         last: bool,
     },
     /// Read an object.
     Upload(Address),
-    /// Send the next part of the data that are read.
+    /// Send the next segment of the read data.
     UploadSegment {
         /// The toggle bit.
         toggle: bool,
     },
-    /// The client gives the transfer up.
+    /// The client aborts the transfer.
     Abort,
     /// Block transfer, or an unknown command.
     Unsupported(Address),
 }
 
-/// What the first frame of a download says of the data.
+/// The data, or its announced size, in the initiate request of a download.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Announced {
-    /// The data are in this frame; None: as many bytes as the object has.
+    /// The data is in this frame, with its length in bytes; None: the length of the object.
     Expedited([u8; 4], Option<u8>),
-    /// The data follow in segments; so many bytes, if said.
+    /// The data follows in segments. The size in bytes, if it is indicated.
     Segmented(Option<u32>),
 }
 
@@ -89,15 +89,15 @@ impl Request {
     }
 }
 
-/// The reply to the reading of a number of `size` bytes, 1 to 4.
+/// The reply to a read of a number of `size` bytes, 1 to 4.
 pub fn number_reply(address: Address, number: u32, size: u8) -> [u8; 8] {
     let unused = 4_u8.saturating_sub(size);
-    // A signed number comes with more bits than it has.
+    // A signed number can have more bits than its type.
     let number = number & u32::MAX.checked_shr(8 * u32::from(unused)).unwrap_or(0);
     addressed(0x43 | unused << 2, address, number.to_le_bytes())
 }
 
-/// The reply to the initiation of an upload of `data`: with the data in it, or with their number.
+/// The reply to the initiate request of an upload: expedited with 1 to 4 bytes of data, otherwise with the size of the data.
 pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
     let length = data.len() as u8;
     if let 1..=4 = length {
@@ -108,7 +108,7 @@ pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
     addressed(0x41, address, u32::from(length).to_le_bytes())
 }
 
-/// A segment of an upload: up to seven bytes of data.
+/// A segment of an upload with up to seven bytes of data.
 pub fn upload_segment(toggle: bool, data: &[u8], last: bool) -> [u8; 8] {
     let mut bytes = [0; 8];
     let unused = 7_u8.saturating_sub(data.len() as u8);
@@ -121,7 +121,7 @@ pub fn upload_segment(toggle: bool, data: &[u8], last: bool) -> [u8; 8] {
     bytes
 }
 
-/// The reply to the initiation of a download.
+/// The reply to the initiate request of a download.
 pub fn download_reply(address: Address) -> [u8; 8] {
     addressed(0x60, address, [0; 4])
 }
@@ -131,7 +131,7 @@ pub fn download_segment_reply(toggle: bool) -> [u8; 8] {
     [0x20 | u8::from(toggle) << 4, 0, 0, 0, 0, 0, 0, 0]
 }
 
-/// Ends a transfer with an error.
+/// The abort message.
 pub fn abort(address: Address, abort: Abort) -> [u8; 8] {
     addressed(0x80, address, (abort as u32).to_le_bytes())
 }

@@ -1,36 +1,36 @@
 //! The state machine of the SDO server.
 //!
-//! A request to begin a transfer is served at any time and ends the one before. The client has [`TIME_OUT`] for each segment.
-//! Block transfers are refused, as CiA 301 allows, with "command unknown".
+//! An initiate request is accepted at any time and ends the previous transfer. The client must send each segment within
+//! [`TIME_OUT`]. Block transfers are optional in CiA 301; the server aborts them with "command specifier not valid or unknown".
 
 use super::message::{self, Address, Announced, Request};
 use crate::canopen::Abort;
 use crate::time::{Duration, Instant, after, is_due, millis};
 use heapless::Vec;
 
-/// How long the server waits for the next segment.
+/// The longest time that the server waits for the next segment.
 pub const TIME_OUT: Duration = millis(1000);
 
 /// Data bytes in a segment.
 const SEGMENT: usize = 7;
 
-/// When a write is done.
+/// The completion of a write.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Written {
-    /// Now.
+    /// Completed.
     Done,
-    /// When the memory holds it; [`Server::stored`] follows.
+    /// Completed after a save; [`Server::stored`] follows.
     Storing,
 }
 
-/// The objects that a server gives access to.
+/// The object dictionary of a server.
 pub trait Objects {
-    /// An object that was found.
+    /// A reference to an object.
     type Object: Copy;
-    /// Room for the longest text.
+    /// A buffer for the longest text.
     type Text: Buffer;
 
-    /// Looks an object up: there is none, or not this sub-index of it.
+    /// Finds an object. Errors: [`Abort::NoObject`], [`Abort::NoSubIndex`].
     fn find(&self, address: Address) -> Result<Self::Object, Abort>;
 
     /// Whether it can be read.
@@ -42,27 +42,27 @@ pub trait Objects {
     /// The size of a number in bytes; 0 for a text.
     fn size(object: Self::Object) -> u8;
 
-    /// The number in an object; a signed one may have more bits than its type.
+    /// The number in an object. A signed number can have more bits than its type.
     fn number(&self, object: Self::Object, sub: u8) -> u32;
 
     /// The text in an object.
     fn text(&self, object: Self::Object) -> Self::Text;
 
-    /// Writes to an object that can be written: as many bytes as a number has, or a text. On an error nothing has changed.
+    /// Writes to a writable object. `data` has the size of the number, or is a text. On an error, nothing changes.
     fn write(&mut self, now: Instant, object: Self::Object, data: &[u8]) -> Result<Written, Abort>;
 }
 
-/// The bytes of a text on its way.
+/// A buffer for the bytes of a text.
 pub trait Buffer {
-    /// No text.
+    /// The empty buffer.
     const EMPTY: Self;
-    /// The longest text.
+    /// The length of the longest text, in bytes.
     const CAPACITY: usize;
 
     /// The bytes.
     fn bytes(&self) -> &[u8];
 
-    /// Appends bytes; false, and nothing has changed, when there is no room for all of them.
+    /// Appends bytes. Returns false without a change if there is no room for all of them.
     fn append(&mut self, bytes: &[u8]) -> bool;
 }
 
@@ -79,29 +79,29 @@ impl<const N: usize> Buffer for Vec<u8, N> {
     }
 }
 
-/// How far the transfer is.
+/// The state of the transfer.
 #[derive(Clone, Copy, Debug)]
-#[repr(u8)] // idle is 0, as static memory wants it
+#[repr(u8)] // idle is 0, so that it needs no flash in static memory
 enum Stage<O> {
-    /// There is none.
+    /// No transfer.
     Idle,
     /// The client reads segments.
     Upload {
         /// The toggle bit expected next.
         toggle: bool,
-        /// Bytes sent.
+        /// The number of bytes sent.
         sent: u8,
     },
     /// The client writes segments.
     Download {
-        /// What is written to.
+        /// The object that is written.
         object: O,
         /// The toggle bit expected next.
         toggle: bool,
         /// The announced number of bytes.
         size: Option<u32>,
     },
-    /// What was written is being stored; the reply comes when the memory holds it.
+    /// The written data is being stored. The reply is sent after the save.
     Storing,
 }
 
@@ -111,7 +111,7 @@ pub struct Server<O, B> {
     stage: Stage<O>,
     address: Address,
     expires: Option<Instant>,
-    /// The reply to be sent when what was written is stored.
+    /// The reply that is sent after the save.
     reply: [u8; 8],
     data: B,
 }
@@ -126,7 +126,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         data: B::EMPTY,
     };
 
-    /// Serves a request; returns the reply, if there is one now.
+    /// Handles a request. Returns the reply, if there is one now.
     pub fn serve(
         &mut self,
         objects: &mut impl Objects<Object = O, Text = B>,
@@ -172,7 +172,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         }
     }
 
-    /// The memory has answered; returns the reply to the write that waited for it.
+    /// Handles the end of a save. Returns the reply to the write that waited for it.
     pub fn stored(&mut self, succeeded: bool) -> Option<[u8; 8]> {
         if !matches!(self.stage, Stage::Storing) {
             return None;
@@ -184,22 +184,22 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         Some(self.reply)
     }
 
-    /// Ends a transfer whose client is too slow; returns the abort.
+    /// Aborts a transfer that has timed out. Returns the abort message.
     pub fn poll(&mut self, now: Instant) -> Option<[u8; 8]> {
         is_due(&self.expires, now).then(|| self.abort(Abort::TimeOut))
     }
 
-    /// When [`poll`](Self::poll) ends the transfer.
+    /// The time at which [`poll`](Self::poll) aborts the transfer.
     pub fn deadline(&self) -> Option<Instant> {
         self.expires
     }
 
-    /// Ends the transfer without a word.
+    /// Ends the transfer without a message.
     pub fn end(&mut self) {
         self.begin(Address::default());
     }
 
-    /// Ends the transfer and begins one for this object.
+    /// Ends the transfer and begins a new one for this address.
     fn begin(&mut self, address: Address) {
         self.stage = Stage::Idle;
         self.address = address;
@@ -352,7 +352,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         Ok(self.answer(written, reply))
     }
 
-    /// The reply to a write, now or when it is stored.
+    /// The reply to a write, now or after the save.
     fn answer(&mut self, written: Written, reply: [u8; 8]) -> Option<[u8; 8]> {
         match written {
             Written::Done => {

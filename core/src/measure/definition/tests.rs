@@ -1,5 +1,5 @@
-//! Tests of the angle definitions: every direction against the formulas in f64, the table of the JN2101 manual, and the vectors
-//! that do not determine an angle.
+//! Tests of the angle definitions: all directions compared with the formulas in f64, the table of the JN2101 manual, and the
+//! vectors that do not determine an angle.
 
 use super::*;
 use core::f64::consts::TAU;
@@ -14,7 +14,7 @@ fn degrees(angle: Angle) -> f64 {
     f64::from(angle.0 as i32) * (360.0 / 4_294_967_296.0)
 }
 
-/// The definitions in f64, whose own error is below 1e-13 deg, in the order of [`measured`].
+/// The definitions in f64 in the order of [`measured`]. The error of f64 is below 1e-13 deg.
 fn truth(up: I32x3) -> [f64; 10] {
     let (x, y, z) = (f64::from(up.x), f64::from(up.y), f64::from(up.z));
     let (gx, gy, gz) = (-x, y, z);
@@ -24,7 +24,7 @@ fn truth(up: I32x3) -> [f64; 10] {
         x.atan2(y).to_degrees(),
         z.atan2(x.hypot(y)).to_degrees(),
         gx.hypot(gy).atan2(gz).to_degrees(),
-        // Zeros in f64 have signs, which would turn the direction of no slope.
+        // Zeros in f64 have signs, which would change the direction if there is no slope.
         if x == 0.0 && y == 0.0 {
             0.0
         } else {
@@ -41,7 +41,7 @@ fn truth(up: I32x3) -> [f64; 10] {
     ]
 }
 
-/// X, Y, rotation, cross slope, slope, direction, gimbal X's X and Y, gimbal Y's X and Y.
+/// X, Y, rotation, cross slope, slope, direction, X and Y of gimbal X, X and Y of gimbal Y.
 fn measured(up: I32x3) -> [Angle; 10] {
     let Perpendicular { x, y } = perpendicular(up);
     let Euler { slope, direction } = euler(up);
@@ -61,7 +61,7 @@ fn measured(up: I32x3) -> [Angle; 10] {
     ]
 }
 
-/// Holds all angles of `up` to [`ERROR`].
+/// Checks all angles of `up` against [`ERROR`].
 fn check(up: I32x3) {
     for (measured, truth) in measured(up).map(degrees).into_iter().zip(truth(up)) {
         let difference = measured - truth;
@@ -74,12 +74,12 @@ fn check(up: I32x3) {
 }
 
 #[test]
-fn the_stated_error_is_1_5e_5_deg() {
+fn stated_error_is_1_5e_5_deg() {
     assert!(degrees(ERROR) <= 1.5e-5);
 }
 
 #[test]
-fn the_axes_and_diagonals_are_exact() {
+fn angles_on_axes_and_diagonals_are_exact() {
     let deg = |x, y| Perpendicular {
         x: Angle::from_centidegrees(x),
         y: Angle::from_centidegrees(y),
@@ -105,7 +105,7 @@ fn the_axes_and_diagonals_are_exact() {
 }
 
 #[test]
-fn the_axes_and_diagonals_are_exact_in_every_definition() {
+fn all_definitions_on_axes_and_diagonals_are_exact() {
     let deg = Angle::from_centidegrees;
     let euler_of = |slope, direction| Euler {
         slope: deg(slope),
@@ -139,7 +139,7 @@ fn the_axes_and_diagonals_are_exact_in_every_definition() {
 }
 
 #[test]
-fn what_a_vector_does_not_determine_is_zero() {
+fn undetermined_angle_is_zero() {
     for m in [1, 1000, 1 << 28, i32::MAX] {
         assert_eq!(euler(vector(0, 0, m)).direction, Angle::ZERO);
         assert_eq!(euler(vector(0, 0, -m)).direction, Angle::ZERO);
@@ -151,10 +151,10 @@ fn what_a_vector_does_not_determine_is_zero() {
     assert_eq!(measured(vector(0, 0, 0)), [Angle::ZERO; 10]);
 }
 
-/// JN2101 manual 8.5: an excavator whose Y axis shows ahead drives on a slope of 30 deg and turns. Printed in whole degrees, cut
-/// off towards zero. Of the level position the direction is "undefined"; positions 4 and 5 are the same.
+/// JN2101 manual 8.5: an excavator whose Y axis points forward drives on a slope of 30 deg and turns. The angles are printed in
+/// integer degrees, truncated towards zero. In the level position the direction is "undefined"; positions 4 and 5 are equal.
 #[test]
-fn the_excavator_of_the_manual() {
+fn excavator_example_of_manual_gives_its_angles() {
     // Slope and direction, then X and Y of perpendicular, gimbal X and gimbal Y.
     let table = [
         (0.0, 0.0, [0, 0], [0, 0], [0, 0]),
@@ -174,7 +174,7 @@ fn the_excavator_of_the_manual() {
             let turned = euler(up).direction - Angle::from_centidegrees((direction * 100.0) as i32);
             assert!(near(turned, 0.0));
         }
-        // Whole degrees, cut off; 30 deg may come out as 29.99999.
+        // Integer degrees, truncated; 30 deg can become 29.99999.
         let whole = |angle: Angle| (f64::from(angle.millidegrees()) / 1000.0).trunc() as i32;
         let p = perpendicular(up);
         assert_eq!([whole(p.x), whole(p.y)], perpendicular_angles);
@@ -185,10 +185,10 @@ fn the_excavator_of_the_manual() {
     }
 }
 
-/// The turns that the manual describes, as matrices: about one axis of the level housing, then about the other axis of the turned
-/// one (8.3 and 8.4). What the housing sees of the vertical then has exactly these angles.
+/// The rotations of the manual as matrices: about one axis of the level housing, then about the other axis of the rotated one
+/// (8.3 and 8.4). The vertical in the coordinate frame of the housing then has exactly these angles.
 #[test]
-fn the_gimbal_angles_are_the_turns_that_the_manual_describes() {
+fn gimbal_angles_match_rotations_of_manual() {
     for long in (-85..=85).step_by(5) {
         for lateral in (-85..=85).step_by(5) {
             let (p, q): (f64, f64) = (
@@ -199,7 +199,7 @@ fn the_gimbal_angles_are_the_turns_that_the_manual_describes() {
                 let [x, y, z] = v.map(|v| (v * 2f64.powi(28)).round() as i32);
                 vector(x, y, z)
             };
-            // Up in a housing that was turned about Y by p, then about its own X by q; and the other way round.
+            // The up vector in a housing rotated about Y by p, then about its own X by q; and in the other order.
             let first_y = fixed([-p.sin(), p.cos() * q.sin(), p.cos() * q.cos()]);
             let first_x = fixed([-p.sin() * q.cos(), q.sin(), p.cos() * q.cos()]);
             for (angles, order) in [(gimbal_x(first_y), "X"), (gimbal_y(first_x), "Y")] {
@@ -207,7 +207,7 @@ fn the_gimbal_angles_are_the_turns_that_the_manual_describes() {
                 let error = (x - f64::from(long))
                     .abs()
                     .max((y - f64::from(lateral)).abs());
-                // The vector is rounded to 2^-28, and 85 deg make eleven times of that.
+                // The vector is rounded to 2^-28, and at 85 deg this error is eleven times larger.
                 assert!(error < 2e-5, "gimbal {order} {long} {lateral}: {x} {y}");
             }
         }
@@ -215,11 +215,11 @@ fn the_gimbal_angles_are_the_turns_that_the_manual_describes() {
 }
 
 #[test]
-fn every_direction_of_the_sphere_keeps_to_the_error() {
+fn all_directions_of_sphere_are_within_error() {
     const PARALLELS: u32 = 1500;
     let radius = f64::from(1 << 28);
     for parallel in 0..=PARALLELS {
-        // The golden angle between parallels keeps the meridians from lining up.
+        // The golden angle between parallels avoids points on common meridians.
         let latitude = (f64::from(parallel) / f64::from(PARALLELS) - 0.5) * TAU / 2.0;
         for meridian in 0..1000 {
             let longitude = f64::from(meridian) / 1000.0 * TAU + f64::from(parallel) * 2.399_963;
@@ -233,7 +233,7 @@ fn every_direction_of_the_sphere_keeps_to_the_error() {
 }
 
 #[test]
-fn tilts_close_to_zero_and_to_ninety_degrees_keep_to_the_error() {
+fn tilts_close_to_0_and_90_degrees_are_within_error() {
     for scale in [1 << 12, 1 << 20, 1 << 28, i32::MAX] {
         for exponent in 0..31 {
             for small in [(1 << exponent) - 1, 1 << exponent, 3 << exponent >> 1] {
@@ -250,7 +250,7 @@ fn tilts_close_to_zero_and_to_ninety_degrees_keep_to_the_error() {
 }
 
 #[test]
-fn small_vectors_are_exact_directions_too() {
+fn small_vectors_are_within_error() {
     for x in -20..=20 {
         for y in -20..=20 {
             for z in -20..=20 {
@@ -261,7 +261,7 @@ fn small_vectors_are_exact_directions_too() {
 }
 
 #[test]
-fn the_square_root_keeps_to_its_error() {
+fn square_root_is_within_its_error() {
     for exponent in 0..=63 {
         for fraction in 0..4096u64 {
             let square = ((1u64 << exponent) + ((fraction << exponent) >> 12)).min(1 << 63);
@@ -277,7 +277,7 @@ fn the_square_root_keeps_to_its_error() {
 
 proptest! {
     #[test]
-    fn random_vectors_keep_to_the_error(x: i32, y: i32, z: i32, shift in 0..24u32, which in 0..4usize) {
+    fn random_vectors_are_within_error(x: i32, y: i32, z: i32, shift in 0..24u32, which in 0..4usize) {
         check(vector(x, y, z));
         // One or two components much smaller than the others.
         check(match which {
@@ -289,8 +289,8 @@ proptest! {
     }
 
     #[test]
-    fn turning_about_z_turns_the_angle(step: u16) {
-        // A housing that was turned right-handed by t sees the up vector turned by -t.
+    fn rotation_about_z_changes_angle_by_same_amount(step: u16) {
+        // In a housing with a right-hand rotation by t, the up vector is rotated by -t.
         let t = f64::from(step) / 65_536.0 * TAU;
         let up = vector((t.sin() * 2e8) as i32, (t.cos() * 2e8) as i32, 0);
         let error = Angle(u32::from(step) << 16) - rotation(up);

@@ -1,5 +1,5 @@
-//! Tests of the linear-phase filter: the coefficients against the formula of their window, the response from the coefficients and
-//! from sines that are fed in, delay, rest and change of setting.
+//! Tests of the linear-phase filter: coefficients compared with the window formula, response of the coefficients and of sine
+//! inputs, delay, settling and change of setting.
 
 use super::*;
 use core::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
@@ -31,7 +31,7 @@ const fn vector(x: i32, y: i32, z: i32) -> I32x3 {
     I32x3 { x, y, z }
 }
 
-/// One step with an input along Z; the axes are alike.
+/// One step with an input along Z. All axes are equal.
 fn step(filter: &mut Fir, input: i32) -> i32 {
     filter.step(vector(0, 0, input)).z
 }
@@ -42,7 +42,7 @@ fn count(duration: Duration) -> usize {
 }
 
 #[test]
-fn the_coefficients_are_symmetric_positive_and_add_up_to_a_power_of_two() {
+fn coefficients_are_symmetric_and_positive_with_sum_2_pow_17() {
     for (cutoff, ..) in SETTINGS {
         let coefficients = design(cutoff).coefficients;
         assert!(coefficients.len() <= LONGEST && coefficients.len() % 2 == 1);
@@ -82,12 +82,12 @@ fn dolph_chebyshev(length: usize, side_lobes: f64) -> Vec<f64> {
 }
 
 #[test]
-fn the_coefficients_are_dolph_chebyshev_windows() {
+fn coefficients_are_dolph_chebyshev_windows() {
     for (cutoff, _, side_lobes) in SETTINGS {
         let coefficients = design(cutoff).coefficients;
         let window = dolph_chebyshev(coefficients.len(), side_lobes);
         for (n, (&coefficient, window)) in coefficients.iter().zip(window).enumerate() {
-            // The one in the middle takes up the rounding of the others.
+            // The middle one compensates the rounding of the others.
             let limit = if n == coefficients.len() / 2 {
                 4.0
             } else {
@@ -99,7 +99,7 @@ fn the_coefficients_are_dolph_chebyshev_windows() {
     }
 }
 
-/// The gain at `frequency` Hz as coefficients and triangles make it.
+/// The gain at `frequency` Hz of the coefficients and triangles.
 fn gain(cutoff: Cutoff, frequency: f64) -> f64 {
     let Design {
         decimation,
@@ -118,7 +118,7 @@ fn gain(cutoff: Cutoff, frequency: f64) -> f64 {
 }
 
 #[test]
-fn the_gain_is_3_db_down_within_a_thousandth_of_the_cutoff_frequency() {
+fn gain_at_cutoff_is_minus_3_db_within_0_1_percent_of_frequency() {
     for (cutoff, frequency, _) in SETTINGS {
         assert!(
             gain(cutoff, frequency * 0.999) > FRAC_1_SQRT_2,
@@ -132,7 +132,7 @@ fn the_gain_is_3_db_down_within_a_thousandth_of_the_cutoff_frequency() {
 }
 
 #[test]
-fn the_gain_falls_through_the_pass_band_and_stays_40_db_down_from_3_2_times_the_cutoff() {
+fn gain_falls_in_pass_band_and_is_below_minus_40_db_from_3_2_times_cutoff() {
     for (cutoff, frequency, _) in SETTINGS {
         let mut last = 1.0;
         for percent in 1..=290 {
@@ -148,8 +148,8 @@ fn the_gain_falls_through_the_pass_band_and_stays_40_db_down_from_3_2_times_the_
     }
 }
 
-/// The settled response to a sine of 1 g: its part with the input's frequency and the delay that the filter states, in phase and
-/// in quadrature, and the largest of the rest. The whole output's peak last.
+/// The settled response to a sine of 1 g: the part at the input frequency relative to the stated delay, in phase and in
+/// quadrature, the largest value of the rest, and the peak of the output.
 fn sine_response(cutoff: Cutoff, frequency: f64) -> (f64, f64, f64, f64) {
     let mut filter = tuned(cutoff);
     let turn = TAU * frequency / RATE;
@@ -165,7 +165,7 @@ fn sine_response(cutoff: Cutoff, frequency: f64) -> (f64, f64, f64, f64) {
     let wave = |n: usize| (turn * (n as f64 - delay as f64)).sin_cos();
     let settled = || (skip..skip + length).map(|n| (outputs[n], wave(n)));
     let sum = |f: fn(f64, (f64, f64)) -> f64| settled().map(|(y, w)| f(y, w)).sum::<f64>();
-    // A fit of both waves, which over part of a period are not orthogonal.
+    // A fit of both waves, because they are not orthogonal over part of a period.
     let (ss, sc, cc) = (
         sum(|_, w| w.0 * w.0),
         sum(|_, w| w.0 * w.1),
@@ -183,7 +183,7 @@ fn sine_response(cutoff: Cutoff, frequency: f64) -> (f64, f64, f64, f64) {
 }
 
 #[test]
-fn sines_come_out_with_the_gain_of_the_coefficients_and_the_stated_delay() {
+fn sine_in_pass_band_has_gain_of_coefficients_and_stated_delay() {
     for (cutoff, frequency, _) in SETTINGS {
         for tenths in [1, 3, 5, 7, 9, 10, 12, 15, 20] {
             let at = frequency * f64::from(tenths) / 10.0 * 1.0003;
@@ -192,7 +192,7 @@ fn sines_come_out_with_the_gain_of_the_coefficients_and_the_stated_delay() {
                 (in_phase - gain(cutoff, at)).abs() < 2e-4,
                 "{cutoff:?} {at} Hz: {in_phase}"
             );
-            // Linear phase: nothing is left beside the delayed sine, other than what the lower rate folds, 40 dB down.
+            // Linear phase: besides the delayed sine there are only aliases, attenuated by 40 dB.
             assert!(quadrature.abs() < 2e-4, "{cutoff:?} {at} Hz: {quadrature}");
             assert!(rest <= 0.01, "{cutoff:?} {at} Hz: {rest}");
         }
@@ -200,7 +200,7 @@ fn sines_come_out_with_the_gain_of_the_coefficients_and_the_stated_delay() {
 }
 
 #[test]
-fn sines_in_the_stop_band_are_40_db_down_whatever_they_are_folded_to() {
+fn sine_in_stop_band_is_attenuated_by_40_db() {
     for (cutoff, frequency, _) in SETTINGS {
         let stop = 3.2 * frequency;
         for i in 0..400 {
@@ -212,7 +212,7 @@ fn sines_in_the_stop_band_are_40_db_down_whatever_they_are_folded_to() {
 }
 
 #[test]
-fn delay_and_settling_are_as_documented() {
+fn delay_and_settling_match_documentation() {
     let milliseconds = |duration: Duration| duration.ticks() / 1000;
     let stated = [
         (Cutoff::Off, 0, 0),
@@ -228,9 +228,9 @@ fn delay_and_settling_are_as_documented() {
 }
 
 #[test]
-fn a_step_never_overshoots_is_half_way_after_the_delay_and_settles_to_the_last_bit() {
+fn step_response_has_no_overshoot_and_settles_exactly() {
     for (cutoff, ..) in SETTINGS {
-        // The step comes at every place in a block of decimated samples.
+        // The step comes at each position in a block of decimated samples.
         for phase in 0..16 {
             let mut filter = tuned(cutoff);
             for _ in 0..phase + 1 {
@@ -258,7 +258,7 @@ fn a_step_never_overshoots_is_half_way_after_the_delay_and_settles_to_the_last_b
 }
 
 #[test]
-fn the_ends_of_the_range_pass() {
+fn input_beyond_four_g_is_limited() {
     for (cutoff, ..) in SETTINGS {
         let mut filter = tuned(cutoff);
         for input in [FULL, i32::MIN, i32::MAX, -4 * ONE_G] {
@@ -273,7 +273,7 @@ fn the_ends_of_the_range_pass() {
 }
 
 #[test]
-fn off_passes_every_vector_at_once() {
+fn filter_off_passes_each_vector_at_once() {
     let mut filter = Fir::new();
     for v in [vector(1, 2, 3), vector(-ONE_G, 0, ONE_G)] {
         assert_eq!(filter.step(v), v);
@@ -281,25 +281,25 @@ fn off_passes_every_vector_at_once() {
 }
 
 #[test]
-fn the_axes_do_not_mix() {
+fn axes_are_independent() {
     for (cutoff, ..) in SETTINGS {
-        let mut whole = tuned(cutoff);
+        let mut combined = tuned(cutoff);
         let mut single = [tuned(cutoff), tuned(cutoff), tuned(cutoff)];
         for n in 0..400i32 {
             let inputs = [n * 1_000_003, n * n * 777, -n * 99_991];
             let [x, y, z] = inputs;
-            let apart: Vec<i32> = single
+            let separate: Vec<i32> = single
                 .iter_mut()
                 .zip(inputs)
                 .map(|(filter, input)| step(filter, input))
                 .collect();
-            assert_eq!(whole.step(vector(x, y, z)).to_array()[..], apart[..]);
+            assert_eq!(combined.step(vector(x, y, z)).to_array()[..], separate[..]);
         }
     }
 }
 
 #[test]
-fn the_filter_takes_less_than_400_bytes() {
+fn filter_size_is_below_400_bytes() {
     assert!(size_of::<Fir>() <= 400, "{}", size_of::<Fir>());
 }
 
@@ -315,7 +315,7 @@ fn cutoffs() -> impl Strategy<Value = Cutoff> {
 
 proptest! {
     #[test]
-    fn a_constant_passes_exactly_from_the_first_sample_on(cutoff in cutoffs(), x: i32, y: i32, z: i32) {
+    fn constant_input_passes_exactly_from_first_sample(cutoff in cutoffs(), x: i32, y: i32, z: i32) {
         let mut filter = tuned(cutoff);
         let input = vector(x, y, z);
         let held = vector(held(x), held(y), held(z));
@@ -325,7 +325,7 @@ proptest! {
     }
 
     #[test]
-    fn the_output_stays_within_the_inputs(cutoff in cutoffs(), inputs in prop::collection::vec(-FULL..FULL, 1..600)) {
+    fn output_stays_within_range_of_inputs(cutoff in cutoffs(), inputs in prop::collection::vec(-FULL..FULL, 1..600)) {
         let mut filter = tuned(cutoff);
         let (low, high) = (*inputs.iter().min().unwrap(), *inputs.iter().max().unwrap());
         for input in inputs {
@@ -335,7 +335,7 @@ proptest! {
     }
 
     #[test]
-    fn a_change_of_setting_goes_on_from_the_output(
+    fn tune_continues_from_last_output(
         before in cutoffs(),
         after in cutoffs(),
         inputs in prop::collection::vec(-FULL..FULL, 1..400),
@@ -352,7 +352,7 @@ proptest! {
                 prop_assert_eq!(step(&mut filter, input), step(&mut same, input));
             }
         } else {
-            // At rest where it was, for as long as the input is that too.
+            // The output stays the same while the input is equal to it.
             for _ in 0..40 {
                 prop_assert_eq!(step(&mut filter, last), last);
             }
@@ -360,8 +360,8 @@ proptest! {
     }
 
     #[test]
-    fn the_output_is_the_convolution_rounded(inputs in prop::collection::vec(-FULL..FULL, 13..60)) {
-        // Without decimation there is nothing but the coefficients.
+    fn output_is_rounded_convolution(inputs in prop::collection::vec(-FULL..FULL, 13..60)) {
+        // Without decimation, only the coefficients have an effect.
         let mut filter = tuned(Cutoff::TenHertz);
         let coefficients = design(Cutoff::TenHertz).coefficients;
         for (n, &input) in inputs.iter().enumerate() {

@@ -1,14 +1,14 @@
-//! Tests of the low-pass filter: settling, tuning, overshoot, and that nothing inside ever overflows. The responses are compared
-//! with reference vectors in the host tests.
+//! Tests of the low-pass filter: settling, tuning, overshoot and internal overflow. The host tests compare the responses with
+//! reference vectors.
 
 use super::*;
 use crate::measure::ONE_G;
 use proptest::prelude::*;
 
-/// The largest signal; the lowest is one unit further out.
+/// The largest signal. The magnitude of the lowest signal is one unit larger.
 const FULL: i32 = 2 * ONE_G - 1;
 
-/// Cut-off frequencies all over the range, in mHz.
+/// Cut-off frequencies over the complete range, in mHz.
 const CUTOFFS: [u16; 12] = [
     100, 101, 137, 500, 1_000, 2_000, 3_333, 7_999, 8_000, 12_345, 20_000, 25_000,
 ];
@@ -43,7 +43,8 @@ fn samples(periods: u32, cutoff: u16) -> u32 {
     periods * 200_000 / u32::from(cutoff)
 }
 
-/// The same recurrence in i128, where nothing wraps; it asserts that every intermediate has the range that the file's doc states.
+/// The same filter in i128 without overflow. It asserts that all intermediate values are in the range that the module
+/// documentation states.
 struct Model {
     chain: ModelChain,
     /// The largest state so far, as a fraction of 2^30.
@@ -68,7 +69,7 @@ impl Model {
         Self { chain, peak: 0.0 }
     }
 
-    /// Checks a signal and returns it as what the multiplication takes.
+    /// Checks that a signal fits the multiplication, and returns it.
     fn signal(value: i128) -> i128 {
         i128::from(i32::try_from(value).expect("a signal fits 32 bits"))
     }
@@ -85,7 +86,7 @@ impl Model {
         let mut chain = std::mem::replace(&mut self.chain, ModelChain::Critical(0, [0; 8]));
         match &mut chain {
             ModelChain::Butterworth(filter, states) => {
-                // What the difference of two states must fit into.
+                // The difference of two states must fit into 64 bits.
                 let word = |value: i128| i128::from(i64::try_from(value).expect("fits 64 bits"));
                 for (section, (band, low)) in filter.sections.iter().zip(states) {
                     let difference = word((signal << 32) + (1 << 31) - *low);
@@ -113,8 +114,8 @@ impl Model {
     }
 }
 
-/// The responses of every signal inside the Butterworth filter to a unit impulse: for each section difference, v1, band state,
-/// v2, low state.
+/// The responses of all internal signals of the Butterworth filter to a unit impulse: for each section difference, v1, band
+/// state, v2, low state.
 fn impulse_responses(cutoff: u16, length: usize) -> Vec<Vec<f64>> {
     let filter = design::butterworth(cutoff);
     let q32 = 2f64.powi(-32);
@@ -141,7 +142,7 @@ fn impulse_responses(cutoff: u16, length: usize) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn off_passes_the_vector_and_holds_it_within_two_g() {
+fn filter_off_passes_vector_limited_to_two_g() {
     let mut filter = LowPass::new();
     for v in [
         vector(0, 0, ONE_G),
@@ -155,7 +156,7 @@ fn off_passes_the_vector_and_holds_it_within_two_g() {
 }
 
 #[test]
-fn it_starts_settled_at_the_first_vector() {
+fn filter_starts_settled_at_first_vector() {
     let first = vector(123_456_789, -1, ONE_G);
     for (kind, cutoff) in settings() {
         let mut filter = tuned(kind, cutoff);
@@ -166,7 +167,7 @@ fn it_starts_settled_at_the_first_vector() {
 }
 
 #[test]
-fn it_settles_exactly_and_stays_there() {
+fn constant_input_settles_exactly_and_stays() {
     for (kind, cutoff) in settings() {
         let mut filter = tuned(kind, cutoff);
         for target in [
@@ -187,7 +188,7 @@ fn it_settles_exactly_and_stays_there() {
 }
 
 #[test]
-fn the_critically_damped_filter_never_overshoots_whatever_the_cut_off() {
+fn critically_damped_filter_with_any_cutoff_does_not_overshoot() {
     for cutoff in Kind::CriticallyDamped.cutoffs() {
         let mut filter = tuned(Kind::CriticallyDamped, cutoff);
         let mut last = filter.step(vector(-ONE_G, ONE_G, 0));
@@ -213,7 +214,7 @@ fn the_critically_damped_filter_never_overshoots_whatever_the_cut_off() {
 }
 
 #[test]
-fn cut_off_frequencies_out_of_range_are_refused_and_change_nothing() {
+fn cutoff_out_of_range_is_refused_and_changes_nothing() {
     for (kind, highest) in [
         (Kind::Off, 25_000),
         (Kind::Butterworth, 25_000),
@@ -237,7 +238,7 @@ fn cut_off_frequencies_out_of_range_are_refused_and_change_nothing() {
 }
 
 #[test]
-fn setting_the_same_again_changes_nothing() {
+fn tune_with_same_setting_changes_nothing() {
     for (kind, cutoff) in settings() {
         let mut filter = tuned(kind, cutoff);
         filter.step(along_x(0));
@@ -252,7 +253,7 @@ fn setting_the_same_again_changes_nothing() {
 }
 
 #[test]
-fn a_change_of_kind_or_cut_off_goes_on_from_the_present_output() {
+fn tune_with_other_setting_continues_from_last_output() {
     let target = vector(ONE_G, -ONE_G / 2, 3);
     let before = [(Kind::Off, 100)].into_iter().chain(settings());
     for (from, to) in before.flat_map(|from| settings().map(move |to| (from, to))) {
@@ -266,7 +267,7 @@ fn a_change_of_kind_or_cut_off_goes_on_from_the_present_output() {
             present = filter.step(target);
         }
         filter.tune(to.0, to.1).unwrap();
-        // The output at rest stays, and what follows is what a filter that has always been there would do.
+        // The output at rest stays the same. Then the output is that of a filter that has always had this setting.
         let mut twin = filter.clone();
         assert_eq!(twin.step(present), present, "{from:?} to {to:?}");
         let mut fresh = tuned(to.0, to.1);
@@ -282,7 +283,7 @@ fn a_change_of_kind_or_cut_off_goes_on_from_the_present_output() {
 }
 
 #[test]
-fn a_change_before_the_first_vector_still_starts_settled_there() {
+fn filter_tuned_before_first_vector_starts_settled_there() {
     let mut filter = tuned(Kind::Butterworth, 100);
     filter.tune(Kind::CriticallyDamped, 200).unwrap();
     filter.tune(Kind::Butterworth, 300).unwrap();
@@ -290,7 +291,7 @@ fn a_change_before_the_first_vector_still_starts_settled_there() {
 }
 
 #[test]
-fn the_axes_are_filtered_alike_and_apart() {
+fn axes_are_filtered_equally_and_independently() {
     for (kind, cutoff) in settings() {
         let mut together = tuned(kind, cutoff);
         let mut apart = [(); 3].map(|()| tuned(kind, cutoff));
@@ -308,14 +309,14 @@ fn the_axes_are_filtered_alike_and_apart() {
 }
 
 #[test]
-fn the_worst_input_of_every_signal_inside_overflows_nothing() {
+fn worst_case_input_of_each_internal_signal_does_not_overflow() {
     let mut peak = 0.0f64;
     for cutoff in [
         100, 400, 1_000, 2_000, 4_000, 8_000, 12_000, 16_000, 20_000, 25_000,
     ] {
         let length = samples(20, cutoff) as usize;
         for response in impulse_responses(cutoff, length) {
-            // Each input pulls the signal the same way at the last sample.
+            // Each input moves the signal in the same direction at the last sample.
             let mut model: Option<Model> = None;
             let mut filter = tuned(Kind::Butterworth, cutoff);
             for &weight in response.iter().rev() {
@@ -331,7 +332,7 @@ fn the_worst_input_of_every_signal_inside_overflows_nothing() {
             peak = peak.max(model.unwrap().peak);
         }
     }
-    // The bound is not an idle one: the worst input comes close to it.
+    // The worst-case input comes close to the bound.
     assert!(peak > 0.85, "{peak}");
 }
 
@@ -344,7 +345,7 @@ fn any_setting() -> impl Strategy<Value = (Kind, u16)> {
 
 proptest! {
     #[test]
-    fn no_sequence_of_inputs_and_tunings_overflows(
+    fn any_sequence_of_inputs_and_tunings_does_not_overflow(
         first in any_setting(),
         runs in prop::collection::vec((any_setting(), prop::collection::vec((any::<i32>(), 1..200u32), 1..20)), 1..6),
     ) {
@@ -364,7 +365,7 @@ proptest! {
     }
 
     #[test]
-    fn after_any_disturbance_it_settles_exactly(
+    fn filter_after_any_input_settles_exactly(
         (kind, cutoff) in any_setting(),
         disturbance in prop::collection::vec(-FULL..=FULL, 1..100),
         target in -FULL..=FULL,

@@ -1,4 +1,4 @@
-//! Tests of the teach-in against the manual's definition, in f64.
+//! Tests of the teach-in, compared with the definition of the manual in f64.
 
 use super::*;
 use crate::angle::Angle;
@@ -29,7 +29,7 @@ fn cross([ax, ay, az]: [f64; 3], [bx, by, bz]: [f64; 3]) -> [f64; 3] {
     [ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx]
 }
 
-/// The rows Xb, Yb, Zb of the manual's definition, of any vector that stands for the vertical.
+/// The rows Xb, Yb, Zb of the definition of the manual for any vertical vector.
 fn rows(vertical: [f64; 3]) -> [[f64; 3]; 3] {
     let z = unit(vertical);
     let [zx, zy, zz] = z;
@@ -37,12 +37,12 @@ fn rows(vertical: [f64; 3]) -> [[f64; 3]; 3] {
     [x, cross(z, x), z]
 }
 
-/// `v` in the frame that `reference` teaches, by definition.
+/// `v` in the reference frame of `reference`, by definition.
 fn exact(reference: I32x3, v: I32x3) -> [f64; 3] {
     rows(float(reference)).map(|row| dot(row, float(v)))
 }
 
-/// In deg, -180..180.
+/// The angle in deg, -180..180.
 fn degrees(angle: Angle) -> f64 {
     f64::from(angle.0 as i32) * (360.0 / 4_294_967_296.0)
 }
@@ -51,9 +51,10 @@ fn perpendicular_of([x, y, z]: [f64; 3]) -> [f64; 2] {
     [(-x).atan2(y.hypot(z)), y.atan2(x.hypot(z))].map(f64::to_degrees)
 }
 
-/// Teaches `reference` and holds the perpendicular angles of `v` to the stated error; false when the teach-in is refused.
+/// Teaches `reference` and checks the perpendicular angles of `v` against the stated error. Returns false if the teach-in is
+/// refused.
 fn check(reference: I32x3, v: I32x3) -> bool {
-    let Some(teach) = Teach::new(reference) else {
+    let Some(teach) = ReferenceFrame::new(reference) else {
         return false;
     };
     let measured = perpendicular(teach.apply(v));
@@ -65,7 +66,7 @@ fn check(reference: I32x3, v: I32x3) -> bool {
     true
 }
 
-/// Directions all over the sphere, of 1 g.
+/// Directions over the complete sphere, of 1 g.
 fn directions(count: u32) -> impl Iterator<Item = I32x3> {
     (0..count).map(move |i| {
         let z = 1.0 - (f64::from(i) + 0.5) / f64::from(count) * 2.0;
@@ -76,7 +77,7 @@ fn directions(count: u32) -> impl Iterator<Item = I32x3> {
 }
 
 #[test]
-fn angles_after_teach_in_keep_to_the_stated_error() {
+fn angles_after_teach_in_are_within_stated_error() {
     let mut taught = 0;
     for reference in directions(1000) {
         for v in directions(300) {
@@ -88,12 +89,12 @@ fn angles_after_teach_in_keep_to_the_stated_error() {
 }
 
 #[test]
-fn the_matrix_is_the_one_of_the_definition() {
+fn matrix_matches_definition() {
     for reference in directions(5000) {
-        let Some(teach) = Teach::new(reference) else {
+        let Some(teach) = ReferenceFrame::new(reference) else {
             continue;
         };
-        // What the sensor's axes become are the columns.
+        // The columns are the images of the axes of the sensor.
         let columns = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]
             .map(|axis| float(teach.apply(fixed(axis))));
         for (row, exact) in rows(float(reference)).into_iter().enumerate() {
@@ -106,9 +107,9 @@ fn the_matrix_is_the_one_of_the_definition() {
 }
 
 #[test]
-fn the_reference_itself_becomes_level() {
+fn reference_after_teach_in_is_level() {
     for reference in directions(20_000) {
-        let Some(teach) = Teach::new(reference) else {
+        let Some(teach) = ReferenceFrame::new(reference) else {
             continue;
         };
         let I32x3 { x, y, z } = teach.apply(reference);
@@ -117,9 +118,10 @@ fn the_reference_itself_becomes_level() {
     }
 }
 
-/// The manual's angles are of g = (-ux, uy, uz). Teaching g by the definition and then taking the angles is the same as teaching u.
+/// The angles of the manual are those of g = (-ux, uy, uz). Teaching g by the definition and then calculating the angles is the
+/// same as teaching u.
 #[test]
-fn teaching_the_gravity_vector_of_the_angle_definitions_is_the_same() {
+fn teach_in_with_gravity_vector_gives_same_angles() {
     let mirrored = |[x, y, z]: [f64; 3]| [-x, y, z];
     for reference in directions(200) {
         for v in directions(50) {
@@ -133,17 +135,17 @@ fn teaching_the_gravity_vector_of_the_angle_definitions_is_the_same() {
     }
 }
 
-/// JN2101 manual 9.5: a sensor that is mounted askew, and a workpiece that is turned by 30 deg about its own Y axis. The printed
-/// "without teach" angles do not belong together (they are 34.55 deg apart); with the turn of the text, they are -13.2/-29.3
-/// before and -43.20/-21.50 after.
+/// JN2101 manual 9.5: a sensor that is mounted at an angle, and a workpiece that is rotated by 30 deg about its Y axis. The
+/// printed "without teach" angles are not consistent (they are 34.55 deg apart). With the rotation of the text, they are
+/// -13.2/-29.3 before and -43.20/-21.50 after.
 #[test]
-fn the_example_of_the_manual_as_its_text_has_it() {
-    // The up vector of perpendicular angles: its components are sines.
+fn example_of_manual_text_gives_its_angles() {
+    // The components of the up vector are the sines of the perpendicular angles.
     let up = |x: f64, y: f64| {
         let (x, y) = (-x.to_radians().sin(), y.to_radians().sin());
         fixed([x, y, (1.0 - x * x - y * y).sqrt()])
     };
-    let teach = Teach::new(up(-13.2, -29.3)).unwrap();
+    let teach = ReferenceFrame::new(up(-13.2, -29.3)).unwrap();
     let level = perpendicular(teach.apply(up(-13.2, -29.3)));
     assert_eq!((level.x.centidegrees(), level.y.centidegrees()), (0, 0));
     let turned = perpendicular(teach.apply(up(-43.20, -21.50)));
@@ -153,20 +155,20 @@ fn the_example_of_the_manual_as_its_text_has_it() {
 }
 
 #[test]
-fn an_upright_x_axis_is_refused_from_5_degrees_on() {
+fn x_axis_within_5_degrees_of_vertical_is_refused() {
     for sign in [1.0, -1.0] {
         for turn in 0..360 {
             let (sine, cosine) = f64::from(turn).to_radians().sin_cos();
             let tilted = |degrees: f64| {
                 let (s, c) = degrees.to_radians().sin_cos();
-                Teach::new(fixed([sign * c, s * sine, s * cosine]))
+                ReferenceFrame::new(fixed([sign * c, s * sine, s * cosine]))
             };
             assert_eq!(tilted(0.0), None);
             assert_eq!(tilted(4.9999), None);
             assert!(tilted(5.0001).is_some());
         }
     }
-    assert_eq!(Teach::new(I32x3 { x: 0, y: 0, z: 0 }), None);
+    assert_eq!(ReferenceFrame::new(I32x3 { x: 0, y: 0, z: 0 }), None);
     assert_eq!(
         f64::from(LEAST_COSINE),
         (5f64.to_radians().sin() * 2f64.powi(30)).round()
@@ -174,17 +176,17 @@ fn an_upright_x_axis_is_refused_from_5_degrees_on() {
 }
 
 #[test]
-fn only_the_direction_of_the_reference_counts() {
-    let teach = |x, y, z| Teach::new(I32x3 { x, y, z }).unwrap();
+fn length_of_reference_has_no_effect() {
+    let teach = |x, y, z| ReferenceFrame::new(I32x3 { x, y, z }).unwrap();
     assert_eq!(teach(1, 2, 3), teach(1 << 28, 2 << 28, 3 << 28));
-    assert_eq!(teach(0, 0, 1), Teach::IDENTITY);
-    assert_eq!(teach(0, 0, i32::MAX), Teach::IDENTITY);
+    assert_eq!(teach(0, 0, 1), ReferenceFrame::IDENTITY);
+    assert_eq!(teach(0, 0, i32::MAX), ReferenceFrame::IDENTITY);
     assert_eq!(teach(0, 0, i32::MIN), teach(0, 0, -1));
 }
 
 #[test]
-fn a_sensor_upside_down_is_turned_about_its_x_axis() {
-    let teach = Teach::new(I32x3 {
+fn sensor_upside_down_is_rotated_about_x_axis() {
+    let teach = ReferenceFrame::new(I32x3 {
         x: 0,
         y: 0,
         z: -ONE_G,
@@ -206,8 +208,8 @@ fn a_sensor_upside_down_is_turned_about_its_x_axis() {
 }
 
 #[test]
-fn the_default_changes_nothing() {
-    let teach = Teach::default();
+fn default_changes_nothing() {
+    let teach = ReferenceFrame::default();
     for v in directions(1000) {
         assert_eq!(teach.apply(v), v);
     }
@@ -225,10 +227,10 @@ fn the_default_changes_nothing() {
 }
 
 #[test]
-fn other_angle_definitions_follow() {
+fn gimbal_and_euler_angles_use_reference_frame() {
     // The sensor is mounted with a roll of 20 deg, and the machine pitches by 30 deg.
     let (roll, pitch) = (20f64.to_radians(), 30f64.to_radians());
-    let teach = Teach::new(fixed([0.0, roll.sin(), roll.cos()])).unwrap();
+    let teach = ReferenceFrame::new(fixed([0.0, roll.sin(), roll.cos()])).unwrap();
     let machine = [-pitch.sin(), 0.0, pitch.cos()];
     let sensor = fixed([machine[0], machine[2] * roll.sin(), machine[2] * roll.cos()]);
     let up = teach.apply(sensor);
@@ -239,39 +241,39 @@ fn other_angle_definitions_follow() {
 }
 
 #[test]
-fn the_image_is_laid_out_as_the_byte_map_says() {
+fn image_matches_byte_map() {
     let quarter = [
         0, 0, 0, 0x40, 0, 0, 0, 0, // a roll of 90 deg
         0, 0, 0, 0, 0, 0, 0, 0x40, // no pitch
     ];
-    let teach = Teach::new(I32x3 { x: 0, y: 5, z: 0 }).unwrap();
+    let teach = ReferenceFrame::new(I32x3 { x: 0, y: 5, z: 0 }).unwrap();
     assert_eq!(teach.encode(), quarter);
-    assert_eq!(Teach::decode(&quarter), Some(teach));
-    let mut pitched = Teach::IDENTITY.encode();
+    assert_eq!(ReferenceFrame::decode(&quarter), Some(teach));
+    let mut pitched = ReferenceFrame::IDENTITY.encode();
     pitched[8..].copy_from_slice(&[0x9A, 0x99, 0x99, 0xD9, 0x33, 0x33, 0x33, 0x33]);
-    let Turn { sine, cosine } = Teach::decode(&pitched).unwrap().pitch;
+    let Turn { sine, cosine } = ReferenceFrame::decode(&pitched).unwrap().pitch;
     let q30 = 2f64.powi(30);
     assert!((f64::from(sine) / q30 + 0.6).abs() < 1e-9);
     assert!((f64::from(cosine) / q30 - 0.8).abs() < 1e-9);
 }
 
 #[test]
-fn an_image_that_is_no_frame_is_refused() {
+fn image_without_valid_frame_is_refused() {
     let image = |values: [i32; 4]| {
         let mut bytes = [0; SIZE];
         for (place, value) in bytes.chunks_exact_mut(4).zip(values) {
             place.copy_from_slice(&value.to_le_bytes());
         }
-        Teach::decode(&bytes)
+        ReferenceFrame::decode(&bytes)
     };
     assert!(image([0, ONE, 0, ONE]).is_some());
     assert!(image([0, -ONE, 0, ONE]).is_some());
-    assert_eq!(Teach::decode(&[0xFF; SIZE]), None);
-    assert_eq!(Teach::decode(&[0; SIZE]), None);
+    assert_eq!(ReferenceFrame::decode(&[0xFF; SIZE]), None);
+    assert_eq!(ReferenceFrame::decode(&[0; SIZE]), None);
     assert_eq!(image([i32::MIN; 4]), None);
     assert_eq!(image([0, ONE, 0, -ONE]), None);
     assert_eq!(image([0, ONE, ONE, 0]), None);
-    // 2^-22 in the length is 2^-21 in the square.
+    // An error of 2^-22 in the length is 2^-21 in the square.
     assert!(image([0, ONE + 255, 0, ONE]).is_some());
     assert!(image([0, ONE - 255, 0, ONE]).is_some());
     assert_eq!(image([0, ONE + 257, 0, ONE]), None);
@@ -282,11 +284,11 @@ fn an_image_that_is_no_frame_is_refused() {
     assert_eq!(image([0, ONE, sine, cosine - 1]), None);
 }
 
-/// What the store may hand back at worst: turns at the ends of the tolerance.
+/// The worst case that `decode` accepts: rotations at the limits of the tolerance.
 #[test]
-fn frames_at_the_ends_of_the_tolerance_keep_to_the_error_too() {
+fn frames_at_limits_of_tolerance_are_within_error() {
     let exact = fixed([0.6, 0.48, 0.64]);
-    let taught = Teach::new(exact).unwrap();
+    let taught = ReferenceFrame::new(exact).unwrap();
     let longer = |value: i32, by: f64| (f64::from(value) * (1.0 + by)).round() as i32;
     for (roll, pitch) in [(2.3e-7, -2.3e-7), (-2.3e-7, 2.3e-7)] {
         let mut bytes = taught.encode();
@@ -299,7 +301,7 @@ fn frames_at_the_ends_of_the_tolerance_keep_to_the_error_too() {
         for (place, value) in bytes.chunks_exact_mut(4).zip(values) {
             place.copy_from_slice(&value.to_le_bytes());
         }
-        let stored = Teach::decode(&bytes).unwrap();
+        let stored = ReferenceFrame::decode(&bytes).unwrap();
         for v in directions(5000) {
             let measured = perpendicular(stored.apply(v));
             let truth = perpendicular_of(self::exact(exact, v));
@@ -311,7 +313,7 @@ fn frames_at_the_ends_of_the_tolerance_keep_to_the_error_too() {
 
 proptest! {
     #[test]
-    fn any_pair_of_vectors_keeps_to_the_error(
+    fn any_pair_of_vectors_is_within_error(
         reference: [i32; 3],
         shift in 0..24u32,
         v in prop::array::uniform3(-4 * ONE_G..=4 * ONE_G),
@@ -326,10 +328,10 @@ proptest! {
     }
 
     #[test]
-    fn what_is_encoded_is_decoded(x: i32, y: i32, z: i32, shift in 0..31u32) {
+    fn teach_is_unchanged_after_encode_and_decode(x: i32, y: i32, z: i32, shift in 0..31u32) {
         for up in [I32x3 { x, y, z }, I32x3 { x: x >> shift, y: y >> shift, z: z >> shift }] {
-            if let Some(teach) = Teach::new(up) {
-                prop_assert_eq!(Teach::decode(&teach.encode()), Some(teach));
+            if let Some(teach) = ReferenceFrame::new(up) {
+                prop_assert_eq!(ReferenceFrame::decode(&teach.encode()), Some(teach));
             }
         }
     }

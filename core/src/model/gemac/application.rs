@@ -1,4 +1,4 @@
-//! What GEMAC's sensors measure: calibration, low-pass, angles, zero offset; and the heater of the reference line.
+//! The measurement of the GEMAC sensors: calibration, low-pass, angles and zero offset, and the heater of the reference line.
 
 use super::parameters::{FILTER_KINDS, id};
 use crate::application::{Application, Faults, Outputs, Readout, Values};
@@ -11,10 +11,10 @@ use core::marker::PhantomData;
 
 /// The heater of the measuring cell of the reference line.
 ///
-/// The temperature is to be independent of the operating temperature (section 9.3), which ends at +80 degC (table 1). A heater cannot
-/// cool, so the set point is above that; the accelerometer is specified up to 85 degC. The power is what the peak of 4.8 W
-/// (table 1) leaves beside the electronics. In a cell that it makes 150 K warmer, in 90 s, the temperature stands after two minutes
-/// from 25 degC and after four from -20 degC, and overshoots by at most 0.2 K.
+/// The temperature of the cell must be independent of the operating temperature (section 9.3), which is at most +80 degC (table
+/// 1). A heater cannot cool, so the set point is above that. The accelerometer is specified up to 85 degC. The power is the peak
+/// power of 4.8 W (table 1) minus the power of the electronics. With a cell of 150 K temperature rise and 90 s time constant, the
+/// temperature is steady after two minutes from 25 degC and after four minutes from -20 degC. The overshoot is at most 0.2 K.
 const HEATER: Settings = Settings {
     set_point: 82_00,
     proportional: 100,
@@ -25,14 +25,14 @@ const HEATER: Settings = Settings {
     steady_after: 30,
 };
 
-/// What depends on the number of axes.
+/// The part of the measurement that depends on the number of axes.
 pub trait Axes: Table {
     /// The published angles.
     const QUANTITIES: &'static [Quantity];
     /// The faults of all angles.
     const ANGLES: Faults;
 
-    /// The angles of a filtered up vector in 0.01 deg, and those of them that are beyond `limit`.
+    /// The angles of a filtered up vector in 0.01 deg, and the faults of the angles beyond `limit` (0.01 deg).
     fn measure(up: I32x3, limit: u16) -> ([i32; 2], Faults);
     /// A measured angle with the zero offset applied, in 0.01 deg.
     fn with_offset(measured: i32, offset: u32) -> i32;
@@ -75,7 +75,7 @@ impl Values for Inclination {
 
 /// The application of a sensor with these axes, with or without a heated measuring cell.
 pub struct Gemac<X, const HEATED: bool> {
-    /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a fault. In 0.01 deg.
+    /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a fault; in 0.01 deg.
     limit: u16,
     inclinometer: Inclinometer,
     clipping: Clipping,
@@ -92,7 +92,7 @@ impl<X: Axes, const HEATED: bool> Gemac<X, HEATED> {
         self.limit = limit;
     }
 
-    #[inline(always)] // measured: a call costs a sample 20 instructions
+    #[inline(always)] // measured: a call needs 20 more instructions for each sample
     fn values(&self) -> Inclination {
         let [x, y] = self.measured;
         let [zero_x, zero_y] = self.zero;
@@ -131,14 +131,14 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
     fn start(&mut self, calibration: Calibration) {
         self.inclinometer.calibration = calibration;
         self.cell = Self::HEATER.map_or(HeatedCell::UNHEATED, HeatedCell::new);
-        // Until the first sample there is no angle.
+        // Before the first sample the angles are not valid.
         self.faults = X::ANGLES;
     }
 
     fn apply(&mut self, _now: Instant, parameters: &Parameters<X>) -> Inclination {
         let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Off);
         let cut_off = parameters.get(id::CUT_OFF) as u16;
-        // Only values that the filter takes get this far.
+        // The permitted values are always valid for the filter.
         let _ = self.inclinometer.low_pass.tune(kind, cut_off);
         self.zero = [id::ZERO_X, id::ZERO_Y].map(|id| parameters.get(id));
         self.values()

@@ -1,4 +1,5 @@
-//! The function select codes of GEMAC's sensors (tables 17, 18, 21 and 22), the status byte (tables 14 and 15) and the LEDs (table 12).
+//! The function select codes of the GEMAC sensors (tables 17, 18, 21 and 22), the status byte (tables 14 and 15) and the LEDs
+//! (table 12).
 
 use super::parameters::{BAUD_RATES, id};
 use crate::application::Faults;
@@ -36,7 +37,7 @@ pub(super) const fn unsigned_angle(id: ValueId, name: &'static str) -> Quantity 
     }
 }
 
-/// The parameters by which the protocol works.
+/// The parameters that the protocol uses.
 pub(super) const ROLES: Roles = Roles {
     set_id: id::SET_ID,
     reply_id: id::REPLY_ID,
@@ -62,7 +63,7 @@ const fn access(
     }
 }
 
-/// The codes that read and write parameters; those of the second zero offset come last.
+/// The codes that read and write parameters. The second zero offset is the last row.
 const ACCESS: [Access; 10] = [
     access(0x10, 0x20, "Set-Parameter-ID", &[id::SET_ID]),
     access(0x11, 0x21, "Reply-Parameter-ID", &[id::REPLY_ID]),
@@ -103,7 +104,7 @@ const fn named(source: Source, name: &'static str) -> Field {
     Field { source, name }
 }
 
-/// The functions besides the parameters; `inclination` is the reply to 00h.
+/// The functions that do not access parameters. `inclination` is the reply to 00h.
 const fn functions(inclination: &'static [Field]) -> [Function; 7] {
     const READ: Function = Function {
         code: 0,

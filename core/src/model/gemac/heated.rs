@@ -1,4 +1,4 @@
-//! GEMAC's reference line: a product with active compensation of the thermal drift (section 9.3), and nothing else changed.
+//! The GEMAC reference line: another product plus active compensation of the thermal drift (section 9.3).
 
 use super::application::{Axes, Gemac};
 use crate::fsc::projection::Codes;

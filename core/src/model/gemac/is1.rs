@@ -72,7 +72,7 @@ impl fsc::Product for OneAxis {
 /// Largest cross slope without SensorError, 0.01 deg.
 const CROSS_SLOPE: u16 = 45_00;
 
-/// Marks the images of this product.
+/// The identification of the stored images of this product.
 const IMAGE: ImageId = ImageId::new(0x4701);
 
 const fn article(name: &'static str, number: &'static str) -> Article {
@@ -90,7 +90,7 @@ const fn article(name: &'static str, number: &'static str) -> Article {
     }
 }
 
-/// What the older type has in common with the classic line.
+/// The article of the classic line, also used for the older type and the reference line.
 pub(super) const CLASSIC: Article = article("IS1BP360-C-CL", "PR-23050-30");
 
 /// Classic line, big plastic housing (PR-23050-30).
@@ -104,5 +104,5 @@ pub const SP_BL: Article = article("IS1SP360-C-BL", "PR-23060-00");
 /// Basic line, small plastic housing, cable (PR-23060-10).
 pub const SP_BL_10: Article = article("IS1SP360-C-BL-10", "PR-23060-10");
 
-/// All of them.
+/// The catalogue entry with all articles.
 pub const LISTING: Listing<OneAxis> = Listing::new("is1", &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);

@@ -1,4 +1,4 @@
-//! IS1D 00 P20: the older 1-axis type. It speaks as [IS1](super::is1) does and writes its software version as a number.
+//! IS1D 00 P20: the older 1-axis type. Same as [IS1](super::is1), but the software version is coded as a number.
 
 use crate::fsc::{Article, Version};
 use crate::model::listing::fsc::Listing;
@@ -15,5 +15,5 @@ pub const PLASTIC: Article = Article {
     ..super::is1::CLASSIC
 };
 
-/// In the catalogue.
+/// The catalogue entry.
 pub const LISTING: Listing<super::is1::OneAxis> = Listing::new("is1d", &[PLASTIC]);

@@ -1,5 +1,5 @@
-//! IS1TK360-C-RL: the 1-axis type of the reference line. It speaks as [IS1](super::is1) does and measures in its range; its measuring
-//! cell is heated.
+//! IS1TK360-C-RL: the 1-axis type of the reference line. Same protocol and measuring range as [IS1](super::is1), with a heated
+//! measuring cell.
 
 use crate::fsc::{Article, ArticleNumber, FscNode};
 use crate::model::listing::fsc::Listing;
@@ -19,5 +19,5 @@ pub const METAL: Article = Article {
     ..super::is1::CLASSIC
 };
 
-/// In the catalogue.
+/// The catalogue entry.
 pub const LISTING: Listing<OneAxisHeated> = Listing::new("is1tk", &[METAL]);

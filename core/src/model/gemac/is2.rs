@@ -80,7 +80,7 @@ const LIMIT_CLASSIC: u16 = 85_00;
 /// Largest inclination without SensorError of the basic line, 0.01 deg.
 const LIMIT_BASIC: u16 = 80_00;
 
-/// Marks the images of this product.
+/// The identification of the stored images of this product.
 const IMAGE: ImageId = ImageId::new(0x4702);
 
 const fn article(name: &'static str, number: &'static str, limit: u16) -> Article {
@@ -98,7 +98,7 @@ const fn article(name: &'static str, number: &'static str, limit: u16) -> Articl
     }
 }
 
-/// What the older type has in common with the classic line.
+/// The article of the classic line, also used for the older type and the reference line.
 pub(super) const CLASSIC: Article = article("IS2BP090-C-CL", "PR-23054-30", LIMIT_CLASSIC);
 
 /// Classic line, big plastic housing (PR-23054-30).
@@ -112,5 +112,5 @@ pub const SP_BL: Article = article("IS2SP090-C-BL", "PR-23064-00", LIMIT_BASIC);
 /// Basic line, small plastic housing, cable (PR-23064-10).
 pub const SP_BL_10: Article = article("IS2SP090-C-BL-10", "PR-23064-10", LIMIT_BASIC);
 
-/// All of them.
+/// The catalogue entry with all articles.
 pub const LISTING: Listing<TwoAxes> = Listing::new("is2", &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);

@@ -1,4 +1,4 @@
-//! IS2D 90 P20: the older 2-axis type. It speaks as [IS2](super::is2) does and writes its software version as a number.
+//! IS2D 90 P20: the older 2-axis type. Same as [IS2](super::is2), but the software version is coded as a number.
 
 use crate::fsc::{Article, Version};
 use crate::model::listing::fsc::Listing;
@@ -15,5 +15,5 @@ pub const PLASTIC: Article = Article {
     ..super::is2::CLASSIC
 };
 
-/// In the catalogue.
+/// The catalogue entry.
 pub const LISTING: Listing<super::is2::TwoAxes> = Listing::new("is2d", &[PLASTIC]);

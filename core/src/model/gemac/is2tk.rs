@@ -1,5 +1,5 @@
-//! IS2TK090-C-RL: the 2-axis type of the reference line. It speaks as [IS2](super::is2) does and measures in its range; its measuring
-//! cell is heated.
+//! IS2TK090-C-RL: the 2-axis type of the reference line. Same protocol and measuring range as [IS2](super::is2), with a heated
+//! measuring cell.
 
 use crate::fsc::{Article, ArticleNumber, FscNode};
 use crate::model::listing::fsc::Listing;
@@ -19,5 +19,5 @@ pub const METAL: Article = Article {
     ..super::is2::CLASSIC
 };
 
-/// In the catalogue.
+/// The catalogue entry.
 pub const LISTING: Listing<TwoAxesHeated> = Listing::new("is2tk", &[METAL]);

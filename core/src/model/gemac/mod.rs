@@ -1,4 +1,4 @@
-//! GEMAC's inclination sensors: function select codes on raw CAN, one axis or two, with or without a heated measuring cell.
+//! GEMAC inclination sensors: function select codes on raw CAN, one or two axes, with or without a heated measuring cell.
 //!
 #![doc = include_str!("README.md")]
 

@@ -1,11 +1,11 @@
-//! The device parameters of GEMAC's sensors (tables 17 to 19, section 9.10).
+//! The device parameters of the GEMAC sensors (tables 17 to 19, section 9.10).
 
 use crate::can::BitRate;
 use crate::fsc::wire::IDENTIFIERS;
 use crate::measure::low_pass::Kind;
 use crate::param::{Coding, Constraint, DataType, Parameter, ParameterId, Permitted};
 
-/// The ids of the parameters: their places in the tables and in the stored image.
+/// The ids of the parameters: their indices in the tables. They also define the order in the stored image.
 pub mod id {
     use crate::param::ParameterId;
 
@@ -48,10 +48,10 @@ const BAUD_RATE_CODING: Coding<Option<BitRate>, 11> = Coding([
     (10, BitRate::K62_5.name(), Some(BitRate::K62_5)),
 ]);
 
-/// What the device keeps of the codes of the baud rate.
+/// The codes of the baud rate in the form that the device uses.
 pub(super) static BAUD_RATES: [Option<BitRate>; 11] = BAUD_RATE_CODING.sequence();
 
-/// The code of the critically damped filter, which has a highest cut-off frequency of its own.
+/// The code of the critically damped filter. It has its own highest cut-off frequency.
 const CRITICALLY_DAMPED: u16 = 2;
 
 /// The codes of the filter type (section 9.10.5).
@@ -65,11 +65,11 @@ const FILTER_CODING: Coding<Kind, 3> = Coding([
     ),
 ]);
 
-/// What the device keeps of the codes of the filter type.
+/// The codes of the filter type in the form that the device uses.
 pub(super) static FILTER_KINDS: [Kind; 3] = FILTER_CODING.sequence();
 
-/// What the parameters must fulfil together: the identifiers differ (section 9.10.2), and the cut-off frequency fits the filter type
-/// (section 9.10.5).
+/// The constraints between parameters: the identifiers are different (section 9.10.2), and the cut-off frequency is in the range
+/// of the filter type (section 9.10.5).
 pub(super) const CONSTRAINTS: &[Constraint] = &[
     Constraint::Different(id::SET_ID, id::REPLY_ID),
     Constraint::Different(id::SET_ID, id::SYNC_ID),
@@ -93,16 +93,16 @@ const fn identifier(id: ParameterId, name: &'static str, factory: u32) -> Parame
     }
 }
 
-/// Set-Parameter-ID, 300h.
+/// Set-Parameter-ID. Factory value 300h.
 pub const SET_ID: Parameter = identifier(id::SET_ID, "Set-Parameter-ID", 0x300);
 
-/// Reply-Parameter-ID, 301h.
+/// Reply-Parameter-ID. Factory value 301h.
 pub const REPLY_ID: Parameter = identifier(id::REPLY_ID, "Reply-Parameter-ID", 0x301);
 
-/// Sync-ID, 100h.
+/// Sync-ID. Factory value 100h.
 pub const SYNC_ID: Parameter = identifier(id::SYNC_ID, "Sync-ID", 0x100);
 
-/// Baud rate, automatic detection.
+/// Baud rate. Factory value 0 (automatic detection).
 pub const BAUD_RATE: Parameter = Parameter {
     id: id::BAUD_RATE,
     name: "Baud Rate",
@@ -111,7 +111,7 @@ pub const BAUD_RATE: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
-/// Automatic bus-off recovery, off.
+/// Automatic bus-off recovery. Factory value 0 (stays in bus-off).
 pub const BUS_OFF_RECOVERY: Parameter = Parameter {
     id: id::BUS_OFF_RECOVERY,
     name: "Automatic Bus-Off Recovery",
@@ -120,7 +120,7 @@ pub const BUS_OFF_RECOVERY: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
-/// Cyclic time, 250 ms.
+/// Cyclic time, 1 to 65535 ms. Factory value 250 ms.
 pub const CYCLIC_TIME: Parameter = Parameter {
     id: id::CYCLIC_TIME,
     name: "Cyclic Time",
@@ -131,7 +131,7 @@ pub const CYCLIC_TIME: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
-/// Cyclic mode, off.
+/// Cyclic mode. Factory value 0 (off).
 pub const CYCLIC_MODE: Parameter = Parameter {
     id: id::CYCLIC_MODE,
     name: "Cyclic Mode",
@@ -140,7 +140,7 @@ pub const CYCLIC_MODE: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
-/// Cut-off frequency, 2 Hz.
+/// Cut-off frequency, 100 to 25000 mHz; at most 8000 mHz for the critically damped filter. Factory value 2000 mHz.
 pub const CUT_OFF: Parameter = Parameter {
     id: id::CUT_OFF,
     name: "Cut-off Frequency",
@@ -154,7 +154,7 @@ pub const CUT_OFF: Parameter = Parameter {
     ..Parameter::PLAIN
 };
 
-/// Filter type, critically damped.
+/// Filter type. Factory value 2 (critically damped).
 pub const FILTER_TYPE: Parameter = Parameter {
     id: id::FILTER_TYPE,
     name: "Filter Type",

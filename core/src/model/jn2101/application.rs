@@ -1,13 +1,13 @@
-//! What the JN2101 measures and does: the angles, the temperature and heating of the measuring cell, its faults, the self-test.
+//! The measurement and actions of the JN2101: angles, temperature and heating of the measuring cell, faults and self-test.
 
 use super::Jn2101Product;
-use super::measuring::{Measuring, Scale, frame, keep_frame};
+use super::measuring::{Measuring, Scale, reference_frame, store_reference_frame};
 use super::parameters::{ABSOLUTE, RELATIVE, SWITCH, id};
 use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Outputs, Readout, Values};
 use crate::heater::{HeatedCell, Settings};
 use crate::measure::self_test::{LIMIT, Working};
-use crate::measure::teach::Teach;
+use crate::measure::teach::ReferenceFrame;
 use crate::measure::{Calibration, Clipping, I32x3, ONE_G, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
 use crate::time::{Instant, after};
@@ -16,21 +16,21 @@ use crate::time::{Instant, after};
 pub mod value {
     use crate::param::ValueId;
 
-    /// Longitudinal in 16 bits (6010h); at the ends of the range it stays there.
+    /// Longitudinal in 16 bits (6010h), limited to the range of 16 bits.
     pub const X16: ValueId = ValueId(0);
-    /// Lateral in 16 bits (6020h).
+    /// Lateral in 16 bits (6020h), limited to the range of 16 bits.
     pub const Y16: ValueId = ValueId(1);
     /// Longitudinal in 32 bits (6110h).
     pub const X32: ValueId = ValueId(2);
     /// Lateral in 32 bits (6120h).
     pub const Y32: ValueId = ValueId(3);
-    /// Temperature of the measuring cell (4080h).
+    /// Temperature of the measuring cell in 0.1 degC (4080h).
     pub const TEMPERATURE: ValueId = ValueId(4);
-    /// Heating power (4081h).
+    /// Heating power in mW (4081h).
     pub const HEATING_POWER: ValueId = ValueId(5);
-    /// A self-test is under way (4004h:01).
+    /// 1 while a self-test is running, otherwise 0 (4004h:01).
     pub const SELF_TEST_ACTIVE: ValueId = ValueId(6);
-    /// The result of the last self-test (4004h:02).
+    /// The result of the last self-test (4004h:02): bit 2, the X axis works; bit 1, the Y axis works.
     pub const SELF_TEST_RESULT: ValueId = ValueId(7);
 }
 
@@ -45,9 +45,9 @@ const HEATER: Settings = Settings {
     steady_after: 30,
 };
 
-/// The temperatures of the measuring cell beyond which there is an emergency, in 0.01 degC.
+/// The temperature limits of the measuring cell for the emergency, in 0.01 degC.
 const TEMPERATURES: (i16, i16) = (-40_00, 85_00);
-/// How far it must come back for the emergency to end, in 0.01 K.
+/// The hysteresis of the temperature limits for the end of the emergency, in 0.01 K.
 const TEMPERATURE_HYSTERESIS: i16 = 2_00;
 
 /// Self-test register: the X axis works.
@@ -62,7 +62,7 @@ pub struct Inclination {
     angles: [i32; 2],
     /// The angles without zero point.
     measured: [Angle; 2],
-    /// The filtered up vector in the sensor's own frame; None without a valid sample.
+    /// The filtered up vector in the coordinate frame of the sensor; None without a valid sample.
     up: Option<I32x3>,
     /// The temperature of the measuring cell in 0.1 degC.
     temperature: i32,
@@ -120,9 +120,9 @@ pub struct Jn2101Application {
     temperature: i32,
     faults: Faults,
     axes_failed: bool,
-    /// The requests for a self-test that were seen.
+    /// The last value of the counter of self-test requests.
     tests: u32,
-    /// The end of the time that the self-test may take.
+    /// The time limit of the running self-test; None: no self-test is running.
     test_until: Option<Instant>,
     test_result: u8,
     outputs: Outputs,
@@ -144,7 +144,7 @@ impl Jn2101Application {
         }
     }
 
-    /// The temperature of the measuring cell is determined (9.9).
+    /// Updates the temperature of the measuring cell and its fault (9.9).
     fn take_temperature(&mut self, temperature: i16) {
         self.temperature = (i32::from(temperature) + 5).div_euclid(10);
         let margin = if self.faults.intersects(Faults::TEMPERATURE) {
@@ -157,7 +157,7 @@ impl Jn2101Application {
         self.faults = self.faults.set(Faults::TEMPERATURE, beyond);
     }
 
-    /// The self-test has ended with this result.
+    /// Ends the self-test with this result.
     fn end_test(&mut self, result: Working) -> Inclination {
         self.test_until = None;
         let bit = |works: bool, bit: u8| if works { bit } else { 0 };
@@ -286,8 +286,8 @@ impl Application for Jn2101Application {
             (id::TEACH | id::ZERO | id::SELF_TEST, 0) => return Ok(Effect::None),
             (id::TEACH, RELATIVE) => {
                 let up = values.up.ok_or(Refused::State)?;
-                let frame = Teach::new(up).ok_or(Refused::State)?;
-                keep_frame(&frame, parameters);
+                let frame = ReferenceFrame::new(up).ok_or(Refused::State)?;
+                store_reference_frame(&frame, parameters);
             }
             (id::ZERO, RELATIVE) => {
                 values.up.ok_or(Refused::State)?;
@@ -311,7 +311,7 @@ impl Application for Jn2101Application {
 
     fn is_consistent(parameters: &Parameters<Jn2101Product>) -> bool {
         let taught = match parameters.get(id::TEACH) {
-            RELATIVE => frame(parameters).is_some(),
+            RELATIVE => reference_frame(parameters).is_some(),
             index => index == ABSOLUTE,
         };
         taught && parameters.get(id::ZERO) != 0
@@ -324,7 +324,7 @@ impl Application for Jn2101Application {
     }
 }
 
-/// A slope in units of the resolution, 1 to 0.001 deg.
+/// A slope in units of the resolution (6000h), 0.001 to 1 deg.
 const fn slope(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
     Quantity {
         id,
@@ -336,12 +336,12 @@ const fn slope(id: ValueId, name: &'static str, data_type: DataType) -> Quantity
     }
 }
 
-/// A number as 16 bits can show it.
+/// A number limited to 16 bits.
 fn saturated(number: i32) -> i32 {
     number.clamp(i16::MIN.into(), i16::MAX.into())
 }
 
-/// Whether the X or Y axis is inclined by more than 45 deg; once it is, by more than 44 deg.
+/// Whether the X or Y axis is inclined by more than 45 deg. If it already was, the limit is 44 deg.
 ///
 /// The sine of an inclination is the axis's component over the length: sin^2 is 1/2 and 0.4844.
 fn is_beyond_range(up: I32x3, was: bool) -> bool {

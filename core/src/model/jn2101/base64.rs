@@ -1,4 +1,5 @@
-//! Base64 of RFC 4648, section 4, for a text of known length: 150 bytes of code, where the crates take more than a kilobyte.
+//! Base64 (RFC 4648, section 4) for a text of known length. It needs 150 bytes of code; the available crates need more than 1
+//! KiB.
 
 type Text = heapless::Vec<u8, { super::TEXT }>;
 
@@ -23,7 +24,7 @@ pub(super) fn encode(bytes: &[u8]) -> Text {
     text
 }
 
-/// The `N` bytes of a text; None unless it is exactly what [`encode`] makes of them.
+/// The `N` bytes of a text; None unless the text is exactly the result of [`encode`].
 pub(super) fn decode<const N: usize>(text: &[u8]) -> Option<[u8; N]> {
     let mut bytes = [0; N];
     for (group, place) in text.chunks(4).zip(bytes.chunks_mut(3)) {
@@ -48,7 +49,7 @@ fn character(digit: u8) -> u8 {
     }
 }
 
-/// The value of a character; padding counts as 0.
+/// The value of a character; padding has the value 0.
 fn digit(character: u8) -> Option<u8> {
     match character {
         b'A'..=b'Z' => Some(character - b'A'),
@@ -66,7 +67,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_vectors_of_the_rfc() {
+    fn encode_and_decode_match_vectors_of_rfc() {
         for (plain, text) in [
             ("f", "Zg=="),
             ("fo", "Zm8="),
@@ -83,7 +84,7 @@ mod tests {
     }
 
     #[test]
-    fn only_what_it_makes_itself_is_taken() {
+    fn non_canonical_text_is_refused() {
         // Padding in the wrong place, unused bits that are not 0, wrong lengths and characters.
         for text in [
             "Zm9vYm==",

@@ -1,40 +1,40 @@
-//! From the acceleration to the angles in the units in which they are read (manual 8, 9.2 to 9.6): calibration, filter, taught
-//! frame, angle definition, zero point, quadrant correction, resolution, in this order.
+//! The angles from the acceleration (manual 8, 9.2 to 9.6): calibration, filter, reference frame, angle definition, zero point,
+//! quadrant correction and resolution, in this order.
 
 use super::Jn2101Product;
 use super::parameters::{DEFINITIONS, Definition, FILTERS, QUADRANTS, Quadrants, RELATIVE, id};
 use crate::angle::Angle;
 use crate::measure::definition::{self, Euler, Gimbal, Perpendicular};
 use crate::measure::fir::{Cutoff, Fir};
-use crate::measure::teach::{self, Teach};
+use crate::measure::teach::{self, ReferenceFrame};
 use crate::measure::{Calibration, I32x3, Reading};
 use crate::param::{Parameters, meaning};
 
-/// A full turn in 0.001 deg, the finest resolution.
+/// 360 deg in 0.001 deg, the finest resolution.
 const TURN: u32 = 360_000;
 
 /// The path of a sample.
 pub(super) struct Measuring {
     calibration: Calibration,
     filter: Fir,
-    /// The taught reference frame; None: the sensor's own.
-    frame: Option<Teach>,
+    /// The reference frame of the teach-in; None: the coordinate frame of the sensor.
+    reference_frame: Option<ReferenceFrame>,
     definition: Definition,
     scale: Scale,
-    /// The filtered up vector in the sensor's own frame; None without a valid sample.
+    /// The filtered up vector in the coordinate frame of the sensor; None without a valid sample.
     up: Option<I32x3>,
-    /// The angles of the definition in force, without zero point.
+    /// The angles of the selected definition, without zero point.
     angles: [Angle; 2],
-    /// What is read, in units of the resolution.
+    /// The output angles in units of the resolution.
     outputs: [i32; 2],
 }
 
 impl Measuring {
-    /// Before it was calibrated and configured.
+    /// The state before calibration and configuration.
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
         filter: Fir::new(),
-        frame: None,
+        reference_frame: None,
         definition: Definition::Perpendicular,
         scale: Scale {
             zero: [Angle::ZERO; 2],
@@ -46,22 +46,22 @@ impl Measuring {
         outputs: [0; 2],
     };
 
-    /// Sets the calibration of the unit.
+    /// Sets the calibration of the device.
     pub fn calibrate(&mut self, calibration: Calibration) {
         self.calibration = calibration;
     }
 
-    /// Takes the parameters over; the angles follow at once.
+    /// Applies the parameters and updates the angles.
     pub fn configure(&mut self, parameters: &Parameters<Jn2101Product>) {
         let filter = meaning(&FILTERS, parameters.get(id::FILTER));
         self.filter.tune(filter.unwrap_or(Cutoff::Off));
         self.definition = definition_of(parameters);
         self.scale = Scale::of(parameters);
-        self.frame = frame(parameters);
+        self.reference_frame = reference_frame(parameters);
         self.update();
     }
 
-    /// Takes a reading in; returns the filtered up vector in the sensor's own frame.
+    /// Processes a reading. Returns the filtered up vector in the coordinate frame of the sensor.
     pub fn sample(&mut self, reading: &Reading) -> I32x3 {
         let corrected = self
             .calibration
@@ -72,14 +72,14 @@ impl Measuring {
         up
     }
 
-    /// There are no valid samples any more.
+    /// Marks the samples as not valid.
     pub fn invalidate(&mut self) {
         self.up = None;
     }
 
     fn update(&mut self) {
         let Some(up) = self.up else { return };
-        let up = self.frame.map_or(up, |frame| frame.apply(up));
+        let up = self.reference_frame.map_or(up, |frame| frame.apply(up));
         self.angles = match self.definition {
             Definition::Perpendicular => {
                 let Perpendicular { x, y } = definition::perpendicular(up);
@@ -111,30 +111,30 @@ impl Measuring {
         self.angles
     }
 
-    /// The filtered up vector in the sensor's own frame; None without a valid sample.
+    /// The filtered up vector in the coordinate frame of the sensor; None without a valid sample.
     pub fn up(&self) -> Option<I32x3> {
         self.up
     }
 }
 
-/// From the angles of the definition to the numbers that are read.
+/// The conversion of the angles of the definition to the output numbers.
 pub(super) struct Scale {
     zero: [Angle; 2],
-    /// What the lateral angle ranges over.
+    /// The range of the lateral angle.
     lateral: Quadrants,
-    /// A full turn in units of the resolution.
+    /// 360 deg in units of the resolution.
     turn: u32,
 }
 
 impl Scale {
-    /// As the parameters say.
+    /// The conversion set by the parameters.
     pub fn of(parameters: &Parameters<Jn2101Product>) -> Self {
         let relative = parameters.get(id::ZERO) == RELATIVE;
         let zero = |id| Angle(if relative { parameters.get(id) } else { 0 });
         let quadrants = meaning(&QUADRANTS, parameters.get(id::QUADRANT));
         Self {
             zero: [zero(id::ZERO_X), zero(id::ZERO_Y)],
-            // The lateral Euler angle is the only one that can be more than half a turn (9.6).
+            // Only the lateral Euler angle can exceed 180 deg (9.6).
             lateral: match definition_of(parameters) {
                 Definition::Euler => quadrants.unwrap_or(Quadrants::FourSigned),
                 _ => Quadrants::FourSigned,
@@ -143,12 +143,12 @@ impl Scale {
         }
     }
 
-    /// The same with other units: so many make a full turn.
+    /// The same conversion with other units: `turn` units are 360 deg.
     pub fn with_turn(self, turn: u32) -> Self {
         Self { turn, ..self }
     }
 
-    /// The numbers of these angles.
+    /// The output numbers of these angles.
     pub fn apply(&self, angles: [Angle; 2]) -> [i32; 2] {
         let [x, y] = angles;
         let [zero_x, zero_y] = self.zero;
@@ -164,32 +164,35 @@ fn definition_of(parameters: &Parameters<Jn2101Product>) -> Definition {
     definition.unwrap_or(Definition::Perpendicular)
 }
 
-/// The reference frame that was taught in; None when there is none, and when its numbers make none.
-pub(super) fn frame(parameters: &Parameters<Jn2101Product>) -> Option<Teach> {
+/// The reference frame of the teach-in; None if there is none, or if its numbers are not valid.
+pub(super) fn reference_frame(parameters: &Parameters<Jn2101Product>) -> Option<ReferenceFrame> {
     if parameters.get(id::TEACH) != RELATIVE {
         return None;
     }
     let mut bytes = [0; teach::SIZE];
-    for (place, id) in bytes.as_chunks_mut().0.iter_mut().zip(id::FRAME) {
+    for (place, id) in bytes.as_chunks_mut().0.iter_mut().zip(id::REFERENCE_FRAME) {
         *place = parameters.get(id).to_le_bytes();
     }
-    Teach::decode(&bytes)
+    ReferenceFrame::decode(&bytes)
 }
 
-/// Keeps a reference frame in the parameters.
-pub(super) fn keep_frame(frame: &Teach, parameters: &mut Parameters<Jn2101Product>) {
-    for (number, id) in frame.encode().as_chunks().0.iter().zip(id::FRAME) {
+/// Writes a reference frame into the parameters.
+pub(super) fn store_reference_frame(
+    frame: &ReferenceFrame,
+    parameters: &mut Parameters<Jn2101Product>,
+) {
+    for (number, id) in frame.encode().as_chunks().0.iter().zip(id::REFERENCE_FRAME) {
         parameters.set(id, u32::from_le_bytes(*number));
     }
 }
 
-/// An angle in units of which `turn` make a full turn, rounded to nearest.
+/// An angle in units of 360 deg / `turn`, rounded to nearest.
 fn scaled(angle: Angle, turn: u32, quadrants: Quadrants) -> i32 {
     let round = |value: i32| ((i64::from(value) * i64::from(turn) + (1 << 31)) >> 32) as i32;
     match quadrants {
-        // Doubled and halved, half a turn drops out.
+        // Doubling and halving gives the angle modulo 180 deg.
         Quadrants::Two => round((angle.0 << 1) as i32 >> 1),
-        // Through the negative angle, so that half a turn is 180 deg and not -180 deg (the table in 8.5).
+        // Negated twice, so that 180 deg is 180 deg and not -180 deg (the table in 8.5).
         Quadrants::FourSigned => -round((-angle).0 as i32),
         Quadrants::FourUnsigned => {
             let rounded = ((u64::from(angle.0) * u64::from(turn) + (1 << 31)) >> 32) as u32;

@@ -1,15 +1,15 @@
 //! ifm JN2101: two axes, +-45 deg, CANopen with the device profile for inclination sensors (CiA 410).
 //!
-//! Sections are those of the device manual, "JN2101 from firmware 2.2.0".
+//! Section numbers refer to the device manual "JN2101 from firmware 2.2.0".
 //!
 #![doc = include_str!("README.md")]
 
 mod application;
 mod base64;
-mod key;
 mod measuring;
 mod objects;
 mod parameters;
+mod programming_key;
 
 pub use application::{Inclination, Jn2101Application, value};
 pub use parameters::id;
@@ -30,7 +30,7 @@ pub struct Jn2101Product;
 /// The sensor.
 pub type Jn2101 = CanopenNode<Jn2101Product>;
 
-/// In the catalogue.
+/// The catalogue entry.
 pub const LISTING: Listing<Jn2101Product> = Listing::new(
     "jn2101",
     "ifm electronic",
@@ -84,7 +84,7 @@ impl canopen::Product for Jn2101Product {
             COMMUNICATION,
         ),
     ];
-    /// 11.3: unlike CiA 303-3, the run LED is steady in pre-operational and blinks in operational.
+    /// 11.3: unlike CiA 303-3, the run LED is on in pre-operational and blinks in operational.
     const LEDS: LedTable = LedTable {
         pre_operational: Pattern::On,
         operational: Pattern::Blinking,
@@ -97,10 +97,10 @@ impl canopen::Product for Jn2101Product {
 
     /// The programming key (9.11).
     fn text(parameters: &Parameters<Self>) -> Self::Text {
-        key::compose(parameters)
+        programming_key::compose(parameters)
     }
 
     fn write_text(text: &[u8], parameters: &mut Parameters<Self>) -> Result<Effect, Refused> {
-        key::write(text, parameters).ok_or(Refused::NotPermitted)
+        programming_key::write(text, parameters).ok_or(Refused::NotPermitted)
     }
 }

@@ -41,7 +41,7 @@ const MAPPING1: [Object; 3] = profile::mapping(
     ],
 );
 
-/// Pre-defined error field, with the type that the manual prints for sub-index 0.
+/// Pre-defined error field. Sub-index 0 has the type that the manual prints.
 const ERROR_HISTORY: [Object; 2] = {
     let [count, errors] = profile::error_history(super::HISTORY as u8);
     [
@@ -57,7 +57,7 @@ const fn operating_parameter(index: u16, name: &'static str) -> Object {
     constant(index, 0, name, DataType::U8, 0)
 }
 
-/// The manufacturer's and the device profile's objects (manual 7.7 and 14).
+/// The objects of the manufacturer and of the device profile (manual 7.7 and 14).
 const APPLICATION: [Object; 26] = [
     parameter(0x2000, id::NODE_ID),
     parameter(0x2001, id::BAUD_RATE),

@@ -5,7 +5,7 @@ use crate::canopen::profile;
 use crate::measure::fir::Cutoff;
 use crate::param::{Coding, DataType, Parameter, ParameterId, Permitted, Persistence, Table};
 
-/// The ids of the parameters: their places in the table and in the stored image.
+/// The ids of the parameters: their indices in the table. They also define the order in the stored image.
 pub mod id {
     use crate::param::ParameterId;
 
@@ -49,12 +49,12 @@ pub mod id {
     pub const ZERO: ParameterId = ParameterId(24);
     /// Resolution (6000h).
     pub const RESOLUTION: ParameterId = ParameterId(25);
-    /// The zero point itself, longitudinal, as a binary angle; no object.
+    /// The longitudinal angle of the zero point, as a binary angle; not an object.
     pub const ZERO_X: ParameterId = ParameterId(26);
-    /// The zero point itself, lateral; no object.
+    /// The lateral angle of the zero point, as a binary angle; not an object.
     pub const ZERO_Y: ParameterId = ParameterId(27);
-    /// The four numbers of the reference frame; no objects.
-    pub const FRAME: [ParameterId; 4] = [
+    /// The four numbers of the reference frame; not objects.
+    pub const REFERENCE_FRAME: [ParameterId; 4] = [
         ParameterId(28),
         ParameterId(29),
         ParameterId(30),
@@ -64,7 +64,7 @@ pub mod id {
     pub const SELF_TEST: ParameterId = ParameterId(32);
 }
 
-/// Which angles are calculated (2044h).
+/// The angle definition (2044h).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Definition {
     Perpendicular,
@@ -73,10 +73,10 @@ pub(super) enum Definition {
     GimbalY,
 }
 
-/// What an angle's numbers range over (2040h).
+/// The range of an angle (2040h).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Quadrants {
-    /// Half a turn: -90 to 90 deg.
+    /// -90 to 90 deg.
     Two,
     /// -180 to 180 deg.
     FourSigned,
@@ -104,18 +104,18 @@ const DEFINITION_CODING: Coding<Definition, 4> = Coding([
 ]);
 const SWITCH_CODING: Coding<bool, 2> = Coding([(0, "off", false), (1, "on", true)]);
 
-/// What the device keeps of the codings.
+/// The codings in the form that the device uses.
 pub(super) static QUADRANTS: [Quadrants; 3] = QUADRANT_CODING.sequence();
 pub(super) static FILTERS: [Cutoff; 5] = FILTER_CODING.sequence();
 pub(super) static DEFINITIONS: [Definition; 4] = DEFINITION_CODING.sequence();
 pub(super) static SWITCH: [bool; 2] = SWITCH_CODING.sequence();
 
-/// Of teach index and zero point: relative to what was taught or zeroed.
+/// Teach index and zero point: relative measurement.
 pub(super) const RELATIVE: u32 = 1;
-/// Of teach index and zero point: absolute.
+/// Teach index and zero point: absolute measurement.
 pub(super) const ABSOLUTE: u32 = 2;
 
-/// A parameter that is described by its names.
+/// A parameter with named values.
 const fn named(
     id: ParameterId,
     name: &'static str,
@@ -132,7 +132,7 @@ const fn named(
     }
 }
 
-/// A number that is kept beside teach index or zero point.
+/// A number that is stored with teach index or zero point.
 const fn hidden(id: ParameterId, name: &'static str) -> Parameter {
     Parameter {
         id,
@@ -144,7 +144,7 @@ const fn hidden(id: ParameterId, name: &'static str) -> Parameter {
 }
 
 impl Table for Jn2101Product {
-    /// In the order of the objects; what is no object comes last.
+    /// In the order of the objects; parameters that are not objects come last.
     const PARAMETERS: &'static [Parameter] = crate::parameters![
         [
             profile::sync_cob_id(id::SYNC_COB_ID),
@@ -230,10 +230,10 @@ impl Table for Jn2101Product {
             },
             hidden(id::ZERO_X, "Zero point X"),
             hidden(id::ZERO_Y, "Zero point Y"),
-            hidden(id::FRAME[0], "Reference frame: sine of roll"),
-            hidden(id::FRAME[1], "Reference frame: cosine of roll"),
-            hidden(id::FRAME[2], "Reference frame: sine of pitch"),
-            hidden(id::FRAME[3], "Reference frame: cosine of pitch"),
+            hidden(id::REFERENCE_FRAME[0], "Reference frame: sine of roll"),
+            hidden(id::REFERENCE_FRAME[1], "Reference frame: cosine of roll"),
+            hidden(id::REFERENCE_FRAME[2], "Reference frame: sine of pitch"),
+            hidden(id::REFERENCE_FRAME[3], "Reference frame: cosine of pitch"),
             Parameter {
                 id: id::SELF_TEST,
                 name: "Activate self-test",

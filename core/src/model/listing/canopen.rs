@@ -1,4 +1,4 @@
-//! Products that speak CANopen.
+//! The catalogue entry of a CANopen product.
 
 use super::{Article, Product, Protocol, Settings, Start};
 use crate::application::Application;
@@ -9,24 +9,24 @@ use crate::canopen::{self, Canopen, CanopenNode, LedTable};
 use crate::param::{ParameterId, Table};
 use core::marker::PhantomData;
 
-/// The tables of a product that speaks CANopen.
+/// The tables of a product with the CANopen protocol.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables {
     /// Its only article.
     pub article: Article,
     /// The object dictionary.
     pub objects: &'static [Object],
-    /// The manufacturer's status byte of emergency messages, from bit 0 on.
+    /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     pub faults: [FaultBit; 8],
-    /// What the LEDs show.
+    /// The LED patterns.
     pub leds: LedTable,
     /// The parameter with the node-ID.
     pub node_id: ParameterId,
     /// The parameter with the bit rate.
     pub bit_rate: ParameterId,
-    /// What its numbers stand for.
+    /// The values of the bit rate parameter and their bit rates.
     pub bit_rates: &'static [(u16, BitRate)],
-    /// Whether it answers to layer setting services (CiA 305).
+    /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
 }
 
@@ -36,7 +36,7 @@ impl Tables {
     }
 }
 
-/// A product in the catalogue: the tables of `P`, as a single article.
+/// A catalogue entry: the tables of `P` with a single article.
 pub struct Listing<P> {
     /// The short name.
     pub name: &'static str,
@@ -46,7 +46,7 @@ pub struct Listing<P> {
 }
 
 impl<P: canopen::Product> Listing<P> {
-    /// Lists the product.
+    /// The catalogue entry of product `P`.
     pub const fn new(name: &'static str, maker: &'static str, article: Article) -> Self {
         Self {
             name,
@@ -81,7 +81,7 @@ impl<P: canopen::Product> Listing<P> {
         }
     }
 
-    /// Starts a node; None when another article is asked for.
+    /// Starts a node; None if the settings select another article.
     pub fn start<S: Start>(&self, settings: &Settings, start: S) -> Option<S::Output> {
         if settings
             .article

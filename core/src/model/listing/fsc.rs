@@ -1,4 +1,4 @@
-//! Products that speak GEMAC's function select codes.
+//! The catalogue entry of an FSC product.
 
 use super::{Product, Protocol, Settings, Start};
 use crate::application::Application;
@@ -7,12 +7,12 @@ use crate::fsc::{self, Article, FscNode, StatusBit};
 use crate::param::Table;
 use core::marker::PhantomData;
 
-/// The tables of a product that speaks FSC.
+/// The tables of a product with the FSC protocol.
 #[derive(Clone, Copy, Debug)]
 pub struct Tables {
     /// Its articles.
     pub articles: &'static [Article],
-    /// The parameters by which the protocol works.
+    /// The parameters that the protocol uses.
     pub roles: Roles,
     /// The codes that read and write parameters.
     pub access: &'static [Access],
@@ -20,7 +20,7 @@ pub struct Tables {
     pub functions: &'static [Function],
     /// The status byte, from bit 0 on.
     pub status: [StatusBit; 8],
-    /// What the LEDs show.
+    /// The LED patterns.
     pub leds: LedTable,
 }
 
@@ -33,7 +33,7 @@ impl Tables {
     }
 }
 
-/// A product in the catalogue: the tables of `P` with these articles.
+/// A catalogue entry: the tables of `P` with its articles.
 pub struct Listing<P> {
     /// The short name.
     pub name: &'static str,
@@ -42,7 +42,7 @@ pub struct Listing<P> {
 }
 
 impl<P: fsc::Product> Listing<P> {
-    /// Lists the articles, at least one.
+    /// The catalogue entry of product `P` with at least one article.
     pub const fn new(name: &'static str, articles: &'static [Article]) -> Self {
         Self {
             name,
@@ -51,7 +51,7 @@ impl<P: fsc::Product> Listing<P> {
         }
     }
 
-    /// The product as data. Articles whose stored parameters are marked differently are a compile error.
+    /// The product as data. Articles with different image ids are a compile error.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time only
     pub const fn product(&self) -> Product {
         let image = self.articles[0].image;
@@ -81,7 +81,7 @@ impl<P: fsc::Product> Listing<P> {
         }
     }
 
-    /// Starts a node; None when there is no such article.
+    /// Starts a node; None if the article does not exist.
     pub fn start<S: Start>(&self, settings: &Settings, start: S) -> Option<S::Output> {
         let article = match settings.article {
             Some(wanted) => self

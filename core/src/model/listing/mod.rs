@@ -1,6 +1,6 @@
-//! What a program on a PC knows of a product: its names, its tables as data, and how a node of it is started.
+//! The data of a product for programs on a PC: names, tables and the start of a node.
 //!
-//! Each product has a constant `LISTING`; the [`catalog`](super::catalog) is the list of them.
+//! Each product has a constant `LISTING`. The [`catalog`](super::catalog) is the list of these constants.
 
 pub mod canopen;
 pub mod fsc;
@@ -14,30 +14,30 @@ use crate::time::Instant;
 /// A product, as data.
 #[derive(Clone, Copy, Debug)]
 pub struct Product {
-    /// Its short name, for example `is2`: on command lines, and of its firmware image.
+    /// Its short name, for example `is2`. It is used on command lines and is the name of the firmware image.
     pub name: &'static str,
-    /// Who makes the sensor that it is compatible with.
+    /// The manufacturer of the original sensor.
     pub maker: &'static str,
-    /// What it speaks, with the tables.
+    /// Its protocol, with the tables.
     pub protocol: Protocol,
     /// Its parameters.
     pub parameters: &'static [Parameter],
-    /// What they must fulfil together.
+    /// The constraints between the parameters.
     pub constraints: &'static [Constraint],
-    /// The values that it publishes.
+    /// The published values.
     pub quantities: &'static [Quantity],
     /// The heater of its measuring cell, if it has one.
     pub heater: Option<&'static heater::Settings>,
-    /// Marks its stored parameters.
+    /// The identification of its stored parameters.
     pub image: ImageId,
-    /// The version of their layout.
+    /// The version of the layout of the stored parameters.
     pub layout: u8,
-    /// The size of the buffer that a [`Store`](crate::store::Store) for it needs.
+    /// The size, in bytes, of the buffer of a [`Store`](crate::store::Store) for it.
     pub store_buffer: usize,
 }
 
 impl Product {
-    /// Its articles. The first one is started when none is asked for.
+    /// Its articles. The first one is the default.
     pub fn articles(&self) -> impl Iterator<Item = Article> {
         (0..).map_while(|place| match &self.protocol {
             Protocol::Fsc(tables) => tables.article(place),
@@ -45,7 +45,7 @@ impl Product {
         })
     }
 
-    /// Whose records the store of a unit with this serial number holds.
+    /// The owner of the records in the store of a device with this serial number.
     pub const fn owner(&self, serial: u32) -> Owner {
         Owner {
             image: self.image,
@@ -65,34 +65,34 @@ pub struct Article {
 }
 
 impl Article {
-    /// Whether it is meant by this type name or order number.
+    /// Whether `wanted` is its type name or order number.
     pub fn is(&self, wanted: &str) -> bool {
         [self.name, self.number].contains(&wanted)
     }
 }
 
-/// What a product speaks, with its tables.
+/// The protocol of a product, with its tables.
 #[derive(Clone, Copy, Debug)]
 pub enum Protocol {
-    /// GEMAC's function select codes.
+    /// GEMAC function select codes.
     Fsc(fsc::Tables),
     /// CANopen.
     Canopen(canopen::Tables),
 }
 
-/// What a node is started with.
+/// The settings for the start of a node.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings<'a> {
     /// The type name or order number of the article; None: the first one.
     pub article: Option<&'a str>,
     /// The time of the start.
     pub now: Instant,
-    /// What the memory held.
+    /// The contents of the memory.
     pub boot: Boot<'a>,
 }
 
 impl Default for Settings<'_> {
-    /// The first article with a blank memory, at the beginning of time.
+    /// The first article with a blank memory at time 0.
     fn default() -> Self {
         Self {
             article: None,
@@ -102,11 +102,11 @@ impl Default for Settings<'_> {
     }
 }
 
-/// Takes a node that was started, whatever its type.
+/// A function that takes a started node of any type.
 pub trait Start {
-    /// What becomes of it.
+    /// The result of the function.
     type Output;
 
-    /// Takes the node over.
+    /// Takes the started node.
     fn start<N: Node + 'static>(self, node: N) -> Self::Output;
 }

@@ -1,4 +1,4 @@
-//! What tests of CANopen nodes say and expect. Frames are written as candump does.
+//! Helpers for tests of CANopen nodes. Frames are texts in the format of candump.
 
 use super::Tester;
 use plumbline::can::{Frame, extended, standard};
@@ -15,7 +15,7 @@ pub fn in_g(vector: [f64; 3]) -> [i32; 3] {
     vector.map(|component| (component * f64::from(ONE_G)).round() as i32)
 }
 
-/// The frame that a text like `60A#4000100000000000` or `70A#R` stands for.
+/// The frame of a text like `60A#4000100000000000` or `70A#R`.
 pub fn frame(text: &str) -> Frame {
     let (id, data) = text.split_once('#').unwrap();
     let number = u32::from_str_radix(id, 16).unwrap();
@@ -39,24 +39,24 @@ fn hex(bytes: &[u8]) -> String {
 /// A JN2101 under test.
 pub type Jn2101Tester = Tester<Jn2101>;
 
-/// A sensor as delivered, level, powered up; its boot-up message still to be sent.
+/// A level sensor with factory values after power-up. Its boot-up message is not sent yet.
 pub fn power_up() -> Jn2101Tester {
     with_memory(Boot::default())
 }
 
-/// A sensor that is powered up with this in its memory.
+/// A sensor after power-up with these contents of the memory.
 pub fn with_memory(loaded: Boot) -> Jn2101Tester {
     Tester::power_up(loaded, Jn2101::new)
 }
 
-/// A sensor as delivered that has booted.
+/// A sensor with factory values that has sent its boot-up message.
 pub fn booted() -> Jn2101Tester {
     let mut tester = power_up();
     assert_eq!(tester.sent_text(), ["70A#00"]);
     tester
 }
 
-/// A sensor as delivered in operational, its TPDOs silent without a SYNC or a request.
+/// A sensor with factory values in operational. Its TPDOs are sent only after a SYNC or a request.
 pub fn operational() -> Jn2101Tester {
     let mut tester = booted();
     tester.send("000#010A");
@@ -65,13 +65,13 @@ pub fn operational() -> Jn2101Tester {
 }
 
 impl<N: Node> Tester<N> {
-    /// Rests in the position with these perpendicular angles in deg until every filter has settled.
+    /// Hands in samples with these perpendicular angles in deg until all filters have settled.
     pub fn tilt(&mut self, longitudinal: f64, lateral: f64) {
         let (x, y) = (-longitudinal.to_radians().sin(), lateral.to_radians().sin());
         self.settle_at([x, y, (1.0 - x * x - y * y).sqrt()]);
     }
 
-    /// Rests with this specific force in g until every filter has settled; no time passes.
+    /// Hands in samples of this specific force in g until all filters have settled, without passing time.
     pub fn settle_at(&mut self, force: [f64; 3]) {
         self.hold(in_g(force), 400);
     }
@@ -81,18 +81,18 @@ impl<N: Node> Tester<N> {
         self.receive(frame(text));
     }
 
-    /// Everything that the node has to send.
+    /// All frames that the node sends now.
     pub fn sent_text(&mut self) -> Vec<String> {
         texts(self.sent())
     }
 
-    /// Hands in a frame and returns what is sent at once.
+    /// Hands a frame in. Returns the frames sent at once.
     pub fn exchange(&mut self, text: &str) -> Vec<String> {
         self.send(text);
         self.sent_text()
     }
 
-    /// Lets time pass; returns what is sent, with the time since the wait began in ms.
+    /// Lets time pass. Returns the sent frames with the time since the start of the wait in ms.
     pub fn wait_text(&mut self, ms: u64) -> Vec<(u64, String)> {
         let start = self.now.ticks() / 1000;
         let frames = self.wait(ms).into_iter();
@@ -101,12 +101,12 @@ impl<N: Node> Tester<N> {
             .collect()
     }
 
-    /// Goes on to the next deadline without a sample; returns what is sent then.
+    /// Advances to the next deadline without a sample. Returns the frames sent then.
     pub fn next_text(&mut self) -> Vec<String> {
         texts(self.next())
     }
 
-    /// An SDO request and the data of its one reply, both as hexadecimal text.
+    /// Sends an SDO request and returns the data of its single reply, both as hexadecimal text.
     pub fn sdo(&mut self, request: &str) -> String {
         let request = format!("{:03X}#{request}", 0x600 + u32::from(self.node_id));
         let mut sent = self.exchange(&request);
@@ -118,7 +118,7 @@ impl<N: Node> Tester<N> {
             .to_string()
     }
 
-    /// Reads a number of at most four bytes; the abort code when that is refused.
+    /// Reads a number of at most four bytes; the error is the abort code.
     pub fn read(&mut self, index: u16, sub: u8) -> Result<u32, u32> {
         let [low, high] = index.to_le_bytes();
         let reply = self.sdo(&hex(&[0x40, low, high, sub, 0, 0, 0, 0]));
@@ -143,7 +143,7 @@ impl<N: Node> Tester<N> {
         self.read(index, 0).unwrap() as i32
     }
 
-    /// Writes a number of `size` bytes; the abort code when that is refused.
+    /// Writes a number of `size` bytes; the error is the abort code.
     pub fn write(&mut self, index: u16, sub: u8, size: u8, value: u32) -> Result<(), u32> {
         let reply = self.sdo(&write_request(index, sub, size, value));
         let [low, high] = index.to_le_bytes();
@@ -176,7 +176,7 @@ impl<N: Node> Tester<N> {
         String::from_utf8(text).unwrap()
     }
 
-    /// Writes a text with a segmented transfer; the last reply.
+    /// Writes a text with a segmented transfer. Returns the last reply.
     pub fn write_text(&mut self, index: u16, text: &str) -> String {
         let [low, high] = index.to_le_bytes();
         let mut reply = self.sdo(&hex(&[0x21, low, high, 0, text.len() as u8, 0, 0, 0]));

@@ -1,4 +1,4 @@
-//! What tests of FSC nodes say and expect.
+//! Helpers for tests of FSC nodes.
 
 use super::Tester;
 use plumbline::application::Application;
@@ -10,7 +10,7 @@ use plumbline::model::gemac::is2::{self, TwoAxes};
 use plumbline::node::{Boot, Node};
 use plumbline::time::millis;
 
-/// DefaultParam and AutobaudDetection, as delivered.
+/// The status byte with factory values: DefaultParam and AutobaudDetection.
 pub const DELIVERED: u8 = 0x03;
 pub const AUTOBAUD: u8 = 0x02;
 pub const CMD_PARAM_ERROR: u8 = 0x08;
@@ -19,24 +19,24 @@ pub const EEPROM_ERROR: u8 = 0x04;
 /// A node of an FSC product under test.
 pub type FscTester<P> = Tester<FscNode<P>>;
 
-/// A 2-axis sensor that has found the bit rate.
+/// A 2-axis sensor that has detected the bit rate.
 pub fn is2() -> FscTester<TwoAxes> {
     online(&is2::BP_CL)
 }
 
-/// A 1-axis sensor that has found the bit rate, at 0 deg.
+/// A 1-axis sensor at 0 deg that has detected the bit rate.
 pub fn is1() -> FscTester<OneAxis> {
     let mut tester = online(&is1::BP_CL);
     tester.rest(0, ONE_G, 0);
     tester
 }
 
-/// Powers a blank sensor up; its bit rate is not known yet.
+/// Powers up a sensor with blank memory. It has not detected the bit rate yet.
 pub fn power_up<P: Product<Application: Application>>(article: &'static Article) -> FscTester<P> {
     with_memory(article, Boot::default())
 }
 
-/// Powers a sensor up whose memory held this.
+/// Powers up a sensor with these contents of the memory.
 pub fn with_memory<P: Product>(article: &'static Article, loaded: Boot) -> FscTester<P> {
     let boot = move |now, boot: &Boot| FscNode::<P>::new(article, now, boot);
     let mut tester = Tester::power_up(loaded, boot);
@@ -44,7 +44,7 @@ pub fn with_memory<P: Product>(article: &'static Article, loaded: Boot) -> FscTe
     tester
 }
 
-/// A sensor that has found the bit rate and sent its boot-up messages.
+/// A sensor that has detected the bit rate and sent its boot-up messages.
 pub fn online<P: Product>(article: &'static Article) -> FscTester<P> {
     let mut tester = power_up(article);
     tester.rest(0, 0, ONE_G);
@@ -54,12 +54,12 @@ pub fn online<P: Product>(article: &'static Article) -> FscTester<P> {
 }
 
 impl<N: Node> Tester<N> {
-    /// Rests with this specific force until the filter has settled.
+    /// Hands in samples of this specific force until the filter has settled.
     pub fn rest(&mut self, x: i32, y: i32, z: i32) {
         self.hold([x, y, z], 2000);
     }
 
-    /// One sample.
+    /// Hands in one sample.
     pub fn reading(&mut self, x: i32, y: i32, z: i32, clipped: bool) {
         self.force = [x, y, z];
         self.clipped = clipped;
@@ -67,7 +67,7 @@ impl<N: Node> Tester<N> {
         self.clipped = false;
     }
 
-    /// Sends a request on 300h and returns the data of the one reply on 301h.
+    /// Sends a request on 300h and returns the data of the single reply on 301h.
     pub fn ask(&mut self, request: &[u8]) -> Vec<u8> {
         self.receive(Frame::data(standard(0x300), request).unwrap());
         let sent = self.sent();

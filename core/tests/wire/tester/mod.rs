@@ -1,4 +1,4 @@
-//! A node on the desk: frames in at a time, frames out, driven as a board drives it.
+//! A test driver for a node: drives it like a board, with frames and times.
 
 pub mod canopen;
 pub mod fsc;
@@ -13,7 +13,7 @@ use plumbline::time::{Duration, Instant, millis};
 /// The serial number of the node under test.
 pub const SERIAL: u32 = 0x0403_0201;
 
-/// The run and the error LED; the others are dark.
+/// The run and the error LED; the others are off.
 pub const fn leds(run: bool, error: bool) -> Leds {
     Leds {
         run,
@@ -23,40 +23,40 @@ pub const fn leds(run: bool, error: bool) -> Leds {
     }
 }
 
-/// A frame with a time in ms.
+/// A frame with its time in ms.
 pub type Timed = (u64, Frame);
 
-/// A node and what the world around it has seen.
+/// A node with its simulated environment.
 pub struct Tester<N> {
     pub node: N,
     pub now: Instant,
     pub actions: Vec<Action>,
     pub leds: Leds,
-    /// What the nonvolatile memory holds.
+    /// The contents of the nonvolatile memory.
     pub memory: Option<Vec<u8>>,
-    /// The calibration of the unit.
+    /// The calibration of the device.
     pub calibration: Calibration,
-    /// The result of the next saves; None: the memory does not answer before `finish_save`.
+    /// The result of the next saves; None: a save runs until `finish_save`.
     pub memory_works: Option<bool>,
-    /// The specific force at present.
+    /// The present specific force, 1 g = [`ONE_G`].
     pub force: [i32; 3],
     /// The temperature of the accelerometer in 0.01 degC.
     pub temperature: i16,
     pub clipped: bool,
-    /// The accelerometer delivers.
+    /// The accelerometer delivers samples.
     pub sampled: bool,
     pub sample_period: Duration,
-    /// The node-ID of a CANopen node, to which SDO requests go.
+    /// The node-ID of a CANopen node for SDO requests.
     pub node_id: u8,
     next_sample: Instant,
     boot: Box<PowerUp<N>>,
 }
 
-/// Starts a node with what its memory holds.
+/// Starts a node with the contents of its memory.
 type PowerUp<N> = dyn Fn(Instant, &Boot) -> N;
 
 impl<N: Node> Tester<N> {
-    /// Powers a node up; it gets its first sample before its first actions are carried out, as on a board.
+    /// Powers a node up. It gets its first sample before its first actions are performed, as on a board.
     pub fn power_up(loaded: Boot, boot: impl Fn(Instant, &Boot) -> N + 'static) -> Self {
         let now = Instant::from_ticks(0);
         let memory = loaded.parameters.map(<[u8]>::to_vec);
@@ -127,22 +127,22 @@ impl<N: Node> Tester<N> {
                 _ => {}
             }
         }
-        panic!("the node never rests: {:?}", self.actions);
+        panic!("the node requests actions without end: {:?}", self.actions);
     }
 
-    /// The save that was left open ends.
+    /// Ends the running save.
     pub fn finish_save(&mut self, result: Result<(), StoreError>) {
         self.node.stored(self.now, result);
         self.settle();
     }
 
-    /// The self-test of the accelerometer ends.
+    /// Ends the self-test of the accelerometer.
     pub fn tested(&mut self, x: bool, y: bool) {
         self.node.tested(self.now, Working { x, y, z: true });
         self.settle();
     }
 
-    /// One sample of the present force.
+    /// Hands in one sample of the present force.
     pub fn sample(&mut self) {
         let [x, y, z] = self.force;
         let reading = Reading {
@@ -156,7 +156,7 @@ impl<N: Node> Tester<N> {
         self.settle();
     }
 
-    /// Rests with this specific force for `samples` samples; no time passes.
+    /// Hands in `samples` samples of this specific force without passing time.
     pub fn hold(&mut self, force: [i32; 3], samples: usize) {
         self.force = force;
         (0..samples).for_each(|_| self.sample());
@@ -177,13 +177,13 @@ impl<N: Node> Tester<N> {
         self.settle();
     }
 
-    /// The CAN controller tells something.
+    /// Hands an event of the CAN controller in.
     pub fn bus(&mut self, event: BusEvent) {
         self.node.bus(self.now, event);
         self.settle();
     }
 
-    /// Everything that the node has to send.
+    /// All frames that the node sends now.
     pub fn sent(&mut self) -> Vec<Frame> {
         let mut frames = Vec::new();
         while let Some(frame) = self.node.transmit(self.now) {
@@ -193,7 +193,7 @@ impl<N: Node> Tester<N> {
         frames
     }
 
-    /// Lets time pass, polling at every deadline; returns what is sent, with the time since power-up in ms.
+    /// Lets time pass and polls at each deadline. Returns the sent frames with the time since power-up in ms.
     pub fn wait(&mut self, ms: u64) -> Vec<Timed> {
         let end = Instant::from_ticks(self.now.ticks() + ms * 1000);
         let mut frames = Vec::new();
@@ -221,7 +221,7 @@ impl<N: Node> Tester<N> {
         frames
     }
 
-    /// Goes on to the next deadline without a sample; returns what is sent then.
+    /// Advances to the next deadline without a sample. Returns the frames sent then.
     pub fn next(&mut self) -> Vec<Frame> {
         self.now = self.node.deadline().unwrap();
         self.settle();

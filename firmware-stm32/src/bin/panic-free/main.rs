@@ -1,26 +1,27 @@
-//! A proof, not a firmware: core cannot panic, whatever it is given. A panic is a link error.
+//! A proof that the core cannot panic with any input. A possible panic is a link error. This is not a firmware image.
 //!
-//! The program calls every method of every node (the older types are the same code with other constants) and of the store with values that the compiler must not look into, and its panic
-//! handler calls a function that does not exist. It links only if the optimizer has found every panic path of core impossible:
+//! The program calls all methods of all nodes and of the store with values that are opaque to the compiler. (The older types are
+//! the same code with other constants.) Its panic handler calls a function that does not exist. The program links only if the
+//! optimizer has removed all panic paths of the core:
 //!
 //! ```text
 //! cargo build --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free
 //! ```
 //!
-//! When it does not ("undefined symbol: panic_path_in_core"), this makes it link all the same, and the callers of the panic
-//! functions in its disassembly are the culprits:
+//! If it does not link ("undefined symbol: panic_path_in_core"), define the symbol. The callers of the panic functions are in the
+//! disassembly:
 //!
 //! ```text
 //! cargo rustc --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free -- -C link-arg=--defsym=panic_path_in_core=0
 //! llvm-objdump -d --demangle target/thumbv7m-none-eabi/release/panic-free
 //! ```
 //!
-//! Only a release build proves anything: debug assertions add checks for overflow, and defmt has panic paths of its own.
+//! Only a release build without defmt is a proof: debug assertions add overflow checks, and defmt has its own panic paths.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod proof;
 
-/// On a PC there is nothing to prove: what links there is not what goes into a board.
+/// A build for a PC proves nothing, because it is not the code of a board.
 #[cfg(not(target_os = "none"))]
 fn main() {}

@@ -1,4 +1,4 @@
-//! The program itself.
+//! The program for the target.
 
 use core::hint::black_box;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
@@ -13,7 +13,7 @@ use plumbline::node::{Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::Instant;
 
-// For the vector table, and defmt's transport; nothing else of them is used.
+// Only for the vector table and the transport of defmt.
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
 #[cfg(feature = "bluepill")]
@@ -42,7 +42,7 @@ fn main() -> ! {
     }
 }
 
-/// Stores and runs a node with opaque inputs, in any order of calls.
+/// Runs a store and a node with opaque inputs, with the calls in any order.
 fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instant, &Boot) -> N) {
     let mut store = Store::<Memory, BUFFER>::open(Memory, black_box(owner));
     let mut node = node(now(), &store.boot());
@@ -125,7 +125,7 @@ fn reading() -> Reading {
     }
 }
 
-/// Flash of which nothing is known but its geometry, the Blue Pill's.
+/// A flash with opaque contents and the geometry of the Blue Pill.
 struct Memory;
 
 impl ErrorType for Memory {
@@ -166,7 +166,7 @@ fn panic(_: &core::panic::PanicInfo) -> ! {
         unsafe extern "C" {
             fn panic_path_in_core() -> !;
         }
-        // SAFETY: no such function exists, so no program in which this line can be reached does.
+        // SAFETY: the function does not exist, so a program in which this line is reachable does not link.
         unsafe { panic_path_in_core() }
     }
     #[cfg(any(debug_assertions, feature = "defmt"))]

@@ -1,8 +1,8 @@
-//! The server over an object dictionary of its own.
+//! Tests of the server with a test object dictionary.
 
 use super::*;
 
-/// A number at 2000h, a text at 2001h, a constant at 2002h, a command at 2003h that is stored.
+/// A number at 2000h, a text at 2001h, a constant at 2002h, and a command at 2003h that needs a save.
 #[derive(Default)]
 struct Memory {
     number: u16,
@@ -84,7 +84,7 @@ fn abort(index: u16, sub: u8, code: u32) -> Option<[u8; 8]> {
 }
 
 #[test]
-fn number_is_written_and_read_in_one_frame() {
+fn number_is_transferred_in_one_frame() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     let reply = server.serve(&mut memory, at(0), [0x2B, 0, 0x20, 0, 0x34, 0x12, 0, 0]);
     assert_eq!(reply, Some([0x60, 0, 0x20, 0, 0, 0, 0, 0]));
@@ -95,7 +95,7 @@ fn number_is_written_and_read_in_one_frame() {
 }
 
 #[test]
-fn text_is_written_and_read_in_segments() {
+fn text_is_transferred_in_segments() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     let mut serve = |bytes| server.serve(&mut memory, at(0), bytes).unwrap();
     assert_eq!(serve([0x21, 1, 0x20, 0, 9, 0, 0, 0])[0], 0x60);
@@ -111,7 +111,7 @@ fn text_is_written_and_read_in_segments() {
 }
 
 #[test]
-fn wrong_requests_get_their_abort_code_and_change_nothing() {
+fn wrong_request_is_aborted_with_its_code_and_changes_nothing() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     let cases = [
         ([0x40, 4, 0x20, 0, 0, 0, 0, 0], 0x0602_0000),
@@ -133,7 +133,7 @@ fn wrong_requests_get_their_abort_code_and_change_nothing() {
 }
 
 #[test]
-fn segment_with_a_wrong_toggle_bit_aborts_the_transfer() {
+fn segment_with_wrong_toggle_bit_aborts_transfer() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     server.serve(&mut memory, at(0), [0x21, 1, 0x20, 0, 9, 0, 0, 0]);
     let reply = server.serve(&mut memory, at(0), *b"\x10abcdefg");
@@ -143,7 +143,7 @@ fn segment_with_a_wrong_toggle_bit_aborts_the_transfer() {
 }
 
 #[test]
-fn transfer_without_a_next_segment_times_out() {
+fn transfer_without_next_segment_times_out() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     server.serve(&mut memory, at(0), [0x21, 1, 0x20, 0, 9, 0, 0, 0]);
     assert_eq!(server.poll(at(999)), None);
@@ -153,7 +153,7 @@ fn transfer_without_a_next_segment_times_out() {
 }
 
 #[test]
-fn reply_to_a_stored_write_comes_when_the_memory_has_answered() {
+fn write_with_save_is_answered_after_save() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     let command = [0x2F, 3, 0x20, 0, 1, 0, 0, 0];
     assert_eq!(server.serve(&mut memory, at(0), command), None);
@@ -164,5 +164,5 @@ fn reply_to_a_stored_write_comes_when_the_memory_has_answered() {
     assert_eq!(server.stored(false), abort(0x2003, 0, 0x0606_0000));
     assert_eq!(server.serve(&mut memory, at(0), command), None);
     server.serve(&mut memory, at(0), [0x80, 3, 0x20, 0, 0, 0, 0, 0]);
-    assert_eq!(server.stored(true), None, "the client gave up");
+    assert_eq!(server.stored(true), None, "the client has aborted");
 }

@@ -1,7 +1,7 @@
-//! The programming key (manual 9.11): ten parameters as a text, to make one sensor like another.
+//! The programming key (manual 9.11): ten parameters as a text, for copying the configuration to another sensor.
 //!
-//! How ifm packs its key is not known in full. The key of an untouched sensor, which the manual prints, is given and taken as it
-//! is; every other key is of our own layout, and of no use to a sensor of ifm, nor theirs to us:
+//! The format of the ifm key is not completely known. The key of a sensor with factory values is printed in the manual and is
+//! used unchanged. All other keys have a different layout, so keys cannot be exchanged with sensors of ifm:
 //!
 //! ```text
 //!  byte 0     1         2           4           5           6           7               9
@@ -12,8 +12,8 @@
 //!       +-----+---------+-----------+-----------+-----------+-----------+---------------+-----------+
 //! ```
 //!
-//! The first of two names is in the lower bits. All little-endian; the CRC is CRC-16/IBM-3740; the eleven bytes are written in
-//! Base64, sixteen characters.
+//! The first of two names is in the lower bits. All numbers are little-endian. The CRC is CRC-16/IBM-3740. The eleven bytes are
+//! coded in Base64 with sixteen characters.
 
 use super::parameters::{ABSOLUTE, id};
 use super::{Jn2101Product, base64};
@@ -21,7 +21,7 @@ use crate::application::Effect;
 use crate::param::{ParameterId, Parameters};
 use crc::{CRC_16_IBM_3740, Crc, NoTable};
 
-/// The key of a sensor as delivered.
+/// The programming key of a sensor with factory values.
 const FACTORY: &[u8] = b"D0UfZEgRKHAI5Ag=";
 
 const MARK: u8 = 0x50;
@@ -29,7 +29,7 @@ const SIZE: usize = 11;
 
 const CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_IBM_3740);
 
-/// The parameters that the key carries.
+/// The parameters in the programming key.
 const IDS: [ParameterId; 10] = [
     id::NODE_ID,
     id::BAUD_RATE,
@@ -45,7 +45,7 @@ const IDS: [ParameterId; 10] = [
 
 type Values = Parameters<Jn2101Product>;
 
-/// The key of these parameters.
+/// The programming key of these parameters.
 pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::TEXT }> {
     if IDS
         .iter()
@@ -75,10 +75,10 @@ pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::TEXT }>
     base64::encode(&bytes)
 }
 
-/// Writes the parameters that a key stands for; None, and nothing has changed, when it is no key or one of its values is not
+/// Writes the parameters of a programming key. Returns None without a change if the key is not valid or one of its values is not
 /// permitted.
 ///
-/// A key does not carry what was taught or zeroed, so it can end that but not bring it about.
+/// A key does not contain the reference frame and the zero point. It can switch teach-in and zero point off, but not on.
 pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
     let numbers = if text == FACTORY {
         IDS.map(Values::factory_value)
@@ -104,7 +104,7 @@ pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
     Some(effect)
 }
 
-/// The numbers in a key of our own layout; None when it is none.
+/// The numbers in a programming key of the layout above; None if it is not valid.
 fn parse(text: &[u8]) -> Option<[u32; 10]> {
     let bytes: [u8; SIZE] = base64::decode(text)?;
     let (body, crc) = bytes.split_last_chunk::<2>()?;

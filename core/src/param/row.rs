@@ -1,46 +1,47 @@
-//! What the device keeps of a parameter's description: four bytes, and the factory value beside it.
+//! The description of a parameter in the form that the device uses: four bytes. The factory value is stored separately.
 //!
 //! ```text
 //!  byte 0           1           2                                                           4
 //!       +-----------+-----------+-----------------------------------------------------------+
-//!       | first, u8 | count, u8 | form, u16: bits 0..2 type, 3..4 persistence, 5..6 how     |
-//!       |           |           |            many of the highest bits do not count          |
+//!       | first, u8 | count, u8 | form, u16: bits 0..2 type, 3..4 persistence, 5..6 number  |
+//!       |           |           |            of highest bits that are ignored               |
 //!       +-----------+-----------+-----------------------------------------------------------+
 //! ```
 //!
-//! `first` and `count` are the permitted ranges in the pool of the table; without a range, every number is permitted. The limits
-//! in the pool are ordered numbers: for signed types the sign bit is turned over, so that they compare without sign.
+//! `first` and `count` select the permitted ranges in the pool of the table. Without a range, all numbers are permitted. The
+//! limits in the pool are ordered numbers: for signed types the sign bit is inverted, so that they can be compared as unsigned
+//! numbers.
 
 use super::{DataType, Persistence};
 
 /// The lowest and the highest number of a range, as ordered numbers.
 pub type Limits = (u32, u32);
 
-/// What the device keeps of a parameter.
+/// The type, persistence and permitted ranges of a parameter.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Rule {
+pub struct ParameterRow {
     first: u8,
     count: u8,
     form: u16,
 }
 
-/// Why a parameter does not take a value.
+/// The reason why a value of a parameter is refused.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Refused {
-    /// It is below the range.
+    /// It is below the permitted range.
     TooLow,
-    /// It is above the range.
+    /// It is above the permitted range.
     TooHigh,
-    /// It is none of the permitted values.
+    /// It is not one of the permitted values.
     NotPermitted,
-    /// Not in the present state of the device.
+    /// Not possible in the present state of the device.
     State,
 }
 
 const PERSISTENCE: u32 = 3;
 const IGNORED_BITS: u32 = 5;
 
-impl Rule {
+impl ParameterRow {
     pub(super) const fn new(
         data_type: DataType,
         persistence: Persistence,
@@ -72,12 +73,12 @@ impl Rule {
         self.form >> PERSISTENCE & 3 != Persistence::Volatile as u16
     }
 
-    /// Whether it is stored as soon as it is written.
+    /// Whether it is stored when it is written.
     pub const fn is_stored_at_once(self) -> bool {
         self.form >> PERSISTENCE & 3 == Persistence::AtOnce as u16
     }
 
-    /// Whether the parameter takes `value`, the other parameters aside.
+    /// Whether `value` is permitted, independent of the other parameters.
     pub(super) fn check(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
         let value = self.ordered(value);
         let (first, count) = (usize::from(self.first), usize::from(self.count));
@@ -96,7 +97,7 @@ impl Rule {
         }
     }
 
-    /// The value as an ordered number, without the bits that do not count.
+    /// The value as an ordered number, without the ignored bits.
     fn ordered(self, value: u32) -> u32 {
         let ignored = u32::from(self.form >> IGNORED_BITS & 3);
         let value = value.wrapping_shl(ignored).wrapping_shr(ignored);
@@ -104,7 +105,7 @@ impl Rule {
     }
 }
 
-/// A number that compares without sign as `value` does in its type.
+/// The ordered number of `value`: unsigned, with the same order as the values of the type.
 pub(super) const fn ordered(data_type: DataType, value: u32) -> u32 {
     if data_type.is_signed() {
         data_type.value(value) as u32 ^ 1 << 31
@@ -117,8 +118,8 @@ pub(super) const fn ordered(data_type: DataType, value: u32) -> u32 {
 mod tests {
     use super::*;
 
-    const fn rule(data_type: DataType, ignored_bits: u8, count: usize) -> Rule {
-        Rule::new(data_type, Persistence::OnSave, ignored_bits, (0, count))
+    const fn row(data_type: DataType, ignored_bits: u8, count: usize) -> ParameterRow {
+        ParameterRow::new(data_type, Persistence::OnSave, ignored_bits, (0, count))
     }
 
     const fn limits(data_type: DataType, low: i64, high: i64) -> Limits {
@@ -129,9 +130,9 @@ mod tests {
     }
 
     #[test]
-    fn value_beyond_one_range_is_too_low_or_too_high() {
+    fn value_outside_single_range_is_too_low_or_too_high() {
         static SIGNED: [Limits; 1] = [limits(DataType::I16, -9000, 9000)];
-        let signed = rule(DataType::I16, 0, 1);
+        let signed = row(DataType::I16, 0, 1);
         for (value, expected) in [
             (-9001, Err(Refused::TooLow)),
             (-9000, Ok(())),
@@ -139,45 +140,42 @@ mod tests {
             (9000, Ok(())),
             (9001, Err(Refused::TooHigh)),
         ] {
-            // As the two bytes on the wire make it.
+            // The raw number of the two bytes on the bus.
             let bytes = u32::from(value as i16 as u16);
             assert_eq!(signed.check(bytes, &SIGNED), expected, "{value}");
         }
         static UNSIGNED: [Limits; 1] = [(1, u32::MAX - 1)];
-        let unsigned = rule(DataType::U32, 0, 1);
+        let unsigned = row(DataType::U32, 0, 1);
         assert_eq!(unsigned.check(0, &UNSIGNED), Err(Refused::TooLow));
         assert_eq!(unsigned.check(u32::MAX, &UNSIGNED), Err(Refused::TooHigh));
         assert_eq!(unsigned.check(u32::MAX - 1, &UNSIGNED), Ok(()));
     }
 
     #[test]
-    fn value_outside_of_several_ranges_is_not_permitted() {
+    fn value_outside_several_ranges_is_not_permitted() {
         static POOL: [Limits; 2] = [(0, 240), (252, 255)];
-        let rule = rule(DataType::U8, 0, 2);
+        let row = row(DataType::U8, 0, 2);
         for value in 0..=255 {
             let expected = match value {
                 0..=240 | 252..=255 => Ok(()),
                 _ => Err(Refused::NotPermitted),
             };
-            assert_eq!(rule.check(value, &POOL), expected);
+            assert_eq!(row.check(value, &POOL), expected);
         }
     }
 
     #[test]
-    fn highest_bits_do_not_count_where_the_rule_says_so() {
+    fn check_ignores_highest_bits_set_in_rule() {
         static POOL: [Limits; 2] = [(0x80, 0x80), (0x181, 0x1FF)];
-        let rule = rule(DataType::U32, 2, 2);
+        let row = row(DataType::U32, 2, 2);
         for flags in [0, 1 << 31, 1 << 30, 3 << 30] {
-            assert_eq!(rule.check(0x80 | flags, &POOL), Ok(()));
+            assert_eq!(row.check(0x80 | flags, &POOL), Ok(()));
         }
-        assert_eq!(
-            rule.check(0x80 | 1 << 29, &POOL),
-            Err(Refused::NotPermitted)
-        );
+        assert_eq!(row.check(0x80 | 1 << 29, &POOL), Err(Refused::NotPermitted));
     }
 
     #[test]
-    fn every_value_is_permitted_without_a_range() {
-        assert_eq!(rule(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
+    fn rule_without_range_permits_all_values() {
+        assert_eq!(row(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
     }
 }
