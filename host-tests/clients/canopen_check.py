@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Checks the virtual sensor jn2101 against ifm's manual and CiA 301, from outside: over slcan with python-can and python-canopen.
+"""Checks the virtual sensor jn2101 against ifm's manual and CiA 301, over slcan with python-can and python-canopen.
 
     pip install -r requirements.txt
     python canopen_check.py --virtual-sensor ../../target/release/virtual-sensor
 
-Prints one line per check and the count; the exit code is 1 when one failed. Nothing here knows how the sensor is made: what is
-expected comes from the manual's sections and from CiA 301, and J1..J13 name the decisions where the manual is open.
+Prints one line per check and the count; the exit code is 1 if a check failed. The checks are independent of the implementation:
+they are written from the sections of the manual, from CiA 301 and from the decisions J1..J25 in core/src/model/jn2101/README.md.
 """
 
 import sys
@@ -44,7 +44,7 @@ GROUPS = {group.__name__: group for module in MODULES for group in module.GROUPS
 
 
 def main() -> int:
-    """Runs the groups; the exit code."""
+    """Runs the groups; returns the exit code."""
     options, arguments = runner.parse(__doc__.splitlines()[0], GROUPS)
     return runner.run(options, arguments, [GROUPS[name] for name in options.only or GROUPS])
 

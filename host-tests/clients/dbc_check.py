@@ -1,4 +1,4 @@
-"""Checks the CAN databases that `descriptors` writes with cantools: they load, and they decode and encode what the manual prints.
+"""Checks the CAN databases of `descriptors` with cantools: they load, and they decode and encode the frames of the manual.
 
 Usage: dbc_check.py --descriptors PATH-OF-THE-PROGRAM
 Prints one line for each check that fails, then `N passed, N failed`.
@@ -27,7 +27,7 @@ def check(what, got, expected):
 
 
 def decode(database, data):
-    """A reply as the program under test would show it; numbers stay numbers."""
+    """The decoded reply, with numbers instead of names."""
     return database.decode_message(0x301, bytes(data), decode_choices=False, allow_truncated=True)
 
 
@@ -63,7 +63,7 @@ def common(name, database, codes):
     check(f"{name}: AccuracyWarning", decode(database, [0x02, 0x40])["AccuracyWarning"], 1)
 
     def encode(**values):
-        # A multiplexed message wants just the signals of its code.
+        # A multiplexed message has only the signals of its code.
         return database.encode_message("SetParameter", values).hex()
 
     check(f"{name}: filter written", encode(FSC=0x27, CutOffFrequency=25000, FilterType=1)[:8], "27a86101")
@@ -83,7 +83,7 @@ def main():
         for name in ("is2", "is2d", "is2tk"):
             database = load(name)
             common(name, database, FUNCTIONS | READS | WRITES)
-            # The manual's conversion: value / 100, two's complement; the counter follows while cyclic mode is on.
+            # The manual's conversion: value / 100, two's complement; with the counter while cyclic mode is on.
             check(f"{name}: 00h", signals(database, [0, 0, 0xD2, 0x04, 0xC9, 0xFD]), {"AngleX": 12.34, "AngleY": -5.67})
             check(f"{name}: 00h cyclic", signals(database, [0, 0, 0xD2, 0x04, 0xC9, 0xFD, 1, 1]),
                   {"AngleX": 12.34, "AngleY": -5.67, "CyclicCounter": 257})

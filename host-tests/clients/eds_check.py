@@ -1,5 +1,5 @@
-"""Checks the data sheet that `descriptors` writes with other people's tools: dcfchk (dcf-tools), eds-validate (eds-utils), and
-python-canopen, which has to get from it what the manual prints.
+"""Checks the data sheet of `descriptors` with other tools: dcfchk (dcf-tools), eds-validate (eds-utils), and python-canopen,
+which must read the values of the manual from it.
 
 Usage: eds_check.py --descriptors PATH-OF-THE-PROGRAM
 Prints one line for each check that fails, then `N passed, N failed`.
@@ -17,14 +17,14 @@ from canopen.objectdictionary import datatypes
 
 NODE_ID = 10
 
-# The manual prints u32 for the sub-index 0 of these (7.6), where CiA 301 has UNSIGNED8. The sensor is as printed, and the sheet
-# tells what the sensor is; both tools object to just that, so a corrected copy must leave them nothing to say.
+# Sub-index 0 of these objects is u32 in the manual (7.6) and UNSIGNED8 in CiA 301. The sensor and its data sheet have u32 (J16 in
+# core/src/model/jn2101/README.md). Both tools must report only this, and nothing in a corrected copy.
 WIDE = ["1003", "1010", "1011"]
 
-# 7.6 and 7.7: how many objects there are.
+# The number of objects in 7.6 and 7.7.
 OBJECTS = 46
 
-# What the manual prints of some: type, access, factory value at node id 10.
+# Some objects of the manual: type, access, factory value with node-ID 10.
 PRINTED = {
     (0x1000, 0): (datatypes.UNSIGNED32, "const", 0x4019A),
     (0x1003, 50): (datatypes.UNSIGNED32, "ro", 0),
@@ -64,19 +64,19 @@ def check(what, got, expected):
 
 
 def run(*tool):
-    """Runs a tool with this interpreter; gives whether it was content, and its lines."""
+    """Runs a tool with this interpreter; returns whether it succeeded, and its output lines."""
     tool = subprocess.run([sys.executable, *tool], capture_output=True, text=True)
     return tool.returncode == 0, (tool.stdout + tool.stderr).splitlines()
 
 
 def dcfchk(sheet):
     # A warning has a second line, with the source that it comes from.
-    content, lines = run("-m", "dcf.cli", "-n", str(NODE_ID), str(sheet))
-    return content, [line.partition("Warning: ")[2] or line for line in lines if not line.startswith("  ")]
+    succeeded, lines = run("-m", "dcf.cli", "-n", str(NODE_ID), str(sheet))
+    return succeeded, [line.partition("Warning: ")[2] or line for line in lines if not line.startswith("  ")]
 
 
 def eds_validate(sheet):
-    # As a module, eds_utils wants the graphical libraries of its editor.
+    # Run as a module, eds_utils needs the graphical libraries of its editor.
     return run("-c", "from eds_utils.eds_validate import eds_validate; eds_validate()", str(sheet))
 
 
@@ -104,7 +104,7 @@ def imported(sheet):
         got = (variable.data_type, variable.access_type, variable.default)
         check(f"{index:04X}h:{sub:02X}", got, expected)
     angles = [0x6010, 0x6020, 0x6110, 0x6120]
-    check("what is mapped can be", [dictionary[index].pdo_mappable for index in angles], [True] * 4)
+    check("mapped objects can be mapped", [dictionary[index].pdo_mappable for index in angles], [True] * 4)
 
     device = dictionary.device_information
     check("vendor and product", (device.vendor_number, device.product_number, device.revision_number),

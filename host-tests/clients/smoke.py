@@ -1,12 +1,12 @@
 #!/usr/bin/env python3
-"""Drives a freshly started virtual sensor with python-can's slcan driver, as a customer's program would.
+"""Checks a virtual sensor that has just started with python-can's slcan driver.
 
     pip install -r requirements.txt
     virtual-sensor --model is2 --scene tilt=12.34,-5.67 --log traffic.log
     python smoke.py --log traffic.log socket://127.0.0.1:11898
 
-Every channel given (sockets, pseudoterminals) is opened, and all of them share the bus. Prints one line per check; the exit code
-is 1 when one failed. It expects a GEMAC IS2 with factory values: requests with identifier 300h, replies with 301h.
+Opens all given channels (sockets, pseudoterminals), which share the bus. Prints one line per check; the exit code is 1 if a check
+failed. It expects a GEMAC IS2 with factory values: requests with identifier 300h, replies with 301h.
 """
 
 import argparse
@@ -22,21 +22,21 @@ BURST = 2000
 
 
 def open_bus(channel: str, **options: object) -> can.BusABC:
-    """A bus on this channel, which is open when this returns: the answer to the question for the version comes after it."""
+    """Opens a bus on this channel. It is open on return, because the version is answered after the command to open."""
     bus = can.Bus(interface="slcan", channel=channel, sleep_after_open=0, **options)
     if None in bus.get_version(5.0):
-        raise SystemExit(f"FAILED {channel} does not tell its version")
+        raise SystemExit(f"FAILED {channel} does not answer with its version")
     return bus
 
 
 def message(identifier: int, data: bytes = b"", **options: object) -> can.Message:
-    """A message with an 11-bit identifier unless told otherwise."""
+    """A message, by default with an 11-bit identifier."""
     options.setdefault("is_extended_id", False)
     return can.Message(arbitration_id=identifier, data=data, **options)
 
 
 def take(bus: can.BusABC, count: int, timeout: float = 5.0, only: int | None = None) -> list[can.Message]:
-    """The next messages, those with one identifier or all; fewer when the time is over."""
+    """The next messages, all or those with one identifier; fewer after the timeout."""
     end = time.monotonic() + timeout
     messages: list[can.Message] = []
     while len(messages) < count and (left := end - time.monotonic()) > 0:
@@ -46,13 +46,13 @@ def take(bus: can.BusABC, count: int, timeout: float = 5.0, only: int | None = N
 
 
 def drain(bus: can.BusABC) -> None:
-    """Drops what has come, until it is quiet."""
+    """Drops the received messages until there are no more."""
     while bus.recv(0.1):
         pass
 
 
 def poll(bus: can.BusABC, identifier: int = REQUEST, data: bytes = bytes([ANGLES])) -> list[can.Message]:
-    """Sends a request and returns the reply; an empty list without a proper one."""
+    """Sends a request and returns the reply; an empty list without a valid one."""
     bus.send(message(identifier, data))
     return [reply for reply in take(bus, 1, only=REPLY) if reply.data[0] == ANGLES]
 
@@ -67,7 +67,7 @@ def wake(bus: can.BusABC) -> list[can.Message]:
 
 
 def same(a: can.Message, b: can.Message) -> bool:
-    """Whether two messages were the same on the wire."""
+    """Whether two messages are the same frame."""
     return a.equals(b, timestamp_delta=None, check_channel=False, check_direction=False)
 
 
@@ -82,26 +82,26 @@ def every_kind() -> list[can.Message]:
 
 
 class Checks:
-    """Counts verdicts."""
+    """Prints and counts the results of checks."""
 
     failed = 0
 
     def check(self, what: str, good: bool, found: object = "") -> None:
-        """Reports one verdict."""
+        """Prints one result."""
         self.failed += not good
         print("ok    " if good else "FAILED", what, found)
 
 
 def check_bus(checks: Checks, channels: list[str]) -> None:
-    """The sensor and the adapters, channel by channel."""
+    """Checks the sensor and the adapters, channel by channel."""
     first, *others = (open_bus(channel) for channel in channels)
     try:
         serial = first.get_serial_number(5.0)
-        checks.check("the serial number is told", serial is not None, serial)
+        checks.check("the serial number of the adapter is answered", serial is not None, serial)
 
         boot_up = wake(first)
         good = len(boot_up) == 2 and all(m.arbitration_id == REPLY and m.data[0] == BOOT_UP for m in boot_up)
-        checks.check("the first traffic brings two boot-up messages", good, boot_up)
+        checks.check("two boot-up messages after the first traffic", good, boot_up)
 
         for channel, bus in zip(channels, (first, *others)):
             drain(bus)
@@ -124,23 +124,23 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
                 first.send(frame)
             got = take(other, len(sent))
             good = len(got) == len(sent) and all(map(same, got, sent))
-            checks.check(f"{channel} hears every kind of frame", good, f"({len(got)} of {len(sent)})")
+            checks.check(f"{channel} receives every kind of frame", good, f"({len(got)} of {len(sent)})")
 
             for number in range(BURST):
                 other.send(message(0x123, number.to_bytes(8, "big")))
             got = take(first, BURST, 60.0)
             good = [int.from_bytes(m.data, "big") for m in got] == list(range(BURST))
-            checks.check(f"a burst through {channel} arrives whole and in order", good, f"({len(got)} of {BURST})")
+            checks.check(f"a burst through {channel} is received completely and in order", good, f"({len(got)} of {BURST})")
         drain(first)
         first.send(message(0x123))
-        checks.check("nobody hears his own frames", first.recv(0.3) is None)
+        checks.check("an adapter does not receive its own frames", first.recv(0.3) is None)
     finally:
         for bus in (first, *others):
             bus.shutdown()
 
 
 def check_options(checks: Checks, channel: str) -> None:
-    """The ways to open that the driver offers; that a client reconnects is no power cycle."""
+    """Opens the channel with a bit rate, with a bit timing and listen-only; a new connection is no power cycle."""
     timing = can.BitTiming.from_registers(f_clock=8_000_000, btr0=0x03, btr1=0x1C)
     for name, options in (("a bit rate", {"bitrate": 500_000}), ("bit timing", {"timing": timing})):
         bus = open_bus(channel, **options)
@@ -152,29 +152,29 @@ def check_options(checks: Checks, channel: str) -> None:
     try:
         bus.send(message(REQUEST, bytes([ANGLES])))
         heard = take(silent, 2)
-        checks.check("a listener hears request and reply", [m.arbitration_id for m in heard] == [REQUEST, REPLY], heard)
+        checks.check("a listen-only client receives both frames", [m.arbitration_id for m in heard] == [REQUEST, REPLY], heard)
         drain(bus)
         silent.send(message(0x123))
-        checks.check("a listener cannot send", bus.recv(0.3) is None)
+        checks.check("a listen-only client cannot send", bus.recv(0.3) is None)
     finally:
         bus.shutdown()
         silent.shutdown()
 
 
 def check_log(checks: Checks, path: str) -> None:
-    """The log is what candump writes, and tells the directions apart."""
+    """Checks that the log has the format of candump and the correct directions."""
     messages = list(can.CanutilsLogReader(path))
     wrong = [m for m in messages if m.is_rx != (m.arbitration_id == REPLY)]
     checks.check("python-can reads the log", len(messages) > 100 and not wrong, f"({len(messages)} messages)")
     times = [m.timestamp for m in messages]
     good = times == sorted(times) and abs(times[-1] - time.time()) < 60
-    checks.check("the log has rising times of day", good)
+    checks.check("the log has ascending times of day", good)
 
 
 def main() -> int:
-    """Runs the checks; the exit code."""
+    """Runs the checks; returns the exit code."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--log", metavar="FILE", help="the sensor's log, to be read as well")
+    parser.add_argument("--log", metavar="FILE", help="the log of the sensor, which is checked too")
     parser.add_argument("channel", nargs="+", help="socket://127.0.0.1:PORT or /dev/pts/N; the first must be a socket")
     arguments = parser.parse_args()
     checks = Checks()

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Runs instructions in Unicorn, an independent emulator of the Cortex-M3, and compares what they did.
+"""Runs instructions in Unicorn, an independent emulator of the Cortex-M3, and compares the results.
 
     pip install -r requirements.txt
     python thumb_judge.py SAMPLES
 
-`stm32-sim/tests/thumb` writes the samples with the results of the simulated processor. The exit code is 1 when one differs.
-Unicorn is under the GPL: it is only ever run like this, as a process of its own, and no part of the project is linked with it.
+`stm32-sim/tests/thumb` writes the samples with the results of the simulated processor. The exit code is 1 if one differs.
+Unicorn is under the GPL: it only runs in this separate process, and no part of the project is linked with it.
 """
 
 import struct
@@ -34,7 +34,7 @@ SKIPPED = "skipped"
 
 
 class Reader:
-    """Takes a file apart."""
+    """Reads the fields of a file."""
 
     def __init__(self, data: bytes) -> None:
         self.data, self.at = data, 0
@@ -48,7 +48,7 @@ class Reader:
 
 
 def machine() -> Uc:
-    """The same memory map: flash, also at 0, and RAM."""
+    """An emulator with the same memory map: flash, also at 0, and RAM."""
     uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
     uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M3)
     for start in (0, FLASH):
@@ -60,7 +60,7 @@ def machine() -> Uc:
 
 
 def unmapped(_uc: Uc, _access: int, address: int, _size: int, _value: int, _data: object) -> bool:
-    """Notes the address; the access fails."""
+    """Records the address; the access fails."""
     missing.append(address)
     return False
 
@@ -69,7 +69,7 @@ missing: list[int] = []
 
 
 def prepare(uc: Uc, code: bytes, before: tuple[int, ...], ram: bytes) -> None:
-    """Puts everything where it was."""
+    """Sets memory and registers to the state before the sample."""
     for start in (0, FLASH):
         uc.mem_write(start + CODE, code.ljust(CODE_SIZE, b"\xff"))
     uc.ctl_remove_cache(FLASH + CODE, FLASH + CODE + CODE_SIZE)
@@ -80,7 +80,7 @@ def prepare(uc: Uc, code: bytes, before: tuple[int, ...], ram: bytes) -> None:
 
 
 def differences(uc: Uc, after: tuple[int, ...], ram: bytes) -> list[str]:
-    """What is not as it should be."""
+    """The differences from the expected state."""
     found = [uc.reg_read(register) for register in REGISTERS]
     wrong = [f"r{n} {ours:#x}, unicorn {its:#x}" for n, (ours, its) in enumerate(zip(after, found)) if ours != its]
     flags = uc.reg_read(arm.UC_ARM_REG_XPSR) & FLAGS
@@ -92,7 +92,7 @@ def differences(uc: Uc, after: tuple[int, ...], ram: bytes) -> list[str]:
 
 
 def judge(uc: Uc, reader: Reader, ram: bytes) -> str:
-    """One sample; what is wrong with it, or nothing."""
+    """Runs one sample; returns the difference, or an empty text."""
     verdict, count, size = struct.unpack("<BBB", reader.take(3))
     code = reader.take(size)
     before, after = reader.state(), reader.state()
@@ -112,14 +112,14 @@ def judge(uc: Uc, reader: Reader, ram: bytes) -> str:
         return "" if refused else "unicorn does not refuse it"
     if missing and missing[0] in BIT_BAND:
         return SKIPPED
-    # A branch may lead anywhere: it is done when nothing can be fetched there.
+    # A branch may have any target: it has been executed if the fetch from the target fails.
     if refused and missing != [after[15]]:
         return f"unicorn refuses it: {refused}"
     return "; ".join(differences(uc, after, bytes(changed)))
 
 
 def main() -> int:
-    """Judges all samples; the exit code."""
+    """Runs all samples; returns the exit code."""
     with open(sys.argv[1], "rb") as file:
         reader = Reader(file.read())
     ram = reader.take(RAM_SIZE)

@@ -1,8 +1,8 @@
-//! From a six-position measurement to the calibration of a unit, and into an image of its nonvolatile memory.
+//! Computes the calibration of a unit from a six-position measurement and writes it into the store file of the unit.
 //!
-//! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,temp_c`: which axis was up (`+x`, `-x`, ... `-z`), the averaged
-//! raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (5 K apart at
-//! least) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
+//! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,temp_c`: which axis was up (`+x`, `-x`, ... `-z`), the
+//! averaged raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (at
+//! least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
 use bench::{Flash, STORE_BUFFER};
 use plumbline::measure::ONE_G;
@@ -10,10 +10,10 @@ use plumbline::measure::calibration::Calibration;
 use plumbline::store::{Owner, Store};
 use std::path::Path;
 
-/// Rows of one set may differ by this much in temperature, in K.
+/// The temperatures of the rows of one set differ by less than this, in K.
 const SAME_TEMPERATURE: f64 = 5.0;
 
-/// The temperature at which the drift is nil, in degC.
+/// The temperature at which the drift is zero, in degC.
 const REFERENCE: f64 = 25.0;
 
 type Vector = [f64; 3];
@@ -34,10 +34,10 @@ struct Set {
     temperature: f64,
 }
 
-/// The calibration that the measurement in `text` gives; `name` is the file's in messages.
+/// Computes the calibration from the measurement in `text`. `name` is the file name for error messages.
 ///
 /// # Errors
-/// One sentence with the name and, where there is one, the line.
+/// One sentence with the file name and, if known, the line.
 pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
     let positions = parse(name, text)?;
     let mut sets = sets(name, &positions)?;
@@ -62,7 +62,7 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
     });
     let deviation = nearest
         .deviation()
-        .ok_or_else(|| format!("{name}: the positions are not six different ones"))?;
+        .ok_or_else(|| format!("{name}: the six positions are not different"))?;
 
     let number = |value: f64, unit: f64| (value / unit).round() as i32;
     let short =
@@ -72,7 +72,7 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
         deviation.map(|row| row.map(|value| short(value, 1.0 / 262_144.0))),
         drift.map(|g| short(g, 1.0 / 16_777_216.0)),
     )
-    .ok_or_else(|| format!("{name}: offset {offset:.4?} g, gain and cross axes {deviation:.4?}, drift {drift:.6?} g/K is more than a calibration corrects"))
+    .ok_or_else(|| format!("{name}: out of the range of a calibration: offset {offset:.4?} g, gain and cross axes {deviation:.4?}, drift {drift:.6?} g/K"))
 }
 
 fn parse(name: &str, text: &str) -> Result<Vec<Position>, String> {
@@ -152,7 +152,7 @@ fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
 }
 
 impl Set {
-    /// What the accelerometer shows without gravity.
+    /// The output of the accelerometer without gravity.
     fn offset(&self) -> Vector {
         let all = self.up.iter().chain(&self.down);
         all.fold([0.0; 3], |sum, value| {
@@ -160,9 +160,9 @@ impl Set {
         })
     }
 
-    /// The correction matrix less the identity; None when the matrix of the responses cannot be inverted.
+    /// The correction matrix minus the identity; None if the response matrix cannot be inverted.
     fn deviation(&self) -> Option<[Vector; 3]> {
-        // The columns of the matrix of responses: what 1 g along an axis shows.
+        // The columns of the response matrix: the output of the accelerometer for 1 g along an axis.
         let s: [Vector; 3] = std::array::from_fn(|axis| {
             combine(self.up[axis], self.down[axis], |up, down| (up - down) / 2.0)
         });
@@ -187,7 +187,7 @@ fn combine(a: Vector, b: Vector, f: impl Fn(f64, f64) -> f64) -> Vector {
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// Puts the calibration into the memory of this unit in `path`; parameters that are there stay.
+/// Writes the calibration into the store file `path` of this unit. The parameters in it do not change.
 ///
 /// # Errors
 /// The file cannot be read or written.
@@ -208,7 +208,7 @@ mod tests {
     use super::*;
     use plumbline::measure::I32x3;
 
-    /// What a unit shows that has this offset at 25 degC, response (columns) and drift, in all six positions.
+    /// The measurement of a unit with this offset at 25 degC, response (columns) and drift, in all six positions.
     fn measured(offset: Vector, response: [Vector; 3], drift: Vector, temperature: f64) -> String {
         let mut rows = String::new();
         for (axis, name) in ["x", "y", "z"].iter().enumerate() {
@@ -232,7 +232,7 @@ mod tests {
     const DRIFT: Vector = [0.0001, -0.0002, 0.0];
 
     #[test]
-    fn a_calibrated_unit_shows_gravity() {
+    fn calibrated_unit_measures_gravity() {
         let text = "up,ax_g,ay_g,az_g,temp_c\n".to_owned()
             + &measured(OFFSET, RESPONSE, DRIFT, -20.0)
             + "# the hot chamber\n"
@@ -259,24 +259,24 @@ mod tests {
     }
 
     #[test]
-    fn mistakes_are_named_with_their_line() {
-        let told = |text: &str| calibration("six.csv", text).unwrap_err();
+    fn error_names_the_file_and_the_line() {
+        let error = |text: &str| calibration("six.csv", text).unwrap_err();
         let header = "up,ax_g,ay_g,az_g,temp_c\n";
-        assert_eq!(told(""), "six.csv: the file is empty");
+        assert_eq!(error(""), "six.csv: the file is empty");
         assert_eq!(
-            told("up,x\n"),
+            error("up,x\n"),
             "six.csv:1: the first row must be up,ax_g,ay_g,az_g,temp_c"
         );
         assert_eq!(
-            told(&(header.to_owned() + "+x,1,0,zero,25\n")),
+            error(&(header.to_owned() + "+x,1,0,zero,25\n")),
             "six.csv:2: not a position: +x,1,0,zero,25"
         );
         assert_eq!(
-            told(&(header.to_owned() + "+x,1,0,0,25\n")),
+            error(&(header.to_owned() + "+x,1,0,0,25\n")),
             "six.csv: 0 rows for +y at 25 degC instead of one"
         );
-        assert_eq!(told(header), "six.csv: no positions");
+        assert_eq!(error(header), "six.csv: no positions");
         let far_off = header.to_owned() + &measured([0.3, 0.0, 0.0], RESPONSE, DRIFT, 25.0);
-        assert!(told(&far_off).contains("more than a calibration corrects"));
+        assert!(error(&far_off).contains("out of the range of a calibration"));
     }
 }

@@ -6,13 +6,13 @@ use std::path::{Path, PathBuf};
 
 /// A Markdown file beside a model.
 pub struct Document {
-    /// Where it is.
+    /// The path of the file.
     pub path: PathBuf,
-    /// Its text.
+    /// The text of the file.
     pub text: String,
 }
 
-/// All documents, by their paths.
+/// All documents, sorted by path.
 ///
 /// # Errors
 /// A file or a folder cannot be read.

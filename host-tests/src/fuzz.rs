@@ -1,7 +1,7 @@
-//! Feeds a sensor with whatever comes: frames, samples, times, bus events, broken memory, power cuts, flipped bits.
+//! Feeds a sensor with random input: frames, samples, times, bus events, broken memory, power cuts, flipped bits.
 //!
-//! A stream of bytes decides what happens, so that random numbers and a fuzzer's input drive the same steps. What must hold whatever
-//! happens is checked on the way: see [`Sensor::step`].
+//! A stream of bytes selects the steps, so random numbers and the input of a fuzzer drive the same steps. Every step checks what
+//! must always hold: see [`Sensor::step`].
 
 mod canopen;
 mod fsc;
@@ -19,10 +19,10 @@ use plumbline::time::Instant;
 /// The serial number of the sensor.
 const SERIAL: u32 = 1;
 
-/// The actions that one input may cause at most.
+/// Maximum number of actions that one input causes.
 const ACTIONS_MAX: usize = 64;
 
-/// A stream of bytes; zeros when it has run dry.
+/// A stream of bytes; zeros after its end.
 pub trait Source {
     /// The next byte.
     fn byte(&mut self) -> u8;
@@ -39,7 +39,7 @@ impl<I: Iterator<Item = u8>> Source for I {
     }
 }
 
-/// A value of a parameter that is often permitted.
+/// A value for this parameter; most of them are permitted.
 fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
     let raw = source.number();
     if source.byte() < 32 {
@@ -53,7 +53,7 @@ fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
         Permitted::Ranges(ranges) => {
             let (low, high) = ranges.ranges[raw as usize % ranges.ranges.len()];
             let number = low + (raw >> 8) % (high - low + 1);
-            // The bits that do not count, too.
+            // With random values of the ignored bits.
             let ignored = u32::from(ranges.ignored_bits);
             let flags = raw.checked_shr(32 - ignored).unwrap_or(0);
             number | flags.checked_shl(32 - ignored).unwrap_or(0)
@@ -61,7 +61,7 @@ fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
     }
 }
 
-/// A sensor under attack.
+/// A sensor that receives random input.
 pub struct Sensor {
     product: &'static Product,
     node_type: NodeType,
@@ -70,22 +70,23 @@ pub struct Sensor {
     now: Instant,
     /// The node-ID in the last boot-up message.
     node_id: u8,
-    /// All parameters that were ever handed to the memory: nothing else may ever be loaded.
+    /// The parameters of every save that was started. No other parameters may be loaded.
     written: Vec<Vec<u8>>,
-    /// What the memory must hold: the parameters last confirmed, and those that may have replaced them. Unknown after a flipped bit.
+    /// The permitted contents of the memory: the parameters of the last confirmed save and of the saves after it. Unknown after a
+    /// flipped bit.
     known: Option<Vec<Option<Vec<u8>>>>,
-    /// Restarts, power cuts and accepted saves so far, to see that the attack reaches them.
+    /// Restarts so far.
     pub restarts: u64,
     /// Power cuts so far.
     pub power_cuts: u64,
-    /// Saves that the memory confirmed.
+    /// Confirmed saves so far.
     pub saves: u64,
     /// Frames sent so far.
     pub sent: u64,
 }
 
 impl Sensor {
-    /// A factory-new sensor.
+    /// A sensor with factory values.
     pub fn new(product: &'static Product) -> Self {
         let now = Instant::from_ticks(0);
         let node_type = NodeType::from(product);
@@ -109,8 +110,8 @@ impl Sensor {
     /// One step, chosen by `source`.
     ///
     /// # Panics
-    /// When the sensor does, when it does not come to rest, when it sends a frame that no such sensor sends, or when its memory
-    /// gives back something that was not saved last.
+    /// If the sensor panics, always has another action, sends a frame that its protocol does not permit, or loads parameters
+    /// other than those saved last.
     pub fn step(&mut self, source: &mut impl Source) {
         match source.byte() {
             0..=119 => {
@@ -148,7 +149,7 @@ impl Sensor {
                     self.settle();
                 }
             }
-            // Reported, perhaps though nothing was asked for.
+            // A report, also if the node has not requested anything.
             248 if source.byte() < 128 => self.node.stored(self.now, Ok(())),
             248 => {
                 let [x, y, z] = [0, 1, 2].map(|bit| source.byte() >> bit & 1 != 0);
@@ -190,7 +191,7 @@ impl Sensor {
         }
     }
 
-    /// Up to an hour in one go, mostly less; often exactly to the deadline.
+    /// Advances the time by at most an hour, mostly less, often exactly to the deadline.
     fn pass_time(&mut self, source: &mut impl Source) {
         let step = u64::from(source.number() >> (source.byte() % 32));
         let to = match self.node.deadline() {
@@ -233,7 +234,7 @@ impl Sensor {
         }
     }
 
-    /// Power off and on again, whatever is going on.
+    /// Switches the power off and on again at any time.
     fn power_cut(&mut self) {
         self.power_cuts += 1;
         self.boot();
@@ -279,7 +280,10 @@ impl Sensor {
                 }
                 Some(Action::Save) => {
                     let mut image = vec![0; STORE_BUFFER];
-                    let length = self.node.image(&mut image).expect("room enough");
+                    let length = self
+                        .node
+                        .image(&mut image)
+                        .expect("the buffer is large enough");
                     image.truncate(length);
                     if let Some(store) = &mut self.store {
                         store.save(|buffer| self.node.image(buffer));
@@ -299,7 +303,7 @@ impl Sensor {
                 Some(_) => {}
             }
         }
-        panic!("the sensor does not come to rest");
+        panic!("the sensor always has another action");
     }
 }
 

@@ -1,14 +1,14 @@
-//! What a PC does with Plumbline's core, beside the crates in the folders of this one.
+//! Tests and tools for Plumbline's core on a PC.
 //!
 //! - [`trace`]: recorded traffic, replayed against a sensor on the [`mod@bench`]
-//! - [`fuzz`]: whatever may come, fed to a sensor
-//! - [`calibrate`]: from a measurement to the calibration in a unit's memory
+//! - [`fuzz`]: random input for a sensor
+//! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
 //! - [`documents`]: the Markdown files beside the models
-//! - [`python`]: runs the clients written in Python, for the tests of every crate here
+//! - [`python`]: runs the clients written in Python, for the tests of all crates in this folder
 //!
-//! Those crates are `can-wire` (the CAN protocol), `bench` (a sensor and its bus in virtual time), `stm32-sim` (the simulated
-//! microcontroller), `virtual-sensor` (a sensor for real clients), `descriptors` (the models for other tools) and `cost` (what the
-//! flashed image costs).
+//! The crates in this folder are `can-wire` (the CAN protocol), `bench` (a sensor and its bus in virtual time), `stm32-sim` (the
+//! simulated microcontroller), `virtual-sensor` (a sensor for real clients), `descriptors` (EDS and DBC files of the products)
+//! and `cost` (flash, RAM and time of the image).
 
 pub mod calibrate;
 pub mod documents;

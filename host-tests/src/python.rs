@@ -1,8 +1,8 @@
 //! Clients written in Python, which the tests run.
 //!
-//! They need the packages of `clients/requirements.txt`. The first test that runs one of them installs these into the virtual
-//! environment `clients-venv` in the target directory. `PLUMBLINE_PYTHON` names another interpreter to use instead. Without
-//! `python3` or without a package registry the tests print `skipped`; in a continuous integration run (`CI` is set) they fail.
+//! They need the packages of `clients/requirements.txt`. The first test that runs a client installs the packages into the virtual
+//! environment `clients-venv` in the target directory. `PLUMBLINE_PYTHON` selects another interpreter. Without `python3` or
+//! without a package registry the tests print `skipped`. In a continuous integration run (`CI` is set) they fail.
 
 use std::fs::{self, File};
 use std::io::{Write, stderr};
@@ -10,14 +10,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::OnceLock;
 
-/// Runs `clients/SCRIPT` with these arguments and panics when it fails. `modules` are what it imports beyond Python's own.
+/// Runs `clients/SCRIPT` with these arguments and panics if it fails. `modules` are the modules outside the standard library that
+/// it imports.
 #[track_caller]
 pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
     let python = match interpreter(modules) {
         Ok(python) => python,
         Err(reason) => {
             assert!(std::env::var_os("CI").is_none(), "{script}: {reason}");
-            // Written to standard error itself, which the test harness does not capture.
+            // Written directly to standard error, which the test harness does not capture.
             let _ = writeln!(stderr(), "skipped: {script}: {reason}");
             return;
         }
@@ -39,7 +40,7 @@ pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
     );
 }
 
-/// An interpreter that has these modules, or why there is none.
+/// An interpreter that has these modules, or the reason why there is none.
 fn interpreter(modules: &[&str]) -> Result<PathBuf, String> {
     if let Some(named) = std::env::var_os("PLUMBLINE_PYTHON") {
         return Some(PathBuf::from(named))
@@ -54,7 +55,7 @@ fn interpreter(modules: &[&str]) -> Result<PathBuf, String> {
     {
         return Ok(python.clone());
     }
-    // Where nothing can be installed, the packages of the system will do.
+    // Without an installation, the packages of the system are used.
     let system = PathBuf::from("python3");
     if has(&system, modules) {
         return Ok(system);
@@ -73,11 +74,11 @@ fn has(python: &Path, modules: &[&str]) -> bool {
     status.is_ok_and(|status| status.success())
 }
 
-/// The interpreter of the virtual environment, which is installed when it is missing or old.
+/// The interpreter of the virtual environment, which is installed if it is missing or outdated.
 fn environment() -> Result<PathBuf, String> {
     const REQUIREMENTS: &str = include_str!("../clients/requirements.txt");
     let failed = |error: std::io::Error| error.to_string();
-    // The test is in `deps` in the directory of its profile.
+    // The test program is in the folder `deps` of its profile.
     let test = std::env::current_exe().map_err(failed)?;
     let target = test.ancestors().nth(3).ok_or("no target directory")?;
     let folder = target.join("clients-venv");
@@ -114,7 +115,7 @@ fn environment() -> Result<PathBuf, String> {
     Ok(python)
 }
 
-/// Runs a command; the last line of what it says when it fails.
+/// Runs a command; returns the last line of its standard error if it fails.
 fn command(command: &mut Command) -> Result<(), String> {
     let program = command.get_program().to_string_lossy().into_owned();
     let output = command.stdin(Stdio::null()).output();

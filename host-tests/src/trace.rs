@@ -1,4 +1,4 @@
-//! Recorded or written traces of the bus, replayed against a simulated sensor.
+//! Bus traces, recorded or written, and their replay against a simulated sensor.
 //!
 //! A trace is a log in the format of `candump -L -x`:
 //!
@@ -10,32 +10,32 @@
 //! # tolerance-us: 600
 //! # serial: 1
 //!
-//! # -- What a comment looks like.
+//! # -- A comment.
 //! (0.100000) can0 300#00 T
 //! (0.100672) can0 301#FF03000300004403 R
 //! # power-cycle
 //! ```
 //!
-//! Time is in seconds since power-up. `T` lines are frames of the tester; their time is the start of the frame. `R` lines are what
-//! the sensor sends; their time is the end of the frame. The sensor must send exactly these frames, in this order, byte for byte,
-//! at these times within the tolerance, and nothing else until the last time plus the tolerance.
+//! Time is in seconds since power-up. `T` lines are frames of the tester; their time is the start of the frame. `R` lines are
+//! frames of the sensor; their time is the end of the frame. The sensor must send exactly these frames, in this order, byte for
+//! byte, at these times within the tolerance, and nothing else until the last time plus the tolerance.
 //!
-//! Lines with `#` describe the trace, or, between frames, act on the sensor. Anything else with `#` is an error, but for `# -- text`
-//! and a bare `#`, which are comments.
+//! Lines with `#` describe the trace or, between frames, act on the sensor. `# -- text` and a bare `#` are comments. Every other
+//! line with `#` is an error.
 //!
 //! | line | meaning |
 //! |---|---|
-//! | `# origin: text` | where the trace comes from; always needed |
-//! | `# model: name` | the model; always needed |
-//! | `# scene: text` | what the sensor is mounted on; between frames it changes |
-//! | `# bitrate: N` | bits per second on the wire. A sensor that detects the rate is led there before each of the tester's frames. Without this line the wire follows the sensor ([`BusRate::Follow`](bench::BusRate::Follow)) |
-//! | `# tolerance-us: N` | how far a frame may be off its time, in microseconds; 1000 without this line |
+//! | `# origin: text` | source of the trace; mandatory |
+//! | `# model: name` | the product; mandatory |
+//! | `# scene: text` | the scene; between frames: a new scene |
+//! | `# bitrate: N` | bit rate of the bus in bit/s. A sensor that detects the bit rate is set to it before each frame of the tester. Without this line the bus has the bit rate of the sensor ([`BusRate::Follow`](bench::BusRate::Follow)) |
+//! | `# tolerance-us: N` | maximum time error of a frame in us; 1000 without this line |
 //! | `# serial: N` | the serial number; 1 without this line |
-//! | `# power-cycle` | the power goes off and on again |
-//! | `# corrupt newest-image` | a bit in the newest image in nonvolatile memory flips |
-//! | `# fail-writes on`, `off` | nonvolatile memory can no longer be programmed or erased; it can again |
+//! | `# power-cycle` | switches the power off and on again |
+//! | `# corrupt newest-image` | flips a bit in the newest record in nonvolatile memory |
+//! | `# fail-writes on`, `off` | programming and erasing of nonvolatile memory fails; works again |
 //!
-//! What acts between frames does so when the frame of the line before has ended.
+//! A line between frames acts after the end of the frame in the line before it.
 
 mod difference;
 mod parse;
@@ -48,22 +48,22 @@ use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, millis};
 use std::fmt;
 
-/// A trace, read and checked.
+/// A parsed trace.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Trace {
-    /// Where it comes from.
+    /// The source of the trace.
     pub origin: String,
-    /// The name of the model.
+    /// The name of the product.
     pub model: String,
-    /// What the sensor is mounted on at first.
+    /// The scene at the start.
     pub scene: Option<String>,
-    /// The bit rate of the wire; None: that of the sensor.
+    /// The bit rate of the bus; None: that of the sensor.
     pub bit_rate: Option<BitRate>,
-    /// How far a frame may be off its time.
+    /// The maximum time error of a frame.
     pub tolerance: Duration,
     /// The serial number.
     pub serial: u32,
-    /// Frames and what happens between them.
+    /// Frames, and actions between them.
     pub steps: Vec<Step>,
 }
 
@@ -86,33 +86,33 @@ impl Default for Trace {
 pub struct Step {
     /// The number of the line, from 1.
     pub line: usize,
-    /// What it says.
+    /// The frame or the action.
     pub what: What,
 }
 
-/// What a line of a trace says.
+/// A frame or an action.
 #[derive(Clone, PartialEq, Debug)]
 pub enum What {
-    /// The tester begins to send.
+    /// A frame of the tester, and the time of its start.
     Send(Instant, Frame),
-    /// A frame of the sensor has ended.
+    /// A frame of the sensor, and the time of its end.
     Expect(Instant, Frame),
-    /// The power goes off and on again.
+    /// Switches the power off and on again.
     PowerCycle,
-    /// A bit in the newest image flips.
+    /// Flips a bit in the newest record.
     CorruptNewest,
-    /// Nonvolatile memory can no longer be written, or can again.
+    /// Programming and erasing of nonvolatile memory fails, or works again.
     FailWrites(bool),
-    /// The sensor is mounted on something else.
+    /// A new scene.
     Scene(String),
 }
 
-/// A line of a trace that makes no sense.
+/// An invalid line of a trace.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct TraceError {
     /// The number of the line, from 1; 0 when a line is missing.
     pub line: usize,
-    /// What is wrong with it.
+    /// The error.
     pub message: String,
 }
 

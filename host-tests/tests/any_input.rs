@@ -1,11 +1,11 @@
-//! No input, no power cut and no bus fault may make a sensor panic, hang or lose a saved parameter.
+//! A sensor does not panic, hang or lose a saved parameter with any input, power cut or bus fault.
 
 use host_tests::fuzz::Sensor;
 use plumbline::model::catalog::PRODUCTS;
 
-/// Steps for each model.
+/// Steps for each product.
 const STEPS: u64 = 2_000_000;
-/// Steps before the attack begins anew with a fresh sensor.
+/// Steps with one sensor; the next round uses a new sensor.
 const ROUND: u64 = 2_000;
 
 /// Random bytes: xorshift64*.
@@ -20,7 +20,7 @@ fn random(seed: u64) -> impl Iterator<Item = u8> {
 }
 
 #[test]
-fn two_million_steps_for_each_model() {
+fn two_million_random_steps_of_each_product_neither_panic_nor_lose_parameters() {
     for product in PRODUCTS {
         let mut counts = [0; 4];
         for seed in 1..=STEPS / ROUND {
@@ -46,7 +46,7 @@ fn two_million_steps_for_each_model() {
             "{}: {STEPS} steps, {sent} frames, {saves} saves, {restarts} restarts, {power_cuts} power cuts",
             product.name
         );
-        // The attack must get somewhere, or it shows nothing.
+        // The input must cause enough restarts, power cuts, saves and frames, or the test shows nothing.
         assert!(
             restarts > 100 && power_cuts > 1000 && saves > 100 && sent > 10_000,
             "{counts:?}"

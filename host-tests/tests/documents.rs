@@ -1,4 +1,4 @@
-//! The documents of the products contain the products' own tables, and the README lists every product.
+//! The documents of the products contain the tables of the products, and the README lists every product.
 //!
 //! A document of a product is a Markdown file beside its model. It has the table of the product in a block:
 //!
@@ -8,7 +8,7 @@
 //! <!-- end -->
 //! ```
 //!
-//! A block can be the table of several products; then their tables are equal. `UPDATE=1 cargo test -p host-tests --test documents`
+//! A block can belong to several products with equal tables. `UPDATE=1 cargo test -p host-tests --test documents`
 //! writes the blocks.
 
 use descriptors::{Table, table};
@@ -19,15 +19,15 @@ use std::sync::LazyLock;
 
 const README: &str = include_str!("../../README.md");
 
-/// The README is for newcomers: it is short.
+/// Maximum length of the README.
 const README_LINES: usize = 250;
 
-/// How a block begins,
+/// The start of a block.
 const BEGIN: &str = "<!-- ";
-/// what ends its heading,
+/// The end of the heading of a block.
 const ORIGIN: &str =
     ": written from the product's table, checked by host-tests/tests/documents.rs -->\n";
-/// and how it ends.
+/// The end of a block.
 const END: &str = "<!-- end -->\n";
 
 /// The table of some products in a document.
@@ -37,7 +37,7 @@ struct Block<'a> {
     table: &'a str,
 }
 
-/// All documents, with the blocks written anew when the environment asks for it.
+/// All documents. Their blocks are written again if UPDATE is set.
 static DOCUMENTS: LazyLock<Vec<Document>> = LazyLock::new(|| {
     let mut documents = documents().expect("the documents can be read");
     if std::env::var_os("UPDATE").is_some() {
@@ -49,7 +49,7 @@ static DOCUMENTS: LazyLock<Vec<Document>> = LazyLock::new(|| {
     documents
 });
 
-/// The part of a text before a block, the block, and the rest; None when there is no further block.
+/// The part of a text before a block, the block, and the rest; None if there is no further block.
 fn next_block(text: &str) -> Option<(&str, Block<'_>, &str)> {
     let (before, after) = text.split_once(ORIGIN)?;
     let (before, heading) = before
@@ -80,7 +80,7 @@ fn blocks(mut text: &str) -> Vec<Block<'_>> {
     .collect()
 }
 
-/// The document with its blocks written from the tables of the products.
+/// The text of a document with its blocks written from the tables of the products.
 fn updated(mut text: &str) -> String {
     let mut written = String::new();
     while let Some((before, block, rest)) = next_block(text) {
@@ -112,7 +112,7 @@ fn documents_of(name: &str) -> Vec<&'static Document> {
 }
 
 #[test]
-fn every_product_has_its_table_in_one_document() {
+fn every_product_has_its_table_in_exactly_one_document() {
     for product in PRODUCTS {
         let documents = documents_of(product.name);
         assert_eq!(
@@ -125,7 +125,7 @@ fn every_product_has_its_table_in_one_document() {
 }
 
 #[test]
-fn every_block_is_the_table_of_its_products() {
+fn every_block_equals_the_table_of_its_products() {
     for document in &*DOCUMENTS {
         for block in blocks(&document.text) {
             for name in &block.products {
@@ -170,7 +170,7 @@ fn readme_lists_every_product() {
 }
 
 #[test]
-fn links_of_the_readme_lead_to_files() {
+fn readme_links_point_to_existing_files() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for part in README.split("](").skip(1) {
         let (link, _) = part.split_once(')').expect("the end of the link");
@@ -180,7 +180,7 @@ fn links_of_the_readme_lead_to_files() {
 }
 
 #[test]
-fn readme_is_short() {
+fn readme_does_not_exceed_250_lines() {
     let lines = README.lines().count();
     assert!(lines <= README_LINES, "{lines} lines");
 }

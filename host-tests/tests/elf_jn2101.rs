@@ -1,4 +1,4 @@
-//! The JN2101's image for the Blue Pill, run by the simulated microcontroller.
+//! The image of the JN2101 for the Blue Pill, run on the simulated microcontroller.
 
 use bench::NodeType;
 use bench::motion::Motion;
@@ -24,8 +24,8 @@ fn node_type() -> NodeType {
     NodeType::find("jn2101").expect("a product")
 }
 
-/// At rest on a table, as warm as this in 0.01 degC.
-fn table(temperature: i16) -> Box<Reading> {
+/// In level position at rest, with this temperature in 0.01 degC.
+fn level(temperature: i16) -> Box<Reading> {
     Box::new(Reading {
         acceleration: I32x3 {
             x: 0,
@@ -39,55 +39,56 @@ fn table(temperature: i16) -> Box<Reading> {
 }
 
 fn microcontroller(serial: u32, motion: Box<dyn Motion>) -> Microcontroller {
-    let image = Image::parse(elf()).expect("the image is one");
+    let image = Image::parse(elf()).expect("an image");
     Microcontroller::new("jn2101", Rc::new(image), serial, Flash::default(), motion)
 }
 
-/// A sensor on a bus of 125 kbit/s, and a tester.
-struct Desk {
+/// A sensor and a tester on a bus with 125 kbit/s.
+struct Bench {
     bus: Bus,
     sensor: DeviceId,
     tester: AdapterId,
 }
 
-impl Desk {
-    /// Switched on; its boot-up message has come.
+impl Bench {
+    /// A sensor after power-up and its boot-up message.
     fn new(motion: Box<dyn Motion>) -> Self {
         let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
         let sensor = bus.attach(microcontroller(1, motion));
         let tester = bus.adapter();
         bus.open(tester, None, false);
-        let mut desk = Self {
+        let mut bench = Self {
             bus,
             sensor,
             tester,
         };
-        assert_eq!(desk.wait(200), ["70A#00"]);
-        desk
+        assert_eq!(bench.wait(200), ["70A#00"]);
+        bench
     }
 
-    /// What the sensor sends in so many milliseconds.
+    /// The frames that the sensor sends within this many milliseconds.
     fn wait(&mut self, ms: u32) -> Vec<String> {
         self.bus.run_until(after(self.bus.now(), millis(ms)));
         let frames = self.bus.take_received(self.tester).into_iter();
         frames.map(|(_, frame)| format!("{frame:?}")).collect()
     }
 
-    /// Sends a frame; what comes within 10 ms.
+    /// Sends a frame; returns the frames received within 10 ms.
     fn exchange(&mut self, text: &str) -> Vec<String> {
         self.bus.send(self.tester, frame(text));
         self.wait(10)
     }
 
     fn chip(&self) -> &Microcontroller {
-        Microcontroller::of(self.bus.device(self.sensor)).expect("it is one")
+        Microcontroller::of(self.bus.device(self.sensor)).expect("a simulated microcontroller")
     }
 
     fn chip_mut(&mut self) -> &mut Microcontroller {
-        Microcontroller::of_mut(self.bus.device_mut(self.sensor)).expect("it is one")
+        Microcontroller::of_mut(self.bus.device_mut(self.sensor))
+            .expect("a simulated microcontroller")
     }
 
-    /// The number in an object of four bytes at most.
+    /// Reads a number from an object of at most four bytes.
     fn upload(&mut self, index: u16, sub: u8) -> u32 {
         let [low, high] = index.to_le_bytes();
         let replies = self.exchange(&format!("60A#40{low:02X}{high:02X}{sub:02X}00000000"));
@@ -115,7 +116,7 @@ impl Desk {
     }
 }
 
-impl Drop for Desk {
+impl Drop for Bench {
     fn drop(&mut self) {
         if !std::thread::panicking() {
             assert_eq!(self.chip().violations(), [""; 0]);
@@ -123,161 +124,169 @@ impl Drop for Desk {
     }
 }
 
-/// The frame that a text like `60A#4000100000000000` stands for.
+/// Parses a frame like `60A#4000100000000000`.
 fn frame(text: &str) -> Frame {
     let (id, data) = text.split_once('#').expect("an identifier and data");
     let byte = |at: usize| u8::from_str_radix(&data[at..at + 2], 16).expect("hexadecimal");
     let bytes: Vec<u8> = (0..data.len()).step_by(2).map(byte).collect();
     let id = u16::from_str_radix(id, 16).expect("hexadecimal");
-    Frame::data(standard(id), &bytes).expect("8 bytes at most")
+    Frame::data(standard(id), &bytes).expect("at most 8 bytes")
 }
 
-/// The request, the data of the reply.
+/// The request and the reply.
 const DEVICE_TYPE: (&str, &str) = ("60A#4000100000000000", "58A#430010009A010400");
 
 #[test]
-fn sdo_nmt_sync_and_heartbeat() {
-    let mut desk = Desk::new(table(25_00));
-    assert_eq!(desk.exchange(DEVICE_TYPE.0), [DEVICE_TYPE.1]);
-    assert_eq!(desk.exchange("080#"), [""; 0], "not operational");
-    assert_eq!(desk.exchange("000#010A"), [""; 0]);
+fn sdo_nmt_sync_and_heartbeat_work() {
+    let mut bench = Bench::new(level(25_00));
+    assert_eq!(bench.exchange(DEVICE_TYPE.0), [DEVICE_TYPE.1]);
+    assert_eq!(bench.exchange("080#"), [""; 0], "not operational");
+    assert_eq!(bench.exchange("000#010A"), [""; 0]);
     let level = ["18A#00000000", "28A#0000000000000000"];
-    assert_eq!(desk.exchange("080#"), level);
-    desk.download(0x1017, 0, 50_u16.to_le_bytes());
-    assert_eq!(desk.wait(150), ["70A#05"; 3]);
-    desk.download(0x1017, 0, [0, 0]);
-    assert_eq!(desk.exchange("000#8200"), ["70A#00"], "reset communication");
-    assert_eq!(desk.exchange("000#8100"), ["70A#00"], "reset node");
-    assert_eq!(desk.chip().boots(), 1);
-    desk.bus.send(desk.tester, frame("60A#2F02200001000000"));
+    assert_eq!(bench.exchange("080#"), level);
+    bench.download(0x1017, 0, 50_u16.to_le_bytes());
+    assert_eq!(bench.wait(150), ["70A#05"; 3]);
+    bench.download(0x1017, 0, [0, 0]);
     assert_eq!(
-        desk.wait(300),
-        ["58A#6002200000000000", "70A#00"],
-        "2002h restarts"
+        bench.exchange("000#8200"),
+        ["70A#00"],
+        "reset communication"
     );
-    assert_eq!(desk.chip().boots(), 2);
+    assert_eq!(bench.exchange("000#8100"), ["70A#00"], "reset node");
+    assert_eq!(bench.chip().boots(), 1);
+    bench.bus.send(bench.tester, frame("60A#2F02200001000000"));
+    assert_eq!(
+        bench.wait(300),
+        ["58A#6002200000000000", "70A#00"],
+        "2002h resets the sensor"
+    );
+    assert_eq!(bench.chip().boots(), 2);
 }
 
-/// What is answered before the controller changes its filters is not lost on the way.
+/// A reply that is sent before the CAN controller changes its filters is not lost.
 #[test]
-fn another_sync_identifier_is_confirmed_and_in_force() {
-    let mut desk = Desk::new(table(25_00));
-    desk.exchange("000#010A");
-    desk.download(0x1005, 0, 0x0A0_u32.to_le_bytes());
-    assert_eq!(desk.exchange("080#"), [""; 0]);
-    assert_eq!(desk.exchange("0A0#").len(), 2);
-}
-
-#[test]
-fn what_is_stored_outlasts_the_power() {
-    let mut desk = Desk::new(table(25_00));
-    desk.download(0x2000, 0, [11]);
-    desk.bus.send(desk.tester, frame("60A#2310100173617665"));
-    assert_eq!(desk.wait(200), ["58A#6010100100000000"]);
-    desk.bus.power_cycle(desk.sensor);
-    assert_eq!(desk.wait(200), ["70B#00"]);
+fn new_sync_identifier_is_confirmed_and_in_force() {
+    let mut bench = Bench::new(level(25_00));
+    bench.exchange("000#010A");
+    bench.download(0x1005, 0, 0x0A0_u32.to_le_bytes());
+    assert_eq!(bench.exchange("080#"), [""; 0]);
+    assert_eq!(bench.exchange("0A0#").len(), 2);
 }
 
 #[test]
-fn the_self_test_tells_which_axes_work() {
+fn saved_node_id_survives_a_power_cycle() {
+    let mut bench = Bench::new(level(25_00));
+    bench.download(0x2000, 0, [11]);
+    bench.bus.send(bench.tester, frame("60A#2310100173617665"));
+    assert_eq!(bench.wait(200), ["58A#6010100100000000"]);
+    bench.bus.power_cycle(bench.sensor);
+    assert_eq!(bench.wait(200), ["70B#00"]);
+}
+
+#[test]
+fn self_test_reports_the_working_axes() {
     for (works, register) in [(true, 0b110), (false, 0)] {
-        let mut desk = Desk::new(table(25_00));
-        desk.chip_mut().io_mut().imu.set_self_test_works(works);
-        desk.exchange("000#010A");
-        desk.download(0x4004, 1, [1]);
+        let mut bench = Bench::new(level(25_00));
+        bench.chip_mut().io_mut().imu.set_self_test_works(works);
+        bench.exchange("000#010A");
+        bench.download(0x4004, 1, [1]);
         for _ in 0..7 {
-            assert_eq!(desk.upload(0x4004, 1), 1, "under way");
-            assert_eq!(desk.exchange("080#")[0], "18A#00000000", "the angle holds");
-            desk.wait(200);
+            assert_eq!(bench.upload(0x4004, 1), 1, "the self-test runs");
+            assert_eq!(
+                bench.exchange("080#")[0],
+                "18A#00000000",
+                "the angle is held"
+            );
+            bench.wait(200);
         }
-        let alarms = desk.wait(1000);
-        assert_eq!(desk.upload(0x4004, 1), 0);
-        assert_eq!(desk.upload(0x4004, 2), register);
-        let silent: [&str; 0] = [];
+        let emergencies = bench.wait(1000);
+        assert_eq!(bench.upload(0x4004, 1), 0);
+        assert_eq!(bench.upload(0x4004, 2), register);
+        let none: [&str; 0] = [];
         if works {
-            assert_eq!(alarms, silent);
+            assert_eq!(emergencies, none);
         } else {
-            assert_eq!(alarms, ["08A#0010010100000000"]);
+            assert_eq!(emergencies, ["08A#0010010100000000"]);
         }
         assert_eq!(
-            desk.exchange("080#")[0],
+            bench.exchange("080#")[0],
             "18A#00000000",
-            "it measures again"
+            "the sensor measures again"
         );
         if works {
-            let mut shaken = table(25_00);
+            let mut shaken = level(25_00);
             shaken.acceleration.z = 3 * ONE_G;
-            desk.chip_mut().set_motion(shaken);
+            bench.chip_mut().set_motion(shaken);
             let clipped = "08A#0010010100000000";
-            assert_eq!(desk.wait(200), [clipped], "at +-2 g");
+            assert_eq!(bench.wait(200), [clipped], "at +-2 g");
         }
     }
 }
 
 #[test]
-fn a_missing_accelerometer_fails_the_self_test() {
-    let mut desk = Desk::new(table(25_00));
-    desk.chip_mut().io_mut().imu.unmount();
-    assert_eq!(desk.wait(500), ["08A#0010010100000000"]);
-    desk.download(0x4004, 1, [1]);
-    desk.wait(100);
-    assert_eq!(desk.upload(0x4004, 1), 0);
-    assert_eq!(desk.upload(0x4004, 2), 0);
+fn self_test_fails_without_an_accelerometer() {
+    let mut bench = Bench::new(level(25_00));
+    bench.chip_mut().io_mut().imu.unmount();
+    assert_eq!(bench.wait(500), ["08A#0010010100000000"]);
+    bench.download(0x4004, 1, [1]);
+    bench.wait(100);
+    assert_eq!(bench.upload(0x4004, 1), 0);
+    assert_eq!(bench.upload(0x4004, 2), 0);
 }
 
 #[test]
-fn the_terminating_resistor_is_switched_and_off_without_power() {
-    let mut desk = Desk::new(table(25_00));
-    assert!(desk.chip().terminated(), "as delivered");
-    desk.download(0x2045, 0, [0]);
-    assert!(!desk.chip().terminated());
-    desk.download(0x2045, 0, [1]);
-    assert!(desk.chip().terminated());
-    let now = desk.bus.now();
-    desk.bus.device_mut(desk.sensor).power_off(now);
-    assert!(!desk.chip().terminated());
+fn terminating_resistor_is_switched_and_is_off_without_power() {
+    let mut bench = Bench::new(level(25_00));
+    assert!(bench.chip().terminated(), "on at the factory");
+    bench.download(0x2045, 0, [0]);
+    assert!(!bench.chip().terminated());
+    bench.download(0x2045, 0, [1]);
+    assert!(bench.chip().terminated());
+    let now = bench.bus.now();
+    bench.bus.device_mut(bench.sensor).power_off(now);
+    assert!(!bench.chip().terminated());
 }
 
 #[test]
-fn the_heater_heats_as_the_temperature_asks_for() {
-    let mut desk = Desk::new(table(20_00));
-    desk.download(0x2041, 0, [1]);
-    desk.wait(500);
-    assert_eq!(desk.chip().heater(), 1000, "30 K below its set point");
-    let clock = desk.chip().io().rcc.timer_clock();
-    assert_eq!(desk.chip().io().tim3.frequency(clock), Some(1000.0));
-    desk.chip_mut().set_motion(table(60_00));
-    desk.wait(4000);
-    assert_eq!(desk.chip().heater(), 0, "10 K above it");
-    desk.chip_mut().set_motion(table(40_00));
-    desk.wait(4000);
-    let duty = desk.chip().heater();
+fn heating_power_depends_on_the_temperature() {
+    let mut bench = Bench::new(level(20_00));
+    bench.download(0x2041, 0, [1]);
+    bench.wait(500);
+    assert_eq!(bench.chip().heater(), 1000, "30 K below its set point");
+    let clock = bench.chip().io().rcc.timer_clock();
+    assert_eq!(bench.chip().io().tim3.frequency(clock), Some(1000.0));
+    bench.chip_mut().set_motion(level(60_00));
+    bench.wait(4000);
+    assert_eq!(bench.chip().heater(), 0, "10 K above it");
+    bench.chip_mut().set_motion(level(40_00));
+    bench.wait(4000);
+    let duty = bench.chip().heater();
     assert!((400..=700).contains(&duty), "{duty}");
     assert_eq!(
-        desk.upload(0x4081, 0),
+        bench.upload(0x4081, 0),
         u32::from(duty) * 1500 / 1000,
         "in mW"
     );
-    desk.download(0x2041, 0, [0]);
-    assert_eq!(desk.chip().heater(), 0, "switched off");
+    bench.download(0x2041, 0, [0]);
+    assert_eq!(bench.chip().heater(), 0, "switched off");
 }
 
-/// A restart must not leave the heater on for the time that it takes.
+/// The heater must not stay on during a restart.
 #[test]
-fn a_restart_switches_the_heater_off() {
-    let mut desk = Desk::new(table(20_00));
-    desk.download(0x2041, 0, [1]);
-    desk.wait(500);
-    assert_eq!(desk.chip().heater(), 1000);
-    desk.bus.send(desk.tester, frame("60A#2F02200001000000"));
+fn restart_switches_the_heater_off() {
+    let mut bench = Bench::new(level(20_00));
+    bench.download(0x2041, 0, [1]);
+    bench.wait(500);
+    assert_eq!(bench.chip().heater(), 1000);
+    bench.bus.send(bench.tester, frame("60A#2F02200001000000"));
     let mut last = 1000;
-    while desk.chip().boots() == 1 {
-        last = desk.chip().heater();
-        let soon = Instant::from_ticks(desk.bus.now().ticks() + 50);
-        desk.bus.run_until(soon);
+    while bench.chip().boots() == 1 {
+        last = bench.chip().heater();
+        let soon = Instant::from_ticks(bench.bus.now().ticks() + 50);
+        bench.bus.run_until(soon);
     }
     assert_eq!(last, 0, "off before the reset");
-    assert_eq!(desk.chip().heater(), 0, "and after it");
+    assert_eq!(bench.chip().heater(), 0, "off after the reset");
 }
 
 /// The time of the boot-up message in us.
@@ -294,10 +303,10 @@ fn boot_up(sensor: impl Sensor) -> u64 {
 
 #[cfg(target_os = "linux")]
 fn built_for_the_pc() -> bench::Device {
-    bench::Device::new(&node_type(), 1, Flash::default(), table(25_00))
+    bench::Device::new(&node_type(), 1, Flash::default(), level(25_00))
 }
 
-/// A trace with everything later by so many us: the board takes its time to boot.
+/// A trace with all times later by `delay` microseconds, because the image needs more time to boot.
 #[cfg(target_os = "linux")]
 fn later(trace: &str, delay: u64) -> String {
     let line = |line: &str| {
@@ -313,10 +322,10 @@ fn later(trace: &str, delay: u64) -> String {
     trace.lines().map(line).collect()
 }
 
-/// Byte for byte what the sensor built for the PC sends.
+/// The image sends the same bytes as the sensor built for the PC.
 #[cfg(target_os = "linux")]
 #[test]
-fn it_replays_its_traces() {
+fn image_passes_every_trace() {
     use host_tests::trace::Trace;
     use virtual_sensor::scene::{Axes, Scene, SceneArgument};
     let scene = |node_type: &NodeType, text: &str| -> Result<Box<dyn Motion>, String> {
@@ -325,16 +334,16 @@ fn it_replays_its_traces() {
         Ok(Box::new(scene.map_err(|error| error.to_string())?))
     };
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
-    let delay = boot_up(microcontroller(1, table(25_00))) - boot_up(built_for_the_pc());
+    let delay = boot_up(microcontroller(1, level(25_00))) - boot_up(built_for_the_pc());
     let mut replayed = 0;
-    for entry in folder.read_dir().expect("the traces") {
-        let path = entry.expect("an entry").path();
+    for entry in folder.read_dir().expect("the folder of the traces") {
+        let path = entry.expect("an entry of the folder").path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         if !name.starts_with("jn2101-") || !name.ends_with(".log") {
             continue;
         }
         let text = std::fs::read_to_string(&path).expect("the trace can be read");
-        let trace: Trace = later(&text, delay).parse().expect("it is a trace");
+        let trace: Trace = later(&text, delay).parse().expect("a trace");
         let booted = millis(0);
         let result = trace.replay_on(&node_type(), &scene, booted, &|_, serial, motion| {
             Box::new(microcontroller(serial, motion))
@@ -348,16 +357,16 @@ fn it_replays_its_traces() {
 }
 
 #[test]
-fn flash_and_memory_suffice() {
-    let mut desk = Desk::new(table(25_00));
-    desk.exchange("000#010A");
-    desk.exchange("080#");
-    desk.download(0x4004, 1, [1]);
-    desk.wait(2500);
-    desk.bus.send(desk.tester, frame("60A#2310100173617665"));
-    desk.wait(200);
-    let size = stm32_sim::image::Size::of(elf()).expect("the image is one");
-    let stack = desk.chip().peak_stack();
+fn image_and_stack_fit_into_flash_and_ram() {
+    let mut bench = Bench::new(level(25_00));
+    bench.exchange("000#010A");
+    bench.exchange("080#");
+    bench.download(0x4004, 1, [1]);
+    bench.wait(2500);
+    bench.bus.send(bench.tester, frame("60A#2310100173617665"));
+    bench.wait(200);
+    let size = stm32_sim::image::Size::of(elf()).expect("an image");
+    let stack = bench.chip().peak_stack();
     assert!(size.flash <= 30 * 1024, "{} bytes of flash", size.flash);
     assert!(stack <= 2 * 1024, "{stack} bytes of stack");
     assert!(size.ram + u64::from(stack) <= 8 * 1024);

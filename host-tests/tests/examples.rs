@@ -1,4 +1,4 @@
-//! The examples of core from outside of the workspace: they compile with what is public, and they send what they say.
+//! Builds the examples of core outside the workspace: they compile with the public interface and send the documented frames.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -6,7 +6,7 @@ use std::{env, fs};
 
 const CORE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../core");
 
-/// A package outside of the workspace, with this program.
+/// Creates a package outside the workspace with this program.
 fn package(name: &str, program: &str) -> PathBuf {
     let folder = env::temp_dir().join(format!("plumbline-{name}-{}", std::process::id()));
     fs::create_dir_all(folder.join("src")).expect("a folder");
@@ -15,19 +15,19 @@ fn package(name: &str, program: &str) -> PathBuf {
     );
     fs::write(folder.join("Cargo.toml"), manifest).expect("a manifest");
     fs::write(folder.join("src/main.rs"), program).expect("a program");
-    // The versions that the workspace has, which are on this machine.
+    // The same versions as in the workspace, because they are available offline.
     let lock = Path::new(CORE).join("../Cargo.lock");
     fs::copy(lock, folder.join("Cargo.lock")).expect("a lock file");
     folder
 }
 
-/// Builds and runs a program that is outside of the workspace; its output, or what the compiler says.
+/// Builds and runs a program outside the workspace. Returns its output, or the errors of the compiler.
 fn run(name: &str, program: &str) -> Result<String, String> {
     let folder = package(name, program);
     let output = Command::new(env!("CARGO"))
         .args(["run", "--quiet", "--offline"])
         .current_dir(&folder)
-        // One build of core for all of them.
+        // One build of core for all programs.
         .env(
             "CARGO_TARGET_DIR",
             concat!(env!("CARGO_TARGET_TMPDIR"), "/outside"),
@@ -46,7 +46,10 @@ fn run(name: &str, program: &str) -> Result<String, String> {
 fn example(name: &str) -> String {
     let path = Path::new(CORE).join("examples").join(name);
     let program = fs::read_to_string(path.with_extension("rs")).expect("an example");
-    assert!(program.lines().count() < 80, "{name}: an example is short");
+    assert!(
+        program.lines().count() < 80,
+        "{name}: the example is too long"
+    );
     program
 }
 

@@ -64,7 +64,7 @@ fn filter(kind: &str, cutoff: u16) -> LowPass {
 }
 
 #[test]
-fn arc_tangents_are_within_the_stated_error() {
+fn arc_tangents_are_within_the_documented_error() {
     for row in rows("atan2.csv") {
         let (y, x) = (number(&row[0]), number(&row[1]));
         let error = difference(Angle::atan2(y, x), number(&row[2]));
@@ -76,7 +76,7 @@ fn arc_tangents_are_within_the_stated_error() {
 }
 
 #[test]
-fn the_angles_of_both_kinds_of_sensor_are_within_the_stated_error() {
+fn one_axis_and_two_axis_angles_are_within_the_documented_error() {
     for row in rows("angles.csv") {
         let up = I32x3 {
             x: number(&row[0]),
@@ -85,8 +85,8 @@ fn the_angles_of_both_kinds_of_sensor_are_within_the_stated_error() {
         };
         let two_axis = perpendicular(up);
         let angles = [two_axis.x, two_axis.y, rotation(up), cross_slope(up)];
-        for (angle, truth) in angles.into_iter().zip(&row[3..]) {
-            let error = difference(angle, number(truth));
+        for (angle, exact) in angles.into_iter().zip(&row[3..]) {
+            let error = difference(angle, number(exact));
             assert!(
                 error <= f64::from(definition::ERROR.0) * UNIT,
                 "{row:?}: {error:e} deg"
@@ -96,7 +96,7 @@ fn the_angles_of_both_kinds_of_sensor_are_within_the_stated_error() {
 }
 
 #[test]
-fn step_responses_are_those_of_the_exact_filter() {
+fn step_responses_match_the_exact_filter() {
     for ((kind, cutoff), response) in by_filter("steps.csv") {
         let mut filter = filter(&kind, cutoff);
         let mut sample = 0;
@@ -116,7 +116,7 @@ fn step_responses_are_those_of_the_exact_filter() {
 }
 
 #[test]
-fn the_butterworth_filter_overshoots_as_the_ideal_one_does() {
+fn butterworth_overshoot_matches_the_ideal_filter() {
     for row in rows("overshoot.csv") {
         let cutoff: u16 = number(&row[0]);
         let mut filter = filter("butterworth", cutoff);
@@ -132,7 +132,7 @@ fn the_butterworth_filter_overshoots_as_the_ideal_one_does() {
 fn frequency_responses_are_within_a_thousandth_of_a_db() {
     const IMPULSE: i32 = 2 * ONE_G - 1;
     for ((kind, cutoff), response) in by_filter("responses.csv") {
-        // The response to the largest impulse, transformed at each frequency of the file.
+        // The Fourier transform of the response to the largest impulse, at each frequency of the file.
         let mut filter = filter(&kind, cutoff);
         let samples = 20 * 200_000 / u32::from(cutoff);
         let impulse: Vec<f64> = (0..samples)
@@ -159,9 +159,9 @@ fn frequency_responses_are_within_a_thousandth_of_a_db() {
 }
 
 #[test]
-fn a_sample_goes_all_the_way_through_the_path() {
+fn sample_passes_through_all_steps_of_the_path() {
     // Nose down by 30.00 deg. The accelerometer has an offset of 0.1 g in z and, 5 K above 25 degC, drifts by 5 times
-    // 0.6 mg in x (10066 * 2^-24 g/K), which would be 0.17 deg.
+    // 0.6 mg in x (10066 * 2^-24 g/K), which is an error of 0.17 deg without calibration.
     let offset = ONE_G / 10;
     let drift = ONE_G / 1000 * 3;
     let mut inclinometer = Inclinometer {
@@ -188,7 +188,7 @@ fn a_sample_goes_all_the_way_through_the_path() {
         perpendicular(up).x.centidegrees()
     };
     assert_eq!(x(30.0), 3_000);
-    // Back to level: on its way at first, there in the end.
+    // Back to level: the filter delays the angle, then it is 0.
     assert!((2_900..=3_000).contains(&x(0.0)));
     for _ in 0..400 {
         x(0.0);

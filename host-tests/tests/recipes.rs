@@ -1,6 +1,7 @@
 //! The recipes in the documents of the products, run against a simulated sensor.
 //!
-//! A recipe is a text block after a comment with the product, the scene, and `power-up` if it begins with the start of the sensor:
+//! A recipe is a text block after a comment with the product, the scene, and `power-up` if it begins with the start of the
+//! sensor:
 //!
 //! ````text
 //! <!-- recipe: is2, tilt=12.34,-5.67 -->
@@ -11,7 +12,7 @@
 //! ```
 //! ````
 //!
-//! Behind the frame there is a comment. The sensor starts with a blank memory, and the bus has the bit rate of the sensor.
+//! A comment can follow the frame. The sensor starts with a blank memory, and the bus has the bit rate of the sensor.
 
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
 use host_tests::documents::documents;
@@ -19,23 +20,23 @@ use plumbline::can::{Frame, extended, standard};
 use plumbline::time::{Duration, after, millis, reached};
 use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
-/// How a recipe begins.
+/// The start of a recipe.
 const BEGIN: &str = "<!-- recipe: ";
 
-/// How long the sensor has for a frame: the longest cycle in a recipe is 1 s.
+/// Maximum time until a frame of the sensor: the longest cycle in a recipe is 1 s.
 const PATIENCE: Duration = millis(1500);
 
-/// In this time after an expected frame no other frame comes.
+/// The sensor sends no other frame within this time after an expected frame.
 const QUIET: Duration = millis(5);
 
-/// How long the sensor needs for what it does not answer: a restart, a change of the state.
+/// Time for an action without a reply: a restart, a change of the state.
 const WITHOUT_REPLY: Duration = millis(300);
 
 struct Run {
     bus: Bus,
     sensor: DeviceId,
     tester: AdapterId,
-    came: Vec<Frame>,
+    received: Vec<Frame>,
 }
 
 impl Run {
@@ -52,7 +53,7 @@ impl Run {
             bus,
             sensor,
             tester,
-            came: Vec::new(),
+            received: Vec::new(),
         }
     }
 
@@ -60,26 +61,26 @@ impl Run {
         let until = after(self.bus.now(), time);
         self.bus.run_until(until);
         let received = self.bus.take_received(self.tester);
-        self.came
+        self.received
             .extend(received.into_iter().map(|(_, frame)| frame));
     }
 
-    /// Brings a sensor that detects the bit rate on the bus, and drops what every sensor sends after power-up.
+    /// Waits until the sensor is on the bus, also with automatic detection, and drops the frames that it sends after power-up.
     fn boot(&mut self) {
         self.wait(WITHOUT_REPLY);
         let any = Frame::data(standard(0x7FF), &[]).expect("no data");
         self.bus.send(self.tester, any);
         self.wait(WITHOUT_REPLY);
-        self.came.clear();
+        self.received.clear();
     }
 
     /// The next frame of the sensor.
     fn next(&mut self) -> Option<Frame> {
         let until = after(self.bus.now(), PATIENCE);
-        while self.came.is_empty() && !reached(self.bus.now(), until) {
+        while self.received.is_empty() && !reached(self.bus.now(), until) {
             self.wait(millis(1));
         }
-        (!self.came.is_empty()).then(|| self.came.remove(0))
+        (!self.received.is_empty()).then(|| self.received.remove(0))
     }
 
     fn step(&mut self, line: &str) -> Result<(), String> {
@@ -92,9 +93,9 @@ impl Run {
             }
             "<-" => {
                 let expected = frame(text)?;
-                let came = self.next();
-                if came != Some(expected) {
-                    return Err(format!("{came:?} came"));
+                let received = self.next();
+                if received != Some(expected) {
+                    return Err(format!("received {received:?}"));
                 }
             }
             "--" => {
@@ -106,12 +107,12 @@ impl Run {
         Ok(())
     }
 
-    /// Nothing comes that is not in the recipe.
+    /// The sensor has sent no frame that is not in the recipe.
     fn is_quiet(&mut self) -> Result<(), String> {
         self.wait(QUIET);
-        match self.came.first() {
+        match self.received.first() {
             None => Ok(()),
-            Some(frame) => Err(format!("{frame:?} came before")),
+            Some(frame) => Err(format!("received {frame:?} before this line")),
         }
     }
 }
@@ -163,7 +164,7 @@ fn run(heading: &str, recipe: &str) -> Result<(), String> {
 }
 
 #[test]
-fn recipes_have_the_frames_of_the_sensor() {
+fn sensor_sends_the_frames_of_the_recipes() {
     let mut count = 0;
     let mut failures = Vec::new();
     for document in documents().expect("the documents can be read") {

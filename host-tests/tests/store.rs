@@ -1,23 +1,23 @@
-//! The store on the simulated flash of the STM32F103 when the power is cut.
+//! The store on the simulated flash of the STM32F103 with power cuts.
 
 mod saves;
 
 use bench::Flash;
 use saves::*;
 
-/// Where a series of saves was cut off.
+/// The state after a power cut in a series of saves.
 struct Cut {
     flash: Flash,
-    /// What had been saved before, if anything.
+    /// The last save before the cut, if any.
     saved: Option<usize>,
-    /// What was being saved; None: the cut came while erasing ahead.
+    /// The save during the cut; None: the cut was while erasing ahead.
     saving: Option<usize>,
-    /// The cut has changed something.
+    /// The interrupted operation has changed the memory.
     changed: bool,
 }
 
-/// Makes the saves 0 to `count` - 1 with a restart before each that `restart` picks, until the power is cut. None when it was
-/// not.
+/// Makes the saves 0 to `count` - 1 until the power is cut, with a restart before each save that `restart` selects. None: the
+/// power was not cut.
 fn run(flash: Flash, count: usize, restart: fn(usize) -> bool) -> Option<Cut> {
     let mut store = boot(flash);
     let mut saved = None;
@@ -46,10 +46,10 @@ fn run(flash: Flash, count: usize, restart: fn(usize) -> bool) -> Option<Cut> {
     None
 }
 
-/// The restarts that are tried: none, before each save, and now and then.
+/// The tested restarts: none, before each save, before every fifth save.
 const RESTARTS: [fn(usize) -> bool; 3] = [|_| false, |_| true, |number| number % 5 == 3];
 
-/// After a cut the old record is there or the new one (before the first save, none), and the following saves succeed in both pages.
+/// After a cut, the old or the new record is found (before the first save, none), and the following saves succeed in both pages.
 fn survives(cut: Cut, what: &str) {
     let after = found_by(OWNER, &cut.flash);
     let old = after.parameters == loaded(cut.saved, false).parameters;

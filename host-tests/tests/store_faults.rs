@@ -6,7 +6,7 @@ use bench::{Flash, PAGE_SIZE};
 use plumbline::store::{ImageId, Owner, StoreError};
 use saves::*;
 
-/// Memories to damage: the newest image first, last and in the middle of a page, with and without older ones.
+/// Memories to damage: the newest record first, last and in the middle of a page, with and without older records.
 fn memories() -> impl Iterator<Item = (Flash, usize)> {
     [1, 2, PLACES, PLACES + 1, PLACES + 5, 2 * PLACES + 1]
         .into_iter()
@@ -42,7 +42,7 @@ fn one_flipped_bit_loses_at_most_the_newest_record() {
 }
 
 #[test]
-fn only_bits_of_the_newest_record_lose_it() {
+fn only_flipped_bits_of_the_newest_record_lose_it() {
     for (memory, newest) in memories() {
         let lost = (0..memory.bytes().len() * 8)
             .filter(|bit| {
@@ -86,7 +86,7 @@ fn older_record_is_loaded_when_the_newest_is_damaged() {
 }
 
 #[test]
-fn record_of_another_product_counts_as_damage() {
+fn record_of_another_product_is_reported_as_damage() {
     let mut store = boot(Flash::default());
     assert_eq!(save(&mut store, 1), Ok(()));
     let flash = store.into_memory();
@@ -158,7 +158,7 @@ fn memory_that_cannot_be_erased_keeps_the_record() {
 }
 
 #[test]
-fn save_onto_a_worn_bit_fails_and_the_next_one_goes_elsewhere() {
+fn save_onto_a_worn_bit_fails_and_the_next_save_uses_another_place() {
     for bit in (0..2 * PAGE_SIZE * 8).step_by(7) {
         let mut flash = Flash::default();
         flash.wear_out(bit);
@@ -182,11 +182,11 @@ fn save_onto_a_worn_bit_fails_and_the_next_one_goes_elsewhere() {
 }
 
 #[test]
-fn worn_out_page_never_loses_the_record() {
+fn worn_out_page_does_not_lose_the_record() {
     for page in [0, 1] {
         let mut store = boot(Flash::default());
         for place in 0..PLACES {
-            // A bit that is 0 in every image: the lowest of the letter P.
+            // A bit that is 0 in every record: the lowest bit of the letter P.
             let byte = page * PAGE_SIZE + place * RECORD;
             store.memory().wear_out(8 * byte);
         }
@@ -205,7 +205,7 @@ fn worn_out_page_never_loses_the_record() {
                 }
             }
         }
-        assert!(saved.is_some(), "the other page is good");
+        assert!(saved.is_some(), "the other page works");
     }
 }
 

@@ -1,5 +1,5 @@
-//! The two kinds of records beside each other: parameters of another firmware version, and the calibration of the unit, with
-//! power cuts and flipped bits.
+//! Parameters records of another firmware version together with the calibration record of the unit, with power cuts and flipped
+//! bits.
 
 mod saves;
 
@@ -14,7 +14,7 @@ const NEWER_PAYLOAD: usize = PAYLOAD + 4;
 
 type NewerStore = plumbline::store::Store<Flash, { buffer_size(NEWER_PAYLOAD) }>;
 
-/// A record as firmware wrote it before the calibration had a record: the parameters, then the calibration.
+/// A record of a firmware version without calibration records: the parameters, then the calibration.
 fn old_record(sequence: u32, parameters: &[u8]) -> Vec<u8> {
     let payload = [parameters, &calibration().encode()].concat();
     let mut record = vec![b'P', 1];
@@ -28,7 +28,7 @@ fn old_record(sequence: u32, parameters: &[u8]) -> Vec<u8> {
     record
 }
 
-/// Memories of the old firmware with so many records, in the order in which it wrote them.
+/// A memory of the old firmware with this many records, in the order in which it wrote them.
 fn old_memory(count: usize) -> Flash {
     let mut bytes = vec![0xFF; 2 * PAGE_SIZE];
     let size = old_record(0, &payload(0)).len();
@@ -108,7 +108,7 @@ fn power_cut_at_every_operation_of_the_first_save_after_an_update_loses_nothing(
             assert_eq!(next.calibration, calibration(), "{what}");
             operation += 1;
         }
-        // Both records, by the half-word.
+        // The half-words of both records.
         assert!(operation >= (56 + 80) / 2, "{operation} operations");
     }
 }
@@ -118,7 +118,7 @@ fn older_firmware_keeps_the_calibration_and_the_parameters_it_knows() {
     let (saved, flash) = save_newer(old_memory(3));
     assert!(saved);
     let after = found_by(OWNER, &flash);
-    // Its buffer holds what it knows, which is a prefix.
+    // Its buffer holds the parameters that it knows, which are the first ones of the record.
     let parameters = after.parameters.expect("parameters");
     assert!(newer_parameters().starts_with(&parameters[..PAYLOAD]));
     assert_eq!(after.calibration, calibration());
@@ -126,7 +126,7 @@ fn older_firmware_keeps_the_calibration_and_the_parameters_it_knows() {
 
 #[test]
 fn power_cut_at_any_operation_keeps_the_calibration() {
-    // The calibration moves into each page before its first parameters.
+    // The calibration record is copied into each page before the first parameters record.
     const SAVES: usize = 3 * PLACES;
     let mut operation = 0;
     loop {
@@ -168,7 +168,7 @@ fn power_cut_at_any_operation_keeps_the_calibration() {
 }
 
 #[test]
-fn power_cut_while_the_calibration_is_written_keeps_the_old_one_or_the_new_one() {
+fn power_cut_while_the_calibration_is_written_keeps_the_old_or_the_new_calibration() {
     let newer = Calibration::new([1, 2, 3], [[4; 3]; 3], [5; 3]).unwrap();
     for saves in 0..=2 * PLACES {
         let mut operation = 0;
@@ -242,13 +242,13 @@ fn calibration_of_another_unit_is_ignored() {
 }
 
 #[test]
-fn worn_bits_never_lose_the_calibration() {
+fn worn_bit_never_loses_the_calibration() {
     for bit in (0..2 * PAGE_SIZE * 8).step_by(11) {
         let mut flash = calibrated();
         flash.wear_out(bit);
         let mut store = boot(flash);
         for number in 0..3 * PLACES {
-            // The calibration itself lies on the bit from the start.
+            // The worn bit is in the calibration record itself.
             if found(&mut store).calibration != calibration() {
                 assert!(bit < CALIBRATION_RECORD * 8, "bit {bit}, save {number}");
                 break;

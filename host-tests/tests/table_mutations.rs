@@ -1,7 +1,7 @@
-//! The tables of the products are the only truth: when two rows, two codes, two reply fields or two meanings are swapped in a copy of
-//! a table, the copy does not build, or the tests on the wire fail.
+//! The tables of the products are the only source of the behaviour: when two rows, two codes, two reply fields or two meanings
+//! are swapped in a copy of a table, the copy does not build, or the tests `wire` of core fail.
 //!
-//! It builds core many times, so it runs only when asked for: `cargo test -p host-tests --test table_mutations -- --ignored`.
+//! It builds core many times, so it runs only on request: `cargo test -p host-tests --test table_mutations -- --ignored`.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -10,7 +10,7 @@ use std::{fs, io};
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
 const COPY: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/mutant");
 
-/// Two texts of a file that are swapped; each occurs once.
+/// Two texts of a file that are swapped. Each of them occurs once in the file.
 struct Swap {
     file: &'static str,
     texts: [&'static str; 2],
@@ -112,7 +112,7 @@ const SWAPS: &[Swap] = &[
     ),
 ];
 
-/// Copies what core is built from.
+/// Copies a file or a folder.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
     if from.is_dir() {
         fs::create_dir_all(to)?;
@@ -133,7 +133,7 @@ fn copy_core() -> PathBuf {
     for name in ["Cargo.lock", "core"] {
         copy(&Path::new(ROOT).join(name), &copied.join(name)).expect("a copy");
     }
-    // The workspace with core alone.
+    // A workspace with only core.
     let manifest = fs::read_to_string(Path::new(ROOT).join("Cargo.toml")).expect("a manifest");
     let (_, after) = manifest
         .split_once("\n[workspace.package]")
@@ -145,7 +145,7 @@ fn copy_core() -> PathBuf {
     copied
 }
 
-/// Whether the tests on the wire pass.
+/// Whether the tests `wire` of core pass.
 fn passes() -> bool {
     let output = Command::new(env!("CARGO"))
         .args([
@@ -175,10 +175,10 @@ fn passes() -> bool {
 
 #[test]
 #[ignore = "builds core many times"]
-fn swapped_entries_of_a_table_are_noticed() {
+fn swapped_entries_of_a_table_are_detected() {
     let copied = copy_core();
     assert!(passes(), "the copy without a swap must pass");
-    let mut unnoticed = Vec::new();
+    let mut undetected = Vec::new();
     for Swap { file, texts } in SWAPS {
         let path = copied.join("core/src/model").join(file);
         let original = fs::read_to_string(&path).expect("a file");
@@ -199,9 +199,9 @@ fn swapped_entries_of_a_table_are_noticed() {
             .replace('\u{0}', b);
         fs::write(&path, swapped).expect("a file");
         if passes() {
-            unnoticed.push(format!("{file}: {a:?} and {b:?}"));
+            undetected.push(format!("{file}: {a:?} and {b:?}"));
         }
         fs::write(&path, original).expect("a file");
     }
-    assert!(unnoticed.is_empty(), "{unnoticed:#?}");
+    assert!(undetected.is_empty(), "{undetected:#?}");
 }

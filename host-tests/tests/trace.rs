@@ -1,4 +1,4 @@
-//! The replayer of traces itself: does it catch what it is there to catch?
+//! Tests that the replay of a trace finds every kind of difference.
 #![cfg(target_os = "linux")]
 
 use bench::NodeType;
@@ -6,9 +6,10 @@ use bench::motion::Motion;
 use bench::script::{self, FIXED, LEVEL};
 use host_tests::trace::{Difference, Failure, Trace};
 
-/// What the scripted node 1 does: the boot-up frame `101#FF00` with a blank memory, echoes, saves.
+/// The scripted node 1: the boot-up frame `101#FF00` with a blank memory, echoes, saves.
 ///
-/// At 250 kbit/s a bit takes 4 us; who joins waits for 11 recessive bits; the frames have 65 (101#FF00), 55 (201#01), 56 (301#01) bits and so on.
+/// At 250 kbit/s a bit takes 4 us. A node that starts waits for 11 recessive bits. The frames have 65 (101#FF00), 55 (201#01) and
+/// 56 (301#01) bits.
 const GOOD: &str = "\
 # origin: written for this test
 # model: fixed
@@ -42,7 +43,7 @@ fn difference(text: &str) -> Difference {
     }
 }
 
-/// The shown line that is marked; there must be exactly one.
+/// The marked line of the output; there must be exactly one.
 fn marked(text: &str) -> String {
     let difference = difference(text);
     assert_eq!(difference.count(), 1, "{difference}");
@@ -53,18 +54,18 @@ fn marked(text: &str) -> String {
 }
 
 #[test]
-fn a_good_trace_passes() {
+fn matching_trace_passes() {
     replay(GOOD).unwrap_or_else(|failure| panic!("{failure}"));
 }
 
 #[test]
-fn a_wrong_byte_is_caught() {
+fn wrong_byte_is_reported() {
     let text = GOOD.replace("(0.100456) can0 301#01 R", "(0.100456) can0 301#03 R");
     assert_eq!(marked(&text), "! 9 0.100456 301#03 0.100456 301#01 wrong");
 }
 
 #[test]
-fn a_wrong_identifier_format_or_length_is_caught() {
+fn wrong_identifier_format_or_length_is_reported() {
     for wrong in ["00000301#01", "301#0100", "301#", "301#R1", "302#01"] {
         let text = GOOD.replace("301#01 R", &format!("{wrong} R"));
         assert!(marked(&text).ends_with("wrong"), "{wrong}");
@@ -72,13 +73,13 @@ fn a_wrong_identifier_format_or_length_is_caught() {
 }
 
 #[test]
-fn a_missing_frame_is_caught() {
+fn missing_frame_is_reported() {
     let text = GOOD.replace("(0.2000", "(0.150000) can0 301#01 R\n(0.2000");
     assert_eq!(marked(&text), "! 10 0.150000 301#01 - missing");
 }
 
 #[test]
-fn an_extra_frame_is_caught() {
+fn extra_frame_is_reported() {
     let text = GOOD.replace("(0.100456) can0 301#01 R\n", "");
     assert_eq!(marked(&text), "! - 0.100456 301#01 not expected");
     let text = GOOD.replace("(0.200524) can0 301#0102 R\n", "(0.300000) can0 7FF# T\n");
@@ -86,7 +87,7 @@ fn an_extra_frame_is_caught() {
 }
 
 #[test]
-fn a_late_and_an_early_frame_are_caught() {
+fn late_frame_and_early_frame_are_reported() {
     let text = GOOD.replace("0.100456", "0.100435");
     assert_eq!(
         marked(&text),
@@ -100,7 +101,7 @@ fn a_late_and_an_early_frame_are_caught() {
 }
 
 #[test]
-fn frames_in_another_order_are_caught() {
+fn frames_in_another_order_are_reported() {
     let swapped = GOOD
         .replace("301#01 R", "301#x R")
         .replace("301#0102 R", "301#01 R")
@@ -109,9 +110,9 @@ fn frames_in_another_order_are_caught() {
 }
 
 #[test]
-fn the_difference_shows_what_was_sent_before() {
+fn difference_shows_the_frames_of_the_tester() {
     let shown = difference(&GOOD.replace("301#0102 R", "301#0103 R")).to_string();
-    let expected = "  line  expected                                came
+    let expected = "  line  expected                                received
    ...
      9     0.100456 301#01                         0.100456 301#01
     10     0.200000 201#0102 (sent)
@@ -132,7 +133,7 @@ const SAVED: &str = "\
 ";
 
 #[test]
-fn power_cycles_keep_what_was_saved() {
+fn power_cycle_keeps_the_saved_value() {
     replay(&format!(
         "{SAVED}# power-cycle\n(0.102248) can0 101#0700 R\n"
     ))
@@ -142,18 +143,21 @@ fn power_cycles_keep_what_was_saved() {
 }
 
 #[test]
-fn the_newest_image_can_be_corrupted() {
+fn corrupted_newest_record_is_not_loaded() {
     replay(&format!(
         "{SAVED}# corrupt newest-image\n# power-cycle\n(0.102248) can0 101#FF01 R\n"
     ))
     .unwrap();
     let nothing = "# origin: x\n# model: fixed\n# corrupt newest-image\n";
     let failure = replay(nothing).unwrap_err();
-    assert_eq!(failure.to_string(), "line 3: no image has been written yet");
+    assert_eq!(
+        failure.to_string(),
+        "line 3: no record has been written yet"
+    );
 }
 
 #[test]
-fn writing_can_fail_and_work_again() {
+fn failing_writes_make_a_save_fail_until_they_work_again() {
     replay(&format!(
         "{SAVED}# fail-writes on
 (0.200000) can0 201#0208 T
@@ -169,7 +173,7 @@ fn writing_can_fail_and_work_again() {
 }
 
 #[test]
-fn a_detecting_sensor_is_led_to_the_bit_rate() {
+fn sensor_with_automatic_detection_is_set_to_the_bit_rate_of_the_trace() {
     let text = "\
 # origin: written for this test
 # model: detecting
@@ -183,24 +187,24 @@ fn a_detecting_sensor_is_led_to_the_bit_rate() {
 }
 
 #[test]
-fn mistakes_in_a_trace_are_named_with_their_line() {
+fn error_in_a_trace_is_reported_with_its_line() {
     let head = "# origin: x\n# model: fixed\n";
     for (text, message) in [
         (
             "# model: fixed\n".to_owned(),
-            "there is no line \"# origin: ...\"",
+            "the line \"# origin: ...\" is missing",
         ),
         (
             "# origin: x\n".to_owned(),
-            "there is no line \"# model: ...\"",
+            "the line \"# model: ...\" is missing",
         ),
         (
             format!("{head}# powercycle\n"),
-            "line 3: this says nothing: # powercycle",
+            "line 3: neither a comment nor an action nor a property: # powercycle",
         ),
         (
             format!("{head}# speed: 1\n"),
-            "line 3: an unknown key: # speed: 1",
+            "line 3: unknown property: # speed: 1",
         ),
         (
             format!("{head}# bitrate: 300000\n"),
@@ -208,15 +212,15 @@ fn mistakes_in_a_trace_are_named_with_their_line() {
         ),
         (
             format!("{head}(0.100000) can0 7FF# T\n# serial: 1\n"),
-            "line 4: this belongs before the first frame: # serial: 1",
+            "line 4: this must be before the first frame: # serial: 1",
         ),
         (
             format!("{head}(0.100000) can0 7FF#\n"),
-            "line 3: there is no direction, T or R, at the end: (0.100000) can0 7FF#",
+            "line 3: the direction T or R is missing at the end: (0.100000) can0 7FF#",
         ),
         (
             format!("{head}(0.200000) can0 7FF# T\n(0.100000) can0 7FF# T\n"),
-            "line 4: time runs backwards: (0.100000) can0 7FF# T",
+            "line 4: the time is less than in the line before: (0.100000) can0 7FF# T",
         ),
         (
             format!("{head}(0.200000) can0 7FF##1 T\n"),

@@ -1,4 +1,4 @@
-//! Every recorded trace in host-tests/traces, replayed against the sensor that it names.
+//! Replays every trace in host-tests/traces against a sensor of the product that it names.
 #![cfg(target_os = "linux")]
 
 use bench::NodeType;
@@ -8,7 +8,7 @@ use plumbline::model::catalog::PRODUCTS;
 use std::path::{Path, PathBuf};
 use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
-/// The traces are here; eight of them at least are what the first sensor came with.
+/// The paths of all traces.
 fn traces() -> Vec<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
     let entries = folder.read_dir().expect("the folder of the traces");
@@ -36,7 +36,7 @@ fn replay(path: &Path) -> Result<(), String> {
 }
 
 #[test]
-fn every_trace_passes() {
+fn sensor_passes_every_trace() {
     let traces = traces();
     assert!(traces.len() >= 8, "{traces:?}");
     let failures: Vec<String> = traces

@@ -1,4 +1,5 @@
-//! Two JN2101 on one wire, one built for the PC and one the flashed image, with different node-IDs: each answers for itself alone.
+//! Two JN2101 with different node-IDs on one bus, one built for the PC and one with the image: each answers only its own
+//! requests.
 
 use bench::NodeType;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
@@ -33,7 +34,7 @@ impl Wire {
         Self { bus, tester }
     }
 
-    /// What comes within so many milliseconds, sorted by identifier.
+    /// The frames received within this many milliseconds, sorted by identifier.
     fn wait(&mut self, ms: u32) -> Vec<String> {
         self.bus.run_until(after(self.bus.now(), millis(ms)));
         let frames = self.bus.take_received(self.tester).into_iter();
@@ -49,30 +50,30 @@ impl Wire {
     }
 }
 
-/// The sensor built for the PC.
+/// Attaches the sensor built for the PC.
 fn first(wire: &mut Wire) -> DeviceId {
     let node_type = NodeType::find("jn2101").expect("a product");
     let device = Device::new(&node_type, 1, Flash::default(), Box::new(LEVEL));
     wire.bus.attach(device)
 }
 
-/// The flashed image.
+/// Attaches a simulated microcontroller with the image.
 fn second(wire: &mut Wire) -> DeviceId {
     let node_type = NodeType::find("jn2101").expect("a product");
     let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
-    let image = Rc::new(Image::parse(&elf).expect("it is an image"));
+    let image = Rc::new(Image::parse(&elf).expect("an image"));
     let motion = Box::new(LEVEL);
     let sensor = Microcontroller::of_type(&node_type, image, 2, Flash::default(), motion);
     wire.bus.attach(sensor)
 }
 
 #[test]
-fn each_answers_for_itself_alone() {
+fn each_of_two_nodes_answers_only_its_own_requests() {
     let mut wire = Wire::new();
     let one = first(&mut wire);
     assert_eq!(wire.wait(50), ["70A#00"]);
-    // Node-ID 11, saved, and in force after "reset node".
+    // Write the node-ID 11 and save it; it is in force after "reset node".
     let written = wire.exchange(0x60A, &[0x2F, 0x00, 0x20, 0, 11, 0, 0, 0]);
     assert_eq!(written, ["58A#6000200000000000"]);
     let saved = wire.exchange(0x60A, &[0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e']);
@@ -87,14 +88,14 @@ fn each_answers_for_itself_alone() {
     assert_eq!(wire.exchange(0x60B, &read), ["58B#4318100401000000"]);
     assert_eq!(wire.exchange(0x60A, &read), ["58A#4318100402000000"]);
 
-    // Only who is started answers the SYNC.
+    // Only the node that is operational answers the SYNC.
     let (ten, eleven) = ("18A#00000000", "18B#00000000");
     assert_eq!(wire.exchange(0x000, &[0x01, 11]), [""; 0]);
     let answers = wire.exchange(0x080, &[]);
     assert!(answers.iter().any(|text| text == eleven), "{answers:?}");
     assert!(!answers.iter().any(|text| text == ten), "{answers:?}");
 
-    // Both, by the node-ID for everybody.
+    // Node-ID 0 starts both.
     assert_eq!(wire.exchange(0x000, &[0x01, 0]), [""; 0]);
     let answers = wire.exchange(0x080, &[]);
     for wanted in [ten, eleven] {

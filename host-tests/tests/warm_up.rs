@@ -1,4 +1,4 @@
-//! GEMAC's reference line warms up: AccuracyWarning over minutes, in scenes with a temperature (manual 9.3 and 9.5.2).
+//! Warm-up of GEMAC's reference line: AccuracyWarning over minutes, in scenes with a temperature (manual 9.3 and 9.5.2).
 
 use bench::motion::Motion;
 use bench::script::frame;
@@ -14,7 +14,7 @@ use virtual_sensor::scene::{Axes, Scene};
 /// Bit 6 of the status byte (tables 14 and 15).
 const ACCURACY_WARNING: u8 = 0x40;
 
-/// The manual gives its accuracy after this time at 25 degC (table 1, footnote 1), in s.
+/// The accuracy in the manual applies after this time at 25 degC (table 1, footnote 1), in s.
 const RUNNING_TIME: u64 = 600;
 
 /// A sensor on a bus with a tester.
@@ -31,12 +31,12 @@ impl Bench {
         Self::of(Device::new(&node_type, 1, Flash::default(), motion))
     }
 
-    /// The same with the flashed image.
+    /// The same with the image.
     fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
         let node_type = NodeType::find(model).expect("a product");
         let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
         let elf = std::fs::read(&images[node_type.name]).expect("the image can be read");
-        let image = Rc::new(Image::parse(&elf).expect("it is an image"));
+        let image = Rc::new(Image::parse(&elf).expect("an image"));
         let flash = Flash::default();
         Self::of(Microcontroller::of_type(
             &node_type, image, 1, flash, motion,
@@ -57,7 +57,7 @@ impl Bench {
         bench
     }
 
-    /// The first frame on the bus, and the two boot-up messages, which warn.
+    /// Sends the first frame on the bus and checks that AccuracyWarning is set in the two boot-up messages.
     fn boot(&mut self) {
         self.bus.run_until(after(self.bus.now(), millis(200)));
         self.bus.lead_detection();
@@ -71,7 +71,7 @@ impl Bench {
         }
     }
 
-    /// Whether the status has the AccuracyWarning.
+    /// Whether AccuracyWarning is set in the status.
     fn warns(&mut self) -> bool {
         self.bus.send(self.tester, frame(0x300, &[0x02]));
         self.bus.run_until(after(self.bus.now(), millis(5)));
@@ -79,15 +79,15 @@ impl Bench {
             panic!("one reply");
         };
         let status = reply.bytes()[1];
-        assert_eq!(status & !ACCURACY_WARNING, 0x03, "nothing else is set");
+        assert_eq!(status & !ACCURACY_WARNING, 0x03, "no other bit is set");
         status & ACCURACY_WARNING != 0
     }
 
-    /// After how many seconds from power-up the warning is cleared, or set; looks once a second.
+    /// Polls once a second until the warning is set or cleared; returns the seconds since power-up.
     fn warning_becomes(&mut self, warning: bool) -> u64 {
         let limit = self.seconds() + RUNNING_TIME;
         while self.warns() != warning {
-            assert!(self.seconds() < limit, "it stays {}", !warning);
+            assert!(self.seconds() < limit, "the warning is still {}", !warning);
             self.bus.run_until(after(self.bus.now(), millis(1000)));
         }
         self.seconds()
@@ -97,7 +97,7 @@ impl Bench {
         self.bus.now().ticks() / 1_000_000
     }
 
-    /// The warning stays away until this time in s.
+    /// The warning stays cleared until this time in s.
     fn stays_accurate(&mut self, until: u64) {
         while self.seconds() < until {
             assert!(!self.warns(), "at {} s", self.seconds());
@@ -119,9 +119,9 @@ fn recording(name: &str, rows: &[(u64, f64)]) -> Box<dyn Motion> {
 }
 
 #[test]
-fn without_a_temperature_in_the_scene_it_warms_up_within_minutes() {
+fn warning_without_a_temperature_in_the_scene_is_cleared_within_minutes() {
     for (model, axes) in [("is1tk", Axes::One), ("is2tk", Axes::Two)] {
-        let scene = Scene::tilt(10.0, 5.0, axes).expect("a pose that exists");
+        let scene = Scene::tilt(10.0, 5.0, axes).expect("a valid attitude");
         let mut bench = Bench::new(model, Box::new(scene));
         let seconds = bench.warning_becomes(false);
         println!("{model} from 25 degC: {seconds} s");
@@ -131,8 +131,8 @@ fn without_a_temperature_in_the_scene_it_warms_up_within_minutes() {
 }
 
 #[test]
-fn the_flashed_image_warms_up_too() {
-    let scene = Scene::tilt(10.0, 5.0, Axes::Two).expect("a pose that exists");
+fn warning_of_the_image_is_cleared_within_minutes() {
+    let scene = Scene::tilt(10.0, 5.0, Axes::Two).expect("a valid attitude");
     let mut bench = Bench::of_image("is2tk", Box::new(scene));
     let seconds = bench.warning_becomes(false);
     println!("the image of is2tk from 25 degC: {seconds} s");
@@ -141,11 +141,11 @@ fn the_flashed_image_warms_up_too() {
 }
 
 #[test]
-fn after_a_cold_start_the_warning_goes_comes_and_goes_with_the_temperature() {
+fn warning_after_a_cold_start_follows_the_temperature() {
     let rows = [
         (0, -20.0),
         (900, -20.0),
-        // Hotter than the heater can help: there is no cooling.
+        // Hotter than the set point: the heater cannot cool.
         (960, 90.0),
         (1500, 90.0),
         (1560, 20.0),
@@ -165,7 +165,7 @@ fn after_a_cold_start_the_warning_goes_comes_and_goes_with_the_temperature() {
 
 /// "Independent of the operation temperature" (9.3): -40 to +80 degC (table 1).
 #[test]
-fn it_is_accurate_at_every_operating_temperature() {
+fn warning_is_cleared_at_every_operating_temperature() {
     for temperature in [-40.0, -10.0, 50.0, 80.0] {
         let name = format!("operating-{temperature}.csv");
         let mut bench = Bench::new("is2tk", recording(&name, &[(0, temperature)]));
@@ -176,7 +176,7 @@ fn it_is_accurate_at_every_operating_temperature() {
 }
 
 #[test]
-fn after_a_loss_of_power_it_warns_until_the_temperature_stands_again() {
+fn warning_after_a_power_cut_is_set_until_the_temperature_is_stable() {
     let mut bench = Bench::new("is2tk", recording("power-cut.csv", &[(0, 25.0)]));
     bench.warning_becomes(false);
     let cut = bench.bus.now();
@@ -193,7 +193,7 @@ fn after_a_loss_of_power_it_warns_until_the_temperature_stands_again() {
 }
 
 #[test]
-fn a_model_without_heater_has_the_temperature_of_the_scene_and_no_warning() {
+fn product_without_a_heater_never_sets_the_warning() {
     let rows = [(0, -20.0), (60, 82.0)];
     let node_type = NodeType::find("is2").expect("a product");
     assert_eq!(node_type.cell, None);

@@ -1,4 +1,4 @@
-"""The traces of the CANopen sensors, written from the ifm JN2101's device manual and CiA 301."""
+"""The traces of the CANopen sensors, written from the device manual of the ifm JN2101 and CiA 301."""
 
 from collections.abc import Iterator
 
@@ -36,7 +36,7 @@ class Trace:
         ]
 
     def text(self) -> str:
-        """The whole file."""
+        """The text of the file."""
         return "\n".join(self._lines) + "\n"
 
     def note(self, text: str) -> None:
@@ -48,18 +48,18 @@ class Trace:
         self._lines.append(f"({at}) can0 {identifier:03X}#{data} {direction}")
 
     def wait(self, milliseconds: int) -> None:
-        """Lets time pass."""
+        """Advances the time."""
         self.now += 1000 * milliseconds
 
     def send(self, identifier: int, data: str = "") -> None:
-        """The tester sends; `now` is the end of the frame then."""
+        """The tester sends; sets `now` to the end of the frame."""
         self._frame(identifier, data, "T")
         remote = int(data[1:]) if data.startswith("R") else None
         payload = b"" if remote is not None else bytes.fromhex(data)
         self.now += BIT_US * wire.frame_bits(identifier, payload, remote)
 
     def expect(self, identifier: int, data: str) -> None:
-        """The sensor sends as soon as the bus permits; `now` is the end of the frame then."""
+        """The sensor sends at the first time at which the bus is free; sets `now` to the end of the frame."""
         self.now += BIT_US * (wire.INTERMISSION + wire.frame_bits(identifier, bytes.fromhex(data)))
         self._frame(identifier, data, "R")
 
@@ -71,12 +71,12 @@ class Trace:
 
 
 def boot_up() -> Trace:
-    """Boot-up, identity, guarding, and the inclination with the SYNC and by itself."""
+    """Boot-up, identity, guarding, and the inclination by SYNC and remote frame."""
     trace = Trace("jn2101-boot-up", "written from ifm JN2101 device manual, 7.3 to 7.6, and CiA 301", scene="12.34,-5.67")
-    trace.note("The boot-up message, unasked.")
+    trace.note("The boot-up message, without a request.")
     trace.expect(ERROR_CONTROL, "00")
     trace.wait(100)
-    trace.note("Device type and vendor; the name in segments; an object that does not exist.")
+    trace.note("Device type and vendor; the name in segments; a missing object.")
     trace.ask("4000100000000000", "430010009A010400")
     trace.ask("4018100100000000", "431810010069666D")
     trace.ask("4008100000000000", "4108100006000000")
@@ -95,18 +95,18 @@ def boot_up() -> Trace:
         trace.expect(TPDO0, "D204C9FD")
         trace.expect(TPDO1, "D2040000C9FDFFFF")
         trace.wait(10)
-    trace.note("A remote frame asks for one of them.")
+    trace.note("A remote frame requests one of them.")
     trace.send(TPDO0, "R4")
     trace.expect(TPDO0, "D204C9FD")
     trace.wait(10)
-    trace.note("In stopped there is guarding only.")
+    trace.note("In stopped only guarding is answered.")
     trace.send(NMT, f"02{NODE_ID:02X}")
     trace.send(SYNC)
     trace.send(SDO_REQUEST, "4000100000000000")
     trace.wait(10)
     trace.send(ERROR_CONTROL, "R1")
     trace.expect(ERROR_CONTROL, "84")
-    trace.note("Reset communication boots anew.")
+    trace.note("Reset communication: boot-up message.")
     trace.wait(10)
     trace.send(NMT, "8200")
     trace.expect(ERROR_CONTROL, "00")

@@ -1,4 +1,4 @@
-"""The traces of the GEMAC sensors that are about errors, LOAD and nonvolatile memory, written from the manual of 2021."""
+"""The traces of the GEMAC sensors for errors, LOAD and nonvolatile memory, written from the manual of 2021."""
 
 from collections.abc import Iterator
 
@@ -19,9 +19,9 @@ def all_traces() -> Iterator[Trace]:
 def errors() -> Trace:
     """Every error of section 9.5.2 that a 2-axis type of the classic line can show."""
     trace = Trace("is2-errors", f"{MANUAL}, section 9.5.2 (status byte)", scene=TWO_AXIS, tolerance_us=SAVING_US)
-    book = trace.book
+    expected = trace.expected
     trace.boot()
-    trace.note("CmdParamError: invalid code. It stays in every reply until 02h has shown it.")
+    trace.note("CmdParamError: invalid code. It is set in every reply up to that to 02h.")
     trace.refused(b"\x01")
     trace.poll()
     trace.read(p.CYCLIC_TIME)
@@ -51,22 +51,22 @@ def errors() -> Trace:
     ):
         trace.refused(request)
     trace.status()
-    for parameter in trace.model.parameters:
+    for parameter in trace.product.parameters:
         trace.read(parameter)
     trace.note("A request without data: no code to echo, so no reply, but CmdParamError.")
-    trace.silent(book.set_id)
-    book.errors = p.CMD_ERROR
+    trace.silent(expected.set_id)
+    expected.errors = p.CMD_ERROR
     trace.status()
     trace.note("Not for this sensor, or remote: ignored, no error.")
     trace.silent(0x302, b"\x01")
-    trace.silent(p.EXTENDED | book.set_id, b"\x01")
-    trace.silent(book.set_id, remote_dlc=1)
-    trace.silent(book.reply_id, b"\x01")
+    trace.silent(p.EXTENDED | expected.set_id, b"\x01")
+    trace.silent(expected.set_id, remote_dlc=1)
+    trace.silent(expected.reply_id, b"\x01")
     trace.status()
     trace.note("EEPROMError: a save that fails sets it and CmdParamError.")
     trace.write(p.CYCLIC_TIME, p.u16(500))
     trace.action("fail-writes on")
-    book.errors = p.CMD_ERROR | p.EEPROM_ERROR
+    expected.errors = p.CMD_ERROR | p.EEPROM_ERROR
     trace.save()
     trace.poll()
     trace.status()
@@ -74,7 +74,7 @@ def errors() -> Trace:
     trace.read(p.CYCLIC_TIME)
     trace.action("fail-writes off")
     trace.save()
-    trace.note("SensorErrorX and SensorErrorY beyond 85 deg; they go by themselves.")
+    trace.note("SensorErrorX and SensorErrorY beyond 85 deg; they are cleared without a request.")
     trace.move("87.00,0.00")
     trace.status()
     trace.poll()
@@ -82,7 +82,7 @@ def errors() -> Trace:
     trace.poll()
     trace.move("84.50,0.00")
     trace.poll()
-    trace.note("The measured angle counts, not the one that is shown.")
+    trace.note("The measured angle is judged, not the reported one.")
     trace.write(p.ZERO_OFFSET_X, p.u16(550))
     trace.poll()
     trace.move("87.00,0.00")
@@ -92,14 +92,14 @@ def errors() -> Trace:
 
 
 def errors_one_axis() -> Trace:
-    """What differs on a 1-axis type: the cross slope, no second axis."""
+    """The differences of a 1-axis type: the cross slope, no second axis."""
     trace = Trace("is1-errors", f"{MANUAL}, section 9.5.2 (status byte), tables 14 and 17", scene=ONE_AXIS)
     trace.boot()
     trace.note("There is no second axis: 19h and 29h are invalid.")
     for request in (b"\x19", b"\x29", b"\x29\x01\x00"):
         trace.refused(request)
     trace.status()
-    trace.note("SensorError beyond 45 deg cross slope, at any angle; it goes by itself.")
+    trace.note("SensorError beyond 45 deg cross slope, at any angle; it is cleared without a request.")
     for scene in ("10.65,46.00", "123.45,-50.00", "200.00,-44.00", "300.00,44.50"):
         trace.move(scene)
         trace.poll()
@@ -108,7 +108,7 @@ def errors_one_axis() -> Trace:
 
 
 def load() -> Trace:
-    """LOAD: at once but for identifiers and bit rate, and for good."""
+    """LOAD: in force at once except identifiers and bit rate, also after a power cycle."""
     trace = Trace("is2-load", f"{MANUAL}, sections 9.8 and 9.10.7 (tables 19 and 24)", scene=TWO_AXIS, tolerance_us=SAVING_US)
     trace.boot()
     for parameter, value in (
@@ -131,46 +131,46 @@ def load() -> Trace:
     trace.refused(b"\x40load")
     trace.status()
     trace.note("LOAD: factory values at once, on the identifiers in force; cyclic mode and offsets are off.")
-    trace.book.load_values()
+    trace.expected.load_values()
     trace.acknowledged(b"\x40LOAD")
-    for parameter in trace.model.parameters:
+    for parameter in trace.product.parameters:
         trace.read(parameter)
     trace.poll()
-    trace.ask(b"\xff", trace.book.boot_message())
+    trace.ask(b"\xff", trace.expected.boot_message())
     trace.silent(0x300, b"\x00")
-    trace.note("RESET: the factory identifiers too, without SAVE.")
+    trace.note("RESET: also the factory identifiers, without SAVE.")
     trace.reset()
-    for parameter in trace.model.parameters:
+    for parameter in trace.product.parameters:
         trace.read(parameter)
     trace.sync()
     return trace
 
 
 def power_cycle() -> Trace:
-    """What a power cycle takes away and what it leaves."""
+    """The state before and after power cycles."""
     trace = Trace("is2-power-cycle", f"{MANUAL}, section 9.10.8 (table 25)", scene=TWO_AXIS, tolerance_us=SAVING_US)
     trace.boot()
-    trace.note("Written, not saved: gone.")
+    trace.note("Written, not saved: lost.")
     trace.write(p.CYCLIC_TIME, p.u16(333))
     trace.write(p.ZERO_OFFSET_X, p.u16(100))
     trace.write(p.SET_ID, p.u32(0x320))
-    trace.book.load_values()
+    trace.expected.load_values()
     trace.power_cycle()
     trace.boot()
-    for parameter in trace.model.parameters:
+    for parameter in trace.product.parameters:
         trace.read(parameter)
     trace.poll()
-    trace.note("Saved: kept, on the saved identifier. DefaultParam is clear in the boot-up message.")
+    trace.note("Saved: kept, with the saved identifier. DefaultParam is clear in the boot-up message.")
     trace.write(p.CYCLIC_TIME, p.u16(333))
     trace.write(p.ZERO_OFFSET_X, p.u16(100))
     trace.write(p.SET_ID, p.u32(0x320))
     trace.save()
     trace.power_cycle()
     trace.boot()
-    for parameter in trace.model.parameters:
+    for parameter in trace.product.parameters:
         trace.read(parameter)
     trace.poll()
-    trace.note("An error does not survive; a later change that is not saved leaves the saved value.")
+    trace.note("An error does not survive; after a later change without SAVE the saved value is read.")
     trace.refused(b"\x77")
     trace.acknowledged(b"\x25" + p.u16(444))
     trace.power_cycle()
@@ -180,24 +180,24 @@ def power_cycle() -> Trace:
 
 
 def memory_damaged() -> Trace:
-    """EEPROMError at boot: the older image, then none."""
+    """EEPROMError at boot: the older record, then no error."""
     trace = Trace("is2-memory-damaged", f"{MANUAL}, sections 9.5.2 and 9.8", scene=TWO_AXIS, tolerance_us=SAVING_US)
-    book = trace.book
+    expected = trace.expected
     trace.boot()
     for value in (111, 222):
         trace.write(p.CYCLIC_TIME, p.u16(value))
         trace.save()
-    trace.note("The newest image is damaged: the older one, and EEPROMError until 02h has shown it.")
+    trace.note("The newest record is damaged: the older one is used, and EEPROMError is set up to the reply to 02h.")
     trace.action("corrupt newest-image")
-    book.values[p.CYCLIC_TIME] = p.u16(111)
+    expected.values[p.CYCLIC_TIME] = p.u16(111)
     trace.power_cycle()
-    book.errors = p.EEPROM_ERROR
+    expected.errors = p.EEPROM_ERROR
     trace.boot()
     trace.read(p.CYCLIC_TIME)
     trace.poll()
     trace.status()
     trace.status()
-    trace.note("A save makes the memory whole again.")
+    trace.note("A save replaces the damaged record.")
     trace.write(p.CYCLIC_TIME, p.u16(333))
     trace.save()
     trace.power_cycle()

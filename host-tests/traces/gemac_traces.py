@@ -29,56 +29,56 @@ def all_traces() -> Iterator[Trace]:
     yield from gemac_memory_traces.all_traces()
 
 
-def boot_up(model: str, manual: str, scene: str) -> Trace:
+def boot_up(product: str, manual: str, scene: str) -> Trace:
     """Boot-up after power-up and after RESET, alive, versions."""
     trace = Trace(
-        f"{model}-boot-up",
+        f"{product}-boot-up",
         f"{manual}, boot-up message (table 16), product and version (table 18)",
         scene=scene,
         serial=123456,
     )
-    book, model_data = trace.book, trace.model
+    expected, product = trace.expected, trace.product
     trace.note("Silent until the first frame, which is not answered; then two boot-up messages.")
-    trace.boot((book.set_id, bytes([p.ANGLES])))
+    trace.boot((expected.set_id, bytes([p.ANGLES])))
     trace.poll()
     trace.note("Product number and revision; serial number and software version.")
-    trace.ask(b"\x03", bytes([0x03, book.status]) + p.u32(model_data.product) + p.u16(p.REVISION))
-    trace.ask(b"\x04", bytes([0x04, book.status]) + p.u32(trace.serial) + model_data.version)
+    trace.ask(b"\x03", bytes([0x03, expected.status]) + p.u32(product.product_number) + p.u16(p.REVISION))
+    trace.ask(b"\x04", bytes([0x04, expected.status]) + p.u32(trace.serial) + product.version)
     trace.note("FFh without data: one alive message. With other data than 'RESET': the same, and CmdParamError.")
-    trace.ask(b"\xff", book.boot_message())
-    book.errors = p.CMD_ERROR
-    trace.ask(b"\xffRESEX", book.boot_message())
-    trace.ask(b"\xffRES", book.boot_message())
-    trace.note("RESET clears the error; the sensor detects again, so it is silent until there is traffic.")
+    trace.ask(b"\xff", expected.boot_message())
+    expected.errors = p.CMD_ERROR
+    trace.ask(b"\xffRESEX", expected.boot_message())
+    trace.ask(b"\xffRES", expected.boot_message())
+    trace.note("RESET clears the error; the sensor detects the bit rate again, so it is silent until there is traffic.")
     trace.reset()
     trace.status()
     trace.note("RESET with a further byte, which is discarded.")
-    trace.silent(book.set_id, b"\xffRESET!")
+    trace.silent(expected.set_id, b"\xffRESET!")
     trace.wait(200)
     trace.boot((0x123, bytes(8)))
     trace.poll()
     return trace
 
 
-def read_all(model: str, manual: str, scene: str) -> Trace:
-    """Every reading request, plain and with extra bytes."""
-    trace = Trace(f"{model}-read-all", f"{manual}, tables for request and reply frames, factory values", scene=scene)
+def read_all(product: str, manual: str, scene: str) -> Trace:
+    """Every read request, without and with extra bytes."""
+    trace = Trace(f"{product}-read-all", f"{manual}, tables for request and reply frames, factory values", scene=scene)
     trace.boot()
     for extra in (b"", b"\xaa\xbb\xcc\xdd\xee\xff\x00"):
-        trace.note("Further data bytes are discarded." if extra else "Every code that reads.")
-        book = trace.book
-        trace.ask(b"\x00" + extra, book.angles_reply(trace.measured))
+        trace.note("Further data bytes are discarded." if extra else "Every read code.")
+        expected = trace.expected
+        trace.ask(b"\x00" + extra, expected.angles_reply(trace.measured))
         trace.acknowledged(b"\x02" + extra)
-        trace.ask(b"\x03" + extra, bytes([0x03, book.status]) + p.u32(trace.model.product) + p.u16(p.REVISION))
-        trace.ask(b"\x04" + extra, bytes([0x04, book.status]) + p.u32(trace.serial) + trace.model.version)
-        for parameter in trace.model.parameters:
-            trace.ask(bytes([parameter.read]) + extra, book.read_reply(parameter))
+        trace.ask(b"\x03" + extra, bytes([0x03, expected.status]) + p.u32(trace.product.product_number) + p.u16(p.REVISION))
+        trace.ask(b"\x04" + extra, bytes([0x04, expected.status]) + p.u32(trace.serial) + trace.product.version)
+        for parameter in trace.product.parameters:
+            trace.ask(bytes([parameter.read]) + extra, expected.read_reply(parameter))
     return trace
 
 
-def write_all(model: str, scene: str) -> Trace:
+def write_all(product: str, scene: str) -> Trace:
     """Every parameter written and read back, limits included; DefaultParam follows."""
-    trace = Trace(f"{model}-write-all", f"{MANUAL}, sections 9.5.2 (DefaultParam, AutobaudDetection) and 9.10", scene=scene)
+    trace = Trace(f"{product}-write-all", f"{MANUAL}, sections 9.5.2 (DefaultParam, AutobaudDetection) and 9.10", scene=scene)
     values = {
         p.SET_ID: (p.u32(0x7FF), p.u32(p.EXTENDED | 0x361)),
         p.REPLY_ID: (p.u32(0x000), p.u32(p.EXTENDED | 0x1FFF_FFFF)),
@@ -92,13 +92,13 @@ def write_all(model: str, scene: str) -> Trace:
         p.ZERO_OFFSET_Y: (p.u16(9000), p.u16(-9000)),
     }
     trace.boot()
-    for parameter in trace.model.parameters:
-        if parameter == p.CYCLIC_MODE:  # has a trace of its own
+    for parameter in trace.product.parameters:
+        if parameter == p.CYCLIC_MODE:  # has its own trace
             continue
-        trace.note(f"{parameter.name}: accepted and read back; DefaultParam comes back with the factory value.")
+        trace.note(f"{parameter.name}: accepted and read back; DefaultParam is set again with the factory value.")
         for value in (*values[parameter], parameter.factory):
             trace.write(parameter, value)
-    trace.note("All at once; one factory value alone does not bring DefaultParam back.")
+    trace.note("All at once; one factory value alone does not set DefaultParam again.")
     for parameter in (p.BUS_OFF_RECOVERY, p.CYCLIC_TIME):
         trace.write(parameter, values[parameter][0])
     trace.write(p.CYCLIC_TIME, p.CYCLIC_TIME.factory)
@@ -107,29 +107,29 @@ def write_all(model: str, scene: str) -> Trace:
 
 
 def identifiers() -> Trace:
-    """New identifiers: pending, lost without SAVE, in force after SAVE and RESET, 29 bits."""
+    """New identifiers: not yet in force, lost without SAVE, in force after SAVE and RESET, 29 bits."""
     trace = Trace(
         "is2-identifiers",
         f"{MANUAL}, sections 9.7 (effective after reboot), 9.10.2 (table 23) and 9.10.8",
         scene=TWO_AXIS,
         tolerance_us=SAVING_US,
     )
-    book = trace.book
+    expected = trace.expected
 
     def write_ids(set_id: int, reply_id: int, sync_id: int) -> None:
         for parameter, value in ((p.SET_ID, set_id), (p.REPLY_ID, reply_id), (p.SYNC_ID, sync_id)):
             trace.write(parameter, p.u32(value))
 
     trace.boot()
-    trace.note("Pending: read back, but not in force. Alive names the set id in force.")
+    trace.note("Written identifiers are read back but not in force. Alive contains the set id in force.")
     write_ids(0x400, p.EXTENDED | 0x1ABC_DEF1, p.EXTENDED | 0x100)
     trace.poll()
     trace.sync()
-    trace.ask(b"\xff", book.boot_message())
+    trace.ask(b"\xff", expected.boot_message())
     trace.silent(0x400, b"\x00")
     trace.silent(p.EXTENDED | 0x100)
     trace.note("RESET without SAVE: as before.")
-    book.load_values()
+    expected.load_values()
     trace.reset()
     trace.read(p.SET_ID)
     trace.read(p.REPLY_ID)
@@ -155,11 +155,11 @@ def identifiers() -> Trace:
     trace.silent(0x300, b"\x00")
     trace.silent(p.EXTENDED | 0x400, b"\x00")
     trace.silent(0x100)
-    trace.note("A 29-bit set id, the manual's example 361h; boot-up and alive name it with bit 31.")
+    trace.note("A 29-bit set id, the example 361h of the manual; in boot-up and alive bit 31 is set.")
     write_ids(p.EXTENDED | 0x361, 0x7FF, 0x080)
     trace.save()
     trace.reset()
-    trace.ask(b"\xff", book.boot_message())
+    trace.ask(b"\xff", expected.boot_message())
     trace.poll()
     trace.sync()
     trace.silent(0x361, b"\x00")
@@ -167,22 +167,22 @@ def identifiers() -> Trace:
     return trace
 
 
-def modes(model: str, scene: str) -> Trace:
+def modes(product: str, scene: str) -> Trace:
     """Polling, sync and cyclic mode at once, and the counter."""
     trace = Trace(
-        f"{model}-modes",
+        f"{product}-modes",
         f"{MANUAL}, section 9.9 (tables 20 to 22), counter in cyclic mode",
         scene=scene,
     )
-    book = trace.book
+    expected = trace.expected
     trace.boot()
     trace.note("Without cyclic mode there is no counter.")
     trace.poll()
     trace.sync()
     trace.note("A sync frame with data, a remote frame and the other format are ignored.")
-    trace.silent(book.sync_id, b"\x00")
-    trace.silent(book.sync_id, remote_dlc=0)
-    trace.silent(p.EXTENDED | book.sync_id)
+    trace.silent(expected.sync_id, b"\x00")
+    trace.silent(expected.sync_id, remote_dlc=0)
+    trace.silent(p.EXTENDED | expected.sync_id)
     trace.note("Cyclic mode at 100 ms: the counter is 0 until the first period has passed, then 1.")
     trace.write(p.CYCLIC_TIME, p.u16(100))
     started = switch_on(trace)
@@ -214,16 +214,16 @@ def modes(model: str, scene: str) -> Trace:
 
 
 def switch_on(trace: Trace) -> int:
-    """Cyclic mode on; when the sensor has received it, in us."""
+    """Switches cyclic mode on; returns the time in us at which the sensor has received the request."""
     request = bytes([p.CYCLIC_MODE.write, 1])
-    started = trace.now + trace.bit_us * wire.frame_bits(trace.book.set_id, request)
+    started = trace.now + trace.bit_us * wire.frame_bits(trace.expected.set_id, request)
     trace.write(p.CYCLIC_MODE, b"\x01")
     return started
 
 
 def cyclic_frame(trace: Trace, number: int, due_us: int) -> None:
-    """A cyclic frame when its period has passed."""
-    trace.expect(trace.book.angles_reply(trace.measured, number), due_us)
+    """A cyclic frame at the end of its period."""
+    trace.expect(trace.expected.angles_reply(trace.measured, number), due_us)
 
 
 def zero_two_axis() -> Trace:
@@ -232,7 +232,7 @@ def zero_two_axis() -> Trace:
     trace.boot()
     trace.poll()
     for axis, name in enumerate("XY"):
-        parameter = trace.model.offset(axis)
+        parameter = trace.product.offset(axis)
         trace.note(f"Offsets of {name}: added to the measured angle, the sum stays within -9000..9000.")
         for value in (1, -1, 5000, 9000, -9000):
             trace.write(parameter, p.u16(value))
@@ -246,14 +246,14 @@ def zero_two_axis() -> Trace:
         trace.status()
         trace.read(parameter)
     trace.poll()
-    trace.note("The offsets are kept by SAVE; the new pose shows against them.")
+    trace.note("SAVE keeps the offsets; they also apply to the new pose.")
     trace.save()
     trace.power_cycle()
     trace.boot()
     trace.poll()
     trace.move("61.23,-18.77")
     trace.poll()
-    trace.note("Automatic zero again: it is the measured angle that counts, not the one that is shown.")
+    trace.note("Automatic zero again: it uses the measured angle, not the reported one.")
     automatic(trace, 0)
     automatic(trace, 1)
     return trace
@@ -261,8 +261,8 @@ def zero_two_axis() -> Trace:
 
 def automatic(trace: Trace, axis: int) -> None:
     """Automatic zero adjustment of an axis."""
-    parameter = trace.model.offset(axis)
-    trace.book.values[parameter] = trace.book.automatic_offset(trace.measured[axis])
+    parameter = trace.product.offset(axis)
+    trace.expected.values[parameter] = trace.expected.automatic_offset(trace.measured[axis])
     trace.acknowledged(bytes([parameter.write]))
     trace.read(parameter)
     trace.poll()

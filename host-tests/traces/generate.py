@@ -2,15 +2,15 @@
 """Writes the traces of the sensors from the tables of their manuals: what a tester sends and what the sensor must answer.
 
     python generate.py            write the *.log files beside this script
-    python generate.py --check    exit code 1 when one differs from what the manual says
+    python generate.py --check    exit code 1 if a file differs from the manual
 
-The format is that of `candump -L`, with T for frames of the tester and R for frames of the sensor. A T line carries the time at
-which the frame begins on the bus, an R line the time at which the expected frame has ended; time 0 is power-up. Lines that begin
-with '#' describe the trace (origin, model, scene, bitrate, tolerance-us, serial) or act between frames (power-cycle, scene,
+The format is that of `candump -L`, with T for frames of the tester and R for frames of the sensor. The time of a T line
+is the start of the frame on the bus, that of an R line the end of the expected frame; time 0 is power-up. Lines that begin with
+'#' describe the trace (origin, model, scene, bitrate, tolerance-us, serial) or act between frames (power-cycle, scene,
 corrupt newest-image, fail-writes).
 
-Requests are answered on reception, so the time of a reply is exact: the request's bits, three bits of intermission, the reply's
-bits, stuff bits included.
+Requests are answered on reception, so the time of a reply is exact: the bits of the request, three bits of intermission, the bits
+of the reply, including stuff bits.
 """
 
 import sys
@@ -23,7 +23,7 @@ import gemac_traces  # noqa: E402
 
 
 def main() -> int:
-    """Writes or compares; the exit code."""
+    """Writes or compares the files; returns the exit code."""
     folder = Path(__file__).parent
     differing = []
     for trace in [*gemac_traces.all_traces(), *canopen_traces.all_traces()]:

@@ -2,15 +2,15 @@
 
 import wire
 from gemac import protocol as p
-from gemac.book import Book
+from gemac.expected import Expected
 
-# An identifier that means nothing to the sensor: traffic to find the bit rate by.
+# An identifier that the sensor does not use: traffic for the detection of the bit rate.
 FOREIGN = 0x7FE
 
 
 MANUAL = "written from GEMAC user manual 1.7 (2021-07-30)"
 
-# A save takes as long as the memory needs.
+# The time of a save depends on the memory.
 SAVING_US = 5000
 
 TWO_AXIS = "12.34,-5.67"
@@ -18,19 +18,19 @@ ONE_AXIS = "10.65,3.00"  # the example of section 9.9.1: 1065
 
 
 class Trace:
-    """Frames in the order of time. `book` foretells what the sensor answers."""
+    """Frames in the order of time. `expected` gives the replies of the sensor."""
 
     def __init__(self, name: str, origin: str, *, scene: str, tolerance_us: int = 300, serial: int = 1) -> None:
         self.name = name
-        self.model = p.MODELS[name.split("-")[0]]
-        self.book = Book(self.model)
+        self.product = p.PRODUCTS[name.split("-")[0]]
+        self.expected = Expected(self.product)
         self.serial = serial
         self.bit_us = 4  # 250 kbit/s
         self.now = 100_000
         self.pose(scene)
         self._lines = [
             f"# origin: {origin}",
-            f"# model: {self.model.name}",
+            f"# model: {self.product.name}",
             f"# scene: tilt={scene}",
             "# bitrate: 250000",
             f"# tolerance-us: {tolerance_us}",
@@ -39,7 +39,7 @@ class Trace:
         ]
 
     def text(self) -> str:
-        """The whole file."""
+        """The text of the file."""
         return "\n".join(self._lines) + "\n"
 
     # Lines.
@@ -49,7 +49,7 @@ class Trace:
         self._lines += ["", f"# -- {text}"]
 
     def action(self, text: str) -> None:
-        """Something that happens beside the bus, at the time of the line before."""
+        """An action at the time of the line before."""
         self._lines.append(f"# {text}")
 
     def _frame(self, at_us: int, identifier: int, data: str, direction: str) -> None:
@@ -63,21 +63,21 @@ class Trace:
     # Frames.
 
     def send(self, identifier: int, data: bytes = b"", remote_dlc: int | None = None) -> None:
-        """The tester sends; `now` is the end of the frame then."""
+        """The tester sends; sets `now` to the end of the frame."""
         text = data.hex().upper() if remote_dlc is None else f"R{remote_dlc or ''}"
         self._frame(self.now, identifier, text, "T")
         self.now += self.bit_us * wire.frame_bits(identifier, data, remote_dlc)
 
     def expect(self, data: bytes, start_us: int | None = None) -> None:
-        """The sensor sends, as soon as the bus permits after `start_us`; `now` is the end of the frame then."""
+        """The sensor sends at the first time after `start_us` at which the bus is free; sets `now` to the end of the frame."""
         earliest = self.now + self.bit_us * wire.INTERMISSION
         start = earliest if start_us is None else max(earliest, start_us)
-        self.now = start + self.bit_us * wire.frame_bits(self.book.reply_id, data)
-        self._frame(self.now, self.book.reply_id, data.hex().upper(), "R")
+        self.now = start + self.bit_us * wire.frame_bits(self.expected.reply_id, data)
+        self._frame(self.now, self.expected.reply_id, data.hex().upper(), "R")
 
     def ask(self, request: bytes, reply: bytes) -> None:
         """A request on the set id in force, its reply, and a pause."""
-        self.send(self.book.set_id, request)
+        self.send(self.expected.set_id, request)
         self.expect(reply)
         self.wait(10)
 
@@ -86,48 +86,48 @@ class Trace:
         self.send(identifier, data, remote_dlc)
         self.wait(10)
 
-    # What the manual says.
+    # Requests of the manual.
 
     def acknowledged(self, request: bytes) -> None:
         """A request that is answered with FSC and status."""
-        self.ask(request, bytes([request[0], self.book.status]))
+        self.ask(request, bytes([request[0], self.expected.status]))
 
     def read(self, parameter: p.Parameter) -> None:
         """Reads a parameter."""
-        self.ask(bytes([parameter.read]), self.book.read_reply(parameter))
+        self.ask(bytes([parameter.read]), self.expected.read_reply(parameter))
 
     def write(self, parameter: p.Parameter, value: bytes, *, read_back: bool = True) -> None:
         """Writes a value that is accepted."""
-        self.book.values[parameter] = value
+        self.expected.values[parameter] = value
         self.acknowledged(bytes([parameter.write]) + value)
         if read_back:
             self.read(parameter)
 
     def refused(self, request: bytes) -> None:
         """A request that is refused."""
-        self.book.errors |= p.CMD_ERROR
+        self.expected.errors |= p.CMD_ERROR
         self.acknowledged(request)
 
     def status(self) -> None:
         """Reads the status, which clears the errors."""
         self.acknowledged(bytes([p.STATUS]))
-        self.book.errors = 0
+        self.expected.errors = 0
 
     def poll(self, counter: int | None = None) -> None:
-        """Asks for the angles."""
-        self.ask(bytes([p.ANGLES]), self.book.angles_reply(self.measured, counter))
+        """Polls the angles."""
+        self.ask(bytes([p.ANGLES]), self.expected.angles_reply(self.measured, counter))
 
     def sync(self, counter: int | None = None) -> None:
         """A sync frame and its answer."""
-        self.send(self.book.sync_id)
-        self.expect(self.book.angles_reply(self.measured, counter))
+        self.send(self.expected.sync_id)
+        self.expect(self.expected.angles_reply(self.measured, counter))
         self.wait(10)
 
     def boot(self, first: tuple[int, bytes] = (FOREIGN, b"")) -> None:
         """The first frame on the bus, which is not answered, and two boot-up messages (9.6, G21)."""
         self.send(*first)
         for _ in range(2):
-            self.expect(self.book.boot_message())
+            self.expect(self.expected.boot_message())
         self.wait(50)
 
     def save(self) -> None:
@@ -135,30 +135,30 @@ class Trace:
         self.acknowledged(bytes([p.SAVE]) + p.SAVE_SIGNATURE)
 
     def reset(self) -> None:
-        """RESET of a sensor that detects the bit rate: it is silent until it hears traffic (G27)."""
-        self.silent(self.book.set_id, bytes([p.BOOT]) + p.RESET_SIGNATURE)
-        self.book.errors = 0
-        self.book.restart_ids()
+        """RESET of a sensor that detects the bit rate: it is silent until it receives a frame (G27)."""
+        self.silent(self.expected.set_id, bytes([p.BOOT]) + p.RESET_SIGNATURE)
+        self.expected.errors = 0
+        self.expected.restart_ids()
         self.wait(200)
         self.boot()
 
     def power_cycle(self) -> None:
-        """The supply is cut and comes back; the book's values must be those that the memory holds."""
+        """The power is cut and returns; the expected values must be those of the memory."""
         self.wait(100)
         self.action("power-cycle")
-        self.book.errors = 0
-        self.book.restart_ids()
+        self.expected.errors = 0
+        self.expected.restart_ids()
         self.wait(300)
 
     def pose(self, scene: str) -> None:
-        """What is measured and judged at a pose."""
+        """Sets the measured angles and sensor errors of a pose."""
         first, second = (round(100 * float(part)) for part in scene.split(","))
-        if self.model.axes == 1:
+        if self.product.axes == 1:
             self.measured = (first % 36000,)
-            self.book.sensor_bits = p.SENSOR_ERROR if abs(second) > 4500 else 0
+            self.expected.sensor_bits = p.SENSOR_ERROR if abs(second) > 4500 else 0
         else:
             self.measured = (first, second)
-            self.book.sensor_bits = (p.SENSOR_X_ERROR if abs(first) > 8500 else 0) | (
+            self.expected.sensor_bits = (p.SENSOR_X_ERROR if abs(first) > 8500 else 0) | (
                 p.SENSOR_Y_ERROR if abs(second) > 8500 else 0
             )
 

@@ -1,9 +1,9 @@
-"""How long a CAN frame is, to the bit (ISO 11898-1)."""
+"""The exact length of a CAN frame in bits (ISO 11898-1)."""
 
 EXTENDED = 0x8000_0000  # bit 31 of an identifier: 29-bit format
 INTERMISSION = 3
 
-# CRC delimiter, acknowledge slot and delimiter, end of frame: never stuffed.
+# CRC delimiter, acknowledge slot and delimiter, end of frame: without stuff bits.
 TRAILER = 1 + 2 + 7
 CRC_POLYNOMIAL = 0x4599
 
@@ -14,7 +14,7 @@ def bits_of(value: int, count: int) -> list[int]:
 
 
 def crc15(bits: list[int]) -> int:
-    """The checksum of CAN over unstuffed bits."""
+    """The CRC of CAN over bits without stuff bits."""
     crc = 0
     for bit in bits:
         carry = bit ^ crc >> 14
@@ -25,7 +25,7 @@ def crc15(bits: list[int]) -> int:
 
 
 def stuff_bits(bits: list[int]) -> int:
-    """How many bits are inserted: one of the other kind after five equal ones, and it counts itself."""
+    """The number of stuff bits: after five equal bits an opposite one is inserted, which counts for the next five."""
     inserted, run, last = 0, 0, None
     for bit in bits:
         run = run + 1 if bit == last else 1

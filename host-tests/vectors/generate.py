@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Reference vectors for the measurement path, computed without looking at the firmware.
+"""Reference vectors for the measurement path, computed independently of the firmware.
 
     pip install numpy scipy mpmath
     python3 generate.py
 
 Writes the CSV files beside itself; the output is the same every time. Angles are computed with 40 digits (mpmath), step
-responses by scipy's own Butterworth design and filter routine, frequency responses from the closed form of the prototypes.
+responses with scipy's Butterworth design and filter routine, frequency responses from the closed form of the prototypes.
 """
 
 import csv
@@ -75,7 +75,7 @@ def sections(kind, cutoff):
     fc = cutoff / 1000
     if kind == "butterworth":
         return scipy.signal.butter(ORDER, fc, fs=RATE, output="sos")
-    # Eight equal poles, each faster than the whole by this factor.
+    # Eight equal poles, each with a cut-off frequency higher than that of the filter by this factor.
     g = np.tan(np.pi * fc / RATE) / np.sqrt(2 ** (1 / ORDER) - 1)
     zero_gain, pole = g / (1 + g), (1 - g) / (1 + g)
     one = np.array([zero_gain, zero_gain]), np.array([1, -pole])

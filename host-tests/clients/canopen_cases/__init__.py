@@ -1,6 +1,6 @@
 """Black-box checks of the CANopen sensor JN2101.
 
-Everything that is expected here is taken from ifm's device manual of JN2101 (firmware 2.2.0), whose section numbers are given,
-and where it says nothing from CiA 301. J1..J13 are the decisions where the manual is open or contradicts itself. `cases.md` tells
-which check covers which case of CiA's conformance test.
+The expected behaviour is that of ifm's device manual of the JN2101 (firmware 2.2.0), whose section numbers are given, or else
+that of CiA 301. J1..J25 are the decisions in core/src/model/jn2101/README.md: what the sensor does where the manual is unclear or
+contradicts itself. `cases.md` lists the check for each case of CiA's conformance test.
 """

@@ -7,8 +7,8 @@ from .session import Session
 
 PERPENDICULAR, EULER, GIMBAL_X, GIMBAL_Y = range(4)
 
-# The excavator of section 8.5: the attitude as the gimbal angles of its row, and both slopes of every definition in deg as the
-# table prints them. None: undefined. Where the book prints whole degrees of a fraction, the fraction is computed.
+# The excavator of section 8.5: the attitude as the gimbal angles of its row, and both slopes of every definition in deg as
+# printed in the table. None: undefined. Where the manual prints rounded degrees, the exact value is computed.
 EXCAVATOR = {
     "position 1": ((0, 0), {PERPENDICULAR: (0, 0), EULER: (0, None), GIMBAL_X: (0, 0), GIMBAL_Y: (0, 0)}),
     "position 2": ((0, -30), {PERPENDICULAR: (0, -30), EULER: (30, 0), GIMBAL_X: (0, -30), GIMBAL_Y: (0, -30)}),
@@ -24,7 +24,7 @@ EXCAVATOR = {
 def near(
     session: Session, name: str, expected: tuple[float | None, ...], unit: float = 0.01, tolerance: float = 0.01
 ) -> None:
-    """Compares both slopes (6110h and 6120h) with angles in deg; one unit of the resolution may be lost by rounding."""
+    """Compares both slopes (6110h and 6120h) with angles in deg; rounding may cause an error of one unit of the resolution."""
     got = [value * unit for value in session.settle()]
     good = all(want is None or abs(want - value) <= tolerance + 1e-9 for want, value in zip(expected, got, strict=True))
     session.report.verdict(good, name, expected, tuple(round(value, 4) for value in got))
@@ -42,7 +42,7 @@ def excavator(context: Context) -> None:
 
 
 def quadrants(context: Context) -> None:
-    """2040h extends the lateral Euler angle to +-180 deg or 0 to 360 deg, and nothing else (section 9.6)."""
+    """2040h extends only the lateral Euler angle, to +-180 deg or 0 to 360 deg (section 9.6)."""
     for tilt, half, full in (("-30,0", -90, 270), ("30,0", 90, 90), ("-20,0.001", -90, 270), ("0,30", 180, 180)):
         with context.session(scene=f"tilt={tilt}") as session:
             session.put(0x2044, 0, EULER)
@@ -61,7 +61,7 @@ def quadrants(context: Context) -> None:
 
 
 def shifted_direction(context: Context) -> None:
-    """A zero point on the direction: it stays within the range that 2040h names."""
+    """With a zero point, the direction stays within the range of 2040h."""
     for correction, wanted in ((1, 135), (2, 135)):
         with context.session(scene="tilt=30,0", store=context.store(f"direction{correction}")) as session:
             session.put(0x2044, 0, EULER)
@@ -75,7 +75,7 @@ def shifted_direction(context: Context) -> None:
 
 
 def resolution(context: Context) -> None:
-    """6000h scales both slopes; what 16 bits cannot hold is saturated (J5)."""
+    """6000h scales both slopes; the 16-bit objects stay at their limits (J5)."""
     for x, y in ((12.345, -5.678), (-44.5, 44.5)):
         with context.session(scene=f"tilt={x},{y}") as session:
             for unit in (1, 10, 100, 1000):
@@ -90,8 +90,8 @@ def resolution(context: Context) -> None:
             session.send(p.SYNC)
             frames = {frame.id: frame.data for frame in session.collect(0.15)}
             limited = b"".join(p.encode(max(-32768, min(32767, value)), 2) for value in wide)
-            session.report.equal(f"tilt {x},{y}: TPDO0 saturates too", limited, frames.get(0x18A))
-            session.report.equal(f"tilt {x},{y}: TPDO1 does not", b"".join(p.encode(v, 4) for v in wide), frames.get(0x28A))
+            session.report.equal(f"tilt {x},{y}: TPDO0 is also limited", limited, frames.get(0x18A))
+            session.report.equal(f"tilt {x},{y}: TPDO1 is not limited", b"".join(p.encode(v, 4) for v in wide), frames.get(0x28A))
 
 
 def zero_point(context: Context) -> None:
@@ -108,7 +108,7 @@ def zero_point(context: Context) -> None:
         near(session, "still zero", (0, 0))
         session.power_cycle(scene="tilt=25,3")
         session.reads("after a power cycle without a save: 2046h", 0x2046, 0, 1)
-        near(session, "the offset is subtracted elsewhere", (15, 10))
+        near(session, "the offset is subtracted in another position", (15, 10))
         session.put(0x2046, 0, 1)
         near(session, "zero again, from the measured angle", (0, 0))
         session.put(0x2046, 0, 2)
@@ -119,7 +119,7 @@ def zero_point(context: Context) -> None:
 
 
 def teach(context: Context) -> None:
-    """2042h: a reference system from the position, kept, undone, and refused where it does not exist (section 9.5, J8)."""
+    """2042h: a reference frame from the position; it is kept, undone, and refused if it does not exist (section 9.5, J8)."""
     at, then = (0.0, 30.0), [(-12.0, 10.0), (20.0, -5.0), (0.0, 0.0)]
     with context.session(scene=f"tilt={at[0]},{at[1]}", store=context.store()) as session:
         session.settle()
@@ -131,17 +131,17 @@ def teach(context: Context) -> None:
         for tilt in then:
             session.power_cycle(scene=f"tilt={tilt[0]},{tilt[1]}")
             g = scenes.taught(scenes.gravity(scenes.up(*tilt)), scenes.gravity(scenes.up(*at)))
-            near(session, f"tilt {tilt} in the taught system", scenes.perpendicular(g))
+            near(session, f"tilt {tilt} in the taught reference frame", scenes.perpendicular(g))
         session.put(0x2042, 0, 2)
         session.reads("2042h reads 2", 0x2042, 0, 2)
         near(session, "absolute again", then[-1])
     skewed = (-13.2, -29.3)
-    with context.session(scene=f"tilt={skewed[0]},{skewed[1]}", store=context.store("book")) as session:
+    with context.session(scene=f"tilt={skewed[0]},{skewed[1]}", store=context.store("example")) as session:
         session.settle()
         session.put(0x2042, 0, 1)
-        near(session, "the book's first position, taught", (0, 0))
+        near(session, "the first position in the example of the manual, taught", (0, 0))
         session.power_cycle(scene="tilt=-43.20,-21.50")
-        near(session, "the true second position of the book's example", (-30, 0), tolerance=0.02)
+        near(session, "the exact second position in the example of the manual", (-30, 0), tolerance=0.02)
     with context.session(scene="tilt=90,0", store=context.store("upright")) as session:
         before = session.settle()
         code = session.abort_code(session.put, 0x2042, 0, 1)

@@ -5,7 +5,7 @@ import re
 from . import protocol as p
 from .runner import Context
 
-# Values that a setting takes and refuses (sections 7.6 and 7.7; 2.3 of CiA 301 for the transmission type).
+# Values that a setting accepts and refuses (sections 7.6 and 7.7; 2.3 of CiA 301 for the transmission type).
 LIMITS: dict[tuple[int, int], tuple[list[int], list[int]]] = {
     (0x100C, 0): ([1, 65535], []),
     (0x100D, 0): ([1, 255], []),
@@ -35,7 +35,7 @@ LIMITS: dict[tuple[int, int], tuple[list[int], list[int]]] = {
 
 
 def defaults(context: Context) -> None:
-    """Type and default of every object of a sensor as delivered."""
+    """Type and factory value of every object."""
     with context.session() as session:
         for entry in p.OBJECTS:
             value = session.upload(entry.index, entry.sub)
@@ -51,7 +51,7 @@ def defaults(context: Context) -> None:
 
 
 def access(context: Context) -> None:
-    """What can only be read refuses every write; what can be written takes its own value back."""
+    """Read-only objects refuse every write; all others accept their own value."""
     with context.session() as session:
         before = session.snapshot()
         for entry in p.OBJECTS:
@@ -62,12 +62,12 @@ def access(context: Context) -> None:
         for entry in p.SETTINGS:
             value = session.upload(entry.index, entry.sub)
             code = session.abort_code(session.download, entry.index, entry.sub, value)
-            session.report.equal(f"{entry}: its own value is taken", 0, code)
+            session.report.equal(f"{entry}: its own value is accepted", 0, code)
         session.report.equal("nothing has changed", before, session.snapshot())
 
 
 def absent(context: Context) -> None:
-    """Objects and sub-indices that are not there."""
+    """Missing objects and sub-indices."""
     with context.session() as session:
         for index in (0x0000, 0x0001, 0x0FFF, 0x1004, 0x1201, 0x1280, 0x1400, 0x1600, 0x1802, 0x1A02, 0x2003, 0x3001, 0x5FFF,
                       0x6012, 0x67FF, 0xFFFF):  # fmt: skip
@@ -83,7 +83,7 @@ def absent(context: Context) -> None:
 
 
 def scan(context: Context) -> None:
-    """Nothing but the manual's objects is there."""
+    """There are no other objects than those of the manual."""
     with context.session() as session:
         found = set()
         for index in [*range(0x1000, 0x1030), *range(0x1200, 0x1300), *range(0x1400, 0x1410), *range(0x1600, 0x1610),
@@ -91,16 +91,16 @@ def scan(context: Context) -> None:
                       *range(0x3000, 0x3010), *range(0x4000, 0x40C0), *range(0x6000, 0x6130)]:  # fmt: skip
             if session.abort_code(session.upload, index) != p.NO_OBJECT:
                 found.add(index)
-        session.report.equal("objects that are there", hexadecimal(p.LISTED), hexadecimal(found))
+        session.report.equal("existing objects", hexadecimal(p.LISTED), hexadecimal(found))
 
 
 def hexadecimal(indices: set[int]) -> str:
-    """Indices as people write them."""
+    """Indices as text."""
     return " ".join(f"{index:04X}" for index in sorted(indices))
 
 
 def limits(context: Context) -> None:
-    """Every value that a setting takes, and the ones beside them that it must refuse without a change."""
+    """Every setting accepts its limits, and refuses the values beyond them without a change."""
     with context.session() as session:
         for (index, sub), (good, bad) in LIMITS.items():
             name = p.BY_KEY[index, sub]

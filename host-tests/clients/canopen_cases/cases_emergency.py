@@ -30,7 +30,7 @@ def history(session: Session) -> list[int]:
 
 
 def out_of_range(context: Context) -> None:
-    """Beyond +-45 deg: an emergency message; back again: error reset."""
+    """Beyond +-45 deg: an emergency message; within the range again: error reset."""
     scene = scenes.steps(context.folder / "range.csv", [(0.0, 0.0), (2.0, 60.0), (4.5, 0.0)])
     with context.session(scene=scene) as session:
         report = session.report
@@ -39,10 +39,10 @@ def out_of_range(context: Context) -> None:
         check_set(session, "60 deg", frame, 0x00)
         before = code(frame)
         frame = emergency(session, 5.0)
-        report.equal("back: error reset, and the register is 0", b"\x00\x00\x00", frame.data[:3] if frame else None)
-        report.equal("back: 1001h", 0, session.get(0x1001))
-        report.equal("back: the list keeps it", before, history(session)[-1] if session.get(0x1003) else None)
-        report.equal("the state is as before", p.PRE_OPERATIONAL, session.state())
+        report.equal("within the range: error reset, and the register is 0", b"\x00\x00\x00", frame.data[:3] if frame else None)
+        report.equal("within the range: 1001h", 0, session.get(0x1001))
+        report.equal("within the range: the list keeps the error", before, history(session)[-1] if session.get(0x1003) else None)
+        report.equal("the state has not changed", p.PRE_OPERATIONAL, session.state())
         for value in (1, 2, 50, 255):
             session.refused(f"1003h:00h = {value}", p.INVALID_VALUE, session.put, 0x1003, 0, value)
         session.put(0x1003, 0, 0)
@@ -52,7 +52,7 @@ def out_of_range(context: Context) -> None:
 
 
 def check_set(session: Session, name: str, frame: Frame | None, bits: int) -> None:
-    """An emergency message with its traces in 1001h and 1003h."""
+    """Checks an emergency message and its entries in 1001h and 1003h."""
     report = session.report
     report.equal(f"{name}: 8 bytes", 8, len(frame.data) if frame else None)
     if frame is None:
@@ -60,34 +60,34 @@ def check_set(session: Session, name: str, frame: Frame | None, bits: int) -> No
     report.verdict(code(frame) != 0, f"{name}: an error code", "not 0", f"{code(frame):04X}h")
     register = session.get(0x1001)
     report.equal(f"{name}: generic bit and its group in 1001h", 1 | bits, register & (1 | bits))
-    report.equal(f"{name}: the message carries 1001h", register, frame.data[2])
+    report.equal(f"{name}: the message contains 1001h", register, frame.data[2])
     report.equal(f"{name}: one entry", 1, session.get(0x1003))
-    report.equal(f"{name}: 1003h:01h holds the code", code(frame), session.get(0x1003, 1) & 0xFFFF)
+    report.equal(f"{name}: 1003h:01h contains the code", code(frame), session.get(0x1003, 1) & 0xFFFF)
 
 
 def temperature(context: Context) -> None:
-    """Too hot inside: error 42xxh with the temperature bit."""
+    """Device temperature too high: error 42xxh with the temperature bit."""
     level = scenes.up(0, 0)
     rows = [(0.0, level), (1.5, level), (1.6, level), (5.0, level), (5.1, level)]
     scene = scenes.write(context.folder / "hot.csv", rows, [25.0, 25.0, 150.0, 150.0, 25.0])
     with context.session(scene=scene) as session:
         frame = emergency(session, 5.0)
-        check_set(session, "150 deg C", frame, 0x08)
+        check_set(session, "150 degC", frame, 0x08)
         got = f"{code(frame) >> 8:02X}xxh" if frame else None
-        session.report.equal("150 deg C: device temperature", "42xxh", got)
+        session.report.equal("150 degC: device temperature", "42xxh", got)
         frame = emergency(session, 6.0)
         session.report.equal("cooled down: error reset", 0, code(frame))
         session.reads("cooled down: 1001h", 0x1001, 0, 0)
 
 
 def error_passive(context: Context) -> None:
-    """A sensor that nobody acknowledges becomes error passive, and tells it when somebody listens."""
+    """A sensor without acknowledge becomes error passive. It reports the error as soon as a node acknowledges."""
     with context.session() as session:
         session.power_down()
         session.power_up(alone=0.5)
         session.report.equal("error passive: the boot-up message comes first", [], [str(frame) for frame in session.others])
         frame = next((one for one in session.others if one.id == p.EMCY + session.node), None) or emergency(session)
-        # It is acknowledged now, so its trace is in the list only.
+        # The frames are acknowledged now, so the error is only in the list.
         session.report.equal("error passive: code", p.ERROR_PASSIVE, code(frame))
         session.report.equal("error passive: generic and communication bit", 0x11, frame.data[2] if frame else None)
         session.report.equal("error passive: 1003h", [p.ERROR_PASSIVE], history(session))
@@ -114,16 +114,16 @@ def states(context: Context) -> None:
         session.nmt(p.ENTER_PRE_OPERATIONAL)
         session.collect(0.05)
         count = session.get(0x1003)
-        session.report.within("stopped: 1003h went on, entries", 4, 8, count)
+        session.report.within("stopped: errors are still recorded, entries in 1003h", 4, 8, count)
 
 
 def swinging(path: Path, half: float, count: int) -> Path:
-    """A scene that goes out of range and back, every `half` s."""
+    """A scene that leaves the range or returns to it every `half` s."""
     return scenes.steps(path, [(1.0 + half * step if step else 0.0, 60.0 * (step % 2)) for step in range(count)])
 
 
 def limit(context: Context) -> None:
-    """The range of +-45 deg, both axes, and an error from the start."""
+    """The range of +-45 deg of both axes, also with an error at the start."""
     within, outside = ((44, 0), (-44, 0), (0, 44), (0, -44)), ((47, 0), (-47, 0), (0, 47), (0, -47))
     for x, y in within + outside:
         beyond = (x, y) in outside
@@ -140,7 +140,7 @@ def limit(context: Context) -> None:
 
 
 def two_errors(context: Context) -> None:
-    """Of two errors one goes: error reset, with the register that tells that another is left."""
+    """One of two errors ends: error reset, and the register still contains the other error."""
     level, tilted = scenes.up(0, 0), scenes.up(60, 0)
     rows = [(0.0, level), (2.0, level), (2.01, tilted), (4.5, tilted), (4.6, tilted), (9.0, tilted), (9.1, level)]
     degrees = [25.0, 25.0, 150.0, 150.0, 25.0, 25.0, 25.0]
@@ -150,14 +150,14 @@ def two_errors(context: Context) -> None:
         session.report.equal("both in 1001h", 0x09, session.get(0x1001) & 0x09)
         frame = emergency(session, 5.0)
         session.report.equal("cooled down: error reset", p.NO_ERROR, code(frame))
-        session.report.equal("cooled down: one error is left", 0x01, frame.data[2] & 0x09 if frame else None)
-        session.reads("cooled down: entries stay", 0x1003, 0, 2)
+        session.report.equal("cooled down: one error is still active", 0x01, frame.data[2] & 0x09 if frame else None)
+        session.reads("cooled down: the entries are kept", 0x1003, 0, 2)
         frame = emergency(session, 6.0)
-        session.report.equal("level: error reset, none left", b"\x00\x00\x00", frame.data[:3] if frame else None)
+        session.report.equal("level: error reset, no active error", b"\x00\x00\x00", frame.data[:3] if frame else None)
 
 
 def inhibited(context: Context) -> None:
-    """1015h: the least distance of emergency messages, in units of 100 us."""
+    """1015h: the minimum interval of emergency messages, in units of 100 us."""
     with context.session(scene=swinging(context.folder / "swing.csv", 0.15, 60)) as session:
         session.put(0x2043, 0, 0)
         session.put(0x1015, 0, 10000)
@@ -165,20 +165,20 @@ def inhibited(context: Context) -> None:
         frames = session.collect(5.0, p.EMCY)
         gaps = [later.at - sooner.at for sooner, later in zip(frames, frames[1:], strict=False)]
         session.report.within("1 s: messages in 5 s", 3, 6, len(frames))
-        session.report.within("1 s: shortest distance in s", 0.95, 3.0, min(gaps, default=0))
+        session.report.within("1 s: shortest interval in s", 0.95, 3.0, min(gaps, default=0))
 
 
 def identifier(context: Context) -> None:
-    """1014h: the identifier of the messages, which cannot be changed."""
+    """1014h: the identifier of the messages, which is read-only."""
     with context.session() as session:
         session.reads("1014h", 0x1014, 0, p.EMCY + session.node)
         session.refused("1014h: write", p.READ_ONLY, session.download, 0x1014, 0, p.encode(0x8B, 4))
         frame = lose_master(session)
-        session.report.equal("a lost master is reported there", p.EMCY + session.node, frame.id if frame else None)
+        session.report.equal("life guarding uses this identifier", p.EMCY + session.node, frame.id if frame else None)
 
 
 def error_list(context: Context) -> None:
-    """1003h keeps the 50 newest errors; the oldest drops out."""
+    """1003h keeps the 50 newest errors; the oldest one is dropped."""
     scene = scenes.steps(context.folder / "range.csv", [(0.0, 0.0), (1.5, 60.0)])
     with context.session(scene=scene) as session:
         first = code(emergency(session, 4.0))
@@ -192,8 +192,8 @@ def error_list(context: Context) -> None:
         lose_master(session, False)
         codes = history(session)
         session.report.equal("51 errors: number", HISTORY, len(codes))
-        session.report.equal("51 errors: the oldest has dropped out", p.LIFE_GUARD, codes[-1] if codes else None)
-        session.refused("1003h:33h is not there", p.NO_SUB_INDEX, session.upload, 0x1003, HISTORY + 1)
+        session.report.equal("51 errors: the oldest is dropped", p.LIFE_GUARD, codes[-1] if codes else None)
+        session.refused("1003h:33h is missing", p.NO_SUB_INDEX, session.upload, 0x1003, HISTORY + 1)
         session.put(0x1003, 0, 0)
         session.report.equal("cleared", [], history(session))
 

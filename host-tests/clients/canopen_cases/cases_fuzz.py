@@ -1,4 +1,4 @@
-"""Random frames: bad input changes nothing, and nothing at all stops the sensor."""
+"""Random frames: invalid frames change nothing, and no frame stops the sensor."""
 
 import random
 
@@ -25,12 +25,12 @@ def invalid_frames(context: Context) -> None:
                     session.tester.collect_until_quiet(0.01)
             session.resynchronise()
             session.check_state(f"state {state}: {COUNT} invalid frames, then the state", state)
-            session.report.equal(f"state {state}: {COUNT} invalid frames, then everything", before, session.snapshot())
+            session.report.equal(f"state {state}: {COUNT} invalid frames, then all values", before, session.snapshot())
             session.report.equal(f"state {state}: no error", (0, 0), (session.get(0x1001), session.get(0x1003)))
 
 
 def send_invalid(session: Session, generator: random.Random) -> None:
-    """One frame that must change nothing."""
+    """Sends a frame that must change nothing."""
     kind = generator.randrange(8)
     data = generator.randbytes(8)
     length = generator.randrange(9)
@@ -63,7 +63,7 @@ def send_invalid(session: Session, generator: random.Random) -> None:
 
 
 def random_frames(context: Context) -> None:
-    """2000 frames of any kind; the factory reset then brings everything back."""
+    """2000 frames of any kind; then the factory reset restores all values."""
     generator = random.Random(SEED + 1)
     with context.session(store=context.store()) as session:
         for _ in range(COUNT):
@@ -74,7 +74,7 @@ def random_frames(context: Context) -> None:
         session.report.verdict(running, f"{COUNT} random frames: the process", "runs", "runs" if running else "ended")
         session.put(0x1017, 0, 0)
         session.collect(0.1)
-        session.report.equal("it still answers", 0x4019A, session.get(0x1000))
+        session.report.equal("the sensor still answers", 0x4019A, session.get(0x1000))
         session.put(0x207F, 0, 1)
         session.download(0x1011, 1, p.LOAD)
         session.report.equal("reset: boot-up", True, session.reset())
@@ -82,11 +82,11 @@ def random_frames(context: Context) -> None:
         session.put(0x6000, 0, 10)
         found = session.snapshot()
         differ = {key: found[key] for key, value in expected.items() if found[key] != value}
-        session.report.equal("everything is as delivered", {}, differ)
+        session.report.equal("all values are the factory values", {}, differ)
 
 
 def send_random(session: Session, generator: random.Random) -> None:
-    """One frame of any kind, but none that lets the sensor leave: no other node id, bit rate or reset."""
+    """Sends any frame except those that change node-ID or bit rate or reset the sensor."""
     length = generator.randrange(9)
     data = generator.randbytes(length)
     kind = generator.randrange(4)

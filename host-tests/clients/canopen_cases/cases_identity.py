@@ -1,4 +1,4 @@
-"""Node id, bit rate and programming key (sections 9.1, 9.11 and chapter 10, J9)."""
+"""Node-ID, bit rate and programming key (sections 9.1, 9.11 and chapter 10, J9)."""
 
 import base64
 
@@ -11,7 +11,7 @@ BIT_RATES = (10, 20, 50, 250, 500, 800, 1000)
 
 
 def check_identifiers(session: Session, node: int) -> None:
-    """The pre-defined connection set of a node id."""
+    """The pre-defined connection set of a node-ID."""
     wanted = {
         (0x1014, 0): 0x080 + node,
         (0x1200, 1): 0x600 + node,
@@ -31,7 +31,7 @@ def check_identifiers(session: Session, node: int) -> None:
 
 
 def node_id(context: Context) -> None:
-    """A node id becomes effective at any reset, and all identifiers follow."""
+    """A node-ID takes effect with any reset; all identifiers follow it."""
     for name, action in (
         ("reset communication", lambda session: session.nmt(p.RESET_COMMUNICATION, 0)),
         ("reset node", lambda session: session.nmt(p.RESET_NODE, 0)),
@@ -40,7 +40,7 @@ def node_id(context: Context) -> None:
     ):
         with context.session(store=context.store(name.replace(" ", "-"))) as session:
             session.put(0x2000, 0, 42)
-            session.reads(f"{name}: still node 10 before it", 0x2000, 0, 42)
+            session.reads(f"{name}: written node-ID before it", 0x2000, 0, 42)
             session.reads(f"{name}: identifiers of node 10 before it", 0x1200, 1, 0x60A)
             session.download(0x1010, 1, p.SAVE)
             session.node = 42
@@ -54,12 +54,12 @@ def node_id(context: Context) -> None:
             check_identifiers(session, 42)
             session.send(p.SDO_REQUEST + 10, bytes([0x40, 0, 0x10, 0, 0, 0, 0, 0]))
             session.send(p.NMT, bytes([p.STOP, 10]))
-            session.quiet(f"{name}: nobody at node 10")
-            session.check_state(f"{name}: commands for node 10 do not count", p.PRE_OPERATIONAL)
+            session.quiet(f"{name}: no answer of node 10")
+            session.check_state(f"{name}: commands for node 10 have no effect", p.PRE_OPERATIONAL)
 
 
 def unsaved_node_id(context: Context) -> None:
-    """Without a save, reset communication takes the node id over."""
+    """Without a save, the node-ID takes effect with reset communication."""
     with context.session() as session:
         session.put(0x2000, 0, 1)
         session.nmt(p.RESET_COMMUNICATION)
@@ -74,7 +74,7 @@ def unsaved_node_id(context: Context) -> None:
 
 
 def saved_set(context: Context) -> None:
-    """A node id that is changed after a save of the connection set: factory settings, save, and all fits (chapter 10)."""
+    """After a save of the connection set, a changed node-ID still sets all identifiers (chapter 10)."""
     with context.session(store=context.store()) as session:
         session.download(0x1010, 1, p.SAVE)
         session.put(0x2000, 0, 55)
@@ -85,12 +85,12 @@ def saved_set(context: Context) -> None:
 
 
 def bit_rate(context: Context) -> None:
-    """Every bit rate, effective after a reset."""
+    """Every bit rate takes effect with a reset."""
     for rate in BIT_RATES:
         with context.session(store=context.store(f"rate{rate}"), bus_rate="125") as session:
             session.put(0x2001, 0, rate)
             session.download(0x1010, 1, p.SAVE)
-            session.reads(f"{rate} kbit/s: still heard at 125 kbit/s", 0x2001, 0, rate)
+            session.reads(f"{rate} kbit/s: still at 125 kbit/s before the reset", 0x2001, 0, rate)
             session.power_down()
             session.options["bus_rate"] = str(rate)
             try:
@@ -108,13 +108,13 @@ def bit_rate(context: Context) -> None:
         session.put(0x2001, 0, 500)
         session.download(0x1010, 1, p.SAVE)
         session.nmt(p.RESET_COMMUNICATION)
-        session.quiet("500 kbit/s after reset communication: left the bus at 125 kbit/s", 0.5)
+        session.quiet("500 kbit/s after reset communication: no frame at 125 kbit/s", 0.5)
 
 
 def programming_key(context: Context) -> None:
-    """3000h: the vendor's key of an untouched sensor, copying of parameters, refusal of what is no key."""
+    """3000h: the key of a sensor with factory values, a copy of the parameters, refusal of invalid keys."""
     with context.session(store=context.store()) as session:
-        session.report.equal("as delivered", FACTORY_KEY, session.upload(0x3000))
+        session.report.equal("factory values", FACTORY_KEY, session.upload(0x3000))
         before = session.snapshot()
         for name, key in bad_keys().items():
             codes = {p.INVALID_VALUE} if len(key) == 16 else {p.INVALID_VALUE, *p.LONG, *p.SHORT}
@@ -126,7 +126,7 @@ def programming_key(context: Context) -> None:
         key = session.upload(0x3000)
         session.report.verdict(key != FACTORY_KEY, "other parameters, another key", "another", key.decode())
         valid = len(base64.b64decode(key, validate=True)) > 0
-        session.report.equal("it is Base64", True, valid)
+        session.report.equal("the key is Base64", True, valid)
         for at in range(len(key) - 1):
             if key[at : at + 1] != b"=":
                 wrong = key[:at] + (b"A" if key[at : at + 1] != b"A" else b"B") + key[at + 1 :]
@@ -135,19 +135,19 @@ def programming_key(context: Context) -> None:
         with context.session(store=context.store("copy")) as copy:
             copy.report.equal("written to another sensor", 0, copy.abort_code(copy.download, 0x3000, 0, key))
             copy.report.equal("the parameters are copied", changes, {index: copy.get(index) for index in changes})
-            copy.report.equal("it reads the same key", key, copy.upload(0x3000))
-            copy.reads("the node id waits for a reset", 0x1200, 1, 0x60A)
-            copy.report.equal("the factory key is taken", 0, copy.abort_code(copy.download, 0x3000, 0, FACTORY_KEY))
+            copy.report.equal("the other sensor has the same key", key, copy.upload(0x3000))
+            copy.reads("the node-ID is not in force before a reset", 0x1200, 1, 0x60A)
+            copy.report.equal("the factory key is accepted", 0, copy.abort_code(copy.download, 0x3000, 0, FACTORY_KEY))
             factory = {index: p.BY_KEY[index, 0].default for index in changes}
-            copy.report.equal("the factory key brings the factory values", factory, {i: copy.get(i) for i in factory})
+            copy.report.equal("the factory key restores the factory values", factory, {i: copy.get(i) for i in factory})
 
 
 def bad_keys() -> dict[str, bytes]:
-    """Strings that are no keys."""
+    """Invalid keys."""
     return {
         "a wrong checksum": b"D0UfZEgRKHAI5Ah=",
         "one wrong bit": b"D0UeZEgRKHAI5Ag=",
-        "no Base64": b"D0UfZEgR*HAI5Ag=",
+        "not Base64": b"D0UfZEgR*HAI5Ag=",
         "no padding": b"D0UfZEgRKHAI5Ag",
         "too short": b"D0UfZEgRKHA=",
         "too long": b"D0UfZEgRKHAI5Ag=D0UfZEgRKHAI5Ag=",

@@ -1,4 +1,4 @@
-"""python-canopen as the master, as a customer's program would use it, and a session for tshark."""
+"""python-canopen as the master, and a session decoded by tshark."""
 
 import contextlib
 import json
@@ -19,7 +19,7 @@ TYPES = {(1, False): od.UNSIGNED8, (2, False): od.UNSIGNED16, (4, False): od.UNS
 
 
 def dictionary() -> canopen.ObjectDictionary:
-    """The manual's tables as python-canopen wants them."""
+    """The tables of the manual in the form of python-canopen."""
     found = canopen.ObjectDictionary()
     found.node_id = p.FACTORY_NODE_ID
     subs: dict[int, list[p.Object]] = {}
@@ -65,7 +65,7 @@ def master(context: Context) -> None:
         report = session.report
         net.scanner.search()
         time.sleep(0.5)
-        report.equal("the scanner finds it", [p.FACTORY_NODE_ID], net.scanner.nodes)
+        report.equal("the scanner finds the sensor", [p.FACTORY_NODE_ID], net.scanner.nodes)
         report.equal("device type", 0x4019A, node.sdo[0x1000].raw)
         report.equal("product designation", "JN2101", node.sdo[0x1008].raw)
         report.equal("programming key", "D0UfZEgRKHAI5Ag=", node.sdo[0x3000].raw)
@@ -97,7 +97,7 @@ def master(context: Context) -> None:
 
 
 def tpdos(report, net: canopen.Network, node: canopen.RemoteNode) -> None:
-    """Reads the PDO parameters, then SYNC, remote frame and timer."""
+    """Reads the PDO parameters, then checks SYNC, remote frame and timer."""
     node.tpdo.read()
     for number, base in ((1, p.TPDO0), (2, p.TPDO1)):
         pdo = node.tpdo[number]
@@ -116,7 +116,7 @@ def tpdos(report, net: canopen.Network, node: canopen.RemoteNode) -> None:
 
 
 def tshark(context: Context) -> None:
-    """tshark decodes a whole session without a malformed frame."""
+    """tshark decodes a complete session without a malformed frame."""
     program = shutil.which("tshark")
     if program is None:
         name = "tshark is installed"
@@ -126,26 +126,26 @@ def tshark(context: Context) -> None:
     log = context.folder / "session.log"
     with context.session(log=log, scene="tilt=1,2") as session:
         converse(session)
-    # The tshark of Debian 12 does not know the column with the direction, which candump writes with -x.
+    # The tshark of Debian 12 cannot read the direction column that candump writes with -x.
     log.write_text("".join(line.rsplit(" ", 1)[0] + "\n" for line in log.read_text().splitlines()))
     base = [program, "-r", str(log), "-d", "can.subdissector,canopen"]
     frames = json.loads(subprocess.run([*base, "-T", "json"], check=True, capture_output=True, text=True).stdout)
     context.report.within("frames decoded", 120, 10000, len(frames))
-    # It does not hand remote frames on to CANopen.
+    # It does not decode remote frames as CANopen.
     data = [layers for frame in frames if (layers := frame["_source"]["layers"])["can"]["can.flags.rtr"] == "0"]
     context.report.equal("data frames", len(frames) - 1, len(data))
-    context.report.equal("every one of them is CANopen", len(data), sum("canopen" in layers for layers in data))
+    context.report.equal("data frames decoded as CANopen", len(data), sum("canopen" in layers for layers in data))
     bad = subprocess.run([*base, "-Y", "_ws.malformed"], check=True, capture_output=True, text=True).stdout
     context.report.equal("malformed frames", "", bad)
     fields = ["-T", "fields", "-e", "canopen.function_code"]
-    told = subprocess.run([*base, *fields], check=True, capture_output=True, text=True).stdout.split()
+    output = subprocess.run([*base, *fields], check=True, capture_output=True, text=True).stdout.split()
     wanted = {0x0, 0x1, 0x3, 0x5, 0xB, 0xC, 0xE}
-    seen = {int(code, 0) for code in told}
+    seen = {int(code, 0) for code in output}
     context.report.equal("NMT, SYNC/EMCY, both PDOs, SDO both ways, error control", wanted, seen & wanted)
 
 
 def converse(session) -> None:
-    """A bit of everything."""
+    """Exchanges frames of all services."""
     for entry in p.OBJECTS:
         session.upload(entry.index, entry.sub)
     session.download(0x3000, 0, b"D0UfZEgRKHAI5Ag=")

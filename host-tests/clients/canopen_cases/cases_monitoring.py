@@ -1,4 +1,4 @@
-"""Node guarding, life guarding, heartbeat, and what an error does to the state (sections 11.1 and 7.6, 1029h)."""
+"""Node guarding, life guarding, heartbeat, and the state after an error (sections 11.1 and 7.6, 1029h)."""
 
 import time
 
@@ -10,7 +10,7 @@ from .runner import Context
 
 
 def guarding(context: Context) -> None:
-    """Answers to remote frames: state and a toggle bit that begins with 0."""
+    """Answers to remote frames: the state, and a toggle bit that starts with 0."""
     with context.session() as session:
         def answers(count: int) -> list[str]:
             frames = [session.guard() for _ in range(count)]
@@ -18,14 +18,14 @@ def guarding(context: Context) -> None:
 
         session.report.equal("after power-up", ["7f", "ff", "7f", "ff", "7f"], answers(5))
         session.nmt(p.START)
-        session.report.equal("operational: the toggle bit goes on", ["85", "05"], answers(2))
+        session.report.equal("operational: the toggle bit continues", ["85", "05"], answers(2))
         session.nmt(p.STOP)
         session.report.equal("stopped", ["84", "04"], answers(2))
-        # So many answers that the next one would carry a 1.
+        # After these answers the next toggle bit would be 1.
         for command, more in ((p.RESET_COMMUNICATION, 0), (p.RESET_NODE, 1)):
             answers(more)
             session.reset(command)
-            session.report.equal(f"after command {command}: from 0 again", ["7f", "ff"], answers(2))
+            session.report.equal(f"after command {command}: the toggle bit is 0 again", ["7f", "ff"], answers(2))
         for dlc in (0, 1, 8):
             session.send(p.ERROR_CONTROL + session.node, remote=True, dlc=dlc)
             frame = session.wait_id(p.ERROR_CONTROL)
@@ -37,7 +37,7 @@ def guarding(context: Context) -> None:
 
 
 def life_guarding(context: Context) -> None:
-    """A master that stays away: an emergency message, and back to pre-operational."""
+    """The master stops guarding: an emergency message, and pre-operational."""
     with context.session() as session:
         session.put(0x100C, 0, 50)
         session.put(0x100D, 0, 3)
@@ -47,7 +47,7 @@ def life_guarding(context: Context) -> None:
         for _ in range(10):
             session.guard()
             time.sleep(0.05)
-        session.report.equal("guarded in time: no message", [], [f for f in session.others if f.id == 0x8A])
+        session.report.equal("guarding in time: no message", [], [f for f in session.others if f.id == 0x8A])
         last = session.guard()
         frame = session.wait_id(p.EMCY, 2.0)
         session.report.equal("guarding ended: code 8130h", "3081", frame.data[:2].hex() if frame else None)
@@ -70,23 +70,23 @@ def life_guarding(context: Context) -> None:
 
 
 def shortest_overflow() -> tuple[int, int]:
-    """Guard time (ms) and factor whose product in us is the least above 2^32."""
+    """The guard time (ms) and factor whose product in us is the lowest above 2^32."""
     pairs = [((1 << 32) // 1000 // factor + 1, factor) for factor in range(66, 256)]
     return min(pairs, key=lambda pair: pair[0] * pair[1])
 
 
 def long_life(context: Context) -> None:
-    """A life time of more than 2^32 us, whose lowest 32 bits would be short."""
+    """A life time of more than 2^32 us; its lowest 32 bits would be a short time."""
     guard_time, factor = shortest_overflow()
     with context.session() as session:
         session.put(0x100C, 0, guard_time)
         session.put(0x100D, 0, factor)
         session.guard()
-        session.quiet(f"guard time {guard_time} ms, factor {factor}: the master is not lost", 1.0)
+        session.quiet(f"guard time {guard_time} ms, factor {factor}: life guarding does not time out", 1.0)
 
 
 def error_behaviour(context: Context) -> None:
-    """1029h: which state follows a lost master."""
+    """1029h: the state after a life guarding time-out."""
     for way, before in ((p.START, p.OPERATIONAL), (p.STOP, p.STOPPED), (p.ENTER_PRE_OPERATIONAL, p.PRE_OPERATIONAL)):
         for value, after in ((0, p.PRE_OPERATIONAL if before == p.OPERATIONAL else before), (1, before), (2, p.STOPPED)):
             with context.session() as session:
@@ -124,7 +124,7 @@ def heartbeat(context: Context) -> None:
 
 
 def heartbeat_and_guarding(context: Context) -> None:
-    """Only one of the two at a time: the heartbeat wins (section 11.1, CiA 301, 7.2.8.2.2)."""
+    """Heartbeat overrides node guarding (section 11.1, J24; CiA 301, 7.2.8.2.2)."""
     with context.session() as session:
         session.put(0x1017, 0, 100)
         for _ in range(5):
@@ -145,18 +145,18 @@ def heartbeat_and_guarding(context: Context) -> None:
         session.report.equal("heartbeat off: life guarding works", "3081", frame.data[:2].hex() if frame else None)
 
 
-def once(context: Context) -> None:
-    """A lost master is reported once, and again when it is lost again."""
+def reported_once(context: Context) -> None:
+    """A life guarding time-out is reported reported_once, and the next time-out again."""
     with context.session() as session:
         first = lose_master(session)
-        session.report.verdict(first is not None, "lost: reported", "a message", str(first))
-        session.report.equal("not again by itself", [], [str(f) for f in session.collect(0.4)])
+        session.report.verdict(first is not None, "time-out: reported", "a message", str(first))
+        session.report.equal("no second report", [], [str(f) for f in session.collect(0.4)])
         again = lose_master(session, False)
-        session.report.verdict(again is not None, "back and lost again: reported", "a message", str(again))
+        session.report.verdict(again is not None, "time-out after new guarding: reported", "a message", str(again))
 
 
 def resets_guarding(context: Context) -> None:
-    """A reset ends life guarding until the master guards again."""
+    """A reset ends life guarding until the next guarding of the master."""
     with context.session() as session:
         session.put(0x100C, 0, 200)
         session.put(0x100D, 0, 2)
@@ -168,12 +168,12 @@ def resets_guarding(context: Context) -> None:
             lose_master(session)
             session.nmt(command)
             frames = [str(frame) for frame in session.collect(0.5)]
-            # Reset communication may tell the end of an error that it keeps in its list; it comes after the boot-up message.
+            # After reset communication the sensor may send the error reset of an error in its list, after the boot-up message.
             wanted = ["70A#00", "08A#0000000000000000"][: 2 if command == p.RESET_COMMUNICATION else 1]
-            name = f"master lost, command {command}"
+            name = f"after a time-out, command {command}"
             session.report.verdict(frames in (wanted, wanted[:1]), f"{name}: boot-up, no error", wanted, frames)
             session.reads(f"{name}: 1001h", 0x1001, 0, 0)
             session.report.equal(f"{name}: the toggle bit is 0 again", p.PRE_OPERATIONAL, session.guard().data[0])
 
 
-GROUPS = (guarding, life_guarding, long_life, error_behaviour, heartbeat, heartbeat_and_guarding, once, resets_guarding)
+GROUPS = (guarding, life_guarding, long_life, error_behaviour, heartbeat, heartbeat_and_guarding, reported_once, resets_guarding)

@@ -7,7 +7,7 @@ from .runner import Context
 from .session import Session, initiate
 
 DEVICE_TYPE = initiate(0x40, 0x1000, 0)
-# Every command with the state that it leads to from any state; a reset begins with the boot-up message.
+# Every command and the state after it, from any state. After a reset the sensor sends the boot-up message.
 COMMANDS = {
     p.START: p.OPERATIONAL,
     p.STOP: p.STOPPED,
@@ -20,10 +20,10 @@ WAYS = {p.START: p.OPERATIONAL, p.STOP: p.STOPPED, p.ENTER_PRE_OPERATIONAL: p.PR
 
 
 def boot_up(context: Context) -> None:
-    """What comes first, and in which state it ends."""
+    """The first frame and the state after power-up and resets."""
     with context.session() as session:
         session.report.equal("power-up: the boot-up message is the first frame", [], [str(f) for f in session.others])
-        session.quiet("power-up: nothing more by itself", 0.5)
+        session.quiet("power-up: no other frames", 0.5)
         session.check_state("power-up: pre-operational", p.PRE_OPERATIONAL)
         for command, name in ((p.RESET_NODE, "reset node"), (p.RESET_COMMUNICATION, "reset communication")):
             session.nmt(command)
@@ -35,7 +35,7 @@ def boot_up(context: Context) -> None:
 
 
 def transitions(context: Context) -> None:
-    """Every command in every state, to the own node id and to all nodes."""
+    """Every command in every state, to the own node-ID and to all nodes."""
     with context.session() as session:
         for way, before in WAYS.items():
             for command, after in COMMANDS.items():
@@ -48,8 +48,8 @@ def transitions(context: Context) -> None:
                     session.check_state(name, after)
 
 
-def not_for_it(context: Context) -> None:
-    """Commands that are unknown, for others, or no NMT frames: nothing changes in any state."""
+def ignored_commands(context: Context) -> None:
+    """Unknown commands, commands for other nodes, and frames that are not NMT frames change nothing in any state."""
     with context.session() as session:
         for way, state in WAYS.items():
             session.nmt(way)
@@ -68,11 +68,11 @@ def not_for_it(context: Context) -> None:
                 session.send(p.NMT, remote=True, dlc=2)
                 session.send(p.NMT | EXTENDED, remote=True, dlc=2)
             session.check_state(f"state {state}: short, 29-bit and remote frames", state)
-        session.quiet("none of them left a frame behind")
+        session.quiet("none of them is answered")
 
 
 def services(context: Context) -> None:
-    """Which services which state has (CiA 301, table 38)."""
+    """The services in each state (CiA 301, table 38)."""
     with context.session() as session:
         answers = {p.PRE_OPERATIONAL: True, p.OPERATIONAL: True, p.STOPPED: False}
         pdos = {p.PRE_OPERATIONAL: False, p.OPERATIONAL: True, p.STOPPED: False}
@@ -83,20 +83,20 @@ def services(context: Context) -> None:
             session.report.equal(f"state {state}: SDO is answered", answers[state], answer is not None)
             session.send(p.SYNC)
             frames = session.collect(0.15, p.TPDO0)
-            session.report.equal(f"state {state}: SYNC brings a PDO", pdos[state], len(frames) == 1)
+            session.report.equal(f"state {state}: PDO after SYNC", pdos[state], len(frames) == 1)
             session.send(p.TPDO0 + session.node, remote=True, dlc=4)
             frames = session.collect(0.15, p.TPDO0)
-            session.report.equal(f"state {state}: RTR brings a PDO", pdos[state], len(frames) == 1)
+            session.report.equal(f"state {state}: PDO after RTR", pdos[state], len(frames) == 1)
         session.nmt(p.ENTER_PRE_OPERATIONAL)
         session.put(0x1017, 0, 20)
         session.nmt(p.STOP)
         frames = session.collect(0.3, p.ERROR_CONTROL)
         beats = [frame for frame in frames if frame.data == bytes([p.STOPPED])]
-        session.report.within("stopped: the heartbeat goes on, frames in 0.3 s", 10, 17, len(beats))
+        session.report.within("stopped: the heartbeat continues, frames in 0.3 s", 10, 17, len(beats))
 
 
 def resets_restore(context: Context) -> None:
-    """Reset communication brings back the communication profile, reset node the rest as well."""
+    """Reset communication restores the communication profile, reset node restores all objects."""
     with context.session() as session:
         def change() -> None:
             session.put(0x1800, 2, 7)
@@ -105,7 +105,7 @@ def resets_restore(context: Context) -> None:
         change()
         session.report.equal("reset communication: boot-up", True, session.reset(p.RESET_COMMUNICATION))
         session.reads("reset communication: 1800h:02h as saved", 0x1800, 2, 1)
-        session.reads("reset communication: 2043h stays", 0x2043, 0, 4)
+        session.reads("reset communication: 2043h does not change", 0x2043, 0, 4)
         change()
         session.report.equal("reset node: boot-up", True, session.reset(p.RESET_NODE))
         session.reads("reset node: 1800h:02h as saved", 0x1800, 2, 1)
@@ -124,19 +124,19 @@ def start_up(context: Context) -> None:
                 if value == 0:
                     session.refused(f"1F80h = {refused}", p.RANGE, session.put, 0x1F80, 0, refused)
             session.accepted(f"1F80h = {value}", 0x1F80, 0, value)
-            session.check_state(f"1F80h = {value}: not before the next start", p.PRE_OPERATIONAL)
+            session.check_state(f"1F80h = {value}: no effect before the next start", p.PRE_OPERATIONAL)
             session.download(0x1010, 1, p.SAVE)
             session.power_cycle()
             frames = [frame for frame in session.others + session.collect(0.4) if frame.id == p.NMT]
             session.report.equal(f"1F80h = {value}: NMT frames at the start", wanted, frames)
             session.check_state(f"1F80h = {value}: state after power-up", state)
             session.nmt(p.ENTER_PRE_OPERATIONAL)
-            session.check_state(f"1F80h = {value}: still obeys", p.PRE_OPERATIONAL)
+            session.check_state(f"1F80h = {value}: NMT commands still work", p.PRE_OPERATIONAL)
             started_all(session, value, state, wanted)
 
 
 def started_all(session: Session, value: int, state: int, wanted: list[Frame]) -> None:
-    """The same after a reset of the node."""
+    """The same checks after reset node."""
     session.nmt(p.RESET_NODE)
     session.wait_boot_up()
     frames = [frame for frame in session.collect(0.4) if frame.id == p.NMT]
@@ -144,4 +144,4 @@ def started_all(session: Session, value: int, state: int, wanted: list[Frame]) -
     session.check_state(f"1F80h = {value}: state after reset node", state)
 
 
-GROUPS = (boot_up, transitions, not_for_it, services, resets_restore, start_up)
+GROUPS = (boot_up, transitions, ignored_commands, services, resets_restore, start_up)

@@ -14,19 +14,19 @@ OTHER = {p.TPDO0: 0x1801, p.TPDO1: 0x1800}
 
 
 def silence(session: Session, index: int) -> None:
-    """Sets a PDO to go out on a remote frame only."""
+    """Sets a PDO so that it is only sent on a remote frame."""
     session.put(index, 2, 253)
 
 
 def syncs(session: Session, base: int, count: int, identifier: int = p.SYNC, data: bytes = b"") -> list[Frame]:
-    """Sends SYNC and returns the PDOs that follow within a moment."""
+    """Sends SYNC and returns the PDOs that follow."""
     for _ in range(count):
         session.send(identifier, data)
     return [frame for frame in session.tester.collect_until_quiet(0.15, 3.0) if frame.id == base + session.node]
 
 
 def content(context: Context) -> None:
-    """What the PDOs carry, and the fixed mapping."""
+    """The content of the PDOs, and the fixed mapping."""
     with context.session(scene="tilt=-23.70,12.34") as session:
         session.settle()
         session.report.equal("6010h and 6020h", (-2370, 1234), session.slopes())
@@ -37,7 +37,7 @@ def content(context: Context) -> None:
         for base, _, size in PDOS:
             wanted = p.encode(-2370, size) + p.encode(1234, size)
             session.report.equal(f"{base + session.node:03X}h at SYNC", wanted, frames.get(base + session.node))
-        session.report.equal("nothing else follows a SYNC", sorted([0x18A, 0x28A]), sorted(frames))
+        session.report.equal("no other frame follows a SYNC", sorted([0x18A, 0x28A]), sorted(frames))
         session.nmt(p.ENTER_PRE_OPERATIONAL)
         for index, entry in ((0x1A00, 0x60200010), (0x1A01, 0x61200020)):
             session.refused(f"{index:04X}h:00h = 0: the mapping is fixed", p.READ_ONLY, session.put, index, 0, 0)
@@ -62,17 +62,17 @@ def synchronous(context: Context) -> None:
                 session.nmt(p.ENTER_PRE_OPERATIONAL)
         session.put(0x1800, 2, 1)
         session.nmt(p.START)
-        session.quiet("type 1: the event timer of 10 ms does not count", 0.2)
+        session.quiet("type 1: the event timer of 10 ms has no effect", 0.2)
         session.nmt(p.ENTER_PRE_OPERATIONAL)
         session.put(0x1800, 2, 3)
         silence(session, 0x1801)
         session.nmt(p.START)
         counts = [len(syncs(session, p.TPDO0, 1)) for _ in range(6)]
-        session.report.equal("type 3: it is the third and the sixth", [0, 0, 1, 0, 0, 1], counts)
+        session.report.equal("type 3: PDOs after the third and the sixth SYNC", [0, 0, 1, 0, 0, 1], counts)
 
 
 def sync_forms(context: Context) -> None:
-    """SYNC with a counter, at another identifier, and what is none."""
+    """SYNC with a counter, with another identifier, and frames that are not SYNC."""
     with context.session() as session:
         silence(session, 0x1801)
         session.nmt(p.START)
@@ -82,10 +82,10 @@ def sync_forms(context: Context) -> None:
         session.send(p.SYNC | EXTENDED)
         session.send(p.SYNC, remote=True, dlc=0)
         session.send(p.SYNC | EXTENDED, remote=True, dlc=0)
-        session.quiet("29-bit and remote frames are no SYNC")
+        session.quiet("29-bit and remote frames are not SYNC")
         session.put(0x1005, 0, 0x85)
-        session.report.equal("1005h = 85h: 80h is no SYNC any more", 0, len(syncs(session, p.TPDO0, 3)))
-        session.report.equal("1005h = 85h: 85h is", 3, len(syncs(session, p.TPDO0, 3, 0x85)))
+        session.report.equal("1005h = 85h: 80h is no longer SYNC", 0, len(syncs(session, p.TPDO0, 3)))
+        session.report.equal("1005h = 85h: 85h is SYNC", 3, len(syncs(session, p.TPDO0, 3, 0x85)))
         session.put(0x1005, 0, 0x80)
         session.report.equal("1005h = 80h again", 2, len(syncs(session, p.TPDO0, 2)))
         start = time.monotonic()
@@ -95,7 +95,7 @@ def sync_forms(context: Context) -> None:
 
 
 def acyclic(context: Context) -> None:
-    """Type 0: after a SYNC, when there is something new."""
+    """Type 0: a PDO after a SYNC if a value has changed."""
     for name, scene, low, high in (
         ("a sensor at rest", "tilt=5,5", 0, 1),
         ("a sensor that turns", scenes.write(context.folder / "turn.csv", turn()), 9, 10),
@@ -117,7 +117,7 @@ def turn() -> list[tuple[float, tuple[float, float, float]]]:
 
 
 def remote(context: Context) -> None:
-    """Remote frames: answered in every type, with the values of now or of the last SYNC."""
+    """Remote frames: answered in every type, with the current values or those of the last SYNC."""
     with context.session() as session:
         session.nmt(p.START)
         for base, index, size in PDOS:
@@ -132,7 +132,7 @@ def remote(context: Context) -> None:
                 session.report.equal(f"{index:04X}h type {kind}: one answer to a remote frame", wanted, got)
             for kind in (252, 253):
                 session.put(index, 2, kind)
-                session.report.equal(f"{index:04X}h type {kind}: SYNC alone brings none", 0, len(syncs(session, base, 3)))
+                session.report.equal(f"{index:04X}h type {kind}: no PDO after SYNC", 0, len(syncs(session, base, 3)))
             for dlc in range(9):
                 session.send(base + session.node, remote=True, dlc=dlc)
             session.report.equal(f"{index:04X}h: any length of the remote frame", 9, len(session.collect(0.2, base)))
@@ -145,11 +145,11 @@ def remote(context: Context) -> None:
             session.nmt(way)
             for base, *_ in PDOS:
                 session.send(base + session.node, remote=True, dlc=8)
-            session.quiet(f"NMT command {way}: no answer outside of operational")
+            session.quiet(f"NMT command {way}: no answer in this state")
 
 
 def sampling(context: Context) -> None:
-    """Type 252 answers with the values of the last SYNC, type 253 with those of now."""
+    """Type 252 answers with the values of the last SYNC, type 253 with the current values."""
     scene = scenes.steps(context.folder / "step.csv", [(0.0, 10.0), (4.0, 20.0)])
     with context.session(scene=scene) as session:
         started = session.sensor.started
@@ -160,22 +160,22 @@ def sampling(context: Context) -> None:
         time.sleep(max(0.0, started + 3.0 - time.monotonic()))
         session.send(p.SYNC)
         time.sleep(max(0.0, started + 5.5 - time.monotonic()))
-        session.report.equal("type 252: as at the SYNC", 1000, longitudinal(session, p.TPDO0, 2))
-        session.report.equal("type 253: as now", 2000, longitudinal(session, p.TPDO1, 4))
+        session.report.equal("type 252: value of the SYNC", 1000, longitudinal(session, p.TPDO0, 2))
+        session.report.equal("type 253: current value", 2000, longitudinal(session, p.TPDO1, 4))
         session.send(p.SYNC)
         session.collect(0.1)
         session.report.equal("type 252: after the next SYNC", 2000, longitudinal(session, p.TPDO0, 2))
 
 
 def longitudinal(session: Session, base: int, size: int) -> int | None:
-    """The first slope of a PDO that is asked for."""
+    """Requests a PDO and returns its first slope."""
     session.send(base + session.node, remote=True, dlc=2 * size)
     frame = session.wait_id(base)
     return p.decode(frame.data[:size], True) if frame else None
 
 
 def rates(session: Session, name: str, base: int, seconds: float, period: float) -> None:
-    """The mean and the shortest distance of the PDOs."""
+    """Checks the mean and the shortest interval of the PDOs."""
     session.collect(0.05)
     frames = session.collect(seconds, base)
     if len(frames) < 3:
@@ -203,16 +203,16 @@ def event_timer(context: Context) -> None:
             session.nmt(p.START)
             session.collect(0.1)
             session.report.equal(f"{index:04X}h: 0 ms switches it off", [], session.collect(0.3, base))
-            session.report.equal(f"{index:04X}h type 255: SYNC brings none", 0, len(syncs(session, base, 5)))
+            session.report.equal(f"{index:04X}h type 255: no PDO after SYNC", 0, len(syncs(session, base, 5)))
             session.put(index, 5, 20)
-            rates(session, f"{index:04X}h: 20 ms set in operational", base, 0.6, 0.020)
+            rates(session, f"{index:04X}h: 20 ms, set in operational", base, 0.6, 0.020)
             session.put(index, 5, 40)
             rates(session, f"{index:04X}h: changed to 40 ms", base, 0.8, 0.040)
             session.nmt(p.ENTER_PRE_OPERATIONAL)
 
 
 def busy(context: Context) -> None:
-    """A PDO every millisecond on a bus at 1 Mbit/s, and SDO beside it."""
+    """A PDO every millisecond on a bus at 1 Mbit/s, and SDO transfers at the same time."""
     store = context.store()
     with context.session(store=store) as session:
         session.put(0x2001, 0, 1000)
@@ -224,12 +224,12 @@ def busy(context: Context) -> None:
         session.nmt(p.START)
         rates(session, "1 ms", p.TPDO0, 1.0, 0.001)
         right = sum(session.get(0x1000) == 0x4019A for _ in range(100))
-        session.report.equal("100 SDO transfers beside it", 100, right)
-        session.report.equal("a segmented one", b"JN2101", session.upload(0x1008))
+        session.report.equal("100 SDO transfers at the same time", 100, right)
+        session.report.equal("a segmented transfer", b"JN2101", session.upload(0x1008))
 
 
 def inhibit(context: Context) -> None:
-    """The inhibit time holds PDOs back, in units of 100 us (J3)."""
+    """The inhibit time limits the rate of PDOs, in units of 100 us (J3)."""
     with context.session() as session:
         for base, index, _ in PDOS:
             silence(session, OTHER[base])
@@ -241,7 +241,7 @@ def inhibit(context: Context) -> None:
             frames = session.collect(1.0, base)
             gaps = [later.at - sooner.at for sooner, later in zip(frames, frames[1:], strict=False)]
             session.report.within(f"{index:04X}h: 50 ms for a timer of 10 ms: PDOs in 1 s", 15, 21, len(frames))
-            session.report.within(f"{index:04X}h: shortest distance in s", 0.040, 0.070, min(gaps, default=0))
+            session.report.within(f"{index:04X}h: shortest interval in s", 0.040, 0.070, min(gaps, default=0))
             session.nmt(p.ENTER_PRE_OPERATIONAL)
             session.put(index, 3, 0)
             session.put(index, 2, 253)

@@ -6,8 +6,8 @@ from . import protocol as p
 from .runner import Context
 from .session import Session
 
-# One changed value per setting that is saved by 1010h (1029h is not: column "Save" of section 7.6). The node id, the bit rate and
-# 1F80h have checks of their own; zero and teach save themselves (J11).
+# One changed value per setting that is saved by 1010h (1029h is not: column "Save" of section 7.6). The node-ID, the bit rate and
+# 1F80h have other checks; zero point and teach-in are stored when they are written (J11).
 CHANGED = {
     (0x1005, 0): 0x85,
     (0x100C, 0): 300,
@@ -39,7 +39,7 @@ def change(session: Session) -> None:
 
 
 def values(session: Session, keys: dict) -> dict:
-    """What the settings read."""
+    """The values of the settings."""
     return {key: session.get(*key) for key in keys}
 
 
@@ -47,11 +47,11 @@ def check(session: Session, name: str, expected: dict) -> None:
     """Compares settings."""
     got = values(session, expected)
     differ = [f"{p.BY_KEY[key]} = {got[key]}, not {value}" for key, value in expected.items() if got[key] != value]
-    session.report.verdict(not differ, name, f"{len(expected)} values", "; ".join(differ) or "all of them")
+    session.report.verdict(not differ, name, f"{len(expected)} values", "; ".join(differ) or "all equal")
 
 
 def signatures(context: Context) -> None:
-    """1010h and 1011h take their own signature only."""
+    """1010h and 1011h accept only their own signature."""
     with context.session(store=context.store()) as session:
         change(session)
         wrong = {0x1010: (b"load", b"evas", b"SAVE", b"wron", b"\x00\x00\x00\x00"), 0x1011: (b"save", b"daol", b"LOAD", b"wron")}
@@ -66,16 +66,16 @@ def signatures(context: Context) -> None:
             session.report.verdict(low in (0, 1), f"{index:04X}h:01h reads", "0 (manual) or 1 (CiA 301: on command)", low)
         check(session, "refused signatures change nothing", CHANGED)
         session.power_cycle()
-        check(session, "and save nothing: factory values after power-up", DEFAULTS)
+        check(session, "refused signatures save nothing: factory values after power-up", DEFAULTS)
 
 
 def saved(context: Context) -> None:
-    """1010h keeps everything over a power cycle and both resets."""
+    """Values saved with 1010h survive a power cycle and both resets."""
     with context.session(store=context.store()) as session:
         change(session)
         session.put(0x1029, 1, 2)
         session.report.equal("save is accepted", 0, session.abort_code(session.download, 0x1010, 1, p.SAVE))
-        check(session, "nothing is changed by it", CHANGED)
+        check(session, "save changes nothing", CHANGED)
         session.power_cycle()
         check(session, "power cycle", CHANGED)
         session.reads("1029h is not saved", 0x1029, 1, 0)
@@ -84,7 +84,7 @@ def saved(context: Context) -> None:
         session.reset(p.RESET_COMMUNICATION)
         check(session, "reset communication: the communication profile as saved", COMMUNICATION)
         session.reset(p.RESET_NODE)
-        check(session, "reset node: all of it as saved", CHANGED)
+        check(session, "reset node: all values as saved", CHANGED)
         for (index, sub), value in DEFAULTS.items():
             session.put(index, sub, value)
         session.power_cycle()
@@ -96,7 +96,7 @@ def saved(context: Context) -> None:
 
 
 def restored(context: Context) -> None:
-    """1011h: nothing until the reset, then the factory settings."""
+    """1011h: no change before the reset, then the factory values."""
     with context.session(store=context.store()) as session:
         change(session)
         session.download(0x1010, 1, p.SAVE)
@@ -108,7 +108,7 @@ def restored(context: Context) -> None:
         session.reset(p.RESET_NODE)
         check(session, "reset node: the communication profile", {key: DEFAULTS[key] for key in COMMUNICATION})
         session.power_cycle()
-        check(session, "it stays so after a power cycle", {key: DEFAULTS[key] for key in COMMUNICATION})
+        check(session, "the same after a power cycle", {key: DEFAULTS[key] for key in COMMUNICATION})
     with context.session(store=context.store("other")) as session:
         change(session)
         session.download(0x1010, 1, p.SAVE)
@@ -118,21 +118,21 @@ def restored(context: Context) -> None:
 
 
 def factory_reset(context: Context) -> None:
-    """207Fh: the manufacturer's objects at once, node id and bit rate at the next reset (J13)."""
+    """207Fh: the objects of the manufacturer at once, node-ID and bit rate with the next reset (J13)."""
     with context.session(store=context.store()) as session:
         change(session)
         session.put(0x2000, 0, 33)
         session.download(0x1010, 1, p.SAVE)
         session.node = 33
         session.power_cycle()
-        session.reads("node id 33 is in force", 0x1200, 1, 0x600 + 33)
+        session.reads("node-ID 33 is in force", 0x1200, 1, 0x600 + 33)
         session.report.equal("factory reset is accepted", 0, session.abort_code(session.put, 0x207F, 0, 1))
-        session.reads("207Fh reads the success", 0x207F, 0, 1)
-        check(session, "the manufacturer's objects", {key: DEFAULTS[key] for key in MANUFACTURER})
+        session.reads("207Fh reads 1 after success", 0x207F, 0, 1)
+        check(session, "the objects of the manufacturer", {key: DEFAULTS[key] for key in MANUFACTURER})
         session.node = p.FACTORY_NODE_ID
         session.power_cycle()
-        session.reads("after power-up: node id 10", 0x2000, 0, 10)
-        check(session, "after power-up: the manufacturer's objects", {key: DEFAULTS[key] for key in MANUFACTURER})
+        session.reads("after power-up: node-ID 10", 0x2000, 0, 10)
+        check(session, "after power-up: the objects of the manufacturer", {key: DEFAULTS[key] for key in MANUFACTURER})
 
 
 def device_reset(context: Context) -> None:
@@ -151,7 +151,7 @@ def device_reset(context: Context) -> None:
         session.reads("1800h:02h as saved", 0x1800, 2, 1)
 
 
-# Two whole sets of settings, which a broken save must never mix.
+# Two complete sets of settings, which must not be mixed after an interrupted save.
 FIRST = {(0x100C, 0): 111, (0x1800, 5): 111, (0x2043, 0): 1, (0x6000, 0): 1}
 SECOND = {(0x100C, 0): 222, (0x1800, 5): 222, (0x2043, 0): 3, (0x6000, 0): 1000}
 FACTORY = {key: p.BY_KEY[key].default for key in FIRST}
@@ -165,7 +165,7 @@ def save_set(session: Session, settings: dict) -> None:
 
 
 def power_fails(context: Context) -> None:
-    """The supply goes during a save: the old values or the new ones, never a mixture."""
+    """After a power cut during a save, the old or the new values are loaded, never a mixture."""
     with context.session(store=context.store()) as session:
         save_set(session, FIRST)
         for number in range(12):
@@ -180,30 +180,30 @@ def power_fails(context: Context) -> None:
 
 
 def damaged(context: Context) -> None:
-    """One damaged byte in the memory: the newest whole values, older ones or the factory's, never a mixture."""
+    """With one damaged byte in the memory, the newest, the older or the factory values are loaded, never a mixture."""
     path = context.store()
     with context.session(store=path) as session:
         save_set(session, FIRST)
         save_set(session, SECOND)
         session.power_down()
-        whole = path.read_bytes()
-        used = [at for at, byte in enumerate(whole) if byte != 0xFF]
+        original = path.read_bytes()
+        used = [at for at, byte in enumerate(original) if byte != 0xFF]
         for number in range(16):
             at = used[number * (len(used) - 1) // 15]
-            broken = bytearray(whole)
+            broken = bytearray(original)
             broken[at] ^= 0x10
             path.write_bytes(broken)
             session.power_up()
             got = values(session, FIRST)
-            session.report.verdict(got in (FIRST, SECOND, FACTORY), f"byte {at} damaged", "one whole set", got)
+            session.report.verdict(got in (FIRST, SECOND, FACTORY), f"byte {at} damaged", "one complete set", got)
             session.power_down()
-        path.write_bytes(whole)
+        path.write_bytes(original)
         session.power_up()
-        session.report.equal("undamaged again", SECOND, values(session, FIRST))
+        session.report.equal("without damage again", SECOND, values(session, FIRST))
 
 
 def save_in_operation(context: Context) -> None:
-    """Saves do not hold up the heartbeat."""
+    """Saves do not delay the heartbeat."""
     with context.session(store=context.store()) as session:
         session.put(0x1017, 0, 20)
         session.collect(0.1)
@@ -211,12 +211,12 @@ def save_in_operation(context: Context) -> None:
             session.download(0x1010, 1, p.SAVE)
         beats = [frame.at for frame in session.others + session.collect(0.2) if frame.id == p.ERROR_CONTROL + session.node]
         gaps = [later - sooner for sooner, later in zip(beats, beats[1:], strict=False)]
-        session.report.within("longest distance of heartbeats of 20 ms during 10 saves, s", 0.01, 0.045, max(gaps, default=0))
+        session.report.within("longest interval of heartbeats of 20 ms during 10 saves, s", 0.01, 0.045, max(gaps, default=0))
 
 
 def no_memory(context: Context) -> None:
-    """A memory that holds no saved values, and one that holds rubbish: a sensor as delivered."""
-    for name, data in (("empty", b""), ("rubbish", bytes(range(256)) * 16)):
+    """With an empty memory or one with invalid bytes, the sensor has its factory values."""
+    for name, data in (("empty", b""), ("invalid", bytes(range(256)) * 16)):
         path = context.store(name)
         path.write_bytes(data)
         with context.session(store=path) as session:

@@ -1,4 +1,4 @@
-"""Life guarding, for the checks that need an error on demand (section 11.1.1)."""
+"""Life guarding, for checks that need an error (section 11.1.1)."""
 
 from gemac.harness import Frame
 
@@ -9,7 +9,7 @@ GUARD_TIME = 10  # ms
 
 
 def lose_master(session: Session, set_up: bool = True) -> Frame | None:
-    """Guards once and then no more; the emergency message that reports the lost master."""
+    """Guards once and then no more; returns the emergency message of the life guarding time-out."""
     if set_up:
         session.put(0x100C, 0, GUARD_TIME)
         session.put(0x100D, 0, 2)

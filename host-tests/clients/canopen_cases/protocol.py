@@ -1,4 +1,4 @@
-"""CANopen on the wire: identifiers, NMT, SDO abort codes, and the object dictionary as the manual's tables list it."""
+"""The CANopen protocol: identifiers, NMT, SDO abort codes, and the object dictionary of the tables in the manual."""
 
 from dataclasses import dataclass
 
@@ -30,7 +30,7 @@ LOCAL_CONTROL = 0x08000021
 DEVICE_STATE = 0x08000022
 NO_DATA = 0x08000024
 
-# What may be said of a value out of range, and of data of the wrong length: CiA 301 leaves a choice.
+# The abort codes for a value out of range and for data of the wrong length: CiA 301 permits several.
 RANGE = {INVALID_VALUE, TOO_HIGH, TOO_LOW}
 LONG = {LENGTH, TOO_LONG}
 SHORT = {LENGTH, TOO_SHORT}
@@ -43,7 +43,7 @@ SAVE, LOAD = b"save", b"load"
 
 @dataclass(frozen=True)
 class Object:
-    """An entry of the object dictionary. `size` is in bytes, None for a string; `default` None where it differs by device."""
+    """An entry of the object dictionary. `size` is in bytes, None for a string; `default` is None if devices differ in it."""
 
     index: int
     sub: int
@@ -51,7 +51,7 @@ class Object:
     writable: bool
     default: int | str | None
     signed: bool = False
-    relative: bool = False  # the node id is added to the default
+    relative: bool = False  # the node-ID is added to the default
 
     def __str__(self) -> str:
         return f"{self.index:04X}h:{self.sub:02X}"
@@ -66,12 +66,12 @@ class Object:
 
 
 def encode(value: int, size: int) -> bytes:
-    """An integer as CANopen carries it."""
+    """An integer in the format of CANopen."""
     return (value % (1 << 8 * size)).to_bytes(size, "little")
 
 
 def decode(data: bytes, signed: bool = False) -> int:
-    """The integer that these bytes carry."""
+    """The integer in these bytes."""
     return int.from_bytes(data, "little", signed=signed)
 
 
@@ -91,7 +91,7 @@ def _pdo(number: int, cob: int, slopes: tuple[int, int]) -> list[Object]:
 
 
 def _slope(index: int, size: int) -> list[Object]:
-    """A slope and its operating parameter, which can only be read here."""
+    """A slope and its operating parameter, which is read-only."""
     return [Object(index, 0, size, False, 0, signed=True), Object(index + 1, 0, 1, False, 0)]
 
 
@@ -152,7 +152,7 @@ OBJECTS = [
 BY_KEY = {(entry.index, entry.sub): entry for entry in OBJECTS}
 LISTED = {entry.index for entry in OBJECTS}
 
-# What is read and written on its own: actions, and what a measurement changes. The rest are settings.
+# Actions and measured values have their own checks. All other objects are settings.
 ACTIONS = {0x1003, 0x1010, 0x1011, 0x2002, 0x207F, 0x4004}
 MEASURED = {0x4080, 0x4081}
 SETTINGS = [entry for entry in OBJECTS if entry.writable and entry.index not in ACTIONS]

@@ -13,8 +13,8 @@ from gemac.report import Report
 
 from .session import Session
 
-MODEL = "jn2101"
-# A machine that is busy with something else can spoil one attempt of a group that measures in real time, but not every one.
+PRODUCT = "jn2101"
+# On a busy machine, single attempts of a group that measures in real time can fail.
 ATTEMPTS = 3
 
 
@@ -29,10 +29,10 @@ class Context:
 
     def session(self, **options: object) -> Session:
         """Starts a sensor; see `Session` for the options."""
-        return Session(self.report, self.binary, MODEL, self.arguments, **options)
+        return Session(self.report, self.binary, PRODUCT, self.arguments, **options)
 
     def store(self, name: str = "memory") -> Path:
-        """A path for a nonvolatile memory that does not exist yet."""
+        """The path of a store file that does not exist yet."""
         return self.folder / f"{name}.bin"
 
 
@@ -40,7 +40,7 @@ Group = Callable[[Context], None]
 
 
 def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, tuple[str, ...]]:
-    """The command line, and what of it is for the sensor program."""
+    """Parses the command line; returns the options and the arguments for the sensor program."""
     options = argparse.ArgumentParser(
         description=description,
         epilog=f"Other arguments go to the sensor program. Groups: {', '.join(groups)}.",
@@ -50,13 +50,13 @@ def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, 
     options.add_argument(
         "--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)"
     )
-    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time; most wait (default: 6)")
+    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time (default: 6)")
     known, others = options.parse_known_args()
     return known, tuple(others)
 
 
 def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterable[Group]) -> int:
-    """Runs the groups and prints every check in their order; the exit code."""
+    """Runs the groups and prints every check in their order; returns the exit code."""
     passed = failed = 0
     binary = options.virtual_sensor.resolve()
     with ProcessPoolExecutor(options.jobs) as pool:
@@ -70,24 +70,24 @@ def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterabl
 
 
 def run_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
-    """Runs one group, once more when it fails, but not for ever."""
+    """Runs one group, which has several attempts."""
     for attempt in range(1, ATTEMPTS + 1):
         report = attempt_group(binary, arguments, group)
         if not report.failed or attempt == ATTEMPTS:
             break
-        # Told, so that a check which often needs a second attempt is noticed.
+        # Printed to show which checks often need a second attempt.
         print(f"attempt {attempt} of {group.__name__} failed:", *(x for x in report.lines if "FAIL" in x), sep="\n  ", flush=True)
     return report
 
 
 def attempt_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
     """Runs one group in an empty folder."""
-    report = Report(f"{MODEL} {group.__name__}")
+    report = Report(f"{PRODUCT} {group.__name__}")
     with tempfile.TemporaryDirectory() as folder:
         try:
             group(Context(report, binary, arguments, Path(folder)))
-        except Exception as error:  # one broken group must not hide the others
+        except Exception as error:  # the other groups must still run
             places = traceback.extract_tb(error.__traceback__)
             place = " in ".join(f"{step.name}:{step.lineno}" for step in reversed(places[-4:]))
-            report.verdict(False, "group", "to run through", f"{error!r} at {place}")
+            report.verdict(False, "group", "complete run", f"{error!r} at {place}")
     return report

@@ -1,4 +1,4 @@
-"""Motion for the sensor to measure, and what it should read (chapter 8)."""
+"""Motion of the sensor, and the expected angles (chapter 8)."""
 
 import math
 from pathlib import Path
@@ -10,7 +10,7 @@ ROOM = 25.0
 
 
 def gravity(vector: Vector) -> Vector:
-    """The vector that the definitions of chapter 8 are written with; the excavator table fixes the signs."""
+    """The vector in the definitions of chapter 8; its signs follow from the excavator table."""
     return (-vector[0], vector[1], vector[2])
 
 
@@ -21,7 +21,7 @@ def perpendicular(g: Vector) -> tuple[float, float]:
 
 
 def taught(g: Vector, at: Vector) -> Vector:
-    """`g` in the reference system that was taught with `at` (section 9.5)."""
+    """`g` in the reference frame that was taught with `at` (section 9.5)."""
     zb = unit(at)
     along = zb[0]
     xb = unit((1.0 - along * zb[0], -along * zb[1], -along * zb[2]))
@@ -41,7 +41,7 @@ def dot(a: Vector, b: Vector) -> float:
 
 
 def write(path: Path, rows: list[tuple[float, Vector]], temperatures: list[float] | None = None) -> Path:
-    """Writes a scene file: time in s since the process started, specific force in g, temperature in deg C."""
+    """Writes a scene file: time in s since the process started, specific force in g, temperature in degC."""
     lines = ["t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c"]
     for (at, (x, y, z)), temperature in zip(rows, temperatures or [ROOM] * len(rows), strict=True):
         lines.append(f"{at:.6f},{x:.9f},{y:.9f},{z:.9f},0,0,0,{temperature}")

@@ -1,4 +1,4 @@
-"""A sensor under test and its master: NMT, SDO, and the other frames that it sends meanwhile."""
+"""A sensor under test and its master: NMT, SDO, and other frames of the sensor."""
 
 import time
 from collections.abc import Callable
@@ -9,8 +9,8 @@ from gemac.report import Report
 
 from . import protocol as p
 
-REPLY_TIMEOUT = 0.5  # a reply takes well under a millisecond; this is for a busy machine
-SILENCE = 0.12  # nothing comes within this: a frame is ignored
+REPLY_TIMEOUT = 0.5  # a reply takes less than a millisecond; this is long enough for a busy machine
+SILENCE = 0.12  # without an answer within this time, a frame is ignored
 START_TIME = 5.0
 
 
@@ -29,7 +29,7 @@ class Session:
         self,
         report: Report,
         binary: Path,
-        model: str,
+        product: str,
         arguments: tuple[str, ...] = (),
         *,
         scene: str | Path = "tilt=0,0",
@@ -38,7 +38,7 @@ class Session:
         log: Path | None = None,
         node: int = p.FACTORY_NODE_ID,
     ) -> None:
-        self.report, self.binary, self.model, self.arguments = report, binary, model, arguments
+        self.report, self.binary, self.product, self.arguments = report, binary, product, arguments
         self.options = {"scene": scene, "store": store, "bus_rate": bus_rate, "log": log}
         self.node = node
         self.power_up()
@@ -54,33 +54,33 @@ class Session:
     def power_up(self, *, boot: bool = True, alone: float = 0.0) -> None:
         """Starts the process and opens an adapter after the sensor has been `alone` for some seconds; with `boot`, waits for the
         boot-up message."""
-        self.sensor = Sensor(Program(self.binary, arguments=self.arguments), self.model, **self.options)
+        self.sensor = Sensor(Program(self.binary, arguments=self.arguments), self.product, **self.options)
         time.sleep(alone)
         self.tester = Tester(self.sensor.port)
         self.others: list[Frame] = []
         if boot and not self.wait_boot_up(START_TIME):
             raise SensorGone(f"no boot-up message of node {self.node}; {self.sensor.errors()}")
         if boot and not alone:
-            self.forget_loneliness()
+            self.clear_error_passive()
 
-    def forget_loneliness(self) -> None:
-        """Until the adapter is open nobody acknowledges. When that takes a while, the controller is error passive, and the sensor
-        says so after its boot-up message. Clears that error, and waits until the first reading has come."""
+    def clear_error_passive(self) -> None:
+        """Until the adapter is open, no node acknowledges. If that takes some time, the controller is error passive, and the
+        sensor reports it after its boot-up message. Clears that error, and waits for the first sample."""
         self.wait(lambda frame: False, 0.06)
         code = p.encode(p.ERROR_PASSIVE, 2)
-        lonely = [n for n, frame in enumerate(self.others) if frame.id == p.EMCY + self.node and frame.data[:2] == code]
-        if lonely:
-            # The error and its end.
-            del self.others[lonely[0] : lonely[0] + 2]
+        found = [n for n, frame in enumerate(self.others) if frame.id == p.EMCY + self.node and frame.data[:2] == code]
+        if found:
+            # The error and the error reset.
+            del self.others[found[0] : found[0] + 2]
             self.put(0x1003, 0, 0)
 
     def power_down(self) -> None:
-        """Cuts the supply."""
+        """Cuts the power."""
         self.tester.close()
         self.sensor.kill()
 
     def power_cycle(self, **options: object) -> None:
-        """Cuts the supply and gives it back, with other options of the program if they are given."""
+        """Switches the power off and on, optionally with other options of the program."""
         self.power_down()
         self.options |= options
         self.power_up()
@@ -92,7 +92,7 @@ class Session:
         self.tester.send(identifier, data, **kind)
 
     def wait(self, wanted: Callable[[Frame], bool], timeout: float = REPLY_TIMEOUT) -> Frame | None:
-        """The next frame of a kind; what comes before it is kept in `others`."""
+        """The next frame of a kind; the frames before it are kept in `others`."""
         end = time.monotonic() + timeout
         while (left := end - time.monotonic()) > 0:
             frame = self.tester.receive(left)
@@ -108,32 +108,32 @@ class Session:
         return self.wait(lambda frame: frame.id == base + self.node, timeout)
 
     def wait_boot_up(self, timeout: float = START_TIME) -> bool:
-        """Whether the boot-up message comes."""
+        """Waits for the boot-up message; returns whether it was received."""
         boot_up = Frame(p.ERROR_CONTROL + self.node, bytes([p.BOOT_UP]))
         return self.wait(lambda frame: frame == boot_up, timeout) is not None
 
     def collect(self, seconds: float, base: int | None = None) -> list[Frame]:
-        """Everything that comes within a time, or only a service of this node."""
+        """All frames received within this time, or only those of a service of this node."""
         frames = self.tester.collect(seconds)
         return [frame for frame in frames if base is None or frame.id == base + self.node]
 
     def quiet(self, name: str, seconds: float = SILENCE) -> None:
-        """Nothing is sent for a while."""
+        """Checks that no frame is sent for this time."""
         self.report.equal(name, [], [str(frame) for frame in self.collect(seconds)])
 
     # NMT.
 
     def nmt(self, command: int, node: int | None = None) -> None:
-        """An NMT command, for this node unless told otherwise."""
+        """Sends an NMT command, to this node if no other is given."""
         self.send(p.NMT, bytes([command, self.node if node is None else node]))
 
     def guard(self, **kind: object) -> Frame | None:
-        """Asks for the state by a remote frame (node guarding)."""
+        """Requests the state with a remote frame (node guarding)."""
         self.send(p.ERROR_CONTROL + self.node, remote=True, dlc=1)
         return self.wait_id(p.ERROR_CONTROL)
 
     def state(self) -> int | None:
-        """The NMT state, asked by node guarding."""
+        """The NMT state, read by node guarding."""
         frame = self.guard()
         return frame.data[0] & 0x7F if frame and len(frame.data) == 1 else None
 
@@ -142,20 +142,20 @@ class Session:
         self.report.equal(name, f"state {expected}", f"state {self.state()}")
 
     def reset(self, command: int = p.RESET_NODE) -> bool:
-        """Resets the sensor; whether the boot-up message comes."""
+        """Resets the sensor; returns whether the boot-up message was received."""
         self.nmt(command)
         return self.wait_boot_up()
 
     # SDO.
 
     def sdo(self, data: bytes, timeout: float = REPLY_TIMEOUT) -> bytes | None:
-        """One SDO frame, filled up with zeros, and the answer to it."""
+        """Sends one SDO frame, filled with zeros, and returns the answer."""
         self.send(p.SDO_REQUEST + self.node, data.ljust(8, b"\x00"))
         frame = self.wait_id(p.SDO_REPLY, timeout)
         return frame.data if frame else None
 
     def exchange(self, data: bytes) -> bytes:
-        """One SDO frame and the answer; an abort or silence is an exception."""
+        """Sends one SDO frame and returns the answer; raises an exception on an abort or without an answer."""
         answer = self.sdo(data)
         if answer is None or len(answer) != 8:
             raise SensorGone(f"SDO {data.hex()} was answered with {answer!r}")
@@ -164,7 +164,7 @@ class Session:
         return answer
 
     def upload(self, index: int, sub: int = 0) -> bytes:
-        """Reads an object, expedited or in segments as the sensor likes."""
+        """Reads an object, expedited or in segments as selected by the sensor."""
         answer = self.exchange(initiate(0x40, index, sub))
         if answer[0] & 0x02:
             return answer[4 : 8 - (answer[0] >> 2 & 3)]
@@ -177,16 +177,16 @@ class Session:
             toggle ^= 0x10
 
     def download(self, index: int, sub: int, value: bytes) -> None:
-        """Writes an object, expedited when it fits."""
+        """Writes an object, expedited if it has at most 4 bytes."""
         if 1 <= len(value) <= 4:
             self.exchange(initiate(0x23 | (4 - len(value)) << 2, index, sub, value))
         else:
             self.download_segments(index, sub, value)
 
-    def download_segments(self, index: int, sub: int, value: bytes, *, tell_size: bool = True) -> None:
+    def download_segments(self, index: int, sub: int, value: bytes, *, with_size: bool = True) -> None:
         """Writes an object in segments."""
-        size = p.encode(len(value), 4) if tell_size else b""
-        self.exchange(initiate(0x21 if tell_size else 0x20, index, sub, size))
+        size = p.encode(len(value), 4) if with_size else b""
+        self.exchange(initiate(0x21 if with_size else 0x20, index, sub, size))
         toggle = 0
         for at in range(0, max(len(value), 1), 7):
             part = value[at : at + 7]
@@ -195,7 +195,7 @@ class Session:
             toggle ^= 0x10
 
     def resynchronise(self) -> None:
-        """Waits until every request that was sent before is served, and forgets the answers: the answer to this one comes last."""
+        """Waits until every earlier request is answered, and drops the answers: the answer to this request is the last one."""
         request = initiate(0x40, 0x1018, 0xA5)
         self.send(p.SDO_REQUEST + self.node, request)
         answer = p.SDO_REPLY + self.node
@@ -208,11 +208,11 @@ class Session:
         return p.decode(self.upload(index, sub), bool(entry and entry.signed))
 
     def put(self, index: int, sub: int, value: int) -> None:
-        """Writes an integer of the size that the manual gives."""
+        """Writes an integer with the size in the manual."""
         self.download(index, sub, p.encode(value, p.BY_KEY[index, sub].size))
 
     def abort_code(self, action: Callable[..., object], *arguments: object) -> int:
-        """The code with which a transfer is aborted; 0 when it is not."""
+        """The abort code of a transfer; 0 if it is not aborted."""
         try:
             action(*arguments)
         except Abort as abort:
@@ -227,7 +227,7 @@ class Session:
         self.report.verdict(got in codes, name, f"abort {wanted}", f"abort {got:08X}h" if got else "no abort")
 
     def accepted(self, name: str, index: int, sub: int, value: int) -> None:
-        """Checks that a value is taken and reads back."""
+        """Checks that a value is accepted and read back."""
         code = self.abort_code(self.put, index, sub, value)
         got = f"abort {code:08X}h" if code else self.get(index, sub)
         self.report.equal(name, value, got)
@@ -237,7 +237,7 @@ class Session:
         self.report.equal(name, expected, self.get(index, sub))
 
     def snapshot(self) -> dict[str, str]:
-        """Every setting and every steady value as the sensor tells it."""
+        """All settings and constant values as read from the sensor."""
         return {str(entry): self.upload(entry.index, entry.sub).hex() for entry in p.STEADY}
 
     def slopes(self, wide: bool = False) -> tuple[int, int]:
@@ -245,7 +245,7 @@ class Session:
         return (self.get(0x6110), self.get(0x6120)) if wide else (self.get(0x6010), self.get(0x6020))
 
     def settle(self, seconds: float = 8.0) -> tuple[int, int]:
-        """Reads until the 32-bit slopes have stood still for 0.4 s; the slopes."""
+        """Reads until the 32-bit slopes have not changed for 0.4 s; returns the slopes."""
         end = time.monotonic() + seconds
         last, since = self.slopes(wide=True), time.monotonic()
         while time.monotonic() < end and time.monotonic() - since < 0.4:

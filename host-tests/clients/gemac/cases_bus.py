@@ -1,4 +1,4 @@
-"""The bus around the sensor: bit rates, bursts, several testers, random frames (sections 9.10.3 and 9.5)."""
+"""Bit rates, bursts, several testers, random frames (sections 9.10.3 and 9.5)."""
 
 import random
 
@@ -13,8 +13,8 @@ SEED = 49152
 
 
 def bit_rates(context: Context) -> None:
-    """Automatic detection and fixed rates on a bus with a rate of its own (9.10.3)."""
-    every = context.model.name == "is2"
+    """Automatic detection and fixed rates on a bus with a fixed bit rate (9.10.3)."""
+    every = context.product.name == "is2"
     for rate in p.BAUD_CODES.values():
         if (every or rate in (125_000, 250_000)) and rate != 62_500:
             options = {"bus_rate": f"{rate // 1000}", "bitrate": rate}
@@ -27,31 +27,31 @@ def bit_rates(context: Context) -> None:
 
 
 def change_rate(context: Context) -> None:
-    """250 to 500 kbit/s with SAVE and RESET, and back again by a tester that knows."""
+    """From 250 to 500 kbit/s with SAVE and RESET, then to 62.5 kbit/s."""
     report = context.report
     options = {"store": context.store(), "bus_rate": "250", "bitrate": 250_000}
     with context.session(**options) as session:
         session.tester.collect(0.05)
         session.accept(p.BAUD_RATE, b"\x07")
-        session.read(p.BAUD_RATE, "pending: still heard at 250 kbit/s")
+        session.read(p.BAUD_RATE, "before the restart: still at 250 kbit/s")
         session.save()
         session.tester.send(session.set_id, b"\xffRESET")
         session.tester.collect(0.1)
         for _ in range(3):
             session.tester.send(session.set_id, b"\x00")
-        session.quiet("at 500 kbit/s it hears nothing of a bus at 250 kbit/s", 0.2)
+        session.quiet("at 500 kbit/s: no reply on a bus at 250 kbit/s", 0.2)
 
         session.power_down()
         session.options["bus_rate"], session.bitrate = "500", 500_000
         session.power_up(wake=False)
         got = [str(frame) for frame in session.tester.collect(0.3)]
         report.equal("on a bus at 500 kbit/s: boot-up without traffic", session.boot_up(), got)
-        session.read_all("everything kept")
+        session.read_all("all values kept")
         wrong = Tester(session.sensor.port, 250_000)
         wrong.send(session.set_id, b"\x00")
-        report.equal("a tester at the wrong rate gets nothing", [], [str(f) for f in wrong.collect(0.15)])
+        report.equal("a tester at the wrong rate receives nothing", [], [str(f) for f in wrong.collect(0.15)])
         wrong.close()
-        session.read(p.BAUD_RATE, "the right tester still does")
+        session.read(p.BAUD_RATE, "a tester at the right rate receives the reply")
 
         session.accept(p.BAUD_RATE, b"\x0a", "62.5 kbit/s")
         session.save()
@@ -59,7 +59,7 @@ def change_rate(context: Context) -> None:
         session.options["bus_rate"], session.bitrate = "62.5", None
         # BTR0/BTR1 of an SJA1000 at 8 MHz: 8 x 16 time quanta.
         timing = can.BitTiming(f_clock=8_000_000, brp=8, tseg1=13, tseg2=2, sjw=1)
-        session.sensor = type(session.sensor)(session.program, session.model.name, **session.options)
+        session.sensor = type(session.sensor)(session.program, session.product.name, **session.options)
         session.tester = Tester(session.sensor.port, timing=timing)
         got = [str(frame) for frame in session.tester.collect(0.3)]
         report.equal("on a bus at 62.5 kbit/s: boot-up", session.boot_up(), got)
@@ -80,7 +80,7 @@ def burst(context: Context) -> None:
             elif kind == 1:
                 request, reply = b"\x15", bytes([0x15, session.status]) + session.values[p.CYCLIC_TIME]
             elif kind == 2:
-                request, reply = b"\x00", session.angles_reply((0,) * session.model.axes)
+                request, reply = b"\x00", session.angles_reply((0,) * session.product.axes)
             else:
                 request, reply = b"\x02", bytes([0x02, session.status])
             expected.append(str(Frame(session.reply_id, reply)))
@@ -94,35 +94,35 @@ def burst(context: Context) -> None:
             "all" if wrong is None else f"no. {wrong}: {expected[wrong]}",
             "all" if wrong is None else got[wrong],
         )
-        session.quiet("no more than that")
+        session.quiet("no further replies")
 
 
 def clients(context: Context) -> None:
-    """Two testers on one bus: both see every reply, each sees the other's requests."""
+    """Two testers on one bus: both see every reply, each sees the requests of the other."""
     with context.session() as session:
         first, second = session.tester, Tester(session.sensor.port)
-        session.quiet("a second tester wakes nobody")
-        reply = str(Frame(session.reply_id, session.angles_reply((0,) * session.model.axes)))
+        session.quiet("a second tester causes no frame")
+        reply = str(Frame(session.reply_id, session.angles_reply((0,) * session.product.axes)))
         first.send(session.set_id, b"\x00")
-        session.report.equal("the one that polls", [reply], [str(f) for f in first.collect(0.1)])
+        session.report.equal("the tester that polls", [reply], [str(f) for f in first.collect(0.1)])
         expected = [str(Frame(session.set_id, b"\x00")), reply]
-        session.report.equal("the other listens in", expected, [str(f) for f in second.collect(0.1)])
+        session.report.equal("the other tester sees request and reply", expected, [str(f) for f in second.collect(0.1)])
         seen: dict[str, list[int]] = {"first": [], "second": []}
         for _ in range(100):
             first.send(session.set_id, b"\x00")
             second.send(session.set_id, b"\x02")
-            # Each sees the other's request and both replies.
+            # Each sees the request of the other and both replies.
             for name, tester in (("first", first), ("second", second)):
                 seen[name] += [f.data[0] for f in tester.take(3, 0.5) if f.id == session.reply_id]
         for name, codes in seen.items():
             got = (codes.count(p.ANGLES), codes.count(p.STATUS))
-            session.report.equal(f"both at once, as the {name} sees it", (100, 100), got)
+            session.report.equal(f"both at once: replies seen by the {name}", (100, 100), got)
         second.close()
-        session.acknowledged("the first still talks", b"\x02")
+        session.acknowledged("the first tester still works", b"\x02")
 
 
 def fuzz(context: Context) -> None:
-    """Random frames: invalid ones change nothing, and nothing at all stops the sensor."""
+    """Random frames: invalid frames change nothing, and no frame stops the sensor."""
     generator = random.Random(SEED)
     with context.session() as session:
         before = session.snapshot()
@@ -132,7 +132,7 @@ def fuzz(context: Context) -> None:
         session.report.equal("2000 invalid frames: parameters unchanged", before, session.snapshot())
         session.errors |= p.CMD_ERROR
         session.read_status("2000 invalid frames: CmdParamError and no other error")
-        session.read_status("then clean")
+        session.read_status("then no error")
     with context.session(store=context.store()) as session:
         for _ in range(2000):
             send_random(session, generator)
@@ -141,20 +141,20 @@ def fuzz(context: Context) -> None:
         running = session.sensor.running
         session.report.verdict(running, "2000 random frames: the process", "runs", "runs" if running else "ended")
         frame = session.tester.request(session.set_id, b"\x03")
-        expected = p.u32(session.model.product) + p.u16(p.REVISION)
+        expected = p.u32(session.product.product_number) + p.u16(p.REVISION)
         got = frame.data[2:].hex() if frame else None
-        session.report.equal("2000 random frames: it still answers", expected.hex(), got)
+        session.report.equal("2000 random frames: the sensor still answers", expected.hex(), got)
         session.tester.request(session.set_id, b"\x02")
         session.load()
-        session.read_all("LOAD still brings the factory values")
+        session.read_all("LOAD still restores the factory values")
 
 
 def send_invalid(session: Session, generator: random.Random) -> None:
-    """One frame that must change nothing: not for the sensor, or refused."""
+    """Sends a frame that must change nothing: it is not for the sensor, or it is refused."""
     kind = generator.randrange(8)
     ids = (session.set_id, session.reply_id, session.sync_id)
     data = generator.randbytes(generator.randrange(9))
-    invalid = sorted(set(range(256)) - session.model.codes)
+    invalid = sorted(set(range(256)) - session.product.codes)
     if kind == 0:
         identifier = generator.randrange(0x800)
         if identifier not in ids:
@@ -168,7 +168,7 @@ def send_invalid(session: Session, generator: random.Random) -> None:
     elif kind == 4:
         session.tester.send(session.set_id, bytes([generator.choice(invalid)]) + data[:7])
     elif kind == 5:
-        short = [q for q in session.model.parameters if not q.name.startswith("Zero")]
+        short = [q for q in session.product.parameters if not q.name.startswith("Zero")]
         parameter = generator.choice(short)
         session.tester.send(session.set_id, bytes([parameter.write]) + generator.randbytes(parameter.size - 1))
     elif kind == 6:
@@ -180,10 +180,10 @@ def send_invalid(session: Session, generator: random.Random) -> None:
 
 
 def send_random(session: Session, generator: random.Random) -> None:
-    """One frame of any kind, but no RESET, which would let the sensor leave for a random identifier."""
+    """Sends any frame except RESET, after which the sensor would use random identifiers."""
     data = generator.randbytes(generator.randrange(9))
     if generator.randrange(2):
-        code = generator.choice(sorted(session.model.codes))
+        code = generator.choice(sorted(session.product.codes))
         data = bytes([code]) + (b"SAVE" if code == p.SAVE else data[:7])
     session.tester.send(generator.choice([session.set_id, session.set_id, session.sync_id]), data)
 

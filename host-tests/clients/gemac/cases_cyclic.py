@@ -9,7 +9,7 @@ from .session import Session, counter
 
 
 def start(session: Session, period_ms: int) -> float:
-    """Switches cyclic mode on; the time of the reply."""
+    """Switches cyclic mode on; returns the time of the reply."""
     session.accept(p.CYCLIC_TIME, p.u16(period_ms), f"Cyclic Time {period_ms} ms")
     session.values[p.CYCLIC_MODE] = b"\x01"
     frame = session.reply("Cyclic Mode on", b"\x26\x01", bytes([0x26, session.status]))
@@ -25,17 +25,17 @@ def stop(session: Session) -> None:
 
 def counters(session: Session, frames: list[Frame]) -> list[int | None]:
     """The counters of inclination replies."""
-    return [counter(session.model, frame.data) for frame in frames]
+    return [counter(session.product, frame.data) for frame in frames]
 
 
 def check_run(session: Session, name: str, frames: list[Frame], first: int, period: float) -> None:
-    """Frames with consecutive counters from `first` on, at the period."""
+    """Checks that the frames have consecutive counters from `first` on and the period."""
     report = session.report
     count = len(frames)
     report.equal(f"{name}: counters", list(range(first, first + count)), counters(session, frames))
-    angles = (0,) * session.model.axes
+    angles = (0,) * session.product.axes
     expected = [str(Frame(session.reply_id, session.angles_reply(angles, first + n))) for n in range(count)]
-    report.equal(f"{name}: whole frames", expected[:2], [str(frame) for frame in frames[:2]])
+    report.equal(f"{name}: complete frames", expected[:2], [str(frame) for frame in frames[:2]])
     if count > 1:
         mean = (frames[-1].at - frames[0].at) / (count - 1)
         slack = max(0.004 / (count - 1), 0.01 * period)
@@ -57,7 +57,7 @@ def cyclic(context: Context) -> None:
         session.reply("polled: the counter of the last frame", b"\x00", level(session, 20))
         tester.take(1, 0.2)
         session.accept(p.CYCLIC_TIME, p.u16(20), "Cyclic Time 20 ms while it runs")
-        check_run(session, "20 ms, the counter goes on", tester.take(10, 1.0), 22, 0.020)
+        check_run(session, "20 ms, the counter continues", tester.take(10, 1.0), 22, 0.020)
         session.values[p.CYCLIC_TIME] = p.u16(200)
         tester.request(session.set_id, b"\x25" + p.u16(200))
         last = tester.take(1, 0.6)
@@ -66,8 +66,8 @@ def cyclic(context: Context) -> None:
         again = tester.take(1, 0.6)
         if last and again:
             first, second = counters(session, last + again)
-            report.equal("on while on: the counter goes on", (first or 0) + 1, second)
-            report.within("on while on: the period goes on", 0.17, 0.23, again[0].at - last[0].at)
+            report.equal("on while on: the counter continues", (first or 0) + 1, second)
+            report.within("on while on: the period continues", 0.17, 0.23, again[0].at - last[0].at)
         session.accept(p.CYCLIC_MODE, b"\x00", "Cyclic Mode off")
         session.quiet("off: nothing is sent", 0.45)
         session.reply("off: no counter", b"\x00", level(session, None))
@@ -80,11 +80,11 @@ def cyclic(context: Context) -> None:
 
 def level(session: Session, value: int | None) -> bytes:
     """The inclination reply of a level sensor."""
-    return session.angles_reply((0,) * session.model.axes, value)
+    return session.angles_reply((0,) * session.product.axes, value)
 
 
 def check_fastest(session: Session) -> None:
-    """1 ms: the counter follows the time, whether every frame gets out or not (9.9.3)."""
+    """1 ms: the counter follows the time, also if not every frame is sent (9.9.3)."""
     start(session, 1)
     session.tester.collect(0.1)
     frames = session.tester.collect(0.8)
@@ -93,13 +93,13 @@ def check_fastest(session: Session) -> None:
     report.within("1 ms: frames in 0.8 s", 200, 830, len(frames))
     if len(frames) < 2:
         return
-    passed = (counter(session.model, frames[-1].data) or 0) - (counter(session.model, frames[0].data) or 0)
+    passed = (counter(session.product, frames[-1].data) or 0) - (counter(session.product, frames[0].data) or 0)
     seconds = frames[-1].at - frames[0].at
     report.within("1 ms: counter per ms", 0.97, 1.03, passed / (1000 * seconds))
 
 
 def unsent(context: Context) -> None:
-    """The counter counts expired periods, sent or not (9.9.3, G13): nobody listens for a while."""
+    """The counter also counts periods whose frame was not sent (9.9.3, G13): for some time there is no other node."""
     with context.session() as session:
         start(session, 20)
         before = session.tester.take(5, 1.0)
@@ -113,7 +113,7 @@ def unsent(context: Context) -> None:
         periods = (after[-1].at - before[-1].at) / 0.020
         first, last = counters(session, [before[-1], after[-1]])
         session.report.within("periods counted while closed", periods - 1.5, periods + 1.5, (last or 0) - (first or 0))
-        session.report.equal("no boot-up: a client that reconnects is no power cycle (G30)", 0, after[0].data[0])
+        session.report.equal("no boot-up: the reconnection of a client is no power cycle (G30)", 0, after[0].data[0])
 
 
 def stored(context: Context) -> None:
@@ -124,7 +124,7 @@ def stored(context: Context) -> None:
         session.tester.send(session.set_id, b"\xffRESET")
         # The sensor may send one more cyclic frame before it restarts; then it must be silent.
         session.tester.collect(0.1)
-        session.quiet("RESET with automatic detection: silent, cyclic mode too", 0.3)
+        session.quiet("RESET with automatic detection: silent, also with cyclic mode", 0.3)
         session.check_wake("then boot-up")
         frames = session.tester.take(6, 1.0)
         values = counters(session, frames)
@@ -162,17 +162,17 @@ def modes(context: Context) -> None:
         replies = [frame for frame in frames if frame.data[:1] == b"\x00"]
         values = [value if value is not None else -1 for value in counters(session, replies)]
         report = session.report
-        report.equal("counters never run backwards", sorted(values), values)
+        report.equal("counters never decrease", sorted(values), values)
         periods = max(values, default=0)
         report.within("periods in 1.5 s", 70, 78, periods)
         report.equal("one reply per request and one frame per period", requests + periods, len(replies))
         missing = set(range(1, periods + 1)) - set(values)
         report.equal("every period was sent", set(), missing)
-        report.equal("nothing else but the reply to 26h", 1, len(frames) - len(replies))
+        report.equal("no other frames than the reply to 26h", 1, len(frames) - len(replies))
 
 
 def wrap(context: Context) -> None:
-    """The counter wraps from 65535 to 0 (G13). Takes 66 s, so it runs only when asked for."""
+    """The counter wraps from 65535 to 0 (G13). Takes 66 s, so it runs only on request."""
     with context.session() as session:
         start(session, 1)
         end = time.monotonic() + 64.5

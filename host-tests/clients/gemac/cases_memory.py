@@ -4,7 +4,7 @@ import random
 from collections.abc import Callable
 from pathlib import Path
 
-from . import image
+from . import record
 from . import protocol as p
 from .context import Context
 from .session import Session
@@ -12,7 +12,7 @@ from .session import Session
 SEED = 20210730
 
 
-def other_values(model: p.Model) -> dict[p.Parameter, bytes]:
+def other_values(product: p.Product) -> dict[p.Parameter, bytes]:
     """A value for each parameter that is not the factory value."""
     table = {
         p.SET_ID: p.u32(0x555),
@@ -24,22 +24,22 @@ def other_values(model: p.Model) -> dict[p.Parameter, bytes]:
         p.CYCLIC_MODE: b"\x01",
         p.FILTER: p.filter_value(12345, 1),
     }
-    offsets = (p.u16(-1234), p.u16(4321)) if model.axes == 2 else (p.u16(23456),)
-    return table | {model.offset(axis): offset for axis, offset in enumerate(offsets)}
+    offsets = (p.u16(-1234), p.u16(4321)) if product.axes == 2 else (p.u16(23456),)
+    return table | {product.offset(axis): offset for axis, offset in enumerate(offsets)}
 
 
 def power(context: Context) -> None:
     """Saved values survive a power cut right after the reply to SAVE; others do not."""
     with context.session(store=context.store()) as session:
         for parameter in (p.CYCLIC_TIME, p.FILTER, p.SET_ID):
-            session.accept(parameter, other_values(session.model)[parameter])
+            session.accept(parameter, other_values(session.product)[parameter])
         session.power_down()
         session.factory()
         session.power_up(wake=False)
         session.check_wake("power cycle without SAVE: boot-up")
         session.read_all("power cycle without SAVE: factory values")
 
-        for parameter, value in other_values(session.model).items():
+        for parameter, value in other_values(session.product).items():
             session.accept(parameter, value)
         session.save()
         session.power_down()
@@ -48,16 +48,16 @@ def power(context: Context) -> None:
         session.check_wake("power cycle after SAVE: boot-up on the saved ids")
         session.read_all("power cycle after SAVE: all values kept")
 
-        # A change that is not saved does not touch what is.
+        # A change that is not saved does not change the saved values.
         session.tester.request(session.set_id, b"\x24\x00")
         session.power_down()
         session.power_up(wake=False)
         session.check_wake("boot-up")
-        session.read_all("a change that was not saved is gone")
+        session.read_all("a change that was not saved is lost")
 
 
 def many_saves(context: Context) -> None:
-    """The last of many saves counts, however the memory is organised."""
+    """After many saves, the last one is loaded."""
     with context.session(store=context.store()) as session:
         for count in range(1, 301):
             session.values[p.CYCLIC_TIME] = p.u16(count)
@@ -90,11 +90,11 @@ def blank(context: Context) -> None:
         session.power_down()
         session.power_up(wake=False)
         session.check_wake("erased memory, then saved: boot-up")
-        session.read(p.CYCLIC_TIME, "erased memory takes a save")
+        session.read(p.CYCLIC_TIME, "a save to erased memory is loaded")
 
 
 def damaged(context: Context) -> None:
-    """Damage is reported with EEPROMError; an older whole image is used, else factory values (G28)."""
+    """Damage is reported with EEPROMError; the older record is used, or else factory values (G28)."""
     generator = random.Random(SEED)
     older, newer = p.u16(1111), p.u16(2222)
 
@@ -102,22 +102,22 @@ def damaged(context: Context) -> None:
         store.write_bytes(generator.randbytes(store.stat().st_size))
 
     def flip_payload(store: Path) -> None:
-        newest = image.find(store)[-1]
-        image.flip(store, newest.offset + image.HEADER + 3)
+        newest = record.find(store)[-1]
+        record.flip(store, newest.offset + record.HEADER + 3)
 
     def flip_all(store: Path) -> None:
-        for found in image.find(store):
-            image.flip(store, found.offset + image.HEADER)
+        for found in record.find(store):
+            record.flip(store, found.offset + record.HEADER)
 
     damages: list[tuple[str, Callable[[Path], None], bytes]] = [
-        ("a payload bit of the newest image", flip_payload, older),
-        ("the magic of the newest image", lambda s: image.flip(s, image.find(s)[-1].offset, 0xFF), older),
-        ("the model of the newest image", lambda s: image.flip(s, image.find(s)[-1].offset + 2), older),
-        ("the sequence of the newest image", lambda s: image.flip(s, image.find(s)[-1].offset + 4), older),
-        ("the CRC of the newest image", lambda s: image.flip(s, last_byte(s), 0x80), older),
-        ("the newest image cut off in the payload", lambda s: image.cut_off(s, image.find(s)[-1], 16), older),
-        ("the newest image cut off before the CRC", lambda s: image.cut_off(s, image.find(s)[-1], -4), older),
-        ("every image", flip_all, p.CYCLIC_TIME.factory),
+        ("a payload bit of the newest record", flip_payload, older),
+        ("the magic of the newest record", lambda s: record.flip(s, record.find(s)[-1].offset, 0xFF), older),
+        ("the product of the newest record", lambda s: record.flip(s, record.find(s)[-1].offset + 2), older),
+        ("the sequence of the newest record", lambda s: record.flip(s, record.find(s)[-1].offset + 4), older),
+        ("the CRC of the newest record", lambda s: record.flip(s, last_byte(s), 0x80), older),
+        ("the newest record cut off in the payload", lambda s: record.cut_off(s, record.find(s)[-1], 16), older),
+        ("the newest record cut off before the CRC", lambda s: record.cut_off(s, record.find(s)[-1], -4), older),
+        ("every record", flip_all, p.CYCLIC_TIME.factory),
         ("garbage everywhere", overwrite, p.CYCLIC_TIME.factory),
         ("zeros everywhere", lambda s: s.write_bytes(bytes(s.stat().st_size)), p.CYCLIC_TIME.factory),
     ]
@@ -130,7 +130,7 @@ def damaged(context: Context) -> None:
         try:
             damage(store)
         except IndexError:
-            context.report.verdict(False, name, "an image to damage", "none in the memory file")
+            context.report.verdict(False, name, "a record to damage", "none in the memory file")
             continue
         with context.session(store=store, wake=False) as session:
             session.values[p.CYCLIC_TIME] = kept
@@ -146,18 +146,18 @@ def damaged(context: Context) -> None:
 
 
 def last_byte(store: Path) -> int:
-    """The position of the last byte of the newest image, in its CRC."""
-    newest = image.find(store)[-1]
+    """The position of the last byte of the newest record, in its CRC."""
+    newest = record.find(store)[-1]
     return newest.offset + newest.size - 1
 
 
 def check_boot_after_damage(session: Session, name: str) -> None:
     """Boot-up with EEPROMError, which 02h shows and clears (9.5.2, G17).
 
-    Whether CmdParamError is set too is left open by the manual ("writing/reading error on EEPROM"), so it is masked here.
+    The manual ("writing/reading error on EEPROM") does not define whether CmdParamError is set too, so it is masked here.
     """
     got = [mask(frame.data) for frame in session.wake()]
-    expected = [session.model.boot(session.status).hex()] * 2
+    expected = [session.product.boot(session.status).hex()] * 2
     session.report.equal(f"{name}: boot-up with EEPROMError", expected, got)
     frame = session.tester.request(session.set_id, b"\x02")
     expected = bytes([p.STATUS, session.status]).hex()
@@ -171,10 +171,10 @@ def mask(data: bytes) -> str:
     return (data[:1] + bytes([data[1] & ~p.CMD_ERROR]) + data[2:]).hex() if len(data) > 1 else data.hex()
 
 
-def other_model(context: Context) -> None:
-    """An image of another model: factory values and EEPROMError (G28)."""
-    for other in p.MODELS.values():
-        if other == context.model:
+def other_product(context: Context) -> None:
+    """A record of another product: factory values and EEPROMError (G28)."""
+    for other in p.PRODUCTS.values():
+        if other == context.product:
             continue
         store = context.store(f"from-{other.name}")
         with Session(context.report, context.program, other, store=store) as session:
@@ -186,4 +186,4 @@ def other_model(context: Context) -> None:
             session.read_all(f"memory of {other.name}: factory values")
 
 
-GROUPS = (power, many_saves, blank, damaged, other_model)
+GROUPS = (power, many_saves, blank, damaged, other_product)

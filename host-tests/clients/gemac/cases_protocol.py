@@ -1,4 +1,4 @@
-"""Frames in, frames out: boot-up, identity, every code, refusals, what is ignored, sticky errors (sections 9.5 to 9.7)."""
+"""Boot-up, identity, every code, refused requests, ignored frames, sticky errors (sections 9.5 to 9.7)."""
 
 from . import protocol as p
 from .context import Context
@@ -21,51 +21,51 @@ def boot(context: Context) -> None:
             send(session)
             got = [str(frame) for frame in session.tester.collect(0.25)]
             report.equal(f"{name} is not answered, two boot-up messages", session.boot_up(), got)
-            session.reply("then polled", bytes([p.ANGLES]), session.angles_reply(zeros(session)))
+            session.reply("then a poll", bytes([p.ANGLES]), session.angles_reply(zeros(session)))
 
 
 def zeros(session: Session) -> tuple[int, ...]:
     """The angles of a level sensor."""
-    return (0,) * session.model.axes
+    return (0,) * session.product.axes
 
 
 def identity(context: Context) -> None:
     """Product, revision, serial number, version (tables 16 and 18, G5, G20)."""
-    model = context.model
+    product = context.product
     with context.session() as session:
-        product = bytes([p.PRODUCT, session.status]) + p.u32(model.product) + p.u16(p.REVISION)
-        serial = bytes([p.SERIAL, session.status]) + p.u32(p.SERIAL_NUMBER) + model.version
-        session.reply("03h product number and revision", bytes([p.PRODUCT]), product)
+        number = bytes([p.PRODUCT, session.status]) + p.u32(product.product_number) + p.u16(p.REVISION)
+        serial = bytes([p.SERIAL, session.status]) + p.u32(p.SERIAL_NUMBER) + product.version
+        session.reply("03h product number and revision", bytes([p.PRODUCT]), number)
         session.reply("04h serial number and software version", bytes([p.SERIAL]), serial)
         session.reply("FFh alive", bytes([p.BOOT]), session.boot_message())
-        session.quiet("one alive message only")
+        session.quiet("only one alive message")
 
 
 def codes(context: Context) -> None:
-    """Every function select code: the valid reads exactly as in table 18, all others refused (G9)."""
+    """Every function select code: the valid reads as in table 18, all others are refused (G9)."""
     with context.session() as session:
         session.acknowledged("02h status", bytes([p.STATUS]))
         angles = session.angles_reply(zeros(session))
         session.reply("00h angles", bytes([p.ANGLES]), angles)
-        for parameter in session.model.parameters:
+        for parameter in session.product.parameters:
             session.read(parameter, f"{parameter.read:02X}h {parameter.name}")
-        for code in sorted(set(range(256)) - session.model.codes):
+        for code in sorted(set(range(256)) - session.product.codes):
             session.errors |= p.CMD_ERROR
             session.acknowledged(f"invalid code {code:02X}h", bytes([code]))
             session.read_status(f"status after {code:02X}h")
-        session.acknowledged("status is clean again", bytes([p.STATUS]))
+        session.acknowledged("status without errors again", bytes([p.STATUS]))
         for code in (0x01, 0x05, 0x30, 0x41, 0xFE):
             session.refuse(f"invalid code {code:02X}h with seven data bytes", bytes([code]) + b"SAVELOA")
-        if session.model.axes == 1:
+        if session.product.axes == 1:
             session.refuse("19h on a 1-axis type", b"\x19")
             session.refuse("29h on a 1-axis type", b"\x29\x01\x00")
             session.refuse("29h without data on a 1-axis type", b"\x29")
 
 
 def short(context: Context) -> None:
-    """Too few data bytes are refused, each missing byte (9.5.2 CmdParamError)."""
+    """Requests with too few data bytes are refused, for every possible length (9.5.2 CmdParamError)."""
     with context.session() as session:
-        for parameter in session.model.parameters:
+        for parameter in session.product.parameters:
             # A zero offset without any data is the automatic zero adjustment (9.2).
             automatic = parameter.name.startswith("Zero Offset")
             for size in range(1 if automatic else 0, parameter.size):
@@ -87,7 +87,7 @@ def extra(context: Context) -> None:
             session.acknowledged(f"02h with {size} more", bytes([p.STATUS]) + more)
             angles = session.angles_reply(zeros(session))
             session.reply(f"00h with {size} more", bytes([p.ANGLES]) + more, angles)
-            for parameter in session.model.parameters:
+            for parameter in session.product.parameters:
                 session.read(parameter, f"{parameter.read:02X}h with {size} more", more)
         new = {
             p.SET_ID: p.u32(0x345),
@@ -99,14 +99,14 @@ def extra(context: Context) -> None:
             p.CYCLIC_MODE: b"\x00",
             p.FILTER: p.filter_value(2500, 1),
         }
-        for parameter in session.model.parameters:
+        for parameter in session.product.parameters:
             more = b"\xee" * (7 - parameter.size)
             value = new.get(parameter, p.u16(17))
             session.accept(parameter, value, f"{parameter.name} with {len(more)} more", more)
 
 
 def framing(context: Context) -> None:
-    """No data, remote frames and the other identifier format (G10, G11, G26, 9.5)."""
+    """Frames without data, remote frames and the other identifier format (G10, G11, G26, 9.5)."""
     with context.session() as session:
         session.errors |= p.CMD_ERROR
         session.ignored("a request without data (but CmdParamError)", session.set_id)
@@ -121,11 +121,11 @@ def framing(context: Context) -> None:
         for name, data in (("poll", b"\x00"), ("invalid code", b"\x01"), ("no data", b"")):
             session.ignored(f"{name} on the 29-bit set id", p.EXTENDED | session.set_id, data)
             session.ignored(f"{name} on another id", 0x302, data)
-        # The 29-bit identifier that begins with the same eleven bits.
+        # The 29-bit identifier with the same first eleven bits.
         session.ignored("29-bit id with the same base", p.EXTENDED | session.set_id << 18, b"\x00")
         session.ignored("29-bit sync id", p.EXTENDED | session.sync_id)
         session.ignored("29-bit sync id with the same base", p.EXTENDED | session.sync_id << 18)
-        session.quiet("nothing comes late")
+        session.quiet("no late frame")
 
 
 def sticky(context: Context) -> None:
@@ -133,26 +133,26 @@ def sticky(context: Context) -> None:
     with context.session() as session:
         session.errors |= p.CMD_ERROR
         session.acknowledged("an error", b"\x2f")
-        session.reply("shown by a poll", b"\x00", session.angles_reply(zeros(session)))
-        for parameter in session.model.parameters:
+        session.reply("set in the reply to a poll", b"\x00", session.angles_reply(zeros(session)))
+        for parameter in session.product.parameters:
             session.read(parameter)
         session.accept(p.CYCLIC_TIME, p.u16(251))
         session.accept(p.CYCLIC_TIME, p.u16(250))
-        session.reply("shown by alive", b"\xff", session.boot_message())
+        session.reply("set in alive", b"\xff", session.boot_message())
         session.tester.send(session.sync_id)
         session.report.equal(
-            "shown by a sync reply",
+            "set in the reply to sync",
             f"301#{session.angles_reply(zeros(session)).hex().upper()}",
             str(session.tester.receive()),
         )
-        session.acknowledged("still shown after a second error", b"\x2f")
-        session.read_status("02h shows it")
-        session.read_status("and has cleared it")
-        session.reply("poll is clean", b"\x00", session.angles_reply(zeros(session)))
+        session.acknowledged("still set after a second error", b"\x2f")
+        session.read_status("set in the reply to 02h")
+        session.read_status("cleared by 02h")
+        session.reply("poll without errors", b"\x00", session.angles_reply(zeros(session)))
 
 
 def alive(context: Context) -> None:
-    """FFh: alive message, RESET and what is neither (G14, G26)."""
+    """FFh: alive message, RESET, and FFh with other data (G14, G26)."""
     with context.session() as session:
         session.reply("DLC 1", b"\xff", session.boot_message())
         wrong = [p.RESET_SIGNATURE[:size] for size in range(1, 5)]
@@ -167,10 +167,10 @@ def alive(context: Context) -> None:
             session.acknowledged("an error before RESET", b"\x2f")
             session.tester.send(session.set_id, b"\xffRESET" + more)
             session.errors = 0
-            session.quiet(f"RESET with {len(more)} more bytes: silent, detects again (G27)", 0.15)
+            session.quiet(f"RESET with {len(more)} more bytes: silent, new detection (G27)", 0.15)
             session.check_wake("two boot-up messages, errors cleared")
             session.acknowledged("status after RESET", bytes([p.STATUS]))
-        session.quiet("two boot-up messages only")
+        session.quiet("only two boot-up messages")
 
 
 GROUPS = (boot, identity, codes, short, extra, framing, sticky, alive)

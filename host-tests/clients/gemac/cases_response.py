@@ -1,4 +1,4 @@
-"""Measurement from outside: attitudes, step and frequency response of the filters, vibration, wrap-around (9.1, 9.2, 9.9.1)."""
+"""Attitudes, step and frequency response of the filters, vibration, wrap-around (9.1, 9.2, 9.9.1)."""
 
 import cmath
 import math
@@ -31,7 +31,7 @@ def sphere(count: int) -> list[scenes.Vector]:
 
 
 def attitudes(context: Context) -> None:
-    """150 attitudes over the whole sphere, filter off: within one digit of 0.01 deg."""
+    """150 attitudes over the full sphere, filter off: within one digit of 0.01 deg."""
     lead, dwell, share = 0.6, 0.3, 5
     directions = sphere(150)
     runs = []
@@ -56,26 +56,27 @@ def attitudes(context: Context) -> None:
 
 
 def check_attitude(session: Session, up: scenes.Vector) -> float:
-    """One attitude; the difference in deg."""
-    truth = (scenes.one_axis_angle(up),) if session.model.axes == 1 else scenes.two_axis_angles(up)
+    """Checks one attitude; returns the difference in deg."""
+    exact = (scenes.one_axis_angle(up),) if session.product.axes == 1 else scenes.two_axis_angles(up)
     got = session.angles()
     if got is None:
-        session.report.verdict(False, f"attitude {up}", truth, None)
+        session.report.verdict(False, f"attitude {up}", exact, None)
         return 360.0
-    if session.model.axes == 1:
-        difference = abs(scenes.circular_difference(got[0] / 100, truth[0]))
+    if session.product.axes == 1:
+        difference = abs(scenes.circular_difference(got[0] / 100, exact[0]))
     else:
-        difference = max(abs(g / 100 - t) for g, t in zip(got, truth, strict=True))
+        difference = max(abs(g / 100 - t) for g, t in zip(got, exact, strict=True))
     name = f"up = ({up[0]:+.4f}, {up[1]:+.4f}, {up[2]:+.4f})"
-    shown = tuple(round(value, 4) for value in truth)
+    shown = tuple(round(value, 4) for value in exact)
     session.report.verdict(difference <= 0.0101, name, f"{shown} deg +-0.01", tuple(g / 100 for g in got))
     return difference
 
 
 def record(session: Session, setting: bytes, until: float) -> tuple[Recording, float]:
-    """Sets the filter and records cyclic frames until `until` s of the scene; (counter, angles, host time) and the switch-on.
+    """Sets the filter and records cyclic frames until `until` s of the scene. Returns (counter, angles, host time) of each
+    frame and the time at which cyclic mode was switched on.
 
-    The counter is the sensor's own clock: no frame's travel time matters.
+    The counter is the clock of the sensor, so the transmission time of a frame has no effect.
     """
     session.tester.request(session.set_id, b"\x27" + setting)
     session.tester.request(session.set_id, b"\x25" + p.u16(round(1000 * PERIOD)))
@@ -83,14 +84,14 @@ def record(session: Session, setting: bytes, until: float) -> tuple[Recording, f
     frames = session.tester.collect(session.sensor.started + until - time.monotonic())
     recording = []
     for frame in frames:
-        number = counter(session.model, frame.data)
+        number = counter(session.product, frame.data)
         if number is not None:
-            recording.append((number, decode_angles(session.model, frame.data), frame.at))
+            recording.append((number, decode_angles(session.product, frame.data), frame.at))
     return recording, reply.at if reply else 0.0
 
 
 def step_response(context: Context) -> None:
-    """A step of 30 deg: the whole curve, overshoot, final value (figure 15)."""
+    """A step of 30 deg: the complete curve, overshoot, final value (figure 15)."""
     at, height = 1.5, 30.0
     low, high = scenes.two_axis_up(0, 0), scenes.two_axis_up(height, 0)
     path = scenes.write(context.folder / "step.csv", scenes.plateaus([(0.0, low), (at, high)]))
@@ -106,11 +107,11 @@ def step_response(context: Context) -> None:
 
 
 def check_step(session: Session, name: str, recording: Recording, switched_on: float, unit: Callable[[float], float]) -> None:
-    """Compares a recorded step with the truth; only the moment of the step is fitted."""
+    """Compares a recorded step with the exact one; only the time of the step is fitted."""
     report, at, height = session.report, 1.5, 30.0
     sine, cosine = math.sin(math.radians(height)), math.cos(math.radians(height))
 
-    def truth(seconds: float) -> float:
+    def exact(seconds: float) -> float:
         s = unit(seconds)
         return math.degrees(math.atan2(sine * s, 1 + (cosine - 1) * s))
 
@@ -120,21 +121,21 @@ def check_step(session: Session, name: str, recording: Recording, switched_on: f
         return
 
     def error(origin: float) -> float:
-        return sum((truth(t - origin) - angle) ** 2 for t, angle in points)
+        return sum((exact(t - origin) - angle) ** 2 for t, angle in points)
 
     expected_origin = session.sensor.started + at - switched_on
     origin = min((expected_origin + 0.001 * n for n in range(-20, 160, 4)), key=error)
     origin = min((origin + 0.0005 * n for n in range(-10, 11)), key=error)
-    report.within(f"{name}: delay beyond the filter's, process start included, in s", -0.01, 0.12, origin - expected_origin)
-    worst = max(abs(truth(t - origin) - angle) for t, angle in points)
+    report.within(f"{name}: delay without the filter, with the process start, in s", -0.01, 0.12, origin - expected_origin)
+    worst = max(abs(exact(t - origin) - angle) for t, angle in points)
     report.within(f"{name}: worst difference from the curve in deg", 0, 0.012 * height, worst)
     angles = [angle for _, angle in points]
     report.within(f"{name}: final value in deg", height - 0.0101, height + 0.0101, angles[-1])
-    peak = max(truth(0.002 * n) for n in range(1500))
+    peak = max(exact(0.002 * n) for n in range(1500))
     if "damped" in name:
         report.within(f"{name}: peak in deg, no overshoot", height - 0.0101, height + 0.0101, max(angles))
         steps = [b - a for a, b in zip(angles, angles[1:], strict=False)]
-        report.within(f"{name}: smallest step in deg, never back", -0.0101, height, min(steps))
+        report.within(f"{name}: smallest step in deg, never negative", -0.0101, height, min(steps))
     else:
         report.within(f"{name}: peak in deg", peak - 0.1, peak + 0.1, max(angles))
 
@@ -143,7 +144,7 @@ TONES = {0.5: 0.05, 1.0: 0.05, 2.0: 0.05, 3.0: 0.2, 4.0: 0.4}  # Hz: g
 
 
 def frequency_response(context: Context) -> None:
-    """Gain of both filters at 2 Hz cut-off, from a quarter of it to twice (figure 15)."""
+    """Gain of both filters with 2 Hz cut-off, from 0.5 to 4 Hz (figure 15)."""
     rows = []
     for n in range(6000):
         t = 0.002 * n
@@ -157,13 +158,13 @@ def frequency_response(context: Context) -> None:
 
 
 def check_tones(session: Session, kind: int, name: str, recording: Recording) -> None:
-    """The amplitudes in the last eight seconds: whole periods of every tone."""
+    """Checks the amplitudes in the last eight seconds, which are complete periods of every tone."""
     report, count = session.report, round(8.0 / PERIOD)
     last = recording[-count:]
     if len(last) < count or last[-1][0] - last[0][0] != count - 1:
         report.verdict(False, f"{name}: recording", f"{count} frames without a gap", len(last))
         return
-    # With Y at 0 and 1 g along Z the tangent of X is the filtered pull itself.
+    # With Y at 0 and 1 g along Z, the tangent of X is the filtered acceleration.
     pulls = [math.tan(math.radians(values[0] / 100)) for _, values, _ in last]
     for frequency, size in TONES.items():
         turn = -2j * math.pi * frequency * PERIOD
@@ -176,7 +177,7 @@ def check_tones(session: Session, kind: int, name: str, recording: Recording) ->
 
 def vibration(context: Context) -> None:
     """0.5 g of 20 Hz at 45 deg must not bias the angle: the filter works on the acceleration, not on the angle."""
-    up = scenes.one_axis_up(45) if context.model.axes == 1 else scenes.two_axis_up(45, 0)
+    up = scenes.one_axis_up(45) if context.product.axes == 1 else scenes.two_axis_up(45, 0)
     for axis, name in enumerate("XYZ"):
         rows = []
         for n in range(4000):
@@ -194,7 +195,7 @@ def vibration(context: Context) -> None:
 
 
 def wrap_around(context: Context) -> None:
-    """A 1-axis sensor around 0/360 deg: noise is averaged on the circle, a slow turn never jumps."""
+    """A 1-axis sensor around 0/360 deg: noise is averaged on the circle, a slow turn has no jumps."""
     report, generator = context.report, random.Random(SEED)
     rows = [(0.005 * n, scenes.one_axis_up(generator.gauss(0, 0.3))) for n in range(1400)]
     with context.session(scene=scenes.write(context.folder / "noise.csv", rows)) as session:
@@ -219,7 +220,7 @@ def wrap_around(context: Context) -> None:
 
 
 def moving_offset(context: Context) -> None:
-    """A zero offset moves the whole curve and nothing else; a 2-axis sensor clamps at 90 deg (G7)."""
+    """A zero offset only shifts the curve; a 2-axis sensor clamps at 90 deg (G7)."""
     rows = scenes.plateaus([(0.0, scenes.two_axis_up(-70, 0)), (1.0, scenes.two_axis_up(70, 0))])
     path = scenes.write(context.folder / "swing.csv", rows)
     curves = {}

@@ -1,6 +1,6 @@
-"""The two digital filters as the manual names them (section 9.1), in continuous time: the truth to measure against.
+"""The two filters of the manual (section 9.1) in continuous time, as the reference for measurements.
 
-Butterworth of order 8, and critically damped of order 8: eight equal poles, moved so that the whole is 3 dB down at the cut-off
+Butterworth of order 8, and critically damped of order 8: eight equal poles, placed so that the filter has -3 dB at the cut-off
 frequency.
 """
 
@@ -24,7 +24,7 @@ def gain_db(kind: int, cutoff: float, frequency: float) -> float:
 
 
 def step(kind: int, cutoff: float, time: float) -> float:
-    """The answer to a unit step, `time` in s after it."""
+    """The response to a unit step, `time` in s after it."""
     if time <= 0:
         return 0.0
     omega = 2 * math.pi * cutoff

@@ -1,4 +1,4 @@
-"""The virtual sensor as a process, and a CAN adapter to talk to it."""
+"""The virtual sensor as a process, and a CAN adapter."""
 
 import contextlib
 import re
@@ -14,11 +14,11 @@ import can
 
 from .protocol import EXTENDED
 
-REPLY_TIMEOUT = 0.4  # a reply takes well under a millisecond; this is for a busy machine
+REPLY_TIMEOUT = 0.4  # a reply takes less than a millisecond; this is long enough for a busy machine
 
 
 class SensorGone(Exception):
-    """The sensor does not answer any more, or did not start."""
+    """The sensor no longer answers, or did not start."""
 
 
 @dataclass(frozen=True)
@@ -37,23 +37,23 @@ class Frame:
 
 @dataclass(frozen=True)
 class Program:
-    """The program under test, further arguments for it, and the folder with the firmware images that it runs, if it is to."""
+    """The program under test, further arguments for it, and the folder with firmware images if it must run them."""
 
     binary: Path
     images: Path | None = None
     arguments: Sequence[str] = ()
 
-    def command(self, model: str) -> list[str]:
-        """What starts a sensor of this model."""
-        command = [str(self.binary), *self.arguments, "--model", model]
-        return command if self.images is None else [*command, "--elf", str(self.images / model)]
+    def command(self, product: str) -> list[str]:
+        """The command line that starts a sensor of this product."""
+        command = [str(self.binary), *self.arguments, "--model", product]
+        return command if self.images is None else [*command, "--elf", str(self.images / product)]
 
 
 class Sensor:
     """A running virtual-sensor process."""
 
-    def __init__(self, program: Program, model: str, **options: object) -> None:
-        command = [*program.command(model), "--listen", "127.0.0.1:0"]
+    def __init__(self, program: Program, product: str, **options: object) -> None:
+        command = [*program.command(product), "--listen", "127.0.0.1:0"]
         for name, value in options.items():
             if value is not None:
                 command += [f"--{name.replace('_', '-')}", str(value)]
@@ -65,38 +65,38 @@ class Sensor:
         self.port = self._read_port(command)
 
     def _read_port(self, command: list[str]) -> int:
-        # readline returns when the process ends, too.
+        # readline also returns when the process ends.
         line = self._process.stdout.readline()
         match = re.fullmatch(r"slcan socket://127\.0\.0\.1:(\d+)\s*", line)
         if not match:
             self.kill()
-            raise SensorGone(f"{' '.join(command)} began with {line!r}; {self.errors()}")
+            raise SensorGone(f"{' '.join(command)} printed first {line!r}; {self.errors()}")
         return int(match[1])
 
     @property
     def running(self) -> bool:
-        """True while the process lives."""
+        """True while the process runs."""
         return self._process.poll() is None
 
     def errors(self) -> str:
-        """What it wrote to standard error."""
+        """The text on its standard error."""
         self._errors.seek(0)
         return self._errors.read().decode(errors="replace").strip()
 
     def kill(self) -> None:
-        """Ends it without a chance to tidy up: the supply is cut."""
+        """Kills the process, which is a power cut."""
         self._process.kill()
         self._process.wait()
         self._process.stdout.close()
 
 
 class Tester:
-    """A CAN adapter on the sensor's bus: python-can's slcan driver over TCP."""
+    """A CAN adapter on the bus of the sensor: python-can's slcan driver over TCP."""
 
     def __init__(self, port: int, bitrate: int | None = None, timing: can.BitTiming | None = None) -> None:
         options = {}
         if bitrate is not None:
-            # The driver calls S7 750 kbit/s; in the LAWICEL protocol it is 800 kbit/s.
+            # S7 is 800 kbit/s in the LAWICEL protocol; the driver uses 750 kbit/s for it.
             options["bitrate"] = 750_000 if bitrate == 800_000 else bitrate
         if timing is not None:
             options["timing"] = timing
@@ -105,11 +105,11 @@ class Tester:
 
     def close(self) -> None:
         """Closes the adapter (C) and its connection."""
-        # pyserial sleeps 0.3 s when it closes a socket; nobody needs to wait for that.
+        # pyserial sleeps 0.3 s when it closes a socket, so this runs in another thread.
         threading.Thread(target=self._shutdown, daemon=True).start()
 
     def _shutdown(self) -> None:
-        with contextlib.suppress(can.CanError, OSError):  # the sensor may have lost its supply already
+        with contextlib.suppress(can.CanError, OSError):  # the process of the sensor may have ended already
             self._bus.shutdown()
 
     def send(self, identifier: int, data: bytes = b"", *, remote: bool = False, dlc: int | None = None) -> None:
@@ -125,7 +125,7 @@ class Tester:
         )
 
     def receive(self, timeout: float = REPLY_TIMEOUT) -> Frame | None:
-        """The next frame from the bus, or None when none came in time."""
+        """The next frame from the bus, or None after the timeout."""
         message = self._bus.recv(timeout)
         if message is None:
             return None
@@ -142,7 +142,7 @@ class Tester:
         return frame
 
     def collect(self, seconds: float) -> list[Frame]:
-        """Everything that comes within a time."""
+        """All frames received within this time."""
         end = time.monotonic() + seconds
         frames = []
         while (left := end - time.monotonic()) > 0:
@@ -151,7 +151,7 @@ class Tester:
         return frames
 
     def collect_until_quiet(self, pause: float = 0.15, limit: float = 15.0) -> list[Frame]:
-        """Everything that comes until nothing has come for `pause` s, or the limit is reached."""
+        """All frames received until there was none for `pause` s, or until the limit."""
         end = time.monotonic() + limit
         frames = []
         while time.monotonic() < end and (frame := self.receive(pause)):
@@ -159,7 +159,7 @@ class Tester:
         return frames
 
     def take(self, count: int, timeout: float) -> list[Frame]:
-        """The next `count` frames, or fewer when the time is over."""
+        """The next `count` frames, or fewer after the timeout."""
         end = time.monotonic() + timeout
         frames: list[Frame] = []
         while len(frames) < count and (left := end - time.monotonic()) > 0:

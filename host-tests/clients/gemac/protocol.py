@@ -1,4 +1,4 @@
-"""What goes over the wire: function select codes, status bits, parameters and the models (tables 14 to 26)."""
+"""The protocol: function select codes, status bits, parameters and products (tables 14 to 26)."""
 
 from dataclasses import dataclass
 
@@ -54,7 +54,7 @@ class Parameter:
 
     @property
     def size(self) -> int:
-        """Data bytes behind the FSC in a write, behind the status in the reply to a read."""
+        """Data bytes after the FSC in a write and after the status in the reply to a read."""
         return len(self.factory)
 
 
@@ -97,12 +97,12 @@ BAUD_CODES = {
 
 
 @dataclass(frozen=True)
-class Model:
-    """One product: what tells it from the others on the wire."""
+class Product:
+    """One product: its differences from the others on the bus."""
 
     name: str
     axes: int
-    product: int
+    product_number: int
     version: bytes
     heated: bool = False
 
@@ -132,19 +132,19 @@ class Model:
         return data if counter is None else data + u16(counter)
 
 
-# The product number is the article number's digits, the version is hexadecimal on the types of 2021 and decimal on the older
-# ones (G5, G20).
+# The product number has the digits of the article number. The version is hexadecimal on the types of 2021 and decimal on the
+# older types (G5, G20).
 _V3_44 = b"\x44\x03"
 _V1_03 = u16(103)
-MODELS = {
-    model.name: model
-    for model in (
-        Model("is1", 1, 2305030, _V3_44),
-        Model("is2", 2, 2305430, _V3_44),
-        Model("is1d", 1, 2305030, _V1_03),
-        Model("is2d", 2, 2305430, _V1_03),
-        Model("is1tk", 1, 2302030, _V3_44, heated=True),
-        Model("is2tk", 2, 2302430, _V3_44, heated=True),
+PRODUCTS = {
+    product.name: product
+    for product in (
+        Product("is1", 1, 2305030, _V3_44),
+        Product("is2", 2, 2305430, _V3_44),
+        Product("is1d", 1, 2305030, _V1_03),
+        Product("is2d", 2, 2305430, _V1_03),
+        Product("is1tk", 1, 2302030, _V3_44, heated=True),
+        Product("is2tk", 2, 2302430, _V3_44, heated=True),
     )
 }
 REVISION = 1

@@ -1,8 +1,8 @@
-"""One line per check, and the count at the end."""
+"""The results of checks."""
 
 
 class Report:
-    """Collects checks: their lines, and how many passed and failed."""
+    """Collects the lines of checks and counts those that passed and failed."""
 
     def __init__(self, subject: str) -> None:
         self.subject = subject
@@ -11,7 +11,7 @@ class Report:
         self.failed = 0
 
     def verdict(self, good: bool, name: str, expected: object, got: object) -> bool:
-        """One check whose judgement is already known."""
+        """Adds a check with this result."""
         word = "PASS" if good else "FAIL"
         self.lines.append(f"{word} {self.subject}: {name}: expected {expected}, got {got}")
         if good:

@@ -1,4 +1,4 @@
-"""Motion for the sensor to measure, and what it should read: specific force as CSV rows, angles with `math`."""
+"""Motion of the sensor as CSV rows of specific force, and the expected angles."""
 
 import math
 from pathlib import Path
@@ -7,13 +7,13 @@ Vector = tuple[float, float, float]
 
 
 def one_axis_up(angle: float, cross: float = 0.0) -> Vector:
-    """The up vector in the frame of a 1-axis sensor at `angle` deg with the cross slope `cross` deg (G18)."""
+    """The up vector in the coordinates of a 1-axis sensor at `angle` deg with the cross slope `cross` deg (G18)."""
     a, c = math.radians(angle), math.radians(cross)
     return (math.sin(a) * math.cos(c), math.cos(a) * math.cos(c), math.sin(c))
 
 
 def two_axis_up(x: float, y: float) -> Vector:
-    """The up vector in the frame of a 2-axis sensor with the perpendicular angles `x` and `y` deg, the housing upright (G19)."""
+    """The up vector in the coordinates of a 2-axis sensor with the perpendicular angles `x` and `y` deg, Z up (G19)."""
     sx, sy = math.sin(math.radians(x)), math.sin(math.radians(y))
     return (-sx, sy, math.sqrt(max(0.0, 1.0 - sx * sx - sy * sy)))
 
@@ -41,7 +41,7 @@ def write(path: Path, rows: list[tuple[float, Vector]]) -> Path:
 
 
 def plateaus(steps: list[tuple[float, Vector]]) -> list[tuple[float, Vector]]:
-    """Rows that hold each vector from its time on and change over within 0.1 ms."""
+    """Rows that hold each vector from its time on; a change takes 0.1 ms."""
     rows: list[tuple[float, Vector]] = []
     for start, vector in steps:
         if rows:

@@ -1,25 +1,25 @@
-"""A sensor under test with the state that the manual says it must have."""
+"""A sensor under test with its expected state."""
 
 import time
 from pathlib import Path
 
 from . import protocol as p
-from .book import Book
+from .expected import Expected
 from .harness import Frame, Program, Sensor, Tester
 from .report import Report
 
-# An identifier that means nothing to the sensor, to show it that the bus is alive.
+# An identifier that the sensor does not use, for traffic on the bus.
 FOREIGN = 0x7FE
 
 
-class Session(Book):
-    """One sensor, one adapter, and the book of what was written: every reply can be foretold from it."""
+class Session(Expected):
+    """One sensor, one adapter, and the expected state, from which every reply is known."""
 
     def __init__(
         self,
         report: Report,
         program: Program,
-        model: p.Model,
+        product: p.Product,
         *,
         scene: str | Path = "tilt=0,0",
         store: Path | None = None,
@@ -27,7 +27,7 @@ class Session(Book):
         bitrate: int | None = None,
         wake: bool = True,
     ) -> None:
-        super().__init__(model)
+        super().__init__(product)
         self.report, self.program = report, program
         self.options = {"scene": scene, "store": store, "bus_rate": bus_rate}
         self.bitrate = bitrate
@@ -42,19 +42,19 @@ class Session(Book):
     # Power and restart.
 
     def power_up(self, *, wake: bool = True) -> None:
-        """Starts the process and opens an adapter; with `wake`, gets a sensor with automatic detection to talk."""
-        self.sensor = Sensor(self.program, self.model.name, **self.options)
+        """Starts the process and opens an adapter; with `wake`, sends frames until a sensor with automatic detection boots."""
+        self.sensor = Sensor(self.program, self.product.name, **self.options)
         self.tester = Tester(self.sensor.port, self.bitrate)
         if wake:
             self.wake()
 
     def power_down(self) -> None:
-        """Cuts the supply."""
+        """Cuts the power."""
         self.tester.close()
         self.sensor.kill()
 
     def wake(self, timeout: float = 5.0) -> list[Frame]:
-        """Shows traffic until the boot-up messages come; returns them. A sensor with a fixed rate needs no traffic."""
+        """Sends frames until the boot-up messages are received; returns them. A sensor with a fixed rate needs no traffic."""
         end = time.monotonic() + timeout
         frames: list[Frame] = []
         while len(frames) < 2 and time.monotonic() < end:
@@ -65,7 +65,7 @@ class Session(Book):
         return frames
 
     def boot_up(self) -> list[str]:
-        """The two boot-up messages as they must look now."""
+        """The two expected boot-up messages."""
         return [str(Frame(self.reply_id, self.boot_message()))] * 2
 
     def check_wake(self, name: str) -> None:
@@ -73,7 +73,7 @@ class Session(Book):
         self.report.equal(name, self.boot_up(), [str(frame) for frame in self.wake()])
 
     def reset(self, name: str = "RESET, then two boot-up messages") -> None:
-        """RESET. The book must already hold what the memory holds."""
+        """RESET. The expected values must be those of the memory."""
         self.tester.send(self.set_id, bytes([p.BOOT]) + p.RESET_SIGNATURE)
         self.errors = 0
         self.restart_ids()
@@ -82,7 +82,7 @@ class Session(Book):
     # Requests and their replies.
 
     def reply(self, name: str, request: bytes, expected: bytes) -> Frame | None:
-        """One request whose whole reply is known."""
+        """One request whose complete reply is known."""
         frame = self.tester.request(self.set_id, request)
         self.report.equal(name, str(Frame(self.reply_id, expected)), str(frame))
         return frame
@@ -92,18 +92,18 @@ class Session(Book):
         self.reply(name, request, bytes([request[0], self.status]))
 
     def read(self, parameter: p.Parameter, name: str = "", extra: bytes = b"") -> None:
-        """Reads a parameter and compares it with the book."""
+        """Reads a parameter and compares it with the expected value."""
         self.reply(name or f"read {parameter.name}", bytes([parameter.read]) + extra, self.read_reply(parameter))
 
     def read_all(self, name: str) -> None:
-        """Reads every parameter and compares with the book; one line."""
+        """Reads every parameter and compares it with the expected value; one check."""
         expected = {f"{parameter.read:02X}h": value.hex() for parameter, value in self.values.items()}
         self.report.equal(name, expected, self.snapshot())
 
     def snapshot(self) -> dict[str, str]:
-        """Every parameter as the sensor tells it."""
+        """All parameters as read from the sensor."""
         found = {}
-        for parameter in self.model.parameters:
+        for parameter in self.product.parameters:
             frame = self.tester.request(self.set_id, bytes([parameter.read]))
             found[f"{parameter.read:02X}h"] = frame.data[2:].hex() if frame else "no reply"
         return found
@@ -116,24 +116,24 @@ class Session(Book):
         self.read(parameter, f"read back {name}")
 
     def refuse(self, name: str, request: bytes) -> None:
-        """A request that must be refused: FSC and status with CmdParamError, nothing changed (G9)."""
+        """A request that must be refused: the reply is FSC and status with CmdParamError, no parameter changes (G9)."""
         self.errors |= p.CMD_ERROR
         self.acknowledged(f"{name} is refused", request)
         self.read_all(f"{name} changes nothing")
-        self.read_status(f"{name}: status shows CmdParamError and clears it")
+        self.read_status(f"{name}: CmdParamError in the status, then cleared")
 
     def read_status(self, name: str = "read status") -> None:
-        """Reads the status, which shows and then clears the sticky errors (G17)."""
+        """Reads the status, which contains and then clears the sticky errors (G17)."""
         self.acknowledged(name, bytes([p.STATUS]))
         self.errors = 0
 
     def ignored(self, name: str, identifier: int, data: bytes = b"", **kind: object) -> None:
-        """A frame that must leave no trace: the next frame on the bus is the reply to a request made after it."""
+        """A frame that must have no effect: the next frame on the bus is the reply to the next request."""
         self.tester.send(identifier, data, **kind)
         self.acknowledged(f"{name} is ignored", bytes([p.STATUS]))
 
     def save(self) -> None:
-        """SAVE, answered when the memory holds it (G25)."""
+        """SAVE, answered when the memory holds the parameters (G25)."""
         self.acknowledged("SAVE", bytes([p.SAVE]) + p.SAVE_SIGNATURE)
 
     def load(self) -> None:
@@ -142,16 +142,16 @@ class Session(Book):
         self.acknowledged("LOAD", bytes([p.LOAD]) + p.LOAD_SIGNATURE)
 
     def quiet(self, name: str, seconds: float = 0.1) -> None:
-        """Nothing is sent for a while."""
+        """Checks that no frame is sent for this time."""
         self.report.equal(name, [], [str(frame) for frame in self.tester.collect(seconds)])
 
     def angles(self) -> tuple[int, ...] | None:
         """The angles as polled, in 0.01 deg."""
         frame = self.tester.request(self.set_id, bytes([p.ANGLES]))
-        return decode_angles(self.model, frame.data) if frame else None
+        return decode_angles(self.product, frame.data) if frame else None
 
     def settle(self, seconds: float = 4.0) -> tuple[int, ...] | None:
-        """Polls until the angles have stood still for 0.2 s; the angles."""
+        """Polls until the angles have not changed for 0.2 s; returns the angles."""
         end = time.monotonic() + seconds
         last, since = self.angles(), time.monotonic()
         while time.monotonic() < end and time.monotonic() - since < 0.2:
@@ -162,13 +162,13 @@ class Session(Book):
         return last
 
 
-def decode_angles(model: p.Model, data: bytes) -> tuple[int, ...]:
+def decode_angles(product: p.Product, data: bytes) -> tuple[int, ...]:
     """The angles of an inclination reply: unsigned on a 1-axis type, signed on a 2-axis type (section 9.9.1)."""
-    signed = model.axes == 2
-    return tuple(int.from_bytes(data[at : at + 2], "little", signed=signed) for at in range(2, 2 + 2 * model.axes, 2))
+    signed = product.axes == 2
+    return tuple(int.from_bytes(data[at : at + 2], "little", signed=signed) for at in range(2, 2 + 2 * product.axes, 2))
 
 
-def counter(model: p.Model, data: bytes) -> int | None:
+def counter(product: p.Product, data: bytes) -> int | None:
     """The cyclic counter of an inclination reply, if it has one."""
-    rest = data[2 + 2 * model.axes :]
+    rest = data[2 + 2 * product.axes :]
     return int.from_bytes(rest, "little") if len(rest) == 2 else None

@@ -1,4 +1,4 @@
-//! Calibrates a unit: from a six-position measurement to an image of its nonvolatile memory.
+//! Calibrates a unit: computes its calibration from a six-position measurement and writes it into its store file.
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -7,22 +7,22 @@ use plumbline::model::catalog::{PRODUCTS, find};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Turns a six-position measurement into the calibration of a unit and writes it into an image of the parameter memory, beside
-/// the parameters that are there.
+/// Computes the calibration of a unit from a six-position measurement and writes it into a store file. The parameters in the
+/// store file do not change.
 #[derive(Parser)]
 struct Options {
-    /// The sensor
+    /// The product
     #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: String,
-    /// The serial number of the unit, as it is read over the bus; in the memory of another unit the calibration is ignored. The
-    /// virtual sensor has 1
+    /// The serial number of the unit, as read over the bus. A unit with another serial number ignores the calibration. The
+    /// virtual sensor has the serial number 1
     #[arg(long)]
     serial: u32,
-    /// The measurement: a CSV file with the columns up,ax_g,ay_g,az_g,temp_c and a row for each axis up and down (+x, -x, ... -z);
-    /// six more rows at another temperature give the drift
+    /// The measurement: a CSV file with the columns up,ax_g,ay_g,az_g,temp_c and a row for each axis up and down (+x, -x, ...
+    /// -z); six more rows at another temperature give the drift
     #[arg(long, value_name = "FILE")]
     positions: PathBuf,
-    /// The memory's image, as `virtual-sensor --store` keeps it; made when it is not there
+    /// The store file, as for `virtual-sensor --store`; it is created if it does not exist
     #[arg(long, value_name = "FILE")]
     store: PathBuf,
 }

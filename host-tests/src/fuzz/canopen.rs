@@ -1,6 +1,6 @@
-//! Frames for a sensor that speaks CANopen, and what it may send.
+//! Frames for a CANopen sensor, and the check of the frames that it sends.
 //!
-//! Most frames are SDO requests for objects of the product's dictionary, with sizes and values that are often permitted.
+//! Most frames are SDO requests for objects of the product's dictionary, mostly with permitted sizes and values.
 
 use super::{Source, value};
 use plumbline::can::{Frame, extended, standard};
@@ -11,7 +11,7 @@ use plumbline::model::listing::canopen::Tables;
 use plumbline::node::Readout;
 use plumbline::param::DataType;
 
-/// The node-ID of a sensor as delivered; 0 when the product does not speak CANopen.
+/// The factory value of the node-ID; 0 if the product does not speak CANopen.
 pub fn factory_node_id(product: &Product) -> u8 {
     match &product.protocol {
         Protocol::Canopen(tables) => {
@@ -21,7 +21,7 @@ pub fn factory_node_id(product: &Product) -> u8 {
     }
 }
 
-/// A frame for the node with this id, more or less.
+/// A frame, mostly for the node with this node-ID.
 pub fn frame(source: &mut impl Source, tables: &Tables, product: &Product, node_id: u8) -> Frame {
     let node = u16::from(node_id);
     let (id, data) = match source.byte() {
@@ -52,7 +52,7 @@ fn bytes(source: &mut impl Source) -> Vec<u8> {
     (0..length).map(|_| source.byte()).collect()
 }
 
-/// Mostly a start, so that PDOs are sent.
+/// An NMT command, mostly start, so that PDOs are sent.
 fn nmt(source: &mut impl Source) -> u8 {
     match source.byte() {
         0..=149 => 1,
@@ -81,7 +81,7 @@ fn request(source: &mut impl Source, tables: &Tables, product: &Product) -> [u8;
             let [a, b, c, d] = number(object, product, source).to_le_bytes();
             [0x23 | (4 - size) << 2, low, high, sub, a, b, c, d]
         }
-        // Segmented, mostly of the right size.
+        // Segmented, mostly with the right size.
         160..=179 => {
             let sized = source.byte() & 1;
             let size = match source.byte() {
@@ -115,7 +115,7 @@ fn segment(source: &mut impl Source, size: u8) -> [u8; 8] {
     bytes
 }
 
-/// A number that is often permitted.
+/// A number, mostly a permitted one.
 fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
     match object.target {
         Target::Parameter(id) | Target::Command(id, _) => {
@@ -128,10 +128,10 @@ fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
     }
 }
 
-/// What every frame of such a sensor keeps to; the node id when it is a boot-up message.
+/// Checks a frame that the sensor sent. Returns the node-ID if it is a boot-up message.
 ///
 /// # Panics
-/// When this one does not.
+/// If a CANopen sensor never sends such a frame.
 pub fn check(frame: &Frame, tables: &Tables, product: &Product) -> Option<u8> {
     let embedded_can::Id::Standard(id) = frame.id() else {
         panic!("no 29-bit identifiers: {frame:?}");
@@ -171,7 +171,7 @@ fn tpdos(tables: &Tables, product: &Product) -> impl Iterator<Item = (u16, usize
     })
 }
 
-/// Whether the angles are such as the sensor can have.
+/// Whether the angles are within the range of the sensor.
 pub fn is_possible(readout: Readout) -> bool {
     let y = readout.y.is_some_and(|y| (-18_000..36_000).contains(&y));
     (-18_000..=18_000).contains(&readout.x) && y

@@ -1,6 +1,6 @@
-//! Frames for a sensor that speaks FSC, and what it may send.
+//! Frames for an FSC sensor, and the check of the frames that it sends.
 //!
-//! Most frames are requests of the product's codes, with values that are often permitted.
+//! Most frames are requests of the product's codes, mostly with permitted values.
 
 use super::{Source, value};
 use plumbline::application::Faults;
@@ -11,7 +11,7 @@ use plumbline::model::catalog::Product;
 use plumbline::model::listing::fsc::Tables;
 use plumbline::node::Readout;
 
-/// A frame: mostly a request, mostly of a code that exists.
+/// A frame: mostly a request, mostly with a valid code.
 pub fn frame(source: &mut impl Source, tables: &Tables, product: &Product) -> Frame {
     let factory = |id: plumbline::param::ParameterId| {
         standard(product.parameters[usize::from(id.0)].factory as u16)
@@ -44,7 +44,7 @@ fn data(source: &mut impl Source, tables: &Tables, product: &Product) -> Vec<u8>
             let signature = if source.byte() < 200 { signature } else { &[] };
             [&[function.code], signature].concat()
         }
-        // The identifier that brings the sensor back to where most requests go.
+        // The factory Set-Parameter-ID, to which most requests are sent.
         170..=179 => {
             let set_id = tables
                 .access
@@ -61,7 +61,7 @@ fn data(source: &mut impl Source, tables: &Tables, product: &Product) -> Vec<u8>
     }
 }
 
-/// A write of values that are often permitted.
+/// A write, mostly of permitted values.
 fn write(source: &mut impl Source, access: &Access, product: &Product) -> Vec<u8> {
     let mut data = vec![access.write];
     for id in access.parameters {
@@ -79,10 +79,10 @@ fn write(source: &mut impl Source, access: &Access, product: &Product) -> Vec<u8
     data
 }
 
-/// What every frame of such a sensor keeps to, `heated` or not.
+/// Checks a frame that the sensor sent. `heated`: the product has a heater.
 ///
 /// # Panics
-/// When this one does not.
+/// If an FSC sensor never sends such a frame.
 pub fn check(frame: &Frame, tables: &Tables, heated: bool) {
     assert!(!frame.is_remote(), "{frame:?}");
     let [_, status, ..] = *frame.bytes() else {
@@ -102,7 +102,7 @@ pub fn check(frame: &Frame, tables: &Tables, heated: bool) {
     }
 }
 
-/// Whether the angles are such as the sensor can have.
+/// Whether the angles are within the range of the sensor.
 pub fn is_possible(readout: Readout) -> bool {
     let within = readout.y.is_none_or(|y| (-9000..=9000).contains(&y));
     (-9000..36_000).contains(&readout.x) && within

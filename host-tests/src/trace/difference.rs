@@ -1,27 +1,27 @@
-//! What a sensor sent beside what a trace expects, readable.
+//! A readable comparison of the frames of a sensor with those of a trace.
 
 use super::{Trace, What};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 use std::fmt;
 
-/// Lines shown around one that differs.
+/// Number of lines shown before and after a line that differs.
 const CONTEXT: usize = 2;
 
-/// What it costs to read the two sides in a certain way; the cheapest reading is shown.
+/// The cost of each kind of difference. The alignment with the lowest total cost is shown.
 mod cost {
     /// The same frame outside the tolerance.
     pub const OTHER_TIME: u32 = 3;
     /// Another frame at the right time.
     pub const OTHER_FRAME: u32 = 3;
-    /// A frame on one side only. Two of these are cheaper than another frame at another time.
+    /// A frame on one side only. Two of these cost less than another frame at another time.
     pub const ONE_SIDED: u32 = 2;
 }
 
 /// A frame and its time.
 type Timed = (Instant, Frame);
 
-/// The frames of a trace beside those that came, with at least one that differs.
+/// The expected frames beside the received frames; at least one differs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Difference {
     rows: Vec<Row>,
@@ -30,12 +30,12 @@ pub struct Difference {
 /// One line of the comparison.
 #[derive(Clone, PartialEq, Debug)]
 struct Row {
-    /// The line of the trace.
+    /// The line number in the trace.
     line: Option<usize>,
-    /// What the tester sent; nothing is compared then.
+    /// A frame of the tester, which is not compared.
     sent: Option<Timed>,
     expected: Option<Timed>,
-    came: Option<Timed>,
+    received: Option<Timed>,
     verdict: Verdict,
 }
 
@@ -45,13 +45,13 @@ enum Verdict {
     Wrong,
     Missing,
     Extra,
-    /// Microseconds too late, or too early when negative.
+    /// Delay in microseconds; negative: too early.
     Late(i64),
 }
 
 impl Difference {
-    /// Compares the sensor's frames; None when they are as the trace expects.
-    pub(super) fn between(trace: &Trace, came: &[Timed]) -> Option<Self> {
+    /// Compares the frames of the sensor; None if they match the trace.
+    pub(super) fn between(trace: &Trace, received: &[Timed]) -> Option<Self> {
         let expected: Vec<(usize, Timed)> = trace
             .steps
             .iter()
@@ -60,7 +60,7 @@ impl Difference {
                 _ => None,
             })
             .collect();
-        let rows = align(&expected, came, trace.tolerance.ticks());
+        let rows = align(&expected, received, trace.tolerance.ticks());
         if rows.iter().all(|row| row.verdict == Verdict::Same) {
             return None;
         }
@@ -69,22 +69,22 @@ impl Difference {
         })
     }
 
-    /// How many lines differ.
+    /// The number of lines that differ.
     pub fn count(&self) -> usize {
         let differs = |row: &&Row| row.verdict != Verdict::Same;
         self.rows.iter().filter(differs).count()
     }
 }
 
-/// Microseconds from one time to another.
-fn late(expected: Instant, came: Instant) -> i64 {
-    came.ticks() as i64 - expected.ticks() as i64
+/// The microseconds from one time to another.
+fn late(expected: Instant, received: Instant) -> i64 {
+    received.ticks() as i64 - expected.ticks() as i64
 }
 
-fn judge(expected: Timed, came: Timed, tolerance: u64) -> (u32, Verdict) {
-    let late = late(expected.0, came.0);
+fn judge(expected: Timed, received: Timed, tolerance: u64) -> (u32, Verdict) {
+    let late = late(expected.0, received.0);
     let in_time = late.unsigned_abs() <= tolerance;
-    match (expected.1 == came.1, in_time) {
+    match (expected.1 == received.1, in_time) {
         (true, true) => (0, Verdict::Same),
         (true, false) => (cost::OTHER_TIME, Verdict::Late(late)),
         (false, true) => (cost::OTHER_FRAME, Verdict::Wrong),
@@ -92,19 +92,19 @@ fn judge(expected: Timed, came: Timed, tolerance: u64) -> (u32, Verdict) {
     }
 }
 
-/// Lays the two sides beside each other so that as little as possible differs (an edit distance).
-fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row> {
-    let width = came.len() + 1;
-    // best[e * width + c]: the least cost of what follows after the first e and c frames.
+/// Aligns the two sides with the lowest cost (edit distance).
+fn align(expected: &[(usize, Timed)], received: &[Timed], tolerance: u64) -> Vec<Row> {
+    let width = received.len() + 1;
+    // best[e * width + c]: the lowest cost of the frames after the first e and c frames.
     let mut best = vec![0; (expected.len() + 1) * width];
     for e in (0..=expected.len()).rev() {
-        for c in (0..=came.len()).rev() {
+        for c in (0..=received.len()).rev() {
             let one_sided = |at: usize| best[at] + cost::ONE_SIDED;
             let options = [
                 (e < expected.len()).then(|| one_sided((e + 1) * width + c)),
-                (c < came.len()).then(|| one_sided(e * width + c + 1)),
-                (e < expected.len() && c < came.len()).then(|| {
-                    let (cost, _) = judge(expected[e].1, came[c], tolerance);
+                (c < received.len()).then(|| one_sided(e * width + c + 1)),
+                (e < expected.len() && c < received.len()).then(|| {
+                    let (cost, _) = judge(expected[e].1, received[c], tolerance);
                     best[(e + 1) * width + c + 1] + cost
                 }),
             ];
@@ -113,9 +113,9 @@ fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row
     }
     let mut rows = Vec::new();
     let (mut e, mut c) = (0, 0);
-    while e < expected.len() || c < came.len() {
+    while e < expected.len() || c < received.len() {
         let here = best[e * width + c];
-        let (left, right) = (expected.get(e).copied(), came.get(c).copied());
+        let (left, right) = (expected.get(e).copied(), received.get(c).copied());
         if let (Some((line, left)), Some(right)) = (left, right) {
             let (cost, verdict) = judge(left, right, tolerance);
             if here == best[(e + 1) * width + c + 1] + cost {
@@ -137,7 +137,7 @@ fn align(expected: &[(usize, Timed)], came: &[Timed], tolerance: u64) -> Vec<Row
     rows
 }
 
-/// Puts the tester's frames between the rows, by time.
+/// Inserts the frames of the tester between the rows, by time.
 fn with_sent(trace: &Trace, rows: Vec<Row>) -> Vec<Row> {
     let mut sent = trace
         .steps
@@ -149,7 +149,7 @@ fn with_sent(trace: &Trace, rows: Vec<Row>) -> Vec<Row> {
         .peekable();
     let mut all = Vec::new();
     for row in rows {
-        let at = row.expected.or(row.came).map(|(at, _)| at);
+        let at = row.expected.or(row.received).map(|(at, _)| at);
         while let Some((line, timed)) = sent.next_if(|(_, timed)| Some(timed.0) <= at) {
             all.push(Row {
                 sent: Some(timed),
@@ -165,14 +165,14 @@ impl Row {
     fn new(
         line: Option<usize>,
         expected: Option<Timed>,
-        came: Option<Timed>,
+        received: Option<Timed>,
         verdict: Verdict,
     ) -> Self {
         Self {
             line,
             sent: None,
             expected,
-            came,
+            received,
             verdict,
         }
     }
@@ -180,7 +180,7 @@ impl Row {
 
 impl fmt::Display for Difference {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "  line  {:<38}  came", "expected")?;
+        writeln!(f, "  line  {:<38}  received", "expected")?;
         let mut skipped = false;
         for (index, row) in self.rows.iter().enumerate() {
             let near = index.saturating_sub(CONTEXT)..(index + CONTEXT + 1).min(self.rows.len());
@@ -209,7 +209,7 @@ impl fmt::Display for Row {
         } else {
             '!'
         };
-        let (expected, came) = (text(self.expected), text(self.came));
+        let (expected, received) = (text(self.expected), text(self.received));
         let verdict = match self.verdict {
             Verdict::Same => String::new(),
             Verdict::Wrong => "wrong".to_owned(),
@@ -218,7 +218,7 @@ impl fmt::Display for Row {
             Verdict::Late(us) if us > 0 => format!("{us} us late"),
             Verdict::Late(us) => format!("{} us early", -us),
         };
-        let row = format!("{mark} {line:>4}  {expected:<38}  {came:<38}  {verdict}");
+        let row = format!("{mark} {line:>4}  {expected:<38}  {received:<38}  {verdict}");
         writeln!(f, "{}", row.trim_end())
     }
 }

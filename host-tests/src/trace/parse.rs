@@ -1,4 +1,4 @@
-//! Reads a trace; socketcan's reader takes the frames apart.
+//! Parses a trace; the frames are parsed by socketcan.
 
 use super::{Step, Trace, TraceError, What};
 use embedded_can::Frame as _;
@@ -22,7 +22,7 @@ impl FromStr for Trace {
             })?;
             if let Some(What::Send(at, _) | What::Expect(at, _)) = step {
                 if at < last {
-                    let message = format!("time runs backwards: {text}");
+                    let message = format!("the time is less than in the line before: {text}");
                     return Err(TraceError { line, message });
                 }
                 last = at;
@@ -33,7 +33,7 @@ impl FromStr for Trace {
             if value.is_empty() {
                 return Err(TraceError {
                     line: 0,
-                    message: format!("there is no line \"# {key}: ...\""),
+                    message: format!("the line \"# {key}: ...\" is missing"),
                 });
             }
         }
@@ -41,7 +41,7 @@ impl FromStr for Trace {
     }
 }
 
-/// Takes one line: a step, or something about the trace, or nothing.
+/// Parses one line: a step, a property of the trace, or nothing.
 fn read_line(text: &str, trace: &mut Trace) -> Result<Option<What>, String> {
     let Some(text) = text.strip_prefix('#') else {
         return if text.is_empty() {
@@ -61,13 +61,15 @@ fn read_line(text: &str, trace: &mut Trace) -> Result<Option<What>, String> {
         "fail-writes off" => return Ok(Some(What::FailWrites(false))),
         _ => {}
     }
-    let (key, value) = text.split_once(':').ok_or("this says nothing")?;
+    let (key, value) = text
+        .split_once(':')
+        .ok_or("neither a comment nor an action nor a property")?;
     let value = value.trim();
     if key == "scene" && !trace.steps.is_empty() {
         return Ok(Some(What::Scene(value.to_owned())));
     }
     if !trace.steps.is_empty() {
-        return Err("this belongs before the first frame".to_owned());
+        return Err("this must be before the first frame".to_owned());
     }
     match key {
         "origin" => trace.origin = value.to_owned(),
@@ -76,7 +78,7 @@ fn read_line(text: &str, trace: &mut Trace) -> Result<Option<What>, String> {
         "bitrate" => trace.bit_rate = Some(bit_rate(number(value)?)?),
         "tolerance-us" => trace.tolerance = Duration::from_ticks(number(value)?.into()),
         "serial" => trace.serial = number(value)?,
-        _ => return Err("an unknown key".to_owned()),
+        _ => return Err("unknown property".to_owned()),
     }
     Ok(None)
 }
@@ -107,6 +109,6 @@ fn frame(text: &str) -> Result<What, String> {
     match record.direction {
         Some(Direction::Transmitted) => Ok(What::Send(at, frame)),
         Some(Direction::Received) => Ok(What::Expect(at, frame)),
-        None => Err("there is no direction, T or R, at the end".to_owned()),
+        None => Err("the direction T or R is missing at the end".to_owned()),
     }
 }

@@ -7,25 +7,25 @@ use plumbline::can::Frame;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::fmt;
 
-/// So long before a frame of the tester a sensor that detects the bit rate is led to that of the trace: it needs some milliseconds
-/// for each rate that it tries.
+/// A sensor that detects the bit rate is set to that of the trace this long before a frame of the tester: it needs some
+/// milliseconds for each rate that it tries.
 const LEAD: Duration = millis(60);
 
 /// The precision of a trace.
 const STEP: Duration = Duration::from_ticks(1);
 
-/// Turns the text of a `# scene:` line into a motion of this node type, or says what is wrong with it.
+/// Parses the text of a `# scene:` line into a motion for this node type, or returns the error.
 pub type Scenes = dyn Fn(&NodeType, &str) -> Result<Box<dyn Motion>, String>;
 
-/// Makes the sensor: the node type, the serial number, what it is mounted on. It has a blank memory.
+/// Creates a sensor with a blank memory from the node type, the serial number and the motion.
 pub type MakeSensor<'a> = dyn Fn(&NodeType, u32, Box<dyn Motion>) -> Box<dyn Sensor> + 'a;
 
 /// Why a replay failed.
 #[derive(Clone, PartialEq, Debug)]
 pub enum Failure {
-    /// The trace asks for what cannot be done.
+    /// The trace requires something that is not possible.
     Trace(TraceError),
-    /// The sensor sent something else.
+    /// The frames of the sensor differ from the trace.
     Differs(Difference),
 }
 
@@ -44,7 +44,7 @@ impl Trace {
     /// Replays the trace against a sensor of this type with a blank memory.
     ///
     /// # Errors
-    /// What the sensor sent differs from the trace, or a scene is not understood.
+    /// The frames of the sensor differ from the trace, or a scene is invalid.
     pub fn replay(&self, node_type: &NodeType, scenes: &Scenes) -> Result<(), Failure> {
         let none = Duration::from_ticks(0);
         self.replay_on(node_type, scenes, none, &|node_type, serial, motion| {
@@ -52,11 +52,11 @@ impl Trace {
         })
     }
 
-    /// Replays the trace against the sensor that `make` makes, and that has been on for `boot` when the trace begins: a real one
-    /// waits for its accelerometer before it takes part in the bus.
+    /// Replays the trace against the sensor that `make` creates. The trace begins `boot` after power-up: an image waits for its
+    /// accelerometer before it takes part in the bus.
     ///
     /// # Errors
-    /// What the sensor sent differs from the trace, or a scene is not understood.
+    /// The frames of the sensor differ from the trace, or a scene is invalid.
     pub fn replay_on(
         &self,
         node_type: &NodeType,
@@ -73,7 +73,7 @@ impl Trace {
         let end = after(replay.last, self.tolerance);
         replay.run_until(end);
         replay.collect();
-        match Difference::between(self, &replay.came) {
+        match Difference::between(self, &replay.received) {
             Some(difference) => Err(Failure::Differs(difference)),
             None => Ok(()),
         }
@@ -89,13 +89,13 @@ struct Replay {
     device: DeviceId,
     tester: AdapterId,
     tolerance: Duration,
-    /// The bus's time when the trace begins.
+    /// The time of the bus at the begin of the trace.
     begin: Duration,
     /// The time of the last frame line.
     last: Instant,
-    /// Frames of the sensor that should have come by then.
+    /// The number of frames expected up to `last`.
     expected: usize,
-    came: Vec<(Instant, Frame)>,
+    received: Vec<(Instant, Frame)>,
 }
 
 impl Replay {
@@ -121,7 +121,7 @@ impl Replay {
             begin,
             last: Instant::from_ticks(0),
             expected: 0,
-            came: Vec::new(),
+            received: Vec::new(),
         })
     }
 
@@ -148,7 +148,7 @@ impl Replay {
         match what {
             What::PowerCycle => device.power_cycle(now),
             What::CorruptNewest if !device.flash().corrupt_newest() => {
-                return Err("no image has been written yet".to_owned());
+                return Err("no record has been written yet".to_owned());
             }
             What::FailWrites(fail) => {
                 device.flash().fail_writes(*fail);
@@ -160,21 +160,21 @@ impl Replay {
         Ok(())
     }
 
-    /// Lets everything happen up to this time of the trace.
+    /// Runs the bus up to this time of the trace.
     fn run_until(&mut self, at: Instant) {
         self.bus.run_until(after(at, self.begin));
     }
 
-    /// Lets the frame of the line before come to its end, as long as the tolerance lets it.
+    /// Runs the bus until the end of the frame in the line before, at most up to the tolerance.
     fn catch_up(&mut self) {
         self.run_until(self.last);
         self.collect();
         let patience = after(after(self.last, self.tolerance), self.begin);
-        while self.bus.queued(self.tester) > 0 || self.came.len() < self.expected {
+        while self.bus.queued(self.tester) > 0 || self.received.len() < self.expected {
             let Some(next) = self.bus.next_event().filter(|at| *at <= patience) else {
                 return;
             };
-            // A sensor that runs freely may be about to act at any time: time goes on in any case.
+            // A simulated microcontroller may act at any time, so the time must advance in any case.
             self.bus.run_until(next.max(after(self.bus.now(), STEP)));
             self.collect();
         }
@@ -184,7 +184,7 @@ impl Replay {
         let begin = self.begin.ticks();
         let received = self.bus.take_received(self.tester).into_iter();
         let in_trace = |at: Instant| Instant::from_ticks(at.ticks().saturating_sub(begin));
-        self.came
+        self.received
             .extend(received.map(|(at, frame)| (in_trace(at), frame)));
     }
 }

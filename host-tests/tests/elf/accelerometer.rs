@@ -1,4 +1,4 @@
-//! The accelerometer fails, comes back, clips, is late, or runs by a clock of its own; and several sensors on one wire.
+//! The accelerometer fails, recovers, clips, starts late, or has a clock error; and several sensors on one bus.
 
 use crate::rig::*;
 use bench::{Bus, BusRate, Device, Flash};
@@ -10,7 +10,7 @@ use stm32_sim::ism330dhcx::Fault;
 
 const RATE: BitRate = BitRate::K500;
 
-/// All sensor errors of each model.
+/// All sensor error bits of each product.
 const ERRORS: [(&str, u8); 2] = [
     ("is1", status::SENSOR_ERROR_X),
     ("is2", status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y),
@@ -20,7 +20,7 @@ fn angle(reply: &[u8], at: usize) -> i16 {
     i16::from_le_bytes([reply[at], reply[at + 1]])
 }
 
-/// The reply to a poll says 10 degrees, and with two axes 5, without an error. A count of the accelerometer is 0.0035 degrees.
+/// The reply to a poll has no error and 10 degrees, with two axes also 5 degrees. A count of the accelerometer is 0.0035 degrees.
 #[track_caller]
 fn assert_right(reply: &[u8]) {
     assert_eq!(reply[1], 0, "{reply:02X?}");
@@ -31,7 +31,7 @@ fn assert_right(reply: &[u8]) {
 }
 
 #[test]
-fn it_is_missed_within_200_ms_and_found_again() {
+fn accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery() {
     for (name, errors) in ERRORS {
         for fault in [Fault::Silent(0xFF), Fault::Silent(0), Fault::Stopped] {
             let mut rig = Rig::booted(name, RATE);
@@ -39,7 +39,7 @@ fn it_is_missed_within_200_ms_and_found_again() {
             assert_right(&rig.poll());
             let (io, now) = rig.io();
             io.imu.set_fault(now, fault);
-            // Decision G19 of GEMAC: no reading for 100 ms.
+            // No sample for 100 ms (core/src/model/gemac/README.md, G19).
             rig.run(90);
             assert_right(&rig.poll());
             rig.run(110);
@@ -53,7 +53,7 @@ fn it_is_missed_within_200_ms_and_found_again() {
 }
 
 #[test]
-fn one_that_comes_late_is_found() {
+fn accelerometer_that_starts_late_is_used() {
     for (name, errors) in ERRORS {
         let mut rig = Rig::with(name, BusRate::Fixed(RATE), fixed(name, RATE));
         rig.io().0.imu.unmount();
@@ -68,7 +68,7 @@ fn one_that_comes_late_is_found() {
 }
 
 #[test]
-fn clipping_is_an_error_for_100_ms() {
+fn clipping_sets_the_sensor_error_for_100_ms() {
     for (name, errors) in ERRORS {
         let mut rig = Rig::booted(name, RATE);
         rig.run(2_000);
@@ -98,14 +98,14 @@ fn clipping_is_an_error_for_100_ms() {
         let device = rig.bus.device_mut(rig.sensor);
         device.set_motion(tilt(name, 10.0, 5.0));
         rig.run(80);
-        assert_eq!(rig.poll()[1], errors, "{name}: held");
+        assert_eq!(rig.poll()[1], errors, "{name}: the error is held");
         rig.run(2_500);
         assert_right(&rig.poll());
     }
 }
 
 #[test]
-fn its_own_clock_may_be_5_percent_off() {
+fn accelerometer_clock_error_of_5_percent_has_no_effect() {
     for name in MODELS {
         for percent in [-5.0, 5.0] {
             let mut rig = Rig::booted(name, RATE);
@@ -120,7 +120,7 @@ fn its_own_clock_may_be_5_percent_off() {
     }
 }
 
-/// A memory with identifiers of its own: the request's, the next one for the replies.
+/// A memory with the Set-Parameter-ID 300h + `set` and the next identifier as Reply-Parameter-ID.
 fn numbered(set: u8) -> Flash {
     let rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)];
     saved(
@@ -130,7 +130,7 @@ fn numbered(set: u8) -> Flash {
 }
 
 #[test]
-fn three_sensors_share_a_wire() {
+fn three_sensors_work_on_one_bus() {
     let mut bus = Bus::new(BusRate::Wire);
     let microcontrollers =
         [0x10, 0x20].map(|set| bus.attach(microcontroller("is2", numbered(set))));
@@ -159,7 +159,8 @@ fn three_sensors_share_a_wire() {
         }
     }
     for id in microcontrollers {
-        let microcontroller = Microcontroller::of(bus.device(id)).expect("not a host build");
+        let microcontroller =
+            Microcontroller::of(bus.device(id)).expect("a simulated microcontroller");
         check(microcontroller);
         assert_eq!(microcontroller.resets().len(), 1);
         assert_eq!(bus.device(id).error_counters(), Some((0, 0)));

@@ -1,4 +1,4 @@
-//! From power-up to the first frame, restarts, and the watchdog that sees to it that there always is one.
+//! From power-up to the first frame, restarts, and the watchdog.
 
 use crate::rig::*;
 use bench::{BusRate, Flash};
@@ -12,18 +12,18 @@ fn boot_up(status: u8) -> plumbline::can::Frame {
     data(REPLY, &[fsc::ALIVE, status, 0x00, 0x03, 0, 0, 0x44, 0x03])
 }
 
-/// A sensor with a fixed rate, just switched on.
+/// A sensor with a fixed bit rate after power-up.
 fn switched_on(name: &str) -> Rig {
     Rig::with(name, BusRate::Fixed(RATE), fixed(name, RATE))
 }
 
 #[test]
-fn the_first_frame_comes_soon_and_tells_the_truth() {
+fn first_frame_is_sent_within_200_ms_with_a_valid_status() {
     for name in MODELS {
         let mut rig = switched_on(name);
         rig.run(1000);
         let sent = rig.sent();
-        // The accelerometer has settled: no sensor error.
+        // No sensor error: the accelerometer has settled.
         let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
         assert_eq!(frames, [boot_up(0), boot_up(0)], "{name}");
         let start = sent[0].start / 1_000_000;
@@ -34,7 +34,7 @@ fn the_first_frame_comes_soon_and_tells_the_truth() {
 }
 
 #[test]
-fn without_an_accelerometer_the_first_frame_says_so() {
+fn first_frame_without_an_accelerometer_has_the_sensor_errors() {
     for (name, errors) in [
         ("is1", status::SENSOR_ERROR_X),
         ("is2", status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y),
@@ -50,7 +50,7 @@ fn without_an_accelerometer_the_first_frame_says_so() {
 }
 
 #[test]
-fn the_plastic_models_start_and_answer_too() {
+fn is1d_and_is2d_boot_and_answer() {
     for name in ["is1d", "is2d"] {
         let mut rig = Rig::booted(name, RATE);
         assert_eq!(rig.poll()[1], 0, "{name}");
@@ -58,7 +58,7 @@ fn the_plastic_models_start_and_answer_too() {
 }
 
 #[test]
-fn violations_of_a_kind_are_told_once() {
+fn violations_of_one_kind_are_reported_once() {
     let mut controller = microcontroller("is2", Flash::default());
     // Reserved bits of CAN_MCR and CAN_IER (RM0008, section 24.9.2).
     for (offset, value) in [(0x00, 0x0002_0001), (0x00, 0x0002_0001), (0x14, 0x80)] {
@@ -66,13 +66,15 @@ fn violations_of_a_kind_are_told_once() {
         written.expect("registers that are there");
     }
     assert_eq!(controller.violations().len(), 3);
-    let told = controller.take_new_violations();
-    assert!(matches!(&told[..], [mcr, ier] if mcr.contains("CAN_MCR") && ier.contains("CAN_IER")));
+    let reported = controller.take_new_violations();
+    assert!(
+        matches!(&reported[..], [mcr, ier] if mcr.contains("CAN_MCR") && ier.contains("CAN_IER"))
+    );
     assert!(controller.take_new_violations().is_empty());
 }
 
 #[test]
-fn reset_restarts_the_microcontroller() {
+fn reset_command_restarts_the_microcontroller() {
     for name in MODELS {
         let mut rig = switched_on(name);
         rig.boot_up();
@@ -85,7 +87,7 @@ fn reset_restarts_the_microcontroller() {
 }
 
 #[test]
-fn a_poll_before_a_reset_is_answered_before_it() {
+fn poll_before_a_reset_command_is_answered_before_the_reset() {
     let mut rig = switched_on("is2");
     rig.boot_up();
     rig.expect_reset(ResetCause::Software);
@@ -95,16 +97,20 @@ fn a_poll_before_a_reset_is_answered_before_it() {
     rig.boot_up();
 }
 
-/// RAM is kept in a reset and lost with the power, so no start may count on what was in it.
+/// RAM keeps its contents in a reset and loses them without power. The firmware must start with any contents.
 #[test]
-fn ram_is_lost_with_the_power_alone() {
+fn ram_is_kept_in_a_reset_and_lost_without_power() {
     for name in MODELS {
         let mut rig = switched_on(name);
         rig.boot_up();
         let place = (rig.microcontroller().image().end_of_statics() + 67) & !3;
         assert!(place + 64 < rig.microcontroller().lowest_stack());
         let mark = 0x1234_5678_u32;
-        assert!(rig.tamper().core_mut().load(place, &mark.to_le_bytes()));
+        assert!(
+            rig.microcontroller_mut()
+                .core_mut()
+                .load(place, &mark.to_le_bytes())
+        );
         rig.expect_reset(ResetCause::Software);
         rig.send(&fsc::RESET);
         rig.boot_up();
@@ -116,7 +122,7 @@ fn ram_is_lost_with_the_power_alone() {
     }
 }
 
-/// The main loop hangs in an endless loop, interrupts are served.
+/// Stops the main loop in an endless loop; interrupts are still served.
 fn hang(rig: &mut Rig) {
     rig.wait_until(10, 100, |rig| {
         let core = rig.microcontroller().core();
@@ -124,15 +130,15 @@ fn hang(rig: &mut Rig) {
     });
     let place = rig.microcontroller().image().end_of_statics() + 64;
     assert!(place + 64 < rig.microcontroller().lowest_stack());
-    let core = rig.tamper().core_mut();
-    // CPSIE i; B to itself.
+    let core = rig.microcontroller_mut().core_mut();
+    // CPSIE i, then a branch to itself.
     assert!(core.load(place, &[0x62, 0xB6, 0xFE, 0xE7]));
     core.set_register(15, place);
 }
 
 #[test]
-fn a_main_loop_that_hangs_is_restarted_by_the_watchdog() {
-    // LSI runs at 30 to 60 kHz (DS5319, table 25); the firmware asks for two seconds of a typical one, 40 kHz.
+fn watchdog_restarts_a_main_loop_that_hangs() {
+    // LSI runs at 30 to 60 kHz (DS5319, table 25); the firmware sets two seconds at the typical 40 kHz.
     for lsi in [30_000, 60_000] {
         let mut rig = switched_on("is2");
         rig.io().0.iwdg.set_lsi(lsi);
@@ -145,7 +151,7 @@ fn a_main_loop_that_hangs_is_restarted_by_the_watchdog() {
         let (at, _) = rig.microcontroller().resets()[1];
         let took = at / 1_000_000 - from;
         let nominal = 2_000_000 * 40_000 / u64::from(lsi);
-        // It was fed with the sample before, at most 5 ms ago, and counts in steps of about a millisecond.
+        // The last sample reloaded it, at most 5 ms before. It counts in steps of about a millisecond.
         assert!(
             (nominal - 8_000..nominal + 3_000).contains(&took),
             "{took} us at {lsi} Hz"
@@ -156,10 +162,10 @@ fn a_main_loop_that_hangs_is_restarted_by_the_watchdog() {
 }
 
 #[test]
-fn the_watchdog_leaves_a_sensor_alone_that_works() {
+fn watchdog_does_not_reset_a_working_sensor() {
     let mut rig = Rig::with("is2", BusRate::Fixed(RATE), Flash::default());
     rig.io().0.iwdg.set_lsi(60_000);
-    // Detecting, then answering and saving, page changes included.
+    // The sensor detects the bit rate, then it answers and saves with page changes.
     rig.run(3_000);
     rig.bus.lead_detection();
     rig.run(100);
@@ -173,13 +179,13 @@ fn the_watchdog_leaves_a_sensor_alone_that_works() {
 }
 
 #[test]
-fn a_crystal_that_does_not_start_is_tried_again_and_again() {
+fn failed_crystal_is_tried_again_at_each_watchdog_reset() {
     let mut rig = switched_on("is2");
     rig.io().0.rcc.break_crystal(true);
     for boots in 2..=3 {
         rig.expect_reset(ResetCause::Watchdog);
-        // The first time the watchdog counts from 4095, because its own reload value takes five cycles of LSI to arrive (RM0008,
-        // section 19.4.4): 3.3 s.
+        // The first period is 3.3 s: the watchdog counts from 4095, because the new reload value takes effect after five cycles
+        // of LSI (RM0008, section 19.4.4).
         rig.wait_until(1000, 3_400, |rig| rig.device().boots() == boots);
     }
     assert!(rig.log.is_empty());

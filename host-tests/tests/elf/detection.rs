@@ -1,4 +1,5 @@
-//! Automatic bit rate detection (manual, section 9.10.3): it disturbs nobody, finds each of the ten rates, and only then says a word.
+//! Automatic bit rate detection (manual, section 9.10.3): it finds each of the ten rates, does not disturb the bus, and sends
+//! nothing before it has found the rate.
 
 use crate::rig::*;
 use bench::{AdapterId, BusRate, Flash, Source};
@@ -8,8 +9,8 @@ use plumbline::node::BusMode;
 /// CAN_BTR.SILM.
 const SILENT: u32 = 1 << 31;
 
-/// What CAN_BTR must hold (RM0008, section 24.9.2) for a sample point of 87.5 % with 32 MHz: 16 time quanta, 13 of them in segment 1
-/// and 2 in segment 2, a jump width of 2. At 800 kbit/s there are 8: 6 and 1, a jump width of 1.
+/// What CAN_BTR must hold (RM0008, section 24.9.2) for a sample point of 87.5 % with 32 MHz: 16 time quanta, 13 of them in
+/// segment 1 and 2 in segment 2, a jump width of 2. At 800 kbit/s: 8 time quanta, 6 and 1, a jump width of 1.
 const BIT_TIMING: [(BitRate, u32); 10] = [
     (BitRate::K10, 0x011C_0000 | (200 - 1)),
     (BitRate::K20, 0x011C_0000 | (100 - 1)),
@@ -23,7 +24,7 @@ const BIT_TIMING: [(BitRate, u32); 10] = [
     (BitRate::M1, 0x011C_0000 | (2 - 1)),
 ];
 
-/// Two machines that talk to each other, 20 and 33 ms between their frames.
+/// Two nodes that send frames with periods of 20 and 33 ms.
 struct Traffic {
     ends: [AdapterId; 2],
     number: u8,
@@ -59,7 +60,7 @@ impl Traffic {
 }
 
 #[test]
-fn each_of_the_ten_rates_is_found_without_disturbing_anybody() {
+fn each_of_the_ten_rates_is_detected_without_disturbing_the_bus() {
     for name in MODELS {
         for (rate, btr) in BIT_TIMING {
             let mut rig = Rig::with(name, BusRate::Wire, Flash::default());
@@ -71,7 +72,7 @@ fn each_of_the_ten_rates_is_found_without_disturbing_anybody() {
                 }
                 assert!(rig.frames().is_empty(), "{name} at {rate:?}: not silent");
             }
-            // Two frames of 160 bits at the slowest rate, and those of the others between.
+            // Time for two frames of 160 bits at the slowest rate, with frames of the other nodes between them.
             for _ in 0..150 {
                 traffic.millisecond(&mut rig);
             }
@@ -90,15 +91,15 @@ fn each_of_the_ten_rates_is_found_without_disturbing_anybody() {
             assert!(!listened.is_empty());
             assert!(listened.iter().all(|(_, btr)| btr & SILENT != 0));
             let (_, last) = listened[listened.len() - 1];
-            assert_eq!(last, btr | SILENT, "locked where a frame was understood");
+            assert_eq!(last, btr | SILENT, "the last rate on which it listened");
         }
     }
 }
 
-/// At a wrong rate one error follows the other, until the controller has left the bus. None of them may count at the next rate: it
-/// could be the right one, and would be left again.
+/// At a wrong rate there are errors until the controller has left the bus. An error of one rate must not count at the next rate:
+/// the sensor would leave the right rate.
 #[test]
-fn on_a_full_bus_each_rate_is_found_at_the_first_visit() {
+fn each_rate_on_a_full_bus_is_detected_at_the_first_try() {
     for name in MODELS {
         for (rate, btr) in BIT_TIMING {
             let mut rig = Rig::with(name, BusRate::Wire, Flash::default());
@@ -116,20 +117,20 @@ fn on_a_full_bus_each_rate_is_found_at_the_first_visit() {
             }
             assert_eq!(rig.device().rate(), Some(rate), "{name}");
             let history = rig.microcontroller().can().btr_history();
-            let visits = history.iter().filter(|(_, one)| *one == btr | SILENT);
-            assert_eq!(visits.count(), 1, "{name} at {rate:?}: {history:X?}");
+            let tries = history.iter().filter(|(_, one)| *one == btr | SILENT);
+            assert_eq!(tries.count(), 1, "{name} at {rate:?}: {history:X?}");
             traffic.assert_undisturbed(&rig);
         }
     }
 }
 
 #[test]
-fn without_traffic_a_sensor_listens_for_ever() {
+fn sensor_without_traffic_listens_for_ever() {
     let mut rig = Rig::with("is2", BusRate::Wire, Flash::default());
     rig.bus.close(rig.tester);
     rig.run(5_000);
     assert!(rig.log.is_empty());
     let can = rig.microcontroller().can();
-    assert!(can.btr_history().len() > 20, "it goes round");
+    assert!(can.btr_history().len() > 20, "it tries all rates again");
     assert!(can.is_silent());
 }

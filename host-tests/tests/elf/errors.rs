@@ -1,4 +1,4 @@
-//! Fault confinement (ISO 11898-1) as the manual wants it: no acknowledge, bus-off, and what the LEDs say (table 12).
+//! Fault confinement (ISO 11898-1) as in the manual: no acknowledge, bus-off, and the LEDs (table 12).
 
 use crate::rig::*;
 use bench::{BusRate, Source};
@@ -10,10 +10,10 @@ const RATE: BitRate = BitRate::K125;
 /// The recovery from bus-off: 128 times 11 recessive bits, in microseconds.
 const RECOVERY: u64 = 128 * 11 * 8;
 
-/// How precisely LEDs keep their times, in microseconds.
+/// Maximum time error of the LEDs, in microseconds.
 const PRECISION: u64 = 2_000;
 
-/// Times in microseconds between the changes of an LED from `from` (in microseconds) on.
+/// The times in microseconds between the changes of an LED after the time `from` (in microseconds).
 fn intervals(rig: &Rig, from: u64, led: fn(&Leds) -> bool) -> Vec<(bool, u64)> {
     let mut changes: Vec<(u64, bool)> = Vec::new();
     for (at, leds) in rig.device().led_history() {
@@ -28,7 +28,7 @@ fn intervals(rig: &Rig, from: u64, led: fn(&Leds) -> bool) -> Vec<(bool, u64)> {
         .collect()
 }
 
-/// An LED has blinked `count` times at least, lit for `on` and dark for `off` milliseconds.
+/// An LED has blinked at least `count` times, on for `on` and off for `off` milliseconds.
 #[track_caller]
 fn assert_blinks(rig: &Rig, from: u64, led: fn(&Leds) -> bool, [on, off]: [u64; 2], count: usize) {
     let intervals = intervals(rig, from, led);
@@ -39,7 +39,7 @@ fn assert_blinks(rig: &Rig, from: u64, led: fn(&Leds) -> bool, [on, off]: [u64; 
     }
 }
 
-/// Every frame of the sensor is destroyed until it is bus-off.
+/// Destroys every frame of the sensor until it is bus-off.
 fn drive_bus_off(rig: &mut Rig) {
     rig.bus.corrupt(32, Some(Source::Device(rig.sensor)));
     rig.send(&[fsc::INCLINATION]);
@@ -49,7 +49,7 @@ fn drive_bus_off(rig: &mut Rig) {
 }
 
 #[test]
-fn while_the_rate_is_detected_the_run_led_flickers_and_then_it_is_lit() {
+fn run_led_flickers_during_detection_and_is_on_afterwards() {
     for name in MODELS {
         let mut rig = Rig::new(name, RATE);
         rig.run(3_000);
@@ -72,13 +72,13 @@ fn while_the_rate_is_detected_the_run_led_flickers_and_then_it_is_lit() {
 }
 
 #[test]
-fn a_frame_that_nobody_acknowledges_goes_out_when_somebody_comes() {
+fn frame_without_acknowledge_is_repeated_until_a_node_acknowledges_it() {
     for name in MODELS {
         let mut rig = Rig::with(name, BusRate::Wire, fixed(name, RATE));
         rig.bus.close(rig.tester);
         rig.run(6_000);
         assert!(rig.log.is_empty());
-        // ISO 11898-1: who is error passive and misses the acknowledge only counts no further.
+        // ISO 11898-1: an error-passive node does not count a missing acknowledge.
         assert_eq!(rig.device().error_counters(), Some((128, 0)));
         assert_eq!(rig.device().bus_state(), Some(BusState::Passive));
         assert!(rig.device().leds().run);
@@ -88,7 +88,7 @@ fn a_frame_that_nobody_acknowledges_goes_out_when_somebody_comes() {
         rig.boot_up();
         rig.poll();
         assert_eq!(rig.bus.disturbed(Source::Adapter(rig.tester)), 0);
-        // Each frame that goes out counts one down, until the warning is over (96).
+        // Each sent frame decrements the error counter, until it is below the warning limit (96).
         for _ in 0..40 {
             rig.poll();
         }
@@ -104,7 +104,7 @@ fn a_frame_that_nobody_acknowledges_goes_out_when_somebody_comes() {
 }
 
 #[test]
-fn without_recovery_a_sensor_stays_bus_off_until_it_is_restarted() {
+fn sensor_without_recovery_stays_bus_off_until_a_restart() {
     for name in MODELS {
         let mut rig = Rig::booted(name, RATE);
         drive_bus_off(&mut rig);
@@ -120,7 +120,7 @@ fn without_recovery_a_sensor_stays_bus_off_until_it_is_restarted() {
             rig.send(&[fsc::INCLINATION]);
             rig.run(20);
         }
-        assert!(rig.frames().is_empty(), "silent");
+        assert!(rig.frames().is_empty(), "bus-off");
         assert_eq!(rig.bus.queued(rig.tester), 0);
         assert_eq!(rig.device().bus_state(), Some(BusState::BusOff));
         assert_eq!(rig.device().led_history().len(), changes);
@@ -132,7 +132,7 @@ fn without_recovery_a_sensor_stays_bus_off_until_it_is_restarted() {
 }
 
 #[test]
-fn with_recovery_a_sensor_comes_back_after_128_times_11_recessive_bits() {
+fn sensor_with_recovery_is_active_after_128_times_11_recessive_bits() {
     for name in MODELS {
         let mut rig = Rig::booted_with(name, RATE, &[&[fsc::WRITE_BUS_OFF_RECOVERY, 1]]);
         drive_bus_off(&mut rig);
@@ -141,14 +141,14 @@ fn with_recovery_a_sensor_comes_back_after_128_times_11_recessive_bits() {
             rig.device().bus_state() != Some(BusState::BusOff)
         });
         let took = rig.bus.now().ticks() - from;
-        // The firmware notices within a sample period; the step above is 0.1 ms; 11 bits before it takes part.
+        // The firmware detects bus-off within a sample period, the step above is 0.1 ms, and the node first waits for 11 bits.
         assert!(
             (RECOVERY - 100..RECOVERY + 6_500).contains(&took),
             "{took} us"
         );
         assert_eq!(rig.device().error_counters(), Some((0, 0)));
         rig.run(50);
-        // What was in the mailbox is still sent, once.
+        // The frame in the mailbox is still sent, once.
         let late: Vec<u8> = rig.frames().iter().map(|frame| frame.bytes()[0]).collect();
         assert_eq!(late, [fsc::INCLINATION]);
         rig.poll();

@@ -1,4 +1,4 @@
-//! A bus that is full, and frames that have to wait for a mailbox.
+//! A full bus, and frames that wait for a mailbox.
 
 use crate::rig::*;
 use bench::Source;
@@ -6,7 +6,7 @@ use can_wire::frame_length::{INTERMISSION, frame_bits};
 use plumbline::can::{BitRate, Frame, extended, standard};
 
 #[test]
-fn replies_that_must_wait_come_in_order_and_once() {
+fn waiting_replies_are_sent_once_and_in_order() {
     let mut rig = Rig::booted_with(
         "is2",
         BitRate::K250,
@@ -17,7 +17,7 @@ fn replies_that_must_wait_come_in_order_and_once() {
     );
     rig.run(20);
     rig.frames();
-    // All that the sensor sends is destroyed for a while (25 times 8 is not bus-off yet), and requests come in between.
+    // 25 frames of the sensor are destroyed (25 times 8 is less than bus-off) while it receives requests.
     rig.bus.corrupt(25, Some(Source::Device(rig.sensor)));
     let requests: Vec<u8> = (0..3).flat_map(|_| 0x10..=0x19).collect();
     for request in &requests {
@@ -31,7 +31,7 @@ fn replies_that_must_wait_come_in_order_and_once() {
         .position(|logged| logged.frame == data(SET, &[0x10]));
     let waiting = rig.log[begin.expect("a request")..].iter();
     let waited = waiting.take_while(|logged| logged.source != own).count();
-    assert!(waited >= 10, "replies did not have to wait: {waited}");
+    assert!(waited >= 10, "replies have not waited: {waited}");
 
     let frames = rig.frames();
     let is_cyclic = |frame: &&Frame| frame.bytes()[0] == fsc::INCLINATION;
@@ -46,11 +46,11 @@ fn replies_that_must_wait_come_in_order_and_once() {
             .all(|pair| (1..128).contains(&pair[1].wrapping_sub(pair[0])))
     );
     let distinct: std::collections::BTreeSet<&u8> = counters.iter().collect();
-    assert_eq!(distinct.len(), counters.len(), "none comes twice");
+    assert_eq!(distinct.len(), counters.len(), "no counter is sent twice");
 }
 
 #[test]
-fn a_full_bus_costs_no_reply() {
+fn full_bus_loses_no_reply() {
     const TIME: u64 = 1000;
     for name in MODELS {
         let mut rig = Rig::booted(name, BitRate::M1);
@@ -75,7 +75,7 @@ fn a_full_bus_costs_no_reply() {
                 rig.bus
                     .send(weak, Frame::remote(standard(0x555), 8).expect("a frame"));
             }
-            // These pass the hardware filters, and the sensor ignores them (decisions G11 and G26 of GEMAC).
+            // These pass the hardware filters; the sensor ignores them (core/src/model/gemac/README.md, G11 and G26).
             rig.bus.send(passing, data(SYNC, &[1]));
             rig.bus
                 .send(passing, Frame::remote(standard(SET), 2).expect("a frame"));
@@ -90,7 +90,7 @@ fn a_full_bus_costs_no_reply() {
         println!("{name}: the bus was busy for {load} of {TIME}000 bits");
         assert!(load * 100 >= TIME * 1000 * 97, "{load}");
         assert_eq!(rig.bus.disturbed(Source::Device(rig.sensor)), 0);
-        // Closing tears a frame off.
+        // Closing an adapter aborts its frame.
         for adapter in [strong, weak, passing] {
             rig.bus.close(adapter);
         }

@@ -1,4 +1,4 @@
-//! The very image that is flashed, on the simulated microcontroller: what the manual says, on the wire.
+//! The image that is flashed, run on the simulated microcontroller: its behaviour on the bus as in the manual.
 
 mod rig;
 

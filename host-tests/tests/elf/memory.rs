@@ -1,12 +1,12 @@
-//! SAVE (manual, section 9.8) on the real flash driver: power cuts, page changes, broken flash, and frames that come while the
-//! processor stands still.
+//! SAVE (manual, section 9.8) with the real flash driver: power cuts, page changes, broken flash, and frames that are received
+//! while the processor is stalled.
 
 use crate::rig::*;
 use plumbline::can::BitRate;
 
 const RATE: BitRate = BitRate::M1;
 
-/// A half-word takes 52 us, and no image has more than these; a page takes 30 ms.
+/// Maximum time of a save in ms: a half-word takes 52 us, the erase of a page 30 ms.
 const SAVE_TIME: u64 = 60;
 
 fn write_time(rig: &mut Rig, value: u16) {
@@ -19,7 +19,7 @@ fn read_time(rig: &mut Rig) -> u16 {
     u16::from_le_bytes([reply[2], reply[3]])
 }
 
-/// Saves until a save has erased a page; returns how many saves that took.
+/// Saves until a save has erased a page; returns the number of saves.
 fn save_until_erased(rig: &mut Rig) -> u32 {
     let before = rig.flash().erased();
     let mut saves = 0;
@@ -30,8 +30,8 @@ fn save_until_erased(rig: &mut Rig) -> u32 {
     saves
 }
 
-/// Cuts the power in the flash operation after `others` of a save of `new`, where `old` was in force. The parameters after the next
-/// power-up, or None when the save has ended before.
+/// Saves `new` over `old` and cuts the power in the flash operation after `others` operations. Returns the parameter after the
+/// next power-up, or None if the save ended before.
 fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> {
     write_time(rig, new);
     rig.flash().cut_in_operation_after(others, others);
@@ -42,7 +42,7 @@ fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> 
         rig.flash().power_on();
         return None;
     }
-    assert!(rig.frames().is_empty(), "a reply though nothing is saved");
+    assert!(rig.frames().is_empty(), "a reply before the save has ended");
     rig.power_cycle();
     rig.boot_up();
     let value = read_time(rig);
@@ -54,7 +54,7 @@ fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> 
 }
 
 #[test]
-fn a_power_cut_at_any_half_word_leaves_the_old_or_the_new_parameters() {
+fn power_cut_at_any_half_word_keeps_the_old_or_the_new_parameters() {
     let mut rig = Rig::booted("is2", RATE);
     let (mut old, mut new) = (250, 1000);
     let mut operations = 0;
@@ -69,7 +69,7 @@ fn a_power_cut_at_any_half_word_leaves_the_old_or_the_new_parameters() {
 }
 
 #[test]
-fn a_power_cut_in_a_save_that_erases_leaves_the_old_or_the_new_parameters() {
+fn power_cut_in_a_save_that_erases_keeps_the_old_or_the_new_parameters() {
     let mut rig = Rig::booted("is2", RATE);
     save_until_erased(&mut rig);
     let places = save_until_erased(&mut rig);
@@ -80,16 +80,17 @@ fn a_power_cut_in_a_save_that_erases_leaves_the_old_or_the_new_parameters() {
             rig.save();
         }
         let erased = rig.flash().erased();
-        let value = save_with_cut(&mut rig, old, new, operation).expect("it takes longer");
+        let value =
+            save_with_cut(&mut rig, old, new, operation).expect("a save has more operations");
         if operation > 0 {
-            assert!(rig.flash().erased() > erased, "this save was to erase");
+            assert!(rig.flash().erased() > erased, "this save erases a page");
         }
         (old, new) = (value, new + 1);
     }
 }
 
 #[test]
-fn saves_go_on_over_page_changes() {
+fn saves_work_across_page_changes() {
     for name in MODELS {
         let mut rig = Rig::booted(name, RATE);
         let erased = rig.flash().erased();
@@ -108,7 +109,7 @@ fn saves_go_on_over_page_changes() {
 }
 
 #[test]
-fn a_broken_flash_is_reported() {
+fn broken_flash_sets_cmd_param_error_and_eeprom_error() {
     for name in MODELS {
         let mut rig = Rig::booted(name, RATE);
         rig.flash().fail_writes(true);
@@ -130,7 +131,7 @@ fn a_broken_flash_is_reported() {
 }
 
 #[test]
-fn frames_beyond_the_fifo_are_lost_while_a_page_is_erased_and_the_sensor_goes_on() {
+fn erase_of_a_page_loses_only_frames_beyond_the_fifo() {
     let mut rig = Rig::booted("is2", RATE);
     save_until_erased(&mut rig);
     let places = save_until_erased(&mut rig);
@@ -143,17 +144,17 @@ fn frames_beyond_the_fifo_are_lost_while_a_page_is_erased_and_the_sensor_goes_on
     let erased = rig.flash().erased();
     rig.send(&fsc::SAVE);
     rig.run(2);
-    // The processor stands still for 30 ms, the controller acknowledges.
+    // The processor is stalled for 30 ms; the CAN controller acknowledges.
     for code in 0x10..=0x15 {
         rig.send(&[code]);
     }
     rig.run(10);
-    assert_eq!(rig.flash().erased(), erased + 1, "this save was to erase");
+    assert_eq!(rig.flash().erased(), erased + 1, "this save erases a page");
     assert_eq!(rig.bus.queued(rig.tester), 0, "all frames are acknowledged");
     assert!(rig.frames().is_empty());
     rig.run(100);
     let replies: Vec<u8> = rig.frames().iter().map(|frame| frame.bytes()[0]).collect();
-    // RM0008, section 24.7.3: without FIFO lock the last message is overwritten, so the first two and the newest stay.
+    // RM0008, section 24.7.3: without FIFO lock a new message overwrites the last one, so the first two and the newest are kept.
     assert_eq!(replies, [0x10, 0x11, 0x15, fsc::SAVE[0]]);
     assert_eq!(rig.microcontroller().can().overruns(), 3);
     for code in 0x10..=0x15 {

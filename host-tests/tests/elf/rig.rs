@@ -1,7 +1,7 @@
-//! A flashed sensor on a bus with a tester, so that a test reads like a story.
+//! A simulated microcontroller with an image on a bus with a tester.
 //!
-//! At its end every rig asks what nobody should ever see: a violation of the reference manual's rules, a stack that has reached the
-//! static variables, a reset that the test did not expect.
+//! At the end of a test, the rig checks that there was no violation of the reference manual, that the stack has not reached the
+//! static variables, and that there was no reset that the test did not expect.
 
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, NodeType, Sensor, Source};
@@ -17,7 +17,7 @@ use stm32_sim::peripherals::Peripherals;
 use stm32_sim::rcc::ResetCause;
 use virtual_sensor::scene::{Axes, Scene};
 
-/// The models whose images are tested.
+/// The products whose images are tested.
 pub const MODELS: [&str; 2] = ["is1", "is2"];
 
 /// The serial number of every sensor here.
@@ -67,12 +67,12 @@ pub fn baud_rate_code(rate: BitRate) -> u8 {
     }
 }
 
-/// The image of a model, as it is flashed on a Blue Pill.
+/// The image of a product for the Blue Pill.
 pub fn image(model: &str) -> Rc<Image> {
     static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     let files = FILES.get_or_init(|| {
         let built = firmware::build().unwrap_or_else(|error| panic!("{error}"));
-        let read = |path| std::fs::read(path).expect("the file that was just built");
+        let read = |path| std::fs::read(path).expect("the image can be read");
         built
             .into_iter()
             .map(|(name, path)| (name, read(path)))
@@ -87,19 +87,19 @@ pub fn node_type(name: &str) -> NodeType {
     NodeType::find(name).expect("a product of this name")
 }
 
-/// At rest with these angles in degrees.
+/// A scene at rest with these angles in degrees.
 pub fn tilt(name: &str, x: f64, y: f64) -> Box<dyn Motion> {
-    Box::new(Scene::tilt(x, y, Axes::of(&node_type(name))).expect("angles that exist"))
+    Box::new(Scene::tilt(x, y, Axes::of(&node_type(name))).expect("valid angles"))
 }
 
-/// A microcontroller with the image of a model, tilted by 10 and 5 degrees.
+/// A microcontroller with the image of a product, tilted by 10 and 5 degrees.
 pub fn microcontroller(name: &str, flash: Flash) -> Microcontroller {
     let motion = tilt(name, 10.0, 5.0);
     Microcontroller::new(node_type(name).name, image(name), SERIAL, flash, motion)
 }
 
-/// A parameter memory that holds these parameters, each as the data of the frame that writes it. A sensor built for the PC has saved
-/// them: the memory is the same.
+/// A parameter memory with these parameters, each as the data of the frame that writes it. A sensor built for the PC saves them
+/// in the same format.
 pub fn saved(name: &str, parameters: &[&[u8]]) -> Flash {
     let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
     let node_type = node_type(name);
@@ -134,37 +134,37 @@ pub fn fixed(name: &str, rate: BitRate) -> Flash {
 
 /// A data frame with an 11-bit identifier.
 pub fn data(id: u16, bytes: &[u8]) -> Frame {
-    Frame::data(standard(id), bytes).expect("eight bytes at most")
+    Frame::data(standard(id), bytes).expect("at most eight bytes")
 }
 
-/// So many milliseconds.
+/// A duration in milliseconds.
 pub const fn ms(ms: u64) -> Duration {
     Duration::from_ticks(ms * 1000)
 }
 
-/// How long a reply may take before a test gives up.
+/// Maximum time of a reply in ms.
 const PATIENCE: u64 = 200;
 
-/// One flashed sensor and one tester on a wire.
+/// A microcontroller with an image and a tester on a bus.
 pub struct Rig {
     pub bus: Bus,
     pub sensor: DeviceId,
     pub tester: AdapterId,
     /// Every frame so far.
     pub log: Vec<Logged>,
-    /// How much of the log the test has looked at.
+    /// The number of frames in the log that the test has read.
     seen: usize,
-    /// The resets that are as they should be, the first power-up included.
+    /// The expected resets, including the first power-up.
     expected: Vec<ResetCause>,
 }
 
 impl Rig {
-    /// A sensor with a blank memory on a wire at this rate, just switched on; everybody else acknowledges.
+    /// A sensor with a blank memory on a bus at this rate, after power-up. The tester acknowledges.
     pub fn new(name: &str, rate: BitRate) -> Self {
         Self::with(name, BusRate::Fixed(rate), Flash::default())
     }
 
-    /// A sensor with this memory, just switched on.
+    /// A sensor with this memory, after power-up.
     pub fn with(name: &str, rate: BusRate, flash: Flash) -> Self {
         let mut bus = Bus::new(rate);
         let sensor = bus.attach(microcontroller(name, flash));
@@ -213,19 +213,19 @@ impl Rig {
 
     /// The microcontroller.
     pub fn microcontroller(&self) -> &Microcontroller {
-        Microcontroller::of(self.device()).expect("not a host build")
+        Microcontroller::of(self.device()).expect("a simulated microcontroller")
     }
 
-    /// The microcontroller, to tamper with.
-    pub fn tamper(&mut self) -> &mut Microcontroller {
+    /// The microcontroller, to change its state.
+    pub fn microcontroller_mut(&mut self) -> &mut Microcontroller {
         let device = self.bus.device_mut(self.sensor);
-        Microcontroller::of_mut(device).expect("not a host build")
+        Microcontroller::of_mut(device).expect("a simulated microcontroller")
     }
 
-    /// The peripherals, to break them, and the present in picoseconds.
+    /// The peripherals, to set faults, and the time in picoseconds.
     pub fn io(&mut self) -> (&mut Peripherals, u64) {
         let now = self.bus.now().ticks() * 1_000_000;
-        (self.tamper().io_mut(), now)
+        (self.microcontroller_mut().io_mut(), now)
     }
 
     /// The parameter memory.
@@ -233,7 +233,7 @@ impl Rig {
         self.bus.device_mut(self.sensor).flash()
     }
 
-    /// Lets so many microseconds pass.
+    /// Runs the bus for this many microseconds.
     pub fn run_us(&mut self, us: u64) {
         let end = after(self.bus.now(), Duration::from_ticks(us));
         self.bus.run_until(end);
@@ -241,18 +241,21 @@ impl Rig {
         self.log.extend(new);
     }
 
-    /// Lets so many milliseconds pass.
+    /// Runs the bus for this many milliseconds.
     pub fn run(&mut self, ms: u64) {
         self.run_us(ms * 1000);
     }
 
-    /// Waits until `condition` holds, which is looked at every `step` microseconds; panics when it does not within `limit`
+    /// Waits until `condition` holds and checks it every `step` microseconds. Panics if it does not hold within `limit`
     /// milliseconds.
     #[track_caller]
     pub fn wait_until(&mut self, step: u64, limit: u64, condition: impl Fn(&Self) -> bool) {
         let end = after(self.bus.now(), ms(limit));
         while !condition(self) {
-            assert!(self.bus.now() < end, "this has not come to pass");
+            assert!(
+                self.bus.now() < end,
+                "the condition does not hold within the limit"
+            );
             self.run_us(step);
         }
     }
@@ -262,7 +265,7 @@ impl Rig {
         self.bus.send(self.tester, data(SET, bytes));
     }
 
-    /// The frames of the sensor since this was last asked.
+    /// The frames of the sensor since the last call.
     pub fn sent(&mut self) -> Vec<Logged> {
         let new = self.log[self.seen..].iter();
         let own = Source::Device(self.sensor);
@@ -271,7 +274,7 @@ impl Rig {
         sent
     }
 
-    /// As [`sent`](Self::sent), the frames alone.
+    /// As [`sent`](Self::sent), without times.
     pub fn frames(&mut self) -> Vec<Frame> {
         self.sent().into_iter().map(|logged| logged.frame).collect()
     }
@@ -289,12 +292,12 @@ impl Rig {
                 assert_eq!(frame.id(), standard(id), "{frame:?}");
                 return frame;
             }
-            assert!(self.bus.now() < end, "no frame has come");
+            assert!(self.bus.now() < end, "no frame within the limit");
             self.run_us(50);
         }
     }
 
-    /// Sends a request and returns the data of the reply, which must have the request's code.
+    /// Sends a request and returns the data of the reply, which must have the code of the request.
     #[track_caller]
     pub fn request(&mut self, bytes: &[u8]) -> Vec<u8> {
         self.send(bytes);
@@ -303,7 +306,7 @@ impl Rig {
         reply.bytes().to_vec()
     }
 
-    /// Reads the inclination: the whole reply.
+    /// Reads the inclination and returns the complete reply.
     #[track_caller]
     pub fn poll(&mut self) -> Vec<u8> {
         self.request(&[fsc::INCLINATION])
@@ -328,12 +331,12 @@ impl Rig {
         self.bus.power_cycle(self.sensor);
     }
 
-    /// From now on this reset is as it should be.
+    /// Adds a reset to the expected ones.
     pub fn expect_reset(&mut self, cause: ResetCause) {
         self.expected.push(cause);
     }
 
-    /// Asserts what is to be so at the end.
+    /// The checks at the end of a test.
     fn check(&mut self) {
         let expected = std::mem::take(&mut self.expected);
         let microcontroller = self.microcontroller();
@@ -347,7 +350,7 @@ impl Rig {
     }
 }
 
-/// No violation of the reference manual's rules, and a stack above the static variables.
+/// There was no violation of the reference manual, and the stack is above the static variables.
 pub fn check(microcontroller: &Microcontroller) {
     let violations = microcontroller.violations();
     assert!(violations.is_empty(), "{}", violations.join("\n"));

@@ -1,4 +1,4 @@
-//! How soon and how evenly the sensor speaks: the answer to SYNC, and cyclic mode for a long time.
+//! The time of the answer to SYNC, and the period of cyclic mode over a long time.
 
 use crate::rig::*;
 use bench::{Logged, Source};
@@ -8,8 +8,8 @@ use plumbline::can::BitRate;
 /// Picoseconds in a microsecond, which is a bit at 1 Mbit/s.
 const US: u64 = 1_000_000;
 
-/// How many simulated seconds cyclic mode runs with the accelerometer, which takes the processor most of its time, and without it: a
-/// day.
+/// Simulated seconds of cyclic mode with and without the accelerometer. The accelerometer needs most of the processor time, so
+/// the test without it can last a day.
 const MOUNTED: u64 = 900;
 const UNMOUNTED: u64 = 86_400;
 
@@ -64,7 +64,7 @@ fn sync_is_answered_within_25_us() {
     }
 }
 
-/// Cyclic mode for so many simulated seconds: every counter comes once, in time.
+/// Runs cyclic mode for this many simulated seconds: every counter is sent once and in time.
 fn cyclic(rig: &mut Rig, period: u64, seconds: u64, error_bits: u8) {
     let [low, high] = (period as u16).to_le_bytes();
     rig.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
@@ -96,7 +96,7 @@ fn cyclic(rig: &mut Rig, period: u64, seconds: u64, error_bits: u8) {
         }
     }
     let (_, frames) = first.expect("frames");
-    println!("{frames} frames, {earliest} to {latest} us off their times");
+    println!("{frames} frames, time errors of {earliest} to {latest} us");
     assert!(latest - earliest <= 1_000, "{earliest} to {latest} us");
     assert!(frames.unsigned_abs().abs_diff(seconds * 1000 / period) <= 1);
     assert_eq!(rig.microcontroller().can().overruns(), 0);
@@ -110,7 +110,7 @@ fn cyclic_mode_keeps_its_period() {
 }
 
 #[test]
-fn the_counter_wraps_after_65535() {
+fn cyclic_counter_wraps_after_65535() {
     let mut rig = Rig::booted("is1", BitRate::K500);
     cyclic(&mut rig, 10, 660, 0);
 }

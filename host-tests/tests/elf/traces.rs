@@ -1,4 +1,4 @@
-//! Every recorded trace, replayed against the image: the same bytes as from the model that is built for the PC.
+//! Replays every recorded trace against the image, which sends the same bytes as the sensor built for the PC.
 #![cfg(target_os = "linux")]
 
 use crate::rig::*;
@@ -11,11 +11,11 @@ use std::path::Path;
 use stm32_sim::Microcontroller;
 use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
-/// How long the image needs at most before it listens to the bus: it waits for the accelerometer to settle.
+/// Maximum time after which the image takes part in the bus: it waits until the accelerometer has settled.
 const BOOT: Duration = ms(200);
 
-/// How much later than the model the image may act by itself: it keeps its deadlines with the next tick of its clock, and hands an
-/// event on with the next turn of its main loop.
+/// Maximum additional delay of the image: it handles a deadline at the next tick of its clock, and an event in the next run of
+/// its main loop.
 const TICK: Duration = ms(1);
 
 fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
@@ -25,7 +25,7 @@ fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
     Ok(Box::new(scene))
 }
 
-/// Replays a trace, if it is of a model whose image is tested.
+/// Replays a trace if the image of its product is tested.
 fn replay(path: &Path) -> Option<Result<(), String>> {
     let text = std::fs::read_to_string(path).expect("a trace");
     let mut trace: Trace = text.parse().expect("a trace");
@@ -53,7 +53,7 @@ fn replay(path: &Path) -> Option<Result<(), String>> {
 }
 
 #[test]
-fn every_trace_passes() {
+fn image_passes_every_trace() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
     let mut paths: Vec<_> = folder
         .read_dir()

@@ -1,5 +1,5 @@
-//! What the tests of the store share: payloads, saves, and what a device would find.
-#![allow(dead_code, reason = "not every test uses everything")]
+//! Shared by the tests of the store: payloads, saves, and the records found at power-up.
+#![allow(dead_code, reason = "each test uses a part of it")]
 
 use bench::{Flash, PAGE_SIZE};
 use plumbline::measure::Calibration;
@@ -9,10 +9,10 @@ use plumbline::store::{ImageId, Owner, StoreError, buffer_size};
 pub const PAYLOAD: usize = 60;
 pub const RECORD: usize = 76;
 
-/// The size of the record of a calibration, which stands before the first parameters of a page.
+/// The size of a calibration record, which is before the first parameters record of a page.
 pub const CALIBRATION_RECORD: usize = 56;
 
-/// So many records of parameters fit a page without a calibration.
+/// Number of parameters records that fit into a page without a calibration record.
 pub const PLACES: usize = PAGE_SIZE / RECORD;
 
 pub const OWNER: Owner = Owner {
@@ -23,7 +23,7 @@ pub const OWNER: Owner = Owner {
 
 pub type Store = plumbline::store::Store<Flash, { buffer_size(PAYLOAD) }>;
 
-/// What a device finds at power-up.
+/// The records found at power-up.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Found {
     pub parameters: Option<Vec<u8>>,
@@ -48,7 +48,7 @@ pub fn boot(flash: Flash) -> Store {
     store
 }
 
-/// What a device of `owner` would find at power-up; the memory does not change.
+/// The records that the device `owner` finds at power-up; does not change the memory.
 pub fn found_by(owner: Owner, flash: &Flash) -> Found {
     let mut store = Store::open(copy(flash), owner);
     let boot = store.boot();
@@ -59,7 +59,7 @@ pub fn found_by(owner: Owner, flash: &Flash) -> Found {
     }
 }
 
-/// What the device would find at power-up; the memory does not change.
+/// The records that the device finds at power-up; does not change the memory.
 pub fn found(store: &mut Store) -> Found {
     found_by(OWNER, store.memory())
 }
@@ -69,7 +69,7 @@ pub fn copy(flash: &Flash) -> Flash {
     Flash::new(flash.bytes().to_vec())
 }
 
-/// The parameters of save `number` or none, no calibration, and whether something newer is damaged.
+/// The parameters of save `number` or none, no calibration, and whether a newer record is damaged.
 pub fn loaded(number: Option<usize>, damaged: bool) -> Found {
     Found {
         parameters: number.map(|number| payload(number).to_vec()),
@@ -79,7 +79,7 @@ pub fn loaded(number: Option<usize>, damaged: bool) -> Found {
 }
 
 pub fn finish(store: &mut Store) -> Result<(), StoreError> {
-    // An erase, both records in steps of four bytes, the verification, with some to spare.
+    // An erase, both records in steps of four bytes, the verification, and a margin.
     for _ in 0..(CALIBRATION_RECORD + RECORD) / 4 + 5 {
         if let Some(result) = store.step() {
             assert!(!store.busy());
@@ -87,7 +87,7 @@ pub fn finish(store: &mut Store) -> Result<(), StoreError> {
         }
         assert!(store.busy());
     }
-    panic!("the save does not end");
+    panic!("the save has not ended");
 }
 
 /// Begins to save parameters.

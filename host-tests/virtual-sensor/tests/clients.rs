@@ -43,7 +43,7 @@ const TIMELESS: &[&str] = &[
     "many_saves",
     "blank",
     "damaged",
-    "other_model",
+    "other_product",
     "angles",
     "zero",
     "limits",

@@ -194,9 +194,9 @@ impl Defect {
         let start = text.find(&head).expect("the section");
         let length = text[start..].find("\r\n\r\n").unwrap_or(text.len() - start);
         let (before, rest) = text.split_at(start);
-        let (section, behind) = rest.split_at(length);
+        let (section, after) = rest.split_at(length);
         assert!(section.contains(self.from), "{}", self.what);
         let section = section.replacen(self.from, self.to, 1);
-        [before, &section, behind].concat()
+        [before, &section, after].concat()
     }
 }
