@@ -26,6 +26,7 @@ const IS1: &str = "gemac/is1.rs";
 const IS2: &str = "gemac/is2.rs";
 const OBJECTS: &str = "jn2101/objects.rs";
 const JN2101: &str = "jn2101/parameters.rs";
+const PROFILE: &str = "../canopen/profile.rs";
 
 /// The swaps, for each kind of entry in the tables of GEMAC's products and of the JN2101.
 const SWAPS: &[Swap] = &[
@@ -102,6 +103,7 @@ const SWAPS: &[Swap] = &[
         ],
     ),
     // Meanings.
+    swap(PROFILE, ["BitRate::K125", "BitRate::K250"]),
     swap(GEMAC, ["Some(BitRate::K125)", "Some(BitRate::K250)"]),
     swap(GEMAC, ["Kind::Off),", "Kind::Butterworth),"]),
     swap(JN2101, ["Cutoff::TenHertz", "Cutoff::OneHertz"]),

@@ -1,11 +1,12 @@
 //! Read and write access to objects: the function of each kind of row in the node.
 
 use super::Abort;
-use super::dictionary::{Kind, Row, Service, find};
+use super::dictionary::Service;
 use super::emcy::History;
 use super::pdo::Tpdos;
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
+use super::row::{Kind, Row, find};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};

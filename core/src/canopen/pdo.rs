@@ -11,7 +11,7 @@
 //! Each type answers remote frames, unless bit 30 of the COB-ID is set.
 
 use super::cob_id;
-use super::dictionary::Row;
+use super::row::Row;
 use super::timer::Periodic;
 use crate::can::Frame;
 use crate::param::Ranges;

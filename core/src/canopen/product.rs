@@ -1,9 +1,10 @@
 //! The description of a product with the CANopen protocol.
 
-use super::dictionary::{Object, Row, Service, Target, object_at};
+use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
 use super::pdo::Tpdos;
 use super::profile;
+use super::row::Row;
 use super::sdo::Buffer;
 use super::setting::TpdoSettings;
 use crate::application::{Application, Effect};

@@ -1,13 +1,13 @@
 //! The protocol: received frames, timers, saves and faults.
 
 use super::cob_id;
-use super::dictionary::Row;
 use super::emcy::{self, Cause, Emergency};
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
 use super::pdo::{Reaction, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
+use super::row::Row;
 use super::saving::Saved;
 use super::sdo::Server;
 use super::setting::Setting;
@@ -292,71 +292,6 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 }
 
 impl<P: Product> Services<P> {
-    /// Handles a SYNC on reception, with the values of the newest sample.
-    fn synchronise(&mut self, cx: &mut ContextOf<P>) {
-        for number in 0..P::Tpdos::COUNT {
-            if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
-                let reaction = tpdo.sync();
-                self.react(cx, number, reaction);
-            }
-        }
-    }
-
-    /// Handles a remote frame that can be for a TPDO.
-    fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, id: CanId) {
-        let same = |tpdo: &Tpdo| tpdo.id().map(CanId::standard) == Some(id);
-        let Some(number) = self.tpdos.all().iter().position(same) else {
-            return;
-        };
-        if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
-            let reaction = tpdo.request(now);
-            self.react(cx, number, reaction);
-            cx.shell.wake_up();
-        }
-    }
-
-    /// Sends or keeps the data of a TPDO.
-    fn react(&mut self, cx: &mut ContextOf<P>, number: usize, reaction: Reaction) {
-        let Some(tpdo) = self.tpdos.all().get(number) else {
-            return;
-        };
-        let id = tpdo.id();
-        let frame = match reaction {
-            Reaction::None => return,
-            Reaction::SendKept => tpdo.kept().or_else(|| self.compose(cx, number, id)),
-            Reaction::Send | Reaction::SendChanged | Reaction::Keep => self.compose(cx, number, id),
-        };
-        let Some(frame) = frame else { return };
-        let keeps = matches!(reaction, Reaction::SendChanged | Reaction::Keep);
-        if keeps {
-            let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
-                return;
-            };
-            if !tpdo.keep(&frame) || reaction == Reaction::Keep {
-                return;
-            }
-        }
-        cx.shell.send_cyclic(frame);
-    }
-
-    /// The frame with the present data of a TPDO; None while it is disabled.
-    fn compose(&self, cx: &ContextOf<P>, number: usize, id: Option<u16>) -> Option<Frame> {
-        let (mut data, mut length) = (0_u64, 0);
-        // From the last object to the first, because 64-bit shifts by a constant are short.
-        for entry in self.tpdos.mapping(number).iter().rev() {
-            let value = u64::from(self.number(cx, entry.row, entry.sub));
-            // A signed number can have more bits than its type.
-            data = match entry.size {
-                1 => data << 8 | value & 0xFF,
-                2 => data << 16 | value & 0xFFFF,
-                _ => data << 32 | value,
-            };
-            length += entry.size;
-        }
-        let id = CanId::standard(id?);
-        Some(Frame::word(id, data, length))
-    }
-
     /// Handles a node guarding request. The heartbeat overrides node guarding.
     fn guard(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         if !frame.is_remote() || self.heartbeat.deadline().is_some() {

@@ -1,13 +1,13 @@
 //! Reset node and reset communication (CiA 301, 7.3.2.2).
 
 use super::cob_id;
-use super::dictionary::Kind;
 use super::guarding::Guarding;
 use super::nmt::State;
 use super::objects::find_row;
 use super::pdo::{Communication, Entry, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
+use super::row::Kind;
 use crate::can::{BitRate, CanId};
 use crate::param::{ParameterRow, decode};
 use crate::time::Instant;

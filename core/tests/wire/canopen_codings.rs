@@ -1,31 +1,6 @@
-//! The numbers of the JN2101's baud rate and filter do what the manual says of them (7.7, 9.4).
+//! The numbers of the JN2101's filter do what the manual says of them (7.7, 9.4).
 
 use crate::tester::canopen::*;
-use plumbline::can::BitRate;
-use plumbline::node::{Action, BusMode};
-
-#[test]
-fn saved_baud_rate_is_used_after_a_power_cycle() {
-    let rates = [
-        (10, BitRate::K10),
-        (20, BitRate::K20),
-        (50, BitRate::K50),
-        (125, BitRate::K125),
-        (250, BitRate::K250),
-        (500, BitRate::K500),
-        (800, BitRate::K800),
-        (1000, BitRate::M1),
-    ];
-    for (number, rate) in rates {
-        let mut t = booted();
-        t.write(0x2001, 0, 2, number).unwrap();
-        t.write(0x1010, 1, 4, u32::from_le_bytes(*b"save")).unwrap();
-        t.power_cycle();
-        assert_eq!(t.sent_text(), ["70A#00"]);
-        let online = Action::Bus(BusMode::Normal, rate);
-        assert!(t.actions.contains(&online), "{number}: {:?}", t.actions);
-    }
-}
 
 #[test]
 fn each_filter_settles_after_its_own_time() {

@@ -16,7 +16,7 @@ pub use parameters::id;
 
 use crate::application::{Effect, Faults};
 use crate::canopen::dictionary::Object;
-use crate::canopen::emcy::{Cause, FaultBit, fault};
+use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::{self, CanopenNode, LedTable, TpdoArray};
 use crate::model::listing::Article;
 use crate::model::listing::canopen::Listing;
@@ -46,11 +46,6 @@ const HISTORY: usize = 50;
 /// The longest text that can be written.
 const TEXT: usize = 24;
 
-/// Bit 3 of the error register: temperature.
-const TEMPERATURE: u8 = 1 << 3;
-/// Bit 4 of the error register: communication.
-const COMMUNICATION: u8 = 1 << 4;
-
 impl canopen::Product for Jn2101Product {
     type Application = Jn2101Application;
     type Tpdos = TpdoArray<2, 2>;
@@ -71,18 +66,13 @@ impl canopen::Product for Jn2101Product {
             "device temperature",
             Cause::Application(Faults::TEMPERATURE),
             0x4200,
-            TEMPERATURE,
+            emcy::TEMPERATURE,
         ),
         fault("hardware", Cause::Memory, 0x1000, 0),
-        fault("CAN overrun", Cause::Overrun, 0x8110, COMMUNICATION),
-        fault("CAN error passive", Cause::Passive, 0x8120, COMMUNICATION),
-        fault("life guarding", Cause::Guarding, 0x8130, COMMUNICATION),
-        fault(
-            "recovered from bus-off",
-            Cause::BusOff,
-            0x8140,
-            COMMUNICATION,
-        ),
+        emcy::OVERRUN,
+        emcy::PASSIVE,
+        emcy::GUARDING,
+        emcy::BUS_OFF,
     ];
     /// 11.3: unlike CiA 303-3, the run LED is on in pre-operational and blinks in operational.
     const LEDS: LedTable = LedTable {

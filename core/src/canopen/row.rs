@@ -1,0 +1,317 @@
+//! The compact form of an object dictionary in the device.
+//!
+//! The device uses [`Row`]s of eight bytes, which [`project_objects!`](crate::project_objects) derives from the
+//! [objects](super::dictionary):
+//!
+//! ```text
+//!  byte 0                                                  4                    8
+//!       +--------------------------------------------------+--------------------+
+//!       | bits 16..31 index, 8..15 sub-index, 5..7 kind,   | constant, ids or   |
+//!       |      2..4 type, 0 readable, 1 writable           | index of a text    |
+//!       +--------------------------------------------------+--------------------+
+//! ```
+
+use super::Abort;
+use super::dictionary::{Object, Service, Target};
+use super::sdo::message::Address;
+use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
+
+/// The kind of contents of a [`Row`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub(super) enum Kind {
+    Constant,
+    NodeRelative,
+    Text,
+    Parameter,
+    CobId,
+    Value,
+    Command,
+    Service,
+}
+
+/// An [`Object`] in the form that the device uses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Row {
+    columns: u32,
+    target: u32,
+}
+
+const KIND: u32 = 5;
+const DATA_TYPE: u32 = 2;
+
+impl Row {
+    /// The index.
+    pub const fn index(&self) -> u16 {
+        (self.columns >> 16) as u16
+    }
+
+    /// The type.
+    pub const fn data_type(&self) -> DataType {
+        DataType::of((self.columns >> DATA_TYPE & 7) as u8)
+    }
+
+    /// The size of a number in bytes; 0 for a text.
+    pub const fn size(&self) -> u8 {
+        self.data_type().size()
+    }
+
+    /// Whether it can be read.
+    pub const fn is_readable(&self) -> bool {
+        self.columns & 1 != 0
+    }
+
+    /// Whether it can be written.
+    pub const fn is_writable(&self) -> bool {
+        self.columns & 2 != 0
+    }
+
+    /// True for the objects of the communication profile (1000h to 1FFFh).
+    pub const fn is_communication(&self) -> bool {
+        self.index() < 0x2000
+    }
+
+    pub(super) const fn kind(&self) -> Kind {
+        match self.columns >> KIND & 7 {
+            0 => Kind::Constant,
+            1 => Kind::NodeRelative,
+            2 => Kind::Text,
+            3 => Kind::Parameter,
+            4 => Kind::CobId,
+            5 => Kind::Value,
+            6 => Kind::Command,
+            _ => Kind::Service,
+        }
+    }
+
+    /// The number of a constant, or the index of a text.
+    pub(super) const fn number(&self) -> u32 {
+        self.target
+    }
+
+    /// The parameter of a [`Kind::Parameter`], [`Kind::CobId`] or [`Kind::Command`].
+    pub(super) const fn id(&self) -> ParameterId {
+        ParameterId(self.target as u8)
+    }
+
+    /// The value of a [`Kind::Value`] or [`Kind::Command`].
+    pub(super) const fn value_id(&self) -> ValueId {
+        ValueId((self.target >> 8) as u8)
+    }
+
+    /// The service of a [`Kind::Service`].
+    pub(super) fn service(&self) -> Option<Service> {
+        Service::ALL.get(self.target as usize).copied()
+    }
+
+    /// The parameter, if the object is one of the communication profile. Reset communication restores it.
+    pub(super) const fn communication_parameter(&self) -> Option<ParameterId> {
+        match self.kind() {
+            Kind::Parameter | Kind::CobId if self.is_communication() => Some(self.id()),
+            _ => None,
+        }
+    }
+}
+
+/// Finds an object. `history` is the number of errors in 1003h, the only object with several sub-indices in one row.
+pub(super) fn find(
+    rows: &'static [Row],
+    history: usize,
+    address: Address,
+) -> Result<&'static Row, Abort> {
+    let wanted = key(address.index, address.sub);
+    // The first row after it. The rows are sorted.
+    let next = rows.partition_point(|row| row.columns >> 8 <= wanted);
+    let row = next.checked_sub(1).and_then(|row| rows.get(row));
+    let same = |row: &&Row| row.index() == address.index;
+    match row.filter(same) {
+        Some(row) if row.columns >> 8 == wanted => Ok(row),
+        Some(row) if row.is_history() && usize::from(address.sub) <= history => Ok(row),
+        Some(_) => Err(Abort::NoSubIndex),
+        None if rows.get(next).is_some_and(|row| same(&row)) => Err(Abort::NoSubIndex),
+        None => Err(Abort::NoObject),
+    }
+}
+
+impl Row {
+    const fn is_history(&self) -> bool {
+        matches!(self.kind(), Kind::Service) && self.target == Service::ErrorHistory as u32
+    }
+}
+
+const fn key(index: u16, sub: u8) -> u32 {
+    (index as u32) << 8 | sub as u32
+}
+
+/// Derives `ROWS`, `TEXTS` and `TPDO_SETTINGS` from an object dictionary. Use it in an `impl` of
+/// [`Product`](crate::canopen::Product) for a type without generic parameters.
+#[macro_export]
+macro_rules! project_objects {
+    () => {
+        const ROWS: &'static [$crate::canopen::row::Row] =
+            &$crate::canopen::row::rows::<
+                { <Self as $crate::canopen::Product>::OBJECTS.len() },
+            >(
+                <Self as $crate::canopen::Product>::OBJECTS,
+                <<<Self as $crate::canopen::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
+                <<Self as $crate::canopen::Product>::Application as $crate::application::Application>::QUANTITIES,
+            );
+        const TEXTS: &'static [&'static str] = &$crate::canopen::row::texts::<
+            {
+                $crate::canopen::row::text_count(
+                    <Self as $crate::canopen::Product>::OBJECTS,
+                )
+            },
+        >(<Self as $crate::canopen::Product>::OBJECTS);
+        const TPDO_SETTINGS: &'static [$crate::canopen::setting::TpdoSettings] =
+            &$crate::canopen::setting::tpdo_settings::<
+                {
+                    <<Self as $crate::canopen::Product>::Tpdos as $crate::canopen::Tpdos>::COUNT
+                },
+            >(<Self as $crate::canopen::Product>::OBJECTS);
+    };
+}
+
+/// Projects an object dictionary. A duplicate or unsorted row, a parameter in two rows, and an inconsistent row are compile
+/// errors.
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+pub const fn rows<const N: usize>(
+    objects: &[Object],
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) -> [Row; N] {
+    assert!(objects.len() == N, "one row for each object");
+    let mut rows = [Row {
+        columns: 0,
+        target: 0,
+    }; N];
+    let mut mapped = ParameterSet::EMPTY;
+    let mut texts = 0;
+    let mut row = 0;
+    while row < N {
+        let object = &objects[row];
+        check(object);
+        assert!(
+            row == 0 || end(&objects[row - 1]) <= key(object.index, object.sub),
+            "rows must be sorted"
+        );
+        let (kind, target) = match object.target {
+            Target::Constant(number) => (Kind::Constant, number),
+            Target::NodeRelative(number) => (Kind::NodeRelative, number),
+            Target::Text(_) => (Kind::Text, texts),
+            Target::Parameter(id) => (Kind::Parameter, id.0 as u32),
+            Target::CobId(id) => (Kind::CobId, id.0 as u32),
+            Target::Value(id) => (Kind::Value, (id.0 as u32) << 8),
+            Target::Command(id, value) => (Kind::Command, id.0 as u32 | (value.0 as u32) << 8),
+            Target::Service(service) => (Kind::Service, service as u32),
+        };
+        if let Target::Text(_) = object.target {
+            texts += 1;
+        }
+        if let Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) = object.target {
+            assert!(!mapped.contains(id), "a parameter in two rows");
+            mapped = mapped.with(id);
+        }
+        let mut columns = key(object.index, object.sub) << 8 | object.access.bits();
+        columns |= (kind as u32) << KIND;
+        columns |= (object.data_type(parameters, quantities) as u32) << DATA_TYPE;
+        rows[row] = Row { columns, target };
+        row += 1;
+    }
+    rows
+}
+
+/// Checks that a row is consistent.
+const fn check(object: &Object) {
+    assert!(object.count >= 1 && object.sub as u32 + object.count as u32 <= 256);
+    let several = matches!(object.target, Target::Service(Service::ErrorHistory));
+    assert!(
+        object.count == 1 || several,
+        "only the error history has several sub-indices in one row"
+    );
+    let text = matches!(
+        object.target,
+        Target::Text(_) | Target::Service(Service::Text)
+    );
+    assert!(!(text && object.mappable), "a text cannot be mapped");
+    if let Target::Constant(_) | Target::NodeRelative(_) | Target::Text(_) | Target::Value(_) =
+        object.target
+    {
+        assert!(
+            !object.access.is_writable(),
+            "a constant or a value cannot be written"
+        );
+    }
+    if let Target::Constant(number) = object.target {
+        let size = object.data_type.size();
+        assert!(
+            size == 4 || number >> (8 * size) == 0,
+            "the constant must fit its type"
+        );
+    }
+}
+
+/// The key after the last sub-index of a row.
+const fn end(object: &Object) -> u32 {
+    key(object.index, object.sub) + object.count as u32
+}
+
+/// The number of constant texts.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn text_count(objects: &[Object]) -> usize {
+    let (mut count, mut row) = (0, 0);
+    while row < objects.len() {
+        if let Target::Text(_) = objects[row].target {
+            count += 1;
+        }
+        row += 1;
+    }
+    count
+}
+
+/// The constant texts.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn texts<const N: usize>(objects: &[Object]) -> [&'static str; N] {
+    let mut texts = [""; N];
+    let (mut place, mut row) = (0, 0);
+    while row < objects.len() {
+        if let Target::Text(text) = objects[row].target {
+            texts[place] = text;
+            place += 1;
+        }
+        row += 1;
+    }
+    texts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::dictionary::Access;
+    use super::*;
+    use crate::param::Persistence;
+
+    const PARAMETERS: [Parameter; 2] = [
+        Parameter::new(ParameterId(0), "one", DataType::U16),
+        Parameter {
+            persistence: Persistence::Volatile,
+            ..Parameter::new(ParameterId(1), "other", DataType::U8)
+        },
+    ];
+
+    #[test]
+    fn row_has_the_access_and_the_type_of_its_object() {
+        let object = |index, access, id| Object {
+            access,
+            ..Object::parameter(index, 0, ParameterId(id))
+        };
+        let objects = [object(0x1FFF, Access::Wo, 0), object(0x2000, Access::Ro, 1)];
+        let [write_only, read_only] = rows::<2>(&objects, &PARAMETERS, &[]);
+        assert!(!write_only.is_readable() && write_only.is_writable());
+        assert!(read_only.is_readable() && !read_only.is_writable());
+        assert_eq!((write_only.index(), read_only.index()), (0x1FFF, 0x2000));
+        assert_eq!((write_only.size(), read_only.size()), (2, 1));
+        assert!(write_only.is_communication() && !read_only.is_communication());
+        assert!(Access::Wo.is_writable() && Access::Rw.is_writable());
+        assert!(!Access::Ro.is_writable() && !Access::Const.is_writable());
+    }
+}

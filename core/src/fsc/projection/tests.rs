@@ -1,0 +1,112 @@
+//! The tests of the parent module.
+
+use super::*;
+
+const FUNCTION: Function = Function {
+    code: 0,
+    name: "",
+    operation: Operation::Alive,
+    signature: &[],
+    reply: &[],
+};
+
+const fn access(read: u8, write: u8) -> Access {
+    Access {
+        read,
+        write,
+        name: "",
+        parameters: &[ParameterId(0)],
+    }
+}
+
+const ACCESS: &[Access] = &[access(0x12, 0x20), access(0x15, 0x05)];
+const FUNCTIONS: &[Function] = &[Function {
+    code: 0xFF,
+    ..FUNCTION
+}];
+
+const ROLES: Roles = Roles {
+    set_id: ParameterId(1),
+    reply_id: ParameterId(1),
+    sync_id: ParameterId(1),
+    bit_rate: ParameterId(1),
+    bit_rates: &[],
+    bus_off_recovery: ParameterId(1),
+    cyclic_time: ParameterId(1),
+    cyclic_mode: ParameterId(1),
+};
+
+const fn codes() -> Codes {
+    Codes::new(
+        const { &groups(ACCESS, FUNCTIONS) },
+        const { &rows::<{ row_count(ACCESS, FUNCTIONS) }>(ACCESS, FUNCTIONS, &ROLES, &[]) },
+        &[],
+    )
+}
+
+#[test]
+fn find_returns_row_of_code_and_none_for_others() {
+    let expected = [
+        (0x05, Operation::Write),
+        (0x12, Operation::Read),
+        (0x15, Operation::Read),
+        (0x20, Operation::Write),
+        (0xFF, Operation::Alive),
+    ];
+    for code in 0..=u8::MAX {
+        let found = codes().find(code).map(|row| (row.code, row.operation));
+        let row = expected.into_iter().find(|(of, _)| *of == code);
+        assert_eq!(found, row, "{code:02X}h");
+    }
+    assert_eq!(row_count(ACCESS, FUNCTIONS), 7);
+    assert_eq!(codes().row_of(Operation::Alive).code, 0xFF);
+}
+
+#[test]
+fn read_and_write_codes_have_same_fields() {
+    let of = |code| codes().find(code).map(|row| (row.first, row.form & COUNT));
+    assert_eq!((of(0x12), of(0x20)), (Some((0, 1)), Some((0, 1))));
+    assert_eq!((of(0x15), of(0x05)), (Some((1, 1)), Some((1, 1))));
+    assert_eq!(of(0xFF), Some((2, 0)));
+}
+
+#[test]
+fn flags_describe_parameters_of_row() {
+    let [cyclic, zero, pair] = [
+        &[ParameterId(1)][..],
+        &[ParameterId(0)],
+        &[ParameterId(0), ParameterId(2)],
+    ];
+    let different = [Constraint::Different(ParameterId(2), ParameterId(1))];
+    assert_eq!(flags(cyclic, &ROLES, &[]), OWN | CYCLIC_TIME);
+    assert_eq!(
+        flags(cyclic, &ROLES, &different),
+        OWN | CYCLIC_TIME | CONSTRAINED
+    );
+    assert_eq!(flags(zero, &ROLES, &different), 0);
+    assert_eq!(flags(pair, &ROLES, &different), CONSTRAINED);
+}
+
+#[test]
+#[should_panic(expected = "two functions with one code")]
+fn code_used_twice_is_refused() {
+    groups(&[access(0x10, 0x20), access(0x11, 0x20)], &[]);
+}
+
+#[test]
+fn source_is_unchanged_after_encode_and_decode() {
+    for source in 0..=ACTIVE_SET_ID {
+        let item = Item { source, size: 1 };
+        let parameters = [Parameter::PLAIN; 128];
+        let quantity = Quantity {
+            id: ValueId(0),
+            name: "",
+            data_type: crate::param::DataType::U8,
+            unit: "",
+            decimals: 0,
+            range: (0, 0),
+        };
+        let again = Item::new(item.source(), &parameters, &[quantity; 128]);
+        assert_eq!(again.source, source);
+    }
+}
