@@ -224,6 +224,11 @@ impl Protocol {
         self.phase == Phase::AckSlot
     }
 
+    /// True in the end of frame.
+    pub fn is_at_end_of_frame(&self) -> bool {
+        matches!(self.phase, Phase::EndOfFrame(_))
+    }
+
     /// True while it acknowledges, internally when it is silent.
     pub fn is_acknowledging(&self) -> bool {
         self.phase == Phase::AckSlot && self.drives

@@ -67,7 +67,10 @@ impl Bus {
             let rate = first.sensor.rate();
             rate.map_or(protocol.timing(), BitTiming::of)
         };
-        if timing == self.timing {
+        // A frame that the sensor has received is complete for its sender one bit later.
+        let mut adapters = self.adapters.values();
+        let is_ending = adapters.any(|(one, _)| one.protocol.is_at_end_of_frame());
+        if timing == self.timing || is_ending {
             return;
         }
         self.timing = timing;
