@@ -285,33 +285,4 @@ pub const fn texts<const N: usize>(objects: &[Object]) -> [&'static str; N] {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::super::dictionary::Access;
-    use super::*;
-    use crate::param::Persistence;
-
-    const PARAMETERS: [Parameter; 2] = [
-        Parameter::new(ParameterId(0), "one", DataType::U16),
-        Parameter {
-            persistence: Persistence::Volatile,
-            ..Parameter::new(ParameterId(1), "other", DataType::U8)
-        },
-    ];
-
-    #[test]
-    fn row_has_the_access_and_the_type_of_its_object() {
-        let object = |index, access, id| Object {
-            access,
-            ..Object::parameter(index, 0, ParameterId(id))
-        };
-        let objects = [object(0x1FFF, Access::Wo, 0), object(0x2000, Access::Ro, 1)];
-        let [write_only, read_only] = rows::<2>(&objects, &PARAMETERS, &[]);
-        assert!(!write_only.is_readable() && write_only.is_writable());
-        assert!(read_only.is_readable() && !read_only.is_writable());
-        assert_eq!((write_only.index(), read_only.index()), (0x1FFF, 0x2000));
-        assert_eq!((write_only.size(), read_only.size()), (2, 1));
-        assert!(write_only.is_communication() && !read_only.is_communication());
-        assert!(Access::Wo.is_writable() && Access::Rw.is_writable());
-        assert!(!Access::Ro.is_writable() && !Access::Const.is_writable());
-    }
-}
+mod tests;

@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn check_ignores_highest_bits_set_in_rule() {
+    fn check_ignores_highest_bits_set_in_row() {
         static POOL: [Limits; 2] = [(0x80, 0x80), (0x181, 0x1FF)];
         let row = row(DataType::U32, 2, 2);
         for flags in [0, 1 << 31, 1 << 30, 3 << 30] {
@@ -175,7 +175,7 @@ mod tests {
     }
 
     #[test]
-    fn rule_without_range_permits_all_values() {
+    fn row_without_range_permits_all_values() {
         assert_eq!(row(DataType::I32, 0, 0).check(u32::MAX, &[]), Ok(()));
     }
 }
