@@ -3,12 +3,12 @@
 //! A [`Reading`] comes from the accelerometer every [`SAMPLE_PERIOD`]. Then, in this order:
 //!
 //! 1. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
-//! 2. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
-//! 3. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
+//! 2. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
 //!    results near 0/360 deg and a bias under vibration;
+//! 3. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
 //! 4. [`definition`] calculates the angles of the vector;
-//! 5. [`Angle`](crate::angle::Angle) rounds them to 0.01 deg;
-//! 6. [`zero`] adds the zero offset.
+//! 5. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
+//! 6. [`zero`] adds the zero offset. GEMAC products add it to the rounded angle, the JN2101 subtracts it before the rounding.
 //!
 //! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
 //! requires. [`self_test`] checks the accelerometer.
