@@ -4,14 +4,14 @@ use super::Abort;
 use super::dictionary::Service;
 use super::emcy::History;
 use super::pdo::Tpdos;
-use super::product::{ParametersOf, Product};
+use super::product::Product;
 use super::protocol::{ContextOf, Services};
 use super::row::{Kind, Row, find};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
-use crate::application::{Application, Effect, Values};
-use crate::param::{ParameterId, number};
+use crate::application::{Effect, Values};
+use crate::param::number;
 use crate::time::Instant;
 
 /// The signature "save" (1010h) as a little-endian number.
@@ -116,14 +116,11 @@ impl<P: Product> Services<P> {
         row: &Row,
         value: u32,
     ) -> Result<Written, Abort> {
-        let id: ParameterId = row.id();
-        ParametersOf::<P>::check(id, value)?;
+        let effect = cx.write(row.id(), value)?;
         if row.is_communication() {
-            cx.parameters.set(id, value);
             self.apply(cx, now, row.index());
             return Ok(Written::Done);
         }
-        let effect = P::Application::write(id, value, &cx.values, &mut cx.parameters)?;
         cx.apply();
         Ok(self.carry_out(cx, effect))
     }

@@ -111,7 +111,8 @@ impl<P: Product> Fsc<P> {
                 number(bytes)
             };
             ParametersOf::<P>::check(id, value).ok()?;
-            cx.parameters.set(id, value);
+            // SAVE stores all parameters, so the effect does not matter.
+            P::Application::write(id, value, &cx.values, &mut cx.parameters).ok()?;
         }
         Some(())
     }

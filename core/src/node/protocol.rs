@@ -1,9 +1,9 @@
 //! The [`Protocol`] trait, and the part of a node that a protocol can access.
 
 use super::Shell;
-use crate::application::Application;
+use crate::application::{Application, Effect};
 use crate::can::{Filter, Frame};
-use crate::param::Parameters;
+use crate::param::{ParameterId, Parameters, Refused, Table};
 use crate::store::StoreError;
 use crate::time::{Earliest, Instant};
 
@@ -26,6 +26,23 @@ impl<A: Application> Context<A> {
     pub fn apply(&mut self) {
         self.changed = true;
         self.shell.wake_up();
+    }
+
+    /// Writes a parameter as the application does. If the value is not permitted, or contradicts another parameter, nothing
+    /// changes.
+    #[inline(always)] // called from one place in each protocol
+    pub fn write(&mut self, id: ParameterId, value: u32) -> Result<Effect, Refused> {
+        Parameters::<A::Table>::check(id, value)?;
+        if const { A::Table::CONSTRAINTS.is_empty() } {
+            return A::write(id, value, &self.values, &mut self.parameters);
+        }
+        let before = self.parameters;
+        let written = A::write(id, value, &self.values, &mut self.parameters);
+        if written.is_ok() && !self.parameters.is_consistent() {
+            self.parameters = before;
+            return Err(Refused::NotPermitted);
+        }
+        written
     }
 
     /// Begins a save of these parameters. [`Protocol::stored`] is called when it has ended.

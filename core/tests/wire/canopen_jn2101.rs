@@ -379,3 +379,19 @@ fn readout_with_any_resolution_is_in_0_01_degrees() {
     let readout = t.node.readout();
     assert_eq!((readout.x, readout.y), (1234, Some(-500)));
 }
+
+#[test]
+fn nmt_reset_node_does_not_start_a_self_test() {
+    let mut t = booted();
+    t.write(0x4004, 1, 1, 1).unwrap();
+    t.tested(true, true);
+    t.actions.clear();
+    assert_eq!(t.exchange("000#810A"), ["70A#00"]);
+    t.wait_text(100);
+    assert!(!t.actions.contains(&Action::SelfTest), "{:?}", t.actions);
+    assert_eq!(t.read(0x4004, 1), Ok(0));
+    // The next request does.
+    t.write(0x4004, 1, 1, 1).unwrap();
+    t.wait_text(10);
+    assert!(t.actions.contains(&Action::SelfTest));
+}

@@ -1,5 +1,5 @@
 //! One application, with one table of parameters, under FSC and under CANopen: the same acceleration gives the same angle and the same
-//! fault, and the zero offset that either protocol writes acts on both.
+//! fault, and a zero offset acts in the same way. A value that contradicts another parameter is refused by both protocols.
 
 use crate::tester::Tester;
 use crate::tester::canopen::{frame, in_g};
@@ -25,7 +25,8 @@ mod id {
     pub const CYCLIC_MODE: ParameterId = ParameterId(6);
     pub const NODE_ID: ParameterId = ParameterId(7);
     pub const ZERO: ParameterId = ParameterId(8);
-    pub const TPDO: ParameterId = ParameterId(9);
+    pub const LIMIT: ParameterId = ParameterId(9);
+    pub const TPDO: ParameterId = ParameterId(10);
 }
 
 const SLOPE: ValueId = ValueId(0);
@@ -53,10 +54,14 @@ impl Table for Both {
             Parameter::new(id::CYCLIC_MODE, "Cyclic Mode", DataType::U8).within(0, 1, 0),
             profile::node_id(id::NODE_ID, 20),
             Parameter::new(id::ZERO, "Zero Offset", DataType::I16).in_unit("deg", 2),
+            Parameter::new(id::LIMIT, "Limit", DataType::U16).within(1, 1000, 500),
         ],
         profile::tpdo_communication(id::TPDO, 0x180),
     ];
-    const CONSTRAINTS: &'static [Constraint] = &[Constraint::Different(id::SET_ID, id::REPLY_ID)];
+    const CONSTRAINTS: &'static [Constraint] = &[
+        Constraint::Different(id::SET_ID, id::REPLY_ID),
+        Constraint::Different(id::LIMIT, id::NODE_ID),
+    ];
     plumbline::project_parameters!();
 }
 
@@ -98,6 +103,15 @@ impl Application for Level {
     }
 }
 
+const fn access(read: u8, write: u8, parameters: &'static [ParameterId]) -> Access {
+    Access {
+        read,
+        write,
+        name: "",
+        parameters,
+    }
+}
+
 const fn function(
     code: u8,
     operation: Operation,
@@ -126,12 +140,10 @@ impl fsc::Product for Both {
         cyclic_time: id::CYCLIC_TIME,
         cyclic_mode: id::CYCLIC_MODE,
     };
-    const ACCESS: &'static [Access] = &[Access {
-        read: 0x18,
-        write: 0x28,
-        name: "Zero Offset",
-        parameters: &[id::ZERO],
-    }];
+    const ACCESS: &'static [Access] = &[
+        access(0x18, 0x28, &[id::ZERO]),
+        access(0x19, 0x29, &[id::LIMIT]),
+    ];
     const FUNCTIONS: &'static [Function] = &[
         function(
             0x00,
@@ -181,6 +193,7 @@ impl canopen::Product for Both {
         profile::mapping::<2>(0, "Mapping", &[("Slope", 0x6010_0010)]),
         [Object::parameter(0x2000, 0, id::NODE_ID)],
         [Object::parameter(0x2100, 0, id::ZERO)],
+        [Object::parameter(0x2101, 0, id::LIMIT)],
         [Object::value(0x6010, 0, SLOPE)],
     ];
     const FAULTS: [FaultBit; 8] = {
@@ -254,4 +267,29 @@ fn application_is_the_same_under_fsc_and_under_canopen() {
             "CANopen, {degrees} deg"
         );
     }
+}
+
+#[test]
+fn value_that_contradicts_another_parameter_is_refused_under_both_protocols() {
+    let start = |now, boot: &Boot| FscNode::<Both>::new(&BP_CL, now, boot);
+    let mut tester = Tester::power_up(Boot::default(), start);
+    tester.sent();
+    // The limit must not be the node-ID, 20.
+    let refused = tester.ask(&[0x29, 20, 0]);
+    assert_eq!((refused.len(), refused[1] & 0x08), (2, 0x08));
+    assert_eq!(tester.ask(&[0x19])[2..], [0xF4, 0x01]);
+    assert_eq!(
+        tester.ask(&[0x29, 21, 0])[1] & 0x08,
+        0x08,
+        "until the status is read"
+    );
+    assert_eq!(tester.ask(&[0x19])[2..], [21, 0]);
+
+    let mut tester = Tester::power_up(Boot::default(), CanopenNode::<Both>::new);
+    tester.node_id = 20;
+    assert_eq!(tester.sent_text(), ["714#00"]);
+    assert_eq!(tester.write(0x2101, 0, 2, 20), Err(0x0609_0030));
+    assert_eq!(tester.read(0x2101, 0), Ok(500));
+    assert_eq!(tester.write(0x2101, 0, 2, 21), Ok(()));
+    assert_eq!(tester.read(0x2101, 0), Ok(21));
 }

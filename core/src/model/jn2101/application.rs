@@ -235,7 +235,8 @@ impl Application for Jn2101Application {
         self.cell.enable(switch(id::HEATING));
         self.outputs = self.outputs.with_termination(switch(id::TERMINATION));
         let tests = parameters.get(id::SELF_TEST);
-        if tests != self.tests && self.test_until.is_none() {
+        // A reset of the node sets the count to 0.
+        if tests != self.tests && tests != 0 && self.test_until.is_none() {
             self.test_until = Some(after(now, LIMIT));
             self.outputs = self.outputs.with_self_test();
         }
