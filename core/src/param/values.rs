@@ -18,7 +18,7 @@ pub trait Table: 'static {
     const PARAMETERS: &'static [Parameter];
     /// The constraints between parameters.
     const CONSTRAINTS: &'static [Constraint] = &[];
-    /// The version of the stored layout, from 1 to 127. It must change if the table changes other than by new rows at its end.
+    /// The version of the stored layout, from 1 to 255. It must change if the table changes other than by new rows at its end.
     const LAYOUT: u8 = 1;
 
     /// An array with a number for each parameter.

@@ -10,7 +10,7 @@
 //!       | 50h  | 01h     | u16   | u32      | u16 n  | n bytes   | to 4 bytes   | of 0..p    |
 //!       +------+---------+-------+----------+--------+-----------+--------------+------------+
 //!
-//!  payload of parameters     layout, bits 0 to 6, bit 7: a calibration exists; the stored parameters in the order of the table
+//!  payload of parameters     layout, u8; check of the calibration, u8; the stored parameters in the order of the table
 //!  payload of a calibration  layout 01h; serial number, u32; calibration, 36 bytes
 //! ```
 //!
@@ -21,7 +21,7 @@
 //! **Parameters** are decoded as a prefix. A newer firmware with additional parameters reads the record of an older one and gives
 //! the new parameters their factory values. An older firmware ignores the parameters that it does not have. Records with another
 //! layout are not decoded. **A calibration** belongs to the device with its serial number; another device ignores it. The record
-//! of parameters contains whether the device had a calibration when they were saved, so that a lost calibration is detected. Old
+//! of parameters contains the lowest byte of the CRC of the calibration (0: none), so that a lost calibration is detected. Old
 //! records, from before the calibration had its own record, are also read: their kind is the [`ImageId`], and their payload is
 //! the parameters followed by the calibration.
 //!
@@ -69,7 +69,7 @@ impl ImageId {
 pub struct Owner {
     /// The product.
     pub image: ImageId,
-    /// The version of the stored layout ([`Table::LAYOUT`](crate::param::Table::LAYOUT)) of the product, below 80h.
+    /// The version of the stored layout ([`Table::LAYOUT`](crate::param::Table::LAYOUT)) of the product.
     pub layout: u8,
     /// The serial number of the device.
     pub serial: u32,

@@ -23,8 +23,8 @@ const CALIBRATION_LAYOUT: u8 = 1;
 const CALIBRATION_OWNER: usize = 5;
 const CALIBRATION_PAYLOAD: usize = CALIBRATION_OWNER + calibration::SIZE;
 
-/// Bit of the layout of parameters: the device had a calibration when they were saved.
-pub(super) const CALIBRATED: u8 = 0x80;
+/// The payload of parameters before the parameters: layout and check of the calibration.
+pub(super) const PARAMETERS_OWNER: usize = 2;
 
 /// The size in bytes of the record of a calibration.
 pub(super) const CALIBRATION_SIZE: usize = size(CALIBRATION_PAYLOAD);
@@ -40,7 +40,17 @@ const fn size(payload: usize) -> usize {
 /// The size, in bytes, of the buffer of a [`Store`](super::Store) for a product with `stored` bytes of parameters: the record of
 /// the calibration, then the record of the parameters.
 pub const fn buffer_size(stored: usize) -> usize {
-    CALIBRATION_SIZE + size(1 + stored)
+    CALIBRATION_SIZE + parameters_size(stored)
+}
+
+/// The size in bytes of a record with `stored` bytes of parameters.
+pub(super) const fn parameters_size(stored: usize) -> usize {
+    size(PARAMETERS_OWNER + stored)
+}
+
+/// A number from 1 to 255 that tells calibrations apart; 0 stands for no calibration.
+pub(super) fn check(calibration: &[u8]) -> u8 {
+    (CRC.checksum(calibration) as u8).max(1)
 }
 
 /// The kind of a record in its header.
@@ -108,17 +118,19 @@ fn seal(buffer: &mut [u8], kind: u16, sequence: u32, length: usize) -> Option<us
     Some(size(length))
 }
 
-/// Writes the record of parameters; `encode` writes the parameters into the payload. Returns its size; None if they do not fit.
+/// Writes the record of parameters of a device whose calibration has this [`check`]; `encode` writes the parameters into the
+/// payload. Returns its size; None if they do not fit.
 pub(super) fn encode_parameters(
     buffer: &mut [u8],
     owner: Owner,
-    is_calibrated: bool,
+    calibration: u8,
     sequence: u32,
     encode: impl FnOnce(&mut [u8]) -> Option<usize>,
 ) -> Option<usize> {
-    let (layout, parameters) = buffer.get_mut(HEADER..)?.split_first_mut()?;
-    *layout = owner.layout | if is_calibrated { CALIBRATED } else { 0 };
-    let length = 1 + encode(parameters)?;
+    let payload = buffer.get_mut(HEADER..)?;
+    let (of, parameters) = payload.split_first_chunk_mut::<PARAMETERS_OWNER>()?;
+    *of = [owner.layout, calibration];
+    let length = PARAMETERS_OWNER + encode(parameters)?;
     seal(buffer, owner.image.0 | WITH_LAYOUT, sequence, length)
 }
 
@@ -132,11 +144,11 @@ pub(super) fn calibration_owner(serial: u32) -> [u8; CALIBRATION_OWNER] {
 }
 
 /// Completes the record of the calibration in `buffer`, which already contains the calibration at [`CALIBRATION_AT`].
-pub(super) fn seal_calibration(buffer: &mut [u8], serial: u32) {
+pub(super) fn seal_calibration(buffer: &mut [u8], serial: u32, sequence: u32) {
     let place = buffer.iter_mut().skip(HEADER);
     for (to, from) in place.zip(calibration_owner(serial)) {
         *to = from;
     }
-    // It fits into each buffer of a store. The sequence number is not used: there is only one calibration.
-    let _ = seal(buffer, CALIBRATION, 0, CALIBRATION_PAYLOAD);
+    // It fits into each buffer of a store.
+    let _ = seal(buffer, CALIBRATION, sequence, CALIBRATION_PAYLOAD);
 }

@@ -44,8 +44,8 @@ pub struct Store<M, const N: usize> {
     /// The slot with the newest parameters. It is never erased.
     home: usize,
     newest: Found,
-    /// The address of the calibration of the device; 0: there is none.
-    calibration: usize,
+    /// The device has a calibration. Its record is always in the buffer.
+    is_calibrated: bool,
     damaged: bool,
     sequence: u32,
     save: Option<Save>,
@@ -68,7 +68,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             slots: [Slot::default(); 2],
             home: 0,
             newest: Found::default(),
-            calibration: 0,
+            is_calibrated: false,
             damaged: false,
             sequence: 0,
             save: None,
@@ -80,16 +80,15 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// The contents of the memory when it was opened. Call it before the first save.
     pub fn boot(&mut self) -> Boot<'_> {
-        let calibration = self.read_calibration();
-        let calibration = calibration.and_then(|bytes| Calibration::decode(&bytes));
+        let calibration = self.calibration().and_then(Calibration::decode);
         // Parameters of a newer firmware beyond the buffer are unknown.
-        let buffer = self.buffer.get_mut(..self.newest.length.min(N));
-        let parameters = buffer
-            .filter(|_| self.newest.is_there())
-            .and_then(|buffer| {
-                let read = self.memory.read(self.newest.address as u32, buffer);
-                read.is_ok().then_some(&*buffer)
-            });
+        let place = self.buffer.get_mut(CALIBRATION_SIZE..).unwrap_or_default();
+        let length = self.newest.length.min(place.len());
+        let place = place.get_mut(..length);
+        let parameters = place.filter(|_| self.newest.is_there()).and_then(|place| {
+            let read = self.memory.read(self.newest.address as u32, place);
+            read.is_ok().then_some(&*place)
+        });
         Boot {
             parameters,
             calibration: calibration.unwrap_or(Calibration::IDENTITY),
@@ -112,8 +111,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     /// the bus. Then saves of at least half a slot need no erase. While the other slot is at most half full, the older records
     /// stay.
     pub fn prepare(&mut self) {
-        let roomy = self.slot(self.home).used <= self.size / 2;
-        if !roomy && self.slot(self.spare()).used > 0 {
+        let (home, spare) = (self.slot(self.home), self.slot(self.spare()));
+        let roomy = home.used <= self.size / 2;
+        // The next save copies the calibration into its slot.
+        let only_copy = spare.has_calibration && !home.has_calibration;
+        if !roomy && !only_copy && spare.used > 0 {
             // A failure is reported when the slot is needed and erased again.
             let _ = self.erase(self.spare());
         }
@@ -124,10 +126,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     #[inline(never)] // measured and budgeted as a function
     pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         self.give_up();
-        if let Some(bytes) = self.read_calibration() {
-            self.seal_calibration(&bytes);
-        }
-        self.save_behind_calibration(encode);
+        self.save_after_calibration(encode);
     }
 
     /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended.
@@ -142,13 +141,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             parameters.len()
         });
         self.seal_calibration(&calibration.encode());
-        // A calibration in a slot is not the new one.
-        self.calibration = usize::MAX;
+        // The slots contain another one.
         for slot in &mut self.slots {
             slot.has_calibration = false;
         }
         match length {
-            Some(length) => self.save_behind_calibration(|buffer| {
+            Some(length) => self.save_after_calibration(|buffer| {
                 buffer
                     .get_mut(..length)?
                     .copy_from_slice(copy.get(..length)?);
@@ -193,17 +191,19 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    fn save_behind_calibration(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
+    fn save_after_calibration(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         let sequence = self.sequence.wrapping_add(1);
+        let check = self.calibration().map_or(0, |bytes| record::check(bytes));
         let place = self.buffer.get_mut(CALIBRATION_SIZE..).unwrap_or_default();
-        let size =
-            record::encode_parameters(place, self.owner, self.calibration > 0, sequence, encode);
+        let size = record::encode_parameters(place, self.owner, check, sequence, encode);
         // Parameters that do not fit cannot come from a node of this product. An empty save fails in `verify`.
         self.begin(size.map_or(0, |size| CALIBRATION_SIZE + size));
     }
 
     /// Plans the save of the buffer up to `end`.
     fn begin(&mut self, end: usize) {
+        // What is larger than a slot fails in `verify`.
+        let end = if end <= self.size { end } else { 0 };
         let spare = self.spare();
         // After an incomplete save in the spare slot, the next save is written after the damaged data. So the damage stays
         // visible until a save succeeds.
@@ -215,7 +215,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             (spare, Some(Stage::Erase))
         };
         let has_calibration = self.slot(slot).has_calibration && stage.is_none();
-        let from = if self.calibration > 0 && !has_calibration {
+        let from = if self.is_calibrated && !has_calibration {
             0
         } else {
             CALIBRATION_SIZE
@@ -231,7 +231,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     /// Whether the buffer up to `end` fits into the free part of a slot. The calibration is not counted if the slot contains it.
     fn fits(&self, number: usize, end: usize) -> bool {
         let slot = self.slot(number);
-        let from = if slot.has_calibration || self.calibration == 0 {
+        let from = if slot.has_calibration || !self.is_calibrated {
             CALIBRATION_SIZE
         } else {
             0
@@ -261,15 +261,10 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     fn succeed(&mut self, save: &Save) {
-        let address = self.address(save);
         let slot = self.slot_mut(save.slot);
         slot.used += save.end - save.from;
         slot.has_parameters |= save.end > CALIBRATION_SIZE;
-        if save.from == 0 {
-            slot.has_calibration = true;
-            // The slot with the previous copy can be erased.
-            self.calibration = address + CALIBRATION_AT;
-        }
+        slot.has_calibration |= save.from == 0;
         self.home = save.slot;
         self.sequence = self.sequence.wrapping_add(1);
     }
@@ -297,7 +292,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         let in_second = if first.parameters.is_there() || second.parameters.is_there() {
             second.parameters.is_newer(&first.parameters)
         } else {
-            first.calibration == 0 && second.calibration > 0
+            second.has_newer_calibration(&first)
         };
         let (home, other) = if in_second {
             (&second, &first)
@@ -307,23 +302,36 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         let newest = home.parameters;
         self.home = in_second.into();
         self.newest = newest;
-        self.sequence = newest.sequence;
+        self.sequence = if newest.is_there() {
+            newest.sequence
+        } else {
+            home.calibration_sequence
+        };
         self.damaged = if newest.is_there() {
             // In the slot of the newest parameters, all data after them is newer. Data in the other slot is newer only if this
             // slot is full and the other one has only begun. A slot full of invalid data is an incomplete erase.
-            let full = !self.fits(self.home, CALIBRATION_SIZE + newest.length);
+            let size = CALIBRATION_SIZE + record::parameters_size(newest.length);
+            let full = home.used + size > self.size + CALIBRATION_SIZE;
             let begun = !other.parameters.is_there() && other.used < self.size;
             home.unusable > newest.address || (full && begun && other.unusable > 0)
         } else {
             home.unusable > 0 || other.unusable > 0
         };
-        self.calibration = home.calibration;
-        for place in [newest.calibration, other.calibration] {
-            if self.calibration == 0 {
-                self.calibration = place;
+        let places = [home.calibration, newest.calibration, other.calibration];
+        if let Some(place) = places.into_iter().find(|&place| place > 0) {
+            let bytes = self.read_calibration(place);
+            self.seal_calibration(&bytes);
+            // A slot can contain an older one.
+            for (number, place) in [first.calibration, second.calibration]
+                .into_iter()
+                .enumerate()
+            {
+                let same = place > 0 && self.read_calibration(place) == bytes;
+                self.slot_mut(number).has_calibration = same;
             }
         }
-        self.damaged |= newest.is_calibrated && self.calibration == 0;
+        let check = self.calibration().map_or(0, |bytes| record::check(bytes));
+        self.damaged |= newest.check != 0 && newest.check != check;
     }
 
     #[inline(never)] // one copy instead of two
@@ -333,16 +341,23 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         *self.slot_mut(number) = Slot {
             used: survey.used,
             has_parameters: survey.parameters.is_there(),
-            has_calibration: survey.calibration > 0,
+            has_calibration: false,
         };
         survey
     }
 
-    /// The bytes of the calibration; None if there is none.
-    fn read_calibration(&mut self) -> Option<[u8; calibration::SIZE]> {
+    /// The calibration at an address.
+    fn read_calibration(&mut self, address: usize) -> [u8; calibration::SIZE] {
         let mut bytes = [0; calibration::SIZE];
-        let read = self.memory.read(self.calibration as u32, &mut bytes);
-        (self.calibration > 0 && read.is_ok()).then_some(bytes)
+        // A read that fails gives zeros, the calibration that changes nothing.
+        let _ = self.memory.read(address as u32, &mut bytes);
+        bytes
+    }
+
+    /// The calibration in the buffer; None if there is none.
+    fn calibration(&self) -> Option<&[u8; calibration::SIZE]> {
+        let bytes = self.buffer.get(CALIBRATION_AT..)?.first_chunk();
+        bytes.filter(|_| self.is_calibrated)
     }
 
     /// Writes the record of a calibration into the buffer.
@@ -351,7 +366,9 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         for (to, from) in place.zip(bytes) {
             *to = *from;
         }
-        record::seal_calibration(&mut self.buffer, self.owner.serial);
+        let sequence = self.sequence.wrapping_add(1);
+        record::seal_calibration(&mut self.buffer, self.owner.serial, sequence);
+        self.is_calibrated = true;
     }
 
     /// The slot that can be erased: the one without the newest parameters.

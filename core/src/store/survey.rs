@@ -1,7 +1,9 @@
 //! The contents of one slot: reads record after record, and word after word where there is no valid record.
 
 use super::Owner;
-use super::record::{CALIBRATED, CALIBRATION_AT, CRC, HEADER, Header, Kind, calibration_owner};
+use super::record::{
+    CALIBRATION_AT, CRC, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner,
+};
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
 
@@ -18,13 +20,13 @@ pub(super) struct Found {
     pub length: usize,
     /// The address of the calibration in an old record; 0 for a new record.
     pub calibration: usize,
-    /// The device had a calibration when they were saved.
-    pub is_calibrated: bool,
+    /// The check of the calibration that the device had when they were saved; 0: it had none, or it is in the record.
+    pub check: u8,
 }
 
 impl Found {
     /// The parameters in the record at this address.
-    fn of(header: Header, address: usize, layout: u8) -> Self {
+    fn of(header: Header, address: usize, check: u8) -> Self {
         let payload = address + HEADER;
         if let Kind::Old(_) = header.kind {
             let length = header.length.saturating_sub(calibration::SIZE);
@@ -33,15 +35,15 @@ impl Found {
                 address: payload,
                 length,
                 calibration: payload + length,
-                is_calibrated: true,
+                check: 0,
             };
         }
         Self {
             sequence: header.sequence,
-            address: payload + 1,
-            length: header.length.saturating_sub(1),
+            address: payload + PARAMETERS_OWNER,
+            length: header.length.saturating_sub(PARAMETERS_OWNER),
             calibration: 0,
-            is_calibrated: layout & CALIBRATED != 0,
+            check,
         }
     }
 
@@ -66,8 +68,10 @@ pub(super) struct Survey {
     pub unusable: usize,
     /// The newest parameters.
     pub parameters: Found,
-    /// The address of the calibration of this device; 0: there is none.
+    /// The address of the newest calibration of this device; 0: there is none.
     pub calibration: usize,
+    /// Its sequence number.
+    pub calibration_sequence: u32,
 }
 
 /// Reads the slot of `size` bytes at `start`.
@@ -98,6 +102,14 @@ pub(super) fn survey(
 }
 
 impl Survey {
+    /// Whether the calibration is newer than that of another slot.
+    pub fn has_newer_calibration(&self, than: &Self) -> bool {
+        let ahead = self
+            .calibration_sequence
+            .wrapping_sub(than.calibration_sequence);
+        self.calibration > 0 && (than.calibration == 0 || ahead < 1 << 31)
+    }
+
     /// Adds a valid record. Returns false if it has another product or layout.
     fn takes(
         &mut self,
@@ -106,23 +118,24 @@ impl Survey {
         address: usize,
         header: Header,
     ) -> bool {
-        // The layout and, for a calibration, the serial number.
+        // The layout, then the check of the calibration or the serial number.
         let mut begin = [0; 5];
         let read = memory.read((address + HEADER) as u32, &mut begin).is_ok();
-        let [layout, ..] = begin;
+        let [layout, check, ..] = begin;
         let own = match header.kind {
             Kind::Calibration => {
                 if read && begin == calibration_owner(owner.serial) {
                     self.calibration = address + CALIBRATION_AT;
+                    self.calibration_sequence = header.sequence;
                 }
                 return true;
             }
-            Kind::Parameters(of) => of == owner.image.0 && layout & !CALIBRATED == owner.layout,
+            Kind::Parameters(of) => of == owner.image.0 && layout == owner.layout,
             // Old records have layout 1.
             Kind::Old(of) => of == owner.image.0 && owner.layout == 1,
         };
         if read && own {
-            let found = Found::of(header, address, layout);
+            let found = Found::of(header, address, check);
             if found.is_newer(&self.parameters) {
                 self.parameters = found;
             }

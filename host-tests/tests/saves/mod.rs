@@ -5,9 +5,9 @@ use bench::{Flash, PAGE_SIZE};
 use plumbline::measure::Calibration;
 use plumbline::store::{ImageId, Owner, StoreError, buffer_size};
 
-/// Bytes of stored parameters; a record of them has 76 bytes.
-pub const PAYLOAD: usize = 60;
-pub const RECORD: usize = 76;
+/// Bytes of stored parameters, as many as is2 has; a record of them has 40 bytes.
+pub const PAYLOAD: usize = 24;
+pub const RECORD: usize = 40;
 
 /// The size of a calibration record, which is before the first parameters record of a page.
 pub const CALIBRATION_RECORD: usize = 56;
