@@ -212,9 +212,9 @@ fn calibrated_memories() -> Vec<Flash> {
             if is_recalibrated {
                 store.calibrate(&older);
                 assert_eq!(finish(&mut store), Ok(()));
-            }
-            for number in 0..saves {
-                assert_eq!(save(&mut store, number), Ok(()));
+                for number in 0..saves {
+                    assert_eq!(save(&mut store, number), Ok(()));
+                }
             }
             let mut store = Store::open(store.into_memory(), OWNER);
             store.calibrate(&calibration());
