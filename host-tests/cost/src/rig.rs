@@ -4,6 +4,7 @@ use super::CostError;
 use super::subjects::{Message, Subject};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, DeviceId, Flash, Source};
+use plumbline::can::{Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::BusState;
 use plumbline::time::{Duration, Instant, after, millis};
@@ -173,7 +174,7 @@ impl Rig {
         Err(self.silent("bit rate detection".to_owned()))
     }
 
-    /// Waits until the sensor has sent `count` frames.
+    /// Waits until the sensor has sent `count` frames. Emergency messages do not count.
     ///
     /// # Errors
     /// They are not sent in time; `what` describes the request.
@@ -190,7 +191,10 @@ impl Rig {
                 return Err(self.silent(what()));
             }
             self.run(LOOK);
-            came += self.bus.take_received(self.tester).len();
+            let received = self.bus.take_received(self.tester);
+            let emergency = self.subject.protocol.emergency.map(standard);
+            let is_reply = |frame: &Frame| Some(frame.id()) != emergency;
+            came += received.iter().filter(|(_, frame)| is_reply(frame)).count();
         }
         Ok(())
     }

@@ -43,6 +43,8 @@ pub struct Protocol {
     pub preparation: &'static [Message],
     /// Boot-up messages after each start.
     pub boot_up: usize,
+    /// The identifier of frames that report faults, which are not replies.
+    pub emergency: Option<u16>,
     /// Requests the inclination.
     pub read: Message,
     /// Writes a parameter.
@@ -125,6 +127,7 @@ const FSC: Protocol = Protocol {
     bus: BusRate::Fixed(BitRate::M1),
     preparation: &[],
     boot_up: 2,
+    emergency: None,
     read: request(&[0x00]),
     // Cyclic time 20 ms.
     write: request(&[0x25, 20, 0]),
@@ -231,6 +234,7 @@ const CANOPEN: Protocol = Protocol {
         Message(0x000, &[0x81, 0]),
     ],
     boot_up: 1,
+    emergency: Some(0x08A),
     // Longitudinal, 16 bits.
     read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
     // The timer of the first TPDO, 20 ms; it is effective only with another transmission type.
