@@ -143,10 +143,14 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
             }
             Target::CobId(id) => {
                 let base = parameters[id.0 as usize].factory;
-                assert!(
-                    base >= 0x80 && super::cob_id::PDO.contain(base + 1),
-                    "the default COB-ID is not free"
-                );
+                let mut node_id = 1;
+                while node_id <= 127 {
+                    assert!(
+                        super::cob_id::in_use(base + node_id).is_some(),
+                        "the default COB-ID is not free"
+                    );
+                    node_id += 1;
+                }
             }
             _ => {}
         }

@@ -83,10 +83,11 @@ const CYCLIC_TIME: u8 = 1 << 6;
 const CONSTRAINED: u8 = 1 << 5;
 
 impl Row {
-    /// The row at the position of a code that does not exist. Its code belongs to another group, so no search finds it.
-    const fn filler(group: u8) -> Self {
+    /// The row at the position of a code that does not exist. Its code is the next one of the group, which is searched at the next
+    /// position, so no search finds it.
+    const fn filler(position: u8) -> Self {
         Self {
-            code: !(group << 4),
+            code: position & 0xF0 | position.wrapping_add(1) & 0x0F,
             operation: Operation::Read,
             first: u8::MAX,
             form: 0,
@@ -352,7 +353,8 @@ pub const fn rows<const N: usize>(
     while group < 16 {
         let mut row = layout[group].first;
         while row <= layout[group].last {
-            rows[layout[group].start + row - layout[group].first] = Row::filler(group as u8);
+            let position = (group << 4 | row) as u8;
+            rows[layout[group].start + row - layout[group].first] = Row::filler(position);
             row += 1;
         }
         group += 1;

@@ -63,6 +63,33 @@ fn find_returns_row_of_code_and_none_for_others() {
 }
 
 #[test]
+fn find_returns_none_for_every_code_between_distant_codes() {
+    const FUNCTIONS: &[Function] = &[
+        Function {
+            code: 0x10,
+            ..FUNCTION
+        },
+        Function {
+            code: 0xE0,
+            ..FUNCTION
+        },
+        Function {
+            code: 0xEF,
+            ..FUNCTION
+        },
+    ];
+    let codes = Codes::new(
+        const { &groups(&[], FUNCTIONS) },
+        const { &rows::<{ row_count(&[], FUNCTIONS) }>(&[], FUNCTIONS, &ROLES, &[]) },
+        &[],
+    );
+    for code in 0..=u8::MAX {
+        let declared = FUNCTIONS.iter().any(|function| function.code == code);
+        assert_eq!(codes.find(code).is_some(), declared, "{code:02X}h");
+    }
+}
+
+#[test]
 fn read_and_write_codes_have_same_fields() {
     let of = |code| codes().find(code).map(|row| (row.first, row.form & COUNT));
     assert_eq!((of(0x12), of(0x20)), (Some((0, 1)), Some((0, 1))));
