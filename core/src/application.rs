@@ -131,7 +131,7 @@ pub trait Values: Copy {
     }
 }
 
-/// Values for an application that publishes so many numbers and its faults.
+/// Values for an application that publishes `N` numbers and its faults.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Published<const N: usize> {
     /// The value of each quantity, at the place of its id.

@@ -88,7 +88,9 @@ fn environment() -> Result<PathBuf, String> {
     let lock = File::create(target.join("clients-venv.lock")).map_err(failed)?;
     lock.lock().map_err(failed)?;
     let installed = folder.join("requirements.txt");
-    if fs::read_to_string(&installed).is_ok_and(|text| text == REQUIREMENTS) {
+    if fs::read_to_string(&installed).is_ok_and(|text| text == REQUIREMENTS)
+        && has(&python, &["sys"])
+    {
         return Ok(python);
     }
     let _ = writeln!(

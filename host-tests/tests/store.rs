@@ -163,7 +163,7 @@ fn repeated_power_cuts_never_lose_the_record() {
 }
 
 #[test]
-fn debris_older_than_the_newest_record_is_not_damage() {
+fn invalid_data_before_the_newest_record_is_not_reported() {
     // A cut in save 3, then on and on without a restart.
     let mut flash = Flash::default();
     flash.cut_in_byte_after((3 * RECORD + 20) as u64);

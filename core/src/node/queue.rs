@@ -15,7 +15,7 @@ pub struct TransmitQueue {
     first: u8,
     /// The number of frames.
     length: u8,
-    /// With at most so many frames there is room for a further request.
+    /// The node accepts a request while the queue has at most this many frames.
     limit: u8,
     /// Two bits for each place: the frame is a cyclic value (bits 0 to 15), or it is not sent (bits 16 to 31).
     marks: u32,
@@ -34,12 +34,12 @@ impl TransmitQueue {
     /// The most frames besides replies that a protocol may have in the queue: cyclic values of different identifiers, and events.
     pub const OTHERS: usize = CAPACITY - 2 * REPLIES;
 
-    /// Keeps room for so many frames besides replies, at most [`OTHERS`](Self::OTHERS).
+    /// Keeps room for this number of frames that are not replies, at most [`OTHERS`](Self::OTHERS).
     pub fn reserve(&mut self, others: usize) {
         self.limit = (CAPACITY - REPLIES).saturating_sub(others) as u8;
     }
 
-    /// True while a further request may be taken in: there is room for its replies and for all [others](Self::reserve).
+    /// True while a further request can be accepted: there is room for its replies and for all [others](Self::reserve).
     pub fn has_room(&self) -> bool {
         self.length <= self.limit
     }

@@ -78,7 +78,7 @@ impl Shell {
         wake: None,
     };
 
-    /// Starts with the serial number of the unit, and with room in the queue for so many frames besides replies.
+    /// Starts with the serial number of the unit, and with room in the queue for this number of frames that are not replies.
     pub(super) fn start(&mut self, now: Instant, serial: u32, frames: usize) {
         self.queue.reserve(frames);
         self.serial = serial;

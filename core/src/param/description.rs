@@ -180,7 +180,7 @@ impl Parameter {
         }
     }
 
-    /// The same with a unit and digits behind the decimal point.
+    /// The same with a unit and digits after the decimal point.
     pub const fn in_unit(self, unit: &'static str, decimals: u8) -> Self {
         Self {
             unit,
@@ -252,7 +252,7 @@ impl Quantity {
         }
     }
 
-    /// The same with a unit and digits behind the decimal point.
+    /// The same with a unit and digits after the decimal point.
     pub const fn in_unit(self, unit: &'static str, decimals: u8) -> Self {
         Self {
             unit,

@@ -52,7 +52,8 @@ pub struct ImageId(u16);
 impl ImageId {
     /// The id with this number.
     ///
-    /// # Panics If the number is not from 1 to 7FFFh. In a constant this is a compile error.
+    /// # Panics
+    /// If the number is not from 1 to 7FFFh. In a constant this is a compile error.
     pub const fn new(number: u16) -> Self {
         assert!(number >= 1 && number < 0x8000);
         Self(number)

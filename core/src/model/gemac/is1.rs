@@ -93,11 +93,11 @@ const fn article(name: &'static str, number: &'static str) -> Article {
 /// The article of the classic line, also used for the older type and the reference line.
 pub(super) const CLASSIC: Article = article("IS1BP360-C-CL", "PR-23050-30");
 
-/// Classic line, big plastic housing (PR-23050-30).
+/// Classic line, large plastic housing (PR-23050-30).
 pub const BP_CL: Article = CLASSIC;
 /// Basic line, aluminium housing (PR-25000-00).
 pub const MA_BL: Article = article("IS1MA360-C-BL", "PR-25000-00");
-/// Basic line, big plastic housing (PR-25050-30).
+/// Basic line, large plastic housing (PR-25050-30).
 pub const BP_BL: Article = article("IS1BP360-C-BL", "PR-25050-30");
 /// Basic line, small plastic housing, M8 connector (PR-23060-00).
 pub const SP_BL: Article = article("IS1SP360-C-BL", "PR-23060-00");
@@ -105,4 +105,5 @@ pub const SP_BL: Article = article("IS1SP360-C-BL", "PR-23060-00");
 pub const SP_BL_10: Article = article("IS1SP360-C-BL-10", "PR-23060-10");
 
 /// The catalogue entry with all articles.
-pub const LISTING: Listing<OneAxis> = Listing::new("is1", &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);
+pub const LISTING: Listing<OneAxis> =
+    Listing::new("is1", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);

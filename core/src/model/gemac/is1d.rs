@@ -16,4 +16,4 @@ pub const PLASTIC: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<super::is1::OneAxis> = Listing::new("is1d", &[PLASTIC]);
+pub const LISTING: Listing<super::is1::OneAxis> = Listing::new("is1d", super::MAKER, &[PLASTIC]);

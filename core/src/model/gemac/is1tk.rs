@@ -20,4 +20,4 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<OneAxisHeated> = Listing::new("is1tk", &[METAL]);
+pub const LISTING: Listing<OneAxisHeated> = Listing::new("is1tk", super::MAKER, &[METAL]);

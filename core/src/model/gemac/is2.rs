@@ -101,11 +101,11 @@ const fn article(name: &'static str, number: &'static str, limit: u16) -> Articl
 /// The article of the classic line, also used for the older type and the reference line.
 pub(super) const CLASSIC: Article = article("IS2BP090-C-CL", "PR-23054-30", LIMIT_CLASSIC);
 
-/// Classic line, big plastic housing (PR-23054-30).
+/// Classic line, large plastic housing (PR-23054-30).
 pub const BP_CL: Article = CLASSIC;
 /// Basic line, aluminium housing (PR-25004-00).
 pub const MA_BL: Article = article("IS2MA090-C-BL", "PR-25004-00", LIMIT_BASIC);
-/// Basic line, big plastic housing (PR-25054-30).
+/// Basic line, large plastic housing (PR-25054-30).
 pub const BP_BL: Article = article("IS2BP090-C-BL", "PR-25054-30", LIMIT_BASIC);
 /// Basic line, small plastic housing, M8 connector (PR-23064-00).
 pub const SP_BL: Article = article("IS2SP090-C-BL", "PR-23064-00", LIMIT_BASIC);
@@ -113,4 +113,5 @@ pub const SP_BL: Article = article("IS2SP090-C-BL", "PR-23064-00", LIMIT_BASIC);
 pub const SP_BL_10: Article = article("IS2SP090-C-BL-10", "PR-23064-10", LIMIT_BASIC);
 
 /// The catalogue entry with all articles.
-pub const LISTING: Listing<TwoAxes> = Listing::new("is2", &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);
+pub const LISTING: Listing<TwoAxes> =
+    Listing::new("is2", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);

@@ -16,4 +16,4 @@ pub const PLASTIC: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<super::is2::TwoAxes> = Listing::new("is2d", &[PLASTIC]);
+pub const LISTING: Listing<super::is2::TwoAxes> = Listing::new("is2d", super::MAKER, &[PLASTIC]);

@@ -20,4 +20,4 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<TwoAxesHeated> = Listing::new("is2tk", &[METAL]);
+pub const LISTING: Listing<TwoAxesHeated> = Listing::new("is2tk", super::MAKER, &[METAL]);

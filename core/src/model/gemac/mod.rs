@@ -12,3 +12,6 @@ pub mod is2;
 pub mod is2d;
 pub mod is2tk;
 pub mod parameters;
+
+/// The maker, as the descriptors print it.
+const MAKER: &str = "GEMAC";

@@ -37,15 +37,21 @@ impl Tables {
 pub struct Listing<P> {
     /// The short name.
     pub name: &'static str,
+    maker: &'static str,
     articles: &'static [Article],
     product: PhantomData<P>,
 }
 
 impl<P: fsc::Product> Listing<P> {
     /// The catalogue entry of product `P` with at least one article.
-    pub const fn new(name: &'static str, articles: &'static [Article]) -> Self {
+    pub const fn new(
+        name: &'static str,
+        maker: &'static str,
+        articles: &'static [Article],
+    ) -> Self {
         Self {
             name,
+            maker,
             articles,
             product: PhantomData,
         }
@@ -62,7 +68,7 @@ impl<P: fsc::Product> Listing<P> {
         }
         Product {
             name: self.name,
-            maker: "GEMAC",
+            maker: self.maker,
             protocol: Protocol::Fsc(Tables {
                 articles: self.articles,
                 roles: P::ROLES,

@@ -2,6 +2,7 @@
 
 use super::{Image, Symbol};
 use object::SectionKind;
+use plumbline::model::catalog;
 use std::fmt;
 
 /// A part of the project.
@@ -42,10 +43,9 @@ impl Part {
         match crates.next() {
             Some("plumbline") => Self::Core,
             // The panic handler belongs to the firmware but has a name of the compiler.
-            Some(
-                "firmware_stm32" | "is1" | "is1d" | "is1tk" | "is2" | "is2d" | "is2tk" | "jn2101"
-                | "__rustc",
-            ) => Self::Driver,
+            Some("firmware_stm32" | "__rustc") => Self::Driver,
+            // The program of a product.
+            Some(name) if catalog::find(name).is_some() => Self::Driver,
             Some("compiler_builtins" | "cortex_m_rt") => Self::Runtime,
             Some(_) => Self::Libraries,
             None if name.contains("::") => Self::Runtime,
