@@ -65,7 +65,8 @@ pub struct Entry {
 
 /// The TPDOs of a product and their mapped objects.
 ///
-/// [`TpdoArray`] is the implementation. The number of TPDOs and of mapped objects is checked against the dictionary at compile time.
+/// [`TpdoArray`] is the implementation. The number of TPDOs and of mapped objects is checked against the dictionary at compile
+/// time.
 pub trait Tpdos {
     /// The number of TPDOs.
     const COUNT: usize;

@@ -1,9 +1,9 @@
 //! The parameters of a product. All other data about a parameter is derived from one description.
 //!
 //! A [`Parameter`] describes a parameter: name, type, unit, permitted values, factory value and persistence. A [`Table`] is the
-//! list of the parameters of a product. The [`ParameterRow`]s that the device uses are derived from it at compile time. On a PC it is the
-//! source of data sheets, documents and limits for tools. The protocols only map their addresses (function select code, index and
-//! sub-index) to a [`ParameterId`].
+//! list of the parameters of a product. The [`ParameterRow`]s that the device uses are derived from it at compile time. On a PC
+//! it is the source of data sheets, documents and limits for tools. The protocols only map their addresses (function select code,
+//! index and sub-index) to a [`ParameterId`].
 //!
 //! [`Parameters`] are the values, with checks, factory values and the stored image. A [`Coding`] contains the names and values of
 //! the numbers of a parameter. A [`Quantity`] describes a published value of the application.

@@ -31,9 +31,9 @@
 //! ```
 //!
 //! A slot is half of the memory. The newest parameters are never erased or overwritten. The next record is written after them.
-//! When the slot is full, it is written to the start of the other slot, after a copy of the calibration if there is one. The other slot is erased in
-//! advance at boot ([`Store::prepare`]), because erasing stalls the processor. Only data that can be newer than the newest valid
-//! parameters is reported as damaged; older invalid data is ignored.
+//! When the slot is full, it is written to the start of the other slot, after a copy of the calibration if there is one. The
+//! other slot is erased in advance at boot ([`Store::prepare`]), because erasing stalls the processor. Only data that can be
+//! newer than the newest valid parameters is reported as damaged; older invalid data is ignored.
 
 mod record;
 mod slots;

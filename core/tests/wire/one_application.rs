@@ -1,5 +1,5 @@
-//! One application, with one table of parameters, under FSC and under CANopen: the same acceleration gives the same angle and the same
-//! fault, and a zero offset acts in the same way. A value that contradicts another parameter is refused by both protocols.
+//! One application, with one table of parameters, under FSC and under CANopen: the same acceleration gives the same angle and the
+//! same fault, and a zero offset acts in the same way. A value that contradicts another parameter is refused by both protocols.
 
 use crate::tester::Tester;
 use crate::tester::canopen::{frame, in_g};

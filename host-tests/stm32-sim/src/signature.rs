@@ -1,4 +1,5 @@
-//! The electronic signature in system memory (RM0008, chapter 30): flash size at 1FFF_F7E0h, unique device identifier at 1FFF_F7E8h.
+//! The electronic signature in system memory (RM0008, chapter 30): flash size at 1FFF_F7E0h, unique device identifier at
+//! 1FFF_F7E8h.
 
 use super::io::{AccessError, Width};
 use crc::{CRC_32_ISO_HDLC, Crc};

@@ -1,5 +1,5 @@
-//! The memory functions of the firmware (`firmware-stm32/src/mem.rs`) as they are in an image: with random arguments they do what C and
-//! the ABI for ARM (run-time ABI, 4.3.4) say, and change nothing else.
+//! The memory functions of the firmware (`firmware-stm32/src/mem.rs`) as they are in an image: with random arguments they do what
+//! C and the ABI for ARM (run-time ABI, 4.3.4) say, and change nothing else.
 
 use proptest::prelude::*;
 use std::cell::RefCell;
