@@ -12,8 +12,8 @@
 //! disassembly:
 //!
 //! ```text
-//! cargo rustc --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free -- -C
-//! link-arg=--defsym=panic_path_in_core=0 llvm-objdump -d --demangle target/thumbv7m-none-eabi/release/panic-free
+//! cargo rustc --release -p firmware-stm32 --target thumbv7m-none-eabi --bin panic-free -- -C link-arg=--defsym=panic_path_in_core=0
+//! llvm-objdump -d --demangle target/thumbv7m-none-eabi/release/panic-free
 //! ```
 //!
 //! Only a release build without defmt is a proof: debug assertions add overflow checks, and defmt has its own panic paths.
