@@ -173,7 +173,7 @@ impl Sensor for Firmware {
 }
 
 #[test]
-fn slow_firmware_is_led_to_each_rate_in_time() {
+fn slow_firmware_detects_each_rate() {
     for rate in BitRate::ALL {
         let mut bus = Bus::new(BusRate::Fixed(rate));
         let device = bus.attach(Firmware::new(0, &Clocks::default(), true));
@@ -214,7 +214,7 @@ fn following_bus_waits_until_firmware_listens_at_250_kbit() {
 }
 
 #[test]
-fn free_running_sensors_keep_in_step() {
+fn free_running_sensors_stay_synchronized() {
     let clocks = Clocks::default();
     let mut bus = Bus::new(BusRate::Wire);
     let mut devices = Vec::new();

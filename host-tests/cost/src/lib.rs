@@ -1,7 +1,7 @@
 //! The cost of the flashed Blue Pill image, measured by running it on the simulated microcontroller.
 //!
 //! - [`rows`]: the rows of the table, and the exact definition of each;
-//! - [`subjects`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;
+//! - [`products`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;
 //! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`]; [`calls`]: calculates figures from its calls;
 //! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
 //!
@@ -12,18 +12,18 @@
 pub mod budgets;
 pub mod calls;
 pub mod function;
+pub mod products;
 pub mod rig;
 pub mod rows;
 pub mod scenario;
-pub mod subjects;
 pub mod tables;
 
+use products::MeasuredProduct;
 use rows::{ROWS, Row};
 use scenario::Figures;
 use std::rc::Rc;
 use std::time::Instant;
 use stm32_sim::elf::{Image, Part, Shares};
-use subjects::Subject;
 
 /// The reason why a figure is not available.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -81,11 +81,11 @@ impl Report {
 ///
 /// # Panics
 /// The program does something that is a fault on the chip.
-pub fn measure(subject: Subject, image: Rc<Image>) -> Result<Report, CostError> {
+pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
     let modules = [
-        subject.protocol.module,
+        product.protocol.module,
         "plumbline::node::",
         "plumbline::param::",
     ];
@@ -94,12 +94,12 @@ pub fn measure(subject: Subject, image: Rc<Image>) -> Result<Report, CostError> 
         mut figures,
         stack,
         instructions,
-    } = scenario::run(subject, image)?;
+    } = scenario::run(product, image)?;
     let speed = instructions as f64 / begin.elapsed().as_secs_f64() / 1e6;
-    add_sizes(&mut figures, subject.name, &shares, stack)?;
+    add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);
     Ok(Report {
-        model: subject.name,
+        model: product.name,
         figures: ROWS
             .iter()
             .filter_map(|row| Some((row, *figures.get(row.key)?)))

@@ -3,7 +3,7 @@
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use cost::budgets::Budgets;
-use cost::subjects::{self, Subject};
+use cost::products::{self, MeasuredProduct};
 use cost::{Report, measure, tables};
 use plumbline::model::catalog::PRODUCTS;
 use std::error::Error;
@@ -45,11 +45,11 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     let budgets = Budgets::of_the_project()?;
-    let subjects: Vec<Subject> = match &options.model {
-        Some(model) => subjects::find(model).into_iter().collect(),
-        None => subjects::all(),
+    let products: Vec<MeasuredProduct> = match &options.model {
+        Some(model) => products::find(model).into_iter().collect(),
+        None => products::all(),
     };
-    let reports = reports(&subjects, options.elf.as_deref())?;
+    let reports = reports(&products, options.elf.as_deref())?;
     if options.json {
         println!("{:#}", tables::json(&reports, &budgets));
     } else if options.markdown {
@@ -70,20 +70,23 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
 }
 
 /// Measures each model, with the given image or with a new build.
-fn reports(subjects: &[Subject], elf: Option<&Path>) -> Result<Vec<Report>, Box<dyn Error>> {
+fn reports(
+    products: &[MeasuredProduct],
+    elf: Option<&Path>,
+) -> Result<Vec<Report>, Box<dyn Error>> {
     let built = match elf {
         Some(_) => Default::default(),
         None => firmware::build()?,
     };
     let mut reports = Vec::new();
-    for subject in subjects {
-        let path = elf.or_else(|| built.get(subject.name).map(PathBuf::as_path));
-        let path = path.ok_or_else(|| format!("there is no image {}", subject.name))?;
+    for product in products {
+        let path = elf.or_else(|| built.get(product.name).map(PathBuf::as_path));
+        let path = path.ok_or_else(|| format!("there is no image {}", product.name))?;
         let bytes = std::fs::read(path)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let image = Image::parse(&bytes)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        reports.push(measure(*subject, Rc::new(image))?);
+        reports.push(measure(*product, Rc::new(image))?);
     }
     Ok(reports)
 }

@@ -1,7 +1,7 @@
 //! The microcontroller and a tester on a wire.
 
 use super::CostError;
-use super::subjects::{Message, Subject};
+use super::products::{MeasuredProduct, Message};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, DeviceId, Flash, Source};
 use plumbline::can::{Frame, standard};
@@ -51,16 +51,16 @@ pub struct Rig {
     bus: Bus,
     device: DeviceId,
     tester: AdapterId,
-    subject: Subject,
+    product: MeasuredProduct,
 }
 
 impl Rig {
     /// A sensor with blank memory, which is switched on.
-    pub fn new(subject: Subject, image: Rc<Image>) -> Self {
-        let mut bus = Bus::new(subject.protocol.bus);
+    pub fn new(product: MeasuredProduct, image: Rc<Image>) -> Self {
+        let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
         let device = bus.attach(Microcontroller::new(
-            subject.name,
+            product.name,
             image,
             1,
             Flash::default(),
@@ -72,7 +72,7 @@ impl Rig {
             bus,
             device,
             tester,
-            subject,
+            product,
         }
     }
 
@@ -120,7 +120,7 @@ impl Rig {
     /// # Errors
     /// The image has no such function.
     pub fn watch(&mut self, function: &'static str) -> Result<(), CostError> {
-        let name = self.subject.name;
+        let name = self.product.name;
         let found = self.controller_mut().count_calls(function);
         found
             .then_some(())
@@ -192,7 +192,7 @@ impl Rig {
             }
             self.run(LOOK);
             let received = self.bus.take_received(self.tester);
-            let emergency = self.subject.protocol.emergency.map(standard);
+            let emergency = self.product.protocol.emergency.map(standard);
             let is_reply = |frame: &Frame| Some(frame.id()) != emergency;
             came += received.iter().filter(|(_, frame)| is_reply(frame)).count();
         }
@@ -201,6 +201,6 @@ impl Rig {
 
     /// The error for a missing reply.
     pub fn silent(&self, to: String) -> CostError {
-        CostError::Silent(self.subject.name, to)
+        CostError::Silent(self.product.name, to)
     }
 }

@@ -3,8 +3,8 @@
 use super::CostError;
 use super::calls::{exchange, median, middle, most, reply, save};
 use super::function::{Angles, CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
+use super::products::{Filter, MeasuredProduct, Message, Protocol};
 use super::rig::Rig;
-use super::subjects::{Filter, Message, Protocol, Subject};
 use can_wire::frame_length::frame_bits;
 use can_wire::protocol::{Picoseconds, bit_time};
 use plumbline::time::{Duration, Instant, millis};
@@ -49,11 +49,11 @@ pub struct Outcome {
 ///
 /// # Errors
 /// The sensor does not behave as expected, or a measured function is missing.
-pub fn run(subject: Subject, image: Rc<Image>) -> Result<Outcome, CostError> {
+pub fn run(product: MeasuredProduct, image: Rc<Image>) -> Result<Outcome, CostError> {
     let mut scenario = Scenario {
-        rig: Rig::new(subject, image),
-        protocol: subject.protocol,
-        angles: subject.angles,
+        rig: Rig::new(product, image),
+        protocol: product.protocol,
+        angles: product.angles,
         figures: Figures::new(),
         samples: Vec::new(),
     };
@@ -63,7 +63,7 @@ pub fn run(subject: Subject, image: Rc<Image>) -> Result<Outcome, CostError> {
     let violations = controller.violations();
     if let Some(first) = violations.first() {
         return Err(CostError::Violations {
-            model: subject.name,
+            model: product.name,
             count: violations.len(),
             first: first.clone(),
         });

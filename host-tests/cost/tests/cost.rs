@@ -3,7 +3,7 @@
 //! `UPDATE=1 cargo test -p cost --test cost` writes the figures into the documents.
 
 use cost::budgets::Budgets;
-use cost::subjects::{self, Subject};
+use cost::products::{self, MeasuredProduct};
 use cost::{CostError, Report, measure, tables};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -25,8 +25,8 @@ static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
 
 /// One run of the scenario for each model, shared by all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
-    let report = |subject: Subject| measure(subject, image(subject.name));
-    let reports: Result<_, CostError> = subjects::all().into_iter().map(report).collect();
+    let report = |product: MeasuredProduct| measure(product, image(product.name));
+    let reports: Result<_, CostError> = products::all().into_iter().map(report).collect();
     reports.unwrap_or_else(|error| panic!("{error}"))
 });
 
@@ -49,8 +49,8 @@ fn every_figure_is_within_its_budget() {
 #[test]
 fn every_model_with_budgets_is_measured() {
     let budgets = Budgets::of_the_project().expect("the file is valid");
-    let subjects = subjects::all();
-    let measured: BTreeSet<&str> = subjects.iter().map(|subject| subject.name).collect();
+    let products = products::all();
+    let measured: BTreeSet<&str> = products.iter().map(|product| product.name).collect();
     assert_eq!(budgets.models().collect::<BTreeSet<_>>(), measured);
 }
 
@@ -84,8 +84,8 @@ fn readme_of_the_project_has_the_measured_figures_of_is2() {
 /// One axis has no perpendicular angles, so its image lacks their function.
 #[test]
 fn missing_function_is_an_error_with_its_name() {
-    let two_axes = subjects::find("is2").expect("there is an is2");
-    let wrong = Subject {
+    let two_axes = products::find("is2").expect("there is an is2");
+    let wrong = MeasuredProduct {
         name: "is1",
         ..two_axes
     };

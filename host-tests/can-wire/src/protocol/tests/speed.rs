@@ -5,7 +5,7 @@ use std::time::Instant;
 
 #[test]
 #[ignore = "a measurement"]
-fn station_bits_per_second() {
+fn simulation_speed_in_bits_per_second() {
     const FRAMES: u64 = 20_000;
     const STATIONS: u64 = 4;
     let mut wire = Wire::joined(STATIONS as usize);

@@ -73,7 +73,7 @@ pub struct Protocol {
 
 /// A measured product.
 #[derive(Clone, Copy, Debug)]
-pub struct Subject {
+pub struct MeasuredProduct {
     /// Its name, and that of its image.
     pub name: &'static str,
     /// Its protocol.
@@ -82,7 +82,7 @@ pub struct Subject {
     pub angles: Angles,
 }
 
-impl From<&Product> for Subject {
+impl From<&Product> for MeasuredProduct {
     fn from(product: &Product) -> Self {
         let axes = with(product.name, &Settings::default(), |node| node.readout());
         let has_y = axes.is_some_and(|readout| readout.y.is_some());
@@ -102,13 +102,13 @@ impl From<&Product> for Subject {
 }
 
 /// Every product.
-pub fn all() -> Vec<Subject> {
-    PRODUCTS.iter().map(Subject::from).collect()
+pub fn all() -> Vec<MeasuredProduct> {
+    PRODUCTS.iter().map(MeasuredProduct::from).collect()
 }
 
 /// The product of this name.
-pub fn find(name: &str) -> Option<Subject> {
-    catalog::find(name).map(Subject::from)
+pub fn find(name: &str) -> Option<MeasuredProduct> {
+    catalog::find(name).map(MeasuredProduct::from)
 }
 
 /// A request with the factory's Set-Parameter-ID.
