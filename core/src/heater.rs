@@ -102,7 +102,7 @@ impl Heater {
         }
     }
 
-    /// Switches the control on or off (ifm JN2101 manual 9.7, object 2041h). Off acts at once and resets the controller. On acts
+    /// Switches the control on or off. Off acts at once and resets the controller. On acts
     /// in the next period. Setting the same state again has no effect.
     pub fn enable(&mut self, on: bool) {
         if !on {
@@ -136,14 +136,14 @@ impl Heater {
         self.duty
     }
 
-    /// The present heating power, in mW (ifm JN2101 manual, object 4081h).
+    /// The present heating power, in mW.
     pub fn power(&self) -> u16 {
         let full = self.settings.map_or(0, |settings| settings.full_power);
         (u32::from(full) * u32::from(self.duty) / u32::from(FULL)) as u16
     }
 
     /// True if the temperature is steady: within [`Settings::tolerance`] of the set point for at least
-    /// [`Settings::steady_after`]. If false, the AccuracyWarning is active (GEMAC manual 9.5). False while the heater is disabled
+    /// [`Settings::steady_after`]. If false, measurements can be less accurate. False while the heater is disabled
     /// or the temperature sensor is faulty.
     pub fn is_steady(&self) -> bool {
         // At least one period, so that it is not steady before the first measurement.

@@ -191,8 +191,8 @@ fn bit_rate<P: Product>(parameters: &ParametersOf<P>) -> Option<BitRate> {
 }
 
 impl<P: Product> Protocol<P::Application> for Fsc<P> {
-    // Two boot-up messages.
-    const FRAMES: usize = 2;
+    // Two boot-up messages and a cyclic value.
+    const FRAMES: usize = 3;
     const FILTERS: usize = 2;
     const DETECTS: bool = true;
 
