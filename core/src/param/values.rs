@@ -241,3 +241,89 @@ impl<T: Table> fmt::Debug for Parameters<T> {
         f.debug_map().entries(named.zip(numbers)).finish()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::param::{DataType, Persistence};
+
+    const A: ParameterId = ParameterId(0);
+    const B: ParameterId = ParameterId(1);
+    const VOLATILE: ParameterId = ParameterId(2);
+    const C: ParameterId = ParameterId(3);
+
+    const PARAMETERS: [Parameter; 4] = [
+        Parameter::new(A, "a", DataType::U8).within(1, 9, 1),
+        Parameter::new(B, "b", DataType::U16).within(0, 1000, 2),
+        Parameter {
+            persistence: Persistence::Volatile,
+            ..Parameter::new(VOLATILE, "volatile", DataType::U8)
+        },
+        Parameter::new(C, "c", DataType::U8).within(1, 9, 3),
+    ];
+
+    /// The firmware before `c` was added.
+    struct Older;
+
+    impl Table for Older {
+        const PARAMETERS: &'static [Parameter] = {
+            let [a, b, volatile, _] = PARAMETERS;
+            &[a, b, volatile]
+        };
+        crate::project_parameters!();
+    }
+
+    struct Newer;
+
+    impl Table for Newer {
+        const PARAMETERS: &'static [Parameter] = &PARAMETERS;
+        const CONSTRAINTS: &'static [Constraint] = &[Constraint::Different(A, C)];
+        crate::project_parameters!();
+    }
+
+    fn values<T: Table>(bytes: &[u8]) -> Option<[u32; 3]> {
+        let parameters = Parameters::<T>::decode(bytes)?;
+        Some([A, B, C].map(|id| parameters.get(id)))
+    }
+
+    #[test]
+    fn newer_firmware_keeps_the_values_of_an_older_image() {
+        let mut older = Parameters::<Older>::factory();
+        older.set(A, 7);
+        older.set(B, 500);
+        let mut image = [0; Older::STORED_SIZE];
+        assert_eq!(older.encode(&mut image), Some(3));
+        assert_eq!(image, [7, 0xF4, 0x01]);
+        assert_eq!(values::<Newer>(&image), Some([7, 500, 3]));
+        assert_eq!(values::<Newer>(&[]), Some([1, 2, 3]));
+    }
+
+    #[test]
+    fn older_firmware_ignores_the_values_that_it_does_not_know() {
+        let mut newer = Parameters::<Newer>::factory();
+        newer.set(B, 500);
+        newer.set(C, 9);
+        let mut image = [0; Newer::STORED_SIZE];
+        assert_eq!(newer.encode(&mut image), Some(4));
+        let older = Parameters::<Older>::decode(&image).unwrap();
+        assert_eq!((older.get(A), older.get(B)), (1, 500));
+    }
+
+    #[test]
+    fn image_with_a_value_that_is_not_permitted_is_refused() {
+        assert_eq!(values::<Newer>(&[0, 0, 0, 3]), None, "a is too low");
+        assert_eq!(values::<Newer>(&[1, 0xE9, 0x03, 3]), None, "b is too high");
+        assert_eq!(values::<Newer>(&[1, 0]), None, "b is cut off");
+        assert_eq!(values::<Newer>(&[5, 0, 0, 5]), None, "a and c are equal");
+        // The factory value of c contradicts a.
+        assert_eq!(values::<Newer>(&[3, 0, 0]), None);
+        assert_eq!(values::<Newer>(&[5, 0, 0, 6]), Some([5, 0, 6]));
+    }
+
+    #[test]
+    fn image_does_not_fit_into_a_shorter_buffer() {
+        let newer = Parameters::<Newer>::factory();
+        assert_eq!(newer.encode(&mut [0; 3]), None);
+        assert_eq!(newer.encode(&mut [0; 5]), Some(4));
+    }
+}

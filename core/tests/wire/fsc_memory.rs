@@ -200,3 +200,25 @@ fn write_during_load_is_not_lost() {
     assert_eq!(tester.ask(&[0x14])[2..], [1]);
     assert_eq!(tester.ask(&[0x18])[2..], [0, 0]);
 }
+
+#[test]
+fn image_of_firmware_without_the_last_parameter_keeps_the_others() {
+    let mut tester = is2();
+    tester.ask(&[0x25, 0x21, 0x43]);
+    tester.ask(&[0x28, 100, 0]);
+    tester.ask(&[0x29, 200, 0]);
+    tester.ask(b"\x50SAVE");
+    let memory = tester.memory.clone().unwrap();
+    // The last parameter is the zero offset Y, two bytes.
+    let older = Boot {
+        parameters: memory.get(..memory.len() - 2),
+        ..Boot::default()
+    };
+    let mut tester = with_memory::<TwoAxes>(&is2::BP_CL, older);
+    tester.receive(Frame::data(standard(0x7FF), &[]).unwrap());
+    tester.sent();
+    assert_eq!(tester.ask(&[0x02])[1] & EEPROM_ERROR, 0);
+    assert_eq!(tester.ask(&[0x15])[2..], [0x21, 0x43]);
+    assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
+    assert_eq!(tester.ask(&[0x19])[2..], [0, 0], "the factory value");
+}
