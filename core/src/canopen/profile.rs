@@ -57,7 +57,7 @@ pub const fn node_id(id: ParameterId, factory: u8) -> Parameter {
     Parameter {
         permitted: Permitted::Range(1, 127),
         factory: factory as u32,
-        ..number(id, "Node-ID", DataType::U8)
+        ..Parameter::new(id, "Node-ID", DataType::U8)
     }
 }
 
@@ -67,7 +67,7 @@ pub const fn bit_rate(id: ParameterId, factory: u16) -> Parameter {
         unit: "kbit/s",
         permitted: Permitted::OneOf(&BIT_RATE_NUMBERS),
         factory: factory as u32,
-        ..number(id, "Bit rate", DataType::U16)
+        ..Parameter::new(id, "Bit rate", DataType::U16)
     }
 }
 
@@ -87,21 +87,12 @@ const BIT_RATE_CODING: Coding<BitRate, 8> = Coding([
     (1000, "", BitRate::M1),
 ]);
 
-const fn number(id: ParameterId, name: &'static str, data_type: DataType) -> Parameter {
-    Parameter {
-        id,
-        name,
-        data_type,
-        ..Parameter::PLAIN
-    }
-}
-
 /// COB-ID of the SYNC (1005h). Factory value 80h.
 pub const fn sync_cob_id(id: ParameterId) -> Parameter {
     Parameter {
         permitted: Permitted::Ranges(&cob_id::SYNC),
         factory: cob_id::EMCY as u32,
-        ..number(id, "COB-ID SYNC message", DataType::U32)
+        ..Parameter::new(id, "COB-ID SYNC message", DataType::U32)
     }
 }
 
@@ -109,13 +100,13 @@ pub const fn sync_cob_id(id: ParameterId) -> Parameter {
 pub const fn guard_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "ms",
-        ..number(id, "Guard time", DataType::U16)
+        ..Parameter::new(id, "Guard time", DataType::U16)
     }
 }
 
 /// Life time factor (100Dh). Factory value 0.
 pub const fn life_time_factor(id: ParameterId) -> Parameter {
-    number(id, "Life time factor", DataType::U8)
+    Parameter::new(id, "Life time factor", DataType::U8)
 }
 
 /// COB-ID of the EMCY (1014h). Factory value 80h; the node-ID is added at each start.
@@ -123,7 +114,7 @@ pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
     Parameter {
         factory: cob_id::EMCY as u32,
         persistence: Persistence::Volatile,
-        ..number(id, "COB-ID EMCY", DataType::U32)
+        ..Parameter::new(id, "COB-ID EMCY", DataType::U32)
     }
 }
 
@@ -131,7 +122,7 @@ pub const fn emcy_cob_id(id: ParameterId) -> Parameter {
 pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "100 us",
-        ..number(id, "Inhibit time EMCY", DataType::U16)
+        ..Parameter::new(id, "Inhibit time EMCY", DataType::U16)
     }
 }
 
@@ -139,7 +130,7 @@ pub const fn emcy_inhibit_time(id: ParameterId) -> Parameter {
 pub const fn heartbeat_time(id: ParameterId) -> Parameter {
     Parameter {
         unit: "ms",
-        ..number(id, "Producer heartbeat time", DataType::U16)
+        ..Parameter::new(id, "Producer heartbeat time", DataType::U16)
     }
 }
 
@@ -152,7 +143,7 @@ pub const fn error_behaviour(id: ParameterId) -> Parameter {
             (1, "no change of state"),
             (2, "stopped"),
         ],
-        ..number(id, "Error behaviour", DataType::U8)
+        ..Parameter::new(id, "Error behaviour", DataType::U8)
     }
 }
 
@@ -165,7 +156,7 @@ pub const fn nmt_start_up(id: ParameterId) -> Parameter {
             (2, "NMT start command"),
             (8, "autostart"),
         ],
-        ..number(id, "NMT start-up", DataType::U32)
+        ..Parameter::new(id, "NMT start-up", DataType::U32)
     }
 }
 
@@ -177,21 +168,21 @@ pub const fn tpdo_communication(first: ParameterId, cob_id: u32) -> [Parameter; 
         Parameter {
             factory: cob_id,
             persistence: Persistence::Volatile,
-            ..number(ParameterId(first), "COB-ID", DataType::U32)
+            ..Parameter::new(ParameterId(first), "COB-ID", DataType::U32)
         },
         Parameter {
             permitted: Permitted::Ranges(&TRANSMISSION_TYPES),
             factory: 1,
-            ..number(ParameterId(first + 1), "Transmission type", DataType::U8)
+            ..Parameter::new(ParameterId(first + 1), "Transmission type", DataType::U8)
         },
         Parameter {
             unit: "100 us",
-            ..number(ParameterId(first + 2), "Inhibit time", DataType::U16)
+            ..Parameter::new(ParameterId(first + 2), "Inhibit time", DataType::U16)
         },
         Parameter {
             unit: "ms",
             factory: 10,
-            ..number(ParameterId(first + 3), "Event timer", DataType::U16)
+            ..Parameter::new(ParameterId(first + 3), "Event timer", DataType::U16)
         },
     ]
 }
