@@ -50,3 +50,21 @@ pub trait Io {
     /// flash: the processor stops after the instruction so that the machine can update.
     fn take_changed(&mut self) -> bool;
 }
+
+/// No peripherals: every access is refused. For programs that use only the processor and its memories.
+#[derive(Clone, Copy, Debug)]
+pub struct NoPeripherals;
+
+impl Io for NoPeripherals {
+    fn read(&mut self, _: u64, _: u32, _: Width) -> Result<u32, AccessError> {
+        Err(AccessError::Unmapped)
+    }
+
+    fn write(&mut self, _: u64, _: u32, _: Width, _: u32) -> Result<(), AccessError> {
+        Err(AccessError::Unmapped)
+    }
+
+    fn take_changed(&mut self) -> bool {
+        false
+    }
+}

@@ -6,30 +6,13 @@ use std::cell::RefCell;
 use std::sync::LazyLock;
 use stm32_sim::cortex_m3::{CortexM3, Pause};
 use stm32_sim::elf::Image;
-use stm32_sim::io::{AccessError, Io, Width};
+use stm32_sim::io::NoPeripherals;
 
 const RAM: u32 = 0x2000_0000;
 /// The part of RAM that the functions work on.
 const AREA: usize = 256;
 /// The initial stack pointer.
 const STACK: u32 = RAM + 0x1000;
-
-/// No peripherals.
-struct Nothing;
-
-impl Io for Nothing {
-    fn read(&mut self, _: u64, _: u32, _: Width) -> Result<u32, AccessError> {
-        Err(AccessError::Unmapped)
-    }
-
-    fn write(&mut self, _: u64, _: u32, _: Width, _: u32) -> Result<(), AccessError> {
-        Err(AccessError::Unmapped)
-    }
-
-    fn take_changed(&mut self) -> bool {
-        false
-    }
-}
 
 /// The image of a product that uses all of the functions.
 static IMAGE: LazyLock<Image> = LazyLock::new(|| {
@@ -78,7 +61,10 @@ fn call_on(
     processor.set_register(14, end | 1);
     processor.set_register(15, entry);
     let limit = processor.cycle() + 10_000;
-    assert_eq!(processor.run(&mut Nothing, limit), Ok(Pause::Breakpoint));
+    assert_eq!(
+        processor.run(&mut NoPeripherals, limit),
+        Ok(Pause::Breakpoint)
+    );
     assert_eq!(processor.register(13), STACK, "{function} changes SP");
     for (register, value) in preserved {
         assert_eq!(

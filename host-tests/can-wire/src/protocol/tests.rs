@@ -3,7 +3,6 @@
 mod errors;
 mod frames;
 mod sharing;
-mod speed;
 
 use super::*;
 use plumbline::can::standard;

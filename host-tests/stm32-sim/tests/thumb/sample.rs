@@ -8,7 +8,7 @@ use stm32_sim::cortex_m3::decode::instruction::{Instruction, ItRule, Register};
 use stm32_sim::cortex_m3::decode::rule::Rule;
 use stm32_sim::cortex_m3::decode::{self};
 use stm32_sim::cortex_m3::{CortexM3, FaultKind, Pause};
-use stm32_sim::io::{AccessError, Io, Width};
+use stm32_sim::io::NoPeripherals;
 
 const CODE: u32 = 0x0800_0400;
 /// Unicorn has this much memory for code.
@@ -20,23 +20,6 @@ const NOP: u16 = 0xBF00;
 /// A hint that stops Unicorn.
 const YIELD: [&[u16]; 2] = [&[0xBF10], &[0xF3AF, 0x8001]];
 const CLREX: [u16; 2] = [0xF3BF, 0x8F2F];
-
-/// No peripherals.
-struct Nothing;
-
-impl Io for Nothing {
-    fn read(&mut self, _: u64, _: u32, _: Width) -> Result<u32, AccessError> {
-        Err(AccessError::Unmapped)
-    }
-
-    fn write(&mut self, _: u64, _: u32, _: Width, _: u32) -> Result<(), AccessError> {
-        Err(AccessError::Unmapped)
-    }
-
-    fn take_changed(&mut self) -> bool {
-        false
-    }
-}
 
 /// Numbers from a seed (SplitMix64).
 pub struct Random(u64);
@@ -229,7 +212,7 @@ impl Sampler {
             self.load(&code, &before);
             let start = self.processor.cycle();
             let end = start + program.len() as u64;
-            match self.processor.run(&mut Nothing, end) {
+            match self.processor.run(&mut NoPeripherals, end) {
                 Ok(pause) => {
                     assert_eq!(pause, Pause::Reached);
                     let after = self.read_state();
