@@ -3,6 +3,7 @@
 use crate::rig::*;
 use bench::{BusRate, Flash};
 use plumbline::can::BitRate;
+use stm32_sim::gpio::{Pin, PortName};
 use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
@@ -192,4 +193,46 @@ fn failed_crystal_is_tried_again_at_each_watchdog_reset() {
     rig.io().0.rcc.break_crystal(false);
     rig.boot_up();
     rig.poll();
+}
+
+#[test]
+fn module_leds_are_outputs_and_off() {
+    for name in MODELS {
+        let mut rig = switched_on(name);
+        rig.boot_up();
+        let (io, _) = rig.io();
+        // README, "Wiring": green and red, on when high.
+        for pin in [13, 14] {
+            assert_eq!(
+                io.gpio.output(Pin(PortName::B, pin)),
+                Some(false),
+                "{name}, PB{pin}"
+            );
+        }
+    }
+}
+
+#[test]
+fn image_does_not_contain_the_catalogue() {
+    // Names of articles and parameters are for a PC; the image has the numbers of its own article only.
+    for name in ["is2", "jn2101"] {
+        let image = image(name);
+        for text in [
+            "IS2MA090",
+            "Set-Parameter-ID",
+            "Quadrant correction",
+            "jn2101",
+        ] {
+            let contains = |bytes: &[u8]| {
+                bytes
+                    .windows(text.len())
+                    .any(|part| part == text.as_bytes())
+            };
+            let mut segments = image.segments().iter();
+            assert!(
+                !segments.any(|segment| contains(&segment.bytes)),
+                "{name}: {text}"
+            );
+        }
+    }
 }
