@@ -2,7 +2,7 @@
 
 use crate::tester::canopen::*;
 
-/// The largest inclination X, in parts of the input's amplitude, for a sine of this frequency in Hz behind this filter.
+/// The largest inclination X, in parts of the input's amplitude, for a sine of this frequency in Hz after this filter.
 fn gain(filter: u32, frequency: f64) -> f64 {
     const AMPLITUDE: f64 = 10.0;
     let mut t = booted();

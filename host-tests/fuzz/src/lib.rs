@@ -69,7 +69,7 @@ pub fn mutate<const STEP: usize>(
         }
         _ if count < room => {
             let new = 1 + random.below((room - count).min(STEPS_MAX));
-            // Often behind the last step, where the state of the sensor is what the steps have reached.
+            // Often after the last step, where the state of the sensor is what the steps have reached.
             let to = match random.below(2) {
                 0 => count,
                 _ => random.below(count + 1),
