@@ -162,10 +162,18 @@ fn every_article_is_listed_in_the_document_of_its_product() {
 }
 
 #[test]
-fn readme_lists_every_product() {
+fn readme_lists_every_product_with_its_articles() {
     for product in PRODUCTS {
         let name = format!("| `{}` |", product.name);
-        assert!(README.contains(&name), "there is no row with {name}");
+        let row = README.lines().find(|line| line.starts_with(&name));
+        let row = row.unwrap_or_else(|| panic!("there is no row with {name}"));
+        for article in product.articles() {
+            assert!(
+                row.contains(article.name),
+                "{name} without {}",
+                article.name
+            );
+        }
     }
 }
 
