@@ -130,7 +130,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended.
-    /// Only for a store without a save since [`open`](Self::open).
+    /// Only for a store without a save since [`open`](Self::open). The save fails if the stored parameters are longer than the
+    /// buffer: those of a newer firmware can be.
     pub fn calibrate(&mut self, calibration: &Calibration) {
         let mut copy = [0; N];
         let parameters = self.boot().parameters;
