@@ -18,17 +18,17 @@ impl Faults {
     /// No fault.
     pub const NONE: Self = Self(0);
     /// There is no valid measurement.
-    pub const SENSOR: Self = Self(1 << 0);
+    pub const SENSOR: Self = Self(0x01);
     /// The inclination is outside the measuring range.
-    pub const RANGE: Self = Self(1 << 1);
+    pub const RANGE: Self = Self(0x02);
     /// The temperature of the measuring cell is outside its range.
-    pub const TEMPERATURE: Self = Self(1 << 2);
+    pub const TEMPERATURE: Self = Self(0x04);
     /// The first angle is not valid: outside its range, or not measured.
-    pub const X: Self = Self(1 << 3);
+    pub const X: Self = Self(0x08);
     /// The second angle is not valid: outside its range, or not measured.
-    pub const Y: Self = Self(1 << 4);
+    pub const Y: Self = Self(0x10);
     /// The heated measuring cell has not reached its constant temperature.
-    pub const WARM_UP: Self = Self(1 << 5);
+    pub const WARM_UP: Self = Self(0x20);
 
     /// The union of both sets of faults.
     pub const fn and(self, other: Self) -> Self {
@@ -332,6 +332,11 @@ mod tests {
         assert_eq!(outputs.heater(), Some(0));
         assert_eq!(outputs.termination(), Some(true));
         assert_eq!(outputs.with_termination(false).termination(), Some(false));
+        let repeated = outputs.with_heater(0).with_termination(true);
+        assert_eq!(repeated, outputs);
+        let connected = Outputs::NONE.with_termination(true);
+        assert_eq!(connected.heater(), None);
+        assert_eq!(connected.with_heater(700).with_heater(5).heater(), Some(5));
         let wrapped = (0..255).fold(outputs, |outputs, _| outputs.with_self_test());
         assert_eq!(wrapped.self_tests(), 0);
         assert_eq!(wrapped.heater(), Some(0));
@@ -342,6 +347,8 @@ mod tests {
         let faults = Faults::X.and(Faults::WARM_UP);
         assert_eq!(faults.set(Faults::X, false), Faults::WARM_UP);
         assert_eq!(faults.set(Faults::Y, true).0, faults.0 | Faults::Y.0);
+        assert_eq!(faults.set(Faults::X, true), faults);
+        assert_eq!(faults.and(Faults::X), faults);
         assert!(faults.intersects(Faults::X) && !faults.intersects(Faults::Y));
     }
 }

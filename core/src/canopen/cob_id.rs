@@ -15,6 +15,8 @@ use crate::param::Ranges;
 pub const NMT: u16 = 0x000;
 /// The identifier of emergency messages, for node 0.
 pub const EMCY: u16 = 0x080;
+/// The identifier of the SYNC of a product without 1005h.
+pub const SYNC_DEFAULT: u16 = 0x080;
 /// The identifier of SDO replies, for node 0.
 pub const SDO_REPLY: u16 = 0x580;
 /// The identifier of SDO requests, for node 0.

@@ -113,8 +113,8 @@ pub trait Product: 'static {
 ///
 /// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 /// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
-/// - constant texts fit into the buffer;
-/// - the default COB-IDs of the TPDOs and of the EMCY are above 080h with each node-ID.
+/// - constant texts fit into the buffer, which has at most 255 bytes;
+/// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
     let quantities = <P::Application as Application>::QUANTITIES;
@@ -129,6 +129,10 @@ pub(super) const fn check<P: Product>() {
 
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 const fn check_rows(objects: &[Object], history: usize, text: usize, parameters: &[Parameter]) {
+    assert!(
+        text <= u8::MAX as usize,
+        "the buffer for texts has more than 255 bytes"
+    );
     let mut row = 0;
     while row < objects.len() {
         match objects[row].target {
@@ -139,6 +143,12 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
                 assert!(
                     objects[row].count as usize == history,
                     "the capacity of the error history is not that of the dictionary"
+                );
+            }
+            Target::Parameter(id) if objects[row].index == 0x1005 => {
+                assert!(
+                    super::cob_id::SYNC.contain(parameters[id.0 as usize].factory),
+                    "the default COB-ID of the SYNC is not free"
                 );
             }
             Target::CobId(id) => {

@@ -55,7 +55,7 @@ impl<P: Product> Services<P> {
     const FAULTS: &'static [emcy::Fault; 8] = &emcy::faults(&P::FAULTS);
 
     pub(super) const SYNC_COB_ID: Setting =
-        Setting::at_or(P::OBJECTS, 0x1005, 0, cob_id::EMCY as u32);
+        Setting::at_or(P::OBJECTS, 0x1005, 0, cob_id::SYNC_DEFAULT as u32);
     pub(super) const GUARD_TIME: Setting = Setting::at(P::OBJECTS, 0x100C, 0);
     pub(super) const LIFE_TIME_FACTOR: Setting = Setting::at(P::OBJECTS, 0x100D, 0);
     const EMCY_COB_ID: Setting = Setting::at(P::OBJECTS, 0x1014, 0);

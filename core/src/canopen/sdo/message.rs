@@ -97,10 +97,15 @@ pub fn number_reply(address: Address, number: u32, size: u8) -> [u8; 8] {
     addressed(0x43 | unused << 2, address, number.to_le_bytes())
 }
 
+/// Whether data of `length` bytes is sent in the reply to the initiate request. No data is sent in a segment.
+pub const fn is_expedited(length: usize) -> bool {
+    matches!(length, 1..=4)
+}
+
 /// The reply to the initiate request of an upload: expedited with 1 to 4 bytes of data, otherwise with the size of the data.
 pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
     let length = data.len() as u8;
-    if let 1..=4 = length {
+    if is_expedited(data.len()) {
         let number = data.iter().rev();
         let number = number.fold(0, |number, &byte| number << 8 | u32::from(byte));
         return number_reply(address, number, length);

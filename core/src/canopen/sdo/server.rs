@@ -235,7 +235,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
             return Ok(message::number_reply(address, number, size));
         }
         self.data = objects.text(object);
-        if self.data.bytes().len() > 4 {
+        if !message::is_expedited(self.data.bytes().len()) {
             let stage = Stage::Upload {
                 toggle: false,
                 sent: 0,

@@ -331,7 +331,7 @@ const fn slope(id: ValueId, name: &'static str, data_type: DataType) -> Quantity
         id,
         name,
         data_type,
-        unit: "6000h",
+        unit: "0.001 deg x 6000h",
         decimals: 0,
         range: data_type.range(),
     }

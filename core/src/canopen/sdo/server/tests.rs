@@ -111,6 +111,20 @@ fn text_is_transferred_in_segments() {
 }
 
 #[test]
+fn empty_text_is_transferred_in_one_empty_segment() {
+    let (mut server, mut memory) = (Tested::IDLE, Memory::default());
+    let mut serve = |bytes| server.serve(&mut memory, at(0), bytes).unwrap();
+    assert_eq!(
+        serve([0x40, 1, 0x20, 0, 0, 0, 0, 0]),
+        [0x41, 1, 0x20, 0, 0, 0, 0, 0]
+    );
+    assert_eq!(
+        serve([0x60, 0, 0, 0, 0, 0, 0, 0]),
+        [0x0F, 0, 0, 0, 0, 0, 0, 0]
+    );
+}
+
+#[test]
 fn wrong_request_is_aborted_with_its_code_and_changes_nothing() {
     let (mut server, mut memory) = (Tested::IDLE, Memory::default());
     let cases = [
