@@ -187,6 +187,9 @@ pub trait Application: Sized {
     /// Whether it has [`Outputs`]. If not, the node ignores them.
     const HAS_OUTPUTS: bool = Self::HEATER.is_some();
 
+    /// Whether it requests self-tests of the accelerometer. If not, a driver does not need that function.
+    const HAS_SELF_TEST: bool = false;
+
     /// An application that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
 

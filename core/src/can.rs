@@ -151,6 +151,12 @@ impl Frame {
             self.data.get(..self.dlc()).unwrap_or(&[])
         }
     }
+
+    /// The eight data bytes as two little-endian words, as in the registers of CAN controllers. Bytes beyond the data are 0.
+    pub const fn data_words(&self) -> [u32; 2] {
+        let data = u64::from_le_bytes(self.data);
+        [data as u32, (data >> 32) as u32]
+    }
 }
 
 impl embedded_can::Frame for Frame {
@@ -336,6 +342,13 @@ mod tests {
             let bytes = &data[..usize::from(length).min(8)];
             assert_eq!(Some(frame), Frame::data(standard(5), bytes));
         }
+    }
+
+    #[test]
+    fn data_words_have_the_data_from_the_lowest_byte_on() {
+        let frame = Frame::data(standard(5), &[1, 2, 3, 4, 5, 6]).unwrap();
+        assert_eq!(frame.data_words(), [0x0403_0201, 0x0605]);
+        assert_eq!(Frame::EMPTY.data_words(), [0, 0]);
     }
 
     #[test]

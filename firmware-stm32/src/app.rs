@@ -6,14 +6,13 @@
 //! The loop sleeps until an interrupt has an event for it, or until the time of `App::wake`: the next sample, or the deadline of
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
-use crate::board::{self, Board, StatusLeds, Switches, Watchdog};
+use crate::board::{self, Board, ImuWires, StatusLeds, Switches, Watchdog};
 use crate::can::Bus;
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::{clock, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
-use cortex_m::singleton;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, Boot, Node};
 use plumbline::store::{Owner, Store};
@@ -26,16 +25,17 @@ const RESTART_LIMIT: Duration = millis(100);
 /// The longest time that the boot waits for the accelerometer, which settles in 100 ms.
 const FIRST_READING_LIMIT: Duration = millis(200);
 
-/// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` is the memory for the
-/// [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node. `start_node` starts
-/// the node.
-pub fn run<N: Node + 'static, const BUFFER: usize>(
+/// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `imu` are memory for
+/// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver
+/// of the accelerometer. `start_node` starts the node. `TESTS` is 1 if the node requests self-tests, otherwise 0.
+pub fn run<N: Node + 'static, const BUFFER: usize, const TESTS: usize>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
+    imu: &'static mut MaybeUninit<Imu<TESTS>>,
     node: &'static mut N,
     start_node: impl FnOnce(&mut N, Instant, &Boot),
 ) -> ! {
-    let Some(parts) = start(owner, store) else {
+    let Some(parts) = start(owner, store, imu) else {
         // Only after a second call of `run`.
         SCB::sys_reset()
     };
@@ -74,10 +74,10 @@ pub fn run<N: Node + 'static, const BUFFER: usize>(
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
 /// are not moved over the stack.
-struct Parts<const BUFFER: usize> {
+struct Parts<const BUFFER: usize, const TESTS: usize> {
     watchdog: Watchdog,
     store: &'static mut ParameterStore<BUFFER>,
-    imu: &'static mut Imu,
+    imu: &'static mut Imu<TESTS>,
     first: Option<Reading>,
     bus: &'static mut Bus,
     leds: StatusLeds,
@@ -89,21 +89,23 @@ pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash
 
 /// Performs the boot up to the start of the node. None on a second call.
 #[inline(never)] // the stack of the boot is free again when the main loop begins
-fn start<const BUFFER: usize>(
+fn start<const BUFFER: usize, const TESTS: usize>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
-) -> Option<Parts<BUFFER>> {
+    imu: &'static mut MaybeUninit<Imu<TESTS>>,
+) -> Option<Parts<BUFFER, TESTS>> {
     let board = Board::take()?;
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
     info!("serial number {=u32}", board.serial);
-    let store = open_store(store, board.flash, owner(board.serial));
+    let store = create_store(store, board.flash, owner(board.serial));
+    store.scan();
     watchdog.feed();
     store.prepare();
     watchdog.feed();
 
-    let imu = singleton!(: Imu = Imu::new(board.imu))?;
+    let imu = create_imu(imu, board.imu);
     let first = first_reading(imu);
     Some(Parts {
         watchdog,
@@ -116,18 +118,27 @@ fn start<const BUFFER: usize>(
     })
 }
 
-/// Opens the nonvolatile memory.
+/// Creates the store of the nonvolatile memory in place.
 #[inline(never)] // same reason as `start`
-fn open_store<const BUFFER: usize>(
+fn create_store<const BUFFER: usize>(
     place: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     flash: ParameterFlash<board::Flash>,
     owner: Owner,
 ) -> &'static mut ParameterStore<BUFFER> {
-    place.write(Store::open(flash, owner))
+    place.write(Store::new(flash, owner))
+}
+
+/// Creates the driver of the accelerometer in place.
+#[inline(never)] // same reason as `start`
+fn create_imu<const TESTS: usize>(
+    place: &'static mut MaybeUninit<Imu<TESTS>>,
+    wires: ImuWires,
+) -> &'static mut Imu<TESTS> {
+    place.write(Imu::new(wires))
 }
 
 /// Waits until the accelerometer has settled, so that the first frame contains valid values. None if it does not start.
-fn first_reading(imu: &mut Imu) -> Option<Reading> {
+fn first_reading<const TESTS: usize>(imu: &mut Imu<TESTS>) -> Option<Reading> {
     let mut due = clock::now();
     let limit = after(due, FIRST_READING_LIMIT);
     while !reached(clock::now(), limit) {
@@ -144,10 +155,10 @@ fn first_reading(imu: &mut Imu) -> Option<Reading> {
 }
 
 /// The state of the main loop.
-struct App<N: 'static, const BUFFER: usize> {
+struct App<N: 'static, const BUFFER: usize, const TESTS: usize> {
     node: &'static mut N,
     bus: &'static mut Bus,
-    imu: &'static mut Imu,
+    imu: &'static mut Imu<TESTS>,
     store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
     switches: Switches,
@@ -156,7 +167,7 @@ struct App<N: 'static, const BUFFER: usize> {
     reading: Option<Reading>,
 }
 
-impl<N: Node + 'static, const BUFFER: usize> App<N, BUFFER> {
+impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize> App<N, BUFFER, TESTS> {
     /// One iteration of the loop: handles the received frames, then a small step of each other task. Returns true if there can be
     /// more to do at once.
     fn turn(&mut self) -> bool {

@@ -1,28 +1,31 @@
 //! bxCAN driver: frames, listen-only mode, acceptance filters, fault confinement state, bus-off.
 //!
-//! The bxcan crate initialises the controller and handles filter banks and transmit mailboxes. Three functions use the registers
-//! directly:
+//! The bxcan crate initialises the controller. These functions use the registers directly:
 //!
 //! - Changes of mode and bit rate ([`Bus::step`]). The crate waits in a loop for the controller, which does not end if the bus is
 //!   stuck. It also enables automatic bus-off recovery (MCR.ABOM), but the node must control the recovery. Here ABOM is never
 //!   set, and the main loop polls the controller.
 //! - The fault confinement state (CAN_ESR), which the crate does not support.
 //! - Reading the receive FIFO (`can/receive.rs`).
+//! - The acceptance filters (`can/filters.rs`): the crate reads the number of banks from a field that some microcontrollers do not
+//!   have.
+//! - The transmit mailboxes (`can/transmit.rs`): the crate keeps them in the order of the identifiers, and a frame of the node must
+//!   not overtake an earlier one.
 
+mod filters;
 mod receive;
+mod transmit;
 
 pub use receive::on_received;
 
 use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral};
 use crate::{clock, sleep};
-use bxcan::filter::Mask32;
-use bxcan::{ExtendedId, Fifo, Interrupts, StandardId};
+use bxcan::Interrupts;
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
-use embedded_can::Id;
 use heapless::spsc::{Consumer, Queue};
-use plumbline::can::{BitRate, Filter, Frame};
+use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState, Node};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -42,11 +45,6 @@ struct Controller(CanPeripheral);
 // does not use.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
-}
-
-// SAFETY: the only, or the first, CAN controller owns the filter banks, and the board defines their number.
-unsafe impl bxcan::FilterOwner for Controller {
-    const NUM_FILTER_BANKS: u8 = board::FILTER_BANKS;
 }
 
 /// The transmit interrupt: a mailbox has become free.
@@ -87,8 +85,6 @@ struct Settings {
 pub struct Bus {
     can: bxcan::Can<Controller>,
     received: Consumer<'static, Frame>,
-    /// A frame that waits, because in a mailbox it could change the order of the frames.
-    waiting: Option<bxcan::Frame>,
     /// None until the first [`configure`](Self::configure).
     settings: Option<Settings>,
     change: Change,
@@ -116,7 +112,6 @@ impl Bus {
         singleton!(: Bus = Bus {
             can,
             received: consumer,
-            waiting: None,
             settings: None,
             change: Change::Done,
             state: BusState::Active,
@@ -128,8 +123,7 @@ impl Bus {
     /// change.
     pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
         self.settings = Some(Settings { mode, rate });
-        self.waiting = None;
-        abort_all(self.registers());
+        transmit::abort_all(self.registers());
         self.leave();
     }
 
@@ -193,13 +187,14 @@ impl Bus {
         };
         let silent = u32::from(settings.mode == BusMode::Listen) << 31;
         let timing = btr(settings.rate) | silent;
-        set_filters(&mut self.can, settings.mode, node);
+        filters::set(self.registers(), settings.mode, node);
         // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off.
         self.registers().btr().write(|w| unsafe { w.bits(timing) });
         self.can.enable_interrupts(
             Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY,
         );
         self.registers().mcr().modify(|_, w| {
+            w.txfp().set_bit();
             w.abom().clear_bit();
             w.sleep().clear_bit();
             w.inrq().clear_bit()
@@ -255,24 +250,19 @@ impl Bus {
         self.received.dequeue()
     }
 
-    /// True if [`send`](Self::send) can be called: a mailbox is free and no frame waits for one.
+    /// True if [`send`](Self::send) can be called.
     pub fn can_send(&mut self) -> bool {
-        if let Some(frame) = self.waiting.take() {
-            self.place(frame);
-        }
-        self.waiting.is_none() && self.is_normal() && mailbox_free(self.registers())
+        self.is_normal() && transmit::has_room(self.registers())
     }
 
-    /// Sends a frame. Frames with the same identifier are sent in the order of the calls.
+    /// Sends a frame. The frames are sent in the order of the calls.
     pub fn send(&mut self, frame: &Frame) {
-        if let Some(frame) = to_bxcan(frame) {
-            self.place(frame);
-        }
+        transmit::put(self.registers(), frame);
     }
 
     /// True if all frames are sent or aborted.
     pub fn sent(&mut self) -> bool {
-        self.waiting.is_none() && self.can.is_transmitter_idle()
+        transmit::is_idle(self.registers())
     }
 
     /// True if frames can be sent: normal mode, and no change of mode is running.
@@ -282,21 +272,6 @@ impl Bus {
                 .settings
                 .as_ref()
                 .is_some_and(|settings| settings.mode == BusMode::Normal)
-    }
-
-    /// Puts the frame into a mailbox, or keeps it in `waiting`. bxcan accepts a frame only if its priority is higher than that of
-    /// all pending frames: the controller sends frames of equal priority in the order of the mailboxes and not of the requests.
-    fn place(&mut self, frame: bxcan::Frame) {
-        // With three pending mailboxes, bxcan would abort the one with the lowest priority, and wait for its end if it is on the
-        // bus.
-        if !self.is_normal() || !mailbox_free(self.registers()) {
-            self.waiting = Some(frame);
-            return;
-        }
-        self.waiting = match self.can.transmit(&frame) {
-            Ok(status) => status.dequeued_frame().cloned(),
-            Err(_) => Some(frame),
-        };
     }
 
     fn registers(&mut self) -> &mut CanPeripheral {
@@ -311,64 +286,4 @@ fn request_initialization(registers: &CanPeripheral) {
         w.sleep().clear_bit();
         w.inrq().set_bit()
     });
-}
-
-/// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
-fn abort_all(registers: &CanPeripheral) {
-    registers.tsr().write(|w| {
-        w.abrq0().set_bit();
-        w.abrq1().set_bit();
-        w.abrq2().set_bit()
-    });
-}
-
-fn mailbox_free(registers: &CanPeripheral) -> bool {
-    let status = registers.tsr().read();
-    status.tme0().bit_is_set() || status.tme1().bit_is_set() || status.tme2().bit_is_set()
-}
-
-/// Uses one bank for each filter: 32 bits wide, in mask mode and for FIFO 0. So all filters have equal priority, and a frame that
-/// passes two filters is stored once. Data and remote frames pass.
-fn set_filters(can: &mut bxcan::Can<Controller>, mode: BusMode, node: &impl Node) {
-    let mut banks = can.modify_filters();
-    banks.clear();
-    if mode == BusMode::Listen {
-        banks.enable_bank(0, Fifo::Fifo0, Mask32::accept_all());
-        return;
-    }
-    let mut bank = 0;
-    node.filters(&mut |filter| {
-        // There is a bank for each filter: this is checked at compile time.
-        if bank < board::FILTER_BANKS
-            && let Some(mask) = mask(&filter)
-        {
-            banks.enable_bank(bank, Fifo::Fifo0, mask);
-            bank += 1;
-        }
-    });
-}
-
-fn mask(filter: &Filter) -> Option<Mask32> {
-    Some(match filter.id {
-        Id::Standard(id) => Mask32::frames_with_std_id(
-            StandardId::new(id.as_raw())?,
-            StandardId::new((filter.mask & 0x7FF) as u16)?,
-        ),
-        Id::Extended(id) => Mask32::frames_with_ext_id(
-            ExtendedId::new(id.as_raw())?,
-            ExtendedId::new(filter.mask & 0x1FFF_FFFF)?,
-        ),
-    })
-}
-
-fn to_bxcan(frame: &Frame) -> Option<bxcan::Frame> {
-    let id: bxcan::Id = match frame.id() {
-        Id::Standard(id) => StandardId::new(id.as_raw())?.into(),
-        Id::Extended(id) => ExtendedId::new(id.as_raw())?.into(),
-    };
-    Some(if frame.is_remote() {
-        bxcan::Frame::new_remote(id, frame.dlc() as u8)
-    } else {
-        bxcan::Frame::new_data(id, bxcan::Data::new(frame.bytes())?)
-    })
 }

@@ -1,19 +1,22 @@
-//! Conversion of the data of the ISM330DHCX to a [`Reading`].
+//! Conversion of the data in the FIFO of the ISM330DHCX.
 //!
 //! ```text
-//!  byte 0         1           2         3         5           11       13       15
-//!       +---------+-----------+---------+---------+-----------+--------+--------+--------+
-//!       | address | STATUS    | (1Fh)   | OUT     | OUTX_L_G  | OUTX_A | OUTY_A | OUTZ_A |
-//!       | byte    | _REG      | reserved| _TEMP   | ... 6     | i16    | i16    | i16    |
-//!       |         | 1Eh       |         | 20h i16 | bytes 22h | 28h    | 2Ah    | 2Ch    |
-//!       +---------+-----------+---------+---------+-----------+--------+--------+--------+
+//!  byte 0         1            3                 byte 0         1     2                           8
+//!       +---------+------------+                      +---------+-----+---------------------------+
+//!       | address | FIFO_      |                      | address | tag | acceleration X, Y, Z: i16 |
+//!       | byte    | STATUS 3Ah |                      | byte    | 78h | or temperature: i16, 0, 0 |
+//!       +---------+------------+                      +---------+-----+---------------------------+
 //! ```
 //!
+//! Bits 0 to 9 of FIFO_STATUS are the number of words in the FIFO. Bits 3 to 7 of the tag are the sensor.
+//!
 //! Acceleration at +-2 g: 61 ug per count (datasheet, LA_So). With 1 g = 2^28 that is 61e-6 * 2^28 = 16374.562816 units per
-//! count, calculated as 16374 + 36885/65536 = 16374.562820. The difference is below 0.15 units at full scale, so the result is
-//! within one unit (4 ng) of the exact product. Temperature: 256 counts per degree, 0 at 25 degC.
+//! count. From counts with 14 fractional bits it is calculated as 1 - 2473901 / 2^32 units; the error is below 2 units (8 ng).
+//! Temperature: 256 counts per degree, 0 at 25 degC.
+//!
+//! Data rate: the nominal 6667 Hz / 8, changed by 0.15 % for each unit of INTERNAL_FREQ_FINE (AN5398, "Timestamp and FIFO").
 
-use plumbline::measure::{I32x3, Reading};
+use plumbline::measure::I32x3;
 
 /// The axis and direction of the accelerometer that correspond to an axis of the sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -41,48 +44,73 @@ impl Mounting {
     pub const ALIGNED: Self = Self([Axis::X, Axis::Y, Axis::Z]);
 }
 
-/// The number of bytes in a transfer: the address byte, then STATUS_REG (1Eh) to OUTZ_H_A (2Dh), see the byte map.
-pub const TRANSFER: usize = 1 + 16;
+/// The number of bytes in the transfer of a word: the address byte, the tag and the data.
+pub const WORD: usize = 1 + 7;
 
-/// STATUS_REG of a working accelerometer: new acceleration, gyroscope off, the upper bits always 0, the temperature bit 0 or 1. A
-/// stuck bus reads as 00h or FFh, an accelerometer without power as 00h.
-const ALIVE: u8 = 0b0000_0001;
-const ALIVE_MASK: u8 = 0b1111_1011;
+/// The number of words that the FIFO holds (datasheet: 3 kbyte of six data bytes each).
+const FIFO_WORDS: u16 = 512;
 
-/// The reading in the bytes of a transfer; None if there is no new data or the status is not that of a working accelerometer.
-#[inline]
-pub fn transferred(bytes: &[u8; TRANSFER], mounting: Mounting) -> Option<Reading> {
-    let &[
-        _,
-        status,
-        _,
-        t0,
-        t1,
-        _,
-        _,
-        _,
-        _,
-        _,
-        _,
-        x0,
-        x1,
-        y0,
-        y1,
-        z0,
-        z1,
-    ] = bytes;
-    if status & ALIVE_MASK != ALIVE {
-        return None;
-    }
-    let acceleration = [[x0, x1], [y0, y1], [z0, z1]].map(i16::from_le_bytes);
-    let temperature = i16::from_le_bytes([t0, t1]);
-    Some(reading(acceleration, temperature, mounting))
+/// The tags of acceleration and temperature.
+const TAG_ACCELERATION: u8 = 0x02;
+const TAG_TEMPERATURE: u8 = 0x03;
+
+/// A word of the FIFO.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Word {
+    /// An acceleration in counts.
+    Acceleration([i16; 3]),
+    /// A temperature in 0.01 degC.
+    Temperature(i16),
+    /// Neither: the FIFO is empty, or the accelerometer has failed.
+    Other,
 }
 
-/// A count of acceleration in units of 2^-28 g.
-const fn acceleration(count: i16) -> i32 {
-    let count = count as i32;
-    count * 16374 + ((count * 36885 + 0x8000) >> 16)
+/// The number of words in the FIFO, from the two bytes of FIFO_STATUS. 0 if they are not those of a working accelerometer: a stuck
+/// bus reads as 00h or FFh.
+pub const fn level(status: [u8; 2]) -> u16 {
+    // Bit 10 is always 0.
+    let [low, high] = status;
+    let words = u16::from_le_bytes([low, high & 0b111]);
+    if words <= FIFO_WORDS { words } else { 0 }
+}
+
+/// The data rate in mHz for the value of INTERNAL_FREQ_FINE.
+pub const fn data_rate(fine: i8) -> u32 {
+    // 6667 Hz / 8 = 833375 mHz, and 0.15 % of it.
+    const NOMINAL: i32 = 6_667_000 / 8;
+    const UNIT: i32 = 1250;
+    (NOMINAL + fine as i32 * UNIT) as u32
+}
+
+/// The word in the bytes of a transfer.
+#[inline]
+pub fn word(bytes: &[u8; WORD]) -> Word {
+    let &[_, tag, x0, x1, y0, y1, z0, z1] = bytes;
+    let x = i16::from_le_bytes([x0, x1]);
+    match tag >> 3 {
+        TAG_ACCELERATION => {
+            let y = i16::from_le_bytes([y0, y1]);
+            let z = i16::from_le_bytes([z0, z1]);
+            Word::Acceleration([x, y, z])
+        }
+        TAG_TEMPERATURE => Word::Temperature(temperature(x)),
+        _ => Word::Other,
+    }
+}
+
+/// Whether an axis is at the limit of its range.
+pub fn is_clipped([x, y, z]: [i16; 3]) -> bool {
+    let highest = x.unsigned_abs().max(y.unsigned_abs()).max(z.unsigned_abs());
+    highest >= 0x7FFF
+}
+
+/// The number of fractional bits of the counts in [`acceleration`].
+pub const FRACTION: u32 = 14;
+
+/// Counts with [`FRACTION`] fractional bits in units of 2^-28 g.
+#[inline(always)] // three instructions
+const fn units(counts: i32) -> i32 {
+    counts - ((counts as i64 * 2_473_901) >> 32) as i32
 }
 
 /// A count of temperature in 0.01 degC. The difference from 25 degC is rounded towards 0.
@@ -91,28 +119,27 @@ const fn temperature(count: i16) -> i16 {
     (2500 + count as i32 * 25 / 64) as i16
 }
 
-/// The reading of these counts.
-#[inline]
-pub fn reading(counts: [i16; 3], temperature_count: i16, mounting: Mounting) -> Reading {
-    let [x, y, z] = counts.map(acceleration);
-    let along = |axis| match axis {
-        Axis::X => x,
-        Axis::Y => y,
-        Axis::Z => z,
-        Axis::NegativeX => -x,
-        Axis::NegativeY => -y,
-        Axis::NegativeZ => -z,
-    };
-    let [sensor_x, sensor_y, sensor_z] = mounting.0.map(along);
-    Reading {
-        acceleration: I32x3 {
-            x: sensor_x,
-            y: sensor_y,
-            z: sensor_z,
-        },
-        angular_rate: I32x3 { x: 0, y: 0, z: 0 },
-        temperature: temperature(temperature_count),
-        clipped: counts.iter().any(|count| count.unsigned_abs() >= 0x7FFF),
+/// The acceleration along the axes of the sensor, 1 g = 2^28, of counts with [`FRACTION`] fractional bits.
+#[inline(always)] // with a constant mounting, it is a few instructions
+pub fn acceleration(counts: I32x3, mounting: Mounting) -> I32x3 {
+    let [x, y, z] = mounting.0;
+    I32x3 {
+        x: along(x, counts),
+        y: along(y, counts),
+        z: along(z, counts),
+    }
+}
+
+/// The acceleration along one axis of the accelerometer.
+#[inline(always)] // same reason as `acceleration`
+fn along(axis: Axis, counts: I32x3) -> i32 {
+    match axis {
+        Axis::X => units(counts.x),
+        Axis::Y => units(counts.y),
+        Axis::Z => units(counts.z),
+        Axis::NegativeX => -units(counts.x),
+        Axis::NegativeY => -units(counts.y),
+        Axis::NegativeZ => -units(counts.z),
     }
 }
 
@@ -122,19 +149,22 @@ mod tests {
     use plumbline::measure::ONE_G;
 
     #[test]
-    fn acceleration_is_within_one_unit_of_61_micro_g_per_count() {
+    fn acceleration_is_within_two_units_of_61_micro_g_per_count() {
         for count in i16::MIN..=i16::MAX {
-            // count * 61e-6 * 2^28, exactly, in millionths of a unit
-            let exact = i128::from(count) * 61 * i128::from(ONE_G);
-            let error = i128::from(acceleration(count)) * 1_000_000 - exact;
-            assert!(error.abs() <= 1_000_000, "{count}: {error}");
+            for fraction in [0, 1, 8191, 16383] {
+                let counts = (i32::from(count) << FRACTION) + fraction;
+                // counts * 61e-6 * 2^28 / 2^14, exactly, in millionths of a unit
+                let exact = i128::from(counts) * 61 * i128::from(ONE_G) / (1 << FRACTION);
+                let error = i128::from(units(counts)) * 1_000_000 - exact;
+                assert!(error.abs() <= 2_000_000, "{count} {fraction}: {error}");
+            }
         }
     }
 
     #[test]
     fn one_g_is_16393_counts() {
         // 1 / 61e-6 = 16393.4
-        assert!(acceleration(16393) < ONE_G && acceleration(16394) > ONE_G);
+        assert!(units(16393 << FRACTION) < ONE_G && units(16394 << FRACTION) > ONE_G);
     }
 
     #[test]
@@ -148,45 +178,71 @@ mod tests {
     }
 
     #[test]
-    fn only_limits_of_range_are_clipped() {
-        let clipped = |counts| reading(counts, 0, Mounting::ALIGNED).clipped;
-        assert!(!clipped([0x7FFE, -0x7FFE, 0]));
-        assert!(clipped([0x7FFF, 0, 0]));
-        assert!(clipped([0, -0x7FFF, 0]));
-        assert!(clipped([0, 0, -0x8000]));
-    }
-
-    /// A transfer with this STATUS_REG, 26 degC and other counts in every register.
-    const fn transfer(status: u8) -> [u8; TRANSFER] {
-        [
-            0xFF, status, 0xEE, 0x00, 0x01, 1, 2, 3, 4, 5, 6, 0x34, 0x12, 0xFE, 0xFF, 0x00, 0x80,
-        ]
-    }
-
-    #[test]
-    fn transfer_matches_byte_map() {
-        let read = transferred(&transfer(0b0000_0101), Mounting::ALIGNED);
-        let expected = reading([0x1234, -2, -0x8000], 256, Mounting::ALIGNED);
-        assert_eq!(read, Some(expected));
-        assert_eq!(expected.temperature, 2600);
-    }
-
-    #[test]
-    fn transfer_without_new_data_or_with_wrong_status_is_none() {
-        for status in 0..=0xFF {
-            // XLDA (bit 0) set, GDA (bit 1) clear because the gyroscope is off, TDA (bit 2) 0 or 1, the upper bits 0.
-            let alive = matches!(status, 0b001 | 0b101);
-            let read = transferred(&transfer(status), Mounting::ALIGNED);
-            assert_eq!(read.is_some(), alive, "{status:08b}");
+    fn data_rate_changes_by_0_15_percent_per_unit() {
+        assert_eq!(data_rate(0), 833_375);
+        for fine in i8::MIN..=i8::MAX {
+            let exact = 833_375.0 * (1.0 + 0.0015 * f64::from(fine));
+            let error = f64::from(data_rate(fine)) / exact - 1.0;
+            assert!(error.abs() < 2e-5, "{fine}: {error}");
         }
+    }
+
+    #[test]
+    fn level_is_number_of_words_and_0_on_a_stuck_bus() {
+        assert_eq!(level([0x00, 0x00]), 0);
+        assert_eq!(level([0x05, 0x00]), 5);
+        assert_eq!(level([0xFF, 0x01]), 511);
+        // Full, with the flags FIFO_OVR_IA and FIFO_FULL_IA.
+        assert_eq!(level([0x00, 0x62]), 512);
+        assert_eq!(level([0xFF, 0xFF]), 0);
+    }
+
+    /// A transfer of a word with this tag.
+    const fn transfer(tag: u8, data: [u8; 6]) -> [u8; WORD] {
+        let [x0, x1, y0, y1, z0, z1] = data;
+        [0xFF, tag, x0, x1, y0, y1, z0, z1]
+    }
+
+    #[test]
+    fn word_matches_byte_map() {
+        // Bits 0 to 2 of the tag are a counter and the parity.
+        for low in 0..8 {
+            let data = [0x34, 0x12, 0xFE, 0xFF, 0x00, 0x80];
+            let counts = [0x1234, -2, -0x8000];
+            let read = word(&transfer(0x02 << 3 | low, data));
+            assert_eq!(read, Word::Acceleration(counts));
+            let read = word(&transfer(0x03 << 3 | low, [0x00, 0x01, 0, 0, 0, 0]));
+            assert_eq!(read, Word::Temperature(2600));
+        }
+    }
+
+    #[test]
+    fn word_of_another_sensor_is_ignored() {
+        for sensor in (0..32).filter(|sensor| ![2, 3].contains(sensor)) {
+            let read = word(&transfer(sensor << 3, [0xFF; 6]));
+            assert_eq!(read, Word::Other, "{sensor:02X}h");
+        }
+    }
+
+    #[test]
+    fn only_limits_of_range_are_clipped() {
+        assert!(!is_clipped([0x7FFE, -0x7FFE, 0]));
+        assert!(is_clipped([0x7FFF, 0, 0]));
+        assert!(is_clipped([0, -0x7FFF, 0]));
+        assert!(is_clipped([0, 0, -0x8000]));
     }
 
     #[test]
     fn mounting_rotates_axes() {
         // The accelerometer is rotated by 90 deg about Z: its Y is X of the sensor, its X is -Y of the sensor.
         let mounting = Mounting([Axis::Y, Axis::NegativeX, Axis::Z]);
-        let turned = reading([100, 200, 300], 0, mounting).acceleration;
-        let straight = reading([100, 200, 300], 0, Mounting::ALIGNED).acceleration;
+        let counts = I32x3 {
+            x: 100 << FRACTION,
+            y: 200 << FRACTION,
+            z: 300 << FRACTION,
+        };
+        let turned = acceleration(counts, mounting);
+        let straight = acceleration(counts, Mounting::ALIGNED);
         assert_eq!(turned.x, straight.y);
         assert_eq!(turned.y, -straight.x);
         assert_eq!(turned.z, straight.z);

@@ -1,28 +1,31 @@
 //! The driver of the ISM330DHCX: acceleration at +-2 g and temperature, gyroscope powered down.
 //!
-//! Output data rate 416 Hz in high-performance mode, low-pass filter LPF2 at 1/20 of it (20.8 Hz). The original sensors specify a
-//! 20 Hz second-order characteristic without their digital filter. The microcontroller clock determines the sampling, because the
-//! oscillator of the accelerometer has an error of some per cent.
+//! The accelerometer runs at 833 Hz in high-performance mode without LPF2. Each value goes into its FIFO, so none is lost or read
+//! twice, although its oscillator has an error of some per cent, and none is lost while the flash stalls the processor. Every 5 ms
+//! the driver reads the FIFO, and a [`Resampler`] converts the values to readings at 200 Hz. It takes the data rate from
+//! INTERNAL_FREQ_FINE, in which the accelerometer states the error of its oscillator.
 //!
-//! A reading is one transfer of 17 bytes, divided into pieces ([`Imu::step`]). Between two pieces the main loop handles frames.
+//! The number of words in the FIFO and each word are transfers of their own, a word in two halves ([`Imu::step`]). Between two
+//! halves the main loop handles frames.
 //!
 //! During the self-test ([`self_test`](crate::self_test)) the last acceleration before it is used.
 //!
 //! If the accelerometer is missing or fails, there are no samples, and the driver tries to find it every second.
 
 use crate::board::{Delay, ImuWires, MOUNTING};
-use crate::counts::{self, TRANSFER};
-use crate::self_test::{SelfTest, SetUp, Step};
+use crate::counts::{self, FRACTION, WORD, Word};
+use crate::self_test::{self, SelfTest, SetUp};
 use core::convert::Infallible;
 use embedded_hal::delay::DelayNs;
 use embedded_hal::digital::OutputPin;
 use embedded_hal::spi::SpiBus;
 use ism330dhcx_rs::blocking::prelude::{
-    Ctrl1Xl, Ctrl3C, Ctrl5C, Ctrl8Xl, Ctrl9Xl, FsXl, HpSlopeXlEn, MainBank, MemBank, OdrXl, Reg,
-    StXl,
+    BdrXl, Ctrl1Xl, Ctrl3C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FsXl,
+    InternalFreqFine, MainBank, MemBank, OdrTBatch, OdrXl, Reg, StXl,
 };
 use ism330dhcx_rs::blocking::{Error, ISM330DHCX_ID, Ism330dhcx};
 use plumbline::measure::Reading;
+use plumbline::measure::resampler::Resampler;
 use plumbline::measure::self_test::Working;
 use plumbline::time::{Instant, after, millis, reached};
 use st_mems_bus::blocking::{BusOperation, MemBankFunctions, RegisterOperation};
@@ -36,45 +39,57 @@ const BOOT_RETRY_MS: u32 = 10;
 /// The end of the shorter interval: 100 ms after power-up.
 const BOOT_END: Instant = Instant::from_ticks(100_000);
 
-/// The number of samples to skip after configuration: 100 ms, in which the accelerometer turns on and LPF2 settles.
-const SETTLING_SAMPLES: u8 = 20;
+/// The number of values to skip after configuration: 19 ms, in which the accelerometer turns on.
+const SETTLING_VALUES: u8 = 16;
 
-/// The number of consecutive samples without new data after which the accelerometer has failed: 50 ms. It delivers two values per
-/// sample.
+/// The number of consecutive readings of the FIFO without a value after which the accelerometer has failed: 50 ms.
 const MISSES: u8 = 10;
-
-/// The number of bytes exchanged in one step: 4 us.
-const PIECE: usize = 4;
 
 enum State {
     /// Not found, or lost. The next attempt is at `retry`.
     Absent { retry: Instant },
-    /// Configured. `settling`: samples still to skip; `misses`: consecutive missed samples.
+    /// Configured. `settling`: values still to skip; `misses`: consecutive readings of the FIFO without a value.
     Running { settling: u8, misses: u8 },
 }
 
-/// A running transfer.
-struct Transfer {
-    /// The bytes to send, replaced by the received ones.
-    bytes: [u8; TRANSFER],
-    /// The number of pieces exchanged.
-    pieces: usize,
+/// The next step of reading the FIFO.
+#[derive(Clone, Copy)]
+enum Step {
+    /// Nothing: the FIFO is not read.
+    None,
+    /// Read the number of words.
+    Level,
+    /// Exchange the first half of a word: 4 us.
+    FirstHalf,
+    /// Exchange the second half.
+    SecondHalf,
+    /// Evaluate the word.
+    Evaluate,
 }
 
-/// The accelerometer.
-pub struct Imu {
+/// The accelerometer. `TESTS` is 1 if the product has the self-test, otherwise 0; then the image does not contain it.
+pub struct Imu<const TESTS: usize> {
     part: Ism330dhcx<ImuWires, Delay, MainBank>,
     state: State,
-    transfer: Option<Transfer>,
+    step: Step,
+    /// The number of words to read, with the present one.
+    words: u16,
+    /// The present word: the bytes to send, replaced by the received ones.
+    bytes: [u8; WORD],
+    resampler: Resampler<i16, FRACTION>,
+    /// An axis was at the limit of its range since the last reading.
+    clipped: bool,
+    /// The last temperature in 0.01 degC; None before the first one.
+    temperature: Option<i16>,
     /// The running self-test.
-    test: Option<SelfTest>,
+    test: [Option<SelfTest>; TESTS],
     /// The result of the last self-test, until it is read.
     tested: Option<Working>,
     /// The missing accelerometer is logged.
     reported: bool,
 }
 
-impl Imu {
+impl<const TESTS: usize> Imu<TESTS> {
     /// The driver for the accelerometer on this bus, before the first attempt to find it.
     pub fn new(wires: ImuWires) -> Self {
         Self {
@@ -82,8 +97,13 @@ impl Imu {
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
-            transfer: None,
-            test: None,
+            step: Step::None,
+            words: 0,
+            bytes: [0; WORD],
+            resampler: Resampler::new(),
+            clipped: false,
+            temperature: None,
+            test: [const { None }; TESTS],
             tested: None,
             reported: false,
         }
@@ -91,73 +111,126 @@ impl Imu {
 
     /// Begins a self-test. [`tested`](Self::tested) returns the result after about 2 s. A running self-test begins again.
     pub fn test(&mut self) {
-        self.test = Some(SelfTest::begin());
+        self.test = [const { Some(SelfTest::begin()) }; TESTS];
     }
 
     /// The result of a finished self-test, once.
     pub fn tested(&mut self) -> Option<Working> {
+        if TESTS == 0 {
+            return None;
+        }
         self.tested.take()
     }
 
-    /// Begins a reading, or tries to find a missing accelerometer. Call it once per sample period.
+    /// The running self-test.
+    fn running_test(&mut self) -> Option<&mut SelfTest> {
+        self.test.first_mut()?.as_mut()
+    }
+
+    /// Begins to read the FIFO, or tries to find a missing accelerometer. Call it every 5 ms.
     pub fn start(&mut self, now: Instant) {
-        if matches!(self.state, State::Absent { .. }) && self.test.take().is_some() {
-            self.tested = Some(Working::default());
+        if matches!(self.state, State::Absent { .. }) && self.running_test().is_some() {
+            self.end_test(Working::default());
         }
         match self.state {
             State::Absent { retry } if reached(now, retry) => self.state = self.find(now),
             State::Absent { .. } => {}
-            State::Running { .. } => {
-                self.part.bus.begin();
-                let mut bytes = [0; TRANSFER];
-                bytes[0] = Reg::StatusRegOrSpiaux as u8 | READ;
-                self.transfer = Some(Transfer { bytes, pieces: 0 });
+            State::Running { misses, .. } if misses >= MISSES => self.state = self.absent(now),
+            State::Running { ref mut misses, .. } => {
+                *misses += 1;
+                self.step = Step::Level;
+                self.resampler.follow();
             }
         }
     }
 
-    /// True while a reading is running.
+    /// True while the FIFO is read.
     pub fn busy(&self) -> bool {
-        self.transfer.is_some()
+        !matches!(self.step, Step::None)
     }
 
-    /// Performs one step of a reading: a piece of its transfer, or its evaluation. Returns the reading at the end, unless the
-    /// accelerometer is missing or settling.
+    /// Performs one step of reading the FIFO. Returns a reading if one is complete, unless the accelerometer is missing or
+    /// settling.
     pub fn step(&mut self, now: Instant) -> Option<Reading> {
-        let transfer = self.transfer.as_mut()?;
-        let reading = match transfer.bytes.chunks_mut(PIECE).nth(transfer.pieces) {
-            Some(piece) => {
-                if self.part.bus.exchange(piece).is_ok() {
-                    transfer.pieces += 1;
-                    return None;
-                }
-                None
+        let (first, second) = self.bytes.split_at_mut(WORD / 2);
+        match self.step {
+            Step::None => return None,
+            Step::Level => self.words = self.level(),
+            Step::FirstHalf => {
+                self.part.bus.begin();
+                let sent = self.part.bus.exchange(first);
+                self.step = Step::SecondHalf;
+                return self.skip(sent.is_err());
             }
-            None => counts::transferred(&transfer.bytes, MOUNTING),
+            Step::SecondHalf => {
+                let sent = self.part.bus.exchange(second);
+                self.part.bus.end();
+                self.step = Step::Evaluate;
+                return self.skip(sent.is_err());
+            }
+            Step::Evaluate => self.words -= 1,
+        }
+        let bytes = self.bytes;
+        let evaluates = matches!(self.step, Step::Evaluate);
+        self.bytes = [0; WORD];
+        self.bytes[0] = Reg::FifoDataOutTag as u8 | READ;
+        self.step = match self.words {
+            0 => Step::None,
+            _ => Step::FirstHalf,
         };
-        self.part.bus.end();
-        self.transfer = None;
-        self.judge(now, reading)
+        if evaluates {
+            self.take(now, &bytes)
+        } else {
+            None
+        }
     }
 
-    /// Counts valid and missed readings. Returns the reading, unless the accelerometer is settling.
-    fn judge(&mut self, now: Instant, reading: Option<Reading>) -> Option<Reading> {
-        let State::Running { settling, misses } = self.state else {
+    /// After a failure of the SPI: ends the transfer and the reading of the FIFO.
+    fn skip(&mut self, failed: bool) -> Option<Reading> {
+        if failed {
+            self.part.bus.end();
+            self.step = Step::None;
+        }
+        None
+    }
+
+    /// The number of words in the FIFO.
+    fn level(&mut self) -> u16 {
+        let mut status = [0; 2];
+        let address = Reg::FifoStatus1 as u8;
+        match self.part.bus.write_byte_read_bytes(&[address], &mut status) {
+            Ok(()) => counts::level(status),
+            Err(_) => 0,
+        }
+    }
+
+    /// Processes a word. Returns a reading if one is complete.
+    fn take(&mut self, now: Instant, bytes: &[u8; WORD]) -> Option<Reading> {
+        let counts = match counts::word(bytes) {
+            Word::Acceleration(counts) => counts,
+            Word::Temperature(temperature) => {
+                self.temperature = Some(temperature);
+                return None;
+            }
+            Word::Other => return None,
+        };
+        let State::Running { settling, misses } = &mut self.state else {
             return None;
         };
-        self.state = match reading {
-            Some(_) => State::Running {
-                settling: settling.saturating_sub(1),
-                misses: 0,
-            },
-            None if misses < MISSES => State::Running {
-                settling,
-                misses: misses + 1,
-            },
-            None => self.absent(now),
+        *misses = 0;
+        if *settling > 0 {
+            *settling -= 1;
+            return None;
+        }
+        self.clipped |= counts::is_clipped(counts);
+        let output = self.resampler.push(counts)?;
+        let reading = Reading {
+            acceleration: counts::acceleration(output, MOUNTING),
+            temperature: self.temperature?,
+            clipped: core::mem::take(&mut self.clipped),
+            ..Reading::default()
         };
-        let reading = reading.filter(|_| settling == 0)?;
-        if self.test.is_some() {
+        if self.running_test().is_some() {
             return self.carry_test_on(now, reading);
         }
         Some(reading)
@@ -166,7 +239,7 @@ impl Imu {
     /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
     #[inline(never)] // rarely called
     fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
-        let test = self.test.as_mut()?;
+        let test = self.running_test()?;
         let step = test.step(reading.acceleration);
         let reading = Reading {
             acceleration: test.held(),
@@ -174,16 +247,20 @@ impl Imu {
             ..reading
         };
         match step {
-            Step::None => {}
-            Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
-            Step::SetUp(_) => self.state = self.absent(now),
-            Step::Done(working) => {
+            self_test::Step::None => {}
+            self_test::Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
+            self_test::Step::SetUp(_) => self.state = self.absent(now),
+            self_test::Step::Done(working) => {
                 info!("self-test: {}", working);
-                self.test = None;
-                self.tested = Some(working);
+                self.end_test(working);
             }
         }
         Some(reading)
+    }
+
+    fn end_test(&mut self, working: Working) {
+        self.test = [const { None }; TESTS];
+        self.tested = Some(working);
     }
 
     fn absent(&mut self, now: Instant) -> State {
@@ -209,7 +286,7 @@ impl Imu {
                 info!("accelerometer found");
                 self.reported = false;
                 State::Running {
-                    settling: SETTLING_SAMPLES,
+                    settling: SETTLING_VALUES,
                     misses: 0,
                 }
             }
@@ -242,8 +319,16 @@ impl Imu {
         Ctrl9Xl::new().with_device_conf(1).write(part)?;
         // Block data update: the two bytes of a value are consistent.
         Ctrl3C::new().with_bdu(1).write(part)?;
-        Ctrl8Xl::new()
-            .with_hpcf_xl(HpSlopeXlEn::LpOdrDiv20 as u8)
+        let fine = InternalFreqFine::read(part)?.freq_fine();
+        self.resampler.start(counts::data_rate(fine));
+        self.clipped = false;
+        self.temperature = None;
+        FifoCtrl3::new()
+            .with_bdr_xl(BdrXl::_833hz as u8)
+            .write(part)?;
+        FifoCtrl4::new()
+            .with_fifo_mode(FifoMode::StreamMode as u8)
+            .with_odr_t_batch(OdrTBatch::_52hz as u8)
             .write(part)?;
         self.change(SetUp::Normal)?;
         Ok(true)
@@ -258,9 +343,8 @@ impl Imu {
         };
         Ctrl5C::new().with_st_xl(push as u8).write(&mut self.part)?;
         Ctrl1Xl::new()
-            .with_lpf2_xl_en(1)
             .with_fs_xl(range as u8)
-            .with_odr_xl(OdrXl::_416hz as u8)
+            .with_odr_xl(OdrXl::_833hz as u8)
             .write(&mut self.part)
     }
 }

@@ -74,9 +74,13 @@ macro_rules! firmware {
             static mut STORE: core::mem::MaybeUninit<
                 $crate::app::ParameterStore<{ <$node>::STORE_BUFFER }>,
             > = core::mem::MaybeUninit::uninit();
+            static mut IMU: core::mem::MaybeUninit<
+                $crate::imu::Imu<{ <$node>::HAS_SELF_TEST as usize }>,
+            > = core::mem::MaybeUninit::uninit();
             $crate::app::run(
                 |serial| <$node>::owner($image, serial),
                 STORE,
+                IMU,
                 NODE,
                 |$it: &mut $node, $now, $boot: &_| $start,
             )

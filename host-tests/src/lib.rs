@@ -4,6 +4,7 @@
 //! - [`fuzz`]: random input for a sensor
 //! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
 //! - [`documents`]: the Markdown files beside the models
+//! - [`vibration`]: a sensor on a shaker
 //! - [`python`]: runs the clients written in Python, for the tests of all crates in this folder
 //!
 //! The crates in this folder are `can-wire` (the CAN protocol), `bench` (a sensor and its bus in virtual time), `stm32-sim` (the
@@ -16,3 +17,4 @@ pub mod fuzz;
 pub mod python;
 #[cfg(target_os = "linux")]
 pub mod trace;
+pub mod vibration;

@@ -5,7 +5,7 @@ use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
-use plumbline::time::{Instant, after, millis};
+use plumbline::time::{Duration, Instant, after, millis};
 use std::rc::Rc;
 use std::sync::OnceLock;
 use stm32_sim::Microcontroller;
@@ -181,6 +181,48 @@ fn saved_node_id_survives_a_power_cycle() {
     assert_eq!(bench.wait(200), ["58A#6010100100000000"]);
     bench.bus.power_cycle(bench.sensor);
     assert_eq!(bench.wait(200), ["70B#00"]);
+}
+
+/// The boot-up message has a lower priority than the emergency message of the tilted sensor, which starts by itself (1F80h = 8).
+#[test]
+fn boot_up_message_is_the_first_frame_also_on_a_busy_bus() {
+    let tilted = Reading {
+        acceleration: I32x3 {
+            x: -ONE_G / 8 * 7,
+            y: 0,
+            z: ONE_G / 2,
+        },
+        ..*level(25_00)
+    };
+    let mut bench = Bench::new(level(25_00));
+    bench.download(0x1F80, 0, [8, 0, 0, 0]);
+    bench.bus.send(bench.tester, frame("60A#2310100173617665"));
+    bench.wait(200);
+    let device = bench.bus.device_mut(bench.sensor);
+    device.set_motion(Box::new(tilted));
+    let rival = bench.bus.adapter();
+    bench.bus.open(rival, None, false);
+    for start in [0, 100, 230, 470] {
+        bench.bus.power_cycle(bench.sensor);
+        bench.wait(50);
+        bench
+            .bus
+            .run_until(after(bench.bus.now(), Duration::from_ticks(start)));
+        // 40 ms of frames with a high priority.
+        for _ in 0..40 {
+            bench.bus.send(rival, frame("001#0011223344556677"));
+        }
+        let frames = bench.wait(150);
+        let own: Vec<_> = frames
+            .iter()
+            .filter(|text| !text.starts_with("001"))
+            .collect();
+        assert_eq!(own[0], "70A#00", "{own:?}");
+        assert!(
+            own[1].starts_with("08A#") && own[2].starts_with("18A#"),
+            "{own:?}"
+        );
+    }
 }
 
 #[test]

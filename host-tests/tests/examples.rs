@@ -101,6 +101,12 @@ fn sizes_and_values_that_contradict_the_tables_do_not_compile() {
         ),
         (
             &model,
+            "Text<0>",
+            "Text<256>",
+            "the buffer for texts has more than 255 bytes",
+        ),
+        (
+            &model,
             "0x6010_0010",
             "0x6010_0020",
             "a mapped object has another length",

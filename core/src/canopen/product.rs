@@ -220,3 +220,6 @@ const fn check_mapping<T: Tpdos>(
         "more objects are mapped than the TPDO takes"
     );
 }
+
+#[cfg(test)]
+mod tests;

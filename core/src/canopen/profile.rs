@@ -387,3 +387,6 @@ pub const fn read_only(index: u16, sub: u8, id: ValueId) -> Object {
         ..Object::value(index, sub, id)
     }
 }
+
+#[cfg(test)]
+mod tests;

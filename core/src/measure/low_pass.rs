@@ -1,7 +1,9 @@
-//! The digital low-pass filter of order 8 on the up vector (GEMAC manual 9.1).
+//! The low-pass filter on the up vector (GEMAC manual 9.1 and technical data): digital filters of order 8, and the element of
+//! second order at 20 Hz that the technical data specify "without digital filter".
 //!
-//! Both filters are chains of trapezoidal integrators (state-variable form) with separate coefficients and state. The Butterworth
-//! filter has four second-order sections, the critically damped filter eight equal first-order sections. Each section integrates
+//! All filters are chains of trapezoidal integrators (state-variable form) with separate coefficients and state. The Butterworth
+//! filter has four second-order sections, the critically damped filter eight equal first-order sections, and the element one
+//! second-order section. Each section integrates
 //! the difference between its input and its output in 64 bits, so it settles exactly at its input. The DC gain is therefore
 //! exactly 1, independent of the rounding of the coefficients, and there is no limit cycle.
 //!
@@ -9,7 +11,9 @@
 //! have an offset of 1/2, so their upper half is the output rounded to nearest. For any input, all internal signals and states
 //! stay below 2^30 (the tests use the worst-case input of each), so the difference of two does not overflow.
 
-use super::low_pass_design::{self as design, BUTTERWORTH_MAX, Butterworth, Section};
+use super::low_pass_design::{
+    self as design, BUTTERWORTH_MAX, Butterworth, ELEMENT, ELEMENT_LOW, Section,
+};
 use super::{I32x3, saturated};
 use core::ops::RangeInclusive;
 
@@ -17,7 +21,7 @@ use core::ops::RangeInclusive;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
-    /// No filter: the vector passes unchanged.
+    /// No digital filter: a Butterworth filter of second order at 20 Hz, as the element of the original sensors.
     #[default]
     Off,
     /// Butterworth of order 8: flat pass band, steep slope, overshoot 16 to 18 %.
@@ -66,7 +70,7 @@ pub struct LowPass {
 /// The coefficients in force and the state of each axis.
 #[derive(Clone, Debug)]
 enum Chain {
-    Off,
+    Off([Integrators; 3]),
     Butterworth(Butterworth, [[Integrators; 4]; 3]),
     /// The gain in Q32. Each section has one integrator.
     CriticallyDamped(i32, [[i64; 8]; 3]),
@@ -81,14 +85,18 @@ struct Integrators {
     low: i64,
 }
 
+impl Integrators {
+    const ZERO: Self = Self { band: 0, low: 0 };
+}
+
 impl LowPass {
-    /// A filter that is off.
+    /// A filter without digital filter.
     pub const fn new() -> Self {
         Self {
             kind: Kind::Off,
             // Not a valid cut-off frequency; it makes all bits 0.
             cutoff: 0,
-            chain: Chain::Off,
+            chain: Chain::Off([Integrators::ZERO; 3]),
             output: None,
         }
     }
@@ -102,16 +110,16 @@ impl LowPass {
         if !kind.cutoffs().contains(&cutoff) {
             return Err(OutOfRange);
         }
-        if (kind, cutoff) == (self.kind, self.cutoff) {
+        // Without digital filter, the cut-off frequency has no effect.
+        if kind == self.kind && (cutoff == self.cutoff || kind == Kind::Off) {
             return Ok(());
         }
         self.kind = kind;
         self.cutoff = cutoff;
         self.chain = match kind {
-            Kind::Off => Chain::Off,
+            Kind::Off => Chain::Off([Integrators::ZERO; 3]),
             Kind::Butterworth => {
-                let rest = Integrators { band: 0, low: 0 };
-                Chain::Butterworth(design::butterworth(cutoff), [[rest; 4]; 3])
+                Chain::Butterworth(design::butterworth(cutoff), [[Integrators::ZERO; 4]; 3])
             }
             Kind::CriticallyDamped => {
                 Chain::CriticallyDamped(design::critically_damped(cutoff), [[0; 8]; 3])
@@ -133,7 +141,11 @@ impl LowPass {
         }
         let I32x3 { x, y, z } = input;
         let output = match &mut self.chain {
-            Chain::Off => input,
+            Chain::Off([ax, ay, az]) => I32x3 {
+                x: element(ax, x),
+                y: element(ay, y),
+                z: element(az, z),
+            },
             Chain::Butterworth(filter, [ax, ay, az]) => I32x3 {
                 x: butterworth(filter, ax, x),
                 y: butterworth(filter, ay, y),
@@ -156,7 +168,11 @@ impl LowPass {
     fn settle(&mut self, rest: I32x3) {
         let rest = limit(rest).to_array().map(state);
         match &mut self.chain {
-            Chain::Off => {}
+            Chain::Off(axes) => {
+                for (section, rest) in axes.iter_mut().zip(rest) {
+                    *section = Integrators { band: 0, low: rest };
+                }
+            }
             Chain::Butterworth(_, axes) => {
                 for (sections, rest) in axes.iter_mut().zip(rest) {
                     sections.fill(Integrators { band: 0, low: rest });
@@ -205,6 +221,12 @@ fn product(coefficient: i32, signal: i32) -> i64 {
 fn scaled(coefficient: i32, state: i64) -> i64 {
     let fraction = u64::from(coefficient as u32).wrapping_mul(u64::from(state as u32)) >> 32;
     product(coefficient, output(state)).wrapping_add(fraction as i64)
+}
+
+/// One step of the element.
+#[inline(never)] // one copy instead of three
+fn element(state: &mut Integrators, input: i32) -> i32 {
+    pass(&ELEMENT, ELEMENT_LOW, state, input)
 }
 
 /// One step of the four sections. Not a loop, because a loop needs 30 more instructions for each vector.

@@ -53,6 +53,15 @@ pub(super) struct Section {
     pub leak: i32,
 }
 
+/// The section of the Butterworth filter of second order at 20 Hz (damping 2 cos(pi / 4)).
+pub(super) const ELEMENT: Section = Section {
+    band: 891_660_920,
+    leak: 1_550_717_162,
+};
+
+/// From the band-pass to the low-pass integrator of [`ELEMENT`], Q32.
+pub(super) const ELEMENT_LOW: i32 = 1_395_519_469;
+
 /// A Butterworth filter of order 8.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Butterworth {
@@ -181,6 +190,19 @@ mod tests {
                 let wg = g / (2f64.powf(0.125) - 1.0).sqrt();
                 check(critically_damped(cutoff), wg / (1.0 + wg), cutoff);
             }
+        }
+    }
+
+    #[test]
+    fn element_is_butterworth_filter_of_second_order_at_20_hz() {
+        let (g, k) = (tangent(20_000), 2f64.sqrt());
+        let denominator = 1.0 + g * (g + k);
+        for (got, exact) in [
+            (ELEMENT.band, g / denominator),
+            (ELEMENT.leak, g * (g + k) / denominator),
+            (ELEMENT_LOW, g),
+        ] {
+            assert!((f64::from(got) - exact * Q32).abs() <= 0.5, "{got}");
         }
     }
 

@@ -1,14 +1,27 @@
 //! The path of a sample, one file per step.
 //!
-//! A [`Reading`] comes from the accelerometer every [`SAMPLE_PERIOD`]. Then, in this order:
-//!
-//! 1. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
-//! 2. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
+//! 1. [`resampler`] converts the values of the accelerometer, which has its own clock, to a [`Reading`] every [`SAMPLE_PERIOD`]. A
+//!    driver does this, so that the following filters do not depend on the accelerometer;
+//! 2. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
+//! 3. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
 //!    results near 0/360 deg and a bias under vibration;
-//! 3. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
-//! 4. [`definition`] calculates the angles of the vector;
-//! 5. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
-//! 6. [`zero`] adds the zero offset. GEMAC products add it to the rounded angle, the JN2101 subtracts it before the rounding.
+//! 4. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
+//! 5. [`definition`] calculates the angles of the vector;
+//! 6. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
+//! 7. [`zero`] adds the zero offset. GEMAC products add it to the rounded angle, the JN2101 subtracts it before the rounding.
+//!
+//! What is filtered where, from the sensing element to the angle:
+//!
+//! | stage | rate | pass band | stop band |
+//! |---|---|---|---|
+//! | analog filter and converter of the accelerometer | 833 Hz, +-5 % | up to half of the rate | frequencies above 416 Hz |
+//! | [`resampler`] | 833 Hz to 200 Hz | 25 Hz within 0.03 dB | 160 to 416 Hz 40 dB, 185 to 416 Hz 60 dB |
+//! | [`low_pass`], GEMAC | 200 Hz | the cut-off frequency of the setting, or 20 Hz | order 8, or order 2 |
+//! | [`fir`], JN2101 | 200 Hz | the cut-off frequency of the setting | 40 dB from 3.2 times the cut-off frequency on |
+//!
+//! A vibration of 0.3 g at each frequency from 8 to 400 Hz changes the angle behind a Butterworth filter of 2 Hz by at most 0.02
+//! deg, and each cut-off frequency is within 0.15 %, with an error of the clock of the accelerometer of up to 5 %. Tests show this
+//! on a PC and of the flashed image.
 //!
 //! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
 //! requires. [`self_test`] checks the accelerometer.
@@ -34,6 +47,7 @@ pub mod definition;
 pub mod fir;
 pub mod low_pass;
 mod low_pass_design;
+pub mod resampler;
 pub mod self_test;
 pub mod teach;
 pub mod zero;

@@ -21,6 +21,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     pub const STORE_BUFFER: usize = buffer_size(A::Table::STORED_SIZE);
     /// The number of acceptance filters.
     pub const FILTERS: usize = P::FILTERS;
+    /// Whether it requests self-tests of the accelerometer.
+    pub const HAS_SELF_TEST: bool = A::HAS_SELF_TEST;
 
     /// The owner of the records in its store.
     pub const fn owner(image: ImageId, serial: u32) -> Owner {
@@ -166,7 +168,9 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 
     #[inline(never)] // measured and budgeted as a function
     fn tested(&mut self, now: Instant, result: Working) {
-        if let Some(values) = self.application.tested(result) {
+        if A::HAS_SELF_TEST
+            && let Some(values) = self.application.tested(result)
+        {
             self.publish(now, values);
             self.context.shell.wake_up();
         }

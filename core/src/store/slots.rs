@@ -56,12 +56,19 @@ pub struct Store<M, const N: usize> {
 impl<M: NorFlash, const N: usize> Store<M, N> {
     /// Finds the records of `owner` in `memory`. Does not write.
     pub fn open(memory: M, owner: Owner) -> Self {
+        let mut store = Self::new(memory, owner);
+        store.scan();
+        store
+    }
+
+    /// A store that must be [scanned](Self::scan) before its use. So a large store can be opened in place.
+    pub fn new(memory: M, owner: Owner) -> Self {
         const {
             assert!(M::WRITE_SIZE <= WORD && WORD.is_multiple_of(M::WRITE_SIZE));
             assert!(M::READ_SIZE == 1);
             assert!(N >= super::buffer_size(0));
         }
-        let mut store = Self {
+        Self {
             size: memory.capacity() / 2 / M::ERASE_SIZE * M::ERASE_SIZE,
             memory,
             owner,
@@ -73,9 +80,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             sequence: 0,
             save: None,
             buffer: [0; N],
-        };
-        store.scan();
-        store
+        }
     }
 
     /// The contents of the memory when it was opened. Call it before the first save.
@@ -287,8 +292,9 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.start(save.slot) + self.slot(save.slot).used
     }
 
-    /// Finds the newest parameters, the calibration, and the position for the next record.
-    fn scan(&mut self) {
+    /// Finds the newest parameters, the calibration, and the position for the next record. Does not write.
+    #[inline(never)] // only the boot needs its stack
+    pub fn scan(&mut self) {
         let [first, second] = [0, 1].map(|number| self.survey(number));
         let in_second = if first.parameters.is_there() || second.parameters.is_there() {
             second.parameters.is_newer(&first.parameters)

@@ -1,4 +1,5 @@
-//! Sizes follow from the dictionary: one TPDO sends one frame on SYNC, and the ninth acceptance filter of a node is there.
+//! Sizes follow from the dictionary: one TPDO sends one frame on SYNC, mapped objects have their lengths, and the ninth acceptance
+//! filter of a node is there.
 
 use crate::tester::Tester;
 use crate::tester::canopen::frame;
@@ -6,37 +7,46 @@ use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoA
 use plumbline::prelude::*;
 
 const SLOPE: ValueId = ValueId(0);
+const STATE: ValueId = ValueId(1);
+const FINE_SLOPE: ValueId = ValueId(2);
 const NODE_ID: ParameterId = ParameterId(0);
 const BIT_RATE: ParameterId = ParameterId(1);
 
-/// Publishes nothing but zeros.
+/// The published values.
+const VALUES: Published<3> = Published::new([-2, 0xA5, -0x0102_0304], Faults::NONE);
+
+/// Publishes constants.
 struct Level<T>(core::marker::PhantomData<T>);
 
 impl<T: Table> Application for Level<T> {
     type Table = T;
-    type Values = Published<1>;
+    type Values = Published<3>;
 
-    const QUANTITIES: &'static [Quantity] = &[Quantity::new(SLOPE, "Slope", DataType::I16)];
+    const QUANTITIES: &'static [Quantity] = &[
+        Quantity::new(SLOPE, "Slope", DataType::I16),
+        Quantity::new(STATE, "State", DataType::U8),
+        Quantity::new(FINE_SLOPE, "Fine slope", DataType::I32),
+    ];
     const INITIAL: Self = Self(core::marker::PhantomData);
 
     fn start(&mut self, _calibration: Calibration) {}
 
-    fn apply(&mut self, _now: Instant, _parameters: &Parameters<T>) -> Published<1> {
-        Published::INITIAL
+    fn apply(&mut self, _now: Instant, _parameters: &Parameters<T>) -> Published<3> {
+        VALUES
     }
 
-    fn sample(&mut self, _now: Instant, _reading: &Reading) -> Published<1> {
-        Published::INITIAL
+    fn sample(&mut self, _now: Instant, _reading: &Reading) -> Published<3> {
+        VALUES
     }
 
-    fn stale(&mut self) -> Published<1> {
-        Published::INITIAL
+    fn stale(&mut self) -> Published<3> {
+        VALUES
     }
 }
 
-/// A product whose TPDOs have these numbers.
+/// A product whose TPDOs have these numbers, with the mapping of each.
 macro_rules! product {
-    ($name:ident, $count:literal, [$($number:literal),*]) => {
+    ($name:ident, $count:literal, [$($number:literal),*], $mapped:literal, $mapping:expr) => {
         struct $name;
 
         impl Table for $name {
@@ -49,15 +59,19 @@ macro_rules! product {
 
         impl Product for $name {
             type Application = Level<Self>;
-            type Tpdos = TpdoArray<$count, 1>;
+            type Tpdos = TpdoArray<$count, $mapped>;
             type History = ErrorHistory<1>;
             type Text = Text<0>;
 
             const OBJECTS: &'static [Object] = plumbline::objects![
                 profile::error_history(1),
                 $(profile::tpdo($number, "TPDO", ParameterId(2 + 4 * $number)),)*
-                $(profile::mapping::<2>($number, "Mapping", &[("Slope", 0x6010_0010)]),)*
-                [Object::value(0x6010, 0, SLOPE)],
+                $(profile::mapping::<{ 1 + $mapped }>($number, "Mapping", $mapping),)*
+                [
+                    Object::value(0x6010, 0, SLOPE),
+                    Object::value(0x6020, 0, STATE),
+                    Object::value(0x6110, 0, FINE_SLOPE),
+                ],
             ];
             const NODE_ID: ParameterId = NODE_ID;
             const BIT_RATE: ParameterId = BIT_RATE;
@@ -67,8 +81,19 @@ macro_rules! product {
     };
 }
 
-product!(OneTpdo, 1, [0]);
-product!(FiveTpdos, 5, [0, 1, 2, 3, 4]);
+product!(OneTpdo, 1, [0], 1, &[("Slope", 0x6010_0010)]);
+product!(FiveTpdos, 5, [0, 1, 2, 3, 4], 1, &[("Slope", 0x6010_0010)]);
+product!(
+    ThreeMapped,
+    1,
+    [0],
+    3,
+    &[
+        ("State", 0x6020_0008),
+        ("Fine slope", 0x6110_0020),
+        ("Slope", 0x6010_0010),
+    ]
+);
 
 /// What a node in operational sends on SYNC.
 fn sent_on_sync<P: Product>() -> Vec<String> {
@@ -81,13 +106,18 @@ fn sent_on_sync<P: Product>() -> Vec<String> {
 
 #[test]
 fn one_tpdo_sends_one_frame_on_sync() {
-    assert_eq!(sent_on_sync::<OneTpdo>(), ["181#0000"]);
+    assert_eq!(sent_on_sync::<OneTpdo>(), ["181#FEFF"]);
+}
+
+#[test]
+fn mapped_objects_follow_each_other_with_their_lengths() {
+    assert_eq!(sent_on_sync::<ThreeMapped>(), ["181#A5FCFCFDFEFEFF"]);
 }
 
 #[test]
 fn five_tpdos_send_five_frames_on_sync_and_have_nine_filters() {
     let expected: Vec<String> = (0..5)
-        .map(|number| format!("{:03X}#0000", 0x181 + 0x10 * number))
+        .map(|number| format!("{:03X}#FEFF", 0x181 + 0x10 * number))
         .collect();
     assert_eq!(sent_on_sync::<FiveTpdos>(), expected);
 
@@ -96,7 +126,7 @@ fn five_tpdos_send_five_frames_on_sync_and_have_nine_filters() {
     tester.node.filters(&mut |_| count += 1);
     assert_eq!((count, CanopenNode::<FiveTpdos>::FILTERS), (9, 9));
     let requests = ["000#0101", "080#", "601#40", "701#R"].map(str::to_string);
-    let remote = expected.iter().map(|text| text.replace("#0000", "#R"));
+    let remote = expected.iter().map(|text| text.replace("#FEFF", "#R"));
     for text in requests.into_iter().chain(remote) {
         assert!(tester.accepts(frame(&text).id()), "{text}");
     }

@@ -1,6 +1,7 @@
 //! One sensor: a node with the store, the motion and the CAN controller around it, driven as the firmware's main loop on a
 //! board drives it.
 
+use super::accelerometer::Accelerometer;
 use super::bus::{instant, picoseconds};
 use super::controller::Controller;
 use super::flash::Flash;
@@ -41,6 +42,7 @@ pub struct Device {
     serial: u32,
     store: Store<Flash, STORE_BUFFER>,
     motion: Box<dyn Motion>,
+    accelerometer: Accelerometer,
     /// The measuring cell, if it has a heater.
     cell: Option<Cell>,
     power: Option<Powered>,
@@ -76,10 +78,19 @@ impl Device {
             serial,
             store: Store::open(flash, node_type.owner(serial)),
             motion,
+            accelerometer: Accelerometer::new(0),
             cell: node_type.cell.map(Cell::new),
             power: None,
             boots: 0,
             led_history: VecDeque::new(),
+        }
+    }
+
+    /// Sets the error of the oscillator of the accelerometer, in 10^-6, before the device is switched on.
+    pub fn with_clock_deviation(self, deviation: i32) -> Self {
+        Self {
+            accelerometer: Accelerometer::new(deviation),
+            ..self
         }
     }
 
@@ -187,16 +198,17 @@ impl Device {
         while reached(now, power.next_sample) {
             power.next_sample = after(power.next_sample, SAMPLE_PERIOD);
         }
-        let reading = self.reading(now);
-        if let Some(power) = &mut self.power {
-            power.node.sample(now, &reading);
+        for reading in self.accelerometer.readings(now, &mut *self.motion) {
+            let reading = self.heated(now, reading);
+            if let Some(power) = &mut self.power {
+                power.node.sample(now, &reading);
+            }
         }
         self.service(now);
     }
 
-    /// The reading of the accelerometer: that of the scene, at the temperature of the measuring cell.
-    fn reading(&mut self, now: Instant) -> Reading {
-        let reading = self.motion.reading(now);
+    /// The reading at the temperature of the measuring cell.
+    fn heated(&mut self, now: Instant, reading: Reading) -> Reading {
         let duty = self.heater();
         match &mut self.cell {
             Some(cell) => cell.reading(now, duty, reading),
@@ -291,7 +303,8 @@ impl Sensor for Device {
         self.boots += 1;
         let mut node = (self.node_type.start)(&self.node_type, start, &self.store.boot());
         // As on the boards: the first reading comes before the first frame of the node.
-        node.sample(start, &self.reading(start));
+        let first = self.accelerometer.start(start, &mut *self.motion);
+        node.sample(start, &self.heated(start, first));
         self.power = Some(Powered {
             node,
             controller: Controller::new(),

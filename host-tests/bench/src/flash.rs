@@ -3,11 +3,12 @@
 //! The rules of the real memory apply. It is programmed in half-words, and only an erased half-word can be programmed, except to
 //! 0000h (reference manual RM0008/PM0075: PGERR). It is erased in pages. A power cut leaves an operation incomplete.
 
-use super::flash_file::FlashFile;
+use super::flash_file::{FlashFile, first_bytes};
 use embedded_storage::nor_flash::{
     ErrorType, NorFlash, NorFlashError, NorFlashErrorKind, ReadNorFlash, check_erase, check_read,
     check_write,
 };
+use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -99,12 +100,27 @@ impl Flash {
     /// written, programming and erasing fail.
     ///
     /// # Errors
-    /// The file exists but cannot be read, or is larger than the memory.
+    /// The file exists but cannot be read, is in use by another program ([`io::ErrorKind::ResourceBusy`]), or is longer than the
+    /// memory ([`io::ErrorKind::InvalidData`]).
     pub fn in_file(path: &Path) -> io::Result<Self> {
         let (file, bytes) = FlashFile::open(path, SIZE)?;
         Ok(Self {
             file: Some(file),
             ..bytes.map_or_else(Self::default, Self::new)
+        })
+    }
+
+    /// A memory with the first bytes of a file, which is not changed: programming and erasing fail.
+    ///
+    /// # Errors
+    /// The file cannot be read.
+    pub fn read_only(path: &Path) -> io::Result<Self> {
+        let mut bytes = first_bytes(&File::open(path)?, SIZE)?;
+        bytes.resize(SIZE, 0xFF);
+        Ok(Self {
+            fail_writes: true,
+            fail_erases: true,
+            ..Self::new(bytes)
         })
     }
 

@@ -1,7 +1,7 @@
 //! A file as a flash memory: killing and restarting the program is a power cycle.
 
-use std::fs::{self, File, OpenOptions};
-use std::io::{self, ErrorKind, Seek, SeekFrom, Write};
+use std::fs::{File, OpenOptions, TryLockError};
+use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -9,29 +9,44 @@ use std::path::{Path, PathBuf};
 #[derive(Debug)]
 pub(super) struct FlashFile {
     path: PathBuf,
+    /// Keeps the file locked, if it existed when it was opened.
+    _lock: Option<File>,
 }
 
 impl FlashFile {
     /// Reads the memory from `path`; None when the file does not exist or is empty. Missing bytes at the end of a truncated file
-    /// read as erased.
+    /// read as erased. The file is locked until the memory is dropped.
     ///
     /// # Errors
-    /// The file cannot be read, or is too long: such a file has another purpose and must not be overwritten.
+    /// The file cannot be read, is in use by another program ([`ErrorKind::ResourceBusy`]), or is too long
+    /// ([`ErrorKind::InvalidData`]): such a file has another purpose and must not be overwritten.
     pub(super) fn open(path: &Path, size: usize) -> io::Result<(Self, Option<Vec<u8>>)> {
-        let file = Self {
+        let mut file = Self {
             path: path.to_owned(),
+            _lock: None,
         };
-        let mut bytes = match fs::read(path) {
+        let opened = match File::open(path) {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok((file, None)),
-            bytes => bytes?,
+            opened => opened?,
         };
+        match opened.try_lock() {
+            Ok(()) => {}
+            Err(TryLockError::WouldBlock) => {
+                let what = "another program uses it";
+                return Err(io::Error::new(ErrorKind::ResourceBusy, what));
+            }
+            // Not every file can be locked.
+            Err(TryLockError::Error(_)) => {}
+        }
+        let mut bytes = first_bytes(&opened, size + 1)?;
+        if bytes.len() > size {
+            let what =
+                format!("the file is longer than the {size} bytes of the memory of a sensor");
+            return Err(io::Error::new(ErrorKind::InvalidData, what));
+        }
+        file._lock = Some(opened);
         if bytes.is_empty() {
             return Ok((file, None));
-        }
-        if bytes.len() > size {
-            let length = bytes.len();
-            let what = format!("the file has {length} bytes, the memory of a sensor has {size}");
-            return Err(io::Error::new(ErrorKind::InvalidData, what));
         }
         bytes.resize(size, 0xFF);
         Ok((file, Some(bytes)))
@@ -58,4 +73,11 @@ impl FlashFile {
 /// False for a file that was just created.
 fn is_complete(file: &File, memory: &[u8]) -> io::Result<bool> {
     Ok(file.metadata()?.len() == memory.len() as u64)
+}
+
+/// The first bytes of a file, `most` at most: a file can be endless.
+pub(super) fn first_bytes(file: &File, most: usize) -> io::Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    file.take(most as u64).read_to_end(&mut bytes)?;
+    Ok(bytes)
 }

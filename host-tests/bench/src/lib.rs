@@ -11,6 +11,7 @@
 //! The tests and the virtual sensor use the same bench. The tests run virtual time as fast as possible, the virtual sensor runs
 //! it in real time.
 
+mod accelerometer;
 mod adapter;
 mod bus;
 mod controller;

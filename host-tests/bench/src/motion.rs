@@ -5,7 +5,7 @@ use plumbline::time::Instant;
 
 /// The motion of a sensor on the bench: the source of its readings.
 pub trait Motion {
-    /// The reading at `now`; called every [`SAMPLE_PERIOD`](plumbline::measure::SAMPLE_PERIOD), with increasing times.
+    /// The reading at `now`; called at the data rate of the accelerometer, with increasing times.
     fn reading(&mut self, now: Instant) -> Reading;
 }
 

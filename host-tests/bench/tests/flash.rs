@@ -3,7 +3,8 @@
 use bench::{Flash, FlashError, PAGE_SIZE};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use std::fs;
-use std::path::PathBuf;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
 
 fn read(flash: &mut Flash, at: u32) -> [u8; 4] {
     let mut bytes = [0; 4];
@@ -117,6 +118,7 @@ fn file_keeps_memory() {
     flash.flip_bit(0).unwrap();
     let bytes = flash.bytes().to_vec();
     assert_eq!(fs::read(&scratch.0).unwrap(), bytes);
+    drop(flash);
     // The next start reads it; a power cut also reaches the file.
     let mut flash = Flash::in_file(&scratch.0).unwrap();
     assert_eq!(flash.bytes(), bytes);
@@ -145,10 +147,33 @@ fn file_larger_than_memory_is_not_changed() {
     let scratch = Scratch::new("notes");
     fs::write(&scratch.0, [b'x'; 2049]).unwrap();
     let error = Flash::in_file(&scratch.0).unwrap_err();
-    assert!(error.to_string().contains("2049 bytes"), "{error}");
+    assert_eq!(error.kind(), ErrorKind::InvalidData);
+    assert!(error.to_string().contains("2048 bytes"), "{error}");
+    let mut flash = Flash::read_only(&scratch.0).unwrap();
+    assert_eq!(flash.bytes(), [b'x'; 2048]);
+    assert_eq!(flash.write(0, &[0, 0]), Err(FlashError::Broken));
+    assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
     assert_eq!(fs::read(&scratch.0).unwrap(), [b'x'; 2049]);
     fs::write(&scratch.0, "").unwrap();
     assert!(Flash::in_file(&scratch.0).is_ok(), "an empty file is new");
+}
+
+#[test]
+fn file_of_a_running_sensor_is_refused() {
+    let scratch = Scratch::new("shared");
+    fs::write(&scratch.0, [1, 2]).unwrap();
+    let flash = Flash::in_file(&scratch.0).unwrap();
+    let error = Flash::in_file(&scratch.0).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::ResourceBusy);
+    drop(flash);
+    assert!(Flash::in_file(&scratch.0).is_ok());
+}
+
+#[cfg(unix)]
+#[test]
+fn endless_file_is_too_long() {
+    let error = Flash::in_file(Path::new("/dev/zero")).unwrap_err();
+    assert_eq!(error.kind(), ErrorKind::InvalidData);
 }
 
 #[test]

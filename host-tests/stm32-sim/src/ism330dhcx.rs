@@ -4,6 +4,8 @@
 //! |---|---|---|---|
 //! | 01h | FUNC_CFG_ACCESS | 00h | other register banks, which are not modelled |
 //! | 02h | PIN_CTRL | 3Fh | stored |
+//! | 07h, 08h | FIFO_CTRL1, FIFO_CTRL2 | 00h | stored: without threshold, without compression |
+//! | 09h, 0Ah | FIFO_CTRL3, FIFO_CTRL4 | 00h | batch data rates, mode |
 //! | 0Fh | WHO_AM_I | 6Bh | read-only |
 //! | 10h | CTRL1_XL | 00h | accelerometer: rate, full scale, LPF2 |
 //! | 11h | CTRL2_G | 00h | gyroscope: rate, full scale |
@@ -17,10 +19,14 @@
 //! | 1Eh | STATUS_REG | 00h | TDA, GDA, XLDA |
 //! | 1Fh | reserved | | reads as 0, for a driver that reads the status together with the values |
 //! | 20h..2Dh | OUT_TEMP, OUTX_G.. OUTZ_A | | values, low byte first |
+//! | 3Ah, 3Bh | FIFO_STATUS1, FIFO_STATUS2 | 00h | number of words, flags |
+//! | 63h | INTERNAL_FREQ_FINE | | deviation of the oscillator in 0.15 % |
+//! | 78h..7Eh | FIFO_DATA_OUT | | tag and data of a word; 78h follows 7Eh |
 //!
 //! The axes of the part are those of the sensor. Other registers read as 0; an access to one is recorded
 //! ([`Ism330dhcx::take_unmodelled`]).
 
+mod fifo;
 mod filter;
 mod sampling;
 #[cfg(test)]
@@ -34,6 +40,9 @@ use std::fmt;
 
 const FUNC_CFG_ACCESS: u8 = 0x01;
 const PIN_CTRL: u8 = 0x02;
+const FIFO_CTRL1: u8 = 0x07;
+const FIFO_CTRL3: u8 = 0x09;
+const FIFO_CTRL4: u8 = 0x0A;
 const WHO_AM_I: u8 = 0x0F;
 const CTRL1_XL: u8 = 0x10;
 const CTRL2_G: u8 = 0x11;
@@ -46,6 +55,11 @@ const STATUS_REG: u8 = 0x1E;
 const RESERVED: u8 = 0x1F;
 const OUT_TEMP_L: u8 = 0x20;
 const OUTZ_H_A: u8 = 0x2D;
+const FIFO_STATUS1: u8 = 0x3A;
+const FIFO_STATUS2: u8 = 0x3B;
+const INTERNAL_FREQ_FINE: u8 = 0x63;
+const FIFO_DATA_OUT_TAG: u8 = 0x78;
+const FIFO_DATA_OUT_Z_H: u8 = 0x7E;
 
 /// The value of WHO_AM_I.
 const IDENTIFIER: u8 = 0x6B;
@@ -223,7 +237,16 @@ impl Ism330dhcx {
         match register {
             FUNC_CFG_ACCESS => self.registers.get(register),
             _ if !user_bank => self.refuse(register),
-            PIN_CTRL | CTRL1_XL..=CTRL10_C => self.registers.get(register),
+            PIN_CTRL | FIFO_CTRL1..=FIFO_CTRL4 | CTRL1_XL..=CTRL10_C => {
+                self.registers.get(register)
+            }
+            FIFO_STATUS1..=FIFO_STATUS2 => {
+                self.sampling.fifo.status()[usize::from(register - FIFO_STATUS1)]
+            }
+            INTERNAL_FREQ_FINE => self.sampling.frequency_fine() as u8,
+            FIFO_DATA_OUT_TAG..=FIFO_DATA_OUT_Z_H => {
+                self.sampling.fifo.read(register - FIFO_DATA_OUT_TAG)
+            }
             WHO_AM_I => IDENTIFIER,
             STATUS_REG => self.sampling.status(),
             RESERVED => 0,
@@ -239,7 +262,7 @@ impl Ism330dhcx {
         let user_bank = self.registers.get(FUNC_CFG_ACCESS) & 0xC0 == 0;
         match register {
             FUNC_CFG_ACCESS => {}
-            PIN_CTRL | CTRL1_XL..=CTRL10_C if user_bank => {}
+            PIN_CTRL | FIFO_CTRL1..=FIFO_CTRL4 | CTRL1_XL..=CTRL10_C if user_bank => {}
             _ => {
                 self.refuse(register);
                 return;
@@ -255,6 +278,12 @@ impl Ism330dhcx {
             self.refuse(register);
         }
         self.registers.0[register as usize] = value;
+        let [rates, control] = [FIFO_CTRL3, FIFO_CTRL4].map(|at| self.registers.get(at));
+        let [accelerometer, gyroscope] = [CTRL1_XL, CTRL2_G].map(|at| self.registers.get(at));
+        let fifo = &mut self.sampling.fifo;
+        if !fifo.set_up(rates, control) || !fifo.matches(accelerometer, gyroscope) {
+            self.refuse(register);
+        }
         match register {
             CTRL1_XL | CTRL5_C | CTRL8_XL => self.sampling.set_up_accelerometer(
                 now,
@@ -283,7 +312,9 @@ impl Ism330dhcx {
 
     /// The next register in the same transfer.
     fn next(&self, register: u8) -> u8 {
-        if self.registers.get(CTRL3_C) & IF_INC == 0 {
+        if register == FIFO_DATA_OUT_Z_H {
+            FIFO_DATA_OUT_TAG
+        } else if self.registers.get(CTRL3_C) & IF_INC == 0 {
             register
         } else {
             (register + 1) & 0x7F

@@ -92,6 +92,8 @@ impl Peripherals {
         self.rcc.reset(cycle, cause);
         self.flash.reset();
         self.iwdg.reset();
+        // All modules at the same time: a transfer that is cut off is no violation of its chip select.
+        self.spi1 = Spi::default();
         for module in Module::ALL {
             self.reset_module(cycle, module);
         }

@@ -10,3 +10,4 @@ mod load;
 mod memory;
 mod timing;
 mod traces;
+mod vibration;

@@ -9,7 +9,7 @@ use plumbline::can::BitRate;
 use plumbline::model::catalog::{self, PRODUCTS};
 use plumbline::time::{Instant, after, millis};
 use std::fs::OpenOptions;
-use std::io::{self, IsTerminal, Write};
+use std::io::{self, ErrorKind, IsTerminal, Write};
 use std::net::TcpListener;
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
@@ -30,7 +30,7 @@ const SERIAL: u32 = 1;
 #[command(name = "virtual-sensor", version)]
 pub struct Options {
     /// The sensor to simulate
-    #[arg(long, default_value = "is2", value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
+    #[arg(long, default_value = "is2", ignore_case = true, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: String,
 
     /// The article of the sensor: its type name or order number [default: the first one]
@@ -99,10 +99,10 @@ fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
 pub fn run(options: &Options) -> Result<(), Failure> {
     let node_type = node_type(options)?;
     let scene = Scene::open(options.scene.as_ref(), Axes::of(&node_type))?;
-    let flash = options
-        .store
-        .as_deref()
-        .map_or_else(Flash::default, open_store);
+    let flash = match options.store.as_deref() {
+        Some(path) => open_store(path)?,
+        None => Flash::default(),
+    };
     let log = match &options.log {
         Some(path) => {
             Some(Log::create(path).map_err(cannot(format!("write the log {}", path.display())))?)
@@ -157,7 +157,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 /// The sensor of the options.
 fn node_type(options: &Options) -> Result<NodeType, Failure> {
     let unknown = || Failure::Usage(format!("there is no model {}", options.model));
-    let product = catalog::find(&options.model).ok_or_else(unknown)?;
+    let product = catalog::find(&options.model.to_lowercase()).ok_or_else(unknown)?;
     let node_type = NodeType::from(product);
     let Some(wanted) = &options.article else {
         return Ok(node_type);
@@ -195,23 +195,29 @@ fn bit_rate(text: &str) -> Result<BitRate, String> {
         })
 }
 
-/// The memory in `path`, which is created if it does not exist. If that fails, reports it at once and not at the first save; the
-/// sensor continues with a memory that cannot be written.
-fn open_store(path: &Path) -> Flash {
-    let usable = OpenOptions::new()
+/// The memory in `path`, which is created if it does not exist. If it cannot be written, reports it at once and not at the first
+/// save; the sensor continues with its contents.
+fn open_store(path: &Path) -> Result<Flash, Failure> {
+    let writable = OpenOptions::new()
         .write(true)
         .create(true)
         .truncate(false)
-        .open(path)
-        .and_then(|_| Flash::in_file(path));
-    usable.unwrap_or_else(|error| {
-        let path = path.display();
-        eprintln!("virtual-sensor: cannot use the store {path}: {error}; nothing can be saved");
+        .open(path);
+    let problem = match (Flash::in_file(path), writable) {
+        (Ok(flash), Ok(_)) => return Ok(flash),
+        (Err(error), _) if error.kind() == ErrorKind::ResourceBusy => {
+            return Err(cannot(format!("use the store {}", path.display()))(error));
+        }
+        (Err(error), _) | (Ok(_), Err(error)) => error,
+    };
+    let path_shown = path.display();
+    eprintln!("virtual-sensor: cannot use the store {path_shown}: {problem}; nothing can be saved");
+    Ok(Flash::read_only(path).unwrap_or_else(|_| {
         let mut flash = Flash::default();
         flash.fail_writes(true);
         flash.fail_erases(true);
         flash
-    })
+    }))
 }
 
 /// The firmware image in an ELF file; checks the model, if the file has symbols.

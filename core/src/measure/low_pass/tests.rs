@@ -13,15 +13,27 @@ const CUTOFFS: [u16; 12] = [
     100, 101, 137, 500, 1_000, 2_000, 3_333, 7_999, 8_000, 12_345, 20_000, 25_000,
 ];
 
-const KINDS: [Kind; 2] = [Kind::Butterworth, Kind::CriticallyDamped];
-
+/// All kinds with cut-off frequencies over the complete range. Without digital filter it is that of the element.
 fn settings() -> impl Iterator<Item = (Kind, u16)> {
-    KINDS.into_iter().flat_map(|kind| {
+    let kinds = [Kind::Butterworth, Kind::CriticallyDamped];
+    let digital = kinds.into_iter().flat_map(|kind| {
         let allowed = CUTOFFS
             .into_iter()
             .filter(move |f| kind.cutoffs().contains(f));
         allowed.map(move |cutoff| (kind, cutoff))
-    })
+    });
+    digital.chain([(Kind::Off, 20_000)])
+}
+
+/// The second-order sections of a filter, and the coefficient from the band-pass to the low-pass integrator.
+fn sections(kind: Kind, cutoff: u16) -> (Vec<Section>, i32) {
+    match kind {
+        Kind::Off => (vec![ELEMENT], ELEMENT_LOW),
+        _ => {
+            let filter = design::butterworth(cutoff);
+            (filter.sections.to_vec(), filter.low)
+        }
+    }
 }
 
 fn tuned(kind: Kind, cutoff: u16) -> LowPass {
@@ -52,7 +64,7 @@ struct Model {
 }
 
 enum ModelChain {
-    Butterworth(Butterworth, [(i128, i128); 4]),
+    Sections(Vec<Section>, i32, Vec<(i128, i128)>),
     Critical(i32, [i128; 8]),
 }
 
@@ -61,10 +73,14 @@ impl Model {
         let zero = 1i128 << 31;
         let rest = (i128::from(rest.clamp(-FULL - 1, FULL)) << 32) + zero;
         let chain = match kind {
-            Kind::Butterworth => {
-                ModelChain::Butterworth(design::butterworth(cutoff), [(0, rest); 4])
+            Kind::CriticallyDamped => {
+                ModelChain::Critical(design::critically_damped(cutoff), [rest; 8])
             }
-            _ => ModelChain::Critical(design::critically_damped(cutoff), [rest; 8]),
+            _ => {
+                let (sections, low) = sections(kind, cutoff);
+                let states = vec![(0, rest); sections.len()];
+                ModelChain::Sections(sections, low, states)
+            }
         };
         Self { chain, peak: 0.0 }
     }
@@ -85,16 +101,16 @@ impl Model {
         let mut signal = i128::from(input.clamp(-FULL - 1, FULL));
         let mut chain = std::mem::replace(&mut self.chain, ModelChain::Critical(0, [0; 8]));
         match &mut chain {
-            ModelChain::Butterworth(filter, states) => {
+            ModelChain::Sections(sections, to_low, states) => {
                 // The difference of two states must fit into 64 bits.
                 let word = |value: i128| i128::from(i64::try_from(value).expect("fits 64 bits"));
-                for (section, (band, low)) in filter.sections.iter().zip(states) {
+                for (section, (band, low)) in sections.iter().zip(states) {
                     let difference = word((signal << 32) + (1 << 31) - *low);
                     let half = ((i128::from(section.band) * difference) >> 32)
                         - ((i128::from(section.leak) * *band) >> 32);
                     let v1 = self.state(*band + half);
                     *band = self.state(v1 + half);
-                    let half = (i128::from(filter.low) * v1) >> 32;
+                    let half = (i128::from(*to_low) * v1) >> 32;
                     let v2 = self.state(*low + half);
                     *low = self.state(v2 + half);
                     signal = Self::signal(v2 >> 32);
@@ -114,22 +130,22 @@ impl Model {
     }
 }
 
-/// The responses of all internal signals of the Butterworth filter to a unit impulse: for each section difference, v1, band
+/// The responses of all internal signals of a filter of second-order sections to a unit impulse: for each section difference, v1, band
 /// state, v2, low state.
-fn impulse_responses(cutoff: u16, length: usize) -> Vec<Vec<f64>> {
-    let filter = design::butterworth(cutoff);
+fn impulse_responses(kind: Kind, cutoff: u16, length: usize) -> Vec<Vec<f64>> {
+    let (sections, to_low) = sections(kind, cutoff);
     let q32 = 2f64.powi(-32);
-    let mut nodes = vec![Vec::new(); 20];
-    let mut states = [(0.0, 0.0); 4];
+    let mut nodes = vec![Vec::new(); 5 * sections.len()];
+    let mut states = vec![(0.0, 0.0); sections.len()];
     for n in 0..length {
         let mut signal = if n == 0 { 1.0 } else { 0.0 };
-        for (i, (section, (band, low))) in filter.sections.iter().zip(&mut states).enumerate() {
+        for (i, (section, (band, low))) in sections.iter().zip(&mut states).enumerate() {
             let difference = signal - *low;
             let half =
                 f64::from(section.band) * q32 * difference - f64::from(section.leak) * q32 * *band;
             let v1 = *band + half;
             *band = v1 + half;
-            let half = f64::from(filter.low) * q32 * v1;
+            let half = f64::from(to_low) * q32 * v1;
             let v2 = *low + half;
             *low = v2 + half;
             signal = v2;
@@ -142,17 +158,47 @@ fn impulse_responses(cutoff: u16, length: usize) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn filter_off_passes_vector_limited_to_two_g() {
-    let mut filter = LowPass::new();
-    for v in [
-        vector(0, 0, ONE_G),
-        vector(1, -2, 3),
-        vector(FULL, -FULL, 0),
-    ] {
-        assert_eq!(filter.step(v), v);
+fn input_is_limited_to_two_g() {
+    for (kind, cutoff) in settings() {
+        let mut filter = tuned(kind, cutoff);
+        let over = vector(i32::MAX, i32::MIN, FULL + 1);
+        assert_eq!(filter.step(over), vector(FULL, -FULL - 1, FULL));
     }
-    let over = vector(i32::MAX, i32::MIN, FULL + 1);
-    assert_eq!(filter.step(over), vector(FULL, -FULL - 1, FULL));
+}
+
+#[test]
+fn without_digital_filter_gain_is_that_of_second_order_at_20_hz() {
+    for (frequency, gain) in [
+        (5.0, -0.015),
+        (10.0, -0.239),
+        (20.0, -3.010),
+        (40.0, -14.150),
+    ] {
+        let mut filter = LowPass::new();
+        let (mut sine, mut cosine) = (0.0, 0.0);
+        for n in 0..4200 {
+            let phase = std::f64::consts::TAU * frequency * f64::from(n) / 200.0;
+            let output = filter.step(along_x((f64::from(ONE_G) * phase.sin()) as i32));
+            if n >= 200 {
+                sine += f64::from(output.x) * phase.sin();
+                cosine += f64::from(output.x) * phase.cos();
+            }
+        }
+        let peak = sine.hypot(cosine) / 2000.0 / f64::from(ONE_G);
+        let db = 20.0 * f64::log10(peak);
+        assert!((db - gain).abs() < 0.01, "{frequency} Hz: {db} dB");
+    }
+}
+
+#[test]
+fn without_digital_filter_cutoff_has_no_effect() {
+    let mut filter = LowPass::new();
+    let mut twin = LowPass::new();
+    for n in 0..100 {
+        filter.tune(Kind::Off, 100 + n).unwrap();
+        let input = along_x(ONE_G / 100 * i32::from(n));
+        assert_eq!(filter.step(input), twin.step(input));
+    }
 }
 
 #[test]
@@ -255,8 +301,7 @@ fn tune_with_same_setting_changes_nothing() {
 #[test]
 fn tune_with_other_setting_continues_from_last_output() {
     let target = vector(ONE_G, -ONE_G / 2, 3);
-    let before = [(Kind::Off, 100)].into_iter().chain(settings());
-    for (from, to) in before.flat_map(|from| settings().map(move |to| (from, to))) {
+    for (from, to) in settings().flat_map(|from| settings().map(move |to| (from, to))) {
         if from == to {
             continue;
         }
@@ -311,22 +356,23 @@ fn axes_are_filtered_equally_and_independently() {
 #[test]
 fn worst_case_input_of_each_internal_signal_does_not_overflow() {
     let mut peak = 0.0f64;
-    for cutoff in [
+    let cutoffs = [
         100, 400, 1_000, 2_000, 4_000, 8_000, 12_000, 16_000, 20_000, 25_000,
-    ] {
+    ];
+    let digital = cutoffs.map(|cutoff| (Kind::Butterworth, cutoff));
+    for (kind, cutoff) in digital.into_iter().chain([(Kind::Off, 20_000)]) {
         let length = samples(20, cutoff) as usize;
-        for response in impulse_responses(cutoff, length) {
+        for response in impulse_responses(kind, cutoff, length) {
             // Each input moves the signal in the same direction at the last sample.
             let mut model: Option<Model> = None;
-            let mut filter = tuned(Kind::Butterworth, cutoff);
+            let mut filter = tuned(kind, cutoff);
             for &weight in response.iter().rev() {
                 let input = if weight < 0.0 { -FULL - 1 } else { FULL };
-                let model =
-                    model.get_or_insert_with(|| Model::settled(Kind::Butterworth, cutoff, input));
+                let model = model.get_or_insert_with(|| Model::settled(kind, cutoff, input));
                 assert_eq!(
                     filter.step(along_x(input)).x,
                     model.step(input),
-                    "{cutoff} mHz"
+                    "{kind:?} {cutoff} mHz"
                 );
             }
             peak = peak.max(model.unwrap().peak);
@@ -340,6 +386,7 @@ fn any_setting() -> impl Strategy<Value = (Kind, u16)> {
     prop_oneof![
         (100..=25_000u16).prop_map(|f| (Kind::Butterworth, f)),
         (100..=8_000u16).prop_map(|f| (Kind::CriticallyDamped, f)),
+        Just((Kind::Off, 20_000)),
     ]
 }
 
@@ -353,6 +400,7 @@ proptest! {
         let mut output = filter.step(along_x(0)).x;
         for ((kind, cutoff), inputs) in runs {
             prop_assume!((kind, cutoff) != (filter.kind, filter.cutoff));
+            prop_assume!((kind, filter.kind) != (Kind::Off, Kind::Off));
             filter.tune(kind, cutoff).unwrap();
             let mut model = Model::settled(kind, cutoff, output);
             for (input, times) in inputs {

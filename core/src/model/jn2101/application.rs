@@ -210,6 +210,7 @@ impl Application for Jn2101Application {
         },
     ];
     const HEATER: Option<&'static Settings> = Some(&HEATER);
+    const HAS_SELF_TEST: bool = true;
 
     const INITIAL: Self = Self {
         measuring: Measuring::INITIAL,

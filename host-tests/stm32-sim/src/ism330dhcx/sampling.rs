@@ -2,14 +2,20 @@
 
 use super::super::timebase::{MICROSECOND, Picoseconds, SECOND};
 use super::Fault;
+use super::fifo::{Fifo, Sensor};
 use super::filter::{LowPass, Memory};
 use bench::motion::Motion;
 use plumbline::measure::{I32x3, ONE_G};
 use plumbline::time::Instant;
 
-/// Output data rates in Hz, by ODR_XL and ODR_G (datasheet, "Accelerometer ODR register setting"; high-performance mode).
-const RATES: [f64; 12] = [
-    0.0, 12.5, 26.0, 52.0, 104.0, 208.0, 416.0, 833.0, 1667.0, 3333.0, 6667.0, 12.5,
+/// The rate of the oscillator in Hz, and its change per unit of INTERNAL_FREQ_FINE in percent (AN5398, "Timestamp").
+const OSCILLATOR: f64 = 6667.0;
+const FINE_PERCENT: f64 = 0.15;
+
+/// The divisor of the oscillator for each output data rate, by ODR_XL and ODR_G (AN5398, "ODR_coeff"); 0: off. The names of the
+/// rates are 12.5, 26, 52, 104, 208, 416, 833, 1667, 3333, 6667 Hz.
+const DIVISORS: [f64; 12] = [
+    0.0, 512.0, 256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 512.0,
 ];
 
 /// Micro-g per count, by FS_XL: 2, 16, 4 and 8 g (datasheet, LA_So).
@@ -25,7 +31,7 @@ const RATE_UNIT_4000: f64 = 140_000.0;
 const CUTOFFS: [f64; 8] = [4.0, 10.0, 20.0, 45.0, 100.0, 200.0, 400.0, 800.0];
 
 /// The rate of the thermometer in Hz (datasheet, TODR), and counts per degree relative to 25 degC.
-const THERMOMETER_RATE: f64 = 52.0;
+const THERMOMETER_RATE: f64 = OSCILLATOR / 128.0;
 const COUNTS_PER_DEGREE: f64 = 256.0;
 
 /// The gyroscope's turn-on time (datasheet, Ton).
@@ -111,6 +117,7 @@ pub(super) struct Sampling {
     status: Status,
     /// Temperature, angular rate, acceleration.
     outputs: [Output; 7],
+    pub(super) fifo: Fifo,
 }
 
 /// STATUS_REG.
@@ -136,6 +143,7 @@ impl Default for Sampling {
             self_test: 0.0,
             status: Status::default(),
             outputs: [Output::default(); 7],
+            fifo: Fifo::default(),
         }
     }
 }
@@ -260,12 +268,16 @@ impl Sampling {
                 let counts = vector(reading.angular_rate, 65536.0)
                     .map(|rate| count(rate * 1e6 / self.rate_unit));
                 self.status.rate |= set(&mut self.outputs[1..4], counts, fault);
+                let number = self.gyroscope.samples;
+                self.batch(Sensor::Gyroscope, number, fault);
             }
             if due[2] {
                 self.thermometer.samples += 1;
                 let degrees = f64::from(reading.temperature) / 100.0;
                 let counts = [count((degrees - 25.0) * COUNTS_PER_DEGREE)];
                 self.status.temperature |= set(&mut self.outputs[..1], counts, fault);
+                let number = self.thermometer.samples;
+                self.batch(Sensor::Thermometer, number, fault);
             }
         }
     }
@@ -284,15 +296,36 @@ impl Sampling {
         }
         let counts = values.map(|value| count(value * 1e6 / self.acceleration_unit));
         self.status.acceleration |= set(&mut self.outputs[4..], counts, fault);
+        let number = self.accelerometer.samples;
+        self.batch(Sensor::Accelerometer, number, fault);
+    }
+
+    /// Puts the newest output of a sensor into the FIFO.
+    fn batch(&mut self, sensor: Sensor, number: u64, fault: Fault) {
+        if fault == Fault::Stopped {
+            return;
+        }
+        let newest = |place: usize| self.outputs[place].newest;
+        let counts = match sensor {
+            Sensor::Thermometer => [newest(0), 0, 0],
+            Sensor::Gyroscope => [1, 2, 3].map(newest),
+            Sensor::Accelerometer => [4, 5, 6].map(newest),
+        };
+        self.fifo.push(sensor, number, counts);
+    }
+
+    /// INTERNAL_FREQ_FINE.
+    pub(super) fn frequency_fine(&self) -> i8 {
+        (self.deviation / FINE_PERCENT).round() as i8
     }
 }
 
 /// The rate in the upper half of CTRL1_XL or CTRL2_G; codes that are not allowed are off.
 fn rate(control: u8) -> f64 {
-    RATES
-        .get(usize::from(control >> 4))
-        .copied()
-        .unwrap_or_default()
+    match DIVISORS.get(usize::from(control >> 4)) {
+        Some(&divisor) if divisor > 0.0 => OSCILLATOR / divisor,
+        _ => 0.0,
+    }
 }
 
 fn vector(value: I32x3, unit: f64) -> [f64; 3] {

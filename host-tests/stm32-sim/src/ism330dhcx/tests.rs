@@ -135,8 +135,8 @@ fn boot_bit_clears_itself_and_keeps_settings() {
 fn data_ready_is_set_at_data_rate_and_cleared_by_high_byte() {
     let mut bench = Bench::new();
     bench.write(0x10, &[ON]);
-    // 1 / 416 Hz = 2.404 ms
-    bench.pass(2_403 * MICROSECOND);
+    // 16 / 6667 Hz = 2.400 ms
+    bench.pass(2_399 * MICROSECOND);
     assert_eq!(bench.status(), 0);
     bench.pass(2 * MICROSECOND);
     assert_eq!(bench.status(), 1);
@@ -229,10 +229,73 @@ fn data_rate_follows_clock_of_part() {
         }
         count
     };
-    // 10 s
-    assert_eq!(samples(0.0), 4160);
-    assert_eq!(samples(5.0), 4368);
-    assert_eq!(samples(-5.0), 3952);
+    // 6667 Hz / 16, for 10 s
+    assert_eq!(samples(0.0), 4166);
+    assert_eq!(samples(5.0), 4375);
+    assert_eq!(samples(-5.0), 3958);
+}
+
+#[test]
+fn frequency_fine_is_deviation_in_steps_of_0_15_percent() {
+    for (percent, fine) in [(0.0, 0), (4.95, 33), (-4.95, -33), (0.15, 1)] {
+        let mut bench = Bench::new();
+        bench.part.set_clock_deviation(bench.now, percent);
+        assert_eq!(bench.read::<1>(0x63)[0] as i8, fine, "{percent} %");
+    }
+}
+
+#[test]
+fn fifo_holds_each_acceleration_and_the_temperature() {
+    let mut bench = Bench::new();
+    // Acceleration at 833 Hz, temperature at 52 Hz, continuous mode.
+    bench.write(0x09, &[0x07, 0x36]);
+    bench.write(0x10, &[0x70]);
+    bench.pass(20 * MILLISECOND);
+    // 16 * 8 / 6667 Hz = 19.2 ms: the sixteenth acceleration comes together with the first temperature.
+    assert_eq!(bench.read::<2>(0x3A), [17, 0]);
+    for number in 1..=16 {
+        let [tag, x0, x1, y0, y1, z0, z1] = bench.read::<7>(0x78);
+        assert_eq!((tag >> 3, tag >> 1 & 3), (2, number % 4));
+        assert_eq!(tag.count_ones() % 2, 0, "parity of {tag:02X}h");
+        let counts = [[x0, x1], [y0, y1], [z0, z1]].map(i16::from_le_bytes);
+        assert_eq!(counts, [0, -8197, 16393]);
+    }
+    let word = bench.read::<7>(0x78);
+    assert_eq!(
+        (word[0] >> 3, &word[1..]),
+        (3, &[0x80, 0x0A, 0, 0, 0, 0][..])
+    );
+    assert_eq!(bench.read::<2>(0x3A), [0, 0]);
+    assert_eq!(bench.read::<7>(0x78), [0; 7]);
+    assert_eq!(bench.part.take_unmodelled(), None);
+}
+
+#[test]
+fn fifo_words_follow_each_other_in_one_transfer() {
+    let mut bench = Bench::new();
+    bench.write(0x09, &[0x07, 0x06]);
+    bench.write(0x10, &[0x70]);
+    bench.pass(10 * MILLISECOND);
+    let words = bench.read::<14>(0x78);
+    assert_eq!((words[0] >> 3, words[7] >> 3), (2, 2));
+    assert_eq!(words[1..7], words[8..14]);
+    assert_eq!(bench.read::<1>(0x3A), [6]);
+}
+
+#[test]
+fn full_fifo_drops_oldest_word_and_bypass_mode_clears_it() {
+    let mut bench = Bench::new();
+    bench.write(0x09, &[0x07, 0x06]);
+    bench.write(0x10, &[0x70]);
+    bench.motion.0.set([0, 0, 0]);
+    bench.pass(100 * MILLISECOND);
+    bench.motion.0.set([1000, 0, 0]);
+    bench.read::<1>(0x0F);
+    bench.pass(1000 * MILLISECOND);
+    assert_eq!(bench.read::<2>(0x3A), [0x00, 0x02 | 0x68]);
+    assert_eq!(bench.read::<3>(0x78)[1..], 16_393_i16.to_le_bytes());
+    bench.write(0x0A, &[0x00]);
+    assert_eq!(bench.read::<2>(0x3A), [0, 0]);
 }
 
 #[test]
@@ -327,8 +390,8 @@ fn part_restarts_when_mounted_again() {
 #[test]
 fn access_not_modelled_is_recorded() {
     let mut bench = Bench::new();
-    assert_eq!(bench.read::<1>(0x3A), [0]);
-    assert_eq!(bench.part.take_unmodelled(), Some(0x3A));
+    assert_eq!(bench.read::<1>(0x35), [0]);
+    assert_eq!(bench.part.take_unmodelled(), Some(0x35));
     // Another bank hides the user's registers; FUNC_CFG_ACCESS selects the first bank again.
     bench.write(0x01, &[0x80]);
     assert_eq!(bench.read::<1>(0x0F), [0]);

@@ -163,10 +163,10 @@ fn chip_select_within_frame_and_unknown_register_are_violations() {
     bench.cycle += 100;
     bench.read(SPI1 + 0x0C).unwrap();
     bench.select(true);
-    bench.exchange(0xBA);
+    bench.exchange(0xB5);
     bench.exchange(0);
     let last = bench.io.violations().last().unwrap();
-    assert_eq!(last.register, "ISM330DHCX 3Ah");
+    assert_eq!(last.register, "ISM330DHCX 35h");
 }
 
 #[test]

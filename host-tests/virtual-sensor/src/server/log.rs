@@ -1,13 +1,11 @@
-//! The traffic of the bus in the format of `candump -L -x`.
+//! The traffic of the bus in the format of `candump -L`.
 //!
 //! ```text
-//! (1700000000.012345) can0 300#02 T
-//! (1700000000.012700) can0 301#0201000000000000 R
+//! (1700000000.012345) can0 300#02
+//! (1700000000.012700) can0 301#0201000000000000
 //! ```
-//!
-//! `T` marks a frame that a client of the virtual sensor transmitted, `R` one that was received from the sensor.
 
-use bench::{Logged, Source};
+use bench::Logged;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -57,12 +55,8 @@ fn time_of_day() -> Duration {
 /// One line without its line end.
 fn line(start: Duration, entry: &Logged) -> String {
     let at = start + Duration::from_micros(entry.at.ticks());
-    let direction = match entry.source {
-        Source::Adapter(_) => 'T',
-        Source::Device(_) => 'R',
-    };
     format!(
-        "({:010}.{:06}) {INTERFACE} {:?} {direction}",
+        "({:010}.{:06}) {INTERFACE} {:?}",
         at.as_secs(),
         at.subsec_micros(),
         entry.frame
@@ -72,7 +66,7 @@ fn line(start: Duration, entry: &Logged) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use bench::{Bus, BusRate};
+    use bench::{Bus, BusRate, Source};
     use plumbline::can::{Frame, extended, standard};
     use plumbline::time::Instant;
 
@@ -90,15 +84,15 @@ mod tests {
     fn lines_have_candump_format() {
         assert_eq!(
             sent_by_a_client(2, Frame::data(standard(0x300), &[0xFF, 1])),
-            "(1700000001.000001) can0 300#FF01 T"
+            "(1700000001.000001) can0 300#FF01"
         );
         assert_eq!(
             sent_by_a_client(1_000_000, Frame::remote(extended(0x123), 4)),
-            "(1700000001.999999) can0 00000123#R4 T"
+            "(1700000001.999999) can0 00000123#R4"
         );
         assert_eq!(
             sent_by_a_client(0, Frame::data(standard(0x100), &[])),
-            "(1700000000.999999) can0 100# T"
+            "(1700000000.999999) can0 100#"
         );
     }
 }

@@ -1,0 +1,73 @@
+//! The acceptance filters of the controller, for receive FIFO 0.
+//!
+//! One bank for each filter, 32 bits wide and in mask mode. So all filters have equal priority, and a frame that passes two filters
+//! is stored once. Data and remote frames pass.
+//!
+//! ```text
+//!  bit 31            21          3   2     1     0
+//!      +--------------+-----------+-----+-----+---+
+//!      | 11-bit identifier        | IDE | RTR | 0 |   FxR1: the bits, FxR2: the mask
+//!      | 29-bit identifier        |     |     |   |
+//!      +--------------------------+-----+-----+---+
+//! ```
+
+use crate::board::{self, CanPeripheral};
+use embedded_can::Id;
+use plumbline::can::Filter;
+use plumbline::node::{BusMode, Node};
+
+/// FMR.FINIT: the filters are being set.
+const INITIALIZATION: u32 = 1 << 0;
+/// IDE: 29-bit identifier.
+const EXTENDED: u32 = 1 << 2;
+
+/// Sets the filters: in listen mode one that accepts all frames, otherwise those of the node.
+pub(super) fn set(registers: &CanPeripheral, mode: BusMode, node: &impl Node) {
+    // SAFETY: all bits of these registers are filters of this controller, or reserved bits that keep their value.
+    unsafe {
+        registers
+            .fmr()
+            .modify(|fmr, w| w.bits(fmr.bits() | INITIALIZATION));
+        registers.fa1r().write(|w| w.bits(0));
+        registers.fm1r().write(|w| w.bits(0));
+        registers.ffa1r().write(|w| w.bits(0));
+        registers
+            .fs1r()
+            .write(|w| w.bits((1 << board::FILTER_BANKS) - 1));
+    }
+    let mut banks = registers.fb_iter().take(board::FILTER_BANKS.into());
+    let mut active = 0;
+    let mut add = |bits: u32, mask: u32| {
+        // There is a bank for each filter: this is checked at compile time.
+        if let Some(bank) = banks.next() {
+            // SAFETY: all values of these registers are valid.
+            unsafe {
+                bank.fr1().write(|w| w.bits(bits));
+                bank.fr2().write(|w| w.bits(mask));
+            }
+            active = active << 1 | 1;
+        }
+    };
+    match mode {
+        BusMode::Listen => add(0, 0),
+        BusMode::Normal => node.filters(&mut |filter| {
+            let (bits, mask) = words(&filter);
+            add(bits, mask);
+        }),
+    }
+    // SAFETY: as above.
+    unsafe {
+        registers.fa1r().write(|w| w.bits(active));
+        registers
+            .fmr()
+            .modify(|fmr, w| w.bits(fmr.bits() & !INITIALIZATION));
+    }
+}
+
+/// The contents of FxR1 and FxR2.
+fn words(filter: &Filter) -> (u32, u32) {
+    match filter.id {
+        Id::Standard(id) => (u32::from(id.as_raw()) << 21, filter.mask << 21 | EXTENDED),
+        Id::Extended(id) => (id.as_raw() << 3 | EXTENDED, filter.mask << 3 | EXTENDED),
+    }
+}

@@ -1,0 +1,65 @@
+//! The transmit mailboxes.
+//!
+//! The controller sends the mailboxes in the order of the requests (MCR.TXFP), which is the order of the node's queue. At most two
+//! of the three mailboxes are used: the second follows the first without a gap, and a newer cyclic value can replace an older one
+//! in the queue that does not wait in a mailbox yet.
+
+use crate::board::CanPeripheral;
+use embedded_can::Id;
+use plumbline::can::Frame;
+
+/// TIR: request to send.
+const REQUEST: u32 = 1 << 0;
+/// TIR: remote frame.
+const REMOTE: u32 = 1 << 1;
+/// TIR: 29-bit identifier.
+const EXTENDED: u32 = 1 << 2;
+
+/// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
+pub(super) fn abort_all(registers: &CanPeripheral) {
+    registers.tsr().write(|w| {
+        w.abrq0().set_bit();
+        w.abrq1().set_bit();
+        w.abrq2().set_bit()
+    });
+}
+
+/// The empty mailboxes, one bit for each.
+fn empty(registers: &CanPeripheral) -> u32 {
+    registers.tsr().read().bits() >> 26 & 0b111
+}
+
+/// True if a frame can be put into a mailbox: at least two are empty.
+pub(super) fn has_room(registers: &CanPeripheral) -> bool {
+    let empty = empty(registers);
+    empty & empty.wrapping_sub(1) != 0
+}
+
+/// True if all mailboxes are empty.
+pub(super) fn is_idle(registers: &CanPeripheral) -> bool {
+    empty(registers) == 0b111
+}
+
+/// Puts a frame into an empty mailbox.
+pub(super) fn put(registers: &CanPeripheral, frame: &Frame) {
+    // With an empty mailbox, CODE is its number.
+    let number = registers.tsr().read().code().bits();
+    let Some(mailbox) = registers.tx_iter().nth(number.into()) else {
+        return;
+    };
+    let identifier = match frame.id() {
+        Id::Standard(id) => u32::from(id.as_raw()) << 21,
+        Id::Extended(id) => id.as_raw() << 3 | EXTENDED,
+    };
+    let remote = if frame.is_remote() { REMOTE } else { 0 };
+    let [low, high] = frame.data_words();
+    // SAFETY: all values of these registers are valid.
+    unsafe {
+        mailbox.tdtr().write(|w| w.bits(frame.dlc() as u32));
+        mailbox.tdlr().write(|w| w.bits(low));
+        mailbox.tdhr().write(|w| w.bits(high));
+        mailbox
+            .tir()
+            .write(|w| w.bits(identifier | remote | REQUEST));
+    }
+}

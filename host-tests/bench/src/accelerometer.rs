@@ -1,0 +1,92 @@
+//! The accelerometer of a sensor on the bench: values at its data rate, resampled to readings at 200 Hz as on the boards.
+
+use crate::motion::Motion;
+use plumbline::measure::resampler::Resampler;
+use plumbline::measure::{ONE_G, Reading};
+use plumbline::time::Instant;
+
+/// The data rate in mHz, nominal: that of the ISM330DHCX (6667 Hz / 8).
+const DATA_RATE: u32 = 6_667_000 / 8;
+
+/// The number of values that are there before a reading needs them.
+const AHEAD: u32 = 2;
+
+/// A second in picoseconds.
+const SECOND: u64 = 1_000_000_000_000;
+
+/// The accelerometer.
+pub struct Accelerometer {
+    resampler: Resampler<i32, 0>,
+    start: Instant,
+    /// The number of values since the start.
+    values: u64,
+    /// The error of its oscillator in units of 10^-6; the accelerometer states it.
+    deviation: i32,
+    /// A value was clipped since the last reading.
+    clipped: bool,
+}
+
+impl Accelerometer {
+    /// An accelerometer whose oscillator has this error, in 10^-6.
+    pub fn new(deviation: i32) -> Self {
+        Self {
+            resampler: Resampler::new(),
+            start: Instant::from_ticks(0),
+            values: 0,
+            deviation,
+            clipped: false,
+        }
+    }
+
+    /// The data rate in mHz.
+    fn rate(&self) -> u32 {
+        let change = i64::from(DATA_RATE) * i64::from(self.deviation) / 1_000_000;
+        (i64::from(DATA_RATE) + change) as u32
+    }
+
+    /// Starts at `now` and returns the first reading, that of an accelerometer that has been at rest before.
+    pub fn start(&mut self, now: Instant, motion: &mut dyn Motion) -> Reading {
+        self.resampler.start(self.rate());
+        self.start = now;
+        self.values = 0;
+        self.clipped = false;
+        let still = motion.reading(now);
+        let first = std::iter::repeat_with(|| self.push(still)).flatten().next();
+        // So that each reading is complete at the end of its 5 ms, also if the clocks differ a little.
+        for _ in 0..AHEAD {
+            self.push(still);
+        }
+        first.unwrap_or(still)
+    }
+
+    /// The readings that are complete at `now`.
+    pub fn readings(&mut self, now: Instant, motion: &mut dyn Motion) -> Vec<Reading> {
+        let mut readings = Vec::new();
+        loop {
+            let period = u128::from(SECOND) * 1000 / u128::from(self.rate());
+            let picoseconds = u128::from(self.values + 1) * period;
+            let time = Instant::from_ticks(self.start.ticks() + (picoseconds / 1_000_000) as u64);
+            if time > now {
+                self.resampler.follow();
+                return readings;
+            }
+            self.values += 1;
+            let reading = motion.reading(time);
+            readings.extend(self.push(reading));
+        }
+    }
+
+    fn push(&mut self, reading: Reading) -> Option<Reading> {
+        // The part has a range of +-2 g.
+        let range = -2 * ONE_G..=2 * ONE_G - 1;
+        let value = reading.acceleration.to_array();
+        let value = value.map(|component| component.clamp(*range.start(), *range.end()));
+        self.clipped |= reading.clipped;
+        let acceleration = self.resampler.push(value)?;
+        Some(Reading {
+            acceleration,
+            clipped: core::mem::take(&mut self.clipped),
+            ..reading
+        })
+    }
+}

@@ -1,0 +1,28 @@
+//! Vibration behind the filters of a sensor built for the PC. `elf/vibration.rs` has the same tests of the flashed image.
+
+use bench::{Device, Flash, NodeType};
+use host_tests::vibration::{CLOCKS, FREQUENCIES, Shaker, check_cutoffs, check_residue};
+
+/// An is2 whose accelerometer has this clock error in percent.
+fn shaker(clock: i32) -> Shaker {
+    let node_type = NodeType::find("is2").expect("a product");
+    Shaker::new(|bus, motion| {
+        let device = Device::new(&node_type, 1, Flash::default(), motion);
+        bus.attach(device.with_clock_deviation(clock * 10_000));
+        bus.lead_detection();
+    })
+}
+
+#[test]
+fn vibration_from_8_to_400_hz_is_suppressed() {
+    for clock in CLOCKS {
+        check_residue(&mut shaker(clock), FREQUENCIES);
+    }
+}
+
+#[test]
+fn cutoff_frequencies_are_within_0_15_percent() {
+    for clock in CLOCKS {
+        check_cutoffs(&mut shaker(clock));
+    }
+}
