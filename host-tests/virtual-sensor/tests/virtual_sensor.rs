@@ -236,6 +236,36 @@ fn unusable_store_is_named_and_sensor_continues() {
 }
 
 #[test]
+fn store_of_another_sensor_is_refused() {
+    let store = new_path("shared.store");
+    let first = Sensor::start(&["--store", text(&store)]);
+    assert_fails(
+        &["--store", text(&store)],
+        1,
+        &[text(&store), "another program uses it"],
+    );
+    drop(first);
+    Client::awake(&Sensor::start(&["--store", text(&store)]));
+}
+
+#[cfg(unix)]
+#[test]
+fn endless_store_is_damaged_memory() {
+    let sensor = Sensor::start(&["--store", "/dev/zero"]);
+    let mut client = Client::awake(&sensor);
+    client.say("t300102");
+    // EEPROMError, and factory values.
+    assert_eq!(client.find("t301202"), "t30120207");
+}
+
+#[test]
+fn model_name_can_be_written_in_capitals() {
+    let sensor = Sensor::start(&["--model", "IS2D"]);
+    let mut client = Client::awake(&sensor);
+    client.poll();
+}
+
+#[test]
 fn truncated_store_is_damaged_memory() {
     let store = new_path("short.store");
     fs::write(&store, "P").expect("a folder");
