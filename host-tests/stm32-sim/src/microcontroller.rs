@@ -56,6 +56,9 @@ pub struct Microcontroller {
     parameters_touched: bool,
     profile: Profile,
     reported: Reported,
+    /// A program that cannot continue is reported.
+    reports_stop: bool,
+    stopped: Option<String>,
 }
 
 /// The violations that have been reported: the count in either list, and their kinds.
@@ -96,6 +99,8 @@ impl Microcontroller {
             parameters_touched: true,
             profile: Profile::default(),
             reported: Reported::default(),
+            reports_stop: false,
+            stopped: None,
         }
     }
 
@@ -116,6 +121,17 @@ impl Microcontroller {
             heated,
             ..Self::new(node_type.name, image, serial, flash, motion)
         }
+    }
+
+    /// When the program cannot continue, the microcontroller switches off and [`stopped`](Self::stopped) has the reason. Without
+    /// this call it panics, which ends a test.
+    pub fn report_stop(&mut self) {
+        self.reports_stop = true;
+    }
+
+    /// The reason why the program could not continue, as one sentence.
+    pub fn stopped(&self) -> Option<&str> {
+        self.stopped.as_deref()
     }
 
     /// The microcontroller of a sensor; None for a host build.
@@ -325,12 +341,15 @@ impl Microcontroller {
     }
 
     /// Ends the run at this address of the program.
-    fn stop(&self, pc: u32, reason: impl Display) -> ! {
+    fn stop(&mut self, pc: u32, reason: impl Display) {
         let name = self.name;
         let function = self.image.name_of(pc);
         let function = function.map(|(function, offset)| format!(", {function}+{offset:#x}"));
         let function = function.unwrap_or_default();
-        panic!("{name} stopped at {pc:#010x}{function}: {reason}")
+        let sentence = format!("{name} stopped at {pc:#010x}{function}: {reason}");
+        assert!(self.reports_stop, "{sentence}");
+        self.stopped = Some(sentence);
+        self.switch_off();
     }
 }
 

@@ -1,7 +1,7 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
-use crate::server::{Log, Server, StatusLine, tcp};
+use crate::server::{Log, RunError, Server, StatusLine, tcp};
 use bench::{Bus, BusRate, Device, Flash, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -117,9 +117,10 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let sensor = match &options.elf {
         Some(path) => {
             let image = open_image(path, node_type.name)?;
-            bus.attach(Microcontroller::of_type(
-                &node_type, image, SERIAL, flash, motion,
-            ))
+            let mut microcontroller =
+                Microcontroller::of_type(&node_type, image, SERIAL, flash, motion);
+            microcontroller.report_stop();
+            bus.attach(microcontroller)
         }
         None => bus.attach(Device::new(&node_type, SERIAL, flash, motion)),
     };
@@ -127,6 +128,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     while bus.device(sensor).mode().is_none() && bus.now() < BOOT_LIMIT {
         let next = after(bus.now(), millis(1));
         bus.run_until(next);
+    }
+    let stopped = Microcontroller::of(bus.device(sensor)).and_then(Microcontroller::stopped);
+    if let Some(reason) = stopped {
+        return Err(Failure::Outside(
+            RunError::Firmware(reason.to_owned()).to_string(),
+        ));
     }
     if bus.device(sensor).mode().is_none() {
         let seconds = BOOT_LIMIT.ticks() / 1_000_000;
@@ -148,9 +155,12 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         announce(&format!("slcan {path}"));
     }
     tcp::serve(listener, events).map_err(cannot("start a thread"))?;
-    server.run().map_err(|error| {
-        let log = options.log.as_deref().unwrap_or(Path::new("log"));
-        cannot(format!("write the log {}", log.display()))(error)
+    server.run().map_err(|ended| match ended {
+        RunError::Log(error) => {
+            let log = options.log.as_deref().unwrap_or(Path::new("log"));
+            cannot(format!("write the log {}", log.display()))(error)
+        }
+        RunError::Firmware(_) => Failure::Outside(ended.to_string()),
     })
 }
 

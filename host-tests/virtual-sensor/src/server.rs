@@ -147,6 +147,17 @@ struct Traffic {
     sent: u64,
 }
 
+/// The reason why the server has ended.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The log cannot be written.
+    #[error("cannot write the log: {0}")]
+    Log(#[from] io::Error),
+    /// The firmware cannot continue.
+    #[error("the firmware {0}")]
+    Firmware(String),
+}
+
 impl Server {
     /// A server for `bus`, whose current time is now, and the channel for its events.
     ///
@@ -180,8 +191,8 @@ impl Server {
     /// Runs until [`Events::stop`].
     ///
     /// # Errors
-    /// The log cannot be written.
-    pub fn run(mut self) -> io::Result<()> {
+    /// The log cannot be written, or the firmware cannot continue.
+    pub fn run(mut self) -> Result<(), RunError> {
         loop {
             self.advance()?;
             let event = match self.pause() {
@@ -230,7 +241,7 @@ impl Server {
     }
 
     /// Advances the bus to the current time and passes on its traffic.
-    fn advance(&mut self) -> io::Result<()> {
+    fn advance(&mut self) -> Result<(), RunError> {
         self.bus.run_until(self.now());
         let mut lines = Vec::new();
         let (bus, leaving) = (&mut self.bus, &mut self.leaving);
@@ -261,6 +272,9 @@ impl Server {
                 eprintln!(
                     "virtual-sensor: the firmware violates the reference manual: {violation}"
                 );
+            }
+            if let Some(reason) = sensor.stopped() {
+                return Err(RunError::Firmware(reason.to_owned()));
             }
         }
         if let Some(status) = &mut self.status {
@@ -311,7 +325,7 @@ impl Server {
         }
     }
 
-    fn end(mut self) -> io::Result<()> {
+    fn end(mut self) -> Result<(), RunError> {
         if let Some(status) = &mut self.status {
             status.end();
         }

@@ -162,6 +162,20 @@ fn unusable_files_are_named() {
     }
 }
 
+#[test]
+fn damaged_program_ends_with_one_sentence() {
+    let built = fs::read(image("is2")).expect("it was just built");
+    // From 400h on, each half-word is DEDEh: permanently undefined.
+    let damaged = [&built[..0x400], &[0xDE; 0x2000], &built[0x2400..]].concat();
+    let path = new_path("damaged.elf");
+    fs::write(&path, damaged).expect("a folder");
+    assert_fails(
+        &["--elf", text(&path)],
+        1,
+        &["the firmware is2 stopped at 0x0800", "UNDEFINED"],
+    );
+}
+
 /// The image of a model for the Blue Pill.
 fn image(model: &str) -> PathBuf {
     let mut images = stm32_sim::firmware::build().expect("it builds");
