@@ -123,7 +123,7 @@ impl Scene {
         })
     }
 
-    /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps[,temp_c]]`.
+    /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c]`.
     ///
     /// Specific force in g, angular rate in deg/s, temperature in degC (25 without that column), in the sensor frame. Values are
     /// linear between rows; the first row is held before its time, the last after its time. Lines that start with `#` are

@@ -3,10 +3,13 @@
 use super::Sample;
 use std::path::Path;
 
-/// The columns; a file ends after the fourth, the seventh or the eighth.
+/// The columns. The three of the gyroscope and that of the temperature can be omitted.
 const COLUMNS: [&str; 8] = [
     "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c",
 ];
+
+/// The index of the column of the temperature.
+const TEMPERATURE: usize = 7;
 
 /// Rows of a CSV file, in order of time.
 #[derive(Clone, PartialEq, Debug)]
@@ -39,7 +42,7 @@ impl Recording {
         let columns = read_header(last, header)?;
         let mut rows: Vec<(f64, Sample)> = Vec::new();
         for (line, text) in lines {
-            let row = read_row(line, text, columns)?;
+            let row = read_row(line, text, &columns)?;
             if let Some((previous, _)) = rows.last()
                 && row.0 <= *previous
             {
@@ -98,17 +101,19 @@ fn fields(line: usize, text: &[u8]) -> Result<Vec<&str>, Mistake> {
     Ok(text.split(',').map(str::trim).collect())
 }
 
-/// The number of columns.
-fn read_header(line: usize, text: &[u8]) -> Result<usize, Mistake> {
+/// The columns of the file, as indices of [`COLUMNS`].
+fn read_header(line: usize, text: &[u8]) -> Result<Vec<usize>, Mistake> {
     let names = fields(line, text)?;
-    let wanted = match names.len() {
-        0..=4 => 4,
-        5..=7 => 7,
-        _ => 8,
+    let columns: Vec<usize> = match names.len() {
+        0..=4 => (0..4).collect(),
+        _ if names[4] == COLUMNS[TEMPERATURE] => (0..4).chain([TEMPERATURE]).collect(),
+        5..=7 => (0..7).collect(),
+        _ => (0..8).collect(),
     };
-    for (index, name) in COLUMNS.iter().take(wanted).enumerate() {
+    for (index, &column) in columns.iter().enumerate() {
+        let name = COLUMNS[column];
         match names.get(index) {
-            Some(found) if found == name => {}
+            Some(found) if *found == name => {}
             Some(found) => {
                 return Err(mistake(
                     line,
@@ -118,32 +123,36 @@ fn read_header(line: usize, text: &[u8]) -> Result<usize, Mistake> {
             None => return Err(mistake(line, format!("column {name} is missing"))),
         }
     }
-    match names.get(wanted) {
+    match names.get(columns.len()) {
         Some(extra) => Err(mistake(line, format!("there is no column \"{extra}\""))),
-        None => Ok(wanted),
+        None => Ok(columns),
     }
 }
 
-fn read_row(line: usize, text: &[u8], columns: usize) -> Result<(f64, Sample), Mistake> {
+fn read_row(line: usize, text: &[u8], columns: &[usize]) -> Result<(f64, Sample), Mistake> {
     let fields = fields(line, text)?;
-    if let Some(missing) = COLUMNS[..columns].get(fields.len()) {
-        return Err(mistake(line, format!("column {missing} is missing")));
+    if let Some(&missing) = columns.get(fields.len()) {
+        let name = COLUMNS[missing];
+        return Err(mistake(line, format!("column {name} is missing")));
     }
-    if fields.len() > columns {
+    if fields.len() > columns.len() {
+        let (values, columns) = (fields.len(), columns.len());
         return Err(mistake(
             line,
-            format!("there are {} values for {columns} columns", fields.len()),
+            format!("there are {values} values for {columns} columns"),
         ));
     }
     let mut values = [0.0; COLUMNS.len()];
-    values[7] = Sample::ROOM;
-    for ((value, text), name) in values.iter_mut().zip(&fields).zip(COLUMNS) {
-        *value = text
+    values[TEMPERATURE] = Sample::ROOM;
+    for (&column, text) in columns.iter().zip(&fields) {
+        let name = COLUMNS[column];
+        let value: f64 = text
             .parse()
             .map_err(|_| mistake(line, format!("{name} is not a number: \"{text}\"")))?;
         if !value.is_finite() {
             return Err(mistake(line, format!("{name} is not finite: \"{text}\"")));
         }
+        values[column] = value;
     }
     let [time, ax, ay, az, gx, gy, gz, temperature] = values;
     Ok((
@@ -173,6 +182,14 @@ mod tests {
     }
 
     #[test]
+    fn columns_of_gyroscope_can_be_omitted() {
+        let recording = parse("t_s,ax_g,ay_g,az_g,temp_c\n0,0.1,0.2,0.3,40\n");
+        let sample = recording.at(0.0);
+        assert_eq!((sample.force, sample.rate), ([0.1, 0.2, 0.3], [0.0; 3]));
+        assert_eq!(sample.temperature, 40.0);
+    }
+
+    #[test]
     fn each_error_has_line_and_reason() {
         let cases: &[(&[u8], &str)] = &[
             (
@@ -194,8 +211,12 @@ mod tests {
                 "1: column gy_dps is missing",
             ),
             (
-                b"t_s,ax_g,ay_g,az_g,temp_c\n",
-                "1: column 5 must be gx_dps, not \"temp_c\"",
+                b"t_s,ax_g,ay_g,az_g,temp_c,gx_dps\n",
+                "1: there is no column \"gx_dps\"",
+            ),
+            (
+                b"t_s,ax_g,ay_g,az_g,temp_c\n0,0,0,1\n",
+                "2: column temp_c is missing",
             ),
             (
                 b"t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c,x\n",
