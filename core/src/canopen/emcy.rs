@@ -210,6 +210,8 @@ pub(super) struct Emergency<H> {
     /// Active faults: the manufacturer's status byte.
     active: u8,
     waiting: Deque<[u8; 4], WAITING>,
+    /// No messages are queued: the node is in NMT stopped.
+    silent: bool,
     history: H,
     inhibit: Duration,
     inhibited: Option<Instant>,
@@ -221,6 +223,7 @@ impl<H: History> Emergency<H> {
         faults: None,
         active: 0,
         waiting: Deque::new(),
+        silent: false,
         history: H::EMPTY,
         inhibit: Duration::from_ticks(0),
         inhibited: None,
@@ -281,12 +284,32 @@ impl<H: History> Emergency<H> {
     }
 
     fn queue(&mut self, code: u16) {
+        if self.silent {
+            return;
+        }
         if self.waiting.is_full() {
             self.waiting.pop_front();
         }
         let [low, high] = code.to_le_bytes();
         let message = [low, high, self.register(), self.active];
         let _ = self.waiting.push_back(message);
+    }
+
+    /// Discards the queued messages and queues no more. Active faults and the history continue.
+    pub fn silence(&mut self) {
+        self.silent = true;
+        self.waiting.clear();
+    }
+
+    /// Replaces the queued messages by one for each active fault, and queues messages again.
+    pub fn announce_active(&mut self) {
+        self.silent = false;
+        self.waiting.clear();
+        for (bit, fault) in self.faults.into_iter().flatten().enumerate() {
+            if self.active >> bit & 1 != 0 {
+                self.queue(fault.code);
+            }
+        }
     }
 
     /// A momentary fault: queues the error, then the error reset.

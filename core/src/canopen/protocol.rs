@@ -127,6 +127,12 @@ impl<P: Product> Canopen<P> {
         if state == self.services.state {
             return;
         }
+        let emergency = &mut self.services.emergency;
+        if !state.communicates() {
+            emergency.silence();
+        } else if !self.services.state.communicates() {
+            emergency.announce_active();
+        }
         self.services.state = state;
         for tpdo in self.services.tpdos.all_mut() {
             if state == State::Operational {
@@ -151,6 +157,8 @@ impl<P: Product> Canopen<P> {
         /// Error behaviour (1029h): stopped.
         const STOP: u32 = 2;
         self.services.report_guarding(cx, now);
+        // Before the node stops: then it sends no more.
+        self.services.send_emergencies(cx, now);
         match Services::<P>::ERROR_BEHAVIOUR.get(&cx.parameters) {
             NO_CHANGE => {}
             STOP => self.enter(cx, now, State::Stopped),

@@ -69,6 +69,8 @@ impl<P: Product> Services<P> {
         self.configure_guarding(cx, now);
         self.configure_heartbeat(cx, now);
         self.configure_emergency(cx);
+        // Sent after the boot-up message.
+        self.emergency.announce_active();
         self.tpdos.map(mapped::<P>);
         let mut changed = before != (self.node_id, self.rate);
         changed |= self.take_sync(cx);

@@ -160,19 +160,6 @@ fn inhibit_time_delays_emergencies() {
 }
 
 #[test]
-fn emergencies_in_stopped_wait() {
-    let mut t = booted();
-    t.write(0x1015, 0, 2, 100).unwrap();
-    t.send("000#0200");
-    t.bus(BusEvent::Overrun);
-    assert_eq!(t.wait_text(1000), []);
-    t.send("000#8000");
-    let frames = t.wait_text(100);
-    assert_eq!(frames.len(), 2);
-    assert_eq!(frames[0], (0, "08A#1081111000000000".to_string()));
-}
-
-#[test]
 fn emergency_in_operational_is_sent_and_keeps_state() {
     let mut t = operational();
     t.tilt(50.0, 0.0);
@@ -187,4 +174,49 @@ fn active_fault_is_sent_again_after_reset() {
     t.sent_text();
     assert_eq!(t.exchange("000#8100"), ["70A#00", "08A#0090010200000000"]);
     assert_eq!(t.read(0x1003, 0), Ok(1));
+}
+
+#[test]
+fn guarding_time_out_sends_emergency_before_node_stops() {
+    let mut t = operational();
+    t.write(0x100C, 0, 2, 100).unwrap();
+    t.write(0x100D, 0, 1, 3).unwrap();
+    t.write(0x1029, 1, 1, 2).unwrap();
+    t.exchange("70A#R1");
+    assert_eq!(
+        t.wait_text(400),
+        [(300, "08A#3081114000000000".to_string())]
+    );
+    // Stopped; the end of the fault is not sent.
+    assert_eq!(t.exchange("70A#R1"), ["70A#84"]);
+    assert_eq!(t.exchange("000#800A"), [""; 0]);
+}
+
+#[test]
+fn node_in_stopped_queues_no_emergencies_and_announces_active_faults_when_it_leaves() {
+    let mut t = booted();
+    t.send("000#020A");
+    t.tilt(50.0, 0.0);
+    t.tilt(0.0, 0.0);
+    t.bus(BusEvent::Overrun);
+    assert_eq!(t.exchange("000#800A"), [""; 0], "no active fault");
+    assert_eq!(t.read(0x1003, 0), Ok(2), "the history continues");
+    t.send("000#020A");
+    t.tilt(50.0, 0.0);
+    t.bus(state(BusState::Passive));
+    assert_eq!(t.sent_text(), [""; 0]);
+    let active = ["08A#0090112200000000", "08A#2081112200000000"];
+    assert_eq!(t.exchange("000#010A"), active);
+    assert_eq!(t.read(0x1003, 0), Ok(4));
+}
+
+#[test]
+fn reset_communication_announces_persisting_faults_after_boot_up() {
+    let mut t = booted();
+    t.tilt(50.0, 0.0);
+    assert_eq!(t.sent_text(), ["08A#0090010200000000"]);
+    let expected = ["70A#00", "08A#0090010200000000"];
+    assert_eq!(t.exchange("000#820A"), expected);
+    assert_eq!(t.read(0x1003, 0), Ok(1));
+    assert_eq!(t.exchange("000#810A"), expected);
 }
