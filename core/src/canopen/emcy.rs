@@ -261,14 +261,17 @@ impl<H: History> Emergency<H> {
     pub fn update(&mut self, mask: u8, bits: u8) {
         let changed = (self.active ^ bits) & mask;
         if changed != 0 {
-            self.announce(changed);
+            self.announce(changed, true);
         }
     }
 
+    /// Changes these faults. Queues a message for each. `is_new`: a fault that begins is stored in the history.
     #[cold]
-    fn announce(&mut self, changed: u8) {
-        for (bit, fault) in self.faults.into_iter().flatten().enumerate() {
-            let bit = 1 << bit;
+    fn announce(&mut self, changed: u8, is_new: bool) {
+        let mut next: u8 = 1;
+        for fault in self.faults.into_iter().flatten() {
+            let bit = next;
+            next <<= 1;
             if changed & bit == 0 {
                 continue;
             }
@@ -278,7 +281,9 @@ impl<H: History> Emergency<H> {
             } else {
                 self.queue(fault.code);
                 let entry = u32::from(self.active) << 16 | u32::from(fault.code);
-                self.history.push(entry);
+                if is_new {
+                    self.history.push(entry);
+                }
             }
         }
     }
@@ -305,11 +310,8 @@ impl<H: History> Emergency<H> {
     pub fn announce_active(&mut self) {
         self.silent = false;
         self.waiting.clear();
-        for (bit, fault) in self.faults.into_iter().flatten().enumerate() {
-            if self.active >> bit & 1 != 0 {
-                self.queue(fault.code);
-            }
-        }
+        let active = core::mem::take(&mut self.active);
+        self.announce(active, false);
     }
 
     /// A momentary fault: queues the error, then the error reset.

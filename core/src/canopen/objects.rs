@@ -4,14 +4,14 @@ use super::Abort;
 use super::dictionary::Service;
 use super::emcy::History;
 use super::pdo::Tpdos;
-use super::product::Product;
+use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
 use super::row::{Kind, Row, find};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
 use crate::application::{Effect, Values};
-use crate::param::number;
+use crate::param::{ParameterRow, number};
 use crate::time::Instant;
 
 /// The signature "save" (1010h) as a little-endian number.
@@ -116,6 +116,10 @@ impl<P: Product> Services<P> {
         row: &Row,
         value: u32,
     ) -> Result<Written, Abort> {
+        let at_once = ParametersOf::<P>::row(row.id()).is_some_and(ParameterRow::is_stored_at_once);
+        if at_once && cx.is_saving() {
+            return Err(Abort::DeviceState);
+        }
         let effect = cx.write(row.id(), value)?;
         if row.is_communication() {
             self.apply(cx, now, row.index());
@@ -140,6 +144,10 @@ impl<P: Product> Services<P> {
         data: &[u8],
     ) -> Result<Written, Abort> {
         let service = row.service().ok_or(Abort::ReadOnly)?;
+        // All others are stored at once.
+        if cx.is_saving() && !matches!(service, Service::ErrorCount | Service::Restart) {
+            return Err(Abort::DeviceState);
+        }
         match (service, number(data)) {
             (Service::Text, _) => {
                 let effect = P::write_text(data, &mut cx.parameters)?;

@@ -92,10 +92,6 @@ impl<P: Product> Canopen<P> {
         if !self.services.state.communicates() {
             return;
         }
-        if cx.is_saving() {
-            cx.shell.defer(frame);
-            return;
-        }
         let expires = self.sdo.deadline();
         let services = &mut self.services;
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
@@ -110,10 +106,6 @@ impl<P: Product> Canopen<P> {
         let Some(command) = Command::parse(frame, self.services.node_id) else {
             return;
         };
-        if cx.is_saving() && !matches!(command, Command::Enter(_)) {
-            cx.shell.defer(frame);
-            return;
-        }
         match command {
             Command::Enter(state) => self.enter(cx, now, state),
             Command::ResetNode => self.reset_node(cx, now),

@@ -21,6 +21,7 @@ impl<P: Product> Canopen<P> {
     /// Resets the node: restarts with the stored parameters. Node-ID and bit rate keep their present values, also if they are not
     /// stored.
     pub(super) fn reset_node(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.services.expect_saved(cx);
         let mut parameters = self.services.saved.parameters;
         parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
         cx.parameters = parameters;
@@ -36,6 +37,7 @@ impl<P: Product> Canopen<P> {
     /// Resets the communication: restarts it with its stored parameters, the node-ID and the bit rate.
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
+        self.services.expect_saved(cx);
         self.services.reset_communication(cx, now);
         self.start_up(cx, now);
         self.services.show(cx, now);
@@ -56,6 +58,14 @@ impl<P: Product> Canopen<P> {
 }
 
 impl<P: Product> Services<P> {
+    /// A reset during a save takes the parameters that are being saved.
+    #[inline(never)] // one copy instead of two
+    fn expect_saved(&mut self, cx: &ContextOf<P>) {
+        if let Some(saving) = cx.saving() {
+            self.saved.parameters = *saving;
+        }
+    }
+
     fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         // The node-ID is 0 before the first call, so the first call always configures the controller.
         let before = (self.node_id, self.rate);

@@ -50,7 +50,7 @@ impl<P: Product> Services<P> {
             .map(|(id, _)| id)
     }
 
-    /// Begins a save. The SDO reply is sent after the save has ended.
+    /// Begins a save, while no other save is running. The SDO reply is sent after the save has ended.
     pub(super) fn save(&mut self, cx: &mut ContextOf<P>, what: What) -> Written {
         let mut parameters = self.saved.parameters;
         let factory = Parameters::factory();

@@ -195,6 +195,7 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
     const FRAMES: usize = 3;
     const FILTERS: usize = 2;
     const DETECTS: bool = true;
+    const DEFERS: bool = true;
 
     const INITIAL: Self = Self {
         identity: Identity {

@@ -160,7 +160,11 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
             return;
         };
         self.protocol.stored(&mut self.context, now, &saved, result);
-        if let Some(frame) = self.context.shell.take_deferred() {
+        // A deferred frame can begin the next save. Then the other ones continue to wait.
+        while P::DEFERS
+            && !self.context.is_saving()
+            && let Some(frame) = self.context.shell.take_deferred()
+        {
             self.dispatch(now, &frame);
         }
         self.context.shell.wake_up();

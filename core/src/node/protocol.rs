@@ -51,6 +51,11 @@ impl<A: Application> Context<A> {
         self.shell.begin_save();
     }
 
+    /// The parameters that the running save writes.
+    pub fn saving(&self) -> Option<&Parameters<A::Table>> {
+        self.saving.as_ref()
+    }
+
     /// Whether a save is running.
     pub fn is_saving(&self) -> bool {
         self.saving.is_some()
@@ -84,6 +89,9 @@ pub trait Protocol<A: Application>: Sized {
     const FILTERS: usize;
     /// Whether it uses [bit rate detection](Shell::detect).
     const DETECTS: bool = false;
+
+    /// Whether it [defers](Shell::defer) requests during a save.
+    const DEFERS: bool = false;
 
     /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);

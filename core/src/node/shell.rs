@@ -4,6 +4,10 @@ use super::{Action, Autobaud, BusChange, BusMode, BusState, Indicator, Patterns,
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
 use crate::time::{Duration, Earliest, Instant, after, millis, reached};
+use heapless::Deque;
+
+/// The maximum number of received frames that wait for the end of a save.
+const DEFERRED: usize = 2;
 
 /// The longest time that a restart waits for replies in the queue.
 const RESTART_PATIENCE: Duration = millis(250);
@@ -35,7 +39,7 @@ pub struct Shell {
     bus_state: BusState,
     queue: TransmitQueue,
     /// A received frame that waits for the running save to end.
-    deferred: Option<Frame>,
+    deferred: Deque<Frame, DEFERRED>,
     /// The end of the validity of the values without a new reading.
     valid_until: Instant,
     /// The values are no longer valid.
@@ -64,7 +68,7 @@ impl Shell {
         state: NodeState::Initial,
         bus_state: BusState::Active,
         queue: TransmitQueue::EMPTY,
-        deferred: None,
+        deferred: Deque::new(),
         valid_until: Instant::from_ticks(0),
         is_stale: false,
         indicator: Indicator::DARK,
@@ -177,15 +181,16 @@ impl Shell {
         self.show(now, Patterns::default());
     }
 
-    /// Keeps a received frame until the running save has ended. Until then the node takes no more frames.
+    /// Keeps a received frame until the running save has ended. When two frames are kept, the node takes no more.
     pub fn defer(&mut self, frame: &Frame) {
-        self.deferred = Some(*frame);
+        // There is room, because the node takes a frame only then.
+        let _ = self.deferred.push_back(*frame);
     }
 
     // Methods for the node.
 
     pub(super) fn ready(&self) -> bool {
-        self.queue.has_room() && self.deferred.is_none() && !self.is_leaving()
+        self.queue.has_room() && !self.deferred.is_full() && !self.is_leaving()
     }
 
     /// Listens at the candidate of the running search.
@@ -257,7 +262,7 @@ impl Shell {
     }
 
     pub(super) fn take_deferred(&mut self) -> Option<Frame> {
-        self.deferred.take()
+        self.deferred.pop_front()
     }
 
     /// Returns true once if the application must stop.

@@ -205,7 +205,7 @@ fn node_in_stopped_queues_no_emergencies_and_announces_active_faults_when_it_lea
     t.tilt(50.0, 0.0);
     t.bus(state(BusState::Passive));
     assert_eq!(t.sent_text(), [""; 0]);
-    let active = ["08A#0090112200000000", "08A#2081112200000000"];
+    let active = ["08A#0090010200000000", "08A#2081112200000000"];
     assert_eq!(t.exchange("000#010A"), active);
     assert_eq!(t.read(0x1003, 0), Ok(4));
 }

@@ -19,13 +19,13 @@ fn save_delays_only_saves_and_resets() {
     assert_eq!(tester.ask(&[0x00])[0], 0x00);
     tester.receive(Frame::data(standard(0x100), &[]).unwrap());
     assert_eq!(tester.sent().len(), 1);
-    // A second save and a reset wait for the first save.
+    // A second save and a reset wait for the first save, and other requests are still answered.
     tester.silent(b"\x50SAVE");
-    assert!(!tester.node.ready());
+    assert_eq!(tester.ask(&[0x00])[0], 0x00);
     tester.finish_save(Ok(()));
-    assert!(tester.node.ready());
     assert_eq!(tester.sent().len(), 1);
     tester.silent(b"\xFFRESET");
+    assert_eq!(tester.ask(&[0x00])[0], 0x00);
     assert!(!tester.actions.contains(&Action::Restart));
     tester.finish_save(Err(StoreError));
     assert_eq!(tester.sent()[0].bytes()[0], 0x50);

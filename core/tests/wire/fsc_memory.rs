@@ -189,6 +189,9 @@ fn write_during_load_is_not_lost() {
     // During the load, reads are answered and a write waits.
     assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
     tester.silent(&[0x24, 1]);
+    assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
+    // A third request waits in the driver.
+    tester.silent(&[0x25, 10, 0]);
     assert!(!tester.node.ready());
     tester.finish_save(Ok(()));
     let replies: Vec<_> = tester
@@ -196,7 +199,14 @@ fn write_during_load_is_not_lost() {
         .iter()
         .map(|frame| frame.bytes().to_vec())
         .collect();
-    assert_eq!(replies, [vec![0x40, DELIVERED], vec![0x24, AUTOBAUD]]);
+    assert_eq!(
+        replies,
+        [
+            vec![0x40, DELIVERED],
+            vec![0x24, AUTOBAUD],
+            vec![0x25, AUTOBAUD]
+        ]
+    );
     assert_eq!(tester.ask(&[0x14])[2..], [1]);
     assert_eq!(tester.ask(&[0x18])[2..], [0, 0]);
 }

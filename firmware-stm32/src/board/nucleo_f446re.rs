@@ -88,7 +88,8 @@ impl Board {
     #[inline(never)] // so that only the boot needs its stack
     pub fn take() -> Option<Self> {
         let core = cortex_m::Peripherals::take()?;
-        let device = pac::Peripherals::take()?;
+        // SAFETY: `cortex_m::Peripherals::take` has succeeded, so this is the first call.
+        let device = unsafe { pac::Peripherals::steal() };
 
         // First, so that a clock that does not start causes a reset and a new attempt.
         let mut watchdog = Watchdog::new(device.IWDG);

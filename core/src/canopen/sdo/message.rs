@@ -126,14 +126,26 @@ pub fn upload_segment(toggle: bool, data: &[u8], last: bool) -> [u8; 8] {
     bytes
 }
 
+/// The command byte of the reply to the initiate request of a download.
+const DOWNLOAD_REPLY: u8 = 0x60;
+
 /// The reply to the initiate request of a download.
 pub fn download_reply(address: Address) -> [u8; 8] {
-    addressed(0x60, address, [0; 4])
+    addressed(DOWNLOAD_REPLY, address, [0; 4])
 }
 
 /// The reply to a segment of a download.
 pub fn download_segment_reply(toggle: bool) -> [u8; 8] {
     [0x20 | u8::from(toggle) << 4, 0, 0, 0, 0, 0, 0, 0]
+}
+
+/// The reply to the last message of a download with this command byte: that to the initiate request contains the address.
+pub fn confirmation(command: u8, address: Address) -> [u8; 8] {
+    let address = match command {
+        DOWNLOAD_REPLY => address,
+        _ => Address::default(),
+    };
+    addressed(command, address, [0; 4])
 }
 
 /// The abort message.

@@ -101,8 +101,6 @@ enum Stage<O> {
         /// The announced number of bytes.
         size: Option<u32>,
     },
-    /// The written data is being stored. The reply is sent after the save.
-    Storing,
 }
 
 /// An SDO server for objects `O` with a buffer `B` for texts.
@@ -111,8 +109,11 @@ pub struct Server<O, B> {
     stage: Stage<O>,
     address: Address,
     expires: Option<Instant>,
-    /// The reply that is sent after the save.
-    reply: [u8; 8],
+    /// The command byte of the reply that is sent when written data is stored; 0: no data is being stored. Other transfers are
+    /// possible meanwhile.
+    confirmation: u8,
+    /// The address of that data.
+    stored: Address,
     data: B,
 }
 
@@ -122,7 +123,8 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         stage: Stage::Idle,
         address: Address { index: 0, sub: 0 },
         expires: None,
-        reply: [0; 8],
+        confirmation: 0,
+        stored: Address { index: 0, sub: 0 },
         data: B::EMPTY,
     };
 
@@ -164,7 +166,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         match reply {
             Ok(reply) => {
                 if reply.is_some() && matches!(self.stage, Stage::Idle) {
-                    self.end();
+                    self.finish();
                 }
                 reply
             }
@@ -174,14 +176,12 @@ impl<O: Copy, B: Buffer> Server<O, B> {
 
     /// Handles the end of a save. Returns the reply to the write that waited for it.
     pub fn stored(&mut self, succeeded: bool) -> Option<[u8; 8]> {
-        if !matches!(self.stage, Stage::Storing) {
-            return None;
+        let confirmation = core::mem::take(&mut self.confirmation);
+        match (confirmation, succeeded) {
+            (0, _) => None,
+            (_, false) => Some(message::abort(self.stored, Abort::Hardware)),
+            (_, true) => Some(message::confirmation(confirmation, self.stored)),
         }
-        if !succeeded {
-            return Some(self.abort(Abort::Hardware));
-        }
-        self.end();
-        Some(self.reply)
     }
 
     /// Aborts a transfer that has timed out. Returns the abort message.
@@ -194,8 +194,14 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         self.expires
     }
 
-    /// Ends the transfer without a message.
+    /// Ends all transfers without a message. A save continues.
     pub fn end(&mut self) {
+        self.confirmation = 0;
+        self.finish();
+    }
+
+    /// Ends the transfer.
+    fn finish(&mut self) {
         self.begin(Address::default());
     }
 
@@ -209,7 +215,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     /// Ends the transfer with an error.
     fn abort(&mut self, abort: Abort) -> [u8; 8] {
         let reply = message::abort(self.address, abort);
-        self.end();
+        self.finish();
         reply
     }
 
@@ -260,7 +266,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         let last = rest.len() <= SEGMENT;
         let reply = message::upload_segment(toggle, rest.get(..SEGMENT).unwrap_or(rest), last);
         if last {
-            self.end();
+            self.finish();
         } else {
             let stage = Stage::Upload {
                 toggle: !toggle,
@@ -353,16 +359,18 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     }
 
     /// The reply to a write, now or after the save.
+    #[inline(always)] // smaller than a call
     fn answer(&mut self, written: Written, reply: [u8; 8]) -> Option<[u8; 8]> {
         match written {
             Written::Done => {
-                self.end();
+                self.finish();
                 Some(reply)
             }
             Written::Storing => {
-                self.stage = Stage::Storing;
-                self.expires = None;
-                self.reply = reply;
+                let [command, ..] = reply;
+                self.confirmation = command;
+                self.stored = self.address;
+                self.finish();
                 None
             }
         }
