@@ -7,7 +7,7 @@
 //! ```
 //!
 //! The range is +-4 g, because at +-2 g an axis could clip with the sum of gravity and test force. The settling time is 200 ms;
-//! the datasheet specifies 100 ms, but LPF2 must also settle.
+//! the datasheet specifies 100 ms, and the values of the last 24 ms are part of a reading.
 
 use plumbline::measure::I32x3;
 use plumbline::measure::self_test::{Working, judge};

@@ -117,7 +117,8 @@ impl<P: Product> Services<P> {
         value: u32,
     ) -> Result<Written, Abort> {
         let at_once = ParametersOf::<P>::row(row.id()).is_some_and(ParameterRow::is_stored_at_once);
-        if at_once && cx.is_saving() {
+        // The end of a factory reset overwrites written parameters.
+        if cx.is_saving() && (at_once || self.saved.is_factory_reset()) {
             return Err(Abort::DeviceState);
         }
         let effect = cx.write(row.id(), value)?;

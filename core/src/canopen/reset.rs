@@ -21,8 +21,7 @@ impl<P: Product> Canopen<P> {
     /// Resets the node: restarts with the stored parameters. Node-ID and bit rate keep their present values, also if they are not
     /// stored.
     pub(super) fn reset_node(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        self.services.expect_saved(cx);
-        let mut parameters = self.services.saved.parameters;
+        let mut parameters = *self.services.parameters_after_reset(cx);
         parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
         cx.parameters = parameters;
         cx.apply();
@@ -37,7 +36,6 @@ impl<P: Product> Canopen<P> {
     /// Resets the communication: restarts it with its stored parameters, the node-ID and the bit rate.
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
-        self.services.expect_saved(cx);
         self.services.reset_communication(cx, now);
         self.start_up(cx, now);
         self.services.show(cx, now);
@@ -58,12 +56,9 @@ impl<P: Product> Canopen<P> {
 }
 
 impl<P: Product> Services<P> {
-    /// A reset during a save takes the parameters that are being saved.
-    #[inline(never)] // one copy instead of two
-    fn expect_saved(&mut self, cx: &ContextOf<P>) {
-        if let Some(saving) = cx.saving() {
-            self.saved.parameters = *saving;
-        }
+    /// The stored parameters. A reset during a save takes those that are being saved.
+    fn parameters_after_reset<'a>(&'a self, cx: &'a ContextOf<P>) -> &'a ParametersOf<P> {
+        cx.saving().unwrap_or(&self.saved.parameters)
     }
 
     fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
@@ -101,7 +96,7 @@ impl<P: Product> Services<P> {
             };
             let is_stored = ParametersOf::<P>::row(id).is_some_and(ParameterRow::is_stored);
             let mut value = if is_stored {
-                self.saved.parameters.get(id)
+                self.parameters_after_reset(cx).get(id)
             } else {
                 ParametersOf::<P>::factory_value(id)
             };

@@ -29,6 +29,11 @@ pub(super) struct Saved<P: Product> {
 }
 
 impl<P: Product> Saved<P> {
+    /// Whether the running save, or the last one, restores the factory values of the application.
+    pub fn is_factory_reset(&self) -> bool {
+        self.what == What::FactoryApplication
+    }
+
     /// The state before the memory is read.
     pub const INITIAL: Self = Self {
         parameters: ParametersOf::<P>::INITIAL,

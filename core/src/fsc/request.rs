@@ -27,7 +27,7 @@ impl<P: Product> Fsc<P> {
             return;
         };
         let row = P::CODES.find(code);
-        if cx.is_saving() && self.must_wait(row, data) {
+        if cx.is_saving() && self.must_wait(cx, row, data) {
             cx.shell.defer(frame);
             return;
         }
@@ -117,13 +117,13 @@ impl<P: Product> Fsc<P> {
         Some(())
     }
 
-    /// Whether a request must wait until the running save has ended: a save, a load or a restart. A write must wait only for a
-    /// load, because the load replaces the parameters.
-    fn must_wait(&self, row: Option<Row>, data: &[u8]) -> bool {
+    /// Whether a request must wait until the running save has ended: a save, a load or a restart. A write must wait for a load,
+    /// because the load replaces the parameters, and for requests that wait already.
+    fn must_wait(&self, cx: &ContextOf<P>, row: Option<Row>, data: &[u8]) -> bool {
         match row.map(|row| row.operation) {
             Some(Operation::Load | Operation::Save) => true,
             Some(Operation::Alive) => data.starts_with(Self::RESET_SIGNATURE),
-            Some(Operation::Write) => self.loading,
+            Some(Operation::Write) => self.loading || cx.shell.has_deferred(),
             _ => false,
         }
     }

@@ -7,8 +7,8 @@
 //! vibration does not alias into their pass bands.
 //!
 //! The accelerometer states its data rate. The remaining error of up to 0.15 %, and slow changes of up to 2 %, are measured with the
-//! clock of the caller ([`Resampler::follow`]): an output is then complete in the middle between two calls, so there is exactly one
-//! output between two calls.
+//! clock of the caller ([`Resampler::follow`]): some seconds after the start, an output is complete in the middle between two calls, so
+//! there is exactly one output between two calls.
 //!
 //! The weights are symmetric in time: the delay is ten values of the accelerometer, equal at all frequencies. The response is a
 //! minimax design (linear programming) for a data rate of 833 Hz with an error of the oscillator of up to 5 %:

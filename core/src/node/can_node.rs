@@ -163,6 +163,7 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         // A deferred frame can begin the next save. Then the other ones continue to wait.
         while P::DEFERS
             && !self.context.is_saving()
+            && !self.context.shell.is_leaving()
             && let Some(frame) = self.context.shell.take_deferred()
         {
             self.dispatch(now, &frame);

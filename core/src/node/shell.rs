@@ -181,10 +181,15 @@ impl Shell {
         self.show(now, Patterns::default());
     }
 
-    /// Keeps a received frame until the running save has ended. When two frames are kept, the node takes no more.
+    /// Keeps a received frame until the running save has ended. When two frames are kept, the node takes no more frames.
     pub fn defer(&mut self, frame: &Frame) {
         // There is room, because the node takes a frame only then.
         let _ = self.deferred.push_back(*frame);
+    }
+
+    /// Whether a frame is kept.
+    pub fn has_deferred(&self) -> bool {
+        !self.deferred.is_empty()
     }
 
     // Methods for the node.

@@ -148,6 +148,31 @@ fn reset_during_a_save_is_performed_at_once_with_the_saved_parameters() {
 }
 
 #[test]
+fn failed_save_is_undone_by_the_next_reset_also_after_a_reset_during_the_save() {
+    let mut t = booted();
+    t.memory_works = None;
+    t.write(0x1F80, 0, 4, 8).unwrap();
+    assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
+    assert_eq!(t.exchange("000#810A"), ["70A#00"]);
+    t.finish_save(Err(StoreError));
+    t.sent_text();
+    assert_eq!(t.read(0x1F80, 0), Ok(8));
+    t.exchange("000#810A");
+    assert_eq!(t.read(0x1F80, 0), Ok(0), "the stored value");
+}
+
+#[test]
+fn write_during_factory_reset_is_refused() {
+    let mut t = booted();
+    t.memory_works = None;
+    assert_eq!(t.exchange("60A#2F7F200001000000"), [""; 0]);
+    assert_eq!(t.write(0x6000, 0, 2, 100), Err(0x0800_0022));
+    t.finish_save(Ok(()));
+    assert_eq!(t.sent_text(), ["58A#607F200000000000"]);
+    assert_eq!(t.write(0x6000, 0, 2, 100), Ok(()));
+}
+
+#[test]
 fn client_that_aborts_during_a_save_gets_no_answer() {
     let mut t = booted();
     t.memory_works = None;

@@ -232,3 +232,33 @@ fn image_of_firmware_without_the_last_parameter_keeps_the_others() {
     assert_eq!(tester.ask(&[0x18])[2..], [100, 0]);
     assert_eq!(tester.ask(&[0x19])[2..], [0, 0], "the factory value");
 }
+
+#[test]
+fn write_after_waiting_load_is_not_lost() {
+    let mut tester = is2();
+    tester.memory_works = None;
+    tester.silent(b"\x50SAVE");
+    tester.silent(b"\x40LOAD");
+    tester.silent(&[0x24, 1]);
+    tester.finish_save(Ok(()));
+    tester.finish_save(Ok(()));
+    assert_eq!(tester.sent().len(), 3);
+    assert_eq!(tester.ask(&[0x14])[2..], [1]);
+}
+
+#[test]
+fn request_after_waiting_reset_is_not_executed() {
+    let mut tester = is2();
+    tester.memory_works = None;
+    tester.silent(b"\x50SAVE");
+    tester.silent(b"\xFFRESET");
+    tester.silent(b"\x40LOAD");
+    tester.finish_save(Ok(()));
+    tester.wait(0);
+    assert!(tester.actions.contains(&Action::Restart));
+    let saves = tester
+        .actions
+        .iter()
+        .filter(|action| **action == Action::Save);
+    assert_eq!(saves.count(), 1);
+}

@@ -45,8 +45,8 @@ pub const CORE_CLOCK: u32 = 128_000_000;
 /// The CAN controller.
 pub type CanPeripheral = pac::CAN1;
 
-/// The filter banks of CAN1 and CAN2; the first 14 belong to CAN1.
-pub const FILTER_BANKS: u8 = 28;
+/// The filter banks of CAN1: the first 14 of the 28 that it shares with CAN2 (reset value of FMR.CAN2SB).
+pub const FILTER_BANKS: u8 = 14;
 
 /// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_RX0;

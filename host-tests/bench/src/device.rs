@@ -149,7 +149,9 @@ impl Device {
             power.controller.load(frame);
         }
         let sent = power.controller.mailbox_empty();
-        if power.restart_by.is_some_and(|by| sent || reached(now, by)) {
+        // As on the boards, a running save ends first.
+        let saves = power.next_step.is_some();
+        if !saves && power.restart_by.is_some_and(|by| sent || reached(now, by)) {
             self.power_cycle(now);
         }
     }
@@ -187,7 +189,7 @@ impl Device {
         self.led_history.push_back((now, leds));
     }
 
-    /// Takes the sample that is due; samples that were due during a stall are lost.
+    /// Takes the samples that are due. After a stall, all readings come at once.
     fn sample(&mut self, now: Instant) {
         let Some(power) = self.power.as_mut().filter(|p| p.stalled_until.is_none()) else {
             return;

@@ -1,6 +1,6 @@
 //! A file as a flash memory: killing and restarting the program is a power cycle.
 
-use std::fs::{File, OpenOptions, TryLockError};
+use std::fs::{File, OpenOptions};
 use std::io::{self, ErrorKind, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -29,14 +29,16 @@ impl FlashFile {
             Err(error) if error.kind() == ErrorKind::NotFound => return Ok((file, None)),
             opened => opened?,
         };
+        // On Windows a lock would also refuse the writes of this program.
+        #[cfg(unix)]
         match opened.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::WouldBlock) => {
+            Err(std::fs::TryLockError::WouldBlock) => {
                 let what = "another program uses it";
                 return Err(io::Error::new(ErrorKind::ResourceBusy, what));
             }
             // Not every file can be locked.
-            Err(TryLockError::Error(_)) => {}
+            Err(std::fs::TryLockError::Error(_)) => {}
         }
         let mut bytes = first_bytes(&opened, size + 1)?;
         if bytes.len() > size {
