@@ -14,7 +14,7 @@ use crate::{clock, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
-use plumbline::node::{Action, Boot, Node};
+use plumbline::node::{Action, Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 
@@ -27,8 +27,9 @@ const FIRST_READING_LIMIT: Duration = millis(200);
 
 /// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `imu` are memory for
 /// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver
-/// of the accelerometer. `start_node` starts the node. `TESTS` is 1 if the node requests self-tests, otherwise 0.
-pub fn run<N: Node + 'static, const BUFFER: usize, const TESTS: usize>(
+/// of the accelerometer. `start_node` starts the node. `TESTS` is 1 if the node requests self-tests, otherwise 0. `DETECTS` is true
+/// if it detects the bit rate.
+pub fn run<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     imu: &'static mut MaybeUninit<Imu<TESTS>>,
@@ -54,7 +55,7 @@ pub fn run<N: Node + 'static, const BUFFER: usize, const TESTS: usize>(
         warn!("stored parameters are damaged");
     }
     start_node(node, now, &boot);
-    let mut app = App {
+    let mut app = App::<_, _, _, DETECTS> {
         node,
         bus,
         imu,
@@ -155,7 +156,7 @@ fn first_reading<const TESTS: usize>(imu: &mut Imu<TESTS>) -> Option<Reading> {
 }
 
 /// The state of the main loop.
-struct App<N: 'static, const BUFFER: usize, const TESTS: usize> {
+struct App<N: 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool> {
     node: &'static mut N,
     bus: &'static mut Bus,
     imu: &'static mut Imu<TESTS>,
@@ -167,7 +168,9 @@ struct App<N: 'static, const BUFFER: usize, const TESTS: usize> {
     reading: Option<Reading>,
 }
 
-impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize> App<N, BUFFER, TESTS> {
+impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool>
+    App<N, BUFFER, TESTS, DETECTS>
+{
     /// One iteration of the loop: handles the received frames, then a small step of each other task. Returns true if there can be
     /// more to do at once.
     fn turn(&mut self) -> bool {
@@ -181,15 +184,18 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize> App<N, BUFFER, 
         while let Some(event) = self.bus.event() {
             self.node.bus(clock::now(), event);
         }
+        if DETECTS && let Some(time) = self.bus.bit_time() {
+            self.node.bus(clock::now(), BusEvent::BitTime(time));
+        }
         self.settle();
         let reading = self.read();
         let saving = self.save();
-        reading || saving
+        reading || saving || DETECTS && self.bus.is_urgent()
     }
 
     /// The time of the next iteration if no interrupt comes before.
     fn wake(&self) -> Instant {
-        if self.bus.restless() {
+        if self.bus.restless() || DETECTS && self.bus.measures() {
             // At the next tick.
             return clock::now();
         }
@@ -269,6 +275,9 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize> App<N, BUFFER, 
             Action::Bus(mode, rate) => {
                 info!("{} at {}", mode, rate);
                 self.bus.configure(mode, rate);
+                if DETECTS {
+                    self.bus.measure(mode);
+                }
             }
             Action::Recover => {
                 info!("recover from bus-off");

@@ -13,9 +13,11 @@
 //!   not overtake an earlier one.
 
 mod filters;
+mod pulses;
 mod receive;
 mod transmit;
 
+pub use pulses::on_pulse;
 pub use receive::on_received;
 
 use crate::bit_timing::btr;
@@ -26,7 +28,7 @@ use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use heapless::spsc::{Consumer, Queue};
 use plumbline::can::{BitRate, Frame};
-use plumbline::node::{BusEvent, BusMode, BusState, Node};
+use plumbline::node::{BitTime, BusEvent, BusMode, BusState, Node};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
 /// The size of the receive queue: 1.5 ms at 1 Mbit/s with the shortest frames and 100 % bus load.
@@ -122,8 +124,13 @@ impl Bus {
     /// Begins the change to this mode and bit rate. Discards the frames that are not sent yet. [`step`](Self::step) performs the
     /// change.
     pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
+        let listening = self.is_listening();
         self.settings = Some(Settings { mode, rate });
         transmit::abort_all(self.registers());
+        if listening {
+            // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own.
+            self.reset();
+        }
         self.leave();
     }
 
@@ -133,6 +140,11 @@ impl Bus {
         if matches!(self.change, Change::Done) && self.settings.is_some() {
             self.leave();
         }
+    }
+
+    /// Resets the controller, which then is in sleep mode.
+    fn reset(&mut self) {
+        self.registers().mcr().write(|w| w.reset().set_bit());
     }
 
     /// Begins to enter initialization mode.
@@ -151,8 +163,7 @@ impl Bus {
                 if self.registers().msr().read().inak().bit_is_set() {
                     self.join(node);
                 } else if reached(clock::now(), limit) {
-                    // At a wrong bit rate the controller may never detect the end of a frame. A reset forces it into sleep mode.
-                    self.registers().mcr().write(|w| w.reset().set_bit());
+                    self.reset();
                     self.leave();
                 }
             }
@@ -165,10 +176,33 @@ impl Bus {
         }
     }
 
-    /// True while the bus must be polled every millisecond: a change of mode is running, or bus errors are needed. No interrupt
-    /// reports that the fault confinement state has improved; polling it once per sample is sufficient.
+    /// Starts the measurement of the bit time in listen mode, stops it in normal mode.
+    pub fn measure(&mut self, mode: BusMode) {
+        match mode {
+            BusMode::Listen => pulses::start(),
+            BusMode::Normal => pulses::stop(),
+        }
+    }
+
+    /// The measured bit time of the last frame, once.
+    pub fn bit_time(&mut self) -> Option<BitTime> {
+        pulses::poll(clock::now()).filter(|_| self.is_listening())
+    }
+
+    /// True while the bus must be polled every millisecond to measure the bit time, because there was a pulse.
+    pub fn measures(&self) -> bool {
+        self.is_listening() && pulses::is_pending()
+    }
+
+    /// True during a change of the bit rate on a busy bus: the next frame comes in less than a millisecond.
+    pub fn is_urgent(&self) -> bool {
+        self.restless() && self.measures()
+    }
+
+    /// True while the bus must be polled every millisecond, because a change of mode is running. No interrupt reports that the
+    /// fault confinement state has improved; polling it once per sample is sufficient.
     pub fn restless(&self) -> bool {
-        !matches!(self.change, Change::Done) || self.is_listening()
+        !matches!(self.change, Change::Done)
     }
 
     fn is_listening(&self) -> bool {

@@ -47,11 +47,28 @@ mod reset;
 #[cfg(board)]
 mod sleep;
 
+/// The interrupt of the bit rate detection, for products that have it.
+#[macro_export]
+macro_rules! pulse_interrupt {
+    () => {
+        #[cfg(target_os = "none")]
+        mod pulse {
+            use $crate::board::interrupt;
+
+            #[interrupt]
+            fn TIM4() {
+                $crate::can::on_pulse();
+            }
+        }
+    };
+}
+
 /// The main function of a product. On a board it runs the node. On a PC it prints that it is firmware for a board. An article
 /// contains name and image id; for a product without articles, they are arguments.
 #[macro_export]
 macro_rules! firmware {
     ($node:ty, $article:expr) => {
+        $crate::pulse_interrupt!();
         $crate::firmware!($node, $article.name, $article.image, |node, now, boot| node
             .start($article, now, boot));
     };
@@ -77,7 +94,7 @@ macro_rules! firmware {
             static mut IMU: core::mem::MaybeUninit<
                 $crate::imu::Imu<{ <$node>::HAS_SELF_TEST as usize }>,
             > = core::mem::MaybeUninit::uninit();
-            $crate::app::run(
+            $crate::app::run::<_, _, _, { <$node>::DETECTS }>(
                 |serial| <$node>::owner($image, serial),
                 STORE,
                 IMU,

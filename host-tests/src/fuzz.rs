@@ -7,11 +7,12 @@ mod canopen;
 mod fsc;
 
 use bench::{Flash, NodeType, STORE_BUFFER};
+use plumbline::can::BitRate;
 use plumbline::heater;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{I32x3, Reading};
 use plumbline::model::catalog::{Product, Protocol};
-use plumbline::node::{Action, BusEvent, BusState, Node};
+use plumbline::node::{Action, BitTime, BusEvent, BusState, Node};
 use plumbline::param::{Parameter, Permitted};
 use plumbline::store::Store;
 use plumbline::time::Instant;
@@ -134,6 +135,8 @@ impl Sensor {
                     2 => BusEvent::State(BusState::Warning),
                     3 => BusEvent::Overrun,
                     4..=7 => BusEvent::Error,
+                    8..=9 => BusEvent::BitTime(BitTime(source.byte().into())),
+                    10 => BusEvent::BitTime(BitTime::of(BitRate::K10)),
                     _ => BusEvent::State(BusState::Active),
                 };
                 self.node.bus(self.now, event);

@@ -2,6 +2,7 @@
 //!
 //! - [`trace`]: recorded traffic, replayed against a sensor on the [`mod@bench`]
 //! - [`fuzz`]: random input for a sensor
+//! - [`bit_rate`]: a sensor that detects the bit rate
 //! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
 //! - [`documents`]: the Markdown files beside the models
 //! - [`vibration`]: a sensor on a shaker
@@ -11,6 +12,7 @@
 //! simulated microcontroller), `virtual-sensor` (a sensor for real clients), `descriptors` (EDS and DBC files of the products)
 //! and `cost` (flash, RAM and time of the image).
 
+pub mod bit_rate;
 pub mod calibrate;
 pub mod documents;
 pub mod fuzz;

@@ -228,7 +228,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 emergency.event(Services::<P>::BUS_OFF);
                 emergency.update(Services::<P>::PASSIVE, passive);
             }
-            BusChange::State | BusChange::Listening | BusChange::Online => {}
+            BusChange::State | BusChange::Online => {}
         }
         self.services.show(cx, now);
     }

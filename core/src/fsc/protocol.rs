@@ -222,7 +222,7 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
                 self.bus_changed(cx, now, BusChange::Online);
             }
             None => {
-                cx.shell.detect(now);
+                cx.shell.detect();
                 self.show(cx, now);
             }
         }

@@ -1,86 +1,97 @@
-//! Automatic bit rate detection: listens at one bit rate after the other until it receives a valid frame.
+//! Automatic bit rate detection: listens at the measured bit rate until it receives a valid frame.
 //!
-//! The controller is in listen-only mode, so a wrong bit rate does not disturb the bus. After a bus error, which shows traffic at
-//! another bit rate, the search continues at once with the next candidate. Without traffic and without errors, it continues after
-//! the dwell time. The search has no time limit; a restart begins it again.
+//! The controller is in listen-only mode, so a wrong bit rate does not disturb the bus. [`PulseMeter`](super::PulseMeter) measures
+//! the bit time of each frame, at any bit rate of the controller, so one frame is sufficient to find the bit rate. A silent bus
+//! changes nothing: there is no dwell time, and the search has no time limit.
+//!
+//! Several receivers at a distance lengthen the ACK slot, and transceivers lengthen each dominant pulse, so the measured bit rate
+//! can be too low by one step. If the controller detects bus errors at the measured bit rate and the next frame measures the same,
+//! the search takes the next faster one, and after errors at that one the measured one again.
 
 use crate::can::BitRate;
-use crate::time::{Duration, Instant, after, millis, reached};
 
-/// The order of the search: the common bit rates of vehicles and machines first.
-pub const CANDIDATES: [BitRate; 10] = [
-    BitRate::K250,
-    BitRate::K500,
-    BitRate::K125,
-    BitRate::M1,
-    BitRate::K100,
-    BitRate::K50,
-    BitRate::K800,
-    BitRate::K20,
-    BitRate::K62_5,
-    BitRate::K10,
-];
+/// The length of a bit, in units of 1/16 us.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub struct BitTime(pub u16);
 
-/// The shortest dwell time at one bit rate. The longest frame has 160 bits, 16 ms at 10 kbit/s. Listening can begin within a
-/// frame, so the rest of one frame and one complete frame must fit. The controller needs up to 27 ms to change its bit rate.
-pub const DWELL_MIN: Duration = millis(80);
+impl BitTime {
+    /// Units per microsecond.
+    pub const PER_US: u32 = 16;
 
-/// The longest dwell time at one bit rate.
-pub const DWELL_MAX: Duration = millis(180);
+    /// The bit time of a bit rate; an integer number of units for all of them.
+    pub const fn of(rate: BitRate) -> Self {
+        Self((Self::PER_US * 1_000_000 / rate.bits_per_second()) as u16)
+    }
+
+    /// The bit times of [`BitRate::ALL`].
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    const ALL: [Self; BitRate::ALL.len()] = {
+        let mut times = [Self(0); BitRate::ALL.len()];
+        let mut index = 0;
+        while index < times.len() {
+            times[index] = Self::of(BitRate::ALL[index]);
+            index += 1;
+        }
+        times
+    };
+
+    /// The bit rate with the nearest bit time.
+    pub fn nearest_rate(self) -> BitRate {
+        let pairs = BitRate::ALL.into_iter().zip(Self::ALL);
+        let nearest = pairs.min_by_key(|(_, time)| time.0.abs_diff(self.0));
+        nearest.map_or(Autobaud::FIRST, |(rate, _)| rate)
+    }
+}
 
 /// The search for the bit rate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Autobaud {
-    candidate: u8,
-    /// State of the random number generator: one number for each dwell time.
-    random: u16,
-    until: Instant,
+    rate: BitRate,
+    /// The last measured bit rate.
+    measured: Option<BitRate>,
+    /// There was a bus error at the present bit rate.
+    failed: bool,
 }
 
 impl Autobaud {
-    /// Begins at the first candidate.
-    pub fn start(now: Instant) -> Self {
-        Self {
-            candidate: 0,
-            random: 1,
-            until: after(now, DWELL_MIN),
-        }
-    }
+    /// The bit rate before the first measurement: the most common one of vehicles and machines.
+    const FIRST: BitRate = BitRate::K250;
+
+    /// The start of a search.
+    pub const START: Self = Self {
+        rate: Self::FIRST,
+        measured: None,
+        failed: false,
+    };
 
     /// The bit rate to listen at.
     pub fn rate(&self) -> BitRate {
-        CANDIDATES
-            .get(usize::from(self.candidate))
-            .copied()
-            .unwrap_or(BitRate::K250)
+        self.rate
     }
 
-    /// Bus error: continues with the next candidate.
-    pub fn error(&mut self, now: Instant) {
-        self.next(now);
+    /// Handles a bus error.
+    pub fn error(&mut self) {
+        self.failed = true;
     }
 
-    /// Continues with the next candidate at the end of the dwell time. Returns true if the bit rate has changed.
-    pub fn poll(&mut self, now: Instant) -> bool {
-        let over = reached(now, self.until);
-        if over {
-            self.next(now);
-        }
-        over
-    }
-
-    /// The end of the dwell time.
-    pub fn deadline(&self) -> Instant {
-        self.until
-    }
-
-    fn next(&mut self, now: Instant) {
-        self.candidate = (self.candidate + 1) % CANDIDATES.len() as u8;
-        // The dwell time is random: with a constant one, periodic frames could always arrive at the same wrong candidate. The
-        // generator is a linear congruential one of full period. Its upper bits are more random than its lower bits.
-        self.random = self.random.wrapping_mul(25_173).wrapping_add(13_849);
-        let extra = u32::from(self.random >> 8) * 100 / 255;
-        self.until = after(now, DWELL_MIN + millis(extra));
+    /// Handles a measured bit time. Returns true if the bit rate to listen at has changed.
+    pub fn measured(&mut self, time: BitTime) -> bool {
+        let rate = time.nearest_rate();
+        let next = match self.measured.replace(rate) {
+            Some(last) if last == rate => {
+                if !self.failed {
+                    return false;
+                }
+                let faster = BitRate::ALL.get(rate as usize + 1).copied();
+                faster.filter(|_| self.rate == rate).unwrap_or(rate)
+            }
+            // A short pulse may be missing, because the processor was busy. The next frame decides.
+            Some(last) if (rate as u8) < last as u8 => return false,
+            _ => rate,
+        };
+        self.failed = false;
+        core::mem::replace(&mut self.rate, next) != next
     }
 }
 
@@ -88,90 +99,79 @@ impl Autobaud {
 mod tests {
     use super::*;
 
-    const LONGEST_FRAME_BITS: u64 = 160;
-    /// The longest time, in us, that a controller needs to change its bit rate: the end of a frame, and 11 recessive bits.
-    const RATE_CHANGE_MAX: u64 = 27_000;
+    #[test]
+    fn search_begins_at_250_kbit() {
+        assert_eq!(Autobaud::START.rate(), BitRate::K250);
+    }
 
     #[test]
-    fn each_bit_rate_is_one_candidate() {
+    fn each_bit_rate_is_found_with_first_measurement() {
         for rate in BitRate::ALL {
-            assert_eq!(
-                CANDIDATES
-                    .iter()
-                    .filter(|&&candidate| candidate == rate)
-                    .count(),
-                1
-            );
+            let mut search = Autobaud::START;
+            search.error();
+            let changed = search.measured(BitTime::of(rate));
+            assert_eq!(changed, rate != BitRate::K250);
+            assert_eq!(search.rate(), rate);
+            assert!(!search.measured(BitTime::of(rate)));
         }
     }
 
     #[test]
-    fn dwell_time_is_long_enough_for_slowest_frame() {
-        let slowest = 2 * LONGEST_FRAME_BITS * 1_000_000 / 10_000;
-        assert!(DWELL_MIN.ticks() > RATE_CHANGE_MAX + slowest);
-        let mut search = Autobaud::start(Instant::from_ticks(0));
-        for _ in 0..1000 {
-            let now = search.deadline();
-            search.error(now);
-            let dwell = search.deadline().ticks() - now.ticks();
-            assert!((DWELL_MIN.ticks()..=DWELL_MAX.ticks()).contains(&dwell));
-        }
-    }
-
-    #[test]
-    fn search_on_silent_bus_has_no_end() {
-        let mut search = Autobaud::start(Instant::from_ticks(0));
-        for round in 0..1000 {
-            assert_eq!(search.rate(), CANDIDATES[round % 10]);
-            let before = Instant::from_ticks(search.deadline().ticks() - 1);
-            assert!(!search.poll(before));
-            assert!(search.poll(search.deadline()));
-        }
-    }
-
-    /// The number of frames until `rate` is found, with one frame every `period` us and the first after `phase` us. With `blind`,
-    /// traffic at another bit rate causes no bus error.
-    fn frames_until_found(rate: BitRate, period: u64, phase: u64, blind: bool) -> u32 {
-        let mut search = Autobaud::start(Instant::from_ticks(0));
-        for frame in 0..5000 {
-            let now = Instant::from_ticks(phase + u64::from(frame) * period);
-            while search.deadline() < now {
-                search.poll(search.deadline());
-            }
-            if search.rate() == rate {
-                return frame + 1;
-            }
-            if !blind {
-                search.error(now);
-            }
-        }
-        panic!("{rate:?} with a frame every {period} us from {phase} us on is not found");
-    }
-
-    #[test]
-    fn search_finds_bit_rate_for_any_frame_period() {
+    fn pulse_lengthened_by_tenth_of_bit_measures_same_bit_rate() {
         for rate in BitRate::ALL {
-            let frames = frames_until_found(rate, 10_000, 0, false);
-            assert!(
-                frames <= 11,
-                "frames every 10 ms: found within eleven frames"
-            );
-            for ms in (20..25_000).step_by(7).chain([900, 950, 999, 1000, 20_970]) {
-                assert!(frames_until_found(rate, ms * 1000, 0, false) <= 200);
-            }
+            let BitTime(time) = BitTime::of(rate);
+            assert_eq!(BitTime(time + time / 10).nearest_rate(), rate);
+            assert_eq!(BitTime(time - time / 10).nearest_rate(), rate);
         }
     }
 
     #[test]
-    fn search_without_bus_errors_finds_bit_rate_for_any_frame_period() {
-        for rate in BitRate::ALL {
-            for ms in [
-                100, 250, 400, 500, 800, 1000, 1300, 1800, 2000, 5000, 10_000,
-            ] {
-                for phase in (0..2000).step_by(90) {
-                    assert!(frames_until_found(rate, ms * 1000, phase * 1000, true) <= 500);
-                }
-            }
+    fn errors_at_measured_bit_rate_alternate_with_next_faster_one() {
+        // 1 Mbit/s with an ACK slot that is longer by 30 %.
+        let measured = BitTime(16 + 5);
+        let mut search = Autobaud::START;
+        for expected in [BitRate::K800, BitRate::M1, BitRate::K800, BitRate::M1] {
+            search.error();
+            assert!(search.measured(measured));
+            assert_eq!(search.rate(), expected);
+            // Without errors, the same measurement changes nothing.
+            assert!(!search.measured(measured));
         }
+    }
+
+    #[test]
+    fn slower_measurement_is_confirmed_by_next_frame() {
+        let [fast, slow] = [BitRate::M1, BitRate::K500];
+        let mut search = Autobaud::START;
+        search.measured(BitTime::of(fast));
+        search.error();
+        assert!(!search.measured(BitTime::of(slow)), "a missing short pulse");
+        assert!(!search.measured(BitTime::of(fast)));
+        assert_eq!(search.rate(), fast);
+        // The bus has another bit rate now.
+        search.error();
+        assert!(!search.measured(BitTime::of(slow)));
+        assert!(search.measured(BitTime::of(slow)));
+        assert_eq!(search.rate(), slow);
+    }
+
+    #[test]
+    fn errors_at_fastest_bit_rate_change_nothing() {
+        let mut search = Autobaud::START;
+        search.measured(BitTime::of(BitRate::M1));
+        for _ in 0..3 {
+            search.error();
+            assert!(!search.measured(BitTime::of(BitRate::M1)));
+            assert_eq!(search.rate(), BitRate::M1);
+        }
+    }
+
+    #[test]
+    fn error_before_measurement_of_present_bit_rate_is_forgiven() {
+        let mut search = Autobaud::START;
+        search.error();
+        assert!(!search.measured(BitTime::of(BitRate::K250)));
+        assert!(!search.measured(BitTime::of(BitRate::K250)));
+        assert_eq!(search.rate(), BitRate::K250);
     }
 }

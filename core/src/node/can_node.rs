@@ -21,6 +21,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     pub const STORE_BUFFER: usize = buffer_size(A::Table::STORED_SIZE);
     /// The number of acceptance filters.
     pub const FILTERS: usize = P::FILTERS;
+    /// Whether it detects the bit rate.
+    pub const DETECTS: bool = P::DETECTS;
     /// Whether it requests self-tests of the accelerometer.
     pub const HAS_SELF_TEST: bool = A::HAS_SELF_TEST;
 
@@ -141,8 +143,18 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn bus(&mut self, now: Instant, event: BusEvent) {
         let shell = &mut self.context.shell;
         let change = match event {
-            BusEvent::Error if P::DETECTS => shell.error(now).then_some(BusChange::Listening),
-            BusEvent::Error => None,
+            BusEvent::Error => {
+                if P::DETECTS {
+                    shell.error();
+                }
+                None
+            }
+            BusEvent::BitTime(time) => {
+                if P::DETECTS {
+                    shell.measured(time);
+                }
+                None
+            }
             BusEvent::Overrun => Some(BusChange::Overrun),
             BusEvent::State(state) => {
                 let recovers = self.protocol.recovers(&self.context.parameters);
@@ -231,10 +243,6 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     /// Performs the actions of expired timers. Called only if the node is not idle.
     fn tick(&mut self, now: Instant) {
-        if P::DETECTS && self.context.shell.search(now) {
-            let change = BusChange::Listening;
-            self.protocol.bus_changed(&mut self.context, now, change);
-        }
         if self.context.shell.becomes_stale(now) {
             let values = self.application.stale();
             self.publish(now, values);

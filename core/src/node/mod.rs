@@ -9,15 +9,17 @@ mod boot;
 mod can_node;
 mod led;
 mod protocol;
+mod pulse_meter;
 mod queue;
 mod shell;
 
 pub use crate::application::Readout;
 pub use crate::store::Boot;
-pub use autobaud::{Autobaud, CANDIDATES, DWELL_MAX, DWELL_MIN};
+pub use autobaud::{Autobaud, BitTime};
 pub use can_node::CanNode;
 pub use led::{Channels, ErrorPatterns, Indicator, Leds, Pattern, Patterns};
 pub use protocol::{BusChange, Context, Protocol};
+pub use pulse_meter::PulseMeter;
 pub use queue::TransmitQueue;
 pub use shell::{NodeState, Shell};
 
@@ -57,7 +59,7 @@ pub enum Action {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum BusMode {
-    /// Listen only: sends no dominant bit, no acknowledge and no error flag.
+    /// Listen only: sends no dominant bit, no acknowledge and no error flag. Measures the bit time ([`BusEvent::BitTime`]).
     Listen,
     /// Sends and receives.
     Normal,
@@ -83,8 +85,11 @@ pub enum BusState {
 pub enum BusEvent {
     /// The fault confinement state changed.
     State(BusState),
-    /// The controller detected a bus error (stuff, form, CRC, ...). Used only during bit rate detection.
+    /// The controller detected a bus error (stuff, form, CRC, ...). Used only in [`BusMode::Listen`].
     Error,
+    /// The bit time of a frame, from [`PulseMeter`]: after each frame in [`BusMode::Listen`], also if the controller could not receive
+    /// it.
+    BitTime(BitTime),
     /// Received frames were lost because the receive queue was full.
     Overrun,
 }

@@ -65,8 +65,6 @@ impl<A: Application> Context<A> {
 /// A change of the bus state of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum BusChange {
-    /// The bit rate detection listens at another bit rate.
-    Listening,
     /// The bit rate is detected: the node is on the bus.
     Online,
     /// The fault confinement state has changed.

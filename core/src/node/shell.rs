@@ -1,6 +1,8 @@
 //! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs, restart and pending actions.
 
-use super::{Action, Autobaud, BusChange, BusMode, BusState, Indicator, Patterns, TransmitQueue};
+use super::{
+    Action, Autobaud, BitTime, BusChange, BusMode, BusState, Indicator, Patterns, TransmitQueue,
+};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
 use crate::time::{Duration, Earliest, Instant, after, millis, reached};
@@ -150,8 +152,8 @@ impl Shell {
     // Bus state, used by a protocol.
 
     /// Begins the bit rate detection.
-    pub fn detect(&mut self, now: Instant) {
-        self.state = NodeState::Detecting(Autobaud::start(now));
+    pub fn detect(&mut self) {
+        self.state = NodeState::Detecting(Autobaud::START);
         self.listen();
     }
 
@@ -211,14 +213,20 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// Handles a bus error. Returns true if the node now listens at another bit rate.
-    pub(super) fn error(&mut self, now: Instant) -> bool {
-        let NodeState::Detecting(search) = &mut self.state else {
-            return false;
-        };
-        search.error(now);
-        self.listen();
-        true
+    /// Handles a bus error.
+    pub(super) fn error(&mut self) {
+        if let NodeState::Detecting(search) = &mut self.state {
+            search.error();
+        }
+    }
+
+    /// Handles the measured bit time of a frame.
+    pub(super) fn measured(&mut self, time: BitTime) {
+        if let NodeState::Detecting(search) = &mut self.state
+            && search.measured(time)
+        {
+            self.listen();
+        }
     }
 
     /// Handles a change of the fault confinement state. Without recovery, a node in bus-off stays there until a restart and the
@@ -252,18 +260,6 @@ impl Shell {
         let stale = !self.is_stale && reached(now, self.valid_until) && !self.is_leaving();
         self.is_stale |= stale;
         stale
-    }
-
-    /// Continues the bit rate detection. Returns true if the node now listens at another bit rate.
-    pub(super) fn search(&mut self, now: Instant) -> bool {
-        let moved = match &mut self.state {
-            NodeState::Detecting(search) => search.poll(now),
-            _ => false,
-        };
-        if moved {
-            self.listen();
-        }
-        moved
     }
 
     pub(super) fn take_deferred(&mut self) -> Option<Frame> {
@@ -355,10 +351,8 @@ impl Shell {
 
     /// Ends a poll. `earliest` is the next deadline of the protocol and the application.
     pub(super) fn polled(&mut self, more: bool, mut earliest: Earliest) {
-        match self.state {
-            NodeState::Detecting(search) => earliest.consider(Some(search.deadline())),
-            NodeState::Restarting(until) => earliest.consider(Some(until)),
-            _ => {}
+        if let NodeState::Restarting(until) = self.state {
+            earliest.consider(Some(until));
         }
         if !self.is_stale && !self.is_leaving() {
             earliest.consider(Some(self.valid_until));

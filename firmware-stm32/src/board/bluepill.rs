@@ -2,7 +2,7 @@
 //!
 //! | pin  | connected to                                                 |
 //! |------|--------------------------------------------------------------|
-//! | PB8  | CAN transceiver RXD                                          |
+//! | PB8  | CAN transceiver RXD; TIM4 measures its pulses                |
 //! | PB9  | CAN transceiver TXD                                          |
 //! | PA4  | ISM330DHCX CS                                                |
 //! | PA5  | ISM330DHCX SCL (SPC)                                         |
@@ -33,7 +33,8 @@ use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f1xx_hal::flash::{self, FlashSize, SectorSize};
 use stm32f1xx_hal::gpio::{Output, PA4, PB1, PB12, PB13, PB14, PC13, PinState};
-use stm32f1xx_hal::pac::{self, interrupt};
+use stm32f1xx_hal::pac;
+pub use stm32f1xx_hal::pac::interrupt;
 use stm32f1xx_hal::prelude::*;
 use stm32f1xx_hal::rcc::{self, Enable};
 use stm32f1xx_hal::spi::Spi;
@@ -43,8 +44,17 @@ use stm32f1xx_hal::watchdog::IndependentWatchdog;
 /// The core clock in Hz.
 pub const CORE_CLOCK: u32 = 64_000_000;
 
+/// The clock of APB1 in Hz.
+pub const APB1_CLOCK: u32 = 32_000_000;
+
 /// The CAN controller.
 pub type CanPeripheral = pac::CAN;
+
+/// The timer of the bit rate detection. Its channel 3 is on PB8.
+pub type PulseTimer = pac::TIM4;
+
+/// The timer has captured the end of a pulse.
+pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 
 /// The filter banks of the CAN controller (medium-density devices; the HAL defines 28 for all devices).
 pub const FILTER_BANKS: u8 = 14;
@@ -239,6 +249,13 @@ fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_F7E8 as *const _;
     // SAFETY: system memory of all F103 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
+}
+
+/// Enables the clock of [`PulseTimer`].
+pub fn enable_pulse_timer() {
+    // SAFETY: the main loop is the only code that changes this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
 }
 
 #[interrupt]

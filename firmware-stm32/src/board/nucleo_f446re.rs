@@ -3,6 +3,7 @@
 //! | pin  | connected to                                                 |
 //! |------|--------------------------------------------------------------|
 //! | PA11 | CAN transceiver RXD                                          |
+//! | PB8  | CAN transceiver RXD too, for the bit rate detection (TIM4)   |
 //! | PA12 | CAN transceiver TXD                                          |
 //! | PB12 | ISM330DHCX CS                                                |
 //! | PB13 | ISM330DHCX SCL (SPC)                                         |
@@ -32,7 +33,8 @@ use embedded_hal::spi::MODE_0;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState};
-use stm32f4xx_hal::pac::{self, interrupt};
+use stm32f4xx_hal::pac;
+pub use stm32f4xx_hal::pac::interrupt;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
 use stm32f4xx_hal::spi::Spi;
@@ -42,8 +44,17 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 /// The core clock in Hz.
 pub const CORE_CLOCK: u32 = 128_000_000;
 
+/// The clock of APB1 in Hz.
+pub const APB1_CLOCK: u32 = 32_000_000;
+
 /// The CAN controller.
 pub type CanPeripheral = pac::CAN1;
+
+/// The timer of the bit rate detection. Its channel 3 is on PB8.
+pub type PulseTimer = pac::TIM4;
+
+/// The timer has captured the end of a pulse.
+pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 
 /// The filter banks of CAN1: the first 14 of the 28 that it shares with CAN2 (reset value of FMR.CAN2SB).
 pub const FILTER_BANKS: u8 = 14;
@@ -121,6 +132,10 @@ impl Board {
             .into_alternate::<9>()
             .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
         gpioa.pa12.into_alternate::<9>();
+        gpiob
+            .pb8
+            .into_alternate::<2>()
+            .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
 
         let (_, (_, _, heater, _)) = device.TIM3.pwm_us(HEATER_PERIOD_US.micros(), &mut rcc);
         let mut heater = heater.with(gpiob.pb0);
@@ -272,6 +287,13 @@ fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_7A10 as *const _;
     // SAFETY: system memory of all F446 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
+}
+
+/// Enables the clock of [`PulseTimer`].
+pub fn enable_pulse_timer() {
+    // SAFETY: the main loop is the only code that changes this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
 }
 
 #[interrupt]

@@ -5,6 +5,7 @@ use super::accelerometer::Accelerometer;
 use super::bus::{instant, picoseconds};
 use super::controller::Controller;
 use super::flash::Flash;
+use super::receive_pin::ReceivePin;
 use super::sensor::Sensor;
 use crate::motion::Motion;
 use crate::node_type::{NodeType, STORE_BUFFER};
@@ -13,7 +14,7 @@ use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
-use plumbline::node::{Action, BusMode, Leds, Node, Readout};
+use plumbline::node::{Action, BusEvent, BusMode, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 use std::collections::VecDeque;
@@ -54,6 +55,7 @@ pub struct Device {
 struct Powered {
     node: Box<dyn Node>,
     controller: Controller,
+    receive_pin: ReceivePin,
     leds: Leds,
     next_sample: Instant,
     /// The next step of a save.
@@ -124,6 +126,16 @@ impl Device {
             } else {
                 break;
             }
+            self.settle(now);
+        }
+    }
+
+    /// Passes a measured bit time to the node.
+    fn measure(&mut self, now: Instant) {
+        let Some(power) = self.awake() else { return };
+        let measured = power.receive_pin.poll(now);
+        if let Some(time) = measured.filter(|_| power.controller.mode() == Some(BusMode::Listen)) {
+            power.node.bus(now, BusEvent::BitTime(time));
             self.settle(now);
         }
     }
@@ -310,6 +322,7 @@ impl Sensor for Device {
         self.power = Some(Powered {
             node,
             controller: Controller::new(),
+            receive_pin: ReceivePin::default(),
             leds: Leds::default(),
             next_sample: after(start, SAMPLE_PERIOD),
             next_step: None,
@@ -339,6 +352,7 @@ impl Sensor for Device {
                 power.next_step,
                 power.test_ends,
                 power.restart_by,
+                power.receive_pin.deadline(),
                 power.node.deadline(),
             ]
             .into_iter()
@@ -356,6 +370,7 @@ impl Sensor for Device {
             power.stalled_until = None;
             power.controller.drain_fifo();
         }
+        self.measure(now);
         self.service(now);
         self.sample(now);
         self.test(now);
@@ -385,10 +400,13 @@ impl Sensor for Device {
     }
 
     fn wire(&mut self, now: Picoseconds, dominant: bool) {
-        if let Some(power) = &mut self.power
-            && dominant
-        {
+        let Some(power) = &mut self.power else { return };
+        if dominant {
             power.controller.protocol.edge(now);
+        }
+        if power.controller.mode() == Some(BusMode::Listen) {
+            power.receive_pin.edge(now, dominant);
+            self.measure(instant(now));
         }
     }
 

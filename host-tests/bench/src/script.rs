@@ -141,13 +141,11 @@ pub fn ms(ms: u64) -> Instant {
     us(ms * 1000)
 }
 
-/// The rates in the order in which the detecting node tries them.
-const TRIED: [BitRate; 10] = BitRate::ALL;
-
 struct Script {
     serial: u32,
     detecting: bool,
-    rate: usize,
+    /// The rate at which it listens while it detects.
+    rate: BitRate,
     actions: VecDeque<Action>,
     outbox: VecDeque<Frame>,
     /// The parameters that it saves.
@@ -163,7 +161,7 @@ impl Script {
         let mut script = Self {
             serial,
             detecting,
-            rate: 0,
+            rate: BitRate::K10,
             actions: VecDeque::new(),
             outbox: VecDeque::new(),
             image: Vec::new(),
@@ -175,7 +173,7 @@ impl Script {
         let held = [first.copied().unwrap_or(0xFF), u8::from(boot.damaged)];
         script.outbox.push_back(frame(0x100 + serial, &held));
         script.actions.push_back(if detecting {
-            Action::Bus(BusMode::Listen, TRIED[0])
+            Action::Bus(BusMode::Listen, script.rate)
         } else {
             Action::Bus(BusMode::Normal, BitRate::K250)
         });
@@ -201,7 +199,7 @@ impl Node for Script {
         if self.detecting {
             self.detecting = false;
             self.actions
-                .push_back(Action::Bus(BusMode::Normal, TRIED[self.rate]));
+                .push_back(Action::Bus(BusMode::Normal, self.rate));
             return;
         }
         match *received.bytes() {
@@ -239,10 +237,10 @@ impl Node for Script {
     fn bus(&mut self, now: Instant, event: BusEvent) {
         self.note(now, Entry::Event(event));
         match event {
-            BusEvent::Error if self.detecting => {
-                self.rate = (self.rate + 1) % TRIED.len();
+            BusEvent::BitTime(time) if self.detecting && time.nearest_rate() != self.rate => {
+                self.rate = time.nearest_rate();
                 self.actions
-                    .push_back(Action::Bus(BusMode::Listen, TRIED[self.rate]));
+                    .push_back(Action::Bus(BusMode::Listen, self.rate));
             }
             BusEvent::State(state) => {
                 self.actions.push_back(Action::Leds(Leds {

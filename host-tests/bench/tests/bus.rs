@@ -275,9 +275,11 @@ fn adapter_at_other_rate_is_not_connected() {
     bus.run_until(ms(20));
     assert_eq!(bus.take_received(good).len(), 1);
     assert!(bus.take_received(wrong).is_empty());
-    // With the correct adapter closed, there is no acknowledge.
+    // With the correct adapter closed and the detecting device off, there is no acknowledge.
     bus.take_log();
     bus.close(good);
+    let now = bus.now();
+    bus.device_mut(detecting).power_off(now);
     bus.power_cycle(device);
     bus.run_until(ms(30));
     assert!(bus.take_log().is_empty());

@@ -2,10 +2,10 @@
 
 use bench::motion::Motion;
 use bench::script::{frame, ms};
-use bench::{Bus, BusRate, Flash, Sensor, Source};
+use bench::{Bus, BusRate, Flash, ReceivePin, Sensor, Source};
 use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
-use plumbline::node::{BusMode, CANDIDATES, Leds, Readout};
+use plumbline::node::{BusMode, Leds, Readout};
 use plumbline::time::Instant;
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -13,9 +13,6 @@ use std::rc::Rc;
 
 /// In picoseconds. The firmware checks its controller once a millisecond.
 const MILLISECOND: Picoseconds = 1_000_000_000;
-
-/// How long it listens at a rate on an idle wire.
-const DWELL: Picoseconds = 80 * MILLISECOND;
 
 /// The time that each firmware has reached.
 type Clocks = Rc<RefCell<Vec<Picoseconds>>>;
@@ -27,10 +24,9 @@ struct Firmware {
     number: usize,
     clocks: Clocks,
     detects: bool,
-    candidate: usize,
+    rate: BitRate,
+    receive_pin: ReceivePin,
     joining: bool,
-    listens_since: Picoseconds,
-    error: bool,
     heard: Vec<Frame>,
     outbox: VecDeque<Frame>,
     led_history: VecDeque<(Instant, Leds)>,
@@ -46,10 +42,9 @@ impl Firmware {
             number,
             clocks: clocks.clone(),
             detects,
-            candidate: 0,
+            rate: if detects { BitRate::K10 } else { BitRate::K250 },
+            receive_pin: ReceivePin::default(),
             joining: true,
-            listens_since: 0,
-            error: false,
             heard: Vec::new(),
             outbox: VecDeque::new(),
             led_history: VecDeque::new(),
@@ -61,9 +56,7 @@ impl Firmware {
     fn main_loop(&mut self) -> bool {
         if self.joining {
             self.joining = false;
-            self.error = false;
-            self.listens_since = self.time;
-            let timing = BitTiming::of(CANDIDATES[self.candidate]);
+            let timing = BitTiming::of(self.rate);
             self.protocol.join(self.time, timing, self.detects);
             return true;
         }
@@ -72,10 +65,12 @@ impl Firmware {
         }
         if !self.heard.is_empty() {
             self.detects = false;
-        } else if self.error || self.time >= self.listens_since + DWELL {
-            self.candidate = (self.candidate + 1) % CANDIDATES.len();
         } else {
-            return false;
+            let now = Instant::from_ticks(self.time / 1_000_000);
+            match self.receive_pin.poll(now) {
+                Some(time) if time.nearest_rate() != self.rate => self.rate = time.nearest_rate(),
+                _ => return false,
+            }
         }
         self.protocol.leave();
         self.joining = true;
@@ -130,11 +125,11 @@ impl Sensor for Firmware {
         if dominant {
             self.protocol.edge(now);
         }
+        self.receive_pin.edge(now, dominant);
     }
     fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
         let event = self.protocol.step(now, dominant, self.offered())?;
         match event {
-            Event::Error { .. } => self.error = true,
             Event::Received(frame) => self.heard.push(frame),
             Event::Transmitted => {
                 self.outbox.pop_front();
@@ -155,7 +150,7 @@ impl Sensor for Firmware {
         })
     }
     fn rate(&self) -> Option<BitRate> {
-        self.protocol.is_on().then_some(CANDIDATES[self.candidate])
+        self.protocol.is_on().then_some(self.rate)
     }
     fn leds(&self) -> Leds {
         Leds::default()

@@ -5,7 +5,7 @@
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`io`]: the interface between the processor and the peripherals
 //! - [`peripherals`]: all peripherals: address map, clocks, violations
-//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
+//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
 //! - [`ism330dhcx`]: the accelerometer on the SPI
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //! - [`timebase`] and [`violation`]: shared types
@@ -16,6 +16,7 @@
 pub mod afio;
 mod board;
 pub mod bxcan;
+pub mod capture_timer;
 pub mod cortex_m3;
 pub mod dbgmcu;
 pub mod elf;

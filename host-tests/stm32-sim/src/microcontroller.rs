@@ -29,6 +29,9 @@ use std::rc::Rc;
 /// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
 const CAN_INTERRUPTS: u8 = 19;
 
+/// TIM4's interrupt.
+const TIM4_INTERRUPT: u8 = 30;
+
 /// SPI1's interrupt.
 const SPI1_INTERRUPT: u8 = 35;
 
@@ -311,8 +314,13 @@ impl Microcontroller {
         for (interrupt, high) in (CAN_INTERRUPTS..).zip(self.io.can.lines()) {
             self.core.set_interrupt_line(interrupt, high);
         }
-        let spi = self.io.spi1_interrupt();
-        self.core.set_interrupt_line(SPI1_INTERRUPT, spi);
+        let lines = [
+            (TIM4_INTERRUPT, self.io.tim4_interrupt()),
+            (SPI1_INTERRUPT, self.io.spi1_interrupt()),
+        ];
+        for (interrupt, high) in lines {
+            self.core.set_interrupt_line(interrupt, high);
+        }
     }
 
     fn note_leds(&mut self) {

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | 1FFF_F000h | electronic signature | |
 //! | 4000_0400h | TIM3 | RCC_APB1ENR.TIM3EN |
+//! | 4000_0800h | TIM4 | RCC_APB1ENR.TIM4EN |
 //! | 4000_3000h | IWDG | |
 //! | 4000_6400h | bxCAN | RCC_APB1ENR.CANEN |
 //! | 4001_0000h | AFIO | RCC_APB2ENR.AFIOEN |
@@ -19,8 +20,9 @@ mod map;
 #[cfg(test)]
 mod tests;
 
-use super::afio::{Afio, IMU_SELECT};
+use super::afio::{Afio, CAN_RX, IMU_SELECT};
 use super::bxcan::BxCan;
+use super::capture_timer::CaptureTimer;
 use super::dbgmcu;
 use super::flash::FlashInterface;
 use super::gpio::Gpio;
@@ -56,6 +58,8 @@ pub struct Peripherals {
     pub spi1: Spi,
     /// The timer of the heater's PWM.
     pub tim3: Timer,
+    /// The timer at RXD, for the bit rate detection.
+    pub tim4: CaptureTimer,
     /// The independent watchdog.
     pub iwdg: Iwdg,
     /// The accelerometer.
@@ -78,6 +82,7 @@ impl Peripherals {
             flash: FlashInterface::new(parameters),
             spi1: Spi::default(),
             tim3: Timer::default(),
+            tim4: CaptureTimer::default(),
             iwdg: Iwdg::default(),
             imu: Ism330dhcx::new(motion),
             can: BxCan::new(),
@@ -145,10 +150,27 @@ impl Peripherals {
         self.spi1.interrupt()
     }
 
+    /// The level of TIM4's interrupt line (position 30).
+    pub fn tim4_interrupt(&self) -> bool {
+        self.tim4.interrupt()
+    }
+
+    /// A new level of RXD; true is dominant, which is low. TIM4 has its channel 3 at this pin (RM0008, table 44).
+    pub fn receive_pin(&mut self, now: Picoseconds, dominant: bool) {
+        if self.is_ready(Module::Tim4) && self.gpio.mode(CAN_RX).is_digital_input() {
+            self.tim4.edge(now, self.rcc.timer_clock(), !dominant);
+        }
+    }
+
+    /// True when the module has a clock and is out of reset.
+    fn is_ready(&self, module: Module) -> bool {
+        let ready = |gate| self.rcc.is_clocked(gate) && !self.rcc.is_in_reset(gate);
+        module.gate().is_some_and(ready)
+    }
+
     /// True when the CAN controller has a clock, is out of reset, and is connected to the board's transceiver.
     pub fn can_is_connected(&self) -> bool {
-        let ready = |gate| self.rcc.is_clocked(gate) && !self.rcc.is_in_reset(gate);
-        Module::Can.gate().is_some_and(ready) && self.afio.can_is_connected(&self.gpio)
+        self.is_ready(Module::Can) && self.afio.can_is_connected(&self.gpio)
     }
 
     /// The time of a cycle.
@@ -190,6 +212,7 @@ impl Peripherals {
             Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(port)),
             Module::Spi1 => self.spi1 = Spi::default(),
             Module::Tim3 => self.tim3 = Timer::default(),
+            Module::Tim4 => self.tim4 = CaptureTimer::default(),
             _ => {}
         }
     }
@@ -239,6 +262,7 @@ impl Peripherals {
         match module {
             Module::Signature => Err(AccessError::Unmapped),
             Module::Tim3 => self.tim3.read(offset),
+            Module::Tim4 => self.tim4.read(now, self.rcc.timer_clock(), offset),
             Module::Iwdg => self.iwdg.read(now, offset),
             Module::Can => self.can.read(now, offset),
             Module::Afio => self.afio.read(offset),
@@ -265,6 +289,11 @@ impl Peripherals {
         match module {
             Module::Signature => Err(AccessError::Refused("system memory is read-only")),
             Module::Tim3 => self.tim3.write(offset, value, &mut self.violations),
+            Module::Tim4 => {
+                let clock = self.rcc.timer_clock();
+                self.tim4
+                    .write(now, clock, offset, value, &mut self.violations)
+            }
             Module::Iwdg => self.iwdg.write(now, offset, value, &mut self.violations),
             Module::Can => self.can.write(now, offset, value),
             Module::Afio => self.afio.write(offset, value, &mut self.violations),
@@ -304,8 +333,13 @@ impl Peripherals {
     }
 
     /// The state that the machine checks after an access.
-    fn watched(&self) -> (Option<u64>, bool) {
-        (self.next_event(), self.spi1.interrupt())
+    fn watched(&self) -> (Option<u64>, [bool; 2]) {
+        (self.next_event(), self.interrupts())
+    }
+
+    /// The levels of the interrupt lines that a read can change.
+    fn interrupts(&self) -> [bool; 2] {
+        [self.spi1.interrupt(), self.tim4.interrupt()]
     }
 }
 
@@ -321,9 +355,9 @@ impl Io for Peripherals {
         if self.is_held_in_reset(module) {
             return Ok(0);
         }
-        let before = self.spi1.interrupt();
+        let before = self.interrupts();
         let word = self.read_register(cycle, module, offset & !3)?;
-        self.changed |= self.spi1.interrupt() != before;
+        self.changed |= self.interrupts() != before;
         let (shift, mask) = lane(offset, width);
         Ok(word >> shift & mask)
     }

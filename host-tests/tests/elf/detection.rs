@@ -3,6 +3,7 @@
 
 use crate::rig::*;
 use bench::{AdapterId, BusRate, Flash, Source};
+use host_tests::bit_rate::{FRAMES_MAX, PERIODS, attempts_of_lone_master, frames_until_detected};
 use plumbline::can::BitRate;
 use plumbline::node::BusMode;
 
@@ -125,12 +126,54 @@ fn each_rate_on_a_full_bus_is_detected_at_the_first_try() {
 }
 
 #[test]
-fn sensor_without_traffic_listens_for_ever() {
+fn sensor_without_traffic_listens_for_ever_and_sleeps_between_samples() {
     let mut rig = Rig::with("is2", BusRate::Wire, Flash::default());
     rig.bus.close(rig.tester);
     rig.run(5_000);
     assert!(rig.log.is_empty());
     let can = rig.microcontroller().can();
-    assert!(can.btr_history().len() > 20, "it tries all rates again");
+    assert_eq!(can.btr_history().len(), 1, "a silent bus changes nothing");
     assert!(can.is_silent());
+    // No more instructions than with a fixed bit rate.
+    let mut fixed = Rig::with("is2", BusRate::Wire, fixed("is2", BitRate::K250));
+    fixed.run(5_000);
+    let [detecting, fixed] = [&mut rig, &mut fixed].map(|rig| {
+        let before = rig.microcontroller().core().instructions();
+        rig.run(1_000);
+        rig.microcontroller().core().instructions() - before
+    });
+    assert!(detecting * 100 <= fixed * 105, "{detecting}, {fixed}");
+}
+
+/// The phases are fewer than on the PC, and differ in each case.
+#[test]
+fn each_rate_is_detected_within_11_frames_at_any_period_and_phase() {
+    let mut most = 0;
+    let mut phase = 0;
+    for rate in BitRate::ALL {
+        for period in PERIODS {
+            let phases = if period < 200_000 { 3 } else { 1 };
+            for _ in 0..phases {
+                phase = (phase + 12_347) % period.max(5_000);
+                let sensor = microcontroller("is2", Flash::default());
+                let frames = frames_until_detected(sensor, rate, period, phase);
+                most = most.max(frames);
+                assert!(
+                    frames <= FRAMES_MAX,
+                    "{frames} frames: {rate:?}, every {period} us from {phase} us on"
+                );
+            }
+        }
+    }
+    println!("at most {most} frames");
+}
+
+/// The master is error passive after 16 attempts. From then on its error flags do not disturb the frame.
+#[test]
+fn lone_master_is_acknowledged_within_20_attempts() {
+    for rate in BitRate::ALL {
+        let sensor = microcontroller("is2", Flash::default());
+        let attempts = attempts_of_lone_master(sensor, rate);
+        assert!((16..=20).contains(&attempts), "{attempts} at {rate:?}");
+    }
 }

@@ -9,7 +9,7 @@ use plumbline::model::gemac::is1::{self, Is1};
 use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::gemac::is2tk::{self, Is2tk};
 use plumbline::model::jn2101::Jn2101;
-use plumbline::node::{Boot, BusEvent, Node};
+use plumbline::node::{BitTime, Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::Instant;
 
@@ -53,7 +53,7 @@ fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instan
             }
             1 => node.receive(now(), &frame()),
             2 => node.sample(now(), &reading()),
-            3 => node.bus(now(), black_box(BusEvent::Error)),
+            3 => node.bus(now(), black_box(BusEvent::BitTime(BitTime(1)))),
             4 => node.stored(now(), black_box(Err(StoreError))),
             5 => {
                 black_box(node.poll(now()));

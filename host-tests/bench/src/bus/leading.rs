@@ -1,7 +1,7 @@
 //! The bit rate of the wire, and how the bus leads a detecting sensor to it.
 //!
-//! A detecting sensor that listens at a wrong rate sees disturbances, which no other participant sees, until its firmware has
-//! moved on to the rate of the wire.
+//! A detecting sensor that listens at a wrong rate sees a pulse of one bit of the wire, which no other participant sees, and
+//! measures the rate of the wire.
 
 use super::{Attached, Bus, BusRate, FOLLOW_RATE};
 use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
@@ -10,12 +10,12 @@ use plumbline::can::BitRate;
 /// Largest clock deviation, in parts of a bit, at which two bit rates are treated as equal.
 const SAME_RATE: Picoseconds = 32;
 
-/// Time that the firmware gets to move on after a disturbance before the next disturbance.
-const PATIENCE: Picoseconds = 1_000_000_000;
+/// The time between two pulses: the firmware measures a pulse when the wire is silent after it, then changes the rate.
+const PATIENCE: Picoseconds = 20_000_000_000;
 
 impl Bus {
     /// From now on the bus leads every detecting sensor to the bit rate of the wire, as earlier traffic would have done, until it
-    /// takes part. The firmware of a sensor may need 60 ms for that. On a wire that follows its sensor, the bus always does this.
+    /// takes part. The firmware of a sensor needs some 5 ms for that. On a wire that follows its sensor, the bus always does this.
     pub fn lead_detection(&mut self) {
         self.leading = true;
     }
@@ -96,11 +96,11 @@ impl Bus {
             || (self.has_rate(protocol) && (protocol.is_idle() || protocol.is_busy()))
     }
 
-    /// When the bus next disturbs a sensor that it leads to the bit rate.
-    pub(super) fn next_noise(&self, attached: &Attached) -> Option<Picoseconds> {
+    /// When a sensor that the bus leads to the bit rate sees the next pulse.
+    pub(super) fn next_pulse(&self, attached: &Attached) -> Option<Picoseconds> {
         let protocol = attached.sensor.protocol()?;
         let lost = protocol.is_silent() && protocol.is_idle() && !self.has_rate(protocol);
-        let until = attached.line.disturbed_until(protocol.timing());
+        let until = attached.line.pulsed_until();
         (lost && self.leads(attached)).then(|| until.map_or(0, |until| until + PATIENCE))
     }
 
@@ -124,14 +124,12 @@ impl Bus {
         }
     }
 
-    /// Disturbs the sensors that listen at a wrong rate and have to be led.
+    /// Sends a pulse to the sensors that listen at a wrong rate and have to be led.
     pub(super) fn lead(&mut self) {
         for index in 0..self.devices.len() {
             let attached = &self.devices[index];
-            let due = self.next_noise(attached).is_some_and(|at| at <= self.time);
-            let timing = attached.sensor.protocol().map(Protocol::timing);
-            if let Some(timing) = timing.filter(|_| due) {
-                self.devices[index].line.disturb(self.time, timing);
+            if self.next_pulse(attached).is_some_and(|at| at <= self.time) {
+                self.devices[index].line.pulse(self.time, self.timing.bit);
             }
         }
         let takes_part = |one: &Protocol| one.is_on() && !one.is_silent();

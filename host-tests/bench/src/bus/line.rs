@@ -2,7 +2,7 @@
 
 use super::{Attached, Bus, BusRate, Source};
 use crate::sensor::Sensor;
-use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use can_wire::protocol::{Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 
 /// Bits of a disturbance: one more than the equal bits that a frame permits.
@@ -37,8 +37,8 @@ pub(super) struct Line {
     judged: bool,
     /// It does not see the dominant ACK slot during this period.
     deaf: Option<Span>,
-    /// A disturbance that only this participant sees, and the timing of its controller for which it is valid.
-    noise: Option<(Span, BitTiming)>,
+    /// A dominant pulse that only this participant sees.
+    pulse: Option<Span>,
 }
 
 impl Line {
@@ -91,31 +91,26 @@ impl Line {
             Some(deaf) if deaf.holds(now) => false,
             _ => wire.unwrap_or_else(|| protocol.is_dominant()),
         };
-        let noise = self
-            .noise
-            .is_some_and(|(span, timing)| span.holds(now) && timing == protocol.timing());
-        let sees = level || noise;
+        let sees = level || self.pulse.is_some_and(|span| span.holds(now));
         (std::mem::replace(&mut self.sees, sees) != sees).then_some(sees)
     }
 
-    /// Disturbs only this participant, from now on, so that its controller sees an error.
-    pub(super) fn disturb(&mut self, now: Picoseconds, timing: BitTiming) {
-        let to = now + NOISE * timing.bit;
-        self.noise = Some((Span { from: now, to }, timing));
+    /// Makes the wire dominant for this participant only, from now on for this time.
+    pub(super) fn pulse(&mut self, now: Picoseconds, length: Picoseconds) {
+        let to = now + length;
+        self.pulse = Some(Span { from: now, to });
     }
 
-    /// The end of the last disturbance at this timing.
-    pub(super) fn disturbed_until(&self, timing: BitTiming) -> Option<Picoseconds> {
-        self.noise
-            .filter(|(_, of)| *of == timing)
-            .map(|(span, _)| span.to)
+    /// The end of the last pulse.
+    pub(super) fn pulsed_until(&self) -> Option<Picoseconds> {
+        self.pulse.map(|span| span.to)
     }
 
     /// When the level that it sees next changes without a change on the wire.
     pub(super) fn next_event(&self, now: Picoseconds) -> Option<Picoseconds> {
         let deaf = self.deaf.and_then(|span| span.next(now));
-        let noise = self.noise.and_then(|(span, _)| span.next(now));
-        deaf.into_iter().chain(noise).min()
+        let pulse = self.pulse.and_then(|span| span.next(now));
+        deaf.into_iter().chain(pulse).min()
     }
 
     /// Disturbs the current frame of the participant, or hides its acknowledge, when requested and due: in the CRC delimiter,

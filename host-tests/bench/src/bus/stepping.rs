@@ -93,7 +93,7 @@ impl Bus {
         let devices = self.devices.iter().flat_map(|attached| {
             let Attached { sensor, line } = attached;
             let own = sensor.next_event().filter(|_| !sensor.runs_freely());
-            [own, line.next_event(now), self.next_noise(attached)]
+            [own, line.next_event(now), self.next_pulse(attached)]
         });
         let adapters = self
             .adapters

@@ -102,6 +102,7 @@ impl Sensor for Microcontroller {
     fn wire(&mut self, now: Picoseconds, dominant: bool) {
         if self.protocol().is_some() {
             self.io.can.wire(now, dominant);
+            self.io.receive_pin(now, dominant);
             self.set_lines();
         }
     }

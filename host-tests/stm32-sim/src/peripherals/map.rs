@@ -10,6 +10,7 @@ use super::super::rcc::Gate;
 pub(super) enum Module {
     Signature,
     Tim3,
+    Tim4,
     Iwdg,
     Can,
     Afio,
@@ -22,9 +23,10 @@ pub(super) enum Module {
 
 impl Module {
     /// All modules.
-    pub(super) const ALL: [Self; 14] = [
+    pub(super) const ALL: [Self; 15] = [
         Self::Signature,
         Self::Tim3,
+        Self::Tim4,
         Self::Iwdg,
         Self::Can,
         Self::Afio,
@@ -45,6 +47,7 @@ impl Module {
         let module = match address & !(SIZE - 1) {
             0x1FFF_F000..0x2000_0000 => Self::Signature,
             0x4000_0400 => Self::Tim3,
+            0x4000_0800 => Self::Tim4,
             0x4000_3000 => Self::Iwdg,
             0x4000_6400 => Self::Can,
             0x4001_0000 => Self::Afio,
@@ -66,6 +69,7 @@ impl Module {
     pub(super) fn gate(self) -> Option<Gate> {
         match self {
             Self::Tim3 => Some(Gate::Apb1(1)),
+            Self::Tim4 => Some(Gate::Apb1(2)),
             Self::Can => Some(Gate::Apb1(25)),
             Self::Afio => Some(Gate::Apb2(0)),
             Self::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
@@ -78,6 +82,7 @@ impl Module {
         match self {
             Self::Signature => "electronic signature",
             Self::Tim3 => "TIM3",
+            Self::Tim4 => "TIM4",
             Self::Iwdg => "IWDG",
             Self::Can => "CAN",
             Self::Afio => "AFIO",

@@ -1,0 +1,94 @@
+//! Bit rate detection of a GEMAC sensor on a real wire: a master polls it, and another node acknowledges.
+
+use bench::{Bus, BusRate, Sensor, Source};
+use plumbline::can::{BitRate, Frame, standard};
+use plumbline::node::BusMode;
+use plumbline::time::{Duration, Instant, after};
+
+/// The maximum number of acknowledged frames until the bit rate is detected.
+pub const FRAMES_MAX: usize = 11;
+
+/// The time between the starts of two polls in us; 0: back to back.
+pub const PERIODS: [u64; 16] = [
+    0, 100, 500, 1_000, 2_000, 3_000, 5_000, 10_000, 20_000, 50_000, 100_000, 200_000, 250_000,
+    500_000, 1_000_000, 2_000_000,
+];
+
+/// The identifier and the code of the poll (manual, table 17).
+const SET: u16 = 0x300;
+const INCLINATION: u8 = 0x00;
+
+/// The longest wait for a sensor that boots.
+const BOOT_MAX: Instant = Instant::from_ticks(200_000);
+
+/// Switches the sensor on, polls it with this period (the first poll at `phase`, in us), and returns the number of complete frames
+/// that were on the bus since it has listened for the first time.
+///
+/// # Panics
+///
+/// The sensor disturbs the bus, sends before it has detected the bit rate, or does not detect it within twice [`FRAMES_MAX`] frames.
+pub fn frames_until_detected(sensor: impl Sensor, rate: BitRate, period: u64, phase: u64) -> usize {
+    let mut bus = Bus::new(BusRate::Wire);
+    let device = bus.attach(sensor);
+    let (master, other) = (bus.adapter(), bus.adapter());
+    bus.open(master, Some(rate), false);
+    bus.open(other, Some(rate), false);
+    let poll = Frame::data(standard(SET), &[INCLINATION]).expect("at most eight bytes");
+    let mut next = Instant::from_ticks(phase);
+    let mut frames = 0;
+    let mut listens = false;
+    loop {
+        while next <= bus.now() && bus.queued(master) < 2 {
+            bus.send(master, poll);
+            next = after(next, Duration::from_ticks(period.max(1)));
+        }
+        let step = if period == 0 { 10 } else { 100 };
+        bus.run_until(after(bus.now(), Duration::from_ticks(step)));
+        let log = bus.take_log();
+        let sensor = bus.device(device);
+        listens |= sensor.mode() == Some(BusMode::Listen);
+        assert!(
+            listens || bus.now() < BOOT_MAX,
+            "the sensor does not listen"
+        );
+        if sensor.mode() == Some(BusMode::Normal) {
+            break;
+        }
+        if listens {
+            frames += log.len();
+        }
+        let sender = Source::Adapter(master);
+        assert!(log.iter().all(|one| one.source == sender), "it has sent");
+        assert!(
+            frames <= 2 * FRAMES_MAX,
+            "{rate:?} is not detected with a poll every {period} us from {phase} us on"
+        );
+    }
+    assert_eq!(bus.device(device).rate(), Some(rate));
+    for adapter in [master, other] {
+        assert_eq!(bus.disturbed(Source::Adapter(adapter)), 0);
+    }
+    frames
+}
+
+/// Connects the sensor to a master that is the only other node, so that nobody acknowledges its frame, and returns the number of
+/// attempts of the master until the sensor has acknowledged the frame.
+///
+/// # Panics
+///
+/// The sensor does not detect the bit rate within 5 s.
+pub fn attempts_of_lone_master(sensor: impl Sensor, rate: BitRate) -> u64 {
+    let mut bus = Bus::new(BusRate::Wire);
+    let device = bus.attach(sensor);
+    bus.run_until(BOOT_MAX);
+    let master = bus.adapter();
+    bus.open(master, Some(rate), false);
+    let poll = Frame::data(standard(SET), &[INCLINATION]).expect("at most eight bytes");
+    bus.send(master, poll);
+    while bus.queued(master) > 0 {
+        bus.run_until(after(bus.now(), Duration::from_ticks(100)));
+        assert!(bus.now() < Instant::from_ticks(5_000_000), "{rate:?}");
+    }
+    assert_eq!(bus.device(device).rate(), Some(rate));
+    bus.disturbed(Source::Adapter(master))
+}

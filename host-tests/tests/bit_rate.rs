@@ -1,0 +1,63 @@
+//! Bit rate detection of a sensor built for the PC (GEMAC manual, section 9.10.3). `elf/detection.rs` has the same test of the
+//! flashed image.
+
+use bench::{Bus, BusRate, Device, Flash, NodeType};
+use host_tests::bit_rate::{FRAMES_MAX, PERIODS, attempts_of_lone_master, frames_until_detected};
+use plumbline::can::BitRate;
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::node::BusMode;
+use plumbline::time::Instant;
+
+/// A level is2 with blank memory.
+fn sensor() -> Device {
+    let node_type = NodeType::find("is2").expect("a product");
+    let level = Box::new(Reading {
+        acceleration: I32x3 {
+            x: 0,
+            y: 0,
+            z: ONE_G,
+        },
+        ..Reading::default()
+    });
+    Device::new(&node_type, 1, Flash::default(), level)
+}
+
+#[test]
+fn each_rate_is_detected_within_11_frames_at_any_period_and_phase() {
+    let mut most = 0;
+    for rate in BitRate::ALL {
+        for period in PERIODS {
+            for phase in 0..12 {
+                // Within the frame and within the period.
+                let phase =
+                    60_000 + phase * (period / 12 + 7_300_000 / rate.bits_per_second() as u64);
+                let frames = frames_until_detected(sensor(), rate, period, phase);
+                most = most.max(frames);
+                assert!(
+                    frames <= FRAMES_MAX,
+                    "{frames} frames: {rate:?}, every {period} us from {phase} us on"
+                );
+            }
+        }
+    }
+    println!("at most {most} frames");
+}
+
+/// The master is error passive after 16 attempts. From then on its error flags do not disturb the frame.
+#[test]
+fn lone_master_is_acknowledged_within_20_attempts() {
+    for rate in BitRate::ALL {
+        let attempts = attempts_of_lone_master(sensor(), rate);
+        assert!((16..=20).contains(&attempts), "{attempts} at {rate:?}");
+    }
+}
+
+#[test]
+fn silent_bus_changes_nothing() {
+    let mut bus = Bus::new(BusRate::Wire);
+    let device = bus.attach(sensor());
+    bus.run_until(Instant::from_ticks(60_000_000));
+    assert_eq!(bus.device(device).mode(), Some(BusMode::Listen));
+    assert_eq!(bus.device(device).rate(), Some(BitRate::K250));
+    assert_eq!(bus.take_log().len(), 0);
+}
