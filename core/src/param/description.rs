@@ -261,3 +261,54 @@ impl Quantity {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// All types of numbers, with their size in bytes and their range.
+    const TYPES: [(DataType, u8, (i64, i64)); 6] = [
+        (DataType::U8, 1, (0, 0xFF)),
+        (DataType::U16, 2, (0, 0xFFFF)),
+        (DataType::U32, 4, (0, 0xFFFF_FFFF)),
+        (DataType::I8, 1, (-0x80, 0x7F)),
+        (DataType::I16, 2, (-0x8000, 0x7FFF)),
+        (DataType::I32, 4, (-0x8000_0000, 0x7FFF_FFFF)),
+    ];
+
+    #[test]
+    fn size_and_range_are_those_of_two_s_complement() {
+        for (data_type, size, (low, high)) in TYPES {
+            assert_eq!(data_type.size(), size);
+            assert_eq!(data_type.range(), (low, high));
+            assert_eq!(data_type.is_signed(), low < 0);
+            let mask = u32::MAX >> (32 - 8 * u32::from(size));
+            assert_eq!(data_type.value(low as u32 & mask), low);
+            assert_eq!(data_type.value(high as u32 & mask), high);
+        }
+        assert_eq!(DataType::Text.size(), 0);
+    }
+
+    #[test]
+    fn discriminant_gives_the_same_type() {
+        for data_type in TYPES.map(|(data_type, ..)| data_type) {
+            assert_eq!(DataType::of(data_type as u8), data_type);
+        }
+        assert_eq!(DataType::of(DataType::Text as u8), DataType::Text);
+    }
+
+    #[test]
+    fn builders_set_unit_decimals_range_and_factory_value() {
+        let parameter = Parameter::new(ParameterId(3), "offset", DataType::I16)
+            .in_unit("deg", 2)
+            .within(-9000, 9000, -1);
+        assert_eq!((parameter.unit, parameter.decimals), ("deg", 2));
+        assert_eq!(parameter.permitted, Permitted::Range(-9000, 9000));
+        assert_eq!(parameter.factory, 0xFFFF);
+        let wide = Parameter::new(ParameterId(3), "offset", DataType::I32).within(-1, 1, -1);
+        assert_eq!(wide.factory, 0xFFFF_FFFF);
+        let quantity = Quantity::new(ValueId(1), "slope", DataType::I16).in_unit("deg", 2);
+        assert_eq!((quantity.unit, quantity.decimals), ("deg", 2));
+        assert_eq!(quantity.range, (-0x8000, 0x7FFF));
+    }
+}

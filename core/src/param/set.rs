@@ -116,11 +116,56 @@ mod tests {
         assert!(ParameterSet::EMPTY.is_empty() && !set.is_empty());
     }
 
+    /// The first and the last id of each word.
+    const IDS: [u8; 8] = [0, 31, 32, 63, 64, 95, 96, 127];
+
     #[test]
-    fn sets_with_common_id_intersect() {
-        let low = ParameterSet::of(&[ParameterId(5)]);
-        let high = ParameterSet::of(&[ParameterId(5 + 32)]);
-        assert!(!low.intersects(&high));
-        assert!(low.intersects(&high.with(ParameterId(5))));
+    fn inserted_ids_are_in_the_set() {
+        let mut set = ParameterSet::EMPTY;
+        for (number, id) in IDS.into_iter().enumerate() {
+            assert!(!set.contains(ParameterId(id)));
+            set.insert(ParameterId(id));
+            assert_eq!(set, ParameterSet::of(&IDS.map(ParameterId)[..=number]));
+        }
+    }
+
+    #[test]
+    fn set_with_any_id_is_not_empty() {
+        for id in IDS {
+            assert!(!ParameterSet::of(&[ParameterId(id)]).is_empty());
+        }
+        assert_eq!(ParameterSet::CAPACITY, 128);
+    }
+
+    #[test]
+    fn sets_intersect_exactly_if_they_have_a_common_id() {
+        for one in IDS {
+            for other in IDS {
+                let set = ParameterSet::of(&[ParameterId(one)]);
+                let more = ParameterSet::of(&[ParameterId(other)]);
+                assert_eq!(set.intersects(&more), one == other);
+                assert_eq!(set.union(&more), set.with(ParameterId(other)));
+            }
+        }
+        let all = ParameterSet::of(&IDS.map(ParameterId));
+        assert_eq!(all.union(&all), all);
+        assert!(all.intersects(&all));
+        assert!(!all.intersects(&ParameterSet::EMPTY));
+    }
+
+    #[test]
+    fn both_parameters_of_a_constraint_are_constrained() {
+        let [a, b, c, d] = [3, 40, 70, 100].map(ParameterId);
+        let constraints = [
+            Constraint::Different(a, b),
+            Constraint::AtMost {
+                parameter: c,
+                high: 8,
+                other: d,
+                number: 2,
+            },
+        ];
+        let set = ParameterSet::constrained(&constraints);
+        assert_eq!(set, ParameterSet::of(&[a, b, c, d]));
     }
 }

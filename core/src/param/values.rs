@@ -326,4 +326,22 @@ mod tests {
         assert_eq!(newer.encode(&mut [0; 3]), None);
         assert_eq!(newer.encode(&mut [0; 5]), Some(4));
     }
+
+    #[test]
+    fn parameters_are_equal_exactly_if_all_values_are() {
+        let factory = Parameters::<Newer>::factory();
+        for id in [A, B, VOLATILE, C] {
+            let mut changed = factory;
+            assert_eq!(changed, factory);
+            changed.set(id, 5);
+            assert_ne!(changed, factory, "{id:?}");
+        }
+    }
+
+    #[test]
+    fn debug_format_names_each_parameter() {
+        let factory = Parameters::<Newer>::factory();
+        let text = std::format!("{factory:?}");
+        assert_eq!(text, r#"{"a": 1, "b": 2, "volatile": 0, "c": 3}"#);
+    }
 }

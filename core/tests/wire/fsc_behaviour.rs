@@ -65,6 +65,47 @@ fn three_modes_work_at_the_same_time() {
     assert_eq!(tester.ask(&[0x00])[6..], [0, 0]);
 }
 
+/// The times of the next frames, in ms from now, with their counters.
+fn cyclic_values(tester: &mut FscTester<TwoAxes>, ms: u64) -> Vec<(u64, u16)> {
+    let start = tester.now.ticks() / 1000;
+    let frames = tester.wait(ms);
+    frames
+        .iter()
+        .map(|(at, frame)| {
+            let counter = [frame.bytes()[6], frame.bytes()[7]];
+            (*at - start, u16::from_le_bytes(counter))
+        })
+        .collect()
+}
+
+#[test]
+fn new_cyclic_time_acts_at_once_and_counter_continues() {
+    let mut tester = is2();
+    tester.ask(&[0x25, 10, 0]);
+    tester.ask(&[0x26, 1]);
+    assert_eq!(cyclic_values(&mut tester, 25), [(10, 1), (20, 2)]);
+    // Half of a period has passed.
+    tester.ask(&[0x25, 40, 0]);
+    assert_eq!(cyclic_values(&mut tester, 90), [(40, 3), (80, 4)]);
+}
+
+#[test]
+fn writes_of_other_parameters_do_not_change_the_cyclic_period() {
+    let mut tester = is2();
+    tester.ask(&[0x25, 10, 0]);
+    tester.ask(&[0x26, 1]);
+    cyclic_values(&mut tester, 5);
+    for write in [
+        &[0x20, 0x00, 0x04, 0, 0][..],
+        &[0x23, 0],
+        &[0x24, 1],
+        &[0x28, 100, 0],
+    ] {
+        tester.ask(write);
+    }
+    assert_eq!(cyclic_values(&mut tester, 10), [(5, 1)]);
+}
+
 #[test]
 fn queued_cyclic_value_is_replaced_by_newest() {
     let mut tester = is2();
