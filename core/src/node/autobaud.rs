@@ -167,7 +167,7 @@ mod tests {
     }
 
     #[test]
-    fn error_before_measurement_of_present_bit_rate_is_forgiven() {
+    fn error_before_measurement_of_present_bit_rate_changes_nothing() {
         let mut search = Autobaud::START;
         search.error();
         assert!(!search.measured(BitTime::of(BitRate::K250)));
