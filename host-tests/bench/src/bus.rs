@@ -8,9 +8,9 @@
 //! Differences to a real wire:
 //! - It has no length: a level is everywhere at once.
 //! - Unless it is [`BusRate::Wire`], a participant with another bit rate is not connected. There is one more participant, the
-//!   silent assistant, which acknowledges the frames of adapters, so that a lone client can wake a sensor that is detecting the
-//!   bit rate. The frame of a sensor needs another sensor or an open adapter. Two adapters send frames with the same identifier
-//!   one after the other.
+//!   silent assistant, which acknowledges the frames of adapters while no sensor does, so that a lone client can wake a sensor
+//!   that is detecting the bit rate. The frame of a sensor needs another sensor or an open adapter. Two adapters send frames with
+//!   the same identifier one after the other. An adapter waits for the end of an error frame of a sensor.
 
 mod leading;
 mod line;
@@ -92,7 +92,7 @@ pub struct Bus {
     adapters_made: usize,
     /// Until then a sensor goes first, because an adapter has just sent a frame.
     adapters_wait_until: Picoseconds,
-    /// The silent participant that acknowledges; it takes part while an adapter is open.
+    /// The silent participant that acknowledges; it is on the bus while an adapter is open.
     assistant: (Protocol, Line),
     assists: bool,
     leading: bool,

@@ -204,6 +204,19 @@ impl Protocol {
         matches!(self.phase, Phase::Idle { .. })
     }
 
+    /// True when it does not take a dominant bit for a start of frame: in an error or overload frame, and in the first two bits of
+    /// the intermission. There it sees an error or an overload.
+    pub fn refuses_start_of_frame(&self) -> bool {
+        matches!(
+            self.phase,
+            Phase::ActiveFlag { .. }
+                | Phase::PassiveFlag { .. }
+                | Phase::OthersFlags { .. }
+                | Phase::Delimiter(_)
+                | Phase::Intermission(0..=1)
+        )
+    }
+
     /// The start of the current or the last frame: the beginning of its start of frame bit.
     pub fn frame_start(&self) -> Picoseconds {
         self.frame_start
@@ -227,6 +240,15 @@ impl Protocol {
     /// True in the end of frame.
     pub fn is_at_end_of_frame(&self) -> bool {
         matches!(self.phase, Phase::EndOfFrame(_))
+    }
+
+    /// True when it takes part and acknowledges the frames that it receives: it is not silent, joining or bus-off.
+    pub fn can_acknowledge(&self) -> bool {
+        let is_out = matches!(
+            self.phase,
+            Phase::Off | Phase::Integrating { .. } | Phase::BusOff { .. }
+        );
+        !self.silent && !is_out
     }
 
     /// True while it acknowledges, internally when it is silent.

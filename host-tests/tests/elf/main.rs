@@ -6,6 +6,7 @@ mod accelerometer;
 mod boot;
 mod detection;
 mod errors;
+mod joining;
 mod load;
 mod memory;
 mod timing;

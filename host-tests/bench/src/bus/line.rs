@@ -206,12 +206,20 @@ impl Bus {
             || self.assistant_acknowledges()
     }
 
-    /// The silent participant acknowledges what adapters send.
+    /// The silent participant acknowledges what adapters send, unless a sensor takes part. That one acknowledges what it receives.
     fn assistant_acknowledges(&self) -> bool {
         let mut adapters = self.adapters.values();
         self.assistant.0.is_acknowledging()
             && adapters.any(|(adapter, _)| adapter.protocol.is_transmitting())
             && self.is_led()
+            && !self.a_sensor_takes_part()
+    }
+
+    /// True when a sensor is connected to the wire and acknowledges what it receives.
+    fn a_sensor_takes_part(&self) -> bool {
+        let takes_part = |one: &Protocol| one.can_acknowledge() && self.is_connected(one);
+        let mut sensors = self.devices.iter().map(|attached| &attached.sensor);
+        sensors.any(|sensor| sensor.protocol().is_some_and(takes_part))
     }
 
     /// Applies the requested disturbances to the frames on the wire.

@@ -254,8 +254,7 @@ impl Bus {
         }
     }
 
-    /// True when adapters may begin a frame: no sensor with a waiting frame goes first, and a detecting sensor is ready to
-    /// receive.
+    /// True when adapters may begin a frame: no sensor with a waiting frame goes first, and all sensors are ready to receive.
     fn adapters_send(&self) -> bool {
         self.adapters
             .values()
@@ -263,6 +262,14 @@ impl Bus {
             && !(self.adapters_wait() && self.devices.iter().any(|one| self.waits(one)))
             && self.is_led()
             && !self.an_adapter_joins()
+            && !self.devices.iter().any(|one| self.is_unready(one))
+    }
+
+    /// True while a sensor would see an error instead of the start of an adapter's frame: after 11 recessive bits an adapter takes
+    /// part, but a sensor that nobody has acknowledged may still be in its error frame. On [`BusRate::Wire`] it sees the error.
+    fn is_unready(&self, attached: &Attached) -> bool {
+        let unready = |one: &Protocol| one.refuses_start_of_frame() && self.is_connected(one);
+        self.rate != BusRate::Wire && attached.sensor.protocol().is_some_and(unready)
     }
 
     /// True while an opened adapter does not take part yet. Its client expects to receive every frame from now on, so the others
