@@ -1,9 +1,8 @@
 //! Bit rates on the simulated wire: detection, a device at another rate, a real wire.
 
 use bench::script::*;
-use bench::{Bus, BusRate, Device, Flash, NodeType, Source};
-use plumbline::can::{BitRate, Frame, standard};
-use plumbline::measure::{I32x3, ONE_G, Reading};
+use bench::{Bus, BusRate, Source};
+use plumbline::can::BitRate;
 use plumbline::node::{BitTime, BusEvent, BusMode, BusState};
 
 #[test]
@@ -93,34 +92,4 @@ fn assistant_is_off_on_real_wire_unless_requested() {
     bus.send(lone, frame(0x123, &[]));
     bus.run_until(ms(300));
     assert_eq!(bus.queued(lone), 0);
-}
-
-#[test]
-fn reset_that_changes_rate_of_following_bus_is_received_once() {
-    let mut bus = Bus::new(BusRate::Follow);
-    let node_type = NodeType::find("is2").expect("a product");
-    let level = Box::new(Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
-        ..Reading::default()
-    });
-    bus.attach(Device::new(&node_type, 1, Flash::default(), level));
-    let adapter = bus.adapter();
-    bus.open(adapter, None, false);
-    let request = |data: &[u8]| Frame::data(standard(0x300), data).unwrap();
-    bus.run_until(ms(100));
-    // The first frame, then baud rate 500 kbit/s, SAVE.
-    for (at, data) in [(200, &[0x00][..]), (400, &[0x23, 7]), (600, b"\x50SAVE")] {
-        bus.send(adapter, request(data));
-        bus.run_until(ms(at));
-    }
-    bus.take_received(adapter);
-    bus.send(adapter, request(b"\xFFRESET"));
-    bus.run_until(ms(1500));
-    assert_eq!(bus.rate(), BitRate::K500);
-    let boot_ups = bus.take_received(adapter);
-    assert_eq!(boot_ups.len(), 2, "{boot_ups:?}");
 }
