@@ -195,6 +195,12 @@ impl Bus {
         self.call_assistant();
     }
 
+    /// True when an adapter is open.
+    pub fn is_open(&self, id: AdapterId) -> bool {
+        let adapter = self.adapters.get(&id);
+        adapter.is_some_and(|(adapter, _)| adapter.is_open())
+    }
+
     /// Disconnects an adapter; its id is invalid afterwards.
     pub fn remove(&mut self, id: AdapterId) {
         self.adapters.remove(&id);

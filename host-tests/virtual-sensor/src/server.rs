@@ -13,6 +13,7 @@
 
 mod log;
 mod outbox;
+mod port;
 #[cfg(unix)]
 pub mod pty;
 mod status;
@@ -21,11 +22,11 @@ pub mod tcp;
 pub use log::Log;
 pub use status::StatusLine;
 
-use crate::slcan::{Channel, Port, QueueFull};
+use crate::slcan::Channel;
 use bench::{AdapterId, Bus, DeviceId, Source};
 use outbox::Outbox;
-use plumbline::can::{BitRate, Frame};
-use plumbline::time::{self, Instant, after, reached};
+use plumbline::time::Instant;
+use port::{AdapterPort, Leaving};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -40,14 +41,8 @@ const EVENTS_MAX: usize = 256;
 /// Events that are processed before the bus runs again.
 const BURST: usize = 64;
 
-/// Frames of one client that may wait for the bus; more are refused with BEL.
-const QUEUE_MAX: usize = 50_000;
-
 /// The minimum pause: running the bus for every bit would cost too much computing time.
 const PAUSE_MIN: Duration = Duration::from_micros(100);
-
-/// How long the frames of a client that has closed its channel or disconnected may still wait for the bus.
-const LINGER: time::Duration = time::millis(1000);
 
 /// Events from outside the bus.
 enum Event {
@@ -341,54 +336,5 @@ impl Session {
             (self.client.hang_up)();
         }
         taken
-    }
-}
-
-/// Adapters of disconnected clients that still have frames to send: a program that sends a command and ends at once expects the
-/// command to be sent.
-#[derive(Debug, Default)]
-struct Leaving(Vec<(AdapterId, Instant)>);
-
-impl Leaving {
-    fn add(&mut self, bus: &mut Bus, adapter: AdapterId) {
-        self.0.push((adapter, after(bus.now(), LINGER)));
-        self.remove_done(bus);
-    }
-
-    fn remove_done(&mut self, bus: &mut Bus) {
-        self.0.retain(|&(adapter, until)| {
-            let stays = bus.queued(adapter) > 0 && !reached(bus.now(), until);
-            if !stays {
-                bus.remove(adapter);
-            }
-            stays
-        });
-    }
-}
-
-/// The adapter of a client on the bus.
-struct AdapterPort<'a> {
-    bus: &'a mut Bus,
-    adapter: &'a mut AdapterId,
-    leaving: &'a mut Leaving,
-}
-
-impl Port for AdapterPort<'_> {
-    fn open(&mut self, rate: Option<BitRate>, listen_only: bool) {
-        self.bus.open(*self.adapter, rate, listen_only);
-    }
-
-    fn close(&mut self) {
-        let next = self.bus.adapter();
-        self.leaving
-            .add(self.bus, std::mem::replace(self.adapter, next));
-    }
-
-    fn send(&mut self, frame: Frame) -> Result<(), QueueFull> {
-        if self.bus.queued(*self.adapter) >= QUEUE_MAX {
-            return Err(QueueFull);
-        }
-        self.bus.send(*self.adapter, frame);
-        Ok(())
     }
 }

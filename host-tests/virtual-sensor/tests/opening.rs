@@ -1,0 +1,87 @@
+//! Clients that send in the moment in which they open, or leave in the moment in which they have sent.
+
+mod process;
+
+use process::client::Client;
+use process::sensor::Sensor;
+use std::io::Write;
+use std::path::PathBuf;
+use std::thread;
+use std::time::Duration;
+
+/// 125 kbit/s, open, SDO read of object 1000h of node 10.
+const OPEN_AND_READ: &[u8] = b"S4\rO\rt60A84000100000000000\r";
+
+/// The reply: the device type of section 14 of the manual of the JN2101.
+const DEVICE_TYPE: &str = "t58A8430010009A010400";
+
+/// SDO read of the error register, and the reply without an error.
+const READ_ERRORS: &str = "t60A84001100000000000";
+const NO_ERROR: &str = "t58A84F01100000000000";
+
+/// The attempts of a test, each in another phase of the frame that the sensor repeats.
+const ATTEMPTS: u64 = 12;
+
+/// The image of the JN2101 for the Blue Pill.
+fn image() -> PathBuf {
+    let mut images = stm32_sim::firmware::build().expect("it builds");
+    images.remove("jn2101").expect("an image of this name")
+}
+
+/// Starts a JN2101, which repeats its boot-up message until a client acknowledges it.
+fn repeating(elf: Option<&PathBuf>, attempt: u64) -> Sensor {
+    let mut arguments = vec!["--model", "jn2101"];
+    if let Some(path) = elf {
+        arguments.extend(["--elf", path.to_str().expect("a path in UTF-8")]);
+    }
+    let sensor = Sensor::start(&arguments);
+    thread::sleep(Duration::from_micros(100_000 + 1_313 * attempt));
+    sensor
+}
+
+/// A new client that sends these bytes in one piece.
+fn client(sensor: &Sensor, bytes: &[u8]) -> Client<std::net::TcpStream> {
+    let mut client = Client::connect(sensor);
+    client.stream.write_all(bytes).expect("it listens");
+    client
+}
+
+fn assert_request_is_answered(elf: Option<PathBuf>) {
+    for attempt in 0..ATTEMPTS {
+        let sensor = repeating(elf.as_ref(), attempt);
+        let mut client = client(&sensor, OPEN_AND_READ);
+        client.find("t70A100");
+        client.find(DEVICE_TYPE);
+        // The sensor was error passive. It is no longer, so it resets the error.
+        client.say(READ_ERRORS);
+        assert_eq!(client.find("t58A84F0110"), NO_ERROR, "attempt {attempt}");
+    }
+}
+
+#[test]
+fn request_sent_while_client_opens_is_answered() {
+    assert_request_is_answered(None);
+}
+
+#[test]
+fn request_sent_while_client_opens_is_answered_by_image() {
+    assert_request_is_answered(Some(image()));
+}
+
+#[test]
+fn client_that_leaves_after_its_request_leaves_no_reply_and_no_error() {
+    for elf in [None, Some(image())] {
+        for attempt in 0..ATTEMPTS {
+            let sensor = repeating(elf.as_ref(), attempt);
+            drop(client(&sensor, OPEN_AND_READ));
+            thread::sleep(Duration::from_millis(200));
+            let mut next = client(&sensor, b"S4\rO\r");
+            for answer in ["", ""] {
+                assert_eq!(next.next().as_deref(), Some(answer));
+            }
+            next.say(READ_ERRORS);
+            assert_eq!(next.next().as_deref(), Some("z"), "attempt {attempt}");
+            assert_eq!(next.next().as_deref(), Some(NO_ERROR), "attempt {attempt}");
+        }
+    }
+}
