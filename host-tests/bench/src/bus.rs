@@ -14,6 +14,7 @@
 
 mod leading;
 mod line;
+mod repetition;
 mod stepping;
 
 use super::adapter::Adapter;
@@ -22,6 +23,7 @@ use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use line::{Line, NOISE, Span, Wishes};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
+use repetition::Attempts;
 use std::collections::{BTreeMap, VecDeque};
 
 /// The bit rate of the first frame for a detecting sensor on a bus that follows it.
@@ -97,6 +99,7 @@ pub struct Bus {
     assists: bool,
     leading: bool,
     wishes: Wishes,
+    attempts: Attempts,
     /// Periods in which the wire is dominant regardless of the participants.
     disturbances: Vec<Span>,
     /// Frames whose last bit has been sampled, with the end of that bit.
@@ -123,6 +126,7 @@ impl Bus {
             assists: rate != BusRate::Wire,
             leading: false,
             wishes: Wishes::default(),
+            attempts: Attempts::default(),
             disturbances: Vec::new(),
             ended: VecDeque::new(),
             log: VecDeque::new(),

@@ -10,7 +10,7 @@ use super::sensor::Sensor;
 use crate::motion::Motion;
 use crate::node_type::{NodeType, STORE_BUFFER};
 use crate::thermal::Cell;
-use can_wire::protocol::{Event, Picoseconds, Protocol};
+use can_wire::protocol::{Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
@@ -419,6 +419,12 @@ impl Sensor for Device {
         controller.note(now, event, stalled);
         self.service(instant(now));
         Some(event)
+    }
+
+    fn skip(&mut self, period: Period, count: u64) {
+        if let Some(power) = &mut self.power {
+            power.controller.protocol.skip(period, count);
+        }
     }
 
     fn name(&self) -> &'static str {

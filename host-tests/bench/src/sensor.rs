@@ -3,7 +3,7 @@
 
 use super::flash::Flash;
 use crate::motion::Motion;
-use can_wire::protocol::{Event, Picoseconds, Protocol};
+use can_wire::protocol::{Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::{BusMode, BusState, Leds, Readout};
 use plumbline::time::Instant;
@@ -60,6 +60,12 @@ pub trait Sensor: Any {
     /// Steps its CAN controller, which is due, and handles the resulting event. `dominant` is the level just before `now`. With
     /// several free-running sensors, `now` may be a microsecond before the time that this one has reached.
     fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event>;
+
+    /// Moves the state of its CAN controller to the end of this many further attempts to send a frame that nobody acknowledges. A
+    /// free-running sensor computes each attempt and does nothing.
+    fn skip(&mut self, period: Period, count: u64) {
+        let _ = (period, count);
+    }
 
     /// The short name of the product.
     fn name(&self) -> &'static str;

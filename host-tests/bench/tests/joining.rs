@@ -4,6 +4,7 @@ use bench::script::*;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Source};
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::BusState;
+use plumbline::time::{Duration, after};
 
 /// An attempt to send the boot-up message `101#FF00` at 250 kbit/s, in microseconds: 57 bits up to the ACK slot, 14 of error frame,
 /// 3 of intermission and 8 of suspend transmission.
@@ -66,4 +67,31 @@ fn request_that_sensor_does_not_receive_is_repeated_on_real_wire() {
         disturbed += bus.disturbed(Source::Adapter(adapter));
     }
     assert!(disturbed > 0, "no request started within an error frame");
+}
+
+/// The bus skips attempts that are all alike, but not in steps that are shorter than an attempt.
+#[test]
+fn skipped_attempts_are_like_computed_ones() {
+    for end in (60_000..60_000 + 2 * ATTEMPT).step_by(7) {
+        let [skipped, computed] = [end, 50].map(|step| {
+            let mut bus = Bus::new(AT_250K);
+            let device = bus.attach(device(&FIXED, 1));
+            while bus.now() < us(end) {
+                let next = after(bus.now(), Duration::from_ticks(step));
+                bus.run_until(next.min(us(end)));
+            }
+            let protocol = bus.device(device).protocol().expect("it is on");
+            let start = protocol.frame_start();
+            let disturbed = bus.disturbed(Source::Device(device));
+            let adapter = bus.adapter();
+            bus.open(adapter, None, false);
+            bus.run_until(us(end + 2000));
+            let counters = bus.device(device).error_counters();
+            (start, disturbed, bus.take_received(adapter), counters)
+        });
+        assert_eq!(skipped, computed, "{end} us");
+        let (_, disturbed, received, _) = skipped;
+        assert_eq!(received.len(), 1, "{end} us");
+        assert!(disturbed > 50_000 / ATTEMPT, "{disturbed}");
+    }
 }

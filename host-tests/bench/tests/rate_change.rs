@@ -70,11 +70,7 @@ impl Rig {
         let own = Source::Device(self.sensor);
         let sent = log.iter().filter(|one| one.source == own);
         let sent: Vec<_> = sent.map(|one| one.frame.id()).collect();
-        assert_eq!(
-            sent,
-            vec![standard(boot_up.0).into(); boot_up.1],
-            "{rate:?}"
-        );
+        assert_eq!(sent, vec![standard(boot_up.0); boot_up.1], "{rate:?}");
         // The other client has received what is in the log.
         let received = self.bus.take_received(self.other).into_iter();
         let received: Vec<Frame> = received.map(|(_, frame)| frame).collect();

@@ -9,6 +9,7 @@ mod coding;
 mod confinement;
 mod flags;
 mod machine;
+mod repetition;
 mod timing;
 
 use coding::{Incoming, Outgoing};
@@ -16,6 +17,7 @@ use confinement::Confinement;
 use machine::Phase;
 use plumbline::can::{BitRate, Frame};
 use plumbline::node::BusState;
+pub use repetition::Period;
 use timing::BitClock;
 
 /// A point in time or a duration in picoseconds: a bit of each of the ten rates and a clock cycle of 64 MHz are integer values.
@@ -93,7 +95,7 @@ pub enum Event {
 }
 
 /// The protocol state machine of one controller.
-#[derive(Debug, Default)]
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Protocol {
     clock: BitClock,
     silent: bool,

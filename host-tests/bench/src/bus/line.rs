@@ -154,6 +154,11 @@ pub(super) struct Wishes {
 }
 
 impl Wishes {
+    /// True while frames remain to be disturbed.
+    pub(super) fn is_pending(&self) -> bool {
+        self.corrupt.0 > 0 || self.unacknowledged > 0
+    }
+
     fn corrupts(&mut self, source: Source) -> bool {
         let (count, of) = &mut self.corrupt;
         let hit = *count > 0 && of.is_none_or(|of| of == source);
@@ -224,7 +229,7 @@ impl Bus {
 
     /// Applies the requested disturbances to the frames on the wire.
     pub(super) fn intervene(&mut self) {
-        if self.wishes.corrupt.0 == 0 && self.wishes.unacknowledged == 0 {
+        if !self.wishes.is_pending() {
             return;
         }
         for (index, attached) in self.devices.iter_mut().enumerate() {

@@ -4,7 +4,7 @@ use super::{
     AdapterId, Attached, Bus, BusRate, DeviceId, LOG_MAX, Logged, Source, instant, picoseconds,
 };
 use can_wire::frame_length::arbitration;
-use can_wire::protocol::{Event, Picoseconds, Protocol};
+use can_wire::protocol::{ErrorCode, Event, Picoseconds, Protocol};
 use plumbline::can::Frame;
 use plumbline::time::Instant;
 
@@ -13,6 +13,12 @@ const QUANTUM: Picoseconds = 1_000_000;
 
 /// Bits after the frame of an adapter during which a sensor goes first: the intermission and a start of frame.
 const GIVE_WAY: Picoseconds = 4;
+
+/// An attempt to send a frame has ended without an acknowledge.
+const NOT_ACKNOWLEDGED: Event = Event::Error {
+    code: ErrorCode::Acknowledgment,
+    transmitting: true,
+};
 
 /// The result of one step of a controller.
 struct Brought {
@@ -37,6 +43,7 @@ impl Bus {
             if due.is_some_and(|at| at <= self.time) {
                 self.step();
                 self.run_bits(end);
+                self.skip_attempts(end);
             } else if self.time >= end {
                 return;
             } else {
@@ -88,7 +95,7 @@ impl Bus {
     }
 
     /// The time of the next event that is not a bit of a controller.
-    fn next_beside(&self) -> Option<Picoseconds> {
+    pub(super) fn next_beside(&self) -> Option<Picoseconds> {
         let now = self.time;
         let devices = self.devices.iter().flat_map(|attached| {
             let Attached { sensor, line } = attached;
@@ -226,6 +233,9 @@ impl Bus {
     }
 
     fn note(&mut self, brought: Brought) {
+        if let (NOT_ACKNOWLEDGED, Source::Device(id)) = (brought.event, brought.source) {
+            self.attempts.failed = Some(id);
+        }
         let (Event::Transmitted, Some(frame)) = (brought.event, brought.frame) else {
             return;
         };

@@ -29,7 +29,7 @@ const CRC_BITS: u8 = 15;
 const STUFF: u8 = 5;
 
 /// A frame to be sent: its bits from start of frame to CRC sequence without stuff bits, 118 at most.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Outgoing {
     bits: u128,
     count: u8,
@@ -85,7 +85,7 @@ impl Outgoing {
 pub(super) struct StuffError;
 
 /// A frame during reception, from start of frame to CRC sequence; the transmitter tracks its own frame in the same way.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Incoming {
     bits: u128,
     /// Bits without stuff bits.

@@ -28,7 +28,7 @@ pub(super) enum Role {
 }
 
 /// The error counters of a controller.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct Confinement {
     transmit: u16,
     receive: u16,

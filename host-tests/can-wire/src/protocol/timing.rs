@@ -3,7 +3,7 @@
 use super::{BitTiming, Picoseconds};
 
 /// The bit clock of one controller.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub(super) struct BitClock {
     timing: BitTiming,
     /// The start of the bit that is sampled next; in the future once the previous bit has been sampled.
@@ -50,6 +50,11 @@ impl BitClock {
             let bits = (now - self.sample()) / self.timing.bit + 1;
             self.start += bits * self.timing.bit;
         }
+    }
+
+    /// Moves the next bit this much later.
+    pub(super) fn delay(&mut self, time: Picoseconds) {
+        self.start += time;
     }
 
     /// Continues with the next bit after a sample.
