@@ -37,10 +37,6 @@ impl Adapter {
         self.protocol.reset();
     }
 
-    pub(super) fn is_open(&self) -> bool {
-        self.open.is_some()
-    }
-
     /// The bit rate that it was opened with; None for that of the bus.
     pub(super) fn own_rate(&self) -> Option<BitRate> {
         self.open?.rate

@@ -94,7 +94,7 @@ pub struct Bus {
     adapters_made: usize,
     /// Until then a sensor goes first, because an adapter has just sent a frame.
     adapters_wait_until: Picoseconds,
-    /// The silent participant that acknowledges; it is on the bus while an adapter is open.
+    /// The silent participant that acknowledges; it is on the bus while an adapter is.
     assistant: (Protocol, Line),
     assists: bool,
     leading: bool,
@@ -199,10 +199,10 @@ impl Bus {
         self.call_assistant();
     }
 
-    /// True when an adapter is open.
-    pub fn is_open(&self, id: AdapterId) -> bool {
+    /// True when an adapter is open and connected to the wire.
+    pub fn takes_part(&self, id: AdapterId) -> bool {
         let adapter = self.adapters.get(&id);
-        adapter.is_some_and(|(adapter, _)| adapter.is_open())
+        adapter.is_some_and(|(adapter, _)| adapter.protocol.is_on())
     }
 
     /// Disconnects an adapter; its id is invalid afterwards.
@@ -213,7 +213,8 @@ impl Bus {
 
     /// Makes the assistant take part while it is needed.
     fn call_assistant(&mut self) {
-        let needed = self.assists && self.adapters.values().any(|(one, _)| one.is_open());
+        let is_on = |(one, _): &(Adapter, Line)| one.protocol.is_on();
+        let needed = self.assists && self.adapters.values().any(is_on);
         let (assistant, _) = &mut self.assistant;
         if !needed {
             assistant.reset();

@@ -44,6 +44,9 @@ const BURST: usize = 64;
 /// The minimum pause: running the bus for every bit would cost too much computing time.
 const PAUSE_MIN: Duration = Duration::from_micros(100);
 
+/// The minimum pause while no client is on the bus: nobody sees when the bus runs.
+const PAUSE_UNSEEN: Duration = Duration::from_millis(20);
+
 /// Events from outside the bus.
 enum Event {
     /// A client has connected.
@@ -227,12 +230,23 @@ impl Server {
             let at = Duration::from_micros(at.ticks());
             at.saturating_sub(self.start.elapsed())
         };
-        let bus = self.bus.next_event().map(until).map(|at| at.max(PAUSE_MIN));
+        let minimum = if self.is_seen() {
+            PAUSE_MIN
+        } else {
+            PAUSE_UNSEEN
+        };
+        let bus = self.bus.next_event().map(until).map(|at| at.max(minimum));
         let status = self.status.as_ref().map(StatusLine::pause);
         match (bus, status) {
             (Some(bus), Some(status)) => Some(bus.min(status)),
             (bus, status) => bus.or(status),
         }
+    }
+
+    /// True while a client is on the bus, or frames of one that has left wait for it.
+    fn is_seen(&self) -> bool {
+        let mut sessions = self.sessions.values();
+        sessions.any(|session| self.bus.takes_part(session.adapter)) || !self.leaving.is_empty()
     }
 
     /// Advances the bus to the current time and passes on its traffic.

@@ -1,4 +1,5 @@
-//! Clients that send in the moment in which they open, or leave in the moment in which they have sent.
+//! A sensor that repeats a frame without acknowledge: without a client, with clients that send in the moment in which they open,
+//! and with clients that leave in the moment in which they have sent.
 
 mod process;
 
@@ -83,5 +84,25 @@ fn client_that_leaves_after_its_request_leaves_no_reply_and_no_error() {
             assert_eq!(next.next().as_deref(), Some("z"), "attempt {attempt}");
             assert_eq!(next.next().as_deref(), Some(NO_ERROR), "attempt {attempt}");
         }
+    }
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn sensor_without_client_uses_little_processor_time() {
+    // The second sensor has a client with another bit rate.
+    for arguments in [&[][..], &["--bus-rate", "125"]] {
+        let sensor = Sensor::start(&[&["--model", "jn2101"], arguments].concat());
+        let client = arguments.first().map(|_| client(&sensor, b"S6\rO\r"));
+        thread::sleep(Duration::from_millis(500));
+        let before = sensor.processor_time();
+        thread::sleep(Duration::from_secs(4));
+        let used = sensor.processor_time() - before;
+        println!("{arguments:?}: {used:?} in 4 s");
+        assert!(
+            used < Duration::from_millis(120),
+            "{arguments:?}: {used:?} in 4 s"
+        );
+        drop(client);
     }
 }

@@ -30,7 +30,7 @@ struct Left {
 
 impl Leaving {
     pub(super) fn add(&mut self, bus: &mut Bus, adapter: AdapterId) {
-        if !bus.is_open(adapter) {
+        if !bus.takes_part(adapter) {
             bus.remove(adapter);
             return;
         }
@@ -40,6 +40,11 @@ impl Leaving {
             until: None,
         });
         self.remove_done(bus);
+    }
+
+    /// True when no such adapter is on the bus.
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
     }
 
     pub(super) fn remove_done(&mut self, bus: &mut Bus) {
