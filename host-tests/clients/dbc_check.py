@@ -80,7 +80,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         subprocess.run([program, "--out", folder], check=True, stdout=subprocess.DEVNULL)
         load = lambda name: cantools.database.load_file(pathlib.Path(folder, f"{name}.dbc"), strict=True)
-        for name in ("is2", "is2d", "is2tk"):
+        for name in ("is2", "is2d", "is2dm", "is2tk"):
             database = load(name)
             common(name, database, FUNCTIONS | READS | WRITES)
             # The manual's conversion: value / 100, two's complement; with the counter while cyclic mode is on.
@@ -92,7 +92,7 @@ def main():
             check(f"{name}: SensorErrorY", (status["SensorErrorX"], status["SensorErrorY"]), (0, 1))
             check(f"{name}: zero offset written",
                   database.encode_message("SetParameter", {"FSC": 0x28, "ZeroOffsetX": -90.0}).hex()[:6], "28d8dc")
-        for name in ("is1", "is1d", "is1tk"):
+        for name in ("is1", "is1d", "is1dm", "is1tk"):
             database = load(name)
             common(name, database, FUNCTIONS | READS - {0x19} | WRITES - {0x29})
             # The manual's example: 1065 / 100 = 10.65 deg.

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Checks the virtual sensors is1, is2, is1d, is2d, is1tk and is2tk against GEMAC's manual, over slcan with python-can.
+"""Checks the virtual sensors of GEMAC's products against the manual, over slcan with python-can.
 
     pip install -r requirements.txt
     python gemac_check.py --virtual-sensor ../../target/release/virtual-sensor

@@ -120,7 +120,12 @@ fn recording(name: &str, rows: &[(u64, f64)]) -> Box<dyn Motion> {
 
 #[test]
 fn warning_without_a_temperature_in_the_scene_is_cleared_within_minutes() {
-    for (model, axes) in [("is1tk", Axes::One), ("is2tk", Axes::Two)] {
+    for (model, axes) in [
+        ("is1tk", Axes::One),
+        ("is2tk", Axes::Two),
+        ("is1dm", Axes::One),
+        ("is2dm", Axes::Two),
+    ] {
         let scene = Scene::tilt(10.0, 5.0, axes).expect("a valid attitude");
         let mut bench = Bench::new(model, Box::new(scene));
         let seconds = bench.warning_becomes(false);

@@ -39,6 +39,8 @@ products![
     gemac::is2::LISTING,
     gemac::is1d::LISTING,
     gemac::is2d::LISTING,
+    gemac::is1dm::LISTING,
+    gemac::is2dm::LISTING,
     gemac::is1tk::LISTING,
     gemac::is2tk::LISTING,
     jn2101::LISTING,

@@ -5,7 +5,7 @@
 use crate::tester::fsc::*;
 use plumbline::fsc::{Article, Product};
 use plumbline::measure::ONE_G;
-use plumbline::model::gemac::{is1, is1tk, is2, is2tk};
+use plumbline::model::gemac::{is1, is1dm, is1tk, is2, is2dm, is2tk};
 use plumbline::node::Action;
 
 /// Bit 6 of the status byte (tables 14 and 15).
@@ -46,10 +46,23 @@ fn warm() -> Is2tk {
 #[test]
 fn article_numbers_match_ordering_information() {
     let number = |reply: &[u8]| u32::from_le_bytes(reply[2..6].try_into().unwrap());
-    let mut tester = online::<is1tk::OneAxisHeated>(&is1tk::METAL);
-    assert_eq!(number(&tester.ask(&[0x03])), 2_302_030);
-    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
-    assert_eq!(number(&tester.ask(&[0x03])), 2_302_430);
+    for article in [&is1tk::METAL, &is1dm::METAL] {
+        let mut tester = online::<is1tk::OneAxisHeated>(article);
+        assert_eq!(number(&tester.ask(&[0x03])), 2_302_030);
+    }
+    for article in [&is2tk::METAL, &is2dm::METAL] {
+        let mut tester = online::<is2tk::TwoAxesHeated>(article);
+        assert_eq!(number(&tester.ask(&[0x03])), 2_302_430);
+    }
+}
+
+/// As in the plastic housing: v01.03 is the number 103 (German manual, table 8).
+#[test]
+fn older_types_in_metal_housing_code_version_as_number() {
+    let mut tester = online::<is1tk::OneAxisHeated>(&is1dm::METAL);
+    assert_eq!(tester.ask(&[0x04])[6..], [103, 0]);
+    let mut tester = online::<is2tk::TwoAxesHeated>(&is2dm::METAL);
+    assert_eq!(tester.ask(&[0xFF])[6..], [103, 0]);
 }
 
 #[test]
@@ -77,6 +90,8 @@ fn accuracy_warning_is_set_until_constant_temperature_is_reached() {
     }
     check::<is1tk::OneAxisHeated>(&is1tk::METAL);
     check::<is2tk::TwoAxesHeated>(&is2tk::METAL);
+    check::<is1tk::OneAxisHeated>(&is1dm::METAL);
+    check::<is2tk::TwoAxesHeated>(&is2dm::METAL);
 }
 
 /// "Independent of the operation temperature" (9.3), which is at most +80 degC (table 1).

@@ -143,6 +143,8 @@ PRODUCTS = {
         Product("is2", 2, 2305430, _V3_44),
         Product("is1d", 1, 2305030, _V1_03),
         Product("is2d", 2, 2305430, _V1_03),
+        Product("is1dm", 1, 2302030, _V1_03, heated=True),
+        Product("is2dm", 2, 2302430, _V1_03, heated=True),
         Product("is1tk", 1, 2302030, _V3_44, heated=True),
         Product("is2tk", 2, 2302430, _V3_44, heated=True),
     )

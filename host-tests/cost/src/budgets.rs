@@ -93,6 +93,11 @@ impl Budgets {
         self.0.keys().map(String::as_str)
     }
 
+    /// True when a model has budgets.
+    pub fn has(&self, model: &str) -> bool {
+        self.0.contains_key(model)
+    }
+
     /// The budget of a row.
     pub fn of(&self, model: &str, row: &Row) -> Option<u64> {
         self.0.get(model)?.get(row.key).copied()

@@ -16,7 +16,7 @@ use stm32_sim::firmware;
 /// Measures the Blue Pill images on a simulated microcontroller: memory, instructions, times.
 #[derive(Parser)]
 struct Options {
-    /// Measure only this model
+    /// Measure only this model [default: all that have budgets of their own]
     #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: Option<String>,
 
@@ -47,7 +47,7 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     let budgets = Budgets::of_the_project()?;
     let products: Vec<MeasuredProduct> = match &options.model {
         Some(model) => products::find(model).into_iter().collect(),
-        None => products::all(),
+        None => products::all(|model| budgets.has(model)),
     };
     let reports = reports(&products, options.elf.as_deref())?;
     if options.json {

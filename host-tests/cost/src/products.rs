@@ -3,7 +3,9 @@
 use super::function::{Angles, FIR_STEP, STEP, TUNE};
 use bench::BusRate;
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, with};
+use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start, with};
+use plumbline::node::Node;
+use std::any::TypeId;
 
 /// A message of the tester: an 11-bit identifier and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -71,7 +73,7 @@ pub struct Protocol {
     pub restart: Message,
 }
 
-/// A measured product.
+/// A product that is measured.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredProduct {
     /// Its name, and that of its image.
@@ -101,9 +103,41 @@ impl From<&Product> for MeasuredProduct {
     }
 }
 
-/// Every product.
-pub fn all() -> Vec<MeasuredProduct> {
-    PRODUCTS.iter().map(MeasuredProduct::from).collect()
+/// Every product that has its own figures: not those that differ from a budgeted product only by constants.
+pub fn all(is_budgeted: impl Fn(&str) -> bool) -> Vec<MeasuredProduct> {
+    let own = |product: &&Product| {
+        let other = budgeted(product.name, &is_budgeted);
+        other.is_none_or(|other| other == product.name)
+    };
+    PRODUCTS
+        .iter()
+        .filter(own)
+        .map(MeasuredProduct::from)
+        .collect()
+}
+
+/// The product whose budgets hold for the product of this name: itself, or another one with the same node, from which it differs
+/// only by constants. None if there is no such product.
+pub fn budgeted(name: &str, is_budgeted: impl Fn(&str) -> bool) -> Option<&'static str> {
+    let products = PRODUCTS.iter().map(|product| product.name);
+    let mut candidates = products.filter(|other| is_budgeted(other) && node(other) == node(name));
+    let own = candidates.clone().find(|other| *other == name);
+    own.or_else(|| candidates.next())
+}
+
+/// The type of the node of a product.
+fn node(name: &str) -> Option<TypeId> {
+    struct Type;
+
+    impl Start for Type {
+        type Output = TypeId;
+
+        fn start<N: Node + 'static>(self, _: N) -> TypeId {
+            TypeId::of::<N>()
+        }
+    }
+
+    start(name, &Settings::default(), Type)
 }
 
 /// The product of this name.
@@ -312,3 +346,24 @@ const CANOPEN: Protocol = Protocol {
     load: sdo(b"\x23\x11\x10\x01load"),
     restart: sdo(&[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]),
 };
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn product_that_differs_by_constants_has_budgets_of_another() {
+        let has = |name: &str| ["is1", "is2tk"].contains(&name);
+        assert_eq!(budgeted("is1", has), Some("is1"));
+        assert_eq!(budgeted("is1d", has), Some("is1"));
+        assert_eq!(budgeted("is2dm", has), Some("is2tk"));
+        // Another node, so it needs budgets of its own.
+        for name in ["is2", "is1tk", "jn2101"] {
+            assert_eq!(budgeted(name, has), None);
+        }
+        let measured = all(has).into_iter().map(|product| product.name);
+        let without = ["is1d", "is2dm"];
+        assert!(measured.clone().all(|name| !without.contains(&name)));
+        assert_eq!(measured.count(), PRODUCTS.len() - without.len());
+    }
+}

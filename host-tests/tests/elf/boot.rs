@@ -51,10 +51,18 @@ fn first_frame_without_an_accelerometer_has_the_sensor_errors() {
 }
 
 #[test]
-fn is1d_and_is2d_boot_and_answer() {
-    for name in ["is1d", "is2d"] {
+fn older_types_boot_and_answer() {
+    for (name, number, warning) in [
+        ("is1d", 2_305_030_u32, 0),
+        ("is2d", 2_305_430, 0),
+        ("is1dm", 2_302_030, status::ACCURACY_WARNING),
+        ("is2dm", 2_302_430, status::ACCURACY_WARNING),
+    ] {
         let mut rig = Rig::booted(name, RATE);
-        assert_eq!(rig.poll()[1], 0, "{name}");
+        assert_eq!(rig.poll()[1], warning, "{name}");
+        // Product number, and the software version 1.03 as a number.
+        assert_eq!(rig.request(&[0x03])[2..6], number.to_le_bytes(), "{name}");
+        assert_eq!(rig.request(&[0x04])[6..], [103, 0], "{name}");
     }
 }
 

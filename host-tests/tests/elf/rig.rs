@@ -49,6 +49,7 @@ pub mod status {
     pub const CMD_PARAM_ERROR: u8 = 1 << 3;
     pub const SENSOR_ERROR_X: u8 = 1 << 4;
     pub const SENSOR_ERROR_Y: u8 = 1 << 5;
+    pub const ACCURACY_WARNING: u8 = 1 << 6;
 }
 
 /// The code of a bit rate in the parameter of table 17 (section 9.10.3).

@@ -1,4 +1,4 @@
-//! IS1D 00 P20: the older 1-axis type. Same as [IS1](super::is1), but the software version is coded as a number.
+//! IS1D 00 P20 in the plastic housing: the older 1-axis type. Same as [IS1](super::is1), but the software version is coded as a number.
 
 use crate::fsc::{Article, Version};
 use crate::model::listing::fsc::Listing;

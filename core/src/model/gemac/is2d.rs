@@ -1,4 +1,4 @@
-//! IS2D 90 P20: the older 2-axis type. Same as [IS2](super::is2), but the software version is coded as a number.
+//! IS2D 90 P20 in the plastic housing: the older 2-axis type. Same as [IS2](super::is2), but the software version is coded as a number.
 
 use crate::fsc::{Article, Version};
 use crate::model::listing::fsc::Listing;

@@ -7,9 +7,11 @@ pub mod functions;
 mod heated;
 pub mod is1;
 pub mod is1d;
+pub mod is1dm;
 pub mod is1tk;
 pub mod is2;
 pub mod is2d;
+pub mod is2dm;
 pub mod is2tk;
 pub mod parameters;
 

@@ -1,0 +1,20 @@
+//! IS2D 90 P20 in the metal housing: as in the [plastic housing](super::is2d), with the heated measuring cell of
+//! [IS2TK](super::is2tk) (section 5.3 of the German manual).
+
+use super::is2tk::{Is2tk, TwoAxesHeated};
+use crate::fsc::Article;
+use crate::model::listing::fsc::Listing;
+use crate::store::ImageId;
+
+/// The sensor.
+pub type Is2dm = Is2tk;
+
+/// Metal housing (PR-23024-30).
+pub const METAL: Article = Article {
+    number: super::is2tk::METAL.number,
+    image: ImageId::new(0x4732),
+    ..super::is2d::PLASTIC
+};
+
+/// The catalogue entry.
+pub const LISTING: Listing<TwoAxesHeated> = Listing::new("is2dm", super::MAKER, &[METAL]);
