@@ -6,7 +6,7 @@ use bench::{Bus, BusRate, Device, Flash, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
-use plumbline::model::catalog::{self, PRODUCTS};
+use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::time::{Instant, after, millis};
 use std::fs::OpenOptions;
 use std::io::{self, ErrorKind, IsTerminal, Write};
@@ -181,12 +181,22 @@ fn node_type(options: &Options) -> Result<NodeType, Failure> {
             .articles()
             .map(|article| format!("{} ({})", article.name, article.number))
             .collect();
+        let own = articles.join(", ");
+        let others = PRODUCTS.iter().filter(|other| has_article(other, wanted));
+        let others: Vec<&str> = others.map(|other| other.name).collect();
+        let hint = match &others[..] {
+            [] => String::new(),
+            others => format!("; {wanted} is an article of {}", others.join(", ")),
+        };
+        let model = product.name;
         Failure::Usage(format!(
-            "{} has no article {wanted}; its articles are {}",
-            options.model,
-            articles.join(", ")
+            "{model} has no article {wanted}; its articles are {own}{hint}"
         ))
     })
+}
+
+fn has_article(product: &Product, wanted: &str) -> bool {
+    product.articles().any(|article| article.is(wanted))
 }
 
 /// One of the ten bit rates, in kbit/s.

@@ -3,6 +3,7 @@
 mod process;
 
 use host_tests::python;
+use plumbline::model::catalog::{PRODUCTS, Protocol};
 use process::client::{BEL, Client};
 use process::sensor::{Killed, PATIENCE, Sensor, fails};
 use std::fs;
@@ -129,6 +130,38 @@ fn wrong_command_line_lists_valid_values() {
     assert_fails(&["--scene", "tilt=80,80"], 2, &["80,80", "sines"]);
     assert_fails(&["--scene", "tilt=91,0"], 2, &["-90 to 90"]);
     assert_fails(&["--nonsense"], 2, &["--nonsense"]);
+    let metal = ["--model", "is1d", "--article", "PR-23020-30"];
+    assert_fails(
+        &metal,
+        2,
+        &[
+            "is1d has no article PR-23020-30",
+            "its articles are IS1D 00 P20 (PR-23050-30)",
+            "PR-23020-30 is an article of is1dm, is1tk",
+        ],
+    );
+}
+
+#[test]
+fn every_article_of_catalogue_can_be_chosen() {
+    for product in PRODUCTS {
+        for article in product.articles() {
+            for wanted in [article.name, article.number] {
+                let sensor = Sensor::start(&["--model", product.name, "--article", wanted]);
+                let Protocol::Fsc(_) = product.protocol else {
+                    continue;
+                };
+                let mut client = Client::awake(&sensor);
+                client.say("t300103");
+                // The digits of the order number (G20), as a little-endian number.
+                let digits = article.number.chars().filter(char::is_ascii_digit);
+                let number: u32 = digits.collect::<String>().parse().expect("digits");
+                let number = format!("{:08X}", number.swap_bytes());
+                let reply = client.find("t301803");
+                assert_eq!(&reply[9..17], number, "{} {wanted}", product.name);
+            }
+        }
+    }
 }
 
 #[test]
