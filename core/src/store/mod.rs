@@ -39,7 +39,7 @@ mod record;
 mod slots;
 mod survey;
 
-pub use record::buffer_size;
+pub use record::{buffer_size, crc32};
 pub use slots::Store;
 
 use crate::measure::Calibration;

@@ -2,7 +2,7 @@
 
 use super::Owner;
 use super::record::{
-    CALIBRATION_AT, CRC, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner,
+    CALIBRATION_AT, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner, crc32,
 };
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
@@ -149,15 +149,15 @@ fn valid_record(memory: &mut impl ReadNorFlash, address: usize, limit: usize) ->
     let mut bytes = [0; HEADER];
     memory.read(address as u32, &mut bytes).ok()?;
     let header = Header::parse(&bytes).filter(|header| header.size() <= limit)?;
-    let mut digest = CRC.digest();
+    let mut crc = 0;
     let end = address + header.checked_size();
     let mut word = [0; WORD];
     for at in (address..end).step_by(WORD) {
         memory.read(at as u32, &mut word).ok()?;
-        digest.update(&word);
+        crc = crc32(crc, &word);
     }
     memory.read(end as u32, &mut word).ok()?;
-    (digest.finalize() == u32::from_le_bytes(word)).then_some(header)
+    (crc == u32::from_le_bytes(word)).then_some(header)
 }
 
 /// Whether `size` bytes, a multiple of [`WORD`], are erased.

@@ -1,7 +1,7 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
-use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 use embedded_hal::delay::DelayNs;
+use plumbline::store::crc32;
 
 #[cfg(feature = "bluepill")]
 mod bluepill;
@@ -26,12 +26,11 @@ const HEATER_PERIOD_US: u32 = 1000;
 
 /// The serial number: the CRC-32 of the 96-bit unique device identifier, so that chips of one wafer get different numbers.
 fn serial(unique_id: [u32; 3]) -> u32 {
-    let crc = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
-    let mut digest = crc.digest();
+    let mut crc = 0;
     for word in unique_id {
-        digest.update(&word.to_le_bytes());
+        crc = crc32(crc, &word.to_le_bytes());
     }
-    digest.finalize()
+    crc
 }
 
 /// Waits by counting instructions, at least for the requested time.
