@@ -2,6 +2,8 @@
 //! arguments in a configuration file would be lost, and a changed memory layout links anew.
 
 use std::env::{var, var_os};
+use std::fs::write;
+use std::path::Path;
 
 fn main() {
     println!("cargo:rerun-if-changed=../memory.x");
@@ -18,6 +20,14 @@ fn main() {
     // Before link.x, which includes memory.x.
     if nucleo {
         link("--defsym=NUCLEO_F446RE=1");
+    }
+    // The Blue Pill has a vector table of its own. cortex-m-rt expects the names of its handlers in this file: this one is only in
+    // products that detect the bit rate.
+    if bluepill && let Some(folder) = var_os("OUT_DIR") {
+        let folder = Path::new(&folder);
+        let handlers = "PROVIDE(TIM4 = DefaultHandler);\n";
+        write(folder.join("device.x"), handlers).expect("the folder can be written");
+        println!("cargo:rustc-link-search={}", folder.display());
     }
     // Do not align the segments to pages of 64 KiB: there are none.
     link("--nmagic");

@@ -12,23 +12,18 @@
 //!
 //! If the accelerometer is missing or fails, there are no samples, and the driver tries to find it every second.
 
-use crate::board::{Delay, ImuWires, MOUNTING};
+use crate::board::{ImuWires, MOUNTING, delay};
 use crate::counts::{self, FRACTION, WORD, Word};
 use crate::self_test::{self, SelfTest, SetUp};
-use core::convert::Infallible;
-use embedded_hal::delay::DelayNs;
-use embedded_hal::digital::OutputPin;
-use embedded_hal::spi::SpiBus;
+use ism330dhcx_rs::blocking::ISM330DHCX_ID;
 use ism330dhcx_rs::blocking::prelude::{
-    BdrXl, Ctrl1Xl, Ctrl3C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FsXl,
-    InternalFreqFine, MainBank, MemBank, OdrTBatch, OdrXl, Reg, StXl,
+    BdrXl, Ctrl1Xl, Ctrl3C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FsXl, OdrTBatch,
+    OdrXl, Reg, StXl,
 };
-use ism330dhcx_rs::blocking::{Error, ISM330DHCX_ID, Ism330dhcx};
 use plumbline::measure::Reading;
 use plumbline::measure::resampler::Resampler;
 use plumbline::measure::self_test::Working;
 use plumbline::time::{Instant, after, millis, reached};
-use st_mems_bus::blocking::{BusOperation, MemBankFunctions, RegisterOperation};
 
 /// The time between attempts to find the accelerometer, in ms.
 const RETRY_MS: u32 = 1000;
@@ -69,7 +64,7 @@ enum Step {
 
 /// The accelerometer. `TESTS` is 1 if the product has the self-test, otherwise 0; then the image does not contain it.
 pub struct Imu<const TESTS: usize> {
-    part: Ism330dhcx<ImuWires, Delay, MainBank>,
+    wires: ImuWires,
     state: State,
     step: Step,
     /// The number of words to read, with the present one.
@@ -93,7 +88,7 @@ impl<const TESTS: usize> Imu<TESTS> {
     /// The driver for the accelerometer on this bus, before the first attempt to find it.
     pub fn new(wires: ImuWires) -> Self {
         Self {
-            part: Ism330dhcx::from_bus(wires, Delay),
+            wires,
             state: State::Absent {
                 retry: Instant::from_ticks(0),
             },
@@ -157,14 +152,14 @@ impl<const TESTS: usize> Imu<TESTS> {
             Step::None => return None,
             Step::Level => self.words = self.level(),
             Step::FirstHalf => {
-                self.part.bus.begin();
-                let sent = self.part.bus.exchange(first);
+                self.wires.select(true);
+                let sent = self.wires.exchange(first);
                 self.step = Step::SecondHalf;
                 return self.skip(sent.is_err());
             }
             Step::SecondHalf => {
-                let sent = self.part.bus.exchange(second);
-                self.part.bus.end();
+                let sent = self.wires.exchange(second);
+                self.wires.select(false);
                 self.step = Step::Evaluate;
                 return self.skip(sent.is_err());
             }
@@ -188,7 +183,7 @@ impl<const TESTS: usize> Imu<TESTS> {
     /// After a failure of the SPI: ends the transfer and the reading of the FIFO.
     fn skip(&mut self, failed: bool) -> Option<Reading> {
         if failed {
-            self.part.bus.end();
+            self.wires.select(false);
             self.step = Step::None;
         }
         None
@@ -196,10 +191,9 @@ impl<const TESTS: usize> Imu<TESTS> {
 
     /// The number of words in the FIFO.
     fn level(&mut self) -> u16 {
-        let mut status = [0; 2];
-        let address = Reg::FifoStatus1 as u8;
-        match self.part.bus.write_byte_read_bytes(&[address], &mut status) {
-            Ok(()) => counts::level(status),
+        let mut bytes = [Reg::FifoStatus1 as u8 | READ, 0, 0];
+        match self.transfer(&mut bytes) {
+            Ok(()) => counts::level([bytes[1], bytes[2]]),
             Err(_) => 0,
         }
     }
@@ -296,133 +290,104 @@ impl<const TESTS: usize> Imu<TESTS> {
 
     /// Resets the accelerometer and configures it. Returns false if it does not answer with its identifier.
     ///
-    /// The registers have their reset values, so each is written completely with the register types of the driver crate. The
-    /// setters of the crate would read, modify and write, and also handle the state machine and the machine learning core, which
-    /// are off.
-    fn set_up(&mut self) -> Result<bool, Error<<ImuWires as BusOperation>::Error>> {
-        let part = &mut self.part;
+    /// The registers have their reset values, so each is written completely, with the register types of the driver crate. The
+    /// functions of the crate would read, modify and write, and also handle the state machine and the machine learning core,
+    /// which are off.
+    fn set_up(&mut self) -> Result<bool, SpiError> {
         // After a disturbance another register bank can be selected, in which the identifier cannot be read.
-        part.mem_bank_set(MemBank::UserBank)?;
-        if part.device_id_get()? != ISM330DHCX_ID {
+        self.write(Reg::FuncCfgAccess, 0)?;
+        if self.read(Reg::WhoAmI)? != ISM330DHCX_ID {
             return Ok(false);
         }
-        Ctrl3C::new().with_sw_reset(1).write(part)?;
+        let reset = Ctrl3C::new().with_sw_reset(1);
+        self.write(Reg::Ctrl3C, reset.into_bits())?;
         let mut attempts = 0;
-        while Ctrl3C::read(part)?.sw_reset() != 0 {
+        while Ctrl3C::from_bits(self.read(Reg::Ctrl3C)?).sw_reset() != 0 {
             // The datasheet specifies 50 us.
-            Delay.delay_us(50);
+            delay(50);
             attempts += 1;
             if attempts > 20 {
                 return Ok(false);
             }
         }
-        Ctrl9Xl::new().with_device_conf(1).write(part)?;
-        // Block data update: the two bytes of a value are consistent.
-        Ctrl3C::new().with_bdu(1).write(part)?;
-        let fine = InternalFreqFine::read(part)?.freq_fine();
+        for (register, value) in SETTINGS {
+            self.write(register, value)?;
+        }
+        let fine = self.read(Reg::InternalFreqFine)? as i8;
         self.resampler.start(counts::data_rate(fine));
         self.clipped = false;
         self.temperature = None;
-        FifoCtrl3::new()
-            .with_bdr_xl(BdrXl::_833hz as u8)
-            .write(part)?;
-        FifoCtrl4::new()
-            .with_fifo_mode(FifoMode::StreamMode as u8)
-            .with_odr_t_batch(OdrTBatch::_52hz as u8)
-            .write(part)?;
         self.change(SetUp::Normal)?;
         Ok(true)
     }
 
     /// Sets range and self-test.
-    fn change(&mut self, set_up: SetUp) -> Result<(), Error<<ImuWires as BusOperation>::Error>> {
+    fn change(&mut self, set_up: SetUp) -> Result<(), SpiError> {
         let (range, push) = match set_up {
             SetUp::Normal => (FsXl::_2g, StXl::Disable),
             SetUp::Test { pushed: false } => (FsXl::_4g, StXl::Disable),
             SetUp::Test { pushed: true } => (FsXl::_4g, StXl::Positive),
         };
-        Ctrl5C::new().with_st_xl(push as u8).write(&mut self.part)?;
-        Ctrl1Xl::new()
+        let push = Ctrl5C::new().with_st_xl(push as u8);
+        self.write(Reg::Ctrl5C, push.into_bits())?;
+        let range = Ctrl1Xl::new()
             .with_fs_xl(range as u8)
-            .with_odr_xl(OdrXl::_833hz as u8)
-            .write(&mut self.part)
+            .with_odr_xl(OdrXl::_833hz as u8);
+        self.write(Reg::Ctrl1Xl, range.into_bits())
+    }
+
+    /// A complete transfer.
+    #[inline(never)] // called from several places
+    fn transfer(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
+        self.wires.select(true);
+        let result = self.wires.exchange(bytes);
+        self.wires.select(false);
+        result
+    }
+
+    fn read(&mut self, register: Reg) -> Result<u8, SpiError> {
+        let mut bytes = [register as u8 | READ, 0];
+        self.transfer(&mut bytes)?;
+        Ok(bytes[1])
+    }
+
+    fn write(&mut self, register: Reg, value: u8) -> Result<(), SpiError> {
+        self.transfer(&mut [register as u8, value])
     }
 }
+
+/// The registers that never change after a reset of the accelerometer.
+const SETTINGS: [(Reg, u8); 4] = [
+    (Reg::Ctrl9Xl, Ctrl9Xl::new().with_device_conf(1).into_bits()),
+    // Block data update: the two bytes of a value are consistent.
+    (Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits()),
+    (
+        Reg::FifoCtrl3,
+        FifoCtrl3::new()
+            .with_bdr_xl(BdrXl::_833hz as u8)
+            .into_bits(),
+    ),
+    (
+        Reg::FifoCtrl4,
+        FifoCtrl4::new()
+            .with_fifo_mode(FifoMode::StreamMode as u8)
+            .with_odr_t_batch(OdrTBatch::_52hz as u8)
+            .into_bits(),
+    ),
+];
 
 /// Bit of the address byte: read.
 const READ: u8 = 0x80;
 
 /// The SPI (mode 0 or 3, at most 10 MHz) and the chip select of the accelerometer.
-pub struct Wires<S, C> {
-    spi: S,
-    select: C,
-}
-
-impl<S: SpiBus, C: OutputPin<Error = Infallible>> Wires<S, C> {
-    /// The SPI and the chip select, which must be high.
-    pub fn new(spi: S, select: C) -> Self {
-        Self { spi, select }
-    }
-
-    /// Begins a transfer.
-    fn begin(&mut self) {
-        let Ok(()) = self.select.set_low();
-    }
+pub trait Wires {
+    /// Begins or ends a transfer.
+    fn select(&mut self, selected: bool);
 
     /// Sends `bytes` and replaces them by the received bytes.
-    fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), S::Error> {
-        self.spi.transfer_in_place(bytes)?;
-        self.spi.flush()
-    }
-
-    /// Sends `bytes` with the same operation as a read.
-    fn write(&mut self, bytes: &[u8]) -> Result<(), S::Error> {
-        bytes
-            .iter()
-            .try_for_each(|&byte| self.exchange(&mut [byte]))
-    }
-
-    /// Ends the transfer.
-    fn end(&mut self) {
-        let Ok(()) = self.select.set_high();
-    }
-
-    /// A complete transfer.
-    fn transfer(
-        &mut self,
-        f: impl FnOnce(&mut Self) -> Result<(), S::Error>,
-    ) -> Result<(), S::Error> {
-        self.begin();
-        let result = f(self);
-        self.end();
-        result
-    }
+    fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError>;
 }
 
-impl<S: SpiBus, C: OutputPin<Error = Infallible>> BusOperation for Wires<S, C> {
-    type Error = S::Error;
-
-    fn read_bytes(&mut self, bytes: &mut [u8]) -> Result<(), S::Error> {
-        self.transfer(|wires| wires.exchange(bytes))
-    }
-
-    fn write_bytes(&mut self, bytes: &[u8]) -> Result<(), S::Error> {
-        self.transfer(|wires| wires.write(bytes))
-    }
-
-    fn write_byte_read_bytes(&mut self, byte: &[u8; 1], bytes: &mut [u8]) -> Result<(), S::Error> {
-        let [register] = byte;
-        self.transfer(|wires| {
-            wires.exchange(&mut [register | READ])?;
-            wires.exchange(bytes)
-        })
-    }
-
-    // The default copies into a buffer of 257 bytes on the stack.
-    fn write_to_register(&mut self, register: u8, bytes: &[u8]) -> Result<(), S::Error> {
-        self.transfer(|wires| {
-            wires.exchange(&mut [register])?;
-            wires.write(bytes)
-        })
-    }
-}
+/// Error: a transfer has failed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct SpiError;

@@ -53,7 +53,8 @@ macro_rules! pulse_interrupt {
     () => {
         #[cfg(target_os = "none")]
         mod pulse {
-            use $crate::board::interrupt;
+            use cortex_m_rt::interrupt;
+            use $crate::board::Interrupt as interrupt;
 
             #[interrupt]
             fn TIM4() {
@@ -73,6 +74,10 @@ macro_rules! firmware {
             .start($article, now, boot));
     };
     ($node:ty, $name:expr, $image:expr) => {
+        const _: () = assert!(
+            !<$node>::DETECTS,
+            "a product that detects the bit rate needs `pulse_interrupt!`"
+        );
         $crate::firmware!($node, $name, $image, |node, now, boot| node
             .start(now, boot));
     };

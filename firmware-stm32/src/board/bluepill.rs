@@ -21,25 +21,23 @@
 //! CAN is remapped to PB8 and PB9, because PA12 has the pull-up of the USB socket. The transceiver runs at 3.3 V and must not
 //! have a dominant time-out that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 64 MHz instead of 72 so
 //! that APB1 runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
+//!
+//! The registers are set directly, because the code of the HAL for the same pins and clocks is three times as large. All of them
+//! have their reset values at the start, since each start of the program is a reset.
+
+mod flash;
+mod vectors;
+
+pub use flash::Flash;
 
 use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
-use crate::can;
 use crate::counts::Mounting;
-use crate::flash::{ParameterFlash, Sectors};
-use crate::imu::Wires;
+use crate::flash::ParameterFlash;
+use crate::imu::{SpiError, Wires};
 use cortex_m::peripheral::SYST;
-use embedded_hal::spi::MODE_0;
-use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
-use stm32f1xx_hal::flash::{self, FlashSize, SectorSize};
-use stm32f1xx_hal::gpio::{Output, PA4, PB1, PB12, PB13, PB14, PC13, PinState};
-use stm32f1xx_hal::pac;
-pub use stm32f1xx_hal::pac::interrupt;
-use stm32f1xx_hal::prelude::*;
-use stm32f1xx_hal::rcc::{self, Enable};
-use stm32f1xx_hal::spi::Spi;
-use stm32f1xx_hal::timer::{PwmChannel, Tim3NoRemap};
-use stm32f1xx_hal::watchdog::IndependentWatchdog;
+use stm32f1::stm32f103 as pac;
+pub use stm32f1::stm32f103::Interrupt;
 
 /// The core clock in Hz.
 pub const CORE_CLOCK: u32 = 64_000_000;
@@ -56,7 +54,7 @@ pub type PulseTimer = pac::TIM4;
 /// The timer has captured the end of a pulse.
 pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 
-/// The filter banks of the CAN controller (medium-density devices; the HAL defines 28 for all devices).
+/// The filter banks of the CAN controller (medium-density devices; the PAC defines 28 for all devices).
 pub const FILTER_BANKS: u8 = 14;
 
 /// Receive FIFO 0 contains a frame.
@@ -67,12 +65,6 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
-
-/// The SPI and the chip select of the accelerometer.
-pub type ImuWires = Wires<Spi<pac::SPI1, u8>, PA4<Output>>;
-
-/// The watchdog.
-pub type Watchdog = IndependentWatchdog;
 
 /// The parts of the board that the firmware uses, initialised.
 pub struct Board {
@@ -103,144 +95,213 @@ impl Board {
         let device = unsafe { pac::Peripherals::steal() };
 
         // First, so that a crystal that does not start causes a reset and a new attempt.
-        let mut watchdog = Watchdog::new(device.IWDG);
-        watchdog.stop_on_debug(&device.DBGMCU, true);
-        watchdog.start(WATCHDOG_PERIOD_MS.millis());
-
-        let mut flash = device.FLASH.constrain();
-        let clocks = rcc::Config::hse(8.MHz()).sysclk(64.MHz()).pclk1(32.MHz());
-        let mut rcc = device.RCC.freeze(clocks, &mut flash.acr);
-
-        let mut gpioa = device.GPIOA.split(&mut rcc);
-        let mut gpiob = device.GPIOB.split(&mut rcc);
-        let mut gpioc = device.GPIOC.split(&mut rcc);
-
-        let leds = StatusLeds {
-            run: gpioc
-                .pc13
-                .into_push_pull_output_with_state(&mut gpioc.crh, PinState::High),
-            error: gpiob
-                .pb12
-                .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
-            module_green: gpiob
-                .pb13
-                .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
-            module_red: gpiob
-                .pb14
-                .into_push_pull_output_with_state(&mut gpiob.crh, PinState::Low),
-        };
-
-        // The controller is enabled first, so that it drives TXD recessive when the pin is connected.
-        CanPeripheral::enable(&mut rcc);
-        let mut afio = device.AFIO.constrain(&mut rcc);
-        // SAFETY: 2 is the mapping to PB8 and PB9 (RM0008, AFIO_MAPR).
-        afio.mapr
-            .modify_mapr(|_, w| unsafe { w.can_remap().bits(2) });
-        gpiob.pb8.into_pull_up_input(&mut gpiob.crh);
-        gpiob.pb9.into_alternate_push_pull(&mut gpiob.crh);
-
-        let heater_pin = gpiob.pb0.into_alternate_push_pull(&mut gpiob.crl);
-        let mut heater = device
-            .TIM3
-            .pwm_us::<Tim3NoRemap, _, _>(
-                heater_pin,
-                &mut afio.mapr,
-                HEATER_PERIOD_US.micros(),
-                &mut rcc,
-            )
-            .split();
-        heater.enable();
-        let switches = Switches {
-            heater,
-            termination: gpiob
-                .pb1
-                .into_push_pull_output_with_state(&mut gpiob.crl, PinState::Low),
-        };
-
-        let select = gpioa
-            .pa4
-            .into_push_pull_output_with_state(&mut gpioa.crl, PinState::High);
-        let pins = (Some(gpioa.pa5), Some(gpioa.pa6), Some(gpioa.pa7));
-        let spi = device
-            .SPI1
-            .spi(pins, MODE_0.into(), SPI_CLOCK_HZ.Hz(), &mut rcc);
-
+        device
+            .DBGMCU
+            .cr()
+            .modify(|_, w| w.dbg_iwdg_stop().set_bit());
+        start_watchdog(&device.IWDG);
+        start_clocks(&device.RCC, &device.FLASH);
+        set_pins(&device);
+        start_heater(&device.TIM3);
+        start_spi(&device.SPI1);
         Some(Self {
             systick: core.SYST,
-            watchdog,
-            leds,
-            switches,
+            watchdog: Watchdog(device.IWDG),
+            leds: StatusLeds(()),
+            switches: Switches { timer: device.TIM3 },
             can: device.CAN,
-            imu: Wires::new(spi, select),
-            flash: ParameterFlash(Flash(flash)),
+            imu: ImuWires(device.SPI1),
+            flash: ParameterFlash(Flash::new(device.FLASH)),
             serial: super::serial(unique_id()),
         })
     }
 }
 
-/// The status LEDs.
-pub struct StatusLeds {
-    run: PC13<Output>,
-    error: PB12<Output>,
-    module_green: PB13<Output>,
-    module_red: PB14<Output>,
+/// Starts the watchdog.
+fn start_watchdog(watchdog: &pac::IWDG) {
+    // Nominal 40 kHz, divided by 32.
+    const RELOAD: u32 = WATCHDOG_PERIOD_MS * 40 / 32;
+    const { assert!(RELOAD < 1 << 12) };
+    watchdog.kr().write(|w| w.key().unlock());
+    watchdog.pr().write(|w| w.pr().divide_by32());
+    // SAFETY: the value is in the range of the field.
+    watchdog
+        .rlr()
+        .write(|w| unsafe { w.rl().bits(RELOAD as u16) });
+    watchdog.kr().write(|w| w.key().feed());
+    watchdog.kr().write(|w| w.key().start());
 }
+
+/// Starts the crystal and the PLL: 64 MHz for core, APB2 and timers, 32 MHz for APB1. Then switches the peripherals on.
+fn start_clocks(rcc: &pac::RCC, flash: &pac::FLASH) {
+    flash.acr().write(|w| w.prftbe().set_bit().latency().ws2());
+    rcc.cr().modify(|_, w| w.hseon().set_bit());
+    while rcc.cr().read().hserdy().bit_is_clear() {}
+    rcc.cfgr().write(|w| {
+        w.pllsrc().hse_div_prediv().pllmul().mul8();
+        w.ppre1().div2()
+    });
+    rcc.cr().modify(|_, w| w.pllon().set_bit());
+    while rcc.cr().read().pllrdy().bit_is_clear() {}
+    rcc.cfgr().modify(|_, w| w.sw().pll());
+
+    rcc.apb2enr().write(|w| {
+        w.afioen().set_bit().spi1en().set_bit();
+        w.iopaen().set_bit().iopben().set_bit().iopcen().set_bit()
+    });
+    rcc.apb1enr()
+        .write(|w| w.tim3en().set_bit().canen().set_bit());
+    // The clocks run after this write.
+    cortex_m::asm::dsb();
+}
+
+/// Configures the pins. The level of an output is set first.
+fn set_pins(device: &pac::Peripherals) {
+    let (a, b, c) = (&device.GPIOA, &device.GPIOB, &device.GPIOC);
+    a.bsrr().write(|w| w.bs4().set_bit());
+    a.crl().write(|w| {
+        w.mode4().output50().cnf4().push_pull();
+        w.mode5().output50().cnf5().alt_push_pull();
+        w.mode7().output50().cnf7().alt_push_pull()
+    });
+    // The CAN controller already runs, so it drives TXD recessive when the pin is connected. For the input, the level is the
+    // direction of its resistor.
+    // SAFETY: 2 is the mapping to PB8 and PB9 (RM0008, AFIO_MAPR).
+    device
+        .AFIO
+        .mapr()
+        .write(|w| unsafe { w.can_remap().bits(2) });
+    b.bsrr().write(|w| w.bs8().set_bit());
+    b.crl().write(|w| {
+        w.mode0().output50().cnf0().alt_push_pull();
+        w.mode1().output50().cnf1().push_pull()
+    });
+    b.crh().write(|w| {
+        w.mode8().input().cnf8().alt_push_pull();
+        w.mode9().output50().cnf9().alt_push_pull();
+        w.mode12().output50().cnf12().push_pull();
+        w.mode13().output50().cnf13().push_pull();
+        w.mode14().output50().cnf14().push_pull()
+    });
+    c.bsrr().write(|w| w.bs13().set_bit());
+    c.crh().write(|w| w.mode13().output50().cnf13().push_pull());
+}
+
+/// Starts the PWM of the heater with duty 0.
+fn start_heater(timer: &pac::TIM3) {
+    // SAFETY: all values of these registers are valid.
+    unsafe {
+        // Ticks of 1 us.
+        timer.psc().write(|w| w.bits(CORE_CLOCK / 1_000_000 - 1));
+        timer.arr().write(|w| w.bits(HEATER_PERIOD_US - 1));
+    }
+    timer
+        .ccmr2_output()
+        .write(|w| w.oc3m().pwm_mode1().oc3pe().set_bit());
+    timer.ccer().write(|w| w.cc3e().set_bit());
+    // The prescaler takes effect with an update.
+    timer.egr().write(|w| w.ug().set_bit());
+    timer.cr1().write(|w| w.arpe().set_bit().cen().set_bit());
+}
+
+/// Starts the SPI as master in mode 0, with 8 bits.
+fn start_spi(spi: &pac::SPI1) {
+    const { assert!(CORE_CLOCK / 8 == SPI_CLOCK_HZ) };
+    spi.cr1().write(|w| {
+        w.mstr().set_bit().br().div8();
+        w.ssm().set_bit().ssi().set_bit();
+        w.spe().set_bit()
+    });
+}
+
+/// The watchdog.
+pub struct Watchdog(pac::IWDG);
+
+impl Watchdog {
+    /// Restarts its time.
+    pub fn feed(&mut self) {
+        self.0.kr().write(|w| w.key().feed());
+    }
+}
+
+/// Sets outputs of port B.
+fn set_port_b(pins: impl IntoIterator<Item = (u32, bool)>) {
+    let levels = pins.into_iter().fold(0, |levels, (pin, high)| {
+        levels | 1 << if high { pin } else { pin + 16 }
+    });
+    // SAFETY: the write changes only these pins, which the caller owns.
+    unsafe { pac::GPIOB::steal().bsrr().write(|w| w.bits(levels)) };
+}
+
+/// The status LEDs.
+pub struct StatusLeds(());
 
 impl StatusLeds {
     /// Shows `leds`.
     pub fn show(&mut self, leds: Leds) {
-        self.run.set_state((!leds.run).into());
-        self.error.set_state(leds.error.into());
-        self.module_green.set_state(leds.module_green.into());
-        self.module_red.set_state(leds.module_red.into());
+        set_port_b([
+            (12, leds.error),
+            (13, leds.module_green),
+            (14, leds.module_red),
+        ]);
+        // SAFETY: the write changes only PC13, which no other code uses.
+        let port_c = unsafe { pac::GPIOC::steal() };
+        port_c.bsrr().write(|w| {
+            if leds.run {
+                w.br13().set_bit()
+            } else {
+                w.bs13().set_bit()
+            }
+        });
     }
 }
 
 /// Heater and terminating resistor.
 pub struct Switches {
-    heater: PwmChannel<pac::TIM3, 2>,
-    termination: PB1<Output>,
+    timer: pac::TIM3,
 }
 
 impl Switches {
     /// Connects or disconnects the terminating resistor.
     pub fn terminate(&mut self, on: bool) {
-        self.termination.set_state(on.into());
+        set_port_b([(1, on)]);
     }
 
     /// Sets the power of the heater, 0 to 1000 permille.
     pub fn heat(&mut self, permille: u16) {
         // A period is 1000 ticks.
-        self.heater.set_duty(permille);
+        // SAFETY: all values of the register are valid.
+        self.timer
+            .ccr3()
+            .write(|w| unsafe { w.bits(permille.into()) });
     }
 }
 
-/// The last two pages of the flash. memory.x excludes them from the program memory.
-pub struct Flash(flash::Parts);
+/// The SPI and the chip select of the accelerometer.
+pub struct ImuWires(pac::SPI1);
 
-/// The start of the flash. The offsets of the HAL are relative to it.
-const FLASH_START: usize = 0x0800_0000;
-
-impl Sectors for Flash {
-    const START: usize = 0x0800_F800;
-    const SIZE: usize = 1024;
-    const COUNT: usize = 2;
-    const WRITE_SIZE: usize = 2;
-
-    fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
-        let offset = Self::START - FLASH_START + sector * Self::SIZE;
-        self.0
-            .writer(SectorSize::Sz1K, FlashSize::Sz64K)
-            .page_erase(offset as u32)
-            .map_err(|_| NorFlashErrorKind::Other)
+impl Wires for ImuWires {
+    fn select(&mut self, selected: bool) {
+        // SAFETY: the write changes only PA4, which no other code uses.
+        let port_a = unsafe { pac::GPIOA::steal() };
+        port_a.bsrr().write(|w| {
+            if selected {
+                w.br4().set_bit()
+            } else {
+                w.bs4().set_bit()
+            }
+        });
     }
 
-    fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let offset = Self::START - FLASH_START + offset;
-        self.0
-            .writer(SectorSize::Sz1K, FlashSize::Sz64K)
-            .write(offset as u32, bytes)
-            .map_err(|_| NorFlashErrorKind::Other)
+    fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
+        for byte in bytes {
+            // The register is empty, and has no overrun: each byte is read before the next one is sent.
+            self.0.dr().write(|w| w.dr().set((*byte).into()));
+            while self.0.sr().read().rxne().bit_is_clear() {}
+            *byte = self.0.dr().read().dr().bits() as u8;
+        }
+        while self.0.sr().read().bsy().bit_is_set() {}
+        Ok(())
     }
 }
 
@@ -256,14 +317,4 @@ pub fn enable_pulse_timer() {
     // SAFETY: the main loop is the only code that changes this register.
     let rcc = unsafe { pac::RCC::steal() };
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
-}
-
-#[interrupt]
-fn USB_LP_CAN_RX0() {
-    can::on_received();
-}
-
-#[interrupt]
-fn USB_HP_CAN_TX() {
-    can::on_transmitted();
 }

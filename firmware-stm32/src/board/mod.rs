@@ -1,6 +1,5 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
-use embedded_hal::delay::DelayNs;
 use plumbline::store::crc32;
 
 #[cfg(feature = "bluepill")]
@@ -33,12 +32,7 @@ fn serial(unique_id: [u32; 3]) -> u32 {
     crc
 }
 
-/// Waits by counting instructions, at least for the requested time.
-pub struct Delay;
-
-impl DelayNs for Delay {
-    fn delay_ns(&mut self, ns: u32) {
-        // In integer microseconds, to avoid a 64-bit division.
-        cortex_m::asm::delay(ns.div_ceil(1000).saturating_mul(CORE_CLOCK / 1_000_000));
-    }
+/// Waits by counting instructions, at least this number of microseconds.
+pub fn delay(us: u32) {
+    cortex_m::asm::delay(us.saturating_mul(CORE_CLOCK / 1_000_000));
 }

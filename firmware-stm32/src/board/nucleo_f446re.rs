@@ -27,14 +27,14 @@ use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
 use crate::can;
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
-use crate::imu::Wires;
+use crate::imu::{SpiError, Wires};
 use cortex_m::peripheral::SYST;
-use embedded_hal::spi::MODE_0;
+use embedded_hal::spi::{MODE_0, SpiBus};
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState};
-use stm32f4xx_hal::pac;
-pub use stm32f4xx_hal::pac::interrupt;
+pub use stm32f4xx_hal::pac::Interrupt;
+use stm32f4xx_hal::pac::{self, interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
 use stm32f4xx_hal::spi::Spi;
@@ -69,7 +69,22 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
 /// The SPI and the chip select of the accelerometer.
-pub type ImuWires = Wires<Spi<pac::SPI2>, PB12<Output>>;
+pub struct ImuWires {
+    spi: Spi<pac::SPI2>,
+    select: PB12<Output>,
+}
+
+impl Wires for ImuWires {
+    fn select(&mut self, selected: bool) {
+        self.select.set_state((!selected).into());
+    }
+
+    fn exchange(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
+        let sent = SpiBus::transfer_in_place(&mut self.spi, bytes);
+        sent.and_then(|()| SpiBus::flush(&mut self.spi))
+            .map_err(|_| SpiError)
+    }
+}
 
 /// The watchdog.
 pub type Watchdog = IndependentWatchdog;
@@ -155,7 +170,7 @@ impl Board {
             leds,
             switches,
             can: device.CAN1,
-            imu: Wires::new(spi, select),
+            imu: ImuWires { spi, select },
             flash: ParameterFlash(Flash(device.FLASH)),
             serial: super::serial(unique_id()),
         })

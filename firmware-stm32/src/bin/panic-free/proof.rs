@@ -13,13 +13,18 @@ use plumbline::node::{BitTime, Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::Instant;
 
-// Only for the vector table and the transport of defmt.
+// Only for the transport of defmt and the vector table.
 #[cfg(feature = "defmt")]
 use defmt_rtt as _;
-#[cfg(feature = "bluepill")]
-use stm32f1xx_hal as _;
 #[cfg(feature = "nucleo-f446re")]
 use stm32f4xx_hal as _;
+
+/// The linker script expects a vector table.
+// SAFETY: nobody runs this program.
+#[cfg(feature = "bluepill")]
+#[unsafe(link_section = ".vector_table.interrupts")]
+#[unsafe(no_mangle)]
+static __INTERRUPTS: [usize; 1] = [0];
 
 #[cortex_m_rt::entry]
 fn main() -> ! {
