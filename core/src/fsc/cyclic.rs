@@ -2,24 +2,25 @@
 //!
 //! The counter starts at 0 and counts each period, also if its frame could not be sent. After 65535 it continues at 0.
 
-use crate::time::{Duration, Instant, after, millis, reached};
+use crate::time::{Duration, Instant, after, reached};
 
 /// Cyclic mode while it is on.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) struct Cyclic {
     counter: u16,
-    period: Duration,
+    /// In microseconds.
+    period: u32,
     due: Instant,
 }
 
 impl Cyclic {
     /// Switches cyclic mode on. The counter is 0, and the first period of `period_ms` begins now.
     pub fn start(now: Instant, period_ms: u32) -> Self {
-        let period = millis(period_ms.clamp(1, 65_535));
+        let period = 1000 * period_ms.clamp(1, 65_535);
         Self {
             counter: 0,
             period,
-            due: after(now, period),
+            due: after(now, Duration::from_ticks(period.into())),
         }
     }
 
@@ -36,20 +37,15 @@ impl Cyclic {
         if !reached(now, self.due) {
             return false;
         }
-        // Usually one period has expired, after a pause several. This is a division bit by bit, because the 64-bit division of
-        // the compiler is large. A period is shorter than 2^26 us, so no step overflows.
+        // Usually one period has expired, after a pause several. A poll counts the periods of at most 71 minutes, because the
+        // 64-bit division of the compiler is large; the next poll counts the rest.
         let late = now.ticks().saturating_sub(self.due.ticks());
-        let mut rest = late.saturating_add(self.period.ticks());
-        for shift in (0..=36).rev() {
-            let step = self.period.ticks() << shift;
-            if rest >= step {
-                rest -= step;
-                self.due = after(self.due, Duration::from_ticks(step));
-                self.counter = self
-                    .counter
-                    .wrapping_add(1_u16.checked_shl(shift).unwrap_or(0));
-            }
-        }
+        let late = u32::try_from(late).unwrap_or(u32::MAX);
+        // The period is at least 1 ms.
+        let periods = 1 + late.checked_div(self.period).unwrap_or(0);
+        let expired = u64::from(periods) * u64::from(self.period);
+        self.due = after(self.due, Duration::from_ticks(expired));
+        self.counter = self.counter.wrapping_add(periods as u16);
         true
     }
 
@@ -102,6 +98,17 @@ mod tests {
         assert!(cyclic.poll(at(65_536 * 4 + 7)));
         assert_eq!(cyclic.counter(), 7);
         assert_eq!(cyclic.deadline(), at(65_536 * 4 + 8));
+    }
+
+    #[test]
+    fn counter_after_pause_of_hours_is_complete_after_some_polls() {
+        let mut cyclic = Cyclic::start(at(0), 7);
+        let now = 7 * 2_000_000;
+        while cyclic.deadline() <= at(now) {
+            assert!(cyclic.poll(at(now)));
+        }
+        assert_eq!(cyclic.counter(), (2_000_000_u32 % 65_536) as u16);
+        assert_eq!(cyclic.deadline(), at(now + 7));
     }
 
     #[test]

@@ -48,9 +48,9 @@ use super::{I32x3, ONE_G, saturated};
 /// The length of an encoded [`Calibration`] in bytes.
 pub const SIZE: usize = 36;
 
-const OFFSET_LIMIT: i32 = ONE_G / 4;
-const DEVIATION_LIMIT: i16 = 26_214;
-const DRIFT_LIMIT: i16 = 16_777;
+const OFFSET_LIMIT: u32 = ONE_G as u32 / 4;
+const DEVIATION_LIMIT: u16 = 26_214;
+const DRIFT_LIMIT: u16 = 16_777;
 
 /// The temperature at which the drift is 0, in 0.01 degC.
 const REFERENCE: i32 = 2_500;
@@ -77,21 +77,12 @@ impl Calibration {
     /// A calibration of `offset` (2^-28 g), `deviation` (the rows of `D`, 2^-18) and `drift` (2^-24 g/K); None if a number is out
     /// of its range.
     pub fn new(offset: [i32; 3], deviation: [[i16; 3]; 3], drift: [i16; 3]) -> Option<Self> {
-        let within = offset
-            .iter()
-            .all(|v| (-OFFSET_LIMIT..=OFFSET_LIMIT).contains(v))
-            && deviation
-                .iter()
-                .flatten()
-                .all(|v| (-DEVIATION_LIMIT..=DEVIATION_LIMIT).contains(v))
-            && drift
-                .iter()
-                .all(|v| (-DRIFT_LIMIT..=DRIFT_LIMIT).contains(v));
-        within.then_some(Self {
+        let calibration = Self {
             offset,
             deviation,
             drift,
-        })
+        };
+        calibration.is_within_ranges().then_some(calibration)
     }
 
     /// Corrects a raw acceleration (1 g = 2^28) at `temperature` (0.01 degC). The result is rounded to nearest and limited to -2
@@ -131,18 +122,34 @@ impl Calibration {
     /// Decodes the result of [`encode`](Self::encode). None if a number is out of its range.
     pub fn decode(bytes: &[u8; SIZE]) -> Option<Self> {
         let (offsets, rest) = bytes.split_first_chunk::<12>()?;
-        let mut offset = [0; 3];
-        for (value, &place) in offset.iter_mut().zip(offsets.as_chunks().0) {
+        let (deviations, drifts) = rest.split_first_chunk::<18>()?;
+        let mut calibration = Self::IDENTITY;
+        for (value, &place) in calibration.offset.iter_mut().zip(offsets.as_chunks().0) {
             *value = i32::from_le_bytes(place);
         }
-        let mut deviation = [[0; 3]; 3];
-        let mut drift = [0; 3];
-        let values = deviation.as_flattened_mut().iter_mut().chain(&mut drift);
-        for (value, &place) in values.zip(rest.as_chunks().0) {
-            *value = i16::from_le_bytes(place);
-        }
-        Self::new(offset, deviation, drift)
+        let deviation = calibration.deviation.as_flattened_mut();
+        decode_numbers(deviation, deviations);
+        decode_numbers(&mut calibration.drift, drifts);
+        calibration.is_within_ranges().then_some(calibration)
     }
+
+    fn is_within_ranges(&self) -> bool {
+        self.offset.iter().all(|v| v.unsigned_abs() <= OFFSET_LIMIT)
+            && are_within(self.deviation.as_flattened(), DEVIATION_LIMIT)
+            && are_within(&self.drift, DRIFT_LIMIT)
+    }
+}
+
+#[inline(never)] // called from two places
+fn decode_numbers(numbers: &mut [i16], bytes: &[u8]) {
+    for (number, &place) in numbers.iter_mut().zip(bytes.as_chunks().0) {
+        *number = i16::from_le_bytes(place);
+    }
+}
+
+#[inline(never)] // called from two places
+fn are_within(numbers: &[i16], limit: u16) -> bool {
+    numbers.iter().all(|number| number.unsigned_abs() <= limit)
 }
 
 impl Default for Calibration {

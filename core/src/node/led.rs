@@ -1,7 +1,7 @@
 //! The status LEDs: four channels and their blink patterns (CiA 303-3).
 
 use super::BusState;
-use crate::time::{Earliest, Instant, after, millis, reached};
+use crate::time::{Earliest, Instant, after, is_due, millis, reached};
 
 /// One item for each LED channel. A product with two LEDs uses the first two channels; a product with two two-colour LEDs uses
 /// all.
@@ -80,8 +80,8 @@ impl ErrorPatterns {
 /// One LED and its position in the pattern.
 #[derive(Clone, Copy, Debug)]
 struct Led {
-    /// The end of the present phase; None if the LED does not change.
-    until: Option<Instant>,
+    /// The end of the present phase, if the LED changes.
+    until: Instant,
     pattern: Pattern,
     /// The index into the times of the pattern. The LED is on in even phases.
     phase: u8,
@@ -89,7 +89,7 @@ struct Led {
 
 impl Led {
     const DARK: Self = Self {
-        until: None,
+        until: Instant::from_ticks(0),
         pattern: Pattern::Off,
         phase: 0,
     };
@@ -98,23 +98,27 @@ impl Led {
         if self.pattern != pattern {
             self.pattern = pattern;
             self.phase = 0;
-            let first = pattern.times().first();
-            self.until = first.map(|&time| after(now, millis(time.into())));
+            let first = pattern.times().first().copied();
+            self.until = after(now, millis(first.unwrap_or(0).into()));
         }
+    }
+
+    /// The time of the next change; None if the LED does not change.
+    fn deadline(&self) -> Option<Instant> {
+        let changes = !matches!(self.pattern, Pattern::Off | Pattern::On);
+        changes.then_some(self.until)
     }
 
     /// Whether the LED is lit.
     fn poll(&mut self, now: Instant) -> bool {
-        if let Some(until) = self.until
-            && reached(now, until)
-        {
-            self.next(now, until);
+        if is_due(&self.deadline(), now) {
+            self.next(now);
         }
         self.pattern != Pattern::Off && self.phase.is_multiple_of(2)
     }
 
     #[inline(never)] // rarely called
-    fn next(&mut self, now: Instant, until: Instant) {
+    fn next(&mut self, now: Instant) {
         let times = self.pattern.times();
         self.phase += 1;
         if usize::from(self.phase) >= times.len() {
@@ -123,9 +127,9 @@ impl Led {
         let time = times.get(usize::from(self.phase)).copied().unwrap_or(200);
         let time = millis(time.into());
         // The period has no drift, except after a poll that is late by more than a phase.
-        let next = after(until, time);
+        let next = after(self.until, time);
         let missed = reached(now, next);
-        self.until = Some(if missed { after(now, time) } else { next });
+        self.until = if missed { after(now, time) } else { next };
     }
 }
 
@@ -179,7 +183,7 @@ impl Indicator {
     /// Adds the time of the next change.
     pub fn consider(&self, next: &mut Earliest) {
         for led in &self.leds {
-            next.consider(led.until);
+            next.consider(led.deadline());
         }
     }
 }

@@ -155,9 +155,9 @@ pub(super) fn calibration_owner(serial: u32) -> [u8; CALIBRATION_OWNER] {
 
 /// Completes the record of the calibration in `buffer`, which already contains the calibration at [`CALIBRATION_AT`].
 pub(super) fn seal_calibration(buffer: &mut [u8], serial: u32, sequence: u32) {
-    let place = buffer.iter_mut().skip(HEADER);
-    for (to, from) in place.zip(calibration_owner(serial)) {
-        *to = from;
+    let payload = buffer.get_mut(HEADER..);
+    if let Some(place) = payload.and_then(|payload| payload.first_chunk_mut()) {
+        *place = calibration_owner(serial);
     }
     // It fits into each buffer of a store.
     let _ = seal(buffer, CALIBRATION, sequence, CALIBRATION_PAYLOAD);

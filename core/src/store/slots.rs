@@ -1,7 +1,7 @@
 //! The two slots: finding records and saving new ones.
 
 use super::record::{self, CALIBRATION_AT, CALIBRATION_SIZE};
-use super::survey::{Found, Survey, WORD, is_blank, survey};
+use super::survey::{Found, Survey, WORD, is_blank, read_word, survey};
 use super::{Boot, Owner, StoreError};
 use crate::measure::calibration::{self, Calibration};
 use embedded_storage::nor_flash::NorFlash;
@@ -256,12 +256,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     fn verify(&mut self, save: &Save) -> Result<(), StoreError> {
         let address = self.address(save);
         let mut same = save.end > save.from;
-        for at in (save.from..save.end).step_by(WORD) {
-            let mut word = [0; WORD];
-            let read = self
-                .memory
-                .read((address + at - save.from) as u32, &mut word);
-            same &= read.is_ok() && self.buffer.get(at..at + WORD) == Some(&word);
+        let mut at = save.from;
+        while at < save.end {
+            let word = read_word(&mut self.memory, address + at - save.from);
+            let bytes = self.buffer.get(at..).and_then(|rest| rest.first_chunk());
+            same &= word.is_some() && word == bytes.map(|&bytes| u32::from_le_bytes(bytes));
+            at += WORD;
         }
         if same { Ok(()) } else { Err(StoreError) }
     }
@@ -369,9 +369,9 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// Writes the record of a calibration into the buffer.
     fn seal_calibration(&mut self, bytes: &[u8; calibration::SIZE]) {
-        let place = self.buffer.iter_mut().skip(CALIBRATION_AT);
-        for (to, from) in place.zip(bytes) {
-            *to = *from;
+        let buffer = self.buffer.get_mut(CALIBRATION_AT..);
+        if let Some(place) = buffer.and_then(|buffer| buffer.first_chunk_mut()) {
+            *place = *bytes;
         }
         let sequence = self.sequence.wrapping_add(1);
         record::seal_calibration(&mut self.buffer, self.owner.serial, sequence);
@@ -384,13 +384,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     fn slot(&self, number: usize) -> Slot {
-        let [first, second] = self.slots;
-        if number == 0 { first } else { second }
+        self.slots[number % 2]
     }
 
     fn slot_mut(&mut self, number: usize) -> &mut Slot {
-        let [first, second] = &mut self.slots;
-        if number == 0 { first } else { second }
+        &mut self.slots[number % 2]
     }
 
     fn start(&self, number: usize) -> usize {

@@ -150,20 +150,31 @@ fn valid_record(memory: &mut impl ReadNorFlash, address: usize, limit: usize) ->
     memory.read(address as u32, &mut bytes).ok()?;
     let header = Header::parse(&bytes).filter(|header| header.size() <= limit)?;
     let mut crc = 0;
+    let mut at = address;
     let end = address + header.checked_size();
-    let mut word = [0; WORD];
-    for at in (address..end).step_by(WORD) {
-        memory.read(at as u32, &mut word).ok()?;
-        crc = crc32(crc, &word);
+    while at < end {
+        crc = crc32(crc, &read_word(memory, at)?.to_le_bytes());
+        at += WORD;
     }
-    memory.read(end as u32, &mut word).ok()?;
-    (crc == u32::from_le_bytes(word)).then_some(header)
+    (read_word(memory, end)? == crc).then_some(header)
+}
+
+/// The word at an address; None if it cannot be read.
+#[inline(never)] // called from several places
+pub(super) fn read_word(memory: &mut impl ReadNorFlash, address: usize) -> Option<u32> {
+    let mut word = [0; WORD];
+    memory.read(address as u32, &mut word).ok()?;
+    Some(u32::from_le_bytes(word))
 }
 
 /// Whether `size` bytes, a multiple of [`WORD`], are erased.
 pub(super) fn is_blank(memory: &mut impl ReadNorFlash, address: usize, size: usize) -> bool {
-    (address..address + size).step_by(WORD).all(|address| {
-        let mut word = [0; WORD];
-        memory.read(address as u32, &mut word).is_ok() && word == [0xFF; WORD]
-    })
+    let mut at = address;
+    while at < address + size {
+        if read_word(memory, at) != Some(u32::MAX) {
+            return false;
+        }
+        at += WORD;
+    }
+    true
 }
