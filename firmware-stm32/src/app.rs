@@ -29,17 +29,23 @@ const FIRST_READING_LIMIT: Duration = millis(200);
 /// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver
 /// of the accelerometer. `start_node` starts the node. `TESTS` is 1 if the node requests self-tests, otherwise 0. `DETECTS` is true
 /// if it detects the bit rate.
-pub fn run<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool>(
+///
+/// # Safety
+/// Call it only once: it takes all peripherals. A check at run time would need 64 bytes of flash.
+pub unsafe fn run<
+    N: Node + 'static,
+    const BUFFER: usize,
+    const TESTS: usize,
+    const DETECTS: bool,
+>(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     imu: &'static mut MaybeUninit<Imu<TESTS>>,
     node: &'static mut N,
     start_node: impl FnOnce(&mut N, Instant, &Boot),
 ) -> ! {
-    let Some(parts) = start(owner, store, imu) else {
-        // Only after a second call of `run`.
-        SCB::sys_reset()
-    };
+    // SAFETY: the caller calls this function only once.
+    let board = unsafe { Board::take() };
     let Parts {
         mut watchdog,
         store,
@@ -48,7 +54,7 @@ pub fn run<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DET
         bus,
         leds,
         switches,
-    } = parts;
+    } = start(board, owner, store, imu);
     let now = clock::now();
     let boot = store.boot();
     if boot.damaged {
@@ -88,14 +94,14 @@ struct Parts<const BUFFER: usize, const TESTS: usize> {
 /// The nonvolatile memory of this board.
 pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
 
-/// Performs the boot up to the start of the node. None on a second call.
+/// Performs the boot up to the start of the node.
 #[inline(never)] // the stack of the boot is free again when the main loop begins
 fn start<const BUFFER: usize, const TESTS: usize>(
+    board: Board,
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     imu: &'static mut MaybeUninit<Imu<TESTS>>,
-) -> Option<Parts<BUFFER, TESTS>> {
-    let board = Board::take()?;
+) -> Parts<BUFFER, TESTS> {
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
@@ -108,15 +114,19 @@ fn start<const BUFFER: usize, const TESTS: usize>(
 
     let imu = create_imu(imu, board.imu);
     let first = first_reading(imu);
-    Some(Parts {
+    // None only on a second call.
+    let Some(bus) = Bus::new(board.can) else {
+        SCB::sys_reset()
+    };
+    Parts {
         watchdog,
         store,
         imu,
         first,
-        bus: Bus::new(board.can)?,
+        bus,
         leds: board.leds,
         switches: board.switches,
-    })
+    }
 }
 
 /// Creates the store of the nonvolatile memory in place.

@@ -95,7 +95,7 @@ impl<const TESTS: usize> Imu<TESTS> {
             step: Step::None,
             words: 0,
             bytes: [0; WORD],
-            resampler: Resampler::new(),
+            resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
             clipped: false,
             temperature: None,
             test: [const { None }; TESTS],

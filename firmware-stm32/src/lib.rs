@@ -99,13 +99,16 @@ macro_rules! firmware {
             static mut IMU: core::mem::MaybeUninit<
                 $crate::imu::Imu<{ <$node>::HAS_SELF_TEST as usize }>,
             > = core::mem::MaybeUninit::uninit();
-            $crate::app::run::<_, _, _, { <$node>::DETECTS }>(
-                |serial| <$node>::owner($image, serial),
-                STORE,
-                IMU,
-                NODE,
-                |$it: &mut $node, $now, $boot: &_| $start,
-            )
+            // SAFETY: `entry` permits no other call of this function.
+            unsafe {
+                $crate::app::run::<_, _, _, { <$node>::DETECTS }>(
+                    |serial| <$node>::owner($image, serial),
+                    STORE,
+                    IMU,
+                    NODE,
+                    |$it: &mut $node, $now, $boot: &_| $start,
+                )
+            }
         }
 
         #[cfg(not(target_os = "none"))]

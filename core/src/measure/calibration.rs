@@ -48,9 +48,9 @@ use super::{I32x3, ONE_G, saturated};
 /// The length of an encoded [`Calibration`] in bytes.
 pub const SIZE: usize = 36;
 
-const OFFSET_LIMIT: u32 = ONE_G as u32 / 4;
-const DEVIATION_LIMIT: u16 = 26_214;
-const DRIFT_LIMIT: u16 = 16_777;
+const OFFSET_LIMIT: i32 = ONE_G / 4;
+const DEVIATION_LIMIT: i16 = 26_214;
+const DRIFT_LIMIT: i16 = 16_777;
 
 /// The temperature at which the drift is 0, in 0.01 degC.
 const REFERENCE: i32 = 2_500;
@@ -134,7 +134,9 @@ impl Calibration {
     }
 
     fn is_within_ranges(&self) -> bool {
-        self.offset.iter().all(|v| v.unsigned_abs() <= OFFSET_LIMIT)
+        self.offset
+            .iter()
+            .all(|v| (-OFFSET_LIMIT..=OFFSET_LIMIT).contains(v))
             && are_within(self.deviation.as_flattened(), DEVIATION_LIMIT)
             && are_within(&self.drift, DRIFT_LIMIT)
     }
@@ -148,8 +150,8 @@ fn decode_numbers(numbers: &mut [i16], bytes: &[u8]) {
 }
 
 #[inline(never)] // called from two places
-fn are_within(numbers: &[i16], limit: u16) -> bool {
-    numbers.iter().all(|number| number.unsigned_abs() <= limit)
+fn are_within(numbers: &[i16], limit: i16) -> bool {
+    numbers.iter().all(|v| (-limit..=limit).contains(v))
 }
 
 impl Default for Calibration {

@@ -23,7 +23,7 @@ struct Save {
 }
 
 /// The state of a slot.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 struct Slot {
     /// The end of the last word that is not blank.
     used: usize,
@@ -31,6 +31,14 @@ struct Slot {
     has_parameters: bool,
     /// It contains the calibration of the device.
     has_calibration: bool,
+}
+
+impl Slot {
+    const BLANK: Self = Self {
+        used: 0,
+        has_parameters: false,
+        has_calibration: false,
+    };
 }
 
 /// The records of one device in a memory with two slots. `N` is the [`buffer_size`](super::buffer_size) of its parameters.
@@ -72,9 +80,9 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             size: memory.capacity() / 2 / M::ERASE_SIZE * M::ERASE_SIZE,
             memory,
             owner,
-            slots: [Slot::default(); 2],
+            slots: const { [Slot::BLANK; 2] },
             home: 0,
-            newest: Found::default(),
+            newest: const { Found::NONE },
             is_calibrated: false,
             damaged: false,
             sequence: 0,
@@ -295,7 +303,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     /// Finds the newest parameters, the calibration, and the position for the next record. Does not write.
     #[inline(never)] // only the boot needs its stack
     pub fn scan(&mut self) {
-        let [first, second] = [0, 1].map(|number| self.survey(number));
+        let first = self.survey(0);
+        let second = self.survey(1);
         let in_second = if first.parameters.is_there() || second.parameters.is_there() {
             second.parameters.is_newer(&first.parameters)
         } else {
@@ -324,18 +333,18 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         } else {
             home.unusable > 0 || other.unusable > 0
         };
-        let places = [home.calibration, newest.calibration, other.calibration];
-        if let Some(place) = places.into_iter().find(|&place| place > 0) {
+        let mut place = home.calibration;
+        for other in [newest.calibration, other.calibration] {
+            if place == 0 {
+                place = other;
+            }
+        }
+        if place > 0 {
             let bytes = self.read_calibration(place);
             self.seal_calibration(&bytes);
             // A slot can contain an older one.
-            for (number, place) in [first.calibration, second.calibration]
-                .into_iter()
-                .enumerate()
-            {
-                let same = place > 0 && self.read_calibration(place) == bytes;
-                self.slot_mut(number).has_calibration = same;
-            }
+            self.slots[0].has_calibration = self.is_calibration(first.calibration, &bytes);
+            self.slots[1].has_calibration = self.is_calibration(second.calibration, &bytes);
         }
         let check = self.calibration().map_or(0, |bytes| record::check(bytes));
         self.damaged |= newest.check != 0 && newest.check != check;
@@ -359,6 +368,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         // A read that fails gives zeros, the calibration that changes nothing.
         let _ = self.memory.read(address as u32, &mut bytes);
         bytes
+    }
+
+    /// Whether there is this calibration at an address.
+    #[inline(never)] // called from two places
+    fn is_calibration(&mut self, address: usize, bytes: &[u8; calibration::SIZE]) -> bool {
+        address > 0 && self.read_calibration(address) == *bytes
     }
 
     /// The calibration in the buffer; None if there is none.
@@ -400,7 +415,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         let end = start + self.size;
         let erased = self.memory.erase(start as u32, end as u32);
         erased.map_err(|_| StoreError)?;
-        *self.slot_mut(number) = Slot::default();
+        *self.slot_mut(number) = Slot::BLANK;
         Ok(())
     }
 }

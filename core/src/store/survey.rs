@@ -25,6 +25,14 @@ pub(super) struct Found {
 }
 
 impl Found {
+    pub const NONE: Self = Self {
+        sequence: 0,
+        address: 0,
+        length: 0,
+        calibration: 0,
+        check: 0,
+    };
+
     /// The parameters in the record at this address.
     fn of(header: Header, address: usize, check: u8) -> Self {
         let payload = address + HEADER;

@@ -87,12 +87,14 @@ pub struct Board {
 }
 
 impl Board {
-    /// Initialises watchdog, clocks and pins. None on a second call.
+    /// Initialises watchdog, clocks and pins.
+    ///
+    /// # Safety
+    /// Call it only once: it takes all peripherals.
     #[inline(never)] // so that only the boot needs its stack
-    pub fn take() -> Option<Self> {
-        let core = cortex_m::Peripherals::take()?;
-        // SAFETY: `cortex_m::Peripherals::take` has succeeded, so this is the first call.
-        let device = unsafe { pac::Peripherals::steal() };
+    pub unsafe fn take() -> Self {
+        // SAFETY: the caller owns all peripherals.
+        let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
         // First, so that a crystal that does not start causes a reset and a new attempt.
         device
@@ -104,7 +106,7 @@ impl Board {
         set_pins(&device);
         start_heater(&device.TIM3);
         start_spi(&device.SPI1);
-        Some(Self {
+        Self {
             systick: core.SYST,
             watchdog: Watchdog(device.IWDG),
             leds: StatusLeds(()),
@@ -113,7 +115,7 @@ impl Board {
             imu: ImuWires(device.SPI1),
             flash: ParameterFlash(Flash::new(device.FLASH)),
             serial: super::serial(unique_id()),
-        })
+        }
     }
 }
 

@@ -110,12 +110,14 @@ pub struct Board {
 }
 
 impl Board {
-    /// Initialises watchdog, clocks and pins. None on a second call.
+    /// Initialises watchdog, clocks and pins.
+    ///
+    /// # Safety
+    /// Call it only once: it takes all peripherals.
     #[inline(never)] // so that only the boot needs its stack
-    pub fn take() -> Option<Self> {
-        let core = cortex_m::Peripherals::take()?;
-        // SAFETY: `cortex_m::Peripherals::take` has succeeded, so this is the first call.
-        let device = unsafe { pac::Peripherals::steal() };
+    pub unsafe fn take() -> Self {
+        // SAFETY: the caller owns all peripherals.
+        let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
         // First, so that a clock that does not start causes a reset and a new attempt.
         let mut watchdog = Watchdog::new(device.IWDG);
@@ -164,7 +166,7 @@ impl Board {
         let pins = (Some(gpiob.pb13), Some(gpiob.pb14), Some(gpiob.pb15));
         let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);
 
-        Some(Self {
+        Self {
             systick: core.SYST,
             watchdog,
             leds,
@@ -173,7 +175,7 @@ impl Board {
             imu: ImuWires { spi, select },
             flash: ParameterFlash(Flash(device.FLASH)),
             serial: super::serial(unique_id()),
-        })
+        }
     }
 }
 
