@@ -8,7 +8,7 @@ use crate::heater;
 use crate::measure::self_test::Working;
 use crate::measure::{Calibration, Reading};
 use crate::param::{ParameterId, Parameters, Quantity, Refused, Table, ValueId};
-use crate::time::Instant;
+use crate::time::{Deadline, Instant};
 
 /// Active faults, independent of the protocol: one bit for each.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -217,9 +217,9 @@ pub trait Application: Sized {
         None
     }
 
-    /// The time at which [`tick`](Self::tick) is due; None: never.
-    fn deadline(&self) -> Option<Instant> {
-        None
+    /// The time at which [`tick`](Self::tick) is due.
+    fn deadline(&self) -> Deadline {
+        Deadline::NEVER
     }
 
     /// Performs the action of the deadline. Without a deadline it is not called.
@@ -315,7 +315,7 @@ mod tests {
         assert_eq!(Plain::<1>::derive(ParameterId(0), &values), None);
         assert!(Plain::<1>::is_consistent(&Parameters::factory()));
         let mut plain = Plain::<1>;
-        assert_eq!(plain.deadline(), None);
+        assert_eq!(plain.deadline(), Deadline::NEVER);
         let working = Working {
             x: true,
             y: true,

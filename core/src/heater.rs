@@ -12,7 +12,7 @@
 //! - The arithmetic uses integers. The integral is a sum of errors in 0.01 K and not of rounded duties, so that an error of 0.01
 //!   K also has an effect.
 
-use crate::time::{Duration, Instant, after, millis, reached};
+use crate::time::{Deadline, Duration, Instant, millis};
 
 /// The period of the controller. It is the period of the temperature measurement (ifm JN2101 manual 9.9).
 pub const PERIOD: Duration = millis(200);
@@ -212,30 +212,30 @@ fn derivative(settings: &Settings, slope: i32) -> i32 {
 #[derive(Clone, Debug)]
 pub struct HeatedCell {
     heater: Heater,
-    /// The time of the next controller period; None: at the next temperature.
-    due: Option<Instant>,
+    /// The time of the next controller period; unset: at the next temperature.
+    due: Deadline,
 }
 
 impl HeatedCell {
     /// A cell without a heater.
     pub const UNHEATED: Self = Self {
         heater: Heater::NONE,
-        due: None,
+        due: Deadline::NEVER,
     };
 
     /// A heated cell before its first period.
     pub const fn new(settings: &'static Settings) -> Self {
         Self {
             heater: Heater::new(settings),
-            due: None,
+            due: Deadline::NEVER,
         }
     }
 
     /// Runs the controller with the temperature of the cell in 0.01 degC, if a period is due. Returns true if it was.
     pub fn take(&mut self, now: Instant, temperature: i16) -> bool {
-        let due = self.due.is_none_or(|due| reached(now, due));
+        let due = !self.due.is_set() || self.due.is_reached(now);
         if due {
-            self.due = Some(after(now, PERIOD));
+            self.due = Deadline::after(now, PERIOD);
             self.heater.regulate(Some(temperature));
         }
         due
@@ -243,7 +243,7 @@ impl HeatedCell {
 
     /// Switches the heater off and resets the controller. The next temperature starts it again.
     pub fn stop(&mut self) {
-        self.due = None;
+        self.due = Deadline::NEVER;
         self.heater.regulate(None);
     }
 

@@ -16,7 +16,7 @@ use cortex_m::peripheral::SCB;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store};
-use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
+use plumbline::time::{Duration, Instant, after, millis, reached};
 
 /// The longest time that a restart waits for the last frames: four frames, one of them waiting for a mailbox, of 16 ms each at 10
 /// kbit/s.
@@ -152,17 +152,17 @@ fn create_imu<const TESTS: usize>(
 fn first_reading<const TESTS: usize>(imu: &mut Imu<TESTS>) -> Option<Reading> {
     let mut due = clock::now();
     let limit = after(due, FIRST_READING_LIMIT);
-    while !reached(clock::now(), limit) {
-        if reached(clock::now(), due) {
+    loop {
+        let now = clock::now();
+        if reached(now, due) {
             due = after(due, SAMPLE_PERIOD);
-            imu.start(clock::now());
+            imu.start(now);
         }
-        let reading = imu.step(clock::now());
-        if reading.is_some() {
+        let reading = imu.step(now);
+        if reading.is_some() || reached(now, limit) {
             return reading;
         }
     }
-    None
 }
 
 /// The state of the main loop.
@@ -209,7 +209,10 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
             // At the next tick.
             return clock::now();
         }
-        earlier(Some(self.sample_due), self.node.deadline()).unwrap_or(self.sample_due)
+        match self.node.deadline() {
+            Some(deadline) if !reached(deadline, self.sample_due) => deadline,
+            _ => self.sample_due,
+        }
     }
 
     /// Passes the received frames to the node.

@@ -7,7 +7,7 @@
 
 use crate::{board, sleep};
 use core::cell::Cell;
-use cortex_m::peripheral::{SCB, SYST, syst::SystClkSource};
+use cortex_m::peripheral::{SCB, SYST};
 use critical_section::Mutex;
 use plumbline::time::Instant;
 
@@ -21,12 +21,15 @@ static TICKED: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 static ALARM: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
 /// Starts the clock. The core must already run at [`CORE_CLOCK`](board::CORE_CLOCK).
-pub fn start(mut systick: SYST) {
-    systick.set_clock_source(SystClkSource::Core);
-    systick.set_reload(TICKS_PER_MS - 1);
-    systick.clear_current();
-    systick.enable_interrupt();
-    systick.enable_counter();
+pub fn start(systick: SYST) {
+    /// SYST_CSR: the core clock, the interrupt and the counter are enabled.
+    const ENABLED: u32 = 0b111;
+    // SAFETY: all values of these registers are valid, and the handler is ready.
+    unsafe {
+        systick.rvr.write(TICKS_PER_MS - 1);
+        systick.cvr.write(0);
+        systick.csr.write(ENABLED);
+    }
 }
 
 /// The present time.

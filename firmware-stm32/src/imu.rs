@@ -128,9 +128,9 @@ impl<const TESTS: usize> Imu<TESTS> {
             self.end_test(Working::default());
         }
         match self.state {
-            State::Absent { retry } if reached(now, retry) => self.state = self.find(now),
+            State::Absent { retry } if reached(now, retry) => self.find(now),
             State::Absent { .. } => {}
-            State::Running { misses, .. } if misses >= MISSES => self.state = self.absent(now),
+            State::Running { misses, .. } if misses >= MISSES => self.absent(now),
             State::Running { ref mut misses, .. } => {
                 *misses += 1;
                 self.step = Step::Level;
@@ -243,7 +243,7 @@ impl<const TESTS: usize> Imu<TESTS> {
         match step {
             self_test::Step::None => {}
             self_test::Step::SetUp(set_up) if self.change(set_up).is_ok() => {}
-            self_test::Step::SetUp(_) => self.state = self.absent(now),
+            self_test::Step::SetUp(_) => self.absent(now),
             self_test::Step::Done(working) => {
                 info!("self-test: {}", working);
                 self.end_test(working);
@@ -257,7 +257,9 @@ impl<const TESTS: usize> Imu<TESTS> {
         self.tested = Some(working);
     }
 
-    fn absent(&mut self, now: Instant) -> State {
+    /// The accelerometer is missing.
+    #[inline(never)] // called from several places
+    fn absent(&mut self, now: Instant) {
         if !self.reported && reached(now, BOOT_END) {
             warn!("no accelerometer");
             self.reported = true;
@@ -267,22 +269,22 @@ impl<const TESTS: usize> Imu<TESTS> {
         } else {
             BOOT_RETRY_MS
         };
-        State::Absent {
+        self.state = State::Absent {
             retry: after(now, millis(pause)),
-        }
+        };
     }
 
     /// Tries to find the accelerometer and configures it.
     #[inline(never)] // rarely called, and its stack frame would be part of that of the main loop
-    fn find(&mut self, now: Instant) -> State {
+    fn find(&mut self, now: Instant) {
         match self.set_up() {
             Ok(true) => {
                 info!("accelerometer found");
                 self.reported = false;
-                State::Running {
+                self.state = State::Running {
                     settling: SETTLING_VALUES,
                     misses: 0,
-                }
+                };
             }
             _ => self.absent(now),
         }

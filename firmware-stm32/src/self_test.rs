@@ -90,35 +90,37 @@ impl SelfTest {
 
     /// Processes the acceleration of a reading. It is in the units of the range +-2 g, also while the range is +-4 g.
     pub fn step(&mut self, acceleration: I32x3) -> Step {
-        if self.stage == Stage::Begin {
-            self.held = acceleration;
-            return self.enter(Stage::AtRest, SetUp::Test { pushed: false });
+        if self.stage != Stage::Begin {
+            self.readings += 1;
+            if self.readings <= SETTLING {
+                return Step::None;
+            }
+            if self.stage == Stage::Back {
+                return Step::Done(self.working);
+            }
+            // At +-4 g a count is twice the acceleration.
+            self.mean.x += acceleration.x >> (MEAN - 1);
+            self.mean.y += acceleration.y >> (MEAN - 1);
+            self.mean.z += acceleration.z >> (MEAN - 1);
+            if self.readings < SETTLING + (1 << MEAN) {
+                return Step::None;
+            }
         }
-        self.readings += 1;
-        if self.readings <= SETTLING {
-            return Step::None;
-        }
-        if self.stage == Stage::Back {
-            return Step::Done(self.working);
-        }
-        // At +-4 g a count is twice the acceleration.
-        self.mean.x += acceleration.x >> (MEAN - 1);
-        self.mean.y += acceleration.y >> (MEAN - 1);
-        self.mean.z += acceleration.z >> (MEAN - 1);
-        if self.readings < SETTLING + (1 << MEAN) {
-            return Step::None;
-        }
-        let mean = self.mean;
-        if self.stage == Stage::AtRest {
-            self.at_rest = mean;
-            return self.enter(Stage::Pushed, SetUp::Test { pushed: true });
-        }
-        self.working = judge(self.at_rest, mean);
-        self.enter(Stage::Back, SetUp::Normal)
-    }
-
-    fn enter(&mut self, stage: Stage, set_up: SetUp) -> Step {
-        self.stage = stage;
+        let (next, set_up) = match self.stage {
+            Stage::Begin => {
+                self.held = acceleration;
+                (Stage::AtRest, SetUp::Test { pushed: false })
+            }
+            Stage::AtRest => {
+                self.at_rest = self.mean;
+                (Stage::Pushed, SetUp::Test { pushed: true })
+            }
+            Stage::Pushed | Stage::Back => {
+                self.working = judge(self.at_rest, self.mean);
+                (Stage::Back, SetUp::Normal)
+            }
+        };
+        self.stage = next;
         self.readings = 0;
         self.mean = ZERO;
         Step::SetUp(set_up)

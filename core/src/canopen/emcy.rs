@@ -13,7 +13,7 @@
 //! is sent. Only the beginning is stored in the history.
 
 use crate::application::Faults;
-use crate::time::{Duration, Instant, after, is_due};
+use crate::time::{Deadline, Duration, Instant};
 use heapless::Deque;
 
 /// The cause of a fault.
@@ -214,7 +214,7 @@ pub(super) struct Emergency<H> {
     silent: bool,
     history: H,
     inhibit: Duration,
-    inhibited: Option<Instant>,
+    inhibited: Deadline,
 }
 
 impl<H: History> Emergency<H> {
@@ -226,7 +226,7 @@ impl<H: History> Emergency<H> {
         silent: false,
         history: H::EMPTY,
         inhibit: Duration::from_ticks(0),
-        inhibited: None,
+        inhibited: Deadline::NEVER,
     };
 
     /// Starts without active faults. `faults` has the fault of each bit of the status byte, from bit 0 on.
@@ -352,17 +352,17 @@ impl<H: History> Emergency<H> {
 
     /// Whether a message is queued and the inhibit time has ended.
     pub fn is_due(&mut self, now: Instant) -> bool {
-        if is_due(&self.inhibited, now) {
-            self.inhibited = None;
+        if self.inhibited.is_reached(now) {
+            self.inhibited = Deadline::NEVER;
         }
-        self.is_waiting() && self.inhibited.is_none()
+        self.is_waiting() && !self.inhibited.is_set()
     }
 
     /// Removes the next message from the queue and starts the inhibit time.
     pub fn take(&mut self, now: Instant) -> Option<[u8; 8]> {
         let [low, high, register, status] = self.waiting.pop_front()?;
         if self.inhibit.ticks() > 0 {
-            self.inhibited = Some(after(now, self.inhibit));
+            self.inhibited = Deadline::after(now, self.inhibit);
         }
         Some([low, high, register, status, 0, 0, 0, 0])
     }
@@ -373,8 +373,12 @@ impl<H: History> Emergency<H> {
     }
 
     /// The end of the inhibit time, if a message waits for it.
-    pub fn deadline(&self) -> Option<Instant> {
-        self.inhibited.filter(|_| self.is_waiting())
+    pub fn deadline(&self) -> Deadline {
+        if self.is_waiting() {
+            self.inhibited
+        } else {
+            Deadline::NEVER
+        }
     }
 }
 

@@ -4,16 +4,16 @@
 //! first request. It times out if no further request comes within the life time (guard time multiplied by life time factor).
 
 use super::nmt::State;
-use crate::time::{Duration, Instant, after, is_due, millis};
+use crate::time::{Deadline, Instant, millis};
 
 /// The state of node guarding and life guarding.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Guarding {
-    /// The life time; None: life guarding is off.
-    life_time: Option<Duration>,
+    /// The life time in ms; 0: life guarding is off.
+    life_time: u32,
     toggle: bool,
-    /// The end of the life time; None before the first request.
-    until: Option<Instant>,
+    /// The end of the life time; unset before the first request.
+    until: Deadline,
     /// Life guarding has timed out.
     failed: bool,
 }
@@ -21,36 +21,44 @@ pub struct Guarding {
 impl Guarding {
     /// Life guarding is off.
     pub const OFF: Self = Self {
-        life_time: None,
+        life_time: 0,
         toggle: false,
-        until: None,
+        until: Deadline::NEVER,
         failed: false,
     };
 
     /// Sets guard time (in ms) and life time factor. If one of them is 0, life guarding is off.
     pub fn configure(&mut self, now: Instant, guard_time: u32, factor: u32) {
-        let life_time = guard_time.saturating_mul(factor);
-        self.life_time = (life_time > 0).then(|| millis(life_time));
-        if self.until.is_some() {
-            self.until = self.life_time.map(|life_time| after(now, life_time));
+        self.life_time = guard_time.saturating_mul(factor);
+        if self.until.is_set() {
+            self.restart(now);
         }
-        self.failed &= self.life_time.is_some();
+        self.failed &= self.life_time > 0;
     }
 
     /// The reply to a request: the NMT state, and the toggle bit in bit 7.
     pub fn answer(&mut self, now: Instant, state: State) -> u8 {
         let answer = u8::from(self.toggle) << 7 | state as u8;
         self.toggle = !self.toggle;
-        self.until = self.life_time.map(|life_time| after(now, life_time));
+        self.restart(now);
         self.failed = false;
         answer
     }
 
+    /// Restarts the life time.
+    fn restart(&mut self, now: Instant) {
+        self.until = if self.life_time > 0 {
+            Deadline::after(now, millis(self.life_time))
+        } else {
+            Deadline::NEVER
+        };
+    }
+
     /// Returns true once when life guarding times out.
     pub fn poll(&mut self, now: Instant) -> bool {
-        let over = is_due(&self.until, now);
+        let over = self.until.is_reached(now);
         if over {
-            self.until = None;
+            self.until = Deadline::NEVER;
             self.failed = true;
         }
         over
@@ -62,7 +70,7 @@ impl Guarding {
     }
 
     /// The end of the life time.
-    pub fn deadline(&self) -> Option<Instant> {
+    pub fn deadline(&self) -> Deadline {
         self.until
     }
 }
@@ -86,7 +94,7 @@ mod tests {
     fn life_guarding_after_first_request_times_out_after_life_time() {
         let mut guarding = Guarding::OFF;
         guarding.configure(at(0), 100, 3);
-        assert_eq!(guarding.deadline(), None);
+        assert_eq!(guarding.deadline(), Deadline::NEVER);
         guarding.answer(at(1000), State::Operational);
         assert!(!guarding.poll(at(1299)));
         assert!(guarding.poll(at(1300)));
@@ -100,6 +108,6 @@ mod tests {
         let mut guarding = Guarding::OFF;
         guarding.configure(at(0), 100, 0);
         guarding.answer(at(0), State::Stopped);
-        assert_eq!(guarding.deadline(), None);
+        assert_eq!(guarding.deadline(), Deadline::NEVER);
     }
 }

@@ -15,7 +15,7 @@ use super::row::Row;
 use super::timer::Periodic;
 use crate::can::Frame;
 use crate::param::Ranges;
-use crate::time::{Duration, Earliest, Instant, after, is_due};
+use crate::time::{Deadline, Duration, Instant};
 
 /// The transmission types of a TPDO; 241 to 251 are reserved.
 pub const TRANSMISSION_TYPES: Ranges = Ranges {
@@ -149,12 +149,12 @@ pub struct Tpdo {
     id: Option<u16>,
     remote: bool,
     kind: Type,
-    /// The inhibit time; None if it is 0.
-    inhibit: Option<Duration>,
+    /// The inhibit time in 100 us.
+    inhibit: u32,
     event_ms: u32,
     event: Periodic,
     /// The end of the inhibit time.
-    inhibited: Option<Instant>,
+    inhibited: Deadline,
     /// An event waits for the end of the inhibit time.
     waiting: bool,
     /// SYNCs since the last transmission.
@@ -170,10 +170,10 @@ impl Tpdo {
         id: None,
         remote: false,
         kind: Type::Acyclic,
-        inhibit: None,
+        inhibit: 0,
         event_ms: 0,
         event: Periodic::OFF,
-        inhibited: None,
+        inhibited: Deadline::NEVER,
         waiting: false,
         syncs: 0,
         kept: None,
@@ -202,8 +202,7 @@ impl Tpdo {
             count => Type::Cyclic(count as u8),
         };
         let changed = (kind, parameter.event_timer) != (self.kind, self.event_ms);
-        let inhibit = u64::from(parameter.inhibit_time) * 100;
-        self.inhibit = (inhibit > 0).then(|| Duration::from_ticks(inhibit));
+        self.inhibit = parameter.inhibit_time;
         self.kind = kind;
         self.event_ms = parameter.event_timer;
         if changed && self.running {
@@ -289,16 +288,21 @@ impl Tpdo {
     /// ended.
     pub fn poll(&mut self, now: Instant) -> bool {
         self.waiting |= self.event.poll(now);
-        if !self.waiting || (self.inhibited.is_some() && !is_due(&self.inhibited, now)) {
+        if !self.waiting || (self.inhibited.is_set() && !self.inhibited.is_reached(now)) {
             return false;
         }
         self.waiting = false;
-        self.inhibited = self.inhibit.map(|inhibit| after(now, inhibit));
+        self.inhibited = if self.inhibit > 0 {
+            let inhibit = u64::from(self.inhibit) * 100;
+            Deadline::after(now, Duration::from_ticks(inhibit))
+        } else {
+            Deadline::NEVER
+        };
         true
     }
 
     /// Adds the time at which [`poll`](Self::poll) can become true.
-    pub fn consider(&self, next: &mut Earliest) {
+    pub fn consider(&self, next: &mut Deadline) {
         if self.waiting {
             next.consider(self.inhibited);
         }

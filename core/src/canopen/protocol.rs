@@ -16,7 +16,7 @@ use crate::application::{Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
 use crate::store::StoreError;
-use crate::time::{Earliest, Instant};
+use crate::time::{Deadline, Instant};
 
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
@@ -264,7 +264,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.emergency.is_waiting()
     }
 
-    fn deadlines(&self, earliest: &mut Earliest) {
+    fn deadlines(&self, earliest: &mut Deadline) {
         let services = &self.services;
         earliest.consider(self.sdo.deadline());
         earliest.consider(services.heartbeat.deadline());
@@ -294,7 +294,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 impl<P: Product> Services<P> {
     /// Handles a node guarding request. The heartbeat overrides node guarding.
     fn guard(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
-        if !frame.is_remote() || self.heartbeat.deadline().is_some() {
+        if !frame.is_remote() || self.heartbeat.deadline().is_set() {
             return;
         }
         let failed = self.guarding.failed();

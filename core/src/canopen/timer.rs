@@ -1,40 +1,51 @@
 //! A periodic timer without drift.
 
-use crate::time::{Duration, Instant, after, millis, reached};
+use crate::time::{Deadline, Instant, after, millis, reached};
 
 /// A periodic timer. It is off until it is started.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Periodic(Option<(Duration, Instant)>);
+pub struct Periodic {
+    period_ms: u32,
+    /// The end of the present period.
+    due: Deadline,
+}
 
 impl Periodic {
     /// Not started.
-    pub const OFF: Self = Self(None);
+    pub const OFF: Self = Self {
+        period_ms: 0,
+        due: Deadline::NEVER,
+    };
 
     /// Begins a period of `period_ms` milliseconds; 0 switches the timer off.
     pub fn start(&mut self, now: Instant, period_ms: u32) {
-        let period = millis(period_ms);
-        self.0 = (period_ms > 0).then(|| (period, after(now, period)));
+        self.stop();
+        if period_ms > 0 {
+            self.period_ms = period_ms;
+            self.due = Deadline::after(now, millis(period_ms));
+        }
     }
 
     /// Switches the timer off.
     pub fn stop(&mut self) {
-        self.0 = None;
+        self.due = Deadline::NEVER;
     }
 
     /// Returns true if a period has ended; the next one begins. Several missed periods count as one.
     pub fn poll(&mut self, now: Instant) -> bool {
-        let Some((period, due)) = self.0.filter(|&(_, due)| reached(now, due)) else {
+        let Some(due) = self.due.time().filter(|&due| reached(now, due)) else {
             return false;
         };
+        let period = millis(self.period_ms);
         let next = after(due, period);
         let missed = reached(now, next);
-        self.0 = Some((period, if missed { after(now, period) } else { next }));
+        self.due = Deadline::at(if missed { after(now, period) } else { next });
         true
     }
 
     /// The end of the present period.
-    pub fn deadline(&self) -> Option<Instant> {
-        self.0.map(|(_, due)| due)
+    pub fn deadline(&self) -> Deadline {
+        self.due
     }
 }
 
@@ -53,11 +64,11 @@ mod tests {
         timer.start(at(0), 10);
         assert!(!timer.poll(at(9)));
         assert!(timer.poll(at(13)));
-        assert_eq!(timer.deadline(), Some(at(20)));
+        assert_eq!(timer.deadline().time(), Some(at(20)));
         assert!(timer.poll(at(47)));
         assert!(!timer.poll(at(47)));
-        assert_eq!(timer.deadline(), Some(at(57)));
+        assert_eq!(timer.deadline().time(), Some(at(57)));
         timer.start(at(50), 0);
-        assert_eq!(timer.deadline(), None);
+        assert_eq!(timer.deadline().time(), None);
     }
 }

@@ -10,7 +10,7 @@ use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, Context, NodeState, Patterns, Protocol};
 use crate::param::{Parameters, meaning};
 use crate::store::StoreError;
-use crate::time::{Earliest, Instant};
+use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
 
 /// The parameters of product `P`.
@@ -280,8 +280,10 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
         }
     }
 
-    fn deadlines(&self, earliest: &mut Earliest) {
-        earliest.consider(self.cyclic.map(|cyclic| cyclic.deadline()));
+    fn deadlines(&self, earliest: &mut Deadline) {
+        if let Some(cyclic) = &self.cyclic {
+            earliest.consider(Deadline::at(cyclic.deadline()));
+        }
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {

@@ -7,7 +7,7 @@ use crate::measure::Reading;
 use crate::measure::self_test::Working;
 use crate::param::{Parameters, Table};
 use crate::store::{ImageId, Owner, StoreError, buffer_size};
-use crate::time::{Earliest, Instant, is_due};
+use crate::time::{Deadline, Instant};
 
 /// A node that consists of an application and a protocol.
 pub struct CanNode<A: Application, P> {
@@ -202,7 +202,7 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         self.tick(now);
         let outputs = A::HAS_OUTPUTS.then(|| self.context.values.outputs());
         let action = self.context.shell.next_action(now, outputs);
-        let mut earliest = Earliest::default();
+        let mut earliest = Deadline::NEVER;
         self.protocol.deadlines(&mut earliest);
         earliest.consider(self.application.deadline());
         self.context.shell.polled(action.is_some(), earliest);
@@ -247,7 +247,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
             let values = self.application.stale();
             self.publish(now, values);
         }
-        if is_due(&self.application.deadline(), now) {
+        if self.application.deadline().is_reached(now) {
             let values = self.application.tick(now);
             self.publish(now, values);
         }

@@ -1,7 +1,7 @@
 //! The status LEDs: four channels and their blink patterns (CiA 303-3).
 
 use super::BusState;
-use crate::time::{Earliest, Instant, after, is_due, millis, reached};
+use crate::time::{Deadline, Instant, after, millis, reached};
 
 /// One item for each LED channel. A product with two LEDs uses the first two channels; a product with two two-colour LEDs uses
 /// all.
@@ -43,14 +43,25 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// The on and off times in ms, alternating and repeated; empty if the LED does not change.
-    const fn times(self) -> &'static [u16] {
+    /// Whether the LED changes.
+    const fn changes(self) -> bool {
+        !matches!(self, Self::Off | Self::On)
+    }
+
+    /// The number of phases, alternating on and off, of a pattern that changes; a power of two.
+    const fn phases(self) -> u8 {
         match self {
-            Self::Off | Self::On => &[],
-            Self::Flickering => &[50, 50],
-            Self::Blinking => &[200, 200],
-            Self::SingleFlash => &[200, 1000],
-            Self::DoubleFlash => &[200, 200, 200, 1000],
+            Self::DoubleFlash => 4,
+            _ => 2,
+        }
+    }
+
+    /// The time of a phase in ms.
+    const fn time(self, phase: u8) -> u32 {
+        match (self, phase) {
+            (Self::Flickering, _) => 50,
+            (Self::SingleFlash, 1) | (Self::DoubleFlash, 3) => 1000,
+            _ => 200,
         }
     }
 }
@@ -83,7 +94,7 @@ struct Led {
     /// The end of the present phase, if the LED changes.
     until: Instant,
     pattern: Pattern,
-    /// The index into the times of the pattern. The LED is on in even phases.
+    /// The phase of the pattern. The LED is on in even phases.
     phase: u8,
 }
 
@@ -98,20 +109,13 @@ impl Led {
         if self.pattern != pattern {
             self.pattern = pattern;
             self.phase = 0;
-            let first = pattern.times().first().copied();
-            self.until = after(now, millis(first.unwrap_or(0).into()));
+            self.until = after(now, millis(pattern.time(0)));
         }
-    }
-
-    /// The time of the next change; None if the LED does not change.
-    fn deadline(&self) -> Option<Instant> {
-        let changes = !matches!(self.pattern, Pattern::Off | Pattern::On);
-        changes.then_some(self.until)
     }
 
     /// Whether the LED is lit.
     fn poll(&mut self, now: Instant) -> bool {
-        if is_due(&self.deadline(), now) {
+        if self.pattern.changes() && reached(now, self.until) {
             self.next(now);
         }
         self.pattern != Pattern::Off && self.phase.is_multiple_of(2)
@@ -119,13 +123,8 @@ impl Led {
 
     #[inline(never)] // rarely called
     fn next(&mut self, now: Instant) {
-        let times = self.pattern.times();
-        self.phase += 1;
-        if usize::from(self.phase) >= times.len() {
-            self.phase = 0;
-        }
-        let time = times.get(usize::from(self.phase)).copied().unwrap_or(200);
-        let time = millis(time.into());
+        self.phase = (self.phase + 1) % self.pattern.phases();
+        let time = millis(self.pattern.time(self.phase));
         // The period has no drift, except after a poll that is late by more than a phase.
         let next = after(self.until, time);
         let missed = reached(now, next);
@@ -181,9 +180,11 @@ impl Indicator {
     }
 
     /// Adds the time of the next change.
-    pub fn consider(&self, next: &mut Earliest) {
+    pub fn consider(&self, next: &mut Deadline) {
         for led in &self.leds {
-            next.consider(led.deadline());
+            if led.pattern.changes() {
+                next.consider(Deadline::at(led.until));
+            }
         }
     }
 }
@@ -193,9 +194,9 @@ mod tests {
     use super::*;
 
     fn deadline(indicator: &Indicator) -> Option<Instant> {
-        let mut next = Earliest::default();
+        let mut next = Deadline::NEVER;
         indicator.consider(&mut next);
-        next.instant()
+        next.time()
     }
 
     /// The times in ms at which the error LED changes, polled at its deadlines up to `end` ms.

@@ -5,7 +5,7 @@ use crate::application::{Application, Effect};
 use crate::can::{Filter, Frame};
 use crate::param::{ParameterId, Parameters, Refused, Table};
 use crate::store::StoreError;
-use crate::time::{Earliest, Instant};
+use crate::time::{Deadline, Instant};
 
 /// The part of a node that its protocol can access.
 pub struct Context<A: Application> {
@@ -125,7 +125,7 @@ pub trait Protocol<A: Application>: Sized {
     }
 
     /// Adds the deadlines of the protocol.
-    fn deadlines(&self, earliest: &mut Earliest);
+    fn deadlines(&self, earliest: &mut Deadline);
 
     /// Calls `accept` for each acceptance filter in force.
     fn filters(&self, cx: &Context<A>, accept: &mut dyn FnMut(Filter));

@@ -5,7 +5,7 @@ use super::{
 };
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
-use crate::time::{Duration, Earliest, Instant, after, millis, reached};
+use crate::time::{Deadline, Duration, Instant, after, millis, reached};
 use heapless::Deque;
 
 /// The maximum number of received frames that wait for the end of a save.
@@ -60,7 +60,7 @@ pub struct Shell {
     /// There may be an action or a new deadline since the last poll that returned None. Each cause sets this flag, so that a poll
     /// without work is short.
     dirty: bool,
-    wake: Option<Instant>,
+    wake: Deadline,
 }
 
 impl Shell {
@@ -81,7 +81,7 @@ impl Shell {
         save: false,
         stop: false,
         dirty: false,
-        wake: None,
+        wake: Deadline::NEVER,
     };
 
     /// Starts with the serial number of the unit, and with room in the queue for this number of frames that are not replies.
@@ -278,8 +278,7 @@ impl Shell {
 
     /// True if a poll has nothing to do.
     pub(super) fn is_idle(&self, now: Instant) -> bool {
-        let due = self.wake.is_some_and(|wake| reached(now, wake));
-        !self.dirty && !due
+        !self.dirty && !self.wake.is_reached(now)
     }
 
     /// The next action in the order of priority. `outputs` are the outputs of the application.
@@ -350,19 +349,19 @@ impl Shell {
     }
 
     /// Ends a poll. `earliest` is the next deadline of the protocol and the application.
-    pub(super) fn polled(&mut self, more: bool, mut earliest: Earliest) {
+    pub(super) fn polled(&mut self, more: bool, mut earliest: Deadline) {
         if let NodeState::Restarting(until) = self.state {
-            earliest.consider(Some(until));
+            earliest.consider(Deadline::at(until));
         }
         if !self.is_stale && !self.is_leaving() {
-            earliest.consider(Some(self.valid_until));
+            earliest.consider(Deadline::at(self.valid_until));
         }
         self.indicator.consider(&mut earliest);
         self.dirty = more;
-        self.wake = earliest.instant();
+        self.wake = earliest;
     }
 
     pub(super) fn deadline(&self) -> Option<Instant> {
-        self.wake
+        self.wake.time()
     }
 }

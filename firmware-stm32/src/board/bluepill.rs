@@ -226,13 +226,15 @@ impl Watchdog {
     }
 }
 
-/// Sets outputs of port B.
-fn set_port_b(pins: impl IntoIterator<Item = (u32, bool)>) {
-    let levels = pins.into_iter().fold(0, |levels, (pin, high)| {
-        levels | 1 << if high { pin } else { pin + 16 }
-    });
+/// Sets the outputs `pins` of port B to `levels`.
+fn set_port_b(pins: u32, levels: u32) {
+    let low = pins & !levels;
     // SAFETY: the write changes only these pins, which the caller owns.
-    unsafe { pac::GPIOB::steal().bsrr().write(|w| w.bits(levels)) };
+    unsafe {
+        pac::GPIOB::steal()
+            .bsrr()
+            .write(|w| w.bits(levels | low << 16))
+    };
 }
 
 /// The status LEDs.
@@ -241,11 +243,10 @@ pub struct StatusLeds(());
 impl StatusLeds {
     /// Shows `leds`.
     pub fn show(&mut self, leds: Leds) {
-        set_port_b([
-            (12, leds.error),
-            (13, leds.module_green),
-            (14, leds.module_red),
-        ]);
+        let levels = u32::from(leds.error) << 12
+            | u32::from(leds.module_green) << 13
+            | u32::from(leds.module_red) << 14;
+        set_port_b(0b111 << 12, levels);
         // SAFETY: the write changes only PC13, which no other code uses.
         let port_c = unsafe { pac::GPIOC::steal() };
         port_c.bsrr().write(|w| {
@@ -266,7 +267,7 @@ pub struct Switches {
 impl Switches {
     /// Connects or disconnects the terminating resistor.
     pub fn terminate(&mut self, on: bool) {
-        set_port_b([(1, on)]);
+        set_port_b(1 << 1, u32::from(on) << 1);
     }
 
     /// Sets the power of the heater, 0 to 1000 permille.

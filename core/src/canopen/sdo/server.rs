@@ -5,7 +5,7 @@
 
 use super::message::{self, Address, Announced, Request};
 use crate::canopen::Abort;
-use crate::time::{Duration, Instant, after, is_due, millis};
+use crate::time::{Deadline, Duration, Instant, millis};
 use heapless::Vec;
 
 /// The longest time that the server waits for the next segment.
@@ -108,7 +108,7 @@ enum Stage<O> {
 pub struct Server<O, B> {
     stage: Stage<O>,
     address: Address,
-    expires: Option<Instant>,
+    expires: Deadline,
     /// The command byte of the reply that is sent when written data is stored; 0: no data is being stored. Other transfers are
     /// possible meanwhile.
     confirmation: u8,
@@ -122,7 +122,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     pub const IDLE: Self = Self {
         stage: Stage::Idle,
         address: Address { index: 0, sub: 0 },
-        expires: None,
+        expires: Deadline::NEVER,
         confirmation: 0,
         stored: Address { index: 0, sub: 0 },
         data: B::EMPTY,
@@ -186,11 +186,13 @@ impl<O: Copy, B: Buffer> Server<O, B> {
 
     /// Aborts a transfer that has timed out. Returns the abort message.
     pub fn poll(&mut self, now: Instant) -> Option<[u8; 8]> {
-        is_due(&self.expires, now).then(|| self.abort(Abort::TimeOut))
+        self.expires
+            .is_reached(now)
+            .then(|| self.abort(Abort::TimeOut))
     }
 
     /// The time at which [`poll`](Self::poll) aborts the transfer.
-    pub fn deadline(&self) -> Option<Instant> {
+    pub fn deadline(&self) -> Deadline {
         self.expires
     }
 
@@ -209,7 +211,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     fn begin(&mut self, address: Address) {
         self.stage = Stage::Idle;
         self.address = address;
-        self.expires = None;
+        self.expires = Deadline::NEVER;
     }
 
     /// Ends the transfer with an error.
@@ -222,7 +224,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     /// Waits for the next segment.
     fn wait(&mut self, stage: Stage<O>, now: Instant) {
         self.stage = stage;
-        self.expires = Some(after(now, TIME_OUT));
+        self.expires = Deadline::after(now, TIME_OUT);
     }
 
     fn upload<T: Objects<Object = O, Text = B>>(

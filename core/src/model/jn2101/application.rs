@@ -10,7 +10,7 @@ use crate::measure::self_test::{LIMIT, Working};
 use crate::measure::teach::ReferenceFrame;
 use crate::measure::{Calibration, Clipping, I32x3, ONE_G, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
-use crate::time::{Instant, after};
+use crate::time::{Deadline, Instant};
 
 /// The ids of the published values.
 pub mod value {
@@ -122,8 +122,8 @@ pub struct Jn2101Application {
     axes_failed: bool,
     /// The last value of the counter of self-test requests.
     tests: u32,
-    /// The time limit of the running self-test; None: no self-test is running.
-    test_until: Option<Instant>,
+    /// The time limit of the running self-test; unset: no self-test is running.
+    test_until: Deadline,
     test_result: u8,
     outputs: Outputs,
 }
@@ -137,7 +137,7 @@ impl Jn2101Application {
             up: self.measuring.up(),
             temperature: self.temperature,
             power: self.cell.heater().power(),
-            self_test_active: self.test_until.is_some(),
+            self_test_active: self.test_until.is_set(),
             self_test_result: self.test_result,
             faults: self.faults,
             outputs: self.outputs,
@@ -159,7 +159,7 @@ impl Jn2101Application {
 
     /// Ends the self-test with this result.
     fn end_test(&mut self, result: Working) -> Inclination {
-        self.test_until = None;
+        self.test_until = Deadline::NEVER;
         let bit = |works: bool, bit: u8| if works { bit } else { 0 };
         self.test_result = bit(result.x, X_WORKS) | bit(result.y, Y_WORKS);
         self.axes_failed = self.test_result != X_WORKS | Y_WORKS;
@@ -220,7 +220,7 @@ impl Application for Jn2101Application {
         faults: Faults::NONE,
         axes_failed: false,
         tests: 0,
-        test_until: None,
+        test_until: Deadline::NEVER,
         test_result: 0,
         outputs: Outputs::NONE,
     };
@@ -237,8 +237,8 @@ impl Application for Jn2101Application {
         self.outputs = self.outputs.with_termination(switch(id::TERMINATION));
         let tests = parameters.get(id::SELF_TEST);
         // A reset of the node sets the count to 0.
-        if tests != self.tests && tests != 0 && self.test_until.is_none() {
-            self.test_until = Some(after(now, LIMIT));
+        if tests != self.tests && tests != 0 && !self.test_until.is_set() {
+            self.test_until = Deadline::after(now, LIMIT);
             self.outputs = self.outputs.with_self_test();
         }
         self.tests = tests;
@@ -267,10 +267,10 @@ impl Application for Jn2101Application {
     }
 
     fn tested(&mut self, result: Working) -> Option<Inclination> {
-        self.test_until.is_some().then(|| self.end_test(result))
+        self.test_until.is_set().then(|| self.end_test(result))
     }
 
-    fn deadline(&self) -> Option<Instant> {
+    fn deadline(&self) -> Deadline {
         self.test_until
     }
 
