@@ -234,12 +234,20 @@ impl<H: History> Emergency<H> {
         self.faults = Some(faults);
     }
 
+    /// The fault of each bit of the status byte.
+    fn faults(&self) -> &'static [Fault] {
+        self.faults.map_or(&[], |faults| faults)
+    }
+
     /// Resets the active faults, the messages, the history and the inhibit time.
     pub fn reset(&mut self) {
-        *self = Self {
-            faults: self.faults,
-            ..Self::INITIAL
-        };
+        // Not a copy of `INITIAL`: it would be 280 bytes of flash.
+        self.active = 0;
+        self.waiting.clear();
+        self.silent = false;
+        self.history.clear();
+        self.inhibit = Duration::from_ticks(0);
+        self.inhibited = Deadline::NEVER;
     }
 
     /// Sets the inhibit time, in 100 us.
@@ -250,7 +258,7 @@ impl<H: History> Emergency<H> {
     /// Sets the faults of the application. Queues a message for each fault that begins or ends.
     pub fn update_application(&mut self, faults: Faults) {
         let (mut mask, mut active) = (0, 0);
-        for fault in self.faults.into_iter().flatten().rev() {
+        for fault in self.faults().iter().rev() {
             mask = mask << 1 | u8::from(fault.faults != Faults::NONE);
             active = active << 1 | u8::from(fault.faults.intersects(faults));
         }
@@ -269,7 +277,7 @@ impl<H: History> Emergency<H> {
     #[cold]
     fn announce(&mut self, changed: u8, is_new: bool) {
         let mut next: u8 = 1;
-        for fault in self.faults.into_iter().flatten() {
+        for fault in self.faults() {
             let bit = next;
             next <<= 1;
             if changed & bit == 0 {

@@ -180,12 +180,10 @@ impl Tpdo {
         running: false,
     };
 
-    /// Resets the TPDO. The identifier does not change until [`configure`](Self::configure).
+    /// Resets the TPDO. Its communication parameter stays until [`configure`](Self::configure).
     fn reset(&mut self) {
-        *self = Self {
-            id: self.id,
-            ..Self::DISABLED
-        };
+        self.stop();
+        self.inhibited = Deadline::NEVER;
     }
 
     /// Applies its communication parameter. Returns true if the identifier has changed.
