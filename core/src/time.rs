@@ -25,6 +25,15 @@ pub const fn reached(now: Instant, deadline: Instant) -> bool {
     now.ticks() >= deadline.ticks()
 }
 
+/// The earlier of two times; None means never.
+pub fn earlier(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(if reached(a, b) { b } else { a }),
+        (a, None) => a,
+        (None, b) => b,
+    }
+}
+
 /// A deadline, or none.
 ///
 /// The ticks are stored negated: 0 is no deadline, and a comparison needs no check for it. An `Option<Instant>` has twice the size
@@ -77,6 +86,15 @@ mod tests {
         let end = Instant::from_ticks(u64::MAX);
         assert_eq!(after(end, millis(1)), end);
         assert!(reached(end, end));
+    }
+
+    #[test]
+    fn earlier_returns_earlier_time_and_ignores_none() {
+        let (a, b) = (Instant::from_ticks(1), Instant::from_ticks(2));
+        assert_eq!(earlier(Some(b), Some(a)), Some(a));
+        assert_eq!(earlier(Some(a), Some(b)), Some(a));
+        assert_eq!(earlier(None, Some(b)), Some(b));
+        assert_eq!(earlier(None, None), None);
     }
 
     #[test]

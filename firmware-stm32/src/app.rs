@@ -16,7 +16,7 @@ use cortex_m::peripheral::SCB;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Action, Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store};
-use plumbline::time::{Duration, Instant, after, millis, reached};
+use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 
 /// The longest time that a restart waits for the last frames: four frames, one of them waiting for a mailbox, of 16 ms each at 10
 /// kbit/s.
@@ -209,10 +209,7 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
             // At the next tick.
             return clock::now();
         }
-        match self.node.deadline() {
-            Some(deadline) if !reached(deadline, self.sample_due) => deadline,
-            _ => self.sample_due,
-        }
+        earlier(Some(self.sample_due), self.node.deadline()).unwrap_or(self.sample_due)
     }
 
     /// Passes the received frames to the node.

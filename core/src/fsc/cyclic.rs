@@ -41,8 +41,7 @@ impl Cyclic {
         // 64-bit division of the compiler is large; the next poll counts the rest.
         let late = now.ticks().saturating_sub(self.due.ticks());
         let late = u32::try_from(late).unwrap_or(u32::MAX);
-        // The period is at least 1 ms.
-        let periods = 1 + late.checked_div(self.period).unwrap_or(0);
+        let periods = 1 + late / self.period.max(1);
         let expired = u64::from(periods) * u64::from(self.period);
         self.due = after(self.due, Duration::from_ticks(expired));
         self.counter = self.counter.wrapping_add(periods as u16);
