@@ -1,10 +1,9 @@
-//! Nonvolatile data of the JN2101: store, restore, node-ID and bit rate, factory reset (manual 7.6, 9.1, 10).
+//! Nonvolatile data of the JN2101: store, restore, factory reset (manual 7.6, 10).
 
 use crate::tester::canopen::*;
 use plumbline::can::BitRate;
 use plumbline::measure::Calibration;
-use plumbline::node::{Action, Boot, BusMode, Node};
-use plumbline::store::StoreError;
+use plumbline::node::{Action, Boot, BusMode};
 
 const HARDWARE: u32 = 0x0606_0000;
 const LOAD: u32 = 0x6461_6F6C;
@@ -93,93 +92,6 @@ fn load_restores_communication_profile_after_reset() {
         expect(&mut t, &COMMUNICATION, true);
         expect(&mut t, &OWN, false);
     }
-}
-
-#[test]
-fn save_is_answered_at_its_end_and_other_requests_at_once() {
-    let mut t = operational();
-    t.memory_works = None;
-    assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
-    assert_eq!(t.exchange("080#").len(), 2);
-    assert_eq!(t.exchange("70A#R1"), ["70A#05"]);
-    assert_eq!(t.exchange("60A#4000100000000000"), ["58A#430010009A010400"]);
-    assert_eq!(t.exchange("60A#4008100000000000").len(), 1);
-    assert_eq!(t.write(0x1017, 0, 2, 0), Ok(()));
-    assert_eq!(t.exchange("000#800A"), [""; 0]);
-    assert_eq!(t.exchange("70A#R1"), ["70A#FF"]);
-    assert!(t.node.ready());
-    t.finish_save(Ok(()));
-    assert_eq!(t.sent_text(), ["58A#6010100100000000"]);
-}
-
-#[test]
-fn write_that_needs_a_save_is_refused_during_a_save() {
-    let mut t = booted();
-    t.memory_works = None;
-    assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
-    let refused = Err(0x0800_0022);
-    assert_eq!(t.write(0x1010, 1, 4, 0x6576_6173), refused);
-    assert_eq!(load(&mut t), refused);
-    assert_eq!(t.write(0x207F, 0, 1, 1), refused);
-    t.tilt(10.0, 0.0);
-    // Zero point: the angle does not change.
-    assert_eq!(t.write(0x2046, 0, 1, 1), refused);
-    assert_eq!(t.read(0x2046, 0), Ok(2));
-    assert_eq!(t.read_i32(0x6110), 1000);
-    t.finish_save(Ok(()));
-    assert_eq!(t.sent_text(), ["58A#6010100100000000"]);
-}
-
-#[test]
-fn reset_during_a_save_is_performed_at_once_with_the_saved_parameters() {
-    for reset in ["000#810A", "000#820A"] {
-        let mut t = booted();
-        t.memory_works = None;
-        t.write(0x1F80, 0, 4, 8).unwrap();
-        assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
-        assert_eq!(t.exchange(reset), ["70A#00"]);
-        assert_eq!(t.read(0x1F80, 0), Ok(8), "{reset}");
-        assert_eq!(t.exchange("70A#R1"), ["70A#05"], "{reset}");
-        t.finish_save(Ok(()));
-        assert_eq!(t.sent_text(), [""; 0], "the reset has ended the transfer");
-        assert_eq!(t.exchange(reset), ["70A#00"]);
-        assert_eq!(t.exchange("70A#R1"), ["70A#05"], "{reset}");
-    }
-}
-
-#[test]
-fn failed_save_is_undone_by_the_next_reset_also_after_a_reset_during_the_save() {
-    let mut t = booted();
-    t.memory_works = None;
-    t.write(0x1F80, 0, 4, 8).unwrap();
-    assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
-    assert_eq!(t.exchange("000#810A"), ["70A#00"]);
-    t.finish_save(Err(StoreError));
-    t.sent_text();
-    assert_eq!(t.read(0x1F80, 0), Ok(8));
-    t.exchange("000#810A");
-    assert_eq!(t.read(0x1F80, 0), Ok(0), "the stored value");
-}
-
-#[test]
-fn write_during_factory_reset_is_refused() {
-    let mut t = booted();
-    t.memory_works = None;
-    assert_eq!(t.exchange("60A#2F7F200001000000"), [""; 0]);
-    assert_eq!(t.write(0x6000, 0, 2, 100), Err(0x0800_0022));
-    t.finish_save(Ok(()));
-    assert_eq!(t.sent_text(), ["58A#607F200000000000"]);
-    assert_eq!(t.write(0x6000, 0, 2, 100), Ok(()));
-}
-
-#[test]
-fn client_that_aborts_during_a_save_gets_no_answer() {
-    let mut t = booted();
-    t.memory_works = None;
-    assert_eq!(t.exchange("60A#2310100173617665"), [""; 0]);
-    assert_eq!(t.exchange("60A#8010100100000405"), [""; 0]);
-    t.finish_save(Ok(()));
-    assert_eq!(t.sent_text(), [""; 0]);
 }
 
 #[test]
@@ -307,115 +219,6 @@ fn stored_prefix_keeps_its_parameters_and_the_others_have_factory_values() {
 }
 
 #[test]
-fn written_node_id_acts_after_reset_and_changes_cob_ids() {
-    for reset in ["000#8200", "000#8100", "power"] {
-        let mut t = booted();
-        t.write(0x2000, 0, 1, 0x20).unwrap();
-        assert_eq!(t.read(0x2000, 0), Ok(0x20));
-        assert_eq!(t.read(0x1200, 1), Ok(0x60A), "unchanged before the reset");
-        if reset == "power" {
-            t.store();
-            t.power_cycle();
-        } else {
-            t.send(reset);
-        }
-        assert_eq!(t.sent_text(), ["720#00"], "{reset}");
-        assert_eq!(t.exchange("60A#4000100000000000"), [""; 0]);
-        t.node_id = 0x20;
-        for (index, sub, value) in [
-            (0x1014, 0, 0xA0),
-            (0x1200, 1, 0x620),
-            (0x1200, 2, 0x5A0),
-            (0x1800, 1, 0x1A0),
-            (0x1801, 1, 0x2A0),
-        ] {
-            assert_eq!(t.read(index, sub), Ok(value), "{index:04X}");
-        }
-        assert_eq!(t.exchange("000#010A"), [""; 0]);
-        t.send("000#0120");
-        assert_eq!(t.exchange("080#"), ["1A0#00000000", "2A0#0000000000000000"]);
-        assert_eq!(t.exchange("720#R1"), ["720#05"]);
-    }
-}
-
-#[test]
-fn cob_ids_saved_before_follow_new_node_id() {
-    // 10: saved with node-ID 10, then changed, then load and save again.
-    let mut t = booted();
-    t.store();
-    t.write(0x2000, 0, 1, 0x7F).unwrap();
-    load(&mut t).unwrap();
-    t.store();
-    t.power_cycle();
-    assert_eq!(t.sent_text(), ["77F#00"]);
-    t.node_id = 0x7F;
-    assert_eq!(t.read(0x1800, 1), Ok(0x1FF));
-}
-
-#[test]
-fn unsaved_node_id_is_lost_after_power_cycle() {
-    let mut t = booted();
-    t.write(0x2000, 0, 1, 0x20).unwrap();
-    t.power_cycle();
-    assert_eq!(t.sent_text(), ["70A#00"]);
-}
-
-#[test]
-fn written_bit_rate_acts_after_reset() {
-    for (kbits, rate) in [
-        (10, BitRate::K10),
-        (20, BitRate::K20),
-        (50, BitRate::K50),
-        (125, BitRate::K125),
-        (250, BitRate::K250),
-        (500, BitRate::K500),
-        (800, BitRate::K800),
-        (1000, BitRate::M1),
-    ] {
-        let mut t = booted();
-        t.actions.clear();
-        t.write(0x2001, 0, 2, kbits).unwrap();
-        assert_eq!(t.actions, [], "not before a reset");
-        t.store();
-        t.power_cycle();
-        assert!(t.actions.contains(&Action::Bus(BusMode::Normal, rate)));
-        let mut t = booted();
-        t.actions.clear();
-        t.write(0x2001, 0, 2, kbits).unwrap();
-        t.send("000#820A");
-        let bus: Vec<_> = t
-            .actions
-            .iter()
-            .filter(|action| matches!(action, Action::Bus(..)))
-            .collect();
-        let expected = [&Action::Bus(BusMode::Normal, rate)];
-        assert_eq!(bus, if kbits == 125 { &[][..] } else { &expected });
-    }
-}
-
-#[test]
-fn device_reset_restarts_after_its_reply() {
-    let mut t = booted();
-    assert_eq!(t.write(0x2002, 0, 1, 0), Ok(()));
-    assert!(!t.actions.contains(&Action::Restart));
-    t.send(&format!("60A#{}", write_request(0x2002, 0, 1, 1)));
-    assert!(!t.actions.contains(&Action::Restart));
-    assert_eq!(t.sent_text(), ["58A#6002200000000000"]);
-    assert_eq!(t.actions.last(), Some(&Action::Restart));
-    assert!(!t.node.ready());
-    // If the reply is not sent, the wait is limited.
-    let mut t = booted();
-    t.send(&format!("60A#{}", write_request(0x2002, 0, 1, 1)));
-    while t.actions.last() != Some(&Action::Restart) {
-        t.now = t.node.deadline().unwrap();
-        while let Some(action) = t.node.poll(t.now) {
-            t.actions.push(action);
-        }
-        assert!(t.now.ticks() < 1_000_000);
-    }
-}
-
-#[test]
 fn factory_reset_restores_manufacturer_parameters_at_once() {
     let mut t = booted();
     write_all(&mut t);
@@ -474,15 +277,6 @@ fn zero_point_and_teach_are_stored_at_once_without_other_parameters() {
     t.power_cycle();
     t.sent_text();
     assert_eq!((t.read_i16(0x6010), t.read_i16(0x6020)), (1000, 500));
-}
-
-#[test]
-fn unrequested_save_result_changes_nothing() {
-    let mut t = booted();
-    t.finish_save(Ok(()));
-    t.finish_save(Err(StoreError));
-    assert_eq!(t.sent_text(), [""; 0]);
-    assert_eq!(t.read(0x1001, 0), Ok(0));
 }
 
 #[test]

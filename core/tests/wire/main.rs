@@ -1,11 +1,14 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
 mod canopen_codings;
+mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_jn2101;
 mod canopen_memory;
 mod canopen_network;
+mod canopen_node_id;
 mod canopen_pdo;
+mod canopen_saves;
 mod canopen_sdo;
 mod canopen_sizes;
 mod fsc_behaviour;

@@ -208,3 +208,12 @@ pub fn write_request(index: u16, sub: u8, size: u8, value: u32) -> String {
     let [a, b, c, d] = value.to_le_bytes();
     hex(&[0x23 | (4 - size) << 2, low, high, sub, a, b, c, d])
 }
+
+/// The bytes of an abort with this code. `object` is index and sub-index as the bytes of the message.
+pub fn abort(object: &str, code: u32) -> String {
+    let code: String = code
+        .to_le_bytes()
+        .map(|byte| format!("{byte:02X}"))
+        .concat();
+    format!("80{object}{code}")
+}
