@@ -169,8 +169,8 @@ pub enum Effect {
     /// No action.
     #[default]
     None,
-    /// Store: parameters with [`Persistence::AtOnce`](crate::param::Persistence::AtOnce) have changed. The written parameter must
-    /// be one of them.
+    /// Store the parameters with [`Persistence::AtOnce`](crate::param::Persistence::AtOnce), which may have changed. The written
+    /// parameter must be one of them.
     Store,
 }
 

@@ -55,13 +55,19 @@ impl<P: Product> Services<P> {
             .map(|(id, _)| id)
     }
 
-    /// Begins a save, while no other save is running. The SDO reply is sent after the save has ended.
+    /// Begins a save, while no other save is running. The SDO reply is sent after the save has ended. Parameters that are stored
+    /// when they are written are not saved again without a change.
     pub(super) fn save(&mut self, cx: &mut ContextOf<P>, what: What) -> Written {
         let mut parameters = self.saved.parameters;
         let factory = Parameters::factory();
         match what {
             What::Everything => parameters = cx.parameters,
-            What::AtOnce => parameters.copy(&cx.parameters, ParametersOf::<P>::stored_at_once()),
+            What::AtOnce => {
+                parameters.copy(&cx.parameters, ParametersOf::<P>::stored_at_once());
+                if parameters == self.saved.parameters {
+                    return Written::Done;
+                }
+            }
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
             What::FactoryApplication => parameters.copy(&factory, Self::stored(false)),
         }

@@ -1,10 +1,18 @@
-//! Saves of the JN2101: what is answered while one is running.
+//! Saves of the JN2101: what is answered while one is running, aborts of the client, interrupted and unnecessary saves.
 
 use crate::tester::canopen::*;
-use plumbline::node::Node;
+use plumbline::node::{Action, Boot, Node};
 use plumbline::store::StoreError;
 
 const LOAD: u32 = 0x6461_6F6C;
+const SAVE: &str = "60A#2310100173617665";
+const SAVED: &str = "58A#6010100100000000";
+
+/// The number of saves since the start, or since the actions were cleared.
+fn saves(t: &Jn2101Tester) -> usize {
+    let is_save = |action: &&Action| **action == Action::Save;
+    t.actions.iter().filter(is_save).count()
+}
 
 #[test]
 fn save_is_answered_at_its_end_and_other_requests_at_once() {
@@ -100,4 +108,131 @@ fn unrequested_save_result_changes_nothing() {
     t.finish_save(Err(StoreError));
     assert_eq!(t.sent_text(), [""; 0]);
     assert_eq!(t.read(0x1001, 0), Ok(0));
+}
+
+#[test]
+fn abort_of_another_object_during_a_save_changes_nothing() {
+    for request in [SAVE, "60A#2F46200001000000"] {
+        let mut t = booted();
+        t.memory_works = None;
+        assert_eq!(t.exchange(request), [""; 0]);
+        // An object without a transfer, another sub-index, and the object of a transfer that has ended.
+        assert_eq!(t.exchange("60A#8017100000000405"), [""; 0]);
+        assert_eq!(t.exchange("60A#8010100000000405"), [""; 0]);
+        t.read(0x1000, 0).unwrap();
+        assert_eq!(t.exchange("60A#8000100000000405"), [""; 0]);
+        t.finish_save(Ok(()));
+        let reply = format!("58A#60{}00000000", &request[6..12]);
+        assert_eq!(t.sent_text(), [reply], "{request}");
+    }
+}
+
+#[test]
+fn abort_during_a_save_ends_either_the_save_or_another_transfer() {
+    let mut t = booted();
+    t.memory_works = None;
+    assert_eq!(t.exchange(SAVE), [""; 0]);
+    assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
+    // The abort of the save does not end the read.
+    assert_eq!(t.exchange("60A#8010100100000405"), [""; 0]);
+    assert_eq!(t.sdo("6000000000000000"), "034A4E3231303100");
+    t.finish_save(Ok(()));
+    assert_eq!(t.sent_text(), [""; 0]);
+    // The abort of a read does not end the save.
+    assert_eq!(t.exchange(SAVE), [""; 0]);
+    assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
+    assert_eq!(t.exchange("60A#8008100000000405"), [""; 0]);
+    assert_eq!(t.sdo("6000000000000000"), "8000000001000405");
+    t.finish_save(Ok(()));
+    assert_eq!(t.sent_text(), [SAVED]);
+}
+
+/// python-canopen sends index 0 and sub-index 0.
+#[test]
+fn abort_without_address_ends_all_transfers() {
+    let mut t = booted();
+    t.memory_works = None;
+    assert_eq!(t.exchange(SAVE), [""; 0]);
+    assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
+    assert_eq!(t.exchange("60A#8000000000000405"), [""; 0]);
+    assert_eq!(t.sdo("6000000000000000"), "8000000001000405");
+    t.finish_save(Ok(()));
+    assert_eq!(t.sent_text(), [""; 0]);
+}
+
+#[test]
+fn failed_save_of_aborted_transfer_is_told_by_emergency_only() {
+    let mut t = booted();
+    t.memory_works = None;
+    assert_eq!(t.exchange(SAVE), [""; 0]);
+    assert_eq!(t.exchange("60A#8010100100000405"), [""; 0]);
+    t.finish_save(Err(StoreError));
+    assert_eq!(t.sent_text(), ["08A#0010010800000000"]);
+}
+
+#[test]
+fn teach_and_zero_point_without_change_are_not_saved() {
+    let mut t = booted();
+    // With blank memory too: the factory values are in force.
+    for (index, value) in [(0x2042, 2), (0x2042, 0), (0x2046, 2), (0x2046, 0)] {
+        assert_eq!(t.write(index, 0, 1, value), Ok(()));
+    }
+    assert_eq!(t.write_text(0x3000, "D0UfZEgRKHAI5Ag="), "2000000000000000");
+    assert_eq!((saves(&t), &t.memory), (0, &None));
+    t.tilt(10.0, 5.0);
+    for (index, count) in [(0x2042, 1), (0x2046, 3)] {
+        assert_eq!(t.write(index, 0, 1, 1), Ok(()));
+        assert_eq!(saves(&t), count, "{index:04X}");
+        // The same position again, and "no change".
+        assert_eq!(t.write(index, 0, 1, 1), Ok(()));
+        assert_eq!(t.write(index, 0, 1, 0), Ok(()));
+        assert_eq!(saves(&t), count, "{index:04X}");
+        assert_eq!(t.write(index, 0, 1, 2), Ok(()));
+        assert_eq!(saves(&t), count + 1, "{index:04X}");
+        assert_eq!(t.write(index, 0, 1, 2), Ok(()));
+        assert_eq!(saves(&t), count + 1, "{index:04X}");
+    }
+    // Also after a power cycle, and after a failed save.
+    t.power_cycle();
+    t.sent_text();
+    assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
+    assert_eq!(saves(&t), 0);
+    t.memory_works = Some(false);
+    assert_eq!(t.exchange("60A#2F42200001000000").len(), 2, "abort, EMCY");
+    assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
+    assert_eq!(saves(&t), 1);
+}
+
+/// The store has the older image and finds the rest of the newer one. That each interruption is found, and that the older image is
+/// whole, is tested in `host-tests/tests`.
+#[test]
+fn interrupted_save_is_a_hardware_fault_until_the_next_good_save() {
+    const ERROR: &str = "08A#0010010800000000";
+    let mut t = booted();
+    t.write(0x1017, 0, 2, 60_000).unwrap();
+    t.write(0x2000, 0, 1, 0x0A).unwrap();
+    t.store();
+    let image = t.memory.clone();
+    let loaded = Boot {
+        parameters: image.as_deref(),
+        damaged: true,
+        ..Boot::default()
+    };
+    let mut t = with_memory(loaded);
+    assert_eq!(t.sent_text(), ["70A#00", ERROR]);
+    assert_eq!(t.read(0x1017, 0), Ok(60_000), "the older image is in force");
+    assert_eq!(t.read(0x1001, 0), Ok(1));
+    assert_eq!(t.read(0x1003, 1), Ok(0x0008_1000));
+    for reset in ["000#810A", "000#820A"] {
+        assert_eq!(t.exchange(reset), ["70A#00", ERROR], "{reset}");
+    }
+    // What writes nothing, and a failed save, do not end it.
+    assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
+    t.memory_works = Some(false);
+    assert_eq!(t.exchange(SAVE), ["58A#8010100100000606"]);
+    assert_eq!(t.read(0x1001, 0), Ok(1));
+    t.memory_works = Some(true);
+    assert_eq!(t.exchange(SAVE), [SAVED, "08A#0000000000000000"]);
+    assert_eq!(t.read(0x1001, 0), Ok(0));
+    assert_eq!(t.exchange("000#810A"), ["70A#00"]);
 }

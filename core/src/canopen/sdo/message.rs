@@ -43,8 +43,8 @@ pub enum Request {
         /// The toggle bit.
         toggle: bool,
     },
-    /// The client aborts the transfer.
-    Abort,
+    /// The client aborts the transfer of this object.
+    Abort(Address),
     /// Block transfer, or an unknown command.
     Unsupported(Address),
 }
@@ -83,7 +83,7 @@ impl Request {
             }
             2 => Self::Upload(address),
             3 => Self::UploadSegment { toggle },
-            4 => Self::Abort,
+            4 => Self::Abort(address),
             _ => Self::Unsupported(address),
         }
     }

@@ -42,13 +42,20 @@ pub trait Objects {
     /// The size of a number in bytes; 0 for a text.
     fn size(object: Self::Object) -> u8;
 
+    /// Whether data of a `length` other than the [size](Self::size) is written nevertheless. `abort` is the usual answer.
+    fn misfit(object: Self::Object, length: u32, abort: Abort) -> Result<(), Abort> {
+        let _ = (object, length);
+        Err(abort)
+    }
+
     /// The number in an object. A signed number can have more bits than its type.
     fn number(&self, object: Self::Object, sub: u8) -> u32;
 
     /// The text in an object.
     fn text(&self, object: Self::Object) -> Self::Text;
 
-    /// Writes to a writable object. `data` has the size of the number, or is a text. On an error, nothing changes.
+    /// Writes to a writable object. `data` has the size of the number or is a [misfit](Self::misfit), or is a text. On an error,
+    /// nothing changes.
     fn write(&mut self, now: Instant, object: Self::Object, data: &[u8]) -> Result<Written, Abort>;
 }
 
@@ -154,8 +161,8 @@ impl<O: Copy, B: Buffer> Server<O, B> {
                 let data = data.get(..length.into()).unwrap_or(data);
                 self.download_segment(objects, now, toggle, data, last)
             }
-            Request::Abort => {
-                self.end();
+            Request::Abort(address) => {
+                self.abandon(address);
                 Ok(None)
             }
             Request::Unsupported(address) => {
@@ -200,6 +207,19 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     pub fn end(&mut self) {
         self.confirmation = 0;
         self.finish();
+    }
+
+    /// Handles an abort of the client, which names this object. A client has one transfer at a time, so the abort ends it, whatever
+    /// object it names. Only a write that waits for its save is told apart: it ends if the abort names its object. Some clients
+    /// do not fill in the address. Then both end.
+    fn abandon(&mut self, address: Address) {
+        let is_stored = address == self.stored;
+        if self.confirmation == 0 || !is_stored {
+            self.finish();
+        }
+        if is_stored || address == Address::default() {
+            self.confirmation = 0;
+        }
     }
 
     /// Ends the transfer.
@@ -386,9 +406,9 @@ fn fits<T: Objects>(object: T::Object, size: u32) -> Result<(), Abort> {
         size => (size.into(), size.into()),
     };
     if size > most {
-        Err(Abort::TooLong)
+        T::misfit(object, size, Abort::TooLong)
     } else if size < least {
-        Err(Abort::TooShort)
+        T::misfit(object, size, Abort::TooShort)
     } else {
         Ok(())
     }

@@ -76,7 +76,7 @@ pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::TEXT }>
 }
 
 /// Writes the parameters of a programming key. Returns None without a change if the key is not valid or one of its values is not
-/// permitted.
+/// permitted. The end of teach-in or zero point is stored at once.
 ///
 /// A key does not contain the reference frame and the zero point. It can switch teach-in and zero point off, but not on.
 pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
@@ -89,19 +89,12 @@ pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
     if !IDS.into_iter().zip(numbers).all(permitted) {
         return None;
     }
-    let mut effect = Effect::None;
     for (id, number) in IDS.into_iter().zip(numbers) {
-        if let id::TEACH | id::ZERO = id {
-            if number != ABSOLUTE {
-                continue;
-            }
-            if parameters.get(id) != ABSOLUTE {
-                effect = Effect::Store;
-            }
+        if number == ABSOLUTE || !matches!(id, id::TEACH | id::ZERO) {
+            parameters.set(id, number);
         }
-        parameters.set(id, number);
     }
-    Some(effect)
+    Some(Effect::Store)
 }
 
 /// The numbers in a programming key of the layout above; None if it is not valid.

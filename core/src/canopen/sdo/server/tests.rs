@@ -180,3 +180,35 @@ fn write_with_save_is_answered_after_save() {
     server.serve(&mut memory, at(0), [0x80, 3, 0x20, 0, 0, 0, 0, 0]);
     assert_eq!(server.stored(true), None, "the client has aborted");
 }
+
+#[test]
+fn abort_of_client_ends_the_read_or_the_save() {
+    let abort = |index: u16| {
+        let [low, high] = index.to_le_bytes();
+        [0x80, low, high, 0, 0, 0, 0x04, 0x05]
+    };
+    let command = [0x2F, 3, 0x20, 0, 1, 0, 0, 0];
+    let read = [0x40, 1, 0x20, 0, 0, 0, 0, 0];
+    // The aborted object, and which of read and save continue.
+    for (object, reads, saves) in [
+        (0x2001, false, true),
+        (0x2003, true, false),
+        (0x2000, false, true),
+        (0x0000, false, false),
+    ] {
+        let mut server = Tested::IDLE;
+        let mut memory = Memory {
+            text: b"abcdefghi".to_vec(),
+            ..Memory::default()
+        };
+        assert_eq!(server.serve(&mut memory, at(0), command), None);
+        assert!(server.serve(&mut memory, at(0), read).is_some());
+        assert_eq!(server.serve(&mut memory, at(0), abort(object)), None);
+        assert_eq!(server.deadline().is_some(), reads, "{object:04X}");
+        assert_eq!(server.stored(true).is_some(), saves, "{object:04X}");
+        // After the save, its object is one like the others.
+        assert!(server.serve(&mut memory, at(0), read).is_some());
+        assert_eq!(server.serve(&mut memory, at(0), abort(0x2003)), None);
+        assert_eq!(server.deadline(), None);
+    }
+}
