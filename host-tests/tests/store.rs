@@ -93,6 +93,12 @@ fn power_cut_in_any_programmed_byte_keeps_the_old_record_or_the_new_one() {
                     "byte {byte}: the newest record is damaged"
                 );
             }
+            // The damage is reported at each power-up until the next save.
+            let mut flash = copy(&cut.flash);
+            for _ in 0..3 {
+                flash = boot(flash).into_memory();
+                assert_eq!(found_by(OWNER, &flash), after, "byte {byte}");
+            }
             survives(cut, &format!("byte {byte}"));
         }
         let mut flash = Flash::default();

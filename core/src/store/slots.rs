@@ -122,13 +122,15 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// Erases the spare slot in advance, if the other slot is more than half full. Call it at boot, before the node takes part in
     /// the bus. Then saves of at least half a slot need no erase. While the other slot is at most half full, the older records
-    /// stay.
+    /// stay. A spare slot with nothing but an incomplete save is not erased.
     pub fn prepare(&mut self) {
         let (home, spare) = (self.slot(self.home), self.slot(self.spare()));
         let roomy = home.used <= self.size / 2;
         // The next save copies the calibration into its slot.
         let only_copy = spare.has_calibration && !home.has_calibration;
-        if !roomy && !only_copy && spare.used > 0 {
+        // The damage is reported until the next save succeeds, which is written after it.
+        let only_damaged = self.damaged && !spare.has_parameters && spare.used < self.size;
+        if !roomy && !only_copy && !only_damaged && spare.used > 0 {
             // A failure is reported when the slot is needed and erased again.
             let _ = self.erase(self.spare());
         }
