@@ -5,7 +5,7 @@
     python canopen_check.py --virtual-sensor ../../target/release/virtual-sensor
 
 Prints one line per check and the count; the exit code is 1 if a check failed. The checks are independent of the implementation:
-they are written from the sections of the manual, from CiA 301 and from the decisions J1..J25 in core/src/model/jn2101/README.md.
+they are written from the sections of the manual, from CiA 301 and from the decisions J1..J33 in core/src/model/jn2101/README.md.
 """
 
 import sys
@@ -23,6 +23,7 @@ from canopen_cases import (
     cases_pdo,
     cases_sdo,
     cases_store,
+    cases_tools,
     runner,
 )
 
@@ -38,6 +39,7 @@ MODULES = (
     cases_angles,
     cases_measuring,
     cases_master,
+    cases_tools,
     cases_fuzz,
 )
 GROUPS = {group.__name__: group for module in MODULES for group in module.GROUPS}

@@ -52,7 +52,7 @@ pub enum Service {
     RestoreCommunication,
     /// The serial number (1018h:04).
     SerialNumber,
-    /// Writing 1 restarts the device, 0 does nothing.
+    /// Writing 1 resets the node after the reply, 0 does nothing.
     Restart,
     /// Writing 1 restores the factory values of all other parameters. Reads 1 if the last restore has succeeded, otherwise 0.
     RestoreApplication,

@@ -7,7 +7,7 @@ use crate::can::Frame;
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 pub enum State {
-    /// Before the boot-up message.
+    /// Before the boot-up message: at the start, and between the reply to a request for a reset and the reset.
     Initialising = 0,
     /// Only NMT and error control are active.
     Stopped = 4,

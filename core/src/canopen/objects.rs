@@ -1,9 +1,10 @@
 //! Read and write access to objects: the function of each kind of row in the node.
 
 use super::Abort;
+use super::cob_id;
 use super::dictionary::Service;
 use super::emcy::History;
-use super::pdo::Tpdos;
+use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
 use super::row::{Kind, Row, find};
@@ -55,6 +56,16 @@ impl<P: Product> Objects for View<'_, P> {
         row.size()
     }
 
+    fn misfit(row: &'static Row, length: u32, abort: Abort) -> Result<(), Abort> {
+        match (row.kind(), row.service()) {
+            // A mapping does not change.
+            (Kind::Constant, _) => Err(Abort::ReadOnly),
+            // Some manuals print UNSIGNED32.
+            (Kind::Service, Some(Service::ErrorCount)) if length == 4 => Ok(()),
+            _ => Err(abort),
+        }
+    }
+
     fn number(&self, row: &'static Row, sub: u8) -> u32 {
         self.services.number(self.cx, row, sub)
     }
@@ -79,7 +90,7 @@ impl<P: Product> Objects for View<'_, P> {
                 services.write(cx, now, row, value)
             }
             Kind::Service => services.write_service(cx, now, row, data),
-            _ => Err(Abort::ReadOnly),
+            _ => services.write_mapping(cx, now, row, number(data)),
         }
     }
 }
@@ -90,6 +101,7 @@ impl<P: Product> Services<P> {
         match row.kind() {
             Kind::Parameter | Kind::CobId => cx.parameters.get(row.id()),
             Kind::Value | Kind::Command => cx.values.number(row.value_id()),
+            Kind::Constant if row.is_mapped_count() && !self.is_mapped(row) => 0,
             Kind::Constant => row.number(),
             Kind::NodeRelative => row.number() + u32::from(self.node_id),
             Kind::Service => self.service(cx, row, sub),
@@ -121,6 +133,11 @@ impl<P: Product> Services<P> {
         if cx.is_saving() && (at_once || self.saved.is_factory_reset()) {
             return Err(Abort::DeviceState);
         }
+        // An identifier does not change, only bits 31 and 30.
+        let changed = value ^ cx.parameters.get(row.id());
+        if row.kind() == Kind::CobId && changed & !(cob_id::DISABLED | cob_id::BIT_30) != 0 {
+            return Err(Abort::Value);
+        }
         let effect = cx.write(row.id(), value)?;
         if row.is_communication() {
             self.apply(cx, now, row.index());
@@ -128,6 +145,30 @@ impl<P: Product> Services<P> {
         }
         cx.apply();
         Ok(self.carry_out(cx, effect))
+    }
+
+    /// Writes a part of a fixed mapping: its present contents, or 0 as the number of mapped objects.
+    fn write_mapping(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        row: &Row,
+        value: u32,
+    ) -> Result<Written, Abort> {
+        let is_count = row.is_mapped_count();
+        if value != row.number() && !(is_count && value == 0) {
+            return Err(Abort::ReadOnly);
+        }
+        if is_count && let Some(tpdo) = self.tpdos.all_mut().get_mut(number_of(row.index())) {
+            tpdo.set(now, MAPPED, value != 0);
+            self.withdraw(cx);
+        }
+        Ok(Written::Done)
+    }
+
+    fn is_mapped(&self, row: &Row) -> bool {
+        let tpdo = self.tpdos.all().get(number_of(row.index()));
+        tpdo.is_some_and(Tpdo::is_mapped)
     }
 
     fn carry_out(&mut self, cx: &mut ContextOf<P>, effect: Effect) -> Written {
@@ -166,21 +207,12 @@ impl<P: Product> Services<P> {
             (Service::RestoreApplication, _) => Err(Abort::Value),
             (Service::Restart, 0) => Ok(Written::Done),
             (Service::Restart, 1) => {
-                self.restart(cx, now);
+                self.prepare_reset(now);
                 Ok(Written::Done)
             }
             (Service::Restart, _) => Err(Abort::TooHigh),
             _ => Err(Abort::Signature),
         }
-    }
-
-    /// Accepts a restart.
-    fn restart(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        self.heartbeat.stop();
-        for tpdo in self.tpdos.all_mut() {
-            tpdo.stop();
-        }
-        cx.shell.restart(now);
     }
 
     /// Applies a parameter of the communication profile.
@@ -195,7 +227,7 @@ impl<P: Product> Services<P> {
                 self.configure_guarding(cx, now);
             }
             0x1800..0x1A00 => {
-                identifiers_changed = self.configure_tpdo(cx, now, usize::from(index - 0x1800));
+                identifiers_changed = self.configure_tpdo(cx, now, number_of(index));
             }
             _ => {}
         }
@@ -203,4 +235,9 @@ impl<P: Product> Services<P> {
             self.readdress(cx);
         }
     }
+}
+
+/// The number of the TPDO (from 0) with this object: 1800h, 1A00h and following.
+fn number_of(index: u16) -> usize {
+    usize::from(index & 0x1FF)
 }

@@ -24,20 +24,14 @@ pub const TRANSMISSION_TYPES: Ranges = Ranges {
     ranges: &[(0, 240), (252, 255)],
 };
 
-/// The trigger of a TPDO.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Type {
-    /// A SYNC, if the data has changed.
-    Acyclic,
-    /// Each n-th SYNC.
-    Cyclic(u8),
-    /// A remote frame; the data is sampled with the SYNC.
-    SyncRemote,
-    /// A remote frame.
-    Remote,
-    /// The event timer.
-    Event,
-}
+/// The transmission type: a SYNC, if the data has changed.
+const ACYCLIC: u8 = 0;
+/// The last transmission type that counts SYNCs; the first is 1.
+const CYCLIC: u8 = 240;
+/// The transmission type: a remote frame; the data is sampled with the SYNC.
+const SYNC_REMOTE: u8 = 252;
+/// The first of two transmission types: the event timer.
+const EVENT: u8 = 254;
 
 /// The reaction of a TPDO to a SYNC or a remote frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -72,8 +66,8 @@ pub trait Tpdos {
     const COUNT: usize;
     /// The maximum number of mapped objects of a TPDO.
     const ENTRIES: usize;
-    /// All of them disabled.
-    const DISABLED: Self;
+    /// Before the start.
+    const INITIAL: Self;
 
     /// The TPDOs.
     fn all(&self) -> &[Tpdo];
@@ -95,8 +89,8 @@ pub struct TpdoArray<const N: usize, const E: usize> {
 impl<const N: usize, const E: usize> Tpdos for TpdoArray<N, E> {
     const COUNT: usize = N;
     const ENTRIES: usize = E;
-    const DISABLED: Self = Self {
-        tpdos: [const { Tpdo::DISABLED }; N],
+    const INITIAL: Self = Self {
+        tpdos: [const { Tpdo::INITIAL }; N],
         mappings: [const { heapless::Vec::new() }; N],
     };
 
@@ -129,114 +123,131 @@ impl<const N: usize, const E: usize> Tpdos for TpdoArray<N, E> {
     }
 }
 
-/// The communication parameter of a TPDO in the coding of its objects (1800h and following).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) struct Communication {
-    /// Sub-index 1.
-    pub cob_id: u32,
-    /// Sub-index 2.
-    pub transmission_type: u32,
-    /// Sub-index 3, in 100 us.
-    pub inhibit_time: u32,
-    /// Sub-index 5, in ms.
-    pub event_timer: u32,
-}
+/// A TPDO is sent while all these conditions hold. The node is operational.
+pub(super) const OPERATIONAL: u8 = 1 << 0;
+/// Bit 31 of the COB-ID is 0.
+const VALID: u8 = 1 << 1;
+/// The number of mapped objects (sub-index 0 of 1A00h and following) is not 0.
+pub(super) const MAPPED: u8 = 1 << 2;
+const ALL: u8 = OPERATIONAL | VALID | MAPPED;
 
 /// One transmit PDO.
 #[derive(Clone, Debug)]
 pub struct Tpdo {
-    /// The identifier; None if the TPDO is disabled.
-    id: Option<u16>,
+    /// The identifier, also while the TPDO is not sent.
+    id: u16,
+    /// The conditions that hold.
+    conditions: u8,
+    /// It answers remote frames.
     remote: bool,
-    kind: Type,
+    transmission_type: u8,
+    /// SYNCs since the last transmission.
+    syncs: u8,
     /// The inhibit time in 100 us.
-    inhibit: u32,
-    event_ms: u32,
+    inhibit: u16,
+    /// The event timer in ms.
+    event_ms: u16,
+    /// An event waits for the end of the inhibit time.
+    waiting: bool,
     event: Periodic,
     /// The end of the inhibit time.
     inhibited: Deadline,
-    /// An event waits for the end of the inhibit time.
-    waiting: bool,
-    /// SYNCs since the last transmission.
-    syncs: u8,
     /// The frame that was sent last (type 0) or sampled with the SYNC (type 252).
     kept: Option<Frame>,
-    running: bool,
 }
 
 impl Tpdo {
-    /// A disabled TPDO without mapped objects.
-    pub(super) const DISABLED: Self = Self {
-        id: None,
+    /// A TPDO before its start, without mapped objects.
+    pub(super) const INITIAL: Self = Self {
+        id: 0,
+        conditions: 0,
         remote: false,
-        kind: Type::Acyclic,
+        transmission_type: ACYCLIC,
+        syncs: 0,
         inhibit: 0,
         event_ms: 0,
+        waiting: false,
         event: Periodic::OFF,
         inhibited: Deadline::NEVER,
-        waiting: false,
-        syncs: 0,
         kept: None,
-        running: false,
     };
 
     /// Resets the TPDO. Its communication parameter stays until [`configure`](Self::configure).
     fn reset(&mut self) {
-        self.stop();
-        self.inhibited = Deadline::NEVER;
-    }
-
-    /// Applies its communication parameter. Returns true if the identifier has changed.
-    pub(super) fn configure(&mut self, now: Instant, parameter: Communication) -> bool {
-        let id = cob_id::in_use(parameter.cob_id);
-        let readdressed = id != self.id;
-        self.id = id;
-        self.remote = parameter.cob_id & cob_id::BIT_30 == 0;
-        let kind = match parameter.transmission_type {
-            0 => Type::Acyclic,
-            252 => Type::SyncRemote,
-            253 => Type::Remote,
-            254.. => Type::Event,
-            count => Type::Cyclic(count as u8),
-        };
-        let changed = (kind, parameter.event_timer) != (self.kind, self.event_ms);
-        self.inhibit = parameter.inhibit_time;
-        self.kind = kind;
-        self.event_ms = parameter.event_timer;
-        if changed && self.running {
-            self.start(now);
-        }
-        readdressed
-    }
-
-    /// Handles the change to operational.
-    pub fn start(&mut self, now: Instant) {
-        self.stop();
-        self.running = true;
-        if self.kind == Type::Event {
-            self.event.start(now, self.event_ms);
-        }
-    }
-
-    /// Handles the end of operational.
-    pub fn stop(&mut self) {
-        self.running = false;
+        // By field: a copy of the initial state needs more flash.
+        self.conditions = MAPPED;
         self.event.stop();
         self.waiting = false;
         self.syncs = 0;
         self.kept = None;
+        self.remote = false;
+        self.transmission_type = ACYCLIC;
+        self.inhibit = 0;
+        self.event_ms = 0;
+        self.inhibited = Deadline::NEVER;
     }
 
-    /// The identifier; None while the TPDO is disabled.
-    pub fn id(&self) -> Option<u16> {
+    /// Applies its communication parameter: COB-ID, transmission type, inhibit time in 100 us, event timer in ms. Returns true if
+    /// the identifier has changed.
+    pub(super) fn configure(
+        &mut self,
+        now: Instant,
+        [cob_id, transmission_type, inhibit, event_ms]: [u32; 4],
+    ) -> bool {
+        let trigger = (transmission_type as u8, event_ms as u16);
+        if trigger != (self.transmission_type, self.event_ms) {
+            (self.transmission_type, self.event_ms) = trigger;
+            self.restart(now);
+        }
+        self.inhibit = inhibit as u16;
+        self.remote = cob_id & cob_id::BIT_30 == 0;
+        self.set(now, VALID, cob_id & cob_id::DISABLED == 0);
+        let id = cob_id as u16 & 0x7FF;
+        let readdressed = id != self.id;
+        self.id = id;
+        readdressed
+    }
+
+    /// Sets whether a condition holds.
+    pub(super) fn set(&mut self, now: Instant, condition: u8, holds: bool) {
+        let set = if holds { condition } else { 0 };
+        let conditions = self.conditions & !condition | set;
+        if conditions != self.conditions {
+            self.conditions = conditions;
+            self.restart(now);
+        }
+    }
+
+    /// Begins the period and the count of SYNCs again.
+    fn restart(&mut self, now: Instant) {
+        self.waiting = false;
+        self.syncs = 0;
+        self.kept = None;
+        let has_timer = self.is_sent() && self.transmission_type >= EVENT;
+        let event_ms = if has_timer { self.event_ms } else { 0 };
+        self.event.start(now, event_ms.into());
+    }
+
+    /// Whether all conditions hold under which it is sent.
+    pub fn is_sent(&self) -> bool {
+        self.conditions == ALL
+    }
+
+    /// Whether the number of mapped objects is not 0.
+    pub(super) fn is_mapped(&self) -> bool {
+        self.conditions & MAPPED != 0
+    }
+
+    /// The identifier.
+    pub fn id(&self) -> u16 {
         self.id
     }
 
-    /// Handles a SYNC in operational.
+    /// Handles a SYNC.
     pub fn sync(&mut self) -> Reaction {
-        match self.kind {
-            Type::Acyclic => Reaction::SendChanged,
-            Type::Cyclic(count) => {
+        match self.transmission_type {
+            ACYCLIC => Reaction::SendChanged,
+            count @ ..=CYCLIC => {
                 self.syncs = self.syncs.saturating_add(1);
                 if self.syncs < count {
                     return Reaction::None;
@@ -244,19 +255,19 @@ impl Tpdo {
                 self.syncs = 0;
                 Reaction::Send
             }
-            Type::SyncRemote => Reaction::Keep,
-            Type::Remote | Type::Event => Reaction::None,
+            SYNC_REMOTE => Reaction::Keep,
+            _ => Reaction::None,
         }
     }
 
-    /// Handles a remote frame with its identifier in operational.
+    /// Handles a remote frame with its identifier.
     pub fn request(&mut self, now: Instant) -> Reaction {
-        if !self.remote {
+        if !self.remote || !self.is_sent() {
             return Reaction::None;
         }
-        match self.kind {
-            Type::SyncRemote => Reaction::SendKept,
-            Type::Event => {
+        match self.transmission_type {
+            SYNC_REMOTE => Reaction::SendKept,
+            EVENT.. => {
                 self.waiting = true;
                 if self.poll(now) {
                     Reaction::Send

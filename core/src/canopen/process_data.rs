@@ -1,12 +1,19 @@
 //! The process data of a node: which TPDOs a SYNC or a remote frame sends, and their present data.
 
-use super::pdo::{Reaction, Tpdo, Tpdos};
+use super::pdo::{OPERATIONAL, Reaction, Tpdo, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
 use crate::can::{CanId, Frame};
 use crate::time::Instant;
 
 impl<P: Product> Services<P> {
+    /// Handles the beginning or the end of operational.
+    pub(super) fn operate(&mut self, now: Instant, operational: bool) {
+        for tpdo in self.tpdos.all_mut() {
+            tpdo.set(now, OPERATIONAL, operational);
+        }
+    }
+
     /// Handles a SYNC on reception, with the values of the newest sample.
     pub(super) fn synchronise(&mut self, cx: &mut ContextOf<P>) {
         for number in 0..P::Tpdos::COUNT {
@@ -19,7 +26,7 @@ impl<P: Product> Services<P> {
 
     /// Handles a remote frame that can be for a TPDO.
     pub(super) fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, id: CanId) {
-        let same = |tpdo: &Tpdo| tpdo.id().map(CanId::standard) == Some(id);
+        let same = |tpdo: &Tpdo| CanId::standard(tpdo.id()) == id;
         let Some(number) = self.tpdos.all().iter().position(same) else {
             return;
         };
@@ -35,13 +42,12 @@ impl<P: Product> Services<P> {
         let Some(tpdo) = self.tpdos.all().get(number) else {
             return;
         };
-        let id = tpdo.id();
-        let frame = match reaction {
-            Reaction::None => return,
-            Reaction::SendKept => tpdo.kept().or_else(|| self.compose(cx, number, id)),
-            Reaction::Send | Reaction::SendChanged | Reaction::Keep => self.compose(cx, number, id),
-        };
-        let Some(frame) = frame else { return };
+        let id = CanId::standard(tpdo.id());
+        if reaction == Reaction::None || !tpdo.is_sent() {
+            return;
+        }
+        let kept = tpdo.kept().filter(|_| reaction == Reaction::SendKept);
+        let frame = kept.unwrap_or_else(|| self.compose(cx, number, id));
         let keeps = matches!(reaction, Reaction::SendChanged | Reaction::Keep);
         if keeps {
             let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
@@ -54,8 +60,8 @@ impl<P: Product> Services<P> {
         cx.shell.send_cyclic(frame);
     }
 
-    /// The frame with the present data of a TPDO; None while it is disabled.
-    fn compose(&self, cx: &ContextOf<P>, number: usize, id: Option<u16>) -> Option<Frame> {
+    /// The frame with the present data of a TPDO.
+    fn compose(&self, cx: &ContextOf<P>, number: usize, id: CanId) -> Frame {
         let (mut data, mut length) = (0_u64, 0);
         // From the last object to the first, because 64-bit shifts by a constant are short.
         for entry in self.tpdos.mapping(number).iter().rev() {
@@ -68,7 +74,6 @@ impl<P: Product> Services<P> {
             };
             length += entry.size;
         }
-        let id = CanId::standard(id?);
-        Some(Frame::word(id, data, length))
+        Frame::word(id, data, length)
     }
 }

@@ -252,7 +252,7 @@ pub const fn service(
     }
 }
 
-/// A COB-ID to which the node-ID is added at each start; read-only.
+/// A COB-ID to which the node-ID is added at each start; read-only. If it is writable, only bits 31 and 30 can change.
 pub const fn cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
     Object {
         index,
@@ -345,7 +345,10 @@ pub const fn tpdo(number: u8, group: &'static str, first: ParameterId) -> [Objec
     let ParameterId(first) = first;
     [
         highest(index, group, DataType::U8, 5),
-        cob_id(index, 1, ParameterId(first)),
+        Object {
+            access: Access::Rw,
+            ..cob_id(index, 1, ParameterId(first))
+        },
         Object::parameter(index, 2, ParameterId(first + 1)),
         Object::parameter(index, 3, ParameterId(first + 2)),
         Object::parameter(index, 5, ParameterId(first + 3)),

@@ -43,6 +43,7 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    /// In [`State::Initialising`]: the delay of a reset.
     pub(super) heartbeat: Periodic,
 }
 
@@ -116,7 +117,7 @@ impl<P: Product> Canopen<P> {
 
     /// Enters an NMT state.
     pub(super) fn enter(&mut self, cx: &mut ContextOf<P>, now: Instant, state: State) {
-        if state == self.services.state {
+        if state == self.services.state || self.services.state == State::Initialising {
             return;
         }
         let emergency = &mut self.services.emergency;
@@ -126,16 +127,8 @@ impl<P: Product> Canopen<P> {
             emergency.announce_active();
         }
         self.services.state = state;
-        for tpdo in self.services.tpdos.all_mut() {
-            if state == State::Operational {
-                tpdo.start(now);
-            } else {
-                tpdo.stop();
-                if let Some(id) = tpdo.id() {
-                    cx.shell.withdraw(CanId::standard(id));
-                }
-            }
-        }
+        self.services.operate(now, state == State::Operational);
+        self.services.withdraw(cx);
         if !state.communicates() {
             self.sdo.end();
         }
@@ -176,7 +169,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             rate: BitRate::K10,
             sync: CanId::standard(0),
             state: State::Initialising,
-            tpdos: P::Tpdos::DISABLED,
+            tpdos: P::Tpdos::INITIAL,
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
@@ -193,7 +186,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         let id = frame.can_id();
         let node_id = u16::from(services.node_id);
         if id == services.sync {
-            if services.state == State::Operational && is_sync(frame) {
+            if is_sync(frame) {
                 services.synchronise(cx);
             }
         } else if id == CanId::standard(cob_id::SDO_REQUEST + node_id) {
@@ -202,7 +195,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             self.nmt(cx, now, frame);
         } else if id == CanId::standard(cob_id::ERROR_CONTROL + node_id) {
             services.guard(cx, now, frame);
-        } else if frame.is_remote() && services.state == State::Operational {
+        } else if frame.is_remote() {
             services.request(cx, now, id);
         }
     }
@@ -257,6 +250,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         }
         let expired = self.sdo.poll(now);
         self.services.send_sdo(cx, expired);
+        if self.services.resets(now) {
+            self.reset_node(cx, now);
+        }
         self.services.tick(cx, now);
     }
 
@@ -284,7 +280,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             cob_id::ERROR_CONTROL + node_id,
         ];
         accept(Filter::exact(services.sync));
-        let tpdos = services.tpdos.all().iter().filter_map(Tpdo::id);
+        let tpdos = services.tpdos.all().iter().map(Tpdo::id);
         for id in own.into_iter().chain(tpdos) {
             accept(Filter::exact(CanId::standard(id)));
         }

@@ -4,7 +4,7 @@ use super::cob_id;
 use super::guarding::Guarding;
 use super::nmt::State;
 use super::objects::find_row;
-use super::pdo::{Communication, Entry, Tpdos};
+use super::pdo::{Entry, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
 use super::row::Kind;
@@ -16,6 +16,10 @@ use crate::time::Instant;
 const START_ALL: u32 = 2;
 /// The NMT start-up value that starts only this node.
 const START_SELF: u32 = 8;
+
+/// The delay of a reset that an object requests, in ms. Meanwhile the driver sends the reply, which a change of the bit rate would
+/// discard: four frames of 16 ms at 10 kbit/s, and some time for other nodes.
+const DELAY: u32 = 100;
 
 impl<P: Product> Canopen<P> {
     /// Resets the node: restarts with the stored parameters. Node-ID and bit rate keep their present values, also if they are not
@@ -56,6 +60,19 @@ impl<P: Product> Canopen<P> {
 }
 
 impl<P: Product> Services<P> {
+    /// Resets the node after its reply. Until then it is silent and accepts only the NMT commands for a reset.
+    pub(super) fn prepare_reset(&mut self, now: Instant) {
+        self.state = State::Initialising;
+        self.guarding = Guarding::OFF;
+        self.heartbeat.start(now, DELAY);
+        self.operate(now, false);
+    }
+
+    /// Whether the delay of a reset has ended.
+    pub(super) fn resets(&mut self, now: Instant) -> bool {
+        self.state == State::Initialising && self.heartbeat.poll(now)
+    }
+
     /// The stored parameters. A reset during a save takes those that are being saved.
     fn parameters_after_reset<'a>(&'a self, cx: &'a ContextOf<P>) -> &'a ParametersOf<P> {
         cx.saving().unwrap_or(&self.saved.parameters)
@@ -141,7 +158,7 @@ impl<P: Product> Services<P> {
     /// Applies the communication parameter of TPDO `number` (from 0). Returns true if its identifier has changed.
     pub(super) fn configure_tpdo(
         &mut self,
-        cx: &ContextOf<P>,
+        cx: &mut ContextOf<P>,
         now: Instant,
         number: usize,
     ) -> bool {
@@ -149,13 +166,16 @@ impl<P: Product> Services<P> {
         let (Some(tpdo), Some(settings)) = (tpdo, P::TPDO_SETTINGS.get(number)) else {
             return false;
         };
-        let communication = Communication {
-            cob_id: settings.cob_id.get(&cx.parameters),
-            transmission_type: settings.transmission_type.get(&cx.parameters),
-            inhibit_time: settings.inhibit_time.get(&cx.parameters),
-            event_timer: settings.event_timer.get(&cx.parameters),
-        };
-        tpdo.configure(now, communication)
+        let readdressed = tpdo.configure(now, settings.map(|id| cx.parameters.get(id)));
+        self.withdraw(cx);
+        readdressed
+    }
+
+    /// Removes the queued TPDOs that must not be sent now.
+    pub(super) fn withdraw(&self, cx: &mut ContextOf<P>) {
+        for tpdo in self.tpdos.all().iter().filter(|tpdo| !tpdo.is_sent()) {
+            cx.shell.withdraw(CanId::standard(tpdo.id()));
+        }
     }
 
     /// Configures the controller with the identifiers and the bit rate.

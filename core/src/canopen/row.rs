@@ -12,7 +12,7 @@
 //! ```
 
 use super::Abort;
-use super::dictionary::{Object, Service, Target};
+use super::dictionary::{Access, Object, Service, Target};
 use super::sdo::message::Address;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 
@@ -61,9 +61,16 @@ impl Row {
         self.columns & 1 != 0
     }
 
-    /// Whether it can be written.
+    /// Whether the server accepts writes. Those of a constant, which is part of a mapping, must not change it.
     pub const fn is_writable(&self) -> bool {
         self.columns & 2 != 0
+    }
+
+    /// Whether it is the number of mapped objects: sub-index 0 of 1A00h and following.
+    pub(super) const fn is_mapped_count(&self) -> bool {
+        self.is_writable()
+            && self.columns as u8 >> KIND == Kind::Constant as u8
+            && self.columns >> 8 & 0xFF == 0
     }
 
     /// True for the objects of the communication profile (1000h to 1FFFh).
@@ -213,6 +220,9 @@ pub const fn rows<const N: usize>(
             mapped = mapped.with(id);
         }
         let mut columns = key(object.index, object.sub) << 8 | object.access.bits();
+        if let (0x1A00..0x1C00, Target::Constant(_)) = (object.index, object.target) {
+            columns |= Access::Wo.bits();
+        }
         columns |= (kind as u32) << KIND;
         columns |= (object.data_type(parameters, quantities) as u32) << DATA_TYPE;
         rows[row] = Row { columns, target };

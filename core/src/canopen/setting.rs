@@ -40,38 +40,55 @@ impl Setting {
     }
 }
 
-/// The communication parameter of a TPDO (1800h and following).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct TpdoSettings {
-    /// Sub-index 1.
-    pub(super) cob_id: Setting,
-    /// Sub-index 2.
-    pub(super) transmission_type: Setting,
-    /// Sub-index 3, in 100 us.
-    pub(super) inhibit_time: Setting,
-    /// Sub-index 5, in ms.
-    pub(super) event_timer: Setting,
-}
+/// The communication parameter of a TPDO (1800h and following): sub-index 1 (COB-ID), 2 (transmission type), 3 (inhibit time in 100
+/// us) and 5 (event timer in ms). An object that is not there has an id without a parameter.
+pub type TpdoSettings = [ParameterId; 4];
+
+/// No product has a parameter with this id, so its value is 0.
+const NONE: ParameterId = ParameterId(u8::MAX);
 
 /// The communication parameters of the first `N` TPDOs.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 pub const fn tpdo_settings<const N: usize>(objects: &[Object]) -> [TpdoSettings; N] {
-    let mut settings = [TpdoSettings {
-        cob_id: Setting::Constant(0),
-        transmission_type: Setting::Constant(0),
-        inhibit_time: Setting::Constant(0),
-        event_timer: Setting::Constant(0),
-    }; N];
+    let mut settings = [[NONE; 4]; N];
     let mut number = 0;
     while number < N {
-        let index = 0x1800 + number as u16;
-        settings[number] = TpdoSettings {
-            cob_id: Setting::at(objects, index, 1),
-            transmission_type: Setting::at(objects, index, 2),
-            inhibit_time: Setting::at(objects, index, 3),
-            event_timer: Setting::at(objects, index, 5),
-        };
+        let mut place = 0;
+        while place < 4 {
+            let sub = [1, 2, 3, 5][place];
+            match Setting::at(objects, 0x1800 + number as u16, sub) {
+                Setting::Parameter(id) => settings[number][place] = id,
+                Setting::Constant(0) => {}
+                Setting::Constant(_) => {
+                    panic!("the communication parameter of a TPDO must be parameters")
+                }
+            }
+            place += 1;
+        }
         number += 1;
     }
     settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::canopen::profile::{constant, tpdo};
+    use crate::param::DataType;
+
+    #[test]
+    fn settings_of_a_tpdo_are_its_parameters() {
+        let objects = tpdo(1, "TPDO", ParameterId(7));
+        let expected = [7, 8, 9, 10].map(ParameterId);
+        assert_eq!(tpdo_settings::<2>(&objects), [[NONE; 4], expected]);
+        let [_, cob_id, ..] = objects;
+        let [_, settings] = tpdo_settings::<2>(&[cob_id]);
+        assert_eq!(settings, [ParameterId(7), NONE, NONE, NONE]);
+    }
+
+    #[test]
+    #[should_panic = "must be parameters"]
+    fn constant_setting_of_a_tpdo_is_refused() {
+        tpdo_settings::<1>(&[constant(0x1800, 2, "type", DataType::U8, 254)]);
+    }
 }

@@ -4,6 +4,7 @@ use crate::tester::canopen::*;
 
 const READ_ONLY: u32 = 0x0601_0002;
 const NO_OBJECT: u32 = 0x0602_0000;
+const TOO_LONG: u32 = 0x0607_0012;
 const NO_SUB: u32 = 0x0609_0011;
 const VALUE: u32 = 0x0609_0030;
 const TOO_HIGH: u32 = 0x0609_0031;
@@ -22,15 +23,15 @@ fn dictionary_matches_manual() {
     let list: &[(u16, u8, u8, u32)] = &[
         (0x1000, 0, 4, 0x0004_019A),
         (0x1001, 0, 1, 0),
-        (0x1003, 0, 4, 0),
+        (0x1003, 0, 1, 0),
         (0x1003, 1, 4, 0),
         (0x1003, 50, 4, 0),
         (0x1005, 0, 4, 0x80),
         (0x100C, 0, 2, 0),
         (0x100D, 0, 1, 0),
-        (0x1010, 0, 4, 1),
+        (0x1010, 0, 1, 1),
         (0x1010, 1, 4, 0),
-        (0x1011, 0, 4, 1),
+        (0x1011, 0, 1, 1),
         (0x1011, 1, 4, 0),
         (0x1014, 0, 4, 0x8A),
         (0x1015, 0, 2, 0),
@@ -125,12 +126,12 @@ fn write_to_read_only_object_is_refused() {
         (0x1000, 0, 4),
         (0x1001, 0, 1),
         (0x1003, 1, 4),
-        (0x1010, 0, 4),
+        (0x1010, 0, 1),
+        (0x1011, 0, 1),
         (0x1014, 0, 4),
         (0x1018, 1, 4),
         (0x1200, 1, 4),
         (0x1800, 0, 1),
-        (0x1800, 1, 4),
         (0x1A00, 0, 1),
         (0x1A00, 1, 4),
         (0x4004, 2, 1),
@@ -178,7 +179,9 @@ fn values_out_of_range_are_refused_and_change_nothing() {
         (0x1F80, 0, 4, 0x0001_0002, VALUE),
         (0x1800, 2, 1, 241, VALUE),
         (0x1801, 2, 1, 251, VALUE),
+        (0x1003, 0, 1, 1, VALUE),
         (0x1003, 0, 4, 1, VALUE),
+        (0x1003, 0, 4, 0x100, VALUE),
         (0x1010, 1, 4, 0x6461_6F6C, SIGNATURE),
         (0x1010, 1, 4, 0, SIGNATURE),
         (0x1011, 1, 4, 0x6576_6173, SIGNATURE),
@@ -205,4 +208,34 @@ fn values_out_of_range_are_refused_and_change_nothing() {
         assert_eq!(t.read(index, sub), before, "{index:04X}:{sub}");
     }
     assert_eq!(t.memory, None);
+}
+
+/// 1003h:00 is u8; the manual prints u32.
+#[test]
+fn error_list_is_cleared_with_one_byte_and_with_four() {
+    for clear in [
+        &["2F03100000000000"][..],
+        &["2303100000000000"],
+        &["2203100000000000"],
+        &["2103100001000000", "0D00000000000000"],
+        &["2103100004000000", "0700000000000000"],
+        &["2003100000000000", "0700000000000000"],
+    ] {
+        let mut t = booted();
+        t.tilt(60.0, 0.0);
+        t.wait_text(10);
+        assert_eq!(t.read(0x1003, 0), Ok(1));
+        for request in clear {
+            let reply = t.sdo(request);
+            assert!(!reply.starts_with("80"), "{request} -> {reply}");
+        }
+        assert_eq!(t.read(0x1003, 0), Ok(0), "{clear:?}");
+    }
+    let mut t = booted();
+    t.tilt(60.0, 0.0);
+    t.wait_text(10);
+    for size in [2, 3] {
+        assert_eq!(t.write(0x1003, 0, size, 0), Err(TOO_LONG));
+    }
+    assert_eq!(t.read(0x1003, 0), Ok(1));
 }

@@ -1,6 +1,7 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
 mod canopen_codings;
+mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_jn2101;

@@ -51,13 +51,15 @@ def defaults(context: Context) -> None:
 
 
 def access(context: Context) -> None:
-    """Read-only objects refuse every write; all others accept their own value."""
+    """Read-only objects refuse every write, except that a fixed mapping accepts its own value; all others accept theirs."""
     with context.session() as session:
         before = session.snapshot()
         for entry in p.OBJECTS:
             if not entry.writable:
                 data = (session.upload(entry.index, entry.sub) + bytes(4))[:4]
                 data = data[: entry.size or 4]
+                if entry.index in (0x1A00, 0x1A01):
+                    data = bytes([data[0] ^ 1]) + data[1:]
                 session.refused(f"{entry}: write", p.READ_ONLY, session.download, entry.index, entry.sub, data)
         for entry in p.SETTINGS:
             value = session.upload(entry.index, entry.sub)

@@ -59,18 +59,20 @@ def node_id(context: Context) -> None:
 
 
 def unsaved_node_id(context: Context) -> None:
-    """Without a save, the node-ID takes effect with reset communication."""
-    with context.session() as session:
-        session.put(0x2000, 0, 1)
-        session.nmt(p.RESET_COMMUNICATION)
-        session.node = 1
-        session.report.equal("boot-up of node 1", True, session.wait_boot_up())
-        check_identifiers(session, 1)
-        session.put(0x2000, 0, 127)
-        session.nmt(p.RESET_COMMUNICATION)
-        session.node = 127
-        session.report.equal("boot-up of node 127", True, session.wait_boot_up())
-        check_identifiers(session, 127)
+    """Without a save, the node-ID takes effect with the NMT resets and with 2002h; only the power loses it (J14)."""
+    with context.session(store=context.store()) as session:
+        for node, command in ((1, p.RESET_COMMUNICATION), (127, p.RESET_NODE), (64, None)):
+            session.put(0x2000, 0, node)
+            if command:
+                session.nmt(command)
+            else:
+                session.report.equal("2002h is answered", 0, session.abort_code(session.put, 0x2002, 0, 1))
+            session.node = node
+            session.report.equal(f"boot-up of node {node}", True, session.wait_boot_up())
+            check_identifiers(session, node)
+        session.node = p.FACTORY_NODE_ID
+        session.power_cycle()
+        check_identifiers(session, p.FACTORY_NODE_ID)
 
 
 def saved_set(context: Context) -> None:

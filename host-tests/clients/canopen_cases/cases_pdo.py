@@ -39,14 +39,43 @@ def content(context: Context) -> None:
             session.report.equal(f"{base + session.node:03X}h at SYNC", wanted, frames.get(base + session.node))
         session.report.equal("no other frame follows a SYNC", sorted([0x18A, 0x28A]), sorted(frames))
         session.nmt(p.ENTER_PRE_OPERATIONAL)
-        for index, entry in ((0x1A00, 0x60200010), (0x1A01, 0x61200020)):
-            session.refused(f"{index:04X}h:00h = 0: the mapping is fixed", p.READ_ONLY, session.put, index, 0, 0)
-            session.refused(f"{index:04X}h:01h: the mapping is fixed", p.READ_ONLY, session.put, index, 1, entry)
+        for index, first, second in ((0x1A00, 0x60100010, 0x60200010), (0x1A01, 0x61100020, 0x61200020)):
+            for sub, value in ((0, 1), (0, 3), (1, second), (1, 0), (2, first)):
+                name = f"{index:04X}h:{sub:02X}h = {value:X}h: the mapping is fixed"
+                session.refused(name, p.READ_ONLY, session.put, index, sub, value)
+            for sub, value in ((0, 2), (1, first), (2, second)):
+                session.accepted(f"{index:04X}h:{sub:02X}h as it is", index, sub, value)
         for index in (0x1800, 0x1801):
-            before = session.get(index, 1)
-            for name, value in (("disabled", before | 1 << 31), ("another", 0x1F0), ("the same", before)):
-                session.refused(f"{index:04X}h:01h {name}: the COB-ID is ro", p.READ_ONLY, session.put, index, 1, value)
-            session.reads(f"{index:04X}h:01h unchanged", index, 1, before)
+            own = session.get(index, 1)
+            for name, value in (("another", 0x1F0), ("disabled another", own ^ 1 | p.INVALID), ("29 bit", own | 1 << 29)):
+                session.refused(f"{index:04X}h:01h {name}", p.INVALID_VALUE, session.put, index, 1, value)
+            session.reads(f"{index:04X}h:01h unchanged", index, 1, own)
+
+
+def switched_off(context: Context) -> None:
+    """Bit 31 of the COB-ID and an empty mapping keep a PDO silent, bit 30 only its answers to remote frames (J25, J26)."""
+    with context.session() as session:
+        for base, index, size in PDOS:
+            own = session.get(index, 1)
+            silence(session, OTHER[base])
+            session.nmt(p.START)
+            for name, sub, off, on in (("bit 31", 1, own | p.INVALID, own), ("no object", 0, 0, 2)):
+                at = index if sub else index + 0x200
+                session.accepted(f"{index:04X}h {name}", at, sub, off)
+                session.report.equal(f"{index:04X}h {name}: no PDO at SYNC", 0, len(syncs(session, base, 3)))
+                session.send(base + session.node, remote=True, dlc=2 * size)
+                session.quiet(f"{index:04X}h {name}: no answer to a remote frame")
+                session.accepted(f"{index:04X}h {name} ends", at, sub, on)
+                session.report.equal(f"{index:04X}h {name} ends: PDOs at SYNC", 3, len(syncs(session, base, 3)))
+            session.accepted(f"{index:04X}h bit 30", index, 1, own | p.NO_RTR)
+            session.send(base + session.node, remote=True, dlc=2 * size)
+            session.quiet(f"{index:04X}h bit 30: no answer to a remote frame")
+            session.report.equal(f"{index:04X}h bit 30: PDOs at SYNC", 3, len(syncs(session, base, 3)))
+            session.put(index, 1, own | p.INVALID | p.NO_RTR)
+            session.put(index + 0x200, 0, 0)
+            session.report.equal("reset communication: boot-up", True, session.reset(p.RESET_COMMUNICATION))
+            session.reads(f"{index:04X}h:01h after reset communication", index, 1, own)
+            session.reads(f"{index + 0x200:04X}h:00h after reset communication", index + 0x200, 0, 2)
 
 
 def synchronous(context: Context) -> None:
@@ -247,4 +276,4 @@ def inhibit(context: Context) -> None:
             session.put(index, 2, 253)
 
 
-GROUPS = (content, synchronous, sync_forms, acyclic, remote, sampling, event_timer, inhibit, busy)
+GROUPS = (content, switched_off, synchronous, sync_forms, acyclic, remote, sampling, event_timer, inhibit, busy)

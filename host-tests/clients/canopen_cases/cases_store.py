@@ -136,7 +136,7 @@ def factory_reset(context: Context) -> None:
 
 
 def device_reset(context: Context) -> None:
-    """2002h = 1 resets the sensor; 0 does not."""
+    """2002h = 1 resets the sensor, except its unsaved node-ID (`unsaved_node_id`); 0 does not."""
     with context.session() as session:
         session.put(0x2043, 0, 4)
         session.put(0x1800, 2, 7)
@@ -155,6 +155,9 @@ def device_reset(context: Context) -> None:
 FIRST = {(0x100C, 0): 111, (0x1800, 5): 111, (0x2043, 0): 1, (0x6000, 0): 1}
 SECOND = {(0x100C, 0): 222, (0x1800, 5): 222, (0x2043, 0): 3, (0x6000, 0): 1000}
 FACTORY = {key: p.BY_KEY[key].default for key in FIRST}
+
+# The emergency code of the nonvolatile memory.
+HARDWARE_FAULT = 0x1000
 
 
 def save_set(session: Session, settings: dict) -> None:
@@ -177,6 +180,39 @@ def power_fails(context: Context) -> None:
             got = values(session, FIRST)
             session.report.verdict(got in (FIRST, SECOND), f"cut {number}", "old or new values", got)
             save_set(session, FIRST)
+
+
+def interrupted(context: Context) -> None:
+    """After a power cut in a save the old values are in force, and the hardware fault is active until the next good save (J29)."""
+    path = context.store()
+    with context.session(store=path) as session:
+        save_set(session, FIRST)
+        old = path.read_bytes()
+        save_set(session, SECOND)
+        session.power_down()
+        new = path.read_bytes()
+        changed = [at for at in range(len(new)) if new[at] != old[at]]
+        for number in range(1, 6):
+            # The memory with a part of the bytes of the second save.
+            end = changed[number * len(changed) // 6]
+            path.write_bytes(new[:end] + old[end:])
+            for start in ("first", "second"):
+                session.power_up()
+                name = f"cut at byte {end}, {start} power-up"
+                session.report.equal(f"{name}: old values", FIRST, values(session, FIRST))
+                session.report.equal(f"{name}: error register", 1, session.get(0x1001) & 1)
+                codes = [p.decode(frame.data[:2]) for frame in session.others if frame.id == p.EMCY + session.node]
+                session.report.verdict(HARDWARE_FAULT in codes, f"{name}: hardware fault", f"{HARDWARE_FAULT:X}h", codes)
+                session.power_down()
+            session.power_up()
+            session.put(0x2042, 0, 2)
+            session.reads(f"cut at byte {end}: the fault is active until a save", 0x1001, 0, 1)
+            session.download(0x1010, 1, p.SAVE)
+            session.reads(f"cut at byte {end}: no fault after a save", 0x1001, 0, 0)
+            session.power_cycle()
+            session.reads(f"cut at byte {end}: no fault after a power cycle", 0x1001, 0, 0)
+            session.power_down()
+        session.power_up()
 
 
 def damaged(context: Context) -> None:
@@ -214,6 +250,22 @@ def save_in_operation(context: Context) -> None:
         session.report.within("longest interval of heartbeats of 20 ms during 10 saves, s", 0.01, 0.045, max(gaps, default=0))
 
 
+def unchanged(context: Context) -> None:
+    """Teach and zero point that change nothing are not written to the memory (J31)."""
+    path = context.store()
+    with context.session(store=path) as session:
+        for index in (0x2042, 0x2046):
+            session.put(index, 0, 1)
+            session.put(index, 0, 2)
+        before = path.read_bytes()
+        for index in (0x2042, 0x2046):
+            for value in (2, 0, 2):
+                session.put(index, 0, value)
+        session.report.equal("2042h and 2046h = 2 while they are 2: the memory", True, path.read_bytes() == before)
+        session.put(0x2042, 0, 1)
+        session.report.equal("2042h = 1: the memory changes", True, path.read_bytes() != before)
+
+
 def no_memory(context: Context) -> None:
     """With an empty memory or one with invalid bytes, the sensor has its factory values."""
     for name, data in (("empty", b""), ("invalid", bytes(range(256)) * 16)):
@@ -223,4 +275,7 @@ def no_memory(context: Context) -> None:
             check(session, f"{name} memory: factory values", DEFAULTS)
 
 
-GROUPS = (signatures, saved, restored, factory_reset, device_reset, power_fails, damaged, save_in_operation, no_memory)
+GROUPS = (
+    signatures, saved, restored, factory_reset, device_reset, power_fails, interrupted, damaged, save_in_operation, unchanged,
+    no_memory,
+)  # fmt: skip

@@ -80,7 +80,7 @@ def _pdo(number: int, cob: int, slopes: tuple[int, int]) -> list[Object]:
     communication, mapping = 0x1800 + number, 0x1A00 + number
     return [
         Object(communication, 0, 1, False, 5),
-        Object(communication, 1, 4, False, cob, relative=True),
+        Object(communication, 1, 4, True, cob, relative=True),  # its own COB-ID only (J25)
         Object(communication, 2, 1, True, 1),
         Object(communication, 3, 2, True, 0),
         Object(communication, 5, 2, True, 10),
@@ -99,16 +99,16 @@ def _slope(index: int, size: int) -> list[Object]:
 OBJECTS = [
     Object(0x1000, 0, 4, False, 0x0004019A),
     Object(0x1001, 0, 1, False, 0),
-    Object(0x1003, 0, 4, True, 0),
+    Object(0x1003, 0, 1, True, 0),  # u8 as in CiA 301 (J16)
     Object(0x1005, 0, 4, True, 0x80),
     Object(0x1008, 0, None, False, "JN2101"),
     Object(0x1009, 0, None, False, None),
     Object(0x100A, 0, None, False, None),
     Object(0x100C, 0, 2, True, 0),
     Object(0x100D, 0, 1, True, 0),
-    Object(0x1010, 0, 4, False, 1),
+    Object(0x1010, 0, 1, False, 1),
     Object(0x1010, 1, 4, True, None),
-    Object(0x1011, 0, 4, False, 1),
+    Object(0x1011, 0, 1, False, 1),
     Object(0x1011, 1, 4, True, None),
     Object(0x1014, 0, 4, False, EMCY, relative=True),
     Object(0x1015, 0, 2, True, 0),
@@ -151,6 +151,32 @@ OBJECTS = [
 ]
 BY_KEY = {(entry.index, entry.sub): entry for entry in OBJECTS}
 LISTED = {entry.index for entry in OBJECTS}
+
+# Bits of the COB-ID of a TPDO (CiA 301, 7.5.2.37).
+INVALID, NO_RTR = 1 << 31, 1 << 30
+
+# What dcfgen writes to set all parameters of both TPDOs: index, sub-index, value. `eds_check.py` compares it with the output of
+# dcfgen, and `tools` writes it to the sensor.
+PDO_CONFIGURATION = [
+    (0x1800, 1, INVALID | 0x18A),
+    (0x1800, 2, 254),
+    (0x1800, 3, 50),
+    (0x1800, 5, 20),
+    (0x1A00, 0, 0),
+    (0x1A00, 1, 0x60100010),
+    (0x1A00, 2, 0x60200010),
+    (0x1A00, 0, 2),
+    (0x1800, 1, 0x18A),
+    (0x1801, 1, INVALID | 0x28A),
+    (0x1801, 2, 2),
+    (0x1801, 3, 100),
+    (0x1801, 5, 1000),
+    (0x1A01, 0, 0),
+    (0x1A01, 1, 0x61100020),
+    (0x1A01, 2, 0x61200020),
+    (0x1A01, 0, 2),
+    (0x1801, 1, 0x28A),
+]
 
 # Actions and measured values have their own checks. All other objects are settings.
 ACTIONS = {0x1003, 0x1010, 0x1011, 0x2002, 0x207F, 0x4004}

@@ -1,8 +1,8 @@
 //! An Electronic Data Sheet (CiA 306) of a CANopen product, generated from its object dictionary.
 //!
 //! Every object and every sub-index has its own section. Comments before the sections state unit and permitted values, for which
-//! CiA 306 has no entries. Two kinds of values are omitted: measured values; and the factory value of a composed text (the
-//! programming key), because a tool that writes factory values would overwrite settings that it has just written.
+//! CiA 306 has no entries. Measured values have no default value. Commands have none either, and the flag that a tool must not write
+//! them when it downloads a configuration: it would clear errors, take a zero point or reset the sensor.
 
 use crate::objects::Described;
 use plumbline::canopen::dictionary::{Access, Object, Target};
@@ -15,6 +15,9 @@ use std::fmt::Write;
 const TIME: &str = "12:00PM";
 /// Month, day, year.
 const DATE: &str = "11-21-2026";
+
+/// The flag of an object that is not written when a configuration is downloaded (CiA 306, ObjFlags).
+const REFUSE_WRITE: u8 = 1;
 
 /// The bit rates of CiA 306, in kbit/s.
 const BIT_RATES: [u32; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
@@ -202,7 +205,8 @@ fn variable(text: &mut String, name: &str, parameter: &str, described: &Describe
     entry(text, "ObjectType", "0x7");
     entry(text, "DataType", data_type(described.data_type()));
     entry(text, "AccessType", access(described.object.access));
-    if let Some(value) = default(described) {
+    let is_command = described.is_command();
+    if let Some(value) = default(described).filter(|_| !is_command) {
         entry(text, "DefaultValue", value);
     }
     if let Some((low, high)) = described.limits() {
@@ -211,6 +215,11 @@ fn variable(text: &mut String, name: &str, parameter: &str, described: &Describe
     }
     entry(text, "PDOMapping", u8::from(described.object.mappable));
     end(text);
+    if is_command {
+        // Behind the empty line, which has no meaning in this format: eds-validate (eds-utils 0.3.1) does not know the entry, and
+        // takes it there for a comment of the next section.
+        entry(text, "ObjFlags", REFUSE_WRITE);
+    }
 }
 
 /// ARRAY or RECORD: as defined for the objects of CiA 301 (7.5.2); all others are records.
@@ -311,6 +320,14 @@ mod tests {
         let text = jn2101();
         assert!(text.contains("[1003sub32]\nParameterName=Error code 50\n"));
         assert!(!text.contains("[1003sub33]"));
+    }
+
+    #[test]
+    fn command_has_no_default_value_and_is_not_downloaded() {
+        let expected = "; values: 0 = no change, 1 = relative measurement, 2 = absolute measurement\n[2042]\n\
+            ParameterName=Teach index\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nLowLimit=0\n\
+            HighLimit=2\nPDOMapping=0\n\nObjFlags=1\n";
+        assert!(jn2101().contains(expected));
     }
 
     #[test]

@@ -64,6 +64,9 @@ impl<'a> Described<'a> {
 
     /// The permitted values and their meaning; empty when the type is sufficient.
     pub fn permitted(&self) -> String {
+        if matches!(self.object.target, Target::CobId(_)) && self.object.access.is_writable() {
+            return "this identifier, with or without bits 31 and 30".to_owned();
+        }
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).0.to_owned();
         };
@@ -106,6 +109,19 @@ impl<'a> Described<'a> {
             Target::Parameter(_) | Target::CobId(_) | Target::Command(..) => {
                 self.parameter().map(|parameter| parameter.factory)
             }
+        }
+    }
+
+    /// True when a write does more than to change the value: a tool must not write back what it has read.
+    pub fn is_command(&self) -> bool {
+        match self.object.target {
+            Target::Service(_) => self.object.access.is_writable(),
+            Target::Command(..) => true,
+            // A write refers to the present position.
+            Target::Parameter(_) => self
+                .parameter()
+                .is_some_and(|parameter| parameter.persistence == Persistence::AtOnce),
+            _ => false,
         }
     }
 
@@ -178,10 +194,41 @@ mod tests {
         jn2101(0x6000, 0, |object| {
             assert_eq!(object.permitted(), "1, 10, 100, 1000")
         });
+        jn2101(0x1014, 0, |object| assert_eq!(object.permitted(), ""));
+        jn2101(0x1800, 1, |object| {
+            let expected = "this identifier, with or without bits 31 and 30";
+            assert_eq!(object.permitted(), expected);
+        });
         jn2101(0x1029, 1, |object| {
             let expected = "0 = pre-operational, 1 = no change of state, 2 = stopped";
             assert_eq!(object.permitted(), expected);
         });
+    }
+
+    /// J30 of the product's document.
+    #[test]
+    fn commands_are_services_derived_parameters_and_the_self_test() {
+        let commands = [
+            (0x1003, 0),
+            (0x1010, 1),
+            (0x1011, 1),
+            (0x2002, 0),
+            (0x2042, 0),
+            (0x2046, 0),
+            (0x207F, 0),
+            (0x3000, 0),
+            (0x4004, 1),
+        ];
+        let product = find("jn2101").unwrap();
+        let Protocol::Canopen(tables) = &product.protocol else {
+            panic!("the JN2101 speaks CANopen")
+        };
+        let found: Vec<_> = Described::all(tables.objects, product)
+            .into_iter()
+            .filter(Described::is_command)
+            .map(|row| (row.object.index, row.object.sub))
+            .collect();
+        assert_eq!(found, commands);
     }
 
     #[test]

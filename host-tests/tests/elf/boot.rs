@@ -95,6 +95,27 @@ fn reset_command_restarts_the_microcontroller() {
     }
 }
 
+/// The heater must not stay on during a restart.
+#[test]
+fn reset_command_switches_the_heater_off() {
+    let mut rig = Rig::booted("is2tk", BitRate::K50);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    rig.expect_reset(ResetCause::Software);
+    // The restart waits for the reply, which takes longer than a period of the heater.
+    rig.send(&[fsc::INCLINATION]);
+    rig.send(&fsc::RESET);
+    let mut last = u16::MAX;
+    while rig.device().boots() == 1 {
+        last = rig.microcontroller().heater();
+        rig.run_us(50);
+    }
+    assert_eq!(last, 0, "off before the reset");
+    assert_eq!(rig.microcontroller().heater(), 0, "off after the reset");
+    rig.expect(REPLY, 10);
+    rig.boot_up();
+}
+
 #[test]
 fn poll_before_a_reset_command_is_answered_before_the_reset() {
     let mut rig = switched_on("is2");

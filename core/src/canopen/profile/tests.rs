@@ -205,7 +205,7 @@ fn tpdo_has_sub_indices_of_cia_301() {
         addresses,
         [
             (0x1803, 0, Access::Ro, Target::Constant(5)),
-            (0x1803, 1, Access::Ro, Target::CobId(ID)),
+            (0x1803, 1, Access::Rw, Target::CobId(ID)),
             parameter(2, 8),
             parameter(3, 9),
             parameter(5, 10),

@@ -29,6 +29,22 @@ fn row_has_the_access_and_the_type_of_its_object() {
     assert!(!Access::Ro.is_writable() && !Access::Const.is_writable());
 }
 
+#[test]
+fn server_accepts_writes_of_read_only_mapping() {
+    let objects = [
+        constant(0x19FF, 0),
+        constant(0x1A00, 0),
+        constant(0x1A00, 1),
+        constant(0x1BFF, 0),
+        constant(0x1C00, 0),
+    ];
+    let rows = rows::<5>(&objects, &[], &[]);
+    let accepts = rows.map(|row| row.is_writable());
+    assert_eq!(accepts, [false, true, true, true, false]);
+    let counts = rows.map(|row| row.is_mapped_count());
+    assert_eq!(counts, [false, true, false, true, false]);
+}
+
 fn constant(index: u16, sub: u8) -> Object {
     Object {
         index,

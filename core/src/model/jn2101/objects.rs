@@ -41,18 +41,6 @@ const MAPPING1: [Object; 3] = profile::mapping(
     ],
 );
 
-/// Pre-defined error field. Sub-index 0 has the type that the manual prints.
-const ERROR_HISTORY: [Object; 2] = {
-    let [count, errors] = profile::error_history(super::HISTORY as u8);
-    [
-        Object {
-            data_type: DataType::U32,
-            ..count
-        },
-        errors,
-    ]
-};
-
 const fn operating_parameter(index: u16, name: &'static str) -> Object {
     constant(index, 0, name, DataType::U8, 0)
 }
@@ -98,7 +86,7 @@ const APPLICATION: [Object; 26] = [
         ..Object::parameter(0x4004, 1, id::SELF_TEST)
     },
     profile::read_only(0x4004, 2, value::SELF_TEST_RESULT),
-    Object::value(0x4080, 0, value::TEMPERATURE),
+    profile::read_only(0x4080, 0, value::TEMPERATURE),
     profile::read_only(0x4081, 0, value::HEATING_POWER),
     parameter(0x6000, id::RESOLUTION),
     Object::value(0x6010, 0, value::X16),
@@ -114,7 +102,7 @@ const APPLICATION: [Object; 26] = [
 /// All objects, sorted: the communication profile (manual 7.6), then the others.
 pub(super) const OBJECTS: &[Object] = crate::objects![
     [profile::device_type(0x0004_019A), profile::ERROR_REGISTER],
-    ERROR_HISTORY,
+    profile::error_history(super::HISTORY as u8),
     [
         parameter(0x1005, id::SYNC_COB_ID),
         profile::text(0x1008, "Product designation", "JN2101"),
@@ -123,7 +111,7 @@ pub(super) const OBJECTS: &[Object] = crate::objects![
         profile::text(0x100A, "Software version", "2.2.0"),
         parameter(0x100C, id::GUARD_TIME),
         parameter(0x100D, id::LIFE_TIME_FACTOR),
-        highest(0x1010, "Save parameters", DataType::U32, 1),
+        highest(0x1010, "Save parameters", DataType::U8, 1),
         service(
             0x1010,
             1,
@@ -132,7 +120,7 @@ pub(super) const OBJECTS: &[Object] = crate::objects![
             Access::Rw,
             Service::Store,
         ),
-        highest(0x1011, "Restore factory parameters", DataType::U32, 1),
+        highest(0x1011, "Restore factory parameters", DataType::U8, 1),
         service(
             0x1011,
             1,

@@ -49,9 +49,9 @@ fn planted_defects_are_found() {
     }
 }
 
-/// Serial number, programming key, and measured values.
+/// Commands, serial number, and measured values.
 #[test]
-fn only_variable_contents_have_no_factory_value() {
+fn only_commands_and_variable_contents_have_no_factory_value() {
     let sheet = Sheet::parse(&text());
     let without: Vec<_> = sheet
         .variables()
@@ -60,8 +60,16 @@ fn only_variable_contents_have_no_factory_value() {
         .map(|variable| variable.address)
         .collect();
     let expected = [
+        (0x1003, 0),
+        (0x1010, 1),
+        (0x1011, 1),
         (0x1018, 4),
+        (0x2002, 0),
+        (0x2042, 0),
+        (0x2046, 0),
+        (0x207F, 0),
         (0x3000, 0),
+        (0x4004, 1),
         (0x4080, 0),
         (0x4081, 0),
         (0x6010, 0),
@@ -70,6 +78,16 @@ fn only_variable_contents_have_no_factory_value() {
         (0x6120, 0),
     ];
     assert_eq!(without, expected);
+    let commands = [
+        "1003sub0", "1010sub1", "1011sub1", "2002", "2042", "2046", "207F", "3000", "4004sub1",
+    ];
+    let flagged: Vec<_> = sheet
+        .sections
+        .iter()
+        .map(|(name, _)| name)
+        .filter(|name| sheet.get(name, "ObjFlags") == Some("1"))
+        .collect();
+    assert_eq!(flagged, commands);
 }
 
 /// Angles and temperature (manual 7.7); a sensor in level position cannot show the difference.

@@ -40,6 +40,14 @@ pub const DEFECTS: &[Defect] = &[
     defect(Rules, "unknown DataType", "2000", "0x0005", "0x00A0"),
     defect(Rules, "ARRAY is a RECORD", "1003", "=0x8", "=0x9"),
     defect(Rules, "wrong sub-index 0", "1018sub0", "Value=4", "Value=3"),
+    defect(Rules, "wide sub-index 0", "1010sub0", "0x0005", "0x0007"),
+    defect(
+        Rules,
+        "default value of a command",
+        "2046",
+        "PDOMapping=0",
+        "PDOMapping=0\r\nDefaultValue=2",
+    ),
     defect(
         Rules,
         "COB-ID for one node",

@@ -242,14 +242,14 @@ fn structure(sheet: &Sheet, name: &str, subs: &BTreeMap<u8, String>, found: &mut
         }
     }
     let highest = subs.keys().last().copied().unwrap_or(0);
-    // 1003h:00 is the number of errors, which is 0 in a sensor with factory values.
-    let expected = if name == "1003" {
-        0
-    } else {
-        i64::from(highest)
-    };
-    if sheet.number(&format!("{name}sub0"), "DefaultValue") != Some(expected) {
-        found.push(format!("[{name}sub0] is not {expected}"));
+    // 1003h:00 is the number of errors. Writing it is a command.
+    let expected = (name != "1003").then_some(i64::from(highest));
+    let first = format!("{name}sub0");
+    if sheet.number(&first, "DefaultValue") != expected {
+        found.push(format!("[{first}] is not {expected:?}"));
+    }
+    if sheet.number(&first, "DataType") != Some(0x0005) {
+        found.push(format!("[{first}] is not UNSIGNED8"));
     }
 }
 
@@ -271,6 +271,11 @@ fn variable_entries(sheet: &Sheet, name: &str, found: &mut Vec<String>) {
         .is_none()
     {
         found.push(format!("[{name}] has an unknown DataType"));
+    }
+    if let Some(flags) = sheet.get(name, "ObjFlags")
+        && (flags != "1" || sheet.get(name, "DefaultValue").is_some())
+    {
+        found.push(format!("[{name}] is a command with ObjFlags {flags}"));
     }
     let access = sheet.get(name, "AccessType").unwrap_or("");
     if !["ro", "rw", "wo", "const"].contains(&access) {

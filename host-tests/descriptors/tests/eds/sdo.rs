@@ -197,7 +197,10 @@ fn writing(
 ) {
     let address = variable.address;
     let written = client.write(address, data);
+    let is_read_only = variable.access != "rw" && variable.access != "wo";
     let expected = match (variable.access.as_str(), address.0) {
+        // A fixed mapping accepts its present contents.
+        ("ro", 0x1A00..0x1C00) => Ok(()),
         ("ro" | "const", _) => Err(READ_ONLY),
         // Their value is not the required signature.
         (_, 0x1010 | 0x1011) => Err(SIGNATURE),
@@ -211,13 +214,17 @@ fn writing(
     if expected == Err(READ_ONLY) || variable.data_type == DataType::Text {
         return;
     }
+    let [too_long, too_short] = match is_read_only {
+        true => [READ_ONLY; 2],
+        false => [TOO_LONG, TOO_SHORT],
+    };
     let longer = client.write(address, &[data, &[0]].concat());
-    if longer != Err(TOO_LONG) {
+    if longer != Err(too_long) {
         note("writing a byte more", format!("{longer:X?}"));
     }
     if data.len() > 1 {
         let shorter = client.write(address, &data[1..]);
-        if shorter != Err(TOO_SHORT) {
+        if shorter != Err(too_short) {
             note("writing a byte less", format!("{shorter:X?}"));
         }
     }

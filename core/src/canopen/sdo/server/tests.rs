@@ -204,11 +204,11 @@ fn abort_of_client_ends_the_read_or_the_save() {
         assert_eq!(server.serve(&mut memory, at(0), command), None);
         assert!(server.serve(&mut memory, at(0), read).is_some());
         assert_eq!(server.serve(&mut memory, at(0), abort(object)), None);
-        assert_eq!(server.deadline().is_some(), reads, "{object:04X}");
+        assert_eq!(server.deadline().time().is_some(), reads, "{object:04X}");
         assert_eq!(server.stored(true).is_some(), saves, "{object:04X}");
         // After the save, its object is one like the others.
         assert!(server.serve(&mut memory, at(0), read).is_some());
         assert_eq!(server.serve(&mut memory, at(0), abort(0x2003)), None);
-        assert_eq!(server.deadline(), None);
+        assert_eq!(server.deadline(), Deadline::NEVER);
     }
 }
