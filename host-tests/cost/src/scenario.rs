@@ -17,11 +17,11 @@ use stm32_sim::profile::Call;
 pub type Figures = BTreeMap<&'static str, u64>;
 
 /// SYNC frames whose reply time is measured.
-const PHASES: usize = 1_000;
+const PHASES: usize = 5_000;
 
-/// The period of the SYNC frames. Relative to the 5 ms sampling period, with five ticks in it, each of the thousand frames has a
-/// different phase, in steps of 5 us, so that they cover the period.
-const SYNC_PERIOD: Duration = Duration::from_ticks(1_005);
+/// The period of the SYNC frames. Relative to the 5 ms sampling period, with five ticks in it, each of the five thousand frames has
+/// a different phase, in steps of 1 us, so that they cover the period and find the longest time to 1 us.
+const SYNC_PERIOD: Duration = Duration::from_ticks(1_001);
 
 /// Requests of one type that are counted.
 const REPETITIONS: usize = 20;
