@@ -14,10 +14,12 @@ def all_traces() -> Iterator[Trace]:
     """Every trace."""
     yield boot_up("is2", MANUAL, TWO_AXIS)
     yield boot_up("is2d", OLDER, TWO_AXIS)
+    yield boot_up("is2dm", OLDER, TWO_AXIS)
     yield boot_up("is2tk", MANUAL, TWO_AXIS)
     yield read_all("is2", MANUAL, TWO_AXIS)
     yield read_all("is1", MANUAL, ONE_AXIS)
     yield read_all("is1d", OLDER, ONE_AXIS)
+    yield read_all("is1dm", OLDER, ONE_AXIS)
     yield read_all("is1tk", MANUAL, ONE_AXIS)
     yield write_all("is2", TWO_AXIS)
     yield write_all("is1", ONE_AXIS)
