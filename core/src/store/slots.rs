@@ -400,10 +400,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         1 - self.home.min(1)
     }
 
+    #[allow(clippy::indexing_slicing)] // the index is 0 or 1
     fn slot(&self, number: usize) -> Slot {
         self.slots[number % 2]
     }
 
+    #[allow(clippy::indexing_slicing)] // as above
     fn slot_mut(&mut self, number: usize) -> &mut Slot {
         &mut self.slots[number % 2]
     }
