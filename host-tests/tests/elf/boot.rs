@@ -219,7 +219,11 @@ fn failed_crystal_is_tried_again_at_each_watchdog_reset() {
         rig.wait_until(1000, 3_400, |rig| rig.device().boots() == boots);
     }
     assert!(rig.log.is_empty());
+    // The firmware waits for the crystal again. The repaired crystal starts with the next attempt.
+    rig.run(10);
     rig.io().0.rcc.break_crystal(false);
+    rig.expect_reset(ResetCause::Watchdog);
+    rig.wait_until(1000, 3_400, |rig| rig.device().boots() == 4);
     rig.boot_up();
     rig.poll();
 }
