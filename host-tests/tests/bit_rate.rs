@@ -3,7 +3,7 @@
 
 use bench::{Bus, BusRate, Device, Flash, NodeType};
 use host_tests::bit_rate::{FRAMES_MAX, PERIODS, attempts_of_lone_master, frames_until_detected};
-use plumbline::can::BitRate;
+use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::BusMode;
 use plumbline::time::Instant;
@@ -60,4 +60,26 @@ fn silent_bus_changes_nothing() {
     assert_eq!(bus.device(device).mode(), Some(BusMode::Listen));
     assert_eq!(bus.device(device).rate(), Some(BitRate::K250));
     assert_eq!(bus.take_log().len(), 0);
+}
+
+/// On a bus with one bit rate an assistant acknowledges, so that the virtual sensor works with one client.
+#[test]
+fn rate_is_detected_at_second_frame_of_lone_client() {
+    for rate in BitRate::ALL {
+        let mut bus = Bus::new(BusRate::Fixed(rate));
+        let device = bus.attach(sensor());
+        let client = bus.adapter();
+        bus.open(client, Some(rate), false);
+        for second in 1..=2 {
+            bus.run_until(Instant::from_ticks(second * 100_000));
+            assert_eq!(bus.device(device).mode(), Some(BusMode::Listen));
+            let request = Frame::data(standard(0x123), &[]).expect("no data");
+            bus.send(client, request);
+            bus.run_until(Instant::from_ticks(second * 100_000 + 50_000));
+            if rate == BitRate::K250 {
+                break;
+            }
+        }
+        assert_eq!(bus.device(device).mode(), Some(BusMode::Normal), "{rate:?}");
+    }
 }

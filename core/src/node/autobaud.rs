@@ -4,9 +4,9 @@
 //! the bit time of each frame, at any bit rate of the controller, so one frame is sufficient to find the bit rate. A silent bus
 //! changes nothing: there is no dwell time, and the search has no time limit.
 //!
-//! Several receivers at a distance lengthen the ACK slot, and transceivers lengthen each dominant pulse, so the measured bit rate
-//! can be too low by one step. If the controller detects bus errors at the measured bit rate and the next frame measures the same,
-//! the search takes the next faster one, and after errors at that one the measured one again.
+//! Several receivers at a distance lengthen the ACK slot, and transceivers change the length of each dominant pulse, so the measured
+//! bit rate can be wrong by one step. If the controller detects bus errors at the measured bit rate and the next frame measures the
+//! same, the search takes the next faster one, then the next slower one, then the measured one again.
 
 use crate::can::BitRate;
 
@@ -83,8 +83,15 @@ impl Autobaud {
                 if !self.failed {
                     return false;
                 }
-                let faster = BitRate::ALL.get(rate as usize + 1).copied();
-                faster.filter(|_| self.rate == rate).unwrap_or(rate)
+                let [present, measured] = [self.rate, rate].map(|rate| rate as usize);
+                let number = if present == measured && rate != BitRate::M1 {
+                    measured + 1
+                } else if present == measured || present == measured + 1 {
+                    measured.wrapping_sub(1)
+                } else {
+                    measured
+                };
+                BitRate::ALL.get(number).copied().unwrap_or(rate)
             }
             // A short pulse may be missing, because the processor was busy. The next frame decides.
             Some(last) if (rate as u8) < last as u8 => return false,
@@ -126,16 +133,21 @@ mod tests {
     }
 
     #[test]
-    fn errors_at_measured_bit_rate_alternate_with_next_faster_one() {
-        // 1 Mbit/s with an ACK slot that is longer by 30 %.
-        let measured = BitTime(16 + 5);
-        let mut search = Autobaud::START;
-        for expected in [BitRate::K800, BitRate::M1, BitRate::K800, BitRate::M1] {
-            search.error();
-            assert!(search.measured(measured));
-            assert_eq!(search.rate(), expected);
-            // Without errors, the same measurement changes nothing.
-            assert!(!search.measured(measured));
+    fn errors_at_measured_bit_rate_lead_to_its_neighbours() {
+        use BitRate::*;
+        // An ACK slot that is longer by 30 % at 1 Mbit/s, and one that is shorter by 15 % at 50 kbit/s.
+        for (measured, rates) in [
+            (BitTime(16 + 5), [K800, M1, K500, K800, M1]),
+            (BitTime(320 - 48), [K62_5, K100, K50, K62_5, K100]),
+        ] {
+            let mut search = Autobaud::START;
+            for expected in rates {
+                search.error();
+                assert!(search.measured(measured));
+                assert_eq!(search.rate(), expected);
+                // Without errors, the same measurement changes nothing.
+                assert!(!search.measured(measured));
+            }
         }
     }
 
@@ -156,13 +168,21 @@ mod tests {
     }
 
     #[test]
-    fn errors_at_fastest_bit_rate_change_nothing() {
-        let mut search = Autobaud::START;
-        search.measured(BitTime::of(BitRate::M1));
-        for _ in 0..3 {
-            search.error();
-            assert!(!search.measured(BitTime::of(BitRate::M1)));
-            assert_eq!(search.rate(), BitRate::M1);
+    fn errors_at_fastest_and_slowest_bit_rate_lead_to_one_neighbour() {
+        for (measured, neighbour) in [(BitRate::M1, BitRate::K800), (BitRate::K10, BitRate::K20)] {
+            let mut search = Autobaud::START;
+            let mut rates = vec![];
+            for _ in 0..7 {
+                search.error();
+                search.measured(BitTime::of(measured));
+                rates.push(search.rate());
+            }
+            assert!(
+                rates
+                    .iter()
+                    .all(|rate| [measured, neighbour].contains(rate))
+            );
+            assert!(rates.contains(&measured) && rates.contains(&neighbour));
         }
     }
 

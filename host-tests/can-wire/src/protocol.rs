@@ -253,9 +253,9 @@ impl Protocol {
         !self.silent && !is_out
     }
 
-    /// True while it acknowledges, internally when it is silent.
+    /// True while it acknowledges, internally when it is silent: up to the end of the ACK slot. Its sample point is earlier.
     pub fn is_acknowledging(&self) -> bool {
-        self.phase == Phase::AckSlot && self.drives
+        self.drives && matches!(self.phase, Phase::AckSlot | Phase::AckDelimiter)
     }
 
     /// In bus-off: starts to count 128 times 11 recessive bits. No effect in another state, or when it already counts.
