@@ -195,7 +195,12 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
             self.node.bus(clock::now(), event);
         }
         if DETECTS && let Some(time) = self.bus.bit_time() {
-            self.node.bus(clock::now(), BusEvent::BitTime(time));
+            let now = clock::now();
+            if self.bus.restless() {
+                // At this bit rate, the end of a frame was too short for the controller to join the bus.
+                self.node.bus(now, BusEvent::Error);
+            }
+            self.node.bus(now, BusEvent::BitTime(time));
         }
         self.settle();
         let reading = self.read();
@@ -284,10 +289,10 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
         match action {
             Action::Bus(mode, rate) => {
                 info!("{} at {}", mode, rate);
-                self.bus.configure(mode, rate);
                 if DETECTS {
                     self.bus.measure(mode);
                 }
+                self.bus.configure(mode, rate);
             }
             Action::Recover => {
                 info!("recover from bus-off");

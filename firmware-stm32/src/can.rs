@@ -165,6 +165,9 @@ impl Bus {
                 } else if reached(clock::now(), limit) {
                     self.reset();
                     self.leave();
+                } else {
+                    // The first request can come before the end of a reset.
+                    request_initialization(self.registers());
                 }
             }
             Change::Joining => {
@@ -176,9 +179,10 @@ impl Bus {
         }
     }
 
-    /// Starts the measurement of the bit time in listen mode, stops it in normal mode.
+    /// Starts the measurement of the bit time before the first change to listen mode, stops it in normal mode.
     pub fn measure(&mut self, mode: BusMode) {
         match mode {
+            BusMode::Listen if self.is_listening() => {}
             BusMode::Listen => pulses::start(),
             BusMode::Normal => pulses::stop(),
         }
@@ -313,11 +317,10 @@ impl Bus {
     }
 }
 
-/// Requests initialization mode from normal or sleep mode, with automatic bus-off recovery disabled.
+/// Requests initialization mode from normal or sleep mode. The other bits get their reset values, until [`Bus::join`]: bus-off
+/// recovery is not automatic.
 fn request_initialization(registers: &CanPeripheral) {
-    registers.mcr().modify(|_, w| {
-        w.abom().clear_bit();
-        w.sleep().clear_bit();
-        w.inrq().set_bit()
-    });
+    registers
+        .mcr()
+        .write(|w| w.sleep().clear_bit().inrq().set_bit());
 }

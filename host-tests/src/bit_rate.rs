@@ -6,7 +6,11 @@ use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after};
 
 /// The maximum number of acknowledged frames until the bit rate is detected.
-pub const FRAMES_MAX: usize = 11;
+pub const FRAMES_MAX: usize = 4;
+
+/// The maximum number of attempts of a master that is alone with the sensor. It is error passive after 16 attempts; from then on its
+/// error flags do not disturb the frame.
+pub const ATTEMPTS_MAX: u64 = 30;
 
 /// The time between the starts of two polls in us; 0: back to back.
 pub const PERIODS: [u64; 16] = [
@@ -14,26 +18,36 @@ pub const PERIODS: [u64; 16] = [
     500_000, 1_000_000, 2_000_000,
 ];
 
-/// The identifier and the code of the poll (manual, table 17).
-const SET: u16 = 0x300;
-const INCLINATION: u8 = 0x00;
+/// The frames of the master. The shortest dominant pulse that the master itself sends has 1, 2, 3 and 4 bits.
+pub const FRAMES: [(u16, &[u8]); 4] = [
+    (0x300, &[0x00]),
+    (0x300, &[0x13]),
+    (0x0C4, &[0x08]),
+    (0x000, &[]),
+];
 
 /// The longest wait for a sensor that boots.
 const BOOT_MAX: Instant = Instant::from_ticks(200_000);
 
-/// Switches the sensor on, polls it with this period (the first poll at `phase`, in us), and returns the number of complete frames
-/// that were on the bus since it has listened for the first time.
+/// Switches the sensor on, sends one of [`FRAMES`] with this period (the first time at `phase`, in us), and returns the number of
+/// complete frames that were on the bus since it has listened for the first time.
 ///
 /// # Panics
 ///
 /// The sensor disturbs the bus, sends before it has detected the bit rate, or does not detect it within twice [`FRAMES_MAX`] frames.
-pub fn frames_until_detected(sensor: impl Sensor, rate: BitRate, period: u64, phase: u64) -> usize {
+pub fn frames_until_detected(
+    sensor: impl Sensor,
+    rate: BitRate,
+    (id, data): (u16, &[u8]),
+    period: u64,
+    phase: u64,
+) -> usize {
     let mut bus = Bus::new(BusRate::Wire);
     let device = bus.attach(sensor);
     let (master, other) = (bus.adapter(), bus.adapter());
     bus.open(master, Some(rate), false);
     bus.open(other, Some(rate), false);
-    let poll = Frame::data(standard(SET), &[INCLINATION]).expect("at most eight bytes");
+    let poll = Frame::data(standard(id), data).expect("at most eight bytes");
     let mut next = Instant::from_ticks(phase);
     let mut frames = 0;
     let mut listens = false;
@@ -77,14 +91,20 @@ pub fn frames_until_detected(sensor: impl Sensor, rate: BitRate, period: u64, ph
 /// # Panics
 ///
 /// The sensor does not detect the bit rate within 5 s.
-pub fn attempts_of_lone_master(sensor: impl Sensor, rate: BitRate) -> u64 {
+pub fn attempts_of_lone_master(
+    sensor: impl Sensor,
+    rate: BitRate,
+    (id, data): (u16, &[u8]),
+) -> u64 {
     let mut bus = Bus::new(BusRate::Wire);
     let device = bus.attach(sensor);
     bus.run_until(BOOT_MAX);
     let master = bus.adapter();
     bus.open(master, Some(rate), false);
-    let poll = Frame::data(standard(SET), &[INCLINATION]).expect("at most eight bytes");
-    bus.send(master, poll);
+    bus.send(
+        master,
+        Frame::data(standard(id), data).expect("at most eight bytes"),
+    );
     while bus.queued(master) > 0 {
         bus.run_until(after(bus.now(), Duration::from_ticks(100)));
         assert!(bus.now() < Instant::from_ticks(5_000_000), "{rate:?}");

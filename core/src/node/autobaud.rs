@@ -4,9 +4,10 @@
 //! the bit time of each frame, at any bit rate of the controller, so one frame is sufficient to find the bit rate. A silent bus
 //! changes nothing: there is no dwell time, and the search has no time limit.
 //!
-//! Several receivers at a distance lengthen the ACK slot, and transceivers change the length of each dominant pulse, so the measured
-//! bit rate can be wrong by one step. If the controller detects bus errors at the measured bit rate and the next frame measures the
-//! same, the search takes the next faster one, then the next slower one, then the measured one again.
+//! The measured bit rate can be wrong: receivers at a distance lengthen the ACK slot, transceivers change the length of each dominant
+//! pulse, and a frame that nobody acknowledges can have no dominant pulse of one bit. If the controller detects bus errors at the
+//! measured bit rate and the next frame measures the same, the search takes the next faster ones, down to a quarter of the measured bit
+//! time, then the next slower one, then the measured one again.
 
 use crate::can::BitRate;
 
@@ -83,15 +84,7 @@ impl Autobaud {
                 if !self.failed {
                     return false;
                 }
-                let [present, measured] = [self.rate, rate].map(|rate| rate as usize);
-                let number = if present == measured && rate != BitRate::M1 {
-                    measured + 1
-                } else if present == measured || present == measured + 1 {
-                    measured.wrapping_sub(1)
-                } else {
-                    measured
-                };
-                BitRate::ALL.get(number).copied().unwrap_or(rate)
+                self.neighbour(rate, time)
             }
             // A short pulse may be missing, because the processor was busy. The next frame decides.
             Some(last) if (rate as u8) < last as u8 => return false,
@@ -99,6 +92,17 @@ impl Autobaud {
         };
         self.failed = false;
         core::mem::replace(&mut self.rate, next) != next
+    }
+
+    /// The next bit rate after errors at the present one: the next faster one while the measured pulse has at most 4 of its
+    /// bits, then the next slower one of the measured one.
+    fn neighbour(&self, measured: BitRate, time: BitTime) -> BitRate {
+        let faster = BitRate::ALL.get(self.rate as usize + 1).copied();
+        let slower = BitRate::ALL.get((measured as usize).wrapping_sub(1));
+        faster
+            .filter(|&rate| u32::from(time.0) < 5 * u32::from(BitTime::of(rate).0))
+            .or(slower.copied())
+            .unwrap_or(measured)
     }
 }
 
@@ -135,13 +139,17 @@ mod tests {
     #[test]
     fn errors_at_measured_bit_rate_lead_to_its_neighbours() {
         use BitRate::*;
-        // An ACK slot that is longer by 30 % at 1 Mbit/s, and one that is shorter by 15 % at 50 kbit/s.
         for (measured, rates) in [
-            (BitTime(16 + 5), [K800, M1, K500, K800, M1]),
-            (BitTime(320 - 48), [K62_5, K100, K50, K62_5, K100]),
+            // An ACK slot that is longer by 30 % at 1 Mbit/s, or shorter by 15 % at 50 kbit/s.
+            (BitTime(16 + 5), &[K800, M1, K500, K800, M1][..]),
+            (BitTime(320 - 48), &[K62_5, K100, K125, K250, K50]),
+            // Frames without acknowledge whose shortest pulse has 2 bits at 1 Mbit/s, 3 at 125 kbit/s, or 4 at 10 kbit/s.
+            (BitTime(2 * 16), &[K500, K800, M1, K250, K500]),
+            (BitTime(3 * 128), &[K50, K62_5, K100, K125, K20, K50]),
+            (BitTime(4 * 1600), &[K10]),
         ] {
             let mut search = Autobaud::START;
-            for expected in rates {
+            for &expected in rates {
                 search.error();
                 assert!(search.measured(measured));
                 assert_eq!(search.rate(), expected);
@@ -160,30 +168,37 @@ mod tests {
         assert!(!search.measured(BitTime::of(slow)), "a missing short pulse");
         assert!(!search.measured(BitTime::of(fast)));
         assert_eq!(search.rate(), fast);
-        // The bus has another bit rate now.
+        // The bus has another bit rate now: it is found among the neighbours of the measured one.
         search.error();
         assert!(!search.measured(BitTime::of(slow)));
-        assert!(search.measured(BitTime::of(slow)));
-        assert_eq!(search.rate(), slow);
+        for expected in [BitRate::K250, slow] {
+            search.error();
+            assert!(search.measured(BitTime::of(slow)));
+            assert_eq!(search.rate(), expected);
+        }
     }
 
     #[test]
-    fn errors_at_fastest_and_slowest_bit_rate_lead_to_one_neighbour() {
-        for (measured, neighbour) in [(BitRate::M1, BitRate::K800), (BitRate::K10, BitRate::K20)] {
-            let mut search = Autobaud::START;
-            let mut rates = vec![];
-            for _ in 0..7 {
-                search.error();
-                search.measured(BitTime::of(measured));
-                rates.push(search.rate());
-            }
-            assert!(
-                rates
-                    .iter()
-                    .all(|rate| [measured, neighbour].contains(rate))
-            );
-            assert!(rates.contains(&measured) && rates.contains(&neighbour));
+    fn errors_at_fastest_bit_rate_lead_to_next_slower_one() {
+        let mut search = Autobaud::START;
+        for expected in [BitRate::M1, BitRate::K800, BitRate::M1] {
+            search.error();
+            search.measured(BitTime::of(BitRate::M1));
+            assert_eq!(search.rate(), expected);
         }
+    }
+
+    #[test]
+    fn errors_at_slowest_bit_rate_lead_back_to_it() {
+        let mut search = Autobaud::START;
+        let mut rates = vec![];
+        for _ in 0..4 {
+            search.error();
+            search.measured(BitTime::of(BitRate::K10));
+            rates.push(search.rate());
+        }
+        use BitRate::*;
+        assert_eq!(rates, [K10, K20, K10, K20]);
     }
 
     #[test]

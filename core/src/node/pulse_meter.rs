@@ -1,7 +1,7 @@
 //! Measures the bit time of a bus from its dominant pulses.
 //!
 //! The shortest dominant pulse of an acknowledged frame has one bit: the ACK slot is one dominant bit between two recessive ones,
-//! the CRC delimiter and the ACK delimiter. Frames have no more than 5 equal bits in sequence, so 6 recessive bits are the end of
+//! the CRC delimiter and the ACK delimiter. Without acknowledge it has one bit in most frames, 2 to 4 bits in the others. Frames have no more than 5 equal bits in sequence, so 6 recessive bits are the end of
 //! a frame. This is independent of the bit rate: the unit is the shortest pulse itself.
 //!
 //! A timer captures its counter at the start and at the end of each pulse.
@@ -17,9 +17,9 @@ const END_OF_FRAME: u16 = 6;
 /// the pulse.
 const SILENCE: i16 = 1200;
 
-/// Longer pulses have more than one bit at every bit rate. The limit also excludes an end that was captured before the start of the
+/// Longer pulses have more than 4 bits at every bit rate. The limit also excludes an end that was captured before the start of the
 /// next pulse and read after it.
-const LONGEST: u16 = 2000;
+const LONGEST: u16 = 7000;
 
 /// No pulse.
 const NONE: u16 = u16::MAX;
@@ -149,7 +149,7 @@ mod tests {
     fn end_captured_before_start_of_next_pulse_is_ignored() {
         let mut meter = PulseMeter::EMPTY;
         // The handler was late: the start of the pulse is already that of the next one.
-        for recessive in [16, 100, 17_600] {
+        for recessive in [16, 100, 17_600, 40_000] {
             meter.pulse(1000 + recessive, 1000);
         }
         assert!(!meter.is_pending());

@@ -40,7 +40,7 @@ pub struct Shell {
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
-    /// A received frame that waits for the running save to end.
+    /// The received frames that wait for the running save to end.
     deferred: Deque<Frame, DEFERRED>,
     /// The end of the validity of the values without a new reading.
     valid_until: Instant,
@@ -200,7 +200,7 @@ impl Shell {
         self.queue.has_room() && !self.deferred.is_full() && !self.is_leaving()
     }
 
-    /// Listens at the candidate of the running search.
+    /// Listens at the bit rate of the running search.
     fn listen(&mut self) {
         if let NodeState::Detecting(search) = self.state {
             self.switch_bus(BusMode::Listen, search.rate());

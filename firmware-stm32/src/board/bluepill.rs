@@ -23,7 +23,7 @@
 //! that APB1 runs at 32 MHz ([`bit_timing`](crate::bit_timing)).
 //!
 //! The registers are set directly, because the code of the HAL for the same pins and clocks is three times as large. All of them
-//! have their reset values at the start, since each start of the program is a reset.
+//! must have their reset values at the start: start the program by a reset, not from a bootloader.
 
 mod flash;
 mod vectors;
@@ -186,7 +186,8 @@ fn set_pins(device: &pac::Peripherals) {
         w.mode14().output50().cnf14().push_pull()
     });
     c.bsrr().write(|w| w.bs13().set_bit());
-    c.crh().write(|w| w.mode13().output50().cnf13().push_pull());
+    // PC13 permits 2 MHz at most (datasheet, output current of PC13 to PC15).
+    c.crh().write(|w| w.mode13().output2().cnf13().push_pull());
 }
 
 /// Starts the PWM of the heater with duty 0.
@@ -320,4 +321,6 @@ pub fn enable_pulse_timer() {
     // SAFETY: the main loop is the only code that changes this register.
     let rcc = unsafe { pac::RCC::steal() };
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
+    // The clock runs after this write.
+    cortex_m::asm::dsb();
 }

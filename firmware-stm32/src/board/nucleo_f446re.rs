@@ -311,6 +311,8 @@ pub fn enable_pulse_timer() {
     // SAFETY: the main loop is the only code that changes this register.
     let rcc = unsafe { pac::RCC::steal() };
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
+    // The clock runs after this write.
+    cortex_m::asm::dsb();
 }
 
 #[interrupt]

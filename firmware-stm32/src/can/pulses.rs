@@ -15,7 +15,7 @@ use plumbline::time::Instant;
 const PRESCALER: u32 = 2 * board::APB1_CLOCK / (BitTime::PER_US * 1_000_000);
 
 /// The counter at the start: if the bus is dominant then, the end of this pulse must not look like that of a short pulse.
-const FIRST_COUNT: u32 = 0x1000;
+const FIRST_COUNT: u32 = 0x2000;
 
 /// CCMR2 as input capture: channels 3 and 4 on TI3 (CC3S = 01, CC4S = 10). The filter ignores pulses shorter than 8 clocks (IC3F =
 /// IC4F = 0011).
@@ -26,9 +26,8 @@ const EDGES: u32 = 1 << 8 | 1 << 12 | 1 << 13;
 
 static METER: Mutex<Cell<PulseMeter>> = Mutex::new(Cell::new(PulseMeter::EMPTY));
 
-/// Starts to measure.
+/// Starts to measure. Called once after a reset.
 pub(super) fn start() {
-    with_meter(|meter| *meter = PulseMeter::EMPTY);
     board::enable_pulse_timer();
     let timer = timer();
     // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
@@ -36,8 +35,6 @@ pub(super) fn start() {
         timer.psc().write(|w| w.bits(PRESCALER - 1));
         timer.egr().write(|w| w.bits(1));
         timer.cnt().write(|w| w.bits(FIRST_COUNT));
-        // The inputs can be selected only while the channels are off.
-        timer.ccer().write(|w| w.bits(0));
         timer.ccmr2_input().write(|w| w.bits(CHANNELS));
         timer.ccer().write(|w| w.bits(EDGES));
         timer.dier().write(|w| w.bits(1 << 3));

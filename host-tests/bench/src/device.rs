@@ -135,6 +135,10 @@ impl Device {
         let Some(power) = self.awake() else { return };
         let measured = power.receive_pin.poll(now);
         if let Some(time) = measured.filter(|_| power.controller.mode() == Some(BusMode::Listen)) {
+            if power.controller.protocol.is_joining() {
+                // As on the boards: the end of a frame was too short to join the bus.
+                power.node.bus(now, BusEvent::Error);
+            }
             power.node.bus(now, BusEvent::BitTime(time));
             self.settle(now);
         }

@@ -1,4 +1,4 @@
-//! The interrupt vectors, up to the last one that is used. The table of the PAC has 60, and 30 are used at most by these boards.
+//! The interrupt vectors, up to the last one that is used. The table of the PAC has 60.
 
 use super::pac::Interrupt;
 use super::{CAN_RECEIVE_INTERRUPT, CAN_TRANSMIT_INTERRUPT, PULSE_INTERRUPT};
