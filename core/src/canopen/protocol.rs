@@ -109,8 +109,11 @@ impl<P: Product> Canopen<P> {
         };
         match command {
             Command::Enter(state) => self.enter(cx, now, state),
-            Command::ResetNode => self.reset_node(cx, now),
-            Command::ResetCommunication => self.reset_communication(cx, now),
+            // An object has requested a reset of the node, which the reset communication must not cancel.
+            Command::ResetCommunication if self.services.state != State::Initialising => {
+                self.reset_communication(cx, now);
+            }
+            Command::ResetNode | Command::ResetCommunication => self.reset_node(cx, now),
         }
         cx.shell.wake_up();
     }

@@ -177,6 +177,15 @@ fn sensor_is_silent_between_reply_and_reset() {
 }
 
 #[test]
+fn reset_communication_before_the_end_of_the_delay_resets_the_node() {
+    let mut t = booted();
+    t.write(0x6000, 0, 2, 100).unwrap();
+    assert_eq!(t.exchange(RESET), [ACCEPTED]);
+    assert_eq!(t.exchange("000#8200"), ["70A#00"]);
+    assert_eq!(t.read(0x6000, 0), Ok(10), "the stored value");
+}
+
+#[test]
 fn nmt_reset_before_the_end_of_the_delay_acts_at_once() {
     for reset in ["000#810A", "000#8200"] {
         let mut t = booted();
