@@ -4,9 +4,11 @@
 //! the actions that the node requests, [`Node::transmit`] returns the frames to send. The node performs no I/O and reads no
 //! clock, so the same code runs on a board, in a test and in the virtual sensor.
 
+mod acquisition;
 mod autobaud;
 mod boot;
 mod can_node;
+mod communication;
 mod led;
 mod protocol;
 mod pulse_meter;
@@ -15,8 +17,10 @@ mod shell;
 
 pub use crate::application::Readout;
 pub use crate::store::Boot;
+pub use acquisition::Acquisition;
 pub use autobaud::{Autobaud, BitTime};
 pub use can_node::CanNode;
+pub use communication::{Communication, Task};
 pub use led::{Channels, ErrorPatterns, Indicator, Leds, Pattern, Patterns};
 pub use protocol::{BusChange, Context, Protocol};
 pub use pulse_meter::PulseMeter;

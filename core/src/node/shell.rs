@@ -361,7 +361,7 @@ impl Shell {
         self.wake = earliest;
     }
 
-    pub(super) fn deadline(&self) -> Option<Instant> {
-        self.wake.time()
+    pub(super) fn deadline(&self) -> Deadline {
+        self.wake
     }
 }

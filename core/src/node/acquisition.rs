@@ -1,0 +1,61 @@
+//! The measuring half of a node.
+
+use super::communication::Task;
+use crate::application::Application;
+use crate::measure::Reading;
+use crate::measure::self_test::Working;
+use crate::time::{Deadline, Instant};
+
+/// The measuring half of a node: the application. Its calculations take long, and it does not access the communicating half: a
+/// driver publishes the returned values with [`Communication::publish`](super::Communication::publish).
+pub struct Acquisition<A> {
+    application: A,
+}
+
+impl<A: Application> Acquisition<A> {
+    pub(super) const INITIAL: Self = Self {
+        application: A::INITIAL,
+    };
+
+    /// Whether it requests self-tests of the accelerometer.
+    pub const HAS_SELF_TEST: bool = A::HAS_SELF_TEST;
+
+    pub(super) fn application(&mut self) -> &mut A {
+        &mut self.application
+    }
+
+    /// Processes a reading.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn sample(&mut self, now: Instant, reading: &Reading) -> A::Values {
+        self.application.sample(now, reading)
+    }
+
+    /// Performs a task that the communicating half requests.
+    pub fn perform(&mut self, now: Instant, task: &Task<A>) -> A::Values {
+        match task {
+            Task::Apply(parameters) => self.application.apply(now, parameters),
+            Task::Stale => self.application.stale(),
+            Task::Stop => self.application.stop(),
+        }
+    }
+
+    /// Performs the action of the deadline of the application if it is reached.
+    #[inline(always)] // usually there is none
+    pub fn tick(&mut self, now: Instant) -> Option<A::Values> {
+        let due = self.application.deadline().is_reached(now);
+        due.then(|| self.application.tick(now))
+    }
+
+    /// Handles the result of the self-test of the accelerometer. Returns None if no value has changed.
+    pub fn tested(&mut self, result: Working) -> Option<A::Values> {
+        if !A::HAS_SELF_TEST {
+            return None;
+        }
+        self.application.tested(result)
+    }
+
+    /// The time at which [`tick`](Self::tick) is due.
+    pub fn deadline(&self) -> Deadline {
+        self.application.deadline()
+    }
+}

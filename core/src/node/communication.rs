@@ -1,0 +1,189 @@
+//! The communicating half of a node.
+
+use super::{Action, BusChange, BusEvent, Context, NodeState, Protocol, Shell};
+use crate::application::{Application, Values};
+use crate::can::{Filter, Frame};
+use crate::param::Parameters;
+use crate::store::StoreError;
+use crate::time::{Deadline, Instant};
+
+/// The communicating half of a node: protocol, parameters and the published values.
+///
+/// All its methods are short, so a driver can call [`receive`](Self::receive) in the receive interrupt, while the measuring half
+/// ([`Acquisition`](super::Acquisition)) calculates in the main loop. The driver prevents that two calls overlap.
+pub struct Communication<A: Application, P> {
+    pub(super) context: Context<A>,
+    pub(super) protocol: P,
+}
+
+/// A task for the measuring half. [`Communication::publish`] takes over its values.
+pub enum Task<A: Application> {
+    /// Apply these parameters.
+    Apply(Parameters<A::Table>),
+    /// Readings are missing.
+    Stale,
+    /// The device restarts: switch off the outputs that must not stay on.
+    Stop,
+}
+
+impl<A: Application, P: Protocol<A>> Communication<A, P> {
+    pub(super) const INITIAL: Self = Self {
+        context: Context {
+            shell: Shell::INITIAL,
+            parameters: Parameters::INITIAL,
+            values: A::Values::INITIAL,
+            changed: false,
+            saving: None,
+        },
+        protocol: P::INITIAL,
+    };
+
+    /// Whether it can take the next received frame. While false, leave frames in the receive queue: there is no room for a reply, or
+    /// it waits for a [task](Self::task), a save or a restart.
+    pub fn ready(&self) -> bool {
+        self.context.shell.ready() && !self.context.changed
+    }
+
+    /// Handles a received frame.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn receive(&mut self, now: Instant, frame: &Frame) {
+        match self.context.shell.state() {
+            NodeState::Online => self.protocol.receive(&mut self.context, now, frame),
+            // The node does not answer the frame by which it detects the bit rate: it was in listen-only mode.
+            NodeState::Detecting(search) if P::DETECTS => {
+                self.context.shell.go_online(search.rate());
+                self.change(now, BusChange::Online);
+            }
+            _ => {}
+        }
+    }
+
+    fn change(&mut self, now: Instant, change: BusChange) {
+        self.protocol.bus_changed(&mut self.context, now, change);
+    }
+
+    /// Handles an event of the CAN controller.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn bus(&mut self, now: Instant, event: BusEvent) {
+        let shell = &mut self.context.shell;
+        let change = match event {
+            BusEvent::Error => {
+                if P::DETECTS {
+                    shell.error();
+                }
+                None
+            }
+            BusEvent::BitTime(time) => {
+                if P::DETECTS {
+                    shell.measured(time);
+                }
+                None
+            }
+            BusEvent::Overrun => Some(BusChange::Overrun),
+            BusEvent::State(state) => {
+                let recovers = self.protocol.recovers(&self.context.parameters);
+                shell.confine(state, recovers)
+            }
+        };
+        if let Some(change) = change {
+            self.change(now, change);
+        }
+    }
+
+    /// The next task for the measuring half. Call it until it returns None, and publish the values of each task.
+    #[inline(always)] // usually there is none
+    pub fn task(&mut self, now: Instant) -> Option<Task<A>> {
+        if core::mem::take(&mut self.context.changed) {
+            return Some(Task::Apply(self.context.parameters));
+        }
+        if self.context.shell.becomes_stale(now) {
+            return Some(Task::Stale);
+        }
+        self.context.shell.stops().then_some(Task::Stop)
+    }
+
+    /// Publishes the values of a reading. During a restart they are discarded.
+    pub fn sampled(&mut self, now: Instant, values: A::Values) {
+        if !self.context.shell.is_leaving() {
+            self.context.shell.sampled(now);
+            self.publish(now, values);
+        }
+    }
+
+    /// Publishes new values.
+    pub fn publish(&mut self, now: Instant, values: A::Values) {
+        self.context.values = values;
+        if A::HAS_OUTPUTS && !self.context.shell.has_reported(values.outputs()) {
+            self.context.shell.wake_up();
+        }
+        // A stopped application is no fault.
+        if !self.context.shell.is_leaving() {
+            self.protocol.published(&mut self.context, now);
+        }
+    }
+
+    /// The parameters to write to nonvolatile memory for [`Action::Save`].
+    pub fn image(&self) -> &Parameters<A::Table> {
+        let saving = self.context.saving.as_ref();
+        saving.unwrap_or(&self.context.parameters)
+    }
+
+    /// Handles the result of the save that [`Action::Save`] requested.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
+        if let Some(saved) = self.context.saving.take() {
+            self.protocol.stored(&mut self.context, now, &saved, result);
+            self.context.shell.wake_up();
+        }
+    }
+
+    /// Handles a frame that waited for the end of a save. Returns false if there is none. A deferred frame can begin the next save;
+    /// then the other ones continue to wait.
+    pub fn resume(&mut self, now: Instant) -> bool {
+        let waits = !P::DEFERS
+            || self.context.changed
+            || self.context.is_saving()
+            || self.context.shell.is_leaving();
+        if !waits && let Some(frame) = self.context.shell.take_deferred() {
+            self.receive(now, &frame);
+            self.context.shell.wake_up();
+            return true;
+        }
+        false
+    }
+
+    /// The next action to perform; None if there is none.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn poll(&mut self, now: Instant) -> Option<Action> {
+        if self.context.shell.is_idle(now) {
+            return None;
+        }
+        self.protocol.tick(&mut self.context, now);
+        let outputs = A::HAS_OUTPUTS.then(|| self.context.values.outputs());
+        let action = self.context.shell.next_action(now, outputs);
+        let mut earliest = Deadline::NEVER;
+        self.protocol.deadlines(&mut earliest);
+        self.context.shell.polled(action.is_some(), earliest);
+        action
+    }
+
+    /// The next frame to send. Call it only when a mailbox is free.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+        let frame = self.context.shell.transmit();
+        if self.protocol.waits_for_room() {
+            self.context.shell.wake_up();
+        }
+        frame
+    }
+
+    /// The latest time for the next poll or task.
+    pub fn deadline(&self) -> Deadline {
+        self.context.shell.deadline()
+    }
+
+    /// Calls `accept` for each acceptance filter in force.
+    pub fn filters(&self, accept: &mut dyn FnMut(Filter)) {
+        self.protocol.filters(&self.context, accept);
+    }
+}
