@@ -1,4 +1,5 @@
-//! The main loop: passes inputs to the node, performs its actions, then lets the processor sleep.
+//! The main loop: measures, passes events to the node, performs its actions, then lets the processor sleep. The CAN interrupts
+//! answer frames ([`link`](crate::link)).
 //!
 //! Boot order: watchdog, clocks and pins, then the parameter memory, which is erased in advance because the node is not on the
 //! bus yet, then the accelerometer, the node, and with its first action the bus.
@@ -6,34 +7,33 @@
 //! The loop sleeps until an interrupt has an event for it, or until the time of `App::wake`: the next sample, or the deadline of
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
-use crate::board::{self, Board, ImuWires, StatusLeds, Switches, Watchdog};
-use crate::can::Bus;
+use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, Watchdog};
+use crate::can::{Bus, transmit};
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
+use crate::link::{Link, Queue, Shared};
 use crate::{clock, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
+use cortex_m::singleton;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
-use plumbline::node::{Action, Boot, BusEvent, Node};
+use plumbline::node::{Acquisition, Action, Boot, BusEvent, Divided};
 use plumbline::store::{Owner, Store};
-use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
+use plumbline::time::{Deadline, Duration, Instant, after, millis, reached};
 
 /// The longest time that a restart waits for the last frames: four frames, one of them waiting for a mailbox, of 16 ms each at 10
 /// kbit/s.
 const RESTART_LIMIT: Duration = millis(100);
 
-/// The longest time that the boot waits for the accelerometer, which turns on in 20 ms and needs 24 ms for a reading.
-const FIRST_READING_LIMIT: Duration = millis(200);
-
 /// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `imu` are memory for
-/// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver
-/// of the accelerometer. `start_node` starts the node. `TESTS` is 1 if the node requests self-tests, otherwise 0. `DETECTS` is true
-/// if it detects the bit rate.
+/// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver of the
+/// accelerometer. `link` is shared with the CAN interrupts. `start_node` starts the node. `TESTS` is 1 if the node requests
+/// self-tests, otherwise 0. `DETECTS` is true if it detects the bit rate.
 ///
 /// # Safety
 /// Call it only once: it takes all peripherals. A check at run time would need 64 bytes of flash.
 pub unsafe fn run<
-    N: Node + 'static,
+    N: Divided + 'static,
     const BUFFER: usize,
     const TESTS: usize,
     const DETECTS: bool,
@@ -42,6 +42,7 @@ pub unsafe fn run<
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     imu: &'static mut MaybeUninit<Imu<TESTS>>,
     node: &'static mut N,
+    link: &'static Shared<N>,
     start_node: impl FnOnce(&mut N, Instant, &Boot),
 ) -> ! {
     // SAFETY: the caller calls this function only once.
@@ -50,10 +51,9 @@ pub unsafe fn run<
         mut watchdog,
         store,
         imu,
-        first,
-        bus,
         leds,
         switches,
+        can,
     } = start(board, owner, store, imu);
     let now = clock::now();
     let boot = store.boot();
@@ -61,15 +61,25 @@ pub unsafe fn run<
         warn!("stored parameters are damaged");
     }
     start_node(node, now, &boot);
-    let mut app = App::<_, _, _, DETECTS> {
-        node,
+    let (communication, acquisition) = node.halves();
+    let Some(waiting) = singleton!(: Queue = Queue::new()) else {
+        SCB::sys_reset()
+    };
+    link.start(communication, waiting);
+    // None only on a second call.
+    let Some(bus) = Bus::new(can) else {
+        SCB::sys_reset()
+    };
+    let mut app = App::<N, _, _, DETECTS> {
+        acquisition,
+        link,
         bus,
         imu,
         store,
         leds,
         switches,
-        sample_due: after(now, SAMPLE_PERIOD),
-        reading: first,
+        sample_due: now,
+        reading: None,
     };
     loop {
         watchdog.feed();
@@ -85,10 +95,9 @@ struct Parts<const BUFFER: usize, const TESTS: usize> {
     watchdog: Watchdog,
     store: &'static mut ParameterStore<BUFFER>,
     imu: &'static mut Imu<TESTS>,
-    first: Option<Reading>,
-    bus: &'static mut Bus,
     leds: StatusLeds,
     switches: Switches,
+    can: CanPeripheral,
 }
 
 /// The nonvolatile memory of this board.
@@ -113,19 +122,13 @@ fn start<const BUFFER: usize, const TESTS: usize>(
     watchdog.feed();
 
     let imu = create_imu(imu, board.imu);
-    let first = first_reading(imu);
-    // None only on a second call.
-    let Some(bus) = Bus::new(board.can) else {
-        SCB::sys_reset()
-    };
     Parts {
         watchdog,
         store,
         imu,
-        first,
-        bus,
         leds: board.leds,
         switches: board.switches,
+        can: board.can,
     }
 }
 
@@ -148,61 +151,42 @@ fn create_imu<const TESTS: usize>(
     place.write(Imu::new(wires))
 }
 
-/// Waits until the accelerometer has settled, so that the first frame contains valid values. None if it does not start.
-fn first_reading<const TESTS: usize>(imu: &mut Imu<TESTS>) -> Option<Reading> {
-    let mut due = clock::now();
-    let limit = after(due, FIRST_READING_LIMIT);
-    loop {
-        let now = clock::now();
-        if reached(now, due) {
-            due = after(due, SAMPLE_PERIOD);
-            imu.start(now);
-        }
-        let reading = imu.step(now);
-        if reading.is_some() || reached(now, limit) {
-            return reading;
-        }
-    }
-}
-
 /// The state of the main loop.
-struct App<N: 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool> {
-    node: &'static mut N,
+struct App<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool> {
+    acquisition: &'static mut Acquisition<N::Application>,
+    link: &'static Shared<N>,
     bus: &'static mut Bus,
     imu: &'static mut Imu<TESTS>,
     store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
     switches: Switches,
     sample_due: Instant,
-    /// A reading for the next call of `Node::sample`.
+    /// A reading for the measuring half.
     reading: Option<Reading>,
 }
 
-impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool>
+impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool>
     App<N, BUFFER, TESTS, DETECTS>
 {
-    /// One iteration of the loop: handles the received frames, then a small step of each other task. Returns true if there can be
-    /// more to do at once.
+    /// One iteration of the loop: a small step of each task. Returns true if there can be more to do at once.
     fn turn(&mut self) -> bool {
-        self.answer();
-        if let Some(reading) = self.reading.take() {
-            // The longest step that cannot be divided. Frames are checked immediately before and after it.
-            self.node.sample(clock::now(), &reading);
-            return true;
-        }
-        self.bus.step(self.node);
+        self.measure();
+        let link = self.link;
+        self.bus
+            .step(|accept| link.with(|link| link.node.filters(accept)));
         while let Some(event) = self.bus.event() {
-            self.node.bus(clock::now(), event);
+            link.call(|node, now| node.bus(now, event));
         }
         if DETECTS && let Some(time) = self.bus.bit_time() {
-            let now = clock::now();
             if self.bus.restless() {
                 // At this bit rate, the end of a frame was too short for the controller to join the bus.
-                self.node.bus(now, BusEvent::Error);
+                link.call(|node, now| node.bus(now, BusEvent::Error));
             }
-            self.node.bus(now, BusEvent::BitTime(time));
+            link.call(|node, now| node.bus(now, BusEvent::BitTime(time)));
         }
-        self.settle();
+        while let Some(action) = link.call(|node, now| node.poll(now)) {
+            self.perform(action);
+        }
         let reading = self.read();
         let saving = self.save();
         reading || saving || DETECTS && self.bus.is_urgent()
@@ -214,20 +198,24 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
             // At the next tick.
             return clock::now();
         }
-        earlier(Some(self.sample_due), self.node.deadline()).unwrap_or(self.sample_due)
+        let mut earliest = Deadline::at(self.sample_due);
+        earliest.consider(self.link.with(|link| link.node.deadline()));
+        earliest.consider(self.acquisition.deadline());
+        earliest.time().unwrap_or(self.sample_due)
     }
 
-    /// Passes the received frames to the node.
-    fn answer(&mut self) {
-        while self.node.ready() {
-            let Some(frame) = self.bus.receive() else {
-                break;
-            };
-            let now = clock::now();
-            self.node.receive(now, &frame);
-            // The reply has the highest priority.
-            self.transmit(now);
-            self.settle();
+    /// Performs the tasks of the measuring half. Its calculations take long; the interrupts answer frames meanwhile.
+    fn measure(&mut self) {
+        while let Some(task) = self.link.with(|link| link.node.task(clock::now())) {
+            let values = self.acquisition.perform(clock::now(), &task);
+            self.link.call(|node, now| node.publish(now, values));
+        }
+        if let Some(values) = self.acquisition.tick(clock::now()) {
+            self.link.call(|node, now| node.publish(now, values));
+        }
+        if let Some(reading) = self.reading.take() {
+            let values = self.acquisition.sample(clock::now(), &reading);
+            self.link.call(|node, now| node.sampled(now, values));
         }
     }
 
@@ -235,7 +223,9 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
     fn read(&mut self) -> bool {
         let now = clock::now();
         if let Some(working) = self.imu.tested() {
-            self.node.tested(now, working);
+            if let Some(values) = self.acquisition.tested(working) {
+                self.link.call(|node, now| node.publish(now, values));
+            }
             return true;
         }
         if self.imu.busy() {
@@ -271,17 +261,14 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
         if result.is_err() {
             error!("parameters could not be saved");
         }
-        self.node.stored(clock::now(), result);
-        // The save has ended: there is a reply, and possibly a deferred frame.
-        true
-    }
-
-    /// Performs the actions of the node, then sends its frames.
-    fn settle(&mut self) {
-        while let Some(action) = self.node.poll(clock::now()) {
-            self.perform(action);
+        self.link.call(|node, now| node.stored(now, result));
+        // The frames that waited for the end of the save.
+        loop {
+            self.measure();
+            if !self.link.call(|node, now| node.resume(now)) {
+                return true;
+            }
         }
-        self.transmit(clock::now());
     }
 
     #[inline(never)] // rarely called
@@ -293,26 +280,21 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
                     self.bus.measure(mode);
                 }
                 self.bus.configure(mode, rate);
+                self.link.with(Link::discard);
             }
             Action::Recover => {
                 info!("recover from bus-off");
                 self.bus.recover();
             }
             Action::Leds(leds) => self.leds.show(leds),
-            Action::Save => self.store.save(|buffer| self.node.image(buffer)),
+            Action::Save => {
+                let image = self.link.with(|link| *link.node.image());
+                self.store.save(|buffer| image.encode(buffer));
+            }
             Action::Restart => self.restart(),
             Action::Termination(on) => self.switches.terminate(on),
             Action::Heater(permille) => self.switches.heat(permille),
             Action::SelfTest => self.imu.test(),
-        }
-    }
-
-    fn transmit(&mut self, now: Instant) {
-        while self.bus.can_send() {
-            let Some(frame) = self.node.transmit(now) else {
-                break;
-            };
-            self.bus.send(&frame);
         }
     }
 
@@ -324,9 +306,9 @@ impl<N: Node + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: 
         }
         let limit = after(clock::now(), RESTART_LIMIT);
         loop {
-            self.transmit(clock::now());
+            self.link.call(|_, _| ());
             // If all mailboxes are empty now, the node has no more frames.
-            if self.bus.sent() || reached(clock::now(), limit) {
+            if transmit::is_idle() || reached(clock::now(), limit) {
                 info!("restart");
                 SCB::sys_reset();
             }

@@ -14,25 +14,21 @@
 
 mod filters;
 mod pulses;
-mod receive;
-mod transmit;
+pub mod receive;
+pub mod transmit;
 
 pub use pulses::on_pulse;
-pub use receive::on_received;
 
 use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral};
-use crate::{clock, sleep};
+use crate::clock;
 use bxcan::Interrupts;
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
-use heapless::spsc::{Consumer, Queue};
-use plumbline::can::{BitRate, Frame};
-use plumbline::node::{BitTime, BusEvent, BusMode, BusState, Node};
+use core::sync::atomic::{AtomicU8, Ordering};
+use plumbline::can::{BitRate, Filter};
+use plumbline::node::{BitTime, BusEvent, BusMode, BusState};
 use plumbline::time::{Duration, Instant, after, millis, reached};
-
-/// The size of the receive queue: 1.5 ms at 1 Mbit/s with the shortest frames and 100 % bus load.
-const QUEUE: usize = 32 + 1; // one element stays empty
 
 /// The longest time that the controller needs to leave the bus: longer than the longest frame with its error frame at 10 kbit/s.
 const LEAVE_LIMIT: Duration = millis(25);
@@ -49,19 +45,6 @@ unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
 }
 
-/// The transmit interrupt: a mailbox has become free.
-pub fn on_transmitted() {
-    // SAFETY: only the request-completed flags of CAN_TSR are written, and no other code uses them. Writing 1 clears them, and
-    // writing 0 to the other bits has no effect, so this does not affect the use of the register by the main loop.
-    let registers = unsafe { CanPeripheral::steal() };
-    registers.tsr().write(|w| {
-        w.rqcp0().set_bit();
-        w.rqcp1().set_bit();
-        w.rqcp2().set_bit()
-    });
-    sleep::wake();
-}
-
 /// The state of a change of mode.
 #[derive(Clone, Copy)]
 enum Change {
@@ -76,6 +59,38 @@ enum Change {
     Joining,
 }
 
+/// What the interrupts may do with received frames and mailboxes.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Phase {
+    /// The controller leaves the bus: received frames are discarded.
+    Leaving,
+    /// The controller joins the bus: received frames wait.
+    Joining,
+    /// Listen-only.
+    Listening,
+    /// Frames are received and sent.
+    Normal,
+}
+
+static PHASE: AtomicU8 = AtomicU8::new(Phase::Leaving as u8);
+
+/// The present phase.
+pub fn phase() -> Phase {
+    const JOINING: u8 = Phase::Joining as u8;
+    const LISTENING: u8 = Phase::Listening as u8;
+    const NORMAL: u8 = Phase::Normal as u8;
+    match PHASE.load(Ordering::Relaxed) {
+        NORMAL => Phase::Normal,
+        LISTENING => Phase::Listening,
+        JOINING => Phase::Joining,
+        _ => Phase::Leaving,
+    }
+}
+
+fn set_phase(phase: Phase) {
+    PHASE.store(phase as u8, Ordering::Relaxed);
+}
+
 /// The mode and bit rate of the bus.
 #[derive(Clone, Copy)]
 struct Settings {
@@ -86,7 +101,6 @@ struct Settings {
 /// The part of the CAN controller that the main loop uses: all except the receive FIFO.
 pub struct Bus {
     can: bxcan::Can<Controller>,
-    received: Consumer<'static, Frame>,
     /// None until the first [`configure`](Self::configure).
     settings: Option<Settings>,
     change: Change,
@@ -100,11 +114,8 @@ impl Bus {
     /// Takes the controller and keeps it in sleep mode, off the bus. None on a second call.
     #[inline(never)] // so that only the boot needs its stack
     pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
-        let queue = singleton!(: Queue<Frame, QUEUE> = Queue::new())?;
-        let (producer, consumer) = queue.split();
         // The change from sleep to initialization mode and back is independent of the bus, so the wait always ends.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
-        receive::into(producer);
         // SAFETY: the handlers work in any state of the controller, and code that needs these interrupts masked uses critical
         // sections.
         unsafe {
@@ -113,7 +124,6 @@ impl Bus {
         }
         singleton!(: Bus = Bus {
             can,
-            received: consumer,
             settings: None,
             change: Change::Done,
             state: BusState::Active,
@@ -126,7 +136,8 @@ impl Bus {
     pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
         let listening = self.is_listening();
         self.settings = Some(Settings { mode, rate });
-        transmit::abort_all(self.registers());
+        set_phase(Phase::Leaving);
+        transmit::abort_all();
         if listening {
             // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own.
             self.reset();
@@ -149,19 +160,20 @@ impl Bus {
 
     /// Begins to enter initialization mode.
     fn leave(&mut self) {
+        set_phase(Phase::Leaving);
         request_initialization(self.registers());
         let limit = after(clock::now(), LEAVE_LIMIT);
         self.change = Change::Leaving { limit };
     }
 
     /// Performs a step of a change of mode. Call it at least every millisecond. In listen mode all frames are accepted, otherwise
-    /// those that pass the filters of `node`.
-    pub fn step(&mut self, node: &impl Node) {
+    /// those that pass the filters that `filters` passes to its argument.
+    pub fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
         match self.change {
             Change::Done => {}
             Change::Leaving { limit } => {
                 if self.registers().msr().read().inak().bit_is_set() {
-                    self.join(node);
+                    self.join(filters);
                 } else if reached(clock::now(), limit) {
                     self.reset();
                     self.leave();
@@ -174,6 +186,11 @@ impl Bus {
                 let status = self.registers().msr().read();
                 if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                     self.change = Change::Done;
+                    set_phase(if self.is_listening() {
+                        Phase::Listening
+                    } else {
+                        Phase::Normal
+                    });
                 }
             }
         }
@@ -215,17 +232,16 @@ impl Bus {
             .is_some_and(|settings| settings.mode == BusMode::Listen)
     }
 
-    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Frames and errors of the
-    /// previous bit rate are discarded, so that they are not attributed to the new one.
-    fn join(&mut self, node: &impl Node) {
-        while self.received.dequeue().is_some() {}
+    /// In initialization mode: sets bit timing, mode, filters and interrupts, and joins the bus. Errors of the previous bit rate
+    /// are discarded, so that they are not attributed to the new one.
+    fn join(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
         self.forget_error();
         let Some(settings) = self.settings else {
             return;
         };
         let silent = u32::from(settings.mode == BusMode::Listen) << 31;
         let timing = btr(settings.rate) | silent;
-        filters::set(self.registers(), settings.mode, node);
+        filters::set(self.registers(), settings.mode, filters);
         // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off.
         self.registers().btr().write(|w| unsafe { w.bits(timing) });
         self.can.enable_interrupts(
@@ -237,6 +253,7 @@ impl Bus {
             w.sleep().clear_bit();
             w.inrq().clear_bit()
         });
+        set_phase(Phase::Joining);
         self.change = Change::Joining;
     }
 
@@ -278,38 +295,6 @@ impl Bus {
             .esr()
             // SAFETY: 7 is the value that the manual defines for software. The other bits are read-only.
             .write(|w| unsafe { w.bits(u32::from(LEC_SEEN) << 4) });
-    }
-
-    /// The next received frame; None while a change of mode is running.
-    pub fn receive(&mut self) -> Option<Frame> {
-        if !matches!(self.change, Change::Done) {
-            return None;
-        }
-        self.received.dequeue()
-    }
-
-    /// True if [`send`](Self::send) can be called.
-    pub fn can_send(&mut self) -> bool {
-        self.is_normal() && transmit::has_room(self.registers())
-    }
-
-    /// Sends a frame. The frames are sent in the order of the calls.
-    pub fn send(&mut self, frame: &Frame) {
-        transmit::put(self.registers(), frame);
-    }
-
-    /// True if all frames are sent or aborted.
-    pub fn sent(&mut self) -> bool {
-        transmit::is_idle(self.registers())
-    }
-
-    /// True if frames can be sent: normal mode, and no change of mode is running.
-    fn is_normal(&self) -> bool {
-        matches!(self.change, Change::Done)
-            && self
-                .settings
-                .as_ref()
-                .is_some_and(|settings| settings.mode == BusMode::Normal)
     }
 
     fn registers(&mut self) -> &mut CanPeripheral {

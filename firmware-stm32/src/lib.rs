@@ -1,7 +1,7 @@
 //! Plumbline on hardware: an STM32 with bxCAN and an ISM330DHCX accelerometer on SPI.
 //!
-//! The path of a frame: receive interrupt -> queue -> [`Node`](plumbline::node::Node) -> mailbox. The path of a sample: every 5
-//! ms from the accelerometer into the node. `app` runs the main loop. `can`, `imu`, `flash` and `clock` are the drivers. `board`
+//! The path of a frame: receive interrupt -> communicating half of the node -> mailbox (`link`). The path of a sample: every 5 ms
+//! from the accelerometer into the measuring half, in the main loop (`app`). `can`, `imu`, `flash` and `clock` are the drivers. `board`
 //! contains the pins. A file in `src/bin` selects the product.
 //!
 //! The board is selected by a feature (`bluepill`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only the
@@ -40,6 +40,8 @@ pub mod clock;
 pub mod flash;
 #[cfg(board)]
 pub mod imu;
+#[cfg(board)]
+pub mod link;
 #[cfg(board)]
 mod mem;
 #[cfg(board)]
@@ -89,6 +91,23 @@ macro_rules! firmware {
         );
 
         #[cfg(target_os = "none")]
+        static LINK: $crate::link::Shared<$node> = $crate::link::Shared::EMPTY;
+
+        /// The receive interrupt of the CAN controller. The vector table of the board contains it.
+        #[cfg(target_os = "none")]
+        #[unsafe(no_mangle)]
+        extern "C" fn CAN_RECEIVE() {
+            LINK.on_received();
+        }
+
+        /// The transmit interrupt of the CAN controller.
+        #[cfg(target_os = "none")]
+        #[unsafe(no_mangle)]
+        extern "C" fn CAN_TRANSMIT() {
+            LINK.on_transmitted();
+        }
+
+        #[cfg(target_os = "none")]
         #[cortex_m_rt::entry]
         fn main() -> ! {
             // In static memory, so that its size is part of the image and not of the stack. `entry` makes it safe to borrow.
@@ -106,6 +125,7 @@ macro_rules! firmware {
                     STORE,
                     IMU,
                     NODE,
+                    &LINK,
                     |$it: &mut $node, $now, $boot: &_| $start,
                 )
             }

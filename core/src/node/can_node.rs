@@ -11,11 +11,34 @@ use crate::time::Instant;
 
 /// A node that consists of an application and a protocol.
 ///
-/// As a [`Node`] it is for a driver with one thread of execution. [`halves`](Self::halves) is for a driver that handles frames at a
+/// As a [`Node`] it is for a driver with one thread of execution. [`Divided::halves`] is for a driver that handles frames at a
 /// higher priority than readings.
 pub struct CanNode<A: Application, P> {
     communication: Communication<A, P>,
     acquisition: Acquisition<A>,
+}
+
+/// The types of a node that consists of two halves.
+pub trait Divided {
+    /// The application, in the measuring half.
+    type Application: Application + 'static;
+    /// The protocol, in the communicating half.
+    type Protocol: Protocol<Self::Application> + 'static;
+
+    /// The communicating and the measuring half, for a driver that handles frames at a higher priority than readings.
+    fn halves(&mut self) -> Halves<'_, Self::Application, Self::Protocol>;
+}
+
+/// The communicating and the measuring half of a node.
+pub type Halves<'a, A, P> = (&'a mut Communication<A, P>, &'a mut Acquisition<A>);
+
+impl<A: Application + 'static, P: Protocol<A> + 'static> Divided for CanNode<A, P> {
+    type Application = A;
+    type Protocol = P;
+
+    fn halves(&mut self) -> Halves<'_, A, P> {
+        (&mut self.communication, &mut self.acquisition)
+    }
 }
 
 impl<A: Application, P: Protocol<A>> CanNode<A, P> {
@@ -43,11 +66,6 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         communication: Communication::INITIAL,
         acquisition: Acquisition::INITIAL,
     };
-
-    /// The communicating and the measuring half.
-    pub fn halves(&mut self) -> (&mut Communication<A, P>, &mut Acquisition<A>) {
-        (&mut self.communication, &mut self.acquisition)
-    }
 
     /// Restores the parameters and the calibration of `boot`. Calls `started` before it applies the parameters; the last argument
     /// of `started` is true if the memory is damaged.
@@ -116,7 +134,6 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn tested(&mut self, now: Instant, result: Working) {
         if let Some(values) = self.acquisition.tested(result) {
             self.communication.publish(now, values);
-            self.communication.context.shell.wake_up();
         }
     }
 
@@ -124,7 +141,6 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         self.measure(now);
         if let Some(values) = self.acquisition.tick(now) {
             self.communication.publish(now, values);
-            self.communication.context.shell.wake_up();
         }
         self.communication.poll(now)
     }

@@ -106,12 +106,18 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     pub fn sampled(&mut self, now: Instant, values: A::Values) {
         if !self.context.shell.is_leaving() {
             self.context.shell.sampled(now);
-            self.publish(now, values);
+            self.take_over(now, values);
         }
     }
 
-    /// Publishes new values.
+    /// Publishes new values that are not from a reading.
+    #[inline(never)] // rarely called
     pub fn publish(&mut self, now: Instant, values: A::Values) {
+        self.take_over(now, values);
+        self.context.shell.wake_up();
+    }
+
+    fn take_over(&mut self, now: Instant, values: A::Values) {
         self.context.values = values;
         if A::HAS_OUTPUTS && !self.context.shell.has_reported(values.outputs()) {
             self.context.shell.wake_up();

@@ -19,7 +19,7 @@ pub use crate::application::Readout;
 pub use crate::store::Boot;
 pub use acquisition::Acquisition;
 pub use autobaud::{Autobaud, BitTime};
-pub use can_node::CanNode;
+pub use can_node::{CanNode, Divided, Halves};
 pub use communication::{Communication, Task};
 pub use led::{Channels, ErrorPatterns, Indicator, Leds, Pattern, Patterns};
 pub use protocol::{BusChange, Context, Protocol};

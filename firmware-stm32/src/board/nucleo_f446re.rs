@@ -315,12 +315,20 @@ pub fn enable_pulse_timer() {
     cortex_m::asm::dsb();
 }
 
+unsafe extern "C" {
+    /// The handlers of [`firmware`](crate::firmware).
+    fn CAN_RECEIVE();
+    fn CAN_TRANSMIT();
+}
+
 #[interrupt]
 fn CAN1_RX0() {
-    can::on_received();
+    // SAFETY: this is the interrupt for which it is written.
+    unsafe { CAN_RECEIVE() };
 }
 
 #[interrupt]
 fn CAN1_TX() {
-    can::on_transmitted();
+    // SAFETY: this is the interrupt for which it is written.
+    unsafe { CAN_TRANSMIT() };
 }

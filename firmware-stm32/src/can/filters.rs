@@ -14,15 +14,20 @@
 use crate::board::{self, CanPeripheral};
 use embedded_can::Id;
 use plumbline::can::Filter;
-use plumbline::node::{BusMode, Node};
+use plumbline::node::BusMode;
 
 /// FMR.FINIT: the filters are being set.
 const INITIALIZATION: u32 = 1 << 0;
 /// IDE: 29-bit identifier.
 const EXTENDED: u32 = 1 << 2;
 
-/// Sets the filters: in listen mode one that accepts all frames, otherwise those of the node.
-pub(super) fn set(registers: &CanPeripheral, mode: BusMode, node: &impl Node) {
+/// Sets the filters: in listen mode one that accepts all frames, otherwise those that
+/// `filters` passes to its argument.
+pub(super) fn set(
+    registers: &CanPeripheral,
+    mode: BusMode,
+    filters: impl FnOnce(&mut dyn FnMut(Filter)),
+) {
     // SAFETY: all bits of these registers are filters of this controller, or reserved bits that keep their value.
     unsafe {
         registers
@@ -50,7 +55,7 @@ pub(super) fn set(registers: &CanPeripheral, mode: BusMode, node: &impl Node) {
     };
     match mode {
         BusMode::Listen => add(0, 0),
-        BusMode::Normal => node.filters(&mut |filter| {
+        BusMode::Normal => filters(&mut |filter| {
             let (bits, mask) = words(&filter);
             add(bits, mask);
         }),

@@ -1,52 +1,37 @@
-//! The receive interrupt: moves frames from FIFO 0 of the controller into the queue.
+//! The receive FIFO.
 //!
-//! It uses the registers directly: a classic frame can have a data length code of 9 to 15, which means 8 bytes. The bxcan crate
-//! would index its data with it and panic.
+//! It is read without the bxcan crate: a classic frame can have a data length code of 9 to 15, which means 8 bytes. The crate would
+//! index its data with it and panic.
 
 use crate::board::CanPeripheral;
-use crate::sleep;
-use core::cell::RefCell;
 use core::sync::atomic::{AtomicBool, Ordering};
-use critical_section::Mutex;
-use heapless::spsc::Producer;
 use plumbline::can::{Frame, extended, standard};
-
-/// The receiving part of the driver, used by the receive interrupt.
-struct Receiver {
-    registers: CanPeripheral,
-    queue: Producer<'static, Frame>,
-}
-
-static RECEIVER: Mutex<RefCell<Option<Receiver>>> = Mutex::new(RefCell::new(None));
 
 /// Frames were lost, because the FIFO of the controller or the queue was full.
 static OVERRUN: AtomicBool = AtomicBool::new(false);
 
-impl Receiver {
-    /// Empties receive FIFO 0 into the queue.
-    fn fetch(&mut self) {
-        let fifo = self.registers.rfr(0);
-        loop {
-            let status = fifo.read();
-            if status.fovr().bit_is_set() {
-                fifo.write(|w| w.fovr().clear());
-                OVERRUN.store(true, Ordering::Relaxed);
-            }
-            if status.fmp().bits() == 0 {
-                return;
-            }
-            let frame = read_fifo(&self.registers);
-            fifo.write(|w| w.rfom().release());
-            let queued = frame.is_some_and(|frame| self.queue.enqueue(frame).is_ok());
-            if !queued {
-                OVERRUN.store(true, Ordering::Relaxed);
-            }
-        }
+/// Takes the next frame out of FIFO 0; None if it is empty. The frame is None if it is not a valid one.
+#[inline(always)] // called from one place
+pub fn next() -> Option<Option<Frame>> {
+    // SAFETY: no other code uses the registers of the receive FIFO.
+    let registers = unsafe { CanPeripheral::steal() };
+    let fifo = registers.rfr(0);
+    let status = fifo.read();
+    if status.fovr().bit_is_set() {
+        fifo.write(|w| w.fovr().clear());
+        lose();
     }
+    if status.fmp().bits() == 0 {
+        return None;
+    }
+    let frame = head(&registers);
+    fifo.write(|w| w.rfom().release());
+    Some(frame)
 }
 
-/// The frame at the head of receive FIFO 0.
-fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
+/// The frame at the head of FIFO 0.
+#[inline(always)]
+fn head(registers: &CanPeripheral) -> Option<Frame> {
     let mailbox = registers.rx(0);
     let identifier = mailbox.rir().read();
     let id = if identifier.ide().is_extended() {
@@ -65,14 +50,9 @@ fn read_fifo(registers: &CanPeripheral) -> Option<Frame> {
     Some(Frame::of(id, data.to_le_bytes(), length))
 }
 
-/// Starts to move received frames into `queue`.
-pub(super) fn into(queue: Producer<'static, Frame>) {
-    let receiver = Receiver {
-        // SAFETY: the receiver uses only the registers of the receive FIFO, and no other code uses them.
-        registers: unsafe { CanPeripheral::steal() },
-        queue,
-    };
-    critical_section::with(|cs| RECEIVER.replace(cs, Some(receiver)));
+/// A received frame was lost.
+pub fn lose() {
+    OVERRUN.store(true, Ordering::Relaxed);
 }
 
 /// Whether frames were lost since the last call.
@@ -82,14 +62,4 @@ pub(super) fn overrun() -> bool {
         OVERRUN.store(false, Ordering::Relaxed);
     }
     lost
-}
-
-/// The receive interrupt.
-pub fn on_received() {
-    critical_section::with(|cs| {
-        if let Some(receiver) = RECEIVER.borrow_ref_mut(cs).as_mut() {
-            receiver.fetch();
-        }
-    });
-    sleep::wake();
 }

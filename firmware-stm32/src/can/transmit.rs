@@ -15,9 +15,25 @@ const REMOTE: u32 = 1 << 1;
 /// TIR: 29-bit identifier.
 const EXTENDED: u32 = 1 << 2;
 
+/// The registers of the mailboxes.
+fn registers() -> CanPeripheral {
+    // SAFETY: only this module uses the registers of the mailboxes.
+    unsafe { CanPeripheral::steal() }
+}
+
+/// Clears the request of the transmit interrupt.
+pub fn acknowledge() {
+    // Writing 1 clears the request-completed flags, and writing 0 to the other bits has no effect.
+    registers().tsr().write(|w| {
+        w.rqcp0().set_bit();
+        w.rqcp1().set_bit();
+        w.rqcp2().set_bit()
+    });
+}
+
 /// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
-pub(super) fn abort_all(registers: &CanPeripheral) {
-    registers.tsr().write(|w| {
+pub(super) fn abort_all() {
+    registers().tsr().write(|w| {
         w.abrq0().set_bit();
         w.abrq1().set_bit();
         w.abrq2().set_bit()
@@ -30,18 +46,20 @@ fn empty(registers: &CanPeripheral) -> u32 {
 }
 
 /// True if a frame can be put into a mailbox: at least two are empty.
-pub(super) fn has_room(registers: &CanPeripheral) -> bool {
-    let empty = empty(registers);
+pub fn has_room() -> bool {
+    let empty = empty(&registers());
     empty & empty.wrapping_sub(1) != 0
 }
 
 /// True if all mailboxes are empty.
-pub(super) fn is_idle(registers: &CanPeripheral) -> bool {
-    empty(registers) == 0b111
+pub fn is_idle() -> bool {
+    empty(&registers()) == 0b111
 }
 
 /// Puts a frame into an empty mailbox.
-pub(super) fn put(registers: &CanPeripheral, frame: &Frame) {
+#[inline(always)] // called from one place
+pub fn put(frame: &Frame) {
+    let registers = registers();
     // With an empty mailbox, CODE is its number.
     let number = registers.tsr().read().code().bits();
     let Some(mailbox) = registers.tx_iter().nth(number.into()) else {

@@ -2,21 +2,23 @@
 
 use super::pac::Interrupt;
 use super::{CAN_RECEIVE_INTERRUPT, CAN_TRANSMIT_INTERRUPT, PULSE_INTERRUPT};
-use crate::can;
 
 type Handler = unsafe extern "C" fn();
 
 unsafe extern "C" {
     /// The handler of cortex-m-rt for interrupts that are not used.
     fn DefaultHandler();
+    /// The handlers of [`firmware`](crate::firmware).
+    fn CAN_RECEIVE();
+    fn CAN_TRANSMIT();
     /// The handler of [`pulse_interrupt`](crate::pulse_interrupt), in products that detect the bit rate.
     fn TIM4();
 }
 
 /// The handlers.
 const HANDLERS: [(Interrupt, Handler); 3] = [
-    (CAN_RECEIVE_INTERRUPT, on_received),
-    (CAN_TRANSMIT_INTERRUPT, on_transmitted),
+    (CAN_RECEIVE_INTERRUPT, CAN_RECEIVE),
+    (CAN_TRANSMIT_INTERRUPT, CAN_TRANSMIT),
     (PULSE_INTERRUPT, TIM4),
 ];
 
@@ -47,11 +49,3 @@ static __INTERRUPTS: [Handler; COUNT] = {
     }
     vectors
 };
-
-unsafe extern "C" fn on_received() {
-    can::on_received();
-}
-
-unsafe extern "C" fn on_transmitted() {
-    can::on_transmitted();
-}

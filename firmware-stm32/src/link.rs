@@ -1,0 +1,149 @@
+//! The communicating half of the node with the receive FIFO and the transmit mailboxes. The CAN interrupts and the main loop share
+//! it.
+//!
+//! The receive interrupt passes a frame to the node and puts the answer into a mailbox at once, also while the main loop calculates
+//! or reads the accelerometer. Interrupts are masked only while one of both uses the link: each use is short.
+
+use crate::can::{self, Phase, receive, transmit};
+use crate::{clock, sleep};
+use core::cell::{RefCell, RefMut};
+use cortex_m::peripheral::SCB;
+use critical_section::{CriticalSection, Mutex};
+use heapless::Deque;
+use plumbline::application::Application;
+use plumbline::can::Frame;
+use plumbline::node::{Communication, Divided, Protocol};
+use plumbline::time::Instant;
+
+/// The size of the receive queue: 1.5 ms at 1 Mbit/s with the shortest frames and 100 % bus load.
+const QUEUE: usize = 32;
+
+/// Memory for the received frames that wait.
+pub type Queue = Deque<Frame, QUEUE>;
+
+/// The communicating half of a node with its frames.
+pub struct Link<A: Application + 'static, P: 'static> {
+    /// The communicating half.
+    pub node: &'static mut Communication<A, P>,
+    /// Received frames that the node cannot take yet.
+    waiting: &'static mut Queue,
+}
+
+impl<A: Application, P: Protocol<A>> Link<A, P> {
+    /// Takes the frames in the receive FIFO: passes them to the node, or keeps them until the node can take them.
+    #[inline(always)] // called from one place
+    fn receive(&mut self) {
+        while let Some(received) = receive::next() {
+            let phase = can::phase();
+            let Some(frame) = received.filter(|_| phase != Phase::Leaving) else {
+                continue;
+            };
+            let takes = matches!(phase, Phase::Normal | Phase::Listening);
+            if takes && self.waiting.is_empty() && self.node.ready() {
+                self.handle(&frame);
+            } else if self.waiting.push_back(frame).is_err() {
+                receive::lose();
+            }
+        }
+    }
+
+    #[inline(never)] // called from two places
+    fn handle(&mut self, frame: &Frame) {
+        let now = clock::now();
+        self.node.receive(now, frame);
+        self.transmit(now);
+    }
+
+    /// Discards the frames that wait, at a change of the bit rate.
+    pub fn discard(&mut self) {
+        self.waiting.clear();
+    }
+
+    /// Passes the frames that waited to the node, as far as it can take them, and sends the frames of the node.
+    #[inline(never)] // called from several places
+    fn settle(&mut self, now: Instant) {
+        while can::phase() == Phase::Normal
+            && self.node.ready()
+            && let Some(frame) = self.waiting.pop_front()
+        {
+            self.handle(&frame);
+        }
+        self.transmit(now);
+    }
+
+    /// Puts the frames of the node into the free mailboxes.
+    #[inline(always)]
+    fn transmit(&mut self, now: Instant) {
+        while can::phase() == Phase::Normal && transmit::has_room() {
+            let Some(frame) = self.node.transmit(now) else {
+                break;
+            };
+            transmit::put(&frame);
+        }
+    }
+}
+
+/// The link of a product, in static memory.
+pub struct Shared<N: Divided>(Mutex<RefCell<Option<LinkOf<N>>>>);
+
+/// The link of node `N`.
+pub type LinkOf<N> = Link<<N as Divided>::Application, <N as Divided>::Protocol>;
+
+impl<N: Divided> Shared<N> {
+    /// Before the start of the node.
+    pub const EMPTY: Self = Self(Mutex::new(RefCell::new(None)));
+
+    /// Takes the communicating half of the node, and memory for frames that wait. The CAN interrupts must not be enabled yet.
+    pub fn start(
+        &self,
+        node: &'static mut Communication<N::Application, N::Protocol>,
+        waiting: &'static mut Queue,
+    ) {
+        let link = Link { node, waiting };
+        critical_section::with(|cs| self.0.replace(cs, Some(link)));
+    }
+
+    /// Uses the link while the interrupts are masked.
+    #[inline(always)]
+    pub fn with<R>(&self, f: impl FnOnce(&mut LinkOf<N>) -> R) -> R {
+        critical_section::with(|cs| f(&mut self.borrow(cs)))
+    }
+
+    #[inline(never)] // called from many places
+    fn borrow<'a>(&'a self, cs: CriticalSection<'a>) -> RefMut<'a, LinkOf<N>> {
+        let link = self.0.borrow(cs).try_borrow_mut().ok();
+        match link.and_then(|link| RefMut::filter_map(link, Option::as_mut).ok()) {
+            Some(link) => link,
+            // Not possible: uses are not nested, and the interrupts are enabled after the start.
+            None => SCB::sys_reset(),
+        }
+    }
+
+    /// Calls a method of the node, then handles the frames that waited for it, and sends its frames.
+    pub fn call<R>(
+        &self,
+        f: impl FnOnce(&mut Communication<N::Application, N::Protocol>, Instant) -> R,
+    ) -> R {
+        self.with(|link| {
+            let now = clock::now();
+            let result = f(link.node, now);
+            link.settle(now);
+            result
+        })
+    }
+
+    /// The receive interrupt.
+    #[inline(always)] // called from one place
+    pub fn on_received(&self) {
+        self.with(Link::receive);
+        sleep::wake();
+    }
+
+    /// The transmit interrupt: a mailbox has become free.
+    #[inline(always)] // called from one place
+    pub fn on_transmitted(&self) {
+        transmit::acknowledge();
+        self.with(|link| link.transmit(clock::now()));
+        sleep::wake();
+    }
+}
