@@ -253,7 +253,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         }
         if self.context.shell.stops() {
             // Not published: a stopped application is no fault.
-            self.context.values = self.application.stop();
+            self.context.values = self.application.stale();
         }
         self.protocol.tick(&mut self.context, now);
     }
