@@ -34,12 +34,11 @@ impl Angle {
 
     /// The angle of `value` * 0.01 deg modulo 360 deg, rounded to the nearest unit. All values are permitted.
     pub const fn from_centidegrees(value: i32) -> Self {
-        Self(from_fraction::<36_000>(value))
-    }
-
-    /// The angle of `value` * 0.001 deg modulo 360 deg, rounded to the nearest unit. All values are permitted.
-    pub const fn from_millidegrees(value: i32) -> Self {
-        Self(from_fraction::<360_000>(value))
+        let part = value.rem_euclid(TURN as i32) as u32;
+        // 2^32 / 36000 is 2^27 / 1125. It is split into quotient and remainder, so the arithmetic is exact in 32 bits.
+        let (dividend, divisor) = (1_u32 << 27, 1125);
+        let rest = (part.wrapping_mul(dividend % divisor) + divisor / 2) / divisor;
+        Self(part.wrapping_mul(dividend / divisor).wrapping_add(rest))
     }
 
     /// The angle in 0.01 deg, -18000..=17999, rounded to nearest (halves up). 180.00 deg is returned as -18000.
@@ -49,17 +48,13 @@ impl Angle {
 
     /// The angle in 0.01 deg, 0..=35999, rounded to nearest (halves up). 359.996 deg is 0.
     pub const fn centidegrees_unsigned(self) -> u16 {
-        to_unsigned::<36_000>(self.0) as u16
+        let rounded = ((self.0 as u64 * TURN as u64 + (1 << 31)) >> 32) as u32;
+        (if rounded == TURN { 0 } else { rounded }) as u16
     }
 
     /// The angle in 0.001 deg, -180000..=179999, rounded to nearest (halves up). 180.000 deg is returned as -180000.
     pub const fn millidegrees(self) -> i32 {
         to_signed::<360_000>(self.0)
-    }
-
-    /// The angle in 0.001 deg, 0..=359999, rounded to nearest (halves up). 359.9996 deg is 0.
-    pub const fn millidegrees_unsigned(self) -> u32 {
-        to_unsigned::<360_000>(self.0)
     }
 
     /// The direction of the point (`x`, `y`), measured from the x axis towards the y axis; 0 for the origin.
@@ -111,6 +106,9 @@ impl Angle {
     }
 }
 
+/// 360 deg in units of 0.01 deg.
+const TURN: u32 = 36_000;
+
 /// 2^32 / 2 pi * (1 - 2^-16) in Q1: turns a quotient in Q31 into units. The factor distributes the missing cubic term of the arc
 /// tangent evenly over |t| <= 1/128. A quarter of it remains: 2.3e-6 deg.
 const UNITS_PER_RADIAN: i64 = 1_367_109_690;
@@ -150,24 +148,6 @@ const fn arc_tangents() -> [u32; 65] {
         k += 1;
     }
     table
-}
-
-/// `value` / `TURN` of 360 deg. 2^32 / TURN is split into quotient and remainder, so the arithmetic is exact in 32 bits. TURN is
-/// 36000 or 360000.
-const fn from_fraction<const TURN: u32>(value: i32) -> u32 {
-    let part = value.rem_euclid(TURN as i32) as u32;
-    // The power of two that 2^32 and TURN have in common keeps `part * remainder` below 2^30.
-    let twos = TURN.trailing_zeros();
-    let odd = TURN >> twos;
-    let turn = 1u32 << (32 - twos);
-    part.wrapping_mul(turn / odd)
-        .wrapping_add((part.wrapping_mul(turn % odd) + odd / 2) / odd)
-}
-
-/// The nearest of 0..TURN.
-const fn to_unsigned<const TURN: u32>(angle: u32) -> u32 {
-    let rounded = ((angle as u64 * TURN as u64 + (1 << 31)) >> 32) as u32;
-    if rounded == TURN { 0 } else { rounded }
 }
 
 /// The nearest of -TURN/2..TURN/2.
@@ -222,15 +202,16 @@ mod tests {
     use core::f64::consts::TAU;
     use proptest::prelude::*;
 
-    const TURN: f64 = 4_294_967_296.0;
+    /// The units in 360 deg.
+    const UNITS: f64 = 4_294_967_296.0;
     /// One unit in deg.
-    const UNIT: f64 = 360.0 / TURN;
+    const UNIT: f64 = 360.0 / UNITS;
 
     /// The error of `Angle::atan2(y, x)` in units. The error of f64 is below 1e-6 units.
     fn error(y: i32, x: i32) -> f64 {
         let truth = f64::from(y).atan2(f64::from(x)).to_degrees() / UNIT;
-        let difference = (f64::from(Angle::atan2(y, x).0) - truth) / TURN;
-        (difference - difference.round()).abs() * TURN
+        let difference = (f64::from(Angle::atan2(y, x).0) - truth) / UNITS;
+        (difference - difference.round()).abs() * UNITS
     }
 
     fn check(y: i32, x: i32) {
@@ -247,10 +228,10 @@ mod tests {
     #[test]
     fn table_contains_arc_tangents() {
         for (k, &entry) in ATAN.iter().enumerate() {
-            let truth = (k as f64 / 64.0).atan() / TAU * TURN;
+            let truth = (k as f64 / 64.0).atan() / TAU * UNITS;
             assert!((f64::from(entry) - truth).abs() <= 0.5, "{k}");
         }
-        let units = TURN / TAU * (1.0 - 1.0 / 65_536.0) * 2.0;
+        let units = UNITS / TAU * (1.0 - 1.0 / 65_536.0) * 2.0;
         assert!((UNITS_PER_RADIAN as f64 - units).abs() <= 0.5, "{units}");
     }
 
@@ -320,7 +301,6 @@ mod tests {
             Angle((359.994 / UNIT) as u32).centidegrees_unsigned(),
             35_999
         );
-        assert_eq!(Angle((359.9996 / UNIT) as u32).millidegrees_unsigned(), 0);
         assert_eq!(Angle::HALF.centidegrees(), -18_000);
         assert_eq!(Angle(Angle::HALF.0 - 1).centidegrees(), -18_000);
         assert_eq!(Angle((179.994 / UNIT) as u32).centidegrees(), 17_999);
@@ -331,16 +311,11 @@ mod tests {
     }
 
     #[test]
-    fn centidegrees_and_millidegrees_are_unchanged_after_conversion() {
+    fn centidegrees_are_unchanged_after_conversion() {
         for c in 0..36_000u16 {
             let angle = Angle::from_centidegrees(c.into());
             assert!((f64::from(angle.0) * UNIT - f64::from(c) / 100.0).abs() <= 0.5001 * UNIT);
             assert_eq!(angle.centidegrees_unsigned(), c);
-        }
-        for m in 0..360_000u32 {
-            let angle = Angle::from_millidegrees(m as i32);
-            assert!((f64::from(angle.0) * UNIT - f64::from(m) / 1000.0).abs() <= 0.5001 * UNIT);
-            assert_eq!(angle.millidegrees_unsigned(), m);
         }
         for c in -18_000..18_000 {
             assert_eq!(Angle::from_centidegrees(c).centidegrees(), c);
@@ -369,10 +344,6 @@ mod tests {
             prop_assert_eq!(
                 Angle::from_centidegrees(value + turns * 36_000),
                 Angle::from_centidegrees(value)
-            );
-            prop_assert_eq!(
-                Angle::from_millidegrees(value + turns * 360_000),
-                Angle::from_millidegrees(value)
             );
         }
 

@@ -78,7 +78,7 @@ impl Outputs {
         Self(self.0 & !TERMINATED | HAS_TERMINATION | state)
     }
 
-    /// Requests one more self-test of the accelerometer.
+    /// Requests one more self-test of the accelerometer. The requests are counted modulo 256.
     pub const fn with_self_test(self) -> Self {
         Self(self.0.wrapping_add(1 << TESTS))
     }
@@ -97,11 +97,6 @@ impl Outputs {
             return None;
         }
         Some(self.0 & TERMINATED != 0)
-    }
-
-    /// The number of requested self-tests, modulo 256.
-    pub const fn self_tests(self) -> u8 {
-        (self.0 >> TESTS) as u8
     }
 }
 
@@ -203,13 +198,8 @@ pub trait Application: Sized {
     /// Processes a reading.
     fn sample(&mut self, now: Instant, reading: &Reading) -> Self::Values;
 
-    /// Handles missing readings.
+    /// Handles missing readings. Also called before a restart. Switches the outputs off that must not stay on without readings.
     fn stale(&mut self) -> Self::Values;
-
-    /// Prepares for a restart: switches the outputs off that must not stay on. No readings follow.
-    fn stop(&mut self) -> Self::Values {
-        self.stale()
-    }
 
     /// Handles the result of the self-test of the accelerometer. Returns None if no value has changed.
     fn tested(&mut self, result: Working) -> Option<Self::Values> {
@@ -323,15 +313,15 @@ mod tests {
         };
         assert_eq!(plain.tested(working), None);
         let stale = Published::new([-1], Faults::SENSOR);
-        assert_eq!((plain.stop(), plain.tick(now)), (stale, stale));
+        assert_eq!(plain.tick(now), stale);
     }
 
     #[test]
     fn outputs_are_independent_of_each_other() {
         let outputs = Outputs::NONE.with_heater(1000).with_self_test();
+        assert_ne!(outputs, Outputs::NONE.with_heater(1000));
         assert_eq!(outputs.heater(), Some(1000));
         assert_eq!(outputs.termination(), None);
-        assert_eq!(outputs.self_tests(), 1);
         let outputs = outputs.with_termination(true).with_heater(0);
         assert_eq!(outputs.heater(), Some(0));
         assert_eq!(outputs.termination(), Some(true));
@@ -341,9 +331,8 @@ mod tests {
         let connected = Outputs::NONE.with_termination(true);
         assert_eq!(connected.heater(), None);
         assert_eq!(connected.with_heater(700).with_heater(5).heater(), Some(5));
-        let wrapped = (0..255).fold(outputs, |outputs, _| outputs.with_self_test());
-        assert_eq!(wrapped.self_tests(), 0);
-        assert_eq!(wrapped.heater(), Some(0));
+        let wrapped = (0..256).fold(outputs, |outputs, _| outputs.with_self_test());
+        assert_eq!(wrapped, outputs);
     }
 
     #[test]

@@ -111,11 +111,6 @@ impl Heater {
         self.enabled = on;
     }
 
-    /// True if the control is on.
-    pub const fn is_enabled(&self) -> bool {
-        self.enabled
-    }
-
     /// Call it once per [`PERIOD`] with the temperature of the measuring cell in 0.01 degC. Returns the duty for the next period,
     /// 0..=1000 permille. With None (temperature sensor missing or faulty), the heater is off and the controller is reset.
     pub fn regulate(&mut self, temperature: Option<i16>) -> u16 {

@@ -6,20 +6,20 @@ use plumbline::node::BusMode;
 use plumbline::time::{Duration, Instant, after};
 
 /// The maximum number of acknowledged frames until the bit rate is detected.
-pub const FRAMES_MAX: usize = 4;
+const FRAMES_MAX: usize = 4;
 
 /// The maximum number of attempts of a master that is alone with the sensor. It is error passive after 16 attempts; from then on its
 /// error flags do not disturb the frame.
-pub const ATTEMPTS_MAX: u64 = 30;
+const ATTEMPTS_MAX: u64 = 30;
 
 /// The time between the starts of two polls in us; 0: back to back.
-pub const PERIODS: [u64; 16] = [
+const PERIODS: [u64; 16] = [
     0, 100, 500, 1_000, 2_000, 3_000, 5_000, 10_000, 20_000, 50_000, 100_000, 200_000, 250_000,
     500_000, 1_000_000, 2_000_000,
 ];
 
 /// The frames of the master. The shortest dominant pulse that the master itself sends has 1, 2, 3 and 4 bits.
-pub const FRAMES: [(u16, &[u8]); 4] = [
+const FRAMES: [(u16, &[u8]); 4] = [
     (0x300, &[0x00]),
     (0x300, &[0x13]),
     (0x0C4, &[0x08]),
@@ -29,13 +29,61 @@ pub const FRAMES: [(u16, &[u8]); 4] = [
 /// The longest wait for a sensor that boots.
 const BOOT_MAX: Instant = Instant::from_ticks(200_000);
 
-/// Switches the sensor on, sends one of [`FRAMES`] with this period (the first time at `phase`, in us), and returns the number of
-/// complete frames that were on the bus since it has listened for the first time.
+/// Checks that a sensor detects each bit rate within 4 frames of a master that polls it, back to back or with a period of up to 2 s.
+/// Prints the largest number of frames.
+///
+/// `phases` returns the times of the first poll in us, for a bit rate and a period in us. Each time is tried with a new sensor. The
+/// runs use frames of four shapes in turn.
+///
+/// # Panics
+///
+/// The sensor needs more frames, disturbs the bus, or sends before it has detected the bit rate.
+pub fn check_detection<S: Sensor>(
+    sensor: impl Fn() -> S,
+    mut phases: impl FnMut(BitRate, u64) -> Vec<u64>,
+) {
+    let mut polls = FRAMES.into_iter().cycle();
+    let mut most = 0;
+    for rate in BitRate::ALL {
+        for period in PERIODS {
+            for (phase, poll) in phases(rate, period).into_iter().zip(&mut polls) {
+                let frames = frames_until_detected(sensor(), rate, poll, period, phase);
+                assert!(
+                    frames <= FRAMES_MAX,
+                    "{frames} frames: {rate:?}, {poll:X?} every {period} us from {phase} us on"
+                );
+                most = most.max(frames);
+            }
+        }
+    }
+    println!("at most {most} frames");
+}
+
+/// Checks that a sensor that is alone with a master acknowledges its frame within 30 attempts, at each bit rate and with frames of
+/// four shapes.
+///
+/// # Panics
+///
+/// The master needs more attempts, or the sensor does not detect the bit rate within 5 s.
+pub fn check_lone_master<S: Sensor>(sensor: impl Fn() -> S) {
+    for rate in BitRate::ALL {
+        for frame in FRAMES {
+            let attempts = attempts_of_lone_master(sensor(), rate, frame);
+            assert!(
+                attempts <= ATTEMPTS_MAX,
+                "{attempts} at {rate:?}, {frame:X?}"
+            );
+        }
+    }
+}
+
+/// Switches the sensor on, sends the frame with this period (the first time at `phase`, in us), and returns the number of complete
+/// frames that were on the bus since the sensor has listened for the first time.
 ///
 /// # Panics
 ///
 /// The sensor disturbs the bus, sends before it has detected the bit rate, or does not detect it within twice [`FRAMES_MAX`] frames.
-pub fn frames_until_detected(
+fn frames_until_detected(
     sensor: impl Sensor,
     rate: BitRate,
     (id, data): (u16, &[u8]),
@@ -91,11 +139,7 @@ pub fn frames_until_detected(
 /// # Panics
 ///
 /// The sensor does not detect the bit rate within 5 s.
-pub fn attempts_of_lone_master(
-    sensor: impl Sensor,
-    rate: BitRate,
-    (id, data): (u16, &[u8]),
-) -> u64 {
+fn attempts_of_lone_master(sensor: impl Sensor, rate: BitRate, (id, data): (u16, &[u8])) -> u64 {
     let mut bus = Bus::new(BusRate::Wire);
     let device = bus.attach(sensor);
     bus.run_until(BOOT_MAX);

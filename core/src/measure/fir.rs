@@ -197,11 +197,6 @@ impl Fir {
         }
     }
 
-    /// The present cut-off frequency.
-    pub const fn cutoff(&self) -> Cutoff {
-        self.cutoff
-    }
-
     /// Filters one vector (1 g = 2^28); call it once per [`SAMPLE_PERIOD`]. The output is rounded to nearest. The input is
     /// limited to +-4 g.
     #[inline(never)]

@@ -34,8 +34,7 @@ impl<A: Application> Acquisition<A> {
     pub fn perform(&mut self, now: Instant, task: &Task<A>) -> A::Values {
         match task {
             Task::Apply(parameters) => self.application.apply(now, parameters),
-            Task::Stale => self.application.stale(),
-            Task::Stop => self.application.stop(),
+            Task::Stale | Task::Stop => self.application.stale(),
         }
     }
 

@@ -6,8 +6,8 @@
 //!
 //! The measured bit rate can be wrong: receivers at a distance lengthen the ACK slot, transceivers change the length of each dominant
 //! pulse, and a frame that nobody acknowledges can have no dominant pulse of one bit. If the controller detects bus errors at the
-//! measured bit rate and the next frame measures the same, the search takes the next faster ones, down to a quarter of the measured bit
-//! time, then the next slower one, then the measured one again.
+//! measured bit rate and the next frame measures the same bit rate, the search tries the next faster bit rates at which the measured
+//! pulse has at most 4 bits. Then it tries the next slower bit rate, then the measured one again.
 
 use crate::can::BitRate;
 
@@ -94,8 +94,8 @@ impl Autobaud {
         core::mem::replace(&mut self.rate, next) != next
     }
 
-    /// The next bit rate after errors at the present one: the next faster one while the measured pulse has at most 4 of its
-    /// bits, then the next slower one of the measured one.
+    /// The bit rate to try after errors at the present one: the next faster one if the measured pulse has at most 4 bits there,
+    /// otherwise the next slower one than the measured bit rate. Without a slower one, the measured bit rate.
     fn neighbour(&self, measured: BitRate, time: BitTime) -> BitRate {
         let faster = BitRate::ALL.get(self.rate as usize + 1).copied();
         let slower = BitRate::ALL.get((measured as usize).wrapping_sub(1));
@@ -168,7 +168,7 @@ mod tests {
         assert!(!search.measured(BitTime::of(slow)), "a missing short pulse");
         assert!(!search.measured(BitTime::of(fast)));
         assert_eq!(search.rate(), fast);
-        // The bus has another bit rate now: it is found among the neighbours of the measured one.
+        // The bit rate of the bus has changed. It is found among the neighbours of the measured one.
         search.error();
         assert!(!search.measured(BitTime::of(slow)));
         for expected in [BitRate::K250, slow] {

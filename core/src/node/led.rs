@@ -43,12 +43,12 @@ pub enum Pattern {
 }
 
 impl Pattern {
-    /// Whether the LED changes.
+    /// Whether the LED switches on and off.
     const fn changes(self) -> bool {
         !matches!(self, Self::Off | Self::On)
     }
 
-    /// The number of phases, alternating on and off, of a pattern that changes; a power of two.
+    /// The number of phases of a pattern that changes; a power of two. The phases are on and off in turn.
     const fn phases(self) -> u8 {
         match self {
             Self::DoubleFlash => 4,

@@ -1,8 +1,9 @@
 //! Measures the bit time of a bus from its dominant pulses.
 //!
 //! The shortest dominant pulse of an acknowledged frame has one bit: the ACK slot is one dominant bit between two recessive ones,
-//! the CRC delimiter and the ACK delimiter. Without acknowledge it has one bit in most frames, 2 to 4 bits in the others. Frames have no more than 5 equal bits in sequence, so 6 recessive bits are the end of
-//! a frame. This is independent of the bit rate: the unit is the shortest pulse itself.
+//! the CRC delimiter and the ACK delimiter. Without acknowledge it has one bit in most frames, 2 to 4 bits in the others. A frame has
+//! at most 5 equal bits in sequence, so 6 recessive bits are its end. The unit is the shortest pulse itself, so the bit rate need not
+//! be known.
 //!
 //! A timer captures its counter at the start and at the end of each pulse.
 
@@ -13,12 +14,12 @@ use crate::time::Instant;
 const END_OF_FRAME: u16 = 6;
 
 /// The recessive time, in us, at the end of a frame on a bus that is silent after it. The ends of two pulses of a frame are at most
-/// 10 bits apart, 1 ms at 10 kbit/s. With polls every millisecond the silence is noticed before the counter overflows, 4 ms after
+/// 10 bits apart, 1 ms at 10 kbit/s. With polls every millisecond the silence is detected before the counter overflows, 4 ms after
 /// the pulse.
 const SILENCE: i16 = 1200;
 
-/// Longer pulses have more than 4 bits at every bit rate. The limit also excludes an end that was captured before the start of the
-/// next pulse and read after it.
+/// The longest pulse that is measured; longer ones have more than 4 bits at every bit rate. The limit also excludes an end that was
+/// read late, when the captured start was already that of the next pulse.
 const LONGEST: u16 = 7000;
 
 /// No pulse.
@@ -33,8 +34,8 @@ pub struct PulseMeter {
     complete: u16,
     /// The end of the last pulse.
     end: u16,
-    /// The time of the first poll after the last pulse: the lower bits, in microseconds. 0: there was no poll since the pulse. While
-    /// a result is pending, polls are more frequent than its overflow.
+    /// The time of the first poll after the last pulse: its lower 16 bits, in us. 0: no poll since the pulse. While a result is
+    /// pending, polls are more frequent than the overflow of these bits.
     silent_since: u16,
 }
 
@@ -88,7 +89,8 @@ mod tests {
     use crate::can::BitRate;
     use crate::time::millis;
 
-    /// The meter after these bits (dominant: 0) at this bit rate, the first at `start`, and the counter after the last bit.
+    /// Measures the pulses of these bits (dominant: 0) at this bit rate, the first bit at `start`. Returns the counter after the
+    /// last bit.
     fn after(meter: &mut PulseMeter, rate: BitRate, start: u16, bits: &str) -> u16 {
         let bit = BitTime::of(rate).0;
         let (mut at, mut fall, mut level) = (start, start, '1');
@@ -135,7 +137,7 @@ mod tests {
         for rate in BitRate::ALL {
             for from in 0..frame().len() {
                 let mut meter = PulseMeter::EMPTY;
-                // Begins within a frame: only the ACK slot and later bits are complete at its end.
+                // The measurement begins within a frame.
                 let at = after(&mut meter, rate, 7, &frame()[from..]);
                 assert_eq!(meter.poll(ms(0)), None, "not the end of the frame yet");
                 let at = after(&mut meter, rate, at, &frame());
@@ -148,7 +150,7 @@ mod tests {
     #[test]
     fn end_captured_before_start_of_next_pulse_is_ignored() {
         let mut meter = PulseMeter::EMPTY;
-        // The handler was late: the start of the pulse is already that of the next one.
+        // The handler was late: the captured start is that of the next pulse.
         for recessive in [16, 100, 17_600, 40_000] {
             meter.pulse(1000 + recessive, 1000);
         }

@@ -185,7 +185,7 @@ impl Shell {
 
     /// Keeps a received frame until the running save has ended. When two frames are kept, the node takes no more frames.
     pub fn defer(&mut self, frame: &Frame) {
-        // There is room, because the node takes a frame only then.
+        // There is room: without room, the node does not take the frame.
         let _ = self.deferred.push_back(*frame);
     }
 

@@ -1,4 +1,4 @@
-//! What configuration tools write to the JN2101: COB-IDs of its fixed TPDOs, their mapping, and values as they were read.
+//! What configuration tools write to the JN2101: COB-IDs and mapping of its fixed TPDOs, and values that they have read.
 
 use crate::tester::canopen::*;
 use plumbline::model::catalog::{Protocol, find};
@@ -79,7 +79,7 @@ fn other_cob_id_of_tpdo_is_refused_and_changes_nothing() {
 }
 
 #[test]
-fn bit_31_switches_tpdo_off_until_it_is_written_without_it() {
+fn cob_id_with_bit_31_switches_tpdo_off_until_written_without_it() {
     let mut t = tilted();
     t.write(0x1800, 1, 4, OFF | 0x18A).unwrap();
     assert_eq!(t.exchange("080#"), [TPDO1]);
@@ -153,7 +153,7 @@ fn event_timer_begins_a_new_period_when_tpdo_is_switched_on() {
         t.write(index, sub, size, on).unwrap();
         let expected = [20, 40].map(|at| (at, TPDO0.to_string()));
         assert_eq!(t.wait_text(50), expected, "{index:04X}");
-        // Writing it again as it is does not shift the period.
+        // A write of the present value does not shift the period.
         t.write(index, sub, size, on).unwrap();
         assert_eq!(t.wait_text(10), [(10, TPDO0.to_string())], "{index:04X}");
     }
@@ -171,7 +171,7 @@ fn bit_30_switches_the_answer_to_remote_frames_off() {
 }
 
 #[test]
-fn mapping_is_accepted_as_it_is_and_refused_otherwise() {
+fn mapping_accepts_only_its_present_value() {
     let mut t = tilted();
     for (index, entries) in ENTRIES {
         assert_eq!(t.write(index, 0, 1, 2), Ok(()));
@@ -193,7 +193,7 @@ fn mapping_is_accepted_as_it_is_and_refused_otherwise() {
         assert_eq!(t.read(index, 0), Ok(2));
         assert_eq!(t.write(index, 3, 4, 0), Err(NO_SUB));
     }
-    // In segments.
+    // Segmented transfers.
     assert_eq!(t.sdo("21001A0104000000"), "60001A0100000000");
     assert_eq!(t.sdo("0710001060000000"), "2000000000000000");
     assert_eq!(t.sdo("21001A0104000000"), "60001A0100000000");
@@ -209,7 +209,7 @@ fn number_0_of_mapped_objects_keeps_tpdo_silent_until_the_number_is_written() {
     assert_eq!(t.read(0x1A01, 0), Ok(0));
     assert_eq!(t.exchange("080#"), [TPDO0]);
     assert_eq!(t.exchange("28A#R8"), [""; 0]);
-    // The entries are still there.
+    // The entries have not changed.
     assert_eq!(t.read(0x1A01, 1), Ok(0x6110_0020));
     assert_eq!(t.write(0x1A01, 1, 4, 0x6110_0020), Ok(()));
     assert_eq!(t.write(0x1A01, 0, 1, 1), Err(READ_ONLY));
@@ -217,12 +217,12 @@ fn number_0_of_mapped_objects_keeps_tpdo_silent_until_the_number_is_written() {
     assert_eq!(t.write(0x1A01, 0, 1, 2), Ok(()));
     assert_eq!(t.read(0x1A01, 0), Ok(2));
     assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
-    // Both conditions hold again.
+    // Either condition keeps the TPDO off.
     t.write(0x1801, 1, 4, OFF | 0x28A).unwrap();
     t.write(0x1A01, 0, 1, 0).unwrap();
     t.write(0x1801, 1, 4, 0x28A).unwrap();
     assert_eq!(t.exchange("080#"), [TPDO0]);
-    // A reset maps the objects.
+    // A reset restores the number of mapped objects.
     for reset in ["000#820A", "000#810A"] {
         t.write(0x1A01, 0, 1, 0).unwrap();
         assert_eq!(t.exchange(reset), ["70A#00"]);
@@ -271,7 +271,7 @@ fn complete_configuration_of_a_tpdo_is_accepted_in_each_state() {
     }
 }
 
-/// Writing these does more than to change their value. The EDS says so with ObjFlags.
+/// The commands: a write does more than change the value. The EDS marks them with ObjFlags.
 const COMMANDS: [(u16, u8); 9] = [
     (0x1003, 0),
     (0x1010, 1),
@@ -285,7 +285,7 @@ const COMMANDS: [(u16, u8); 9] = [
 ];
 
 #[test]
-fn each_object_that_is_no_command_can_be_written_back_as_read() {
+fn objects_other_than_commands_accept_the_value_that_was_read() {
     let product = find("jn2101").expect("a product");
     let Protocol::Canopen(tables) = &product.protocol else {
         panic!("CANopen")
@@ -305,7 +305,7 @@ fn each_object_that_is_no_command_can_be_written_back_as_read() {
         assert_eq!(back, Ok(()), "{:04X}:{}", object.index, object.sub);
         written += 1;
     }
-    // 7.6: six, four of each TPDO, and 1F80h; 7.7: eight.
+    // Manual 7.6: six, four of each TPDO, and 1F80h; 7.7: eight.
     assert_eq!(written, 23);
     assert!(
         !t.actions

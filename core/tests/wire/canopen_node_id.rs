@@ -55,7 +55,7 @@ fn written_node_id_acts_after_reset_and_changes_cob_ids() {
 
 #[test]
 fn cob_ids_saved_before_follow_new_node_id() {
-    // 10: saved with node-ID 10, then changed, then load and save again.
+    // Manual 10: save with node-ID 10, change the node-ID, load, save.
     let mut t = booted();
     t.store();
     t.write(0x2000, 0, 1, 0x7F).unwrap();
@@ -135,7 +135,7 @@ fn sensor_reset_keeps_unsaved_node_id_and_bit_rate() {
     t.actions.clear();
     assert_eq!(t.exchange(RESET), [ACCEPTED]);
     assert_eq!(t.wait_text(DELAY - 1), []);
-    // A change of the bit rate discards what is still in the mailboxes.
+    // A change of the bit rate discards the frames in the mailboxes.
     assert_eq!(bus(&t), [], "the reply must be sent first");
     assert_eq!(t.wait_text(1), [(1, "720#00".to_string())]);
     assert_eq!(bus(&t), [Action::Bus(BusMode::Normal, BitRate::K500)]);
@@ -144,7 +144,7 @@ fn sensor_reset_keeps_unsaved_node_id_and_bit_rate() {
     assert_eq!(t.read(0x2001, 0), Ok(500));
     assert_eq!(t.read(0x1801, 1), Ok(0x2A0));
     assert_eq!(t.read(0x6000, 0), Ok(10));
-    // Only the power loses them.
+    // Only a power cycle discards them.
     t.power_cycle();
     assert_eq!(t.sent_text(), ["70A#00"]);
     assert!(bus(&t).contains(&Action::Bus(BusMode::Normal, BitRate::K125)));
@@ -198,7 +198,7 @@ fn nmt_reset_before_the_end_of_the_delay_acts_at_once() {
 }
 
 #[test]
-fn sensor_reset_starts_by_itself_and_announces_active_faults() {
+fn sensor_reset_enters_operational_by_itself_and_announces_active_faults() {
     let mut t = booted();
     t.write(0x1F80, 0, 4, 8).unwrap();
     t.store();
@@ -211,7 +211,7 @@ fn sensor_reset_starts_by_itself_and_announces_active_faults() {
 }
 
 #[test]
-fn sensor_reset_during_a_save_takes_the_saved_parameters() {
+fn sensor_reset_during_a_save_uses_the_saved_parameters() {
     let mut t = booted();
     t.memory_works = None;
     t.write(0x6000, 0, 2, 100).unwrap();
@@ -224,7 +224,7 @@ fn sensor_reset_during_a_save_takes_the_saved_parameters() {
 }
 
 #[test]
-fn node_takes_frames_during_the_delay() {
+fn node_receives_frames_during_the_delay() {
     let mut t = booted();
     assert_eq!(t.exchange(RESET), [ACCEPTED]);
     assert!(t.node.ready());

@@ -1,4 +1,4 @@
-//! Saves of the JN2101: what is answered while one is running, aborts of the client, interrupted and unnecessary saves.
+//! Saves of the JN2101: replies while a save is running, aborts of the client, interrupted and unnecessary saves.
 
 use crate::tester::canopen::*;
 use plumbline::node::{Action, Boot, Node};
@@ -161,7 +161,7 @@ fn abort_without_address_ends_all_transfers() {
 }
 
 #[test]
-fn failed_save_of_aborted_transfer_is_told_by_emergency_only() {
+fn failed_save_of_aborted_transfer_is_reported_by_emergency_only() {
     let mut t = booted();
     t.memory_works = None;
     assert_eq!(t.exchange(SAVE), [""; 0]);
@@ -173,7 +173,7 @@ fn failed_save_of_aborted_transfer_is_told_by_emergency_only() {
 #[test]
 fn teach_and_zero_point_without_change_are_not_saved() {
     let mut t = booted();
-    // With blank memory too: the factory values are in force.
+    // Also with blank memory: the factory values are in force.
     for (index, value) in [(0x2042, 2), (0x2042, 0), (0x2046, 2), (0x2046, 0)] {
         assert_eq!(t.write(index, 0, 1, value), Ok(()));
     }
@@ -183,7 +183,7 @@ fn teach_and_zero_point_without_change_are_not_saved() {
     for (index, count) in [(0x2042, 1), (0x2046, 3)] {
         assert_eq!(t.write(index, 0, 1, 1), Ok(()));
         assert_eq!(saves(&t), count, "{index:04X}");
-        // The same position again, and "no change".
+        // The same position, and the value for "no change".
         assert_eq!(t.write(index, 0, 1, 1), Ok(()));
         assert_eq!(t.write(index, 0, 1, 0), Ok(()));
         assert_eq!(saves(&t), count, "{index:04X}");
@@ -203,10 +203,10 @@ fn teach_and_zero_point_without_change_are_not_saved() {
     assert_eq!(saves(&t), 1);
 }
 
-/// The store has the older image and finds the rest of the newer one. That each interruption is found, and that the older image is
-/// whole, is tested in `host-tests/tests`.
+/// The store has the older image and detects the incomplete newer one. Tests in `host-tests/tests` interrupt a save at each point and
+/// check the older image.
 #[test]
-fn interrupted_save_is_a_hardware_fault_until_the_next_good_save() {
+fn interrupted_save_is_a_hardware_fault_until_the_next_successful_save() {
     const ERROR: &str = "08A#0010010800000000";
     let mut t = booted();
     t.write(0x1017, 0, 2, 60_000).unwrap();
@@ -226,7 +226,7 @@ fn interrupted_save_is_a_hardware_fault_until_the_next_good_save() {
     for reset in ["000#810A", "000#820A"] {
         assert_eq!(t.exchange(reset), ["70A#00", ERROR], "{reset}");
     }
-    // What writes nothing, and a failed save, do not end it.
+    // A write without a save, and a failed save, do not end the fault.
     assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
     t.memory_works = Some(false);
     assert_eq!(t.exchange(SAVE), ["58A#8010100100000606"]);

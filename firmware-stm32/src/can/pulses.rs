@@ -14,7 +14,8 @@ use plumbline::time::Instant;
 /// The prescaler of the timer, whose clock runs at twice the frequency of APB1.
 const PRESCALER: u32 = 2 * board::APB1_CLOCK / (BitTime::PER_US * 1_000_000);
 
-/// The counter at the start: if the bus is dominant then, the end of this pulse must not look like that of a short pulse.
+/// The counter at the start. If the bus is dominant then, the start of this pulse is not captured and reads 0. With this count, the
+/// pulse is too long to be measured.
 const FIRST_COUNT: u32 = 0x2000;
 
 /// CCMR2 as input capture: channels 3 and 4 on TI3 (CC3S = 01, CC4S = 10). The filter ignores pulses shorter than 8 clocks (IC3F =
@@ -26,7 +27,7 @@ const EDGES: u32 = 1 << 8 | 1 << 12 | 1 << 13;
 
 static METER: Mutex<Cell<PulseMeter>> = Mutex::new(Cell::new(PulseMeter::EMPTY));
 
-/// Starts to measure. Called once after a reset.
+/// Starts the measurement. Called once after a reset.
 pub(super) fn start() {
     board::enable_pulse_timer();
     let timer = timer();
@@ -43,7 +44,7 @@ pub(super) fn start() {
     }
 }
 
-/// Stops to measure.
+/// Stops the measurement.
 pub(super) fn stop() {
     NVIC::mask(board::PULSE_INTERRUPT);
 }

@@ -4,7 +4,7 @@ use can_wire::protocol::Picoseconds;
 use plumbline::node::{BitTime, PulseMeter};
 use plumbline::time::{Duration, Instant, after};
 
-/// A tick of the timer.
+/// The duration of a tick of the timer.
 const TICK: Picoseconds = 1_000_000 / BitTime::PER_US as Picoseconds;
 
 /// The period of the polls while a result is pending.

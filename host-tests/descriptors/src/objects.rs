@@ -205,32 +205,6 @@ mod tests {
         });
     }
 
-    /// J30 of the product's document.
-    #[test]
-    fn commands_are_services_derived_parameters_and_the_self_test() {
-        let commands = [
-            (0x1003, 0),
-            (0x1010, 1),
-            (0x1011, 1),
-            (0x2002, 0),
-            (0x2042, 0),
-            (0x2046, 0),
-            (0x207F, 0),
-            (0x3000, 0),
-            (0x4004, 1),
-        ];
-        let product = find("jn2101").unwrap();
-        let Protocol::Canopen(tables) = &product.protocol else {
-            panic!("the JN2101 speaks CANopen")
-        };
-        let found: Vec<_> = Described::all(tables.objects, product)
-            .into_iter()
-            .filter(Described::is_command)
-            .map(|row| (row.object.index, row.object.sub))
-            .collect();
-        assert_eq!(found, commands);
-    }
-
     #[test]
     fn measured_value_has_no_factory_value() {
         jn2101(0x6010, 0, |object| assert_eq!(object.factory(), None));

@@ -12,8 +12,8 @@
 //! | 2Ch | TIMx_ARR | FFFFh |
 //! | 3Ch, 40h | TIMx_CCR3, TIMx_CCR4 | captured counter |
 //!
-//! Both edges of a pulse pass the input filter with the same delay, so it is not modelled. All other functions are violations or
-//! refused.
+//! Both edges of a pulse pass the input filter with the same delay, so it is not modelled. The use of any other
+//! function is a violation or is refused.
 
 use super::io::AccessError;
 use super::timebase::{Picoseconds, SECOND};
@@ -67,7 +67,7 @@ pub struct CaptureTimer {
     prescaler: u32,
     /// The value of TIMx_PSC at the last update event.
     prescaler_in_force: u32,
-    /// The counter at a time.
+    /// A value of the counter, and its time.
     counted: (u16, Picoseconds),
     captured: [u32; 2],
 }
@@ -78,7 +78,7 @@ impl CaptureTimer {
         self.flags & self.interrupts != 0
     }
 
-    /// An edge at the input, with a counter clock of `clock` Hz.
+    /// Handles an edge at the input. `clock` is the clock of the prescaler in Hz.
     pub fn edge(&mut self, now: Picoseconds, clock: u32, rising: bool) {
         if self.control & ENABLE == 0 {
             return;

@@ -79,11 +79,6 @@ impl Iwdg {
         self.lsi = frequency;
     }
 
-    /// True from the start to the next reset.
-    pub fn is_running(&self) -> bool {
-        self.counter.is_some()
-    }
-
     /// When it resets the microcontroller unless it is reloaded before; None while it is stopped.
     pub fn expires_at(&self) -> Option<Picoseconds> {
         self.expires_at
@@ -258,7 +253,7 @@ mod tests {
             assert_eq!(iwdg.expires_at(), Some((at + 1000) * MILLISECOND));
         }
         iwdg.reset();
-        assert!(!iwdg.is_running());
+        assert_eq!(iwdg.expires_at(), None);
     }
 
     #[test]

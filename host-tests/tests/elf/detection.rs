@@ -3,11 +3,10 @@
 
 use crate::rig::*;
 use bench::{AdapterId, BusRate, Flash, Source};
-use host_tests::bit_rate::{
-    ATTEMPTS_MAX, FRAMES, FRAMES_MAX, PERIODS, attempts_of_lone_master, frames_until_detected,
-};
+use host_tests::bit_rate::{check_detection, check_lone_master};
 use plumbline::can::BitRate;
 use plumbline::node::BusMode;
+use stm32_sim::Microcontroller;
 
 /// CAN_BTR.SILM.
 const SILENT: u32 = 1 << 31;
@@ -26,6 +25,11 @@ const BIT_TIMING: [(BitRate, u32); 10] = [
     (BitRate::K800, 0x0005_0004),
     (BitRate::M1, 0x011C_0000 | (2 - 1)),
 ];
+
+/// An is2 with blank memory.
+fn sensor() -> Microcontroller {
+    microcontroller("is2", Flash::default())
+}
 
 /// Two nodes that send frames with periods of 20 and 33 ms.
 struct Traffic {
@@ -150,37 +154,18 @@ fn sensor_without_traffic_listens_for_ever_and_sleeps_between_samples() {
 /// The phases are fewer than on the PC, and differ in each case.
 #[test]
 fn each_rate_is_detected_within_4_frames_at_any_period_and_phase() {
-    let mut most = 0;
     let mut phase = 0;
-    for rate in BitRate::ALL {
-        for period in PERIODS {
-            let phases = if period < 200_000 { 3 } else { 1 };
-            for _ in 0..phases {
-                phase = (phase + 12_347) % period.max(5_000);
-                let sensor = microcontroller("is2", Flash::default());
-                let frame = FRAMES[phase as usize % FRAMES.len()];
-                let frames = frames_until_detected(sensor, rate, frame, period, phase);
-                most = most.max(frames);
-                assert!(
-                    frames <= FRAMES_MAX,
-                    "{frames} frames: {rate:?}, every {period} us from {phase} us on"
-                );
-            }
-        }
-    }
-    println!("at most {most} frames");
+    check_detection(sensor, |_, period| {
+        let number = if period < 200_000 { 3 } else { 1 };
+        let mut next = || {
+            phase = (phase + 12_347) % period.max(5_000);
+            phase
+        };
+        (0..number).map(|_| next()).collect()
+    });
 }
 
 #[test]
 fn lone_master_is_acknowledged_within_30_attempts() {
-    for rate in BitRate::ALL {
-        for frame in FRAMES {
-            let sensor = microcontroller("is2", Flash::default());
-            let attempts = attempts_of_lone_master(sensor, rate, frame);
-            assert!(
-                attempts <= ATTEMPTS_MAX,
-                "{attempts} at {rate:?}, {frame:X?}"
-            );
-        }
-    }
+    check_lone_master(sensor);
 }

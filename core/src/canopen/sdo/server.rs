@@ -209,9 +209,9 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         self.finish();
     }
 
-    /// Handles an abort of the client, which names this object. A client has one transfer at a time, so the abort ends it, whatever
-    /// object it names. Only a write that waits for its save is told apart: it ends if the abort names its object. Some clients
-    /// do not fill in the address. Then both end.
+    /// Handles an abort of the client with the address of this object. A client has one transfer at a time, so an abort with any
+    /// address ends it. A write that waits for its save ends only if the abort has its address. Some clients send the address 0.
+    /// Then both end.
     fn abandon(&mut self, address: Address) {
         let is_stored = address == self.stored;
         if self.confirmation == 0 || !is_stored {

@@ -167,10 +167,6 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
         self.values()
     }
 
-    fn tick(&mut self, _now: Instant) -> Inclination {
-        self.values()
-    }
-
     fn derive(id: ParameterId, values: &Inclination) -> Option<u32> {
         let [x, y] = values.measured;
         match id {
