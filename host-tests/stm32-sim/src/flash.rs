@@ -13,6 +13,7 @@
 //! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The pages of the program cannot be changed: an
 //! attempt is a violation.
 
+use super::cortex_m3::timing::FlashTiming;
 use super::io::{AccessError, Width};
 use super::timebase::{MICROSECOND, Picoseconds};
 use super::violation::Violations;
@@ -155,6 +156,14 @@ impl FlashInterface {
     /// The operation that the flash has started since the last call.
     pub fn take_work(&mut self) -> Option<Work> {
         self.work.take()
+    }
+
+    /// Wait states and prefetch buffer.
+    pub fn timing(&self) -> FlashTiming {
+        FlashTiming {
+            wait_states: (self.acr & LATENCY) as u8,
+            prefetch: self.acr & PREFETCH != 0,
+        }
     }
 
     /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY).

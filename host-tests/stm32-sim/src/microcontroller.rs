@@ -9,6 +9,7 @@ mod on_the_bus;
 use super::board;
 use super::bxcan::BxCan;
 use super::cortex_m3::CortexM3;
+use super::cortex_m3::timing::Buses;
 use super::elf::Image;
 use super::flash::{PARAMETERS, Work};
 use super::peripherals::Peripherals;
@@ -271,6 +272,7 @@ impl Microcontroller {
         if cause != ResetCause::PowerOn {
             self.io.reset(self.core.cycle(), cause);
         }
+        self.note_clocks();
         self.note_leds();
     }
 
@@ -298,8 +300,9 @@ impl Microcontroller {
                 Work::Failed { .. } => {}
             }
             let cycles = self.io.rcc.timebase().cycles(work.duration());
-            self.core.stall(cycles);
+            self.core.occupy_flash(cycles);
         }
+        self.note_clocks();
         self.set_lines();
         self.note_leds();
         if self.io.watchdog_has_expired(self.core.cycle()) {
@@ -308,6 +311,17 @@ impl Microcontroller {
         if self.io.flash.power_is_cut() {
             self.switch_off();
         }
+    }
+
+    /// The wait states and clocks that the firmware has set up.
+    fn note_clocks(&mut self) {
+        let rcc = &self.io.rcc;
+        let ratio = |clock: u32| (rcc.hclk() / clock) as u8;
+        let buses = Buses {
+            apb1: ratio(rcc.pclk1()),
+            apb2: ratio(rcc.pclk2()),
+        };
+        self.core.set_memories(self.io.flash.timing(), buses);
     }
 
     fn set_lines(&mut self) {

@@ -7,7 +7,16 @@ use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
 use super::registers::{Flags, ItState, THUMB};
 use super::sleep::Sleep;
-use super::{CortexM3, EXCEPTION_CYCLES};
+use super::timing::cost::Leaves;
+use super::timing::fetch::is_code;
+use super::{CortexM3, Count};
+
+/// Cycles of an exception entry.
+const ENTRY: u64 = 12;
+/// Cycles of an exception return, if instructions have no costs.
+const RETURN: u64 = 12;
+/// Cycles from one handler to the next.
+const TAIL_CHAIN: u64 = 6;
 
 /// The bytes of a frame.
 const FRAME_SIZE: u32 = 32;
@@ -41,10 +50,20 @@ impl CortexM3 {
             TO_THREAD
         };
         if !self.registers.in_handler() {
-            self.handler_began = self.instructions();
+            self.handler_began = self.count();
         }
+        self.drain();
         self.push_frame()?;
+        self.cycle += ENTRY;
+        // Late arrival: the one that preempts now is taken, whichever began the entry.
+        self.note_systick();
+        let number = self.exceptions.next(&self.registers).unwrap_or(number);
         self.registers.select_stack(false);
+        self.start_handler(number, return_value)
+    }
+
+    /// Starts a handler when the frame is on the stack.
+    fn start_handler(&mut self, number: u16, return_value: u32) -> Result<()> {
         self.registers.set(Register::LR, return_value);
         self.registers.exception = number;
         self.registers.it = ItState::default();
@@ -52,7 +71,14 @@ impl CortexM3 {
         self.exceptions.active |= only(number);
         self.exclusive = false;
         self.event = true;
-        self.stall(EXCEPTION_CYCLES);
+        self.fetch.forget();
+        self.left = Leaves::default();
+        if let Some(cycles) = &self.cycles
+            && is_code(self.system.vector_table)
+        {
+            self.cycle = self.cycle.max(self.fetch.busy_until())
+                + u64::from(cycles.vector_read) * self.fetch.wait_states();
+        }
         let vector = self.system.vector_table.wrapping_add(4 * u32::from(number));
         let handler = self
             .memory
@@ -101,19 +127,35 @@ impl CortexM3 {
         if number != NMI {
             self.registers.faultmask = false;
         }
+        self.returned = true;
+        self.nvic.sample(&mut self.exceptions);
+        self.note_systick();
+        if let Some(next) = self.exceptions.next(&self.registers) {
+            // Tail-chaining: the frame stays on the stack.
+            self.cycle += TAIL_CHAIN;
+            self.interrupted = true;
+            return self.start_handler(next, value);
+        }
         self.registers.select_stack(process_stack);
+        self.drain();
         self.pop_frame()?;
         if handler != self.registers.in_handler() {
             return invalid("xPSR in the frame does not match");
         }
+        self.cycle += self
+            .cycles
+            .map_or(RETURN, |cycles| cycles.exception_return.into());
+        self.fetch.forget();
         if !handler {
-            self.handler_instructions += self.instructions() - self.handler_began;
+            let (began, now) = (self.handler_began, self.count());
+            self.in_handlers = Count {
+                instructions: self.in_handlers.instructions + now.instructions - began.instructions,
+                cycles: self.in_handlers.cycles + now.cycles - began.cycles,
+            };
         }
-        self.nvic.sample(&mut self.exceptions);
         self.exclusive = false;
         self.event = true;
         self.interrupted = true;
-        self.stall(EXCEPTION_CYCLES);
         if !handler && self.exceptions.active == 0 && self.system.sleeps_on_exit() {
             self.sleep(Sleep::Interrupt);
         }

@@ -2,8 +2,7 @@
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
-//! Every instruction takes one cycle, exception entry and return 12 each. Tail-chaining, which is optional, is not modelled: the
-//! order of handlers is that of the chip, but each takes a little longer.
+//! [`timing`] says how many cycles each instruction takes.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
 //! stop the run with a [`Fault`].
@@ -21,6 +20,7 @@ mod registers;
 mod scb;
 mod sleep;
 mod systick;
+pub mod timing;
 
 #[cfg(test)]
 mod tests;
@@ -36,9 +36,8 @@ use registers::{Flags, ItState, Registers};
 use scb::SystemControl;
 use sleep::Sleep;
 use systick::SysTick;
-
-/// Cycles of an exception entry, and of an exception return.
-const EXCEPTION_CYCLES: u64 = 12;
+use timing::cost::Leaves;
+use timing::{Buses, Cost, Cycles, Fetch, FlashTiming};
 
 /// The reason why [`CortexM3::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -55,6 +54,13 @@ pub enum Pause {
     Bkpt(u8),
 }
 
+/// Executed instructions and passed cycles.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+struct Count {
+    instructions: u64,
+    cycles: u64,
+}
+
 /// The processor with its memories.
 #[derive(Clone, Debug)]
 pub struct CortexM3 {
@@ -64,14 +70,24 @@ pub struct CortexM3 {
     /// EPSR.T: if clear, no instruction can be executed (ARM ARM B1.4.2).
     thumb: bool,
     cycle: u64,
-    /// Cycles without an executed instruction.
-    idle_cycles: u64,
-    /// Instructions of handlers that have returned to the thread.
-    handler_instructions: u64,
-    /// The number of executed instructions when handler mode began.
-    handler_began: u64,
+    /// Executed instructions.
+    instructions: u64,
+    /// Instructions and cycles of handlers that have returned to the thread.
+    in_handlers: Count,
+    /// The counts when handler mode began.
+    handler_began: Count,
+    /// The costs; None: every instruction takes one cycle.
+    cycles: Option<Cycles>,
+    /// What the last instruction has left for the next one.
+    left: Leaves,
+    fetch: Fetch,
+    buses: Buses,
+    /// When the last buffered store has left the write buffer.
+    buffer_free_at: u64,
     /// The instruction loop has to stop.
     interrupted: bool,
+    /// The instruction that executes is an exception return.
+    returned: bool,
     /// An instruction in an IT block executes.
     in_it_block: bool,
     /// The local monitor of LDREX and STREX.
@@ -108,10 +124,16 @@ impl CortexM3 {
             next: 0,
             thumb: true,
             cycle: 0,
-            idle_cycles: 0,
-            handler_instructions: 0,
-            handler_began: 0,
+            instructions: 0,
+            in_handlers: Count::default(),
+            handler_began: Count::default(),
+            cycles: Some(Cycles::default()),
+            left: Leaves::default(),
+            fetch: Fetch::new(),
+            buses: Buses::default(),
+            buffer_free_at: 0,
             interrupted: false,
+            returned: false,
             in_it_block: false,
             exclusive: false,
             changed: false,
@@ -149,6 +171,7 @@ impl CortexM3 {
         self.registers = Registers::new(stack);
         self.next = entry & !1;
         self.thumb = entry & 1 != 0;
+        self.returned = false;
         self.in_it_block = false;
         self.exclusive = false;
         self.changed = false;
@@ -161,6 +184,23 @@ impl CortexM3 {
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
+        self.left = Leaves::default();
+        self.fetch = Fetch::new();
+        self.buses = Buses::default();
+        self.buffer_free_at = 0;
+    }
+
+    /// Sets the cycles of the instructions; None: each takes one cycle, memories and buses have no wait states, and an exception
+    /// takes 12 cycles to enter and to return. The worst of each range is set at first.
+    pub fn set_cycles(&mut self, cycles: Option<Cycles>) {
+        self.cycles = cycles;
+        self.cache.clear();
+    }
+
+    /// Sets the wait states of the flash and the clocks of the buses.
+    pub fn set_memories(&mut self, flash: FlashTiming, buses: Buses) {
+        self.fetch.set_flash(flash);
+        self.buses = buses;
     }
 
     /// Overwrites RAM after a power loss, so that a program cannot depend on its content.
@@ -205,7 +245,7 @@ impl CortexM3 {
             }
             let limit = self.next_wake().map_or(until, |wake| wake.min(until));
             if self.sleep.is_some() {
-                self.stall(limit.saturating_sub(self.cycle));
+                self.cycle = self.cycle.max(limit);
                 continue;
             }
             self.interrupted = false;
@@ -230,16 +270,22 @@ impl CortexM3 {
         while self.cycle < limit && !self.interrupted {
             let pc = self.next;
             self.registers.set_read_pc(pc.wrapping_add(4));
-            let Some(decoded) = cache.get(pc) else {
+            let Some(place) = cache.get(pc) else {
                 self.execute_unknown(io, cache, pc)?;
                 continue;
             };
-            self.next = pc.wrapping_add(u32::from(decoded.length));
+            let after = pc.wrapping_add(u32::from(place.decoded.length));
+            if !self.fetch.has(pc, after - 1) && !self.fetch_more(pc, after - 1) {
+                continue;
+            }
+            self.next = after;
             self.cycle += 1;
+            self.instructions += 1;
             if self.registers.it.is_active() {
-                self.execute_apart(io, decoded)?;
+                self.execute_apart(io, place)?;
             } else {
-                self.execute(io, &decoded.instruction)?;
+                self.execute(io, &place.decoded.instruction)?;
+                self.charge(after, &place.cost);
             }
         }
         Ok(())
@@ -254,14 +300,49 @@ impl CortexM3 {
         cache: &mut Cache,
         pc: u32,
     ) -> fault::Result<()> {
-        let Some(decoded) = self.decode(cache, pc)? else {
+        let Some(place) = self.decode(cache, pc)? else {
             self.pause = Some(Pause::Breakpoint);
             self.interrupted = true;
             return Ok(());
         };
-        self.next = pc.wrapping_add(u32::from(decoded.length));
+        let after = pc.wrapping_add(u32::from(place.decoded.length));
+        while !self.fetch.has(pc, after - 1) && !self.fetch_more(pc, after - 1) {}
+        self.next = after;
         self.cycle += 1;
-        self.execute_apart(io, &decoded)
+        self.instructions += 1;
+        self.execute_apart(io, &place)
+    }
+
+    /// Fetches the bytes from `pc` to `end`, which are not all in the present line. False when the flash was busy: time has passed.
+    #[inline(never)]
+    fn fetch_more(&mut self, pc: u32, end: u32) -> bool {
+        let Some(cycles) = &self.cycles else {
+            self.fetch.have_everything();
+            return true;
+        };
+        let fetched = self.fetch.fetch(pc, end, self.cycle, cycles);
+        self.cycle = fetched.unwrap_or_else(|busy_until| busy_until);
+        fetched.is_ok()
+    }
+
+    /// Charges what the executed instruction takes beyond its first cycle. `after` is the address of the instruction behind it.
+    #[inline(always)]
+    fn charge(&mut self, after: u32, cost: &Cost) {
+        let Some(cycles) = &self.cycles else {
+            return;
+        };
+        self.cycle = self.cycle.wrapping_add_signed(cost.after(self.left));
+        self.left = cost.leaves();
+        if self.next != after {
+            // An exception return, which has its own cycles, leaves nothing of what was fetched.
+            if !std::mem::take(&mut self.returned) {
+                self.cycle += u64::from(cycles.refill);
+                self.fetch.branch(cycles);
+            }
+        }
+        if cost.is_access() && self.fetch.is_in_ram(self.next) {
+            self.fetch.contend(cycles);
+        }
     }
 
     /// Updates the exception of SysTick.
@@ -291,18 +372,34 @@ impl CortexM3 {
 
     /// The number of executed instructions.
     pub fn instructions(&self) -> u64 {
-        self.cycle - self.idle_cycles
+        self.instructions
     }
 
     /// The number of instructions executed outside exception handlers. Valid in thread mode.
     pub fn thread_instructions(&self) -> u64 {
-        self.instructions() - self.handler_instructions
+        self.instructions - self.in_handlers.instructions
     }
 
-    /// Adds cycles without execution: a waiting access, or busy flash.
-    pub fn stall(&mut self, cycles: u64) {
-        self.cycle += cycles;
-        self.idle_cycles += cycles;
+    /// The number of cycles outside exception handlers and their entry and return, sleep included. Valid in thread mode.
+    pub fn thread_cycles(&self) -> u64 {
+        self.cycle - self.in_handlers.cycles
+    }
+
+    /// The flash is busy for this many cycles: code in it waits, and so does an exception with a vector in it.
+    pub fn occupy_flash(&mut self, cycles: u64) {
+        let until = self.cycle + cycles;
+        self.fetch.set_busy(until);
+        if self.sleep.is_none() && timing::fetch::is_code(self.next) {
+            self.cycle = until;
+        }
+    }
+
+    /// The counts up to now.
+    fn count(&self) -> Count {
+        Count {
+            instructions: self.instructions,
+            cycles: self.cycle,
+        }
     }
 
     /// True in WFI or WFE.

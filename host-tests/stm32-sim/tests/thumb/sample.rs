@@ -102,7 +102,9 @@ impl Sampler {
         let mut random = Random::new(seed);
         let ram: Vec<u8> = (0..RAM_SIZE).map(|_| random.next() as u8).collect();
         let file = ram.clone();
-        let processor = CortexM3::new();
+        let mut processor = CortexM3::new();
+        // The runs count instructions.
+        processor.set_cycles(None);
         Self {
             random,
             processor,

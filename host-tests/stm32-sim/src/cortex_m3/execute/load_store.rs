@@ -61,6 +61,7 @@ impl CortexM3 {
     /// Loads a value, extended to a word.
     #[inline(always)]
     pub(super) fn load_value(&mut self, io: &mut impl Io, size: Size, address: u32) -> Result<u32> {
+        self.wait_for_load(address);
         let found = match size {
             Size::Word => self.memory.read(address).map(u32::from_le_bytes),
             Size::HalfWord => self
@@ -81,7 +82,9 @@ impl CortexM3 {
                 .map(|bytes| i32::from(i8::from_le_bytes(bytes)) as u32),
         };
         match found {
-            Some(value) if address & alignment(size) == 0 || !self.system.traps_unaligned() => {
+            Some(value) if address & alignment(size) == 0 => Ok(value),
+            Some(value) if !self.system.traps_unaligned() => {
+                self.split_access(size, address);
                 Ok(value)
             }
             _ => self.load_elsewhere(io, size, address),
@@ -100,6 +103,7 @@ impl CortexM3 {
         if address & alignment(size) != 0 && self.system.traps_unaligned() {
             return Err(FaultKind::Unaligned(address).into());
         }
+        self.drain();
         let stored = match size {
             Size::Word => self.memory.write(address, value.to_le_bytes()),
             Size::HalfWord | Size::SignedHalfWord => {
@@ -125,6 +129,7 @@ impl CortexM3 {
         {
             self.read_io(io, address, width(size))?
         } else if SYSTEM_CONTROL.contains(&address) {
+            self.wait_for_core_register();
             self.read_system(address, width(size))?
         } else if PERIPHERAL_BITS.contains(&address) {
             let (word, bit) = bit_of_alias(address);
@@ -166,6 +171,7 @@ impl CortexM3 {
             return self.write_io(io, address, width, value);
         }
         if SYSTEM_CONTROL.contains(&address) {
+            self.wait_for_core_register();
             return self.write_system(address, width, value);
         }
         let (word, bit) = bit_of_alias(address);
@@ -185,6 +191,7 @@ impl CortexM3 {
     }
 
     fn read_io(&mut self, io: &mut impl Io, address: u32, width: Width) -> Result<u32> {
+        self.wait_for_register(address);
         let value = io
             .read(self.cycle, address, width)
             .map_err(|error| FaultKind::Access(address, error))?;
@@ -195,6 +202,7 @@ impl CortexM3 {
     fn write_io(&mut self, io: &mut impl Io, address: u32, width: Width, value: u32) -> Result<()> {
         io.write(self.cycle, address, width, value)
             .map_err(|error| FaultKind::Access(address, error))?;
+        self.occupy_buffer(address);
         self.note_change(io);
         Ok(())
     }
