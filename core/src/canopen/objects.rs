@@ -11,7 +11,7 @@ use super::row::{Kind, Row, find};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
-use crate::application::{Effect, Values};
+use crate::application::{Effect, Faults, Values};
 use crate::param::{ParameterRow, number};
 use crate::time::Instant;
 
@@ -44,8 +44,14 @@ impl<P: Product> Objects for View<'_, P> {
         lookup::<P>(address)
     }
 
-    fn is_readable(row: &'static Row) -> bool {
-        row.is_readable()
+    fn check_read(&self, row: &'static Row) -> Result<(), Abort> {
+        if !row.is_readable() {
+            return Err(Abort::WriteOnly);
+        }
+        if row.kind() == Kind::Value && self.cx.values.faults().intersects(Faults::STARTING) {
+            return Err(Abort::NoData);
+        }
+        Ok(())
     }
 
     fn is_writable(row: &'static Row) -> bool {

@@ -3,6 +3,7 @@
 use super::pdo::{OPERATIONAL, Reaction, Tpdo, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
+use crate::application::{Faults, Values};
 use crate::can::{CanId, Frame};
 use crate::time::Instant;
 
@@ -37,13 +38,14 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Sends or keeps the data of a TPDO.
+    /// Sends or keeps the data of a TPDO. Before the first measurement there is no data.
     pub(super) fn react(&mut self, cx: &mut ContextOf<P>, number: usize, reaction: Reaction) {
         let Some(tpdo) = self.tpdos.all().get(number) else {
             return;
         };
         let id = CanId::standard(tpdo.id());
-        if reaction == Reaction::None || !tpdo.is_sent() {
+        let starting = cx.values.faults().intersects(Faults::STARTING);
+        if reaction == Reaction::None || !tpdo.is_sent() || starting {
             return;
         }
         let kept = tpdo.kept().filter(|_| reaction == Reaction::SendKept);

@@ -5,7 +5,7 @@ use super::projection::Row;
 use super::status::StatusMasks;
 use super::table::{Article, Operation, Product, Source};
 use super::wire::Reply;
-use crate::application::{Application, Values};
+use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, Context, NodeState, Patterns, Protocol};
 use crate::param::{Parameters, meaning};
@@ -111,7 +111,11 @@ impl<P: Product> Fsc<P> {
     /// The reply of a row: code, status byte and fields.
     #[inline(always)] // called from one place
     fn reply(&self, cx: &ContextOf<P>, row: Row) -> Frame {
-        let mut reply = Reply::new(row.code, self.status(cx));
+        let mut status = self.status(cx);
+        if row == Self::INCLINATION && cx.values.faults().intersects(Faults::STARTING) {
+            status |= Self::STATUS.of_faults(Faults::X.and(Faults::Y));
+        }
+        let mut reply = Reply::new(row.code, status);
         for item in P::CODES.items(row) {
             let number = match item.source() {
                 Source::Parameter(id) => cx.parameters.get(id),

@@ -18,4 +18,5 @@ mod fsc_heating;
 mod fsc_memory;
 mod fsc_requests;
 mod one_application;
+mod starting;
 mod tester;

@@ -33,8 +33,8 @@ pub trait Objects {
     /// Finds an object. Errors: [`Abort::NoObject`], [`Abort::NoSubIndex`].
     fn find(&self, address: Address) -> Result<Self::Object, Abort>;
 
-    /// Whether it can be read.
-    fn is_readable(object: Self::Object) -> bool;
+    /// Checks that it can be read. Errors: [`Abort::WriteOnly`], [`Abort::NoData`].
+    fn check_read(&self, object: Self::Object) -> Result<(), Abort>;
 
     /// Whether it can be written.
     fn is_writable(object: Self::Object) -> bool;
@@ -254,9 +254,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         address: Address,
     ) -> Result<[u8; 8], Abort> {
         let object = objects.find(address)?;
-        if !T::is_readable(object) {
-            return Err(Abort::WriteOnly);
-        }
+        objects.check_read(object)?;
         let size = T::size(object);
         if size > 0 {
             let number = objects.number(object, address.sub);

@@ -131,8 +131,7 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
     fn start(&mut self, calibration: Calibration) {
         self.inclinometer.calibration = calibration;
         self.cell = Self::HEATER.map_or(HeatedCell::UNHEATED, HeatedCell::new);
-        // Before the first sample the angles are not valid.
-        self.faults = X::ANGLES;
+        self.faults = Faults::STARTING;
     }
 
     fn apply(&mut self, _now: Instant, parameters: &Parameters<X>) -> Inclination {

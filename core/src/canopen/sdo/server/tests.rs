@@ -32,8 +32,9 @@ impl Objects for Memory {
         }
     }
 
-    fn is_readable(object: Object) -> bool {
-        object != Object::Command
+    fn check_read(&self, object: Object) -> Result<(), Abort> {
+        let readable = object != Object::Command;
+        if readable { Ok(()) } else { Err(Abort::WriteOnly) }
     }
 
     fn is_writable(object: Object) -> bool {
