@@ -95,13 +95,15 @@ impl Frame {
 
     /// A data frame with the first `length` of these bytes, 8 at most.
     pub fn of(id: impl Into<CanId>, bytes: [u8; 8], length: u8) -> Self {
-        // As a number: this needs a few instructions, a copy of variable length fifty.
+        // As numbers: this needs a few instructions, a copy of variable length fifty. A shift of 64 bits would be a call.
         let data = u64::from_le_bytes(bytes);
-        let (data, length) = match length {
-            0..8 => (data & !(u64::MAX << (8 * length)), length),
-            _ => (data, 8),
+        let (low, high) = (data as u32, (data >> 32) as u32);
+        let (low, high, length) = match length {
+            0..4 => (low & !(u32::MAX << (8 * length)), 0, length),
+            4..8 => (low, high & !(u32::MAX << (8 * (length - 4))), length),
+            _ => (low, high, 8),
         };
-        Self::word(id, data, length)
+        Self::word(id, u64::from(high) << 32 | u64::from(low), length)
     }
 
     /// A data frame with the first `length` bytes (at most 8) of a little-endian number. Its other bytes must be 0.

@@ -215,7 +215,8 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         }
         if let Some(reading) = self.reading.take() {
             let values = self.acquisition.sample(clock::now(), &reading);
-            self.link.call(|node, now| node.sampled(now, values));
+            self.link
+                .with(|link| link.node.sampled(clock::now(), values));
         }
     }
 

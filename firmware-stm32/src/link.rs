@@ -49,9 +49,8 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
 
     #[inline(never)] // called from two places
     fn handle(&mut self, frame: &Frame) {
-        let now = clock::now();
-        self.node.receive(now, frame);
-        self.transmit(now);
+        self.node.receive(clock::now(), frame);
+        self.transmit();
     }
 
     /// Discards the frames that wait, at a change of the bit rate.
@@ -60,24 +59,28 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     }
 
     /// Passes the frames that waited to the node, as far as it can take them, and sends the frames of the node.
-    #[inline(never)] // called from several places
-    fn settle(&mut self, now: Instant) {
-        while can::phase() == Phase::Normal
+    #[inline(always)] // called from one place
+    fn settle(&mut self) {
+        if can::phase() != Phase::Normal {
+            return;
+        }
+        while !self.waiting.is_empty()
             && self.node.ready()
             && let Some(frame) = self.waiting.pop_front()
         {
             self.handle(&frame);
         }
-        self.transmit(now);
+        self.transmit();
     }
 
     /// Puts the frames of the node into the free mailboxes.
     #[inline(always)]
-    fn transmit(&mut self, now: Instant) {
-        while can::phase() == Phase::Normal && transmit::has_room() {
-            let Some(frame) = self.node.transmit(now) else {
-                break;
-            };
+    fn transmit(&mut self) {
+        while self.node.is_sending()
+            && can::phase() == Phase::Normal
+            && transmit::has_room()
+            && let Some(frame) = self.node.transmit()
+        {
             transmit::put(&frame);
         }
     }
@@ -109,6 +112,7 @@ impl<N: Divided> Shared<N> {
         critical_section::with(|cs| f(&mut self.borrow(cs)))
     }
 
+    /// Borrows the link.
     #[inline(never)] // called from many places
     fn borrow<'a>(&'a self, cs: CriticalSection<'a>) -> RefMut<'a, LinkOf<N>> {
         let link = self.0.borrow(cs).try_borrow_mut().ok();
@@ -120,16 +124,20 @@ impl<N: Divided> Shared<N> {
     }
 
     /// Calls a method of the node, then handles the frames that waited for it, and sends its frames.
+    #[inline(always)]
     pub fn call<R>(
         &self,
         f: impl FnOnce(&mut Communication<N::Application, N::Protocol>, Instant) -> R,
     ) -> R {
-        self.with(|link| {
-            let now = clock::now();
-            let result = f(link.node, now);
-            link.settle(now);
-            result
-        })
+        let result = self.with(|link| f(link.node, clock::now()));
+        self.settle();
+        result
+    }
+
+    /// Handles the frames that waited for the node, and sends its frames.
+    #[inline(never)] // called from many places
+    fn settle(&self) {
+        self.with(Link::settle);
     }
 
     /// The receive interrupt.
@@ -143,7 +151,7 @@ impl<N: Divided> Shared<N> {
     #[inline(always)] // called from one place
     pub fn on_transmitted(&self) {
         transmit::acknowledge();
-        self.with(|link| link.transmit(clock::now()));
+        self.with(Link::transmit);
         sleep::wake();
     }
 }

@@ -145,8 +145,8 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         self.communication.poll(now)
     }
 
-    fn transmit(&mut self, now: Instant) -> Option<Frame> {
-        self.communication.transmit(now)
+    fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+        self.communication.transmit()
     }
 
     fn deadline(&self) -> Option<Instant> {

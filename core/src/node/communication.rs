@@ -173,9 +173,14 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         action
     }
 
+    /// Whether [`transmit`](Self::transmit) can have a frame.
+    pub fn is_sending(&self) -> bool {
+        self.context.shell.is_sending()
+    }
+
     /// The next frame to send. Call it only when a mailbox is free.
     #[inline(never)] // measured and budgeted as a function
-    pub fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+    pub fn transmit(&mut self) -> Option<Frame> {
         let frame = self.context.shell.transmit();
         if self.protocol.waits_for_room() {
             self.context.shell.wake_up();

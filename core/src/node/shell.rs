@@ -333,6 +333,11 @@ impl Shell {
         self.reported == outputs
     }
 
+    /// Whether the queue has a frame.
+    pub(super) fn is_sending(&self) -> bool {
+        !self.queue.is_empty()
+    }
+
     /// The frame for [`Node::transmit`](super::Node::transmit).
     pub(super) fn transmit(&mut self) -> Option<Frame> {
         // `Action::Bus` would discard the frame in its mailbox.

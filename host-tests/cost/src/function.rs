@@ -3,25 +3,25 @@
 /// The functions of a node. None is inlined: core marks them `inline(never)`.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeFunctions {
-    /// `Node::receive`.
+    /// `Communication::receive`.
     pub receive: &'static str,
-    /// `Node::poll`.
+    /// `Communication::poll`.
     pub poll: &'static str,
-    /// `Node::transmit`.
+    /// `Communication::transmit`.
     pub transmit: &'static str,
-    /// `Node::sample`.
+    /// `Acquisition::sample`.
     pub sample: &'static str,
-    /// `Node::stored`.
+    /// `Communication::stored`.
     pub stored: &'static str,
 }
 
 /// The functions of the node of any product.
 pub const NODE: NodeFunctions = NodeFunctions {
-    receive: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::receive",
-    poll: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::poll",
-    transmit: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::transmit",
-    sample: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
-    stored: "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::stored",
+    receive: "plumbline::node::communication::Communication<A,P>::receive",
+    poll: "plumbline::node::communication::Communication<A,P>::poll",
+    transmit: "plumbline::node::communication::Communication<A,P>::transmit",
+    sample: "plumbline::node::acquisition::Acquisition<A>::sample",
+    stored: "plumbline::node::communication::Communication<A,P>::stored",
 };
 
 /// The calibration of a reading.
