@@ -47,7 +47,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
         }
     }
 
-    #[inline(never)] // called from two places
+    #[inline(always)] // the path of a received frame
     fn handle(&mut self, frame: &Frame) {
         self.node.receive(clock::now(), frame);
         self.transmit();
@@ -68,9 +68,14 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             && self.node.ready()
             && let Some(frame) = self.waiting.pop_front()
         {
-            self.handle(&frame);
+            self.handle_waiting(&frame);
         }
         self.transmit();
+    }
+
+    #[inline(never)] // rarely called
+    fn handle_waiting(&mut self, frame: &Frame) {
+        self.handle(frame);
     }
 
     /// Puts the frames of the node into the free mailboxes.
@@ -115,6 +120,11 @@ impl<N: Divided> Shared<N> {
     /// Borrows the link.
     #[inline(never)] // called from many places
     fn borrow<'a>(&'a self, cs: CriticalSection<'a>) -> RefMut<'a, LinkOf<N>> {
+        self.borrow_at_once(cs)
+    }
+
+    #[inline(always)]
+    fn borrow_at_once<'a>(&'a self, cs: CriticalSection<'a>) -> RefMut<'a, LinkOf<N>> {
         let link = self.0.borrow(cs).try_borrow_mut().ok();
         match link.and_then(|link| RefMut::filter_map(link, Option::as_mut).ok()) {
             Some(link) => link,
@@ -143,7 +153,7 @@ impl<N: Divided> Shared<N> {
     /// The receive interrupt.
     #[inline(always)] // called from one place
     pub fn on_received(&self) {
-        self.with(Link::receive);
+        critical_section::with(|cs| self.borrow_at_once(cs).receive());
         sleep::wake();
     }
 

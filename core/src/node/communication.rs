@@ -40,6 +40,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
 
     /// Whether it can take the next received frame. While false, leave frames in the receive queue: there is no room for a reply, or
     /// it waits for a [task](Self::task), a save or a restart.
+    #[inline(always)] // called for each frame
     pub fn ready(&self) -> bool {
         self.context.shell.ready() && !self.context.changed
     }

@@ -40,6 +40,7 @@ impl TransmitQueue {
     }
 
     /// True while a further request can be accepted: there is room for its replies and for all [others](Self::reserve).
+    #[inline(always)]
     pub fn has_room(&self) -> bool {
         self.length <= self.limit
     }

@@ -196,6 +196,7 @@ impl Shell {
 
     // Methods for the node.
 
+    #[inline(always)]
     pub(super) fn ready(&self) -> bool {
         self.queue.has_room() && !self.deferred.is_full() && !self.is_leaving()
     }
