@@ -17,7 +17,7 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
-use plumbline::node::{Acquisition, Action, Boot, BusEvent, Divided};
+use plumbline::node::{Acquisition, Action, Boot, BusEvent, Divided, Indicator};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Deadline, Duration, Instant, after, millis, reached};
 
@@ -77,6 +77,7 @@ pub unsafe fn run<
         imu,
         store,
         leds,
+        indicator: Indicator::DARK,
         switches,
         sample_due: now,
         reading: None,
@@ -159,6 +160,7 @@ struct App<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const 
     imu: &'static mut Imu<TESTS>,
     store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
+    indicator: Indicator,
     switches: Switches,
     sample_due: Instant,
     /// A reading for the measuring half.
@@ -184,9 +186,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
             }
             link.call(|node, now| node.bus(now, BusEvent::BitTime(time)));
         }
-        while let Some(action) = link.call(|node, now| node.poll(now)) {
-            self.perform(action);
-        }
+        self.settle();
         let reading = self.read();
         let saving = self.save();
         reading || saving || DETECTS && self.bus.is_urgent()
@@ -201,6 +201,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         let mut earliest = Deadline::at(self.sample_due);
         earliest.consider(self.link.with(|link| link.node.deadline()));
         earliest.consider(self.acquisition.deadline());
+        self.indicator.consider(&mut earliest);
         earliest.time().unwrap_or(self.sample_due)
     }
 
@@ -217,6 +218,26 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
             let values = self.acquisition.sample(clock::now(), &reading);
             self.link
                 .with(|link| link.node.sampled(clock::now(), values));
+        }
+    }
+
+    /// Performs the actions of the node. The interrupts are masked only during each call.
+    fn settle(&mut self) {
+        let link = self.link;
+        loop {
+            if let Some(leds) = self.indicator.poll(clock::now()) {
+                self.leds.show(leds);
+            }
+            if link.with(|link| link.node.is_idle(clock::now())) {
+                return;
+            }
+            while link.call(|node, now| node.tick(now)) {}
+            if let Some(patterns) = link.with(|link| link.node.patterns()) {
+                self.indicator.show(clock::now(), patterns);
+            }
+            if let Some(action) = link.with(|link| link.node.action(clock::now())) {
+                self.perform(action);
+            }
         }
     }
 
@@ -287,7 +308,8 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
                 info!("recover from bus-off");
                 self.bus.recover();
             }
-            Action::Leds(leds) => self.leds.show(leds),
+            // Not an action of the communicating half.
+            Action::Leds(_) => {}
             Action::Save => {
                 let image = self.link.with(|link| *link.node.image());
                 self.store.save(|buffer| image.encode(buffer));

@@ -51,6 +51,9 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     fn handle(&mut self, frame: &Frame) {
         self.node.receive(clock::now(), frame);
         self.transmit();
+        while self.node.proceed() {
+            self.transmit();
+        }
     }
 
     /// Discards the frames that wait, at a change of the bit rate.

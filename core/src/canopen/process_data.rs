@@ -15,14 +15,16 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Handles a SYNC on reception, with the values of the newest sample.
-    pub(super) fn synchronise(&mut self, cx: &mut ContextOf<P>) {
-        for number in 0..P::Tpdos::COUNT {
-            if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
-                let reaction = tpdo.sync();
-                self.react(cx, number, reaction);
-            }
-        }
+    /// Lets the next TPDO handle the last SYNC, with the values of the newest sample. Returns false if all TPDOs have handled it.
+    pub(super) fn synchronise_next(&mut self, cx: &mut ContextOf<P>) -> bool {
+        let number = P::Tpdos::COUNT.wrapping_sub(self.unsynchronised.into());
+        let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
+            return false;
+        };
+        self.unsynchronised -= 1;
+        let reaction = tpdo.sync();
+        self.react(cx, number, reaction);
+        true
     }
 
     /// Handles a remote frame that can be for a TPDO.

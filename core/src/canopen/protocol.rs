@@ -43,6 +43,8 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    /// The number of TPDOs that must still handle the last SYNC.
+    pub(super) unsynchronised: u8,
     /// In [`State::Initialising`]: the delay of a reset.
     pub(super) heartbeat: Periodic,
 }
@@ -135,7 +137,7 @@ impl<P: Product> Canopen<P> {
         if !state.communicates() {
             self.sdo.end();
         }
-        self.services.show(cx, now);
+        self.services.show(cx);
     }
 
     /// Handles the time-out of life guarding: sends an emergency message and performs the error behaviour (1029h).
@@ -144,7 +146,7 @@ impl<P: Product> Canopen<P> {
         const NO_CHANGE: u32 = 1;
         /// Error behaviour (1029h): stopped.
         const STOP: u32 = 2;
-        self.services.report_guarding(cx, now);
+        self.services.report_guarding(cx);
         // Before the node stops: then it sends no more.
         self.services.send_emergencies(cx, now);
         match Services::<P>::ERROR_BEHAVIOUR.get(&cx.parameters) {
@@ -176,6 +178,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
+            unsynchronised: 0,
             heartbeat: Periodic::OFF,
         },
     };
@@ -190,7 +193,8 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         let node_id = u16::from(services.node_id);
         if id == services.sync {
             if is_sync(frame) {
-                services.synchronise(cx);
+                services.unsynchronised = P::Tpdos::COUNT as u8;
+                services.synchronise_next(cx);
             }
         } else if id == CanId::standard(cob_id::SDO_REQUEST + node_id) {
             self.serve(cx, now, frame);
@@ -209,7 +213,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         }
     }
 
-    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, _now: Instant, change: BusChange) {
         let emergency = &mut self.services.emergency;
         let passive = match cx.shell.bus_state() {
             BusState::Passive => Services::<P>::PASSIVE,
@@ -226,7 +230,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             }
             BusChange::State | BusChange::Online => {}
         }
-        self.services.show(cx, now);
+        self.services.show(cx);
     }
 
     fn recovers(&self, _parameters: &ParametersOf<P>) -> bool {
@@ -246,17 +250,29 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.send_sdo(cx, reply);
     }
 
-    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        self.services.announce(cx.values.faults());
-        if self.services.guarding.poll(now) {
-            self.lose_master(cx, now);
+    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
+        match step {
+            0 => {
+                self.services.announce(cx.values.faults());
+                if self.services.guarding.poll(now) {
+                    self.lose_master(cx, now);
+                }
+            }
+            1 => {
+                let expired = self.sdo.poll(now);
+                self.services.send_sdo(cx, expired);
+                if self.services.resets(now) {
+                    self.reset_node(cx, now);
+                }
+            }
+            2 => self.services.send_heartbeat(cx, now),
+            _ => return self.services.send_event(cx, now, step - 3),
         }
-        let expired = self.sdo.poll(now);
-        self.services.send_sdo(cx, expired);
-        if self.services.resets(now) {
-            self.reset_node(cx, now);
-        }
-        self.services.tick(cx, now);
+        true
+    }
+
+    fn proceed(&mut self, cx: &mut ContextOf<P>) -> bool {
+        self.services.synchronise_next(cx)
     }
 
     fn waits_for_room(&self) -> bool {
@@ -301,20 +317,20 @@ impl<P: Product> Services<P> {
         let id = cob_id::ERROR_CONTROL + u16::from(self.node_id);
         send(cx, id, &[answer]);
         if failed {
-            self.report_guarding(cx, now);
+            self.report_guarding(cx);
         }
         cx.shell.wake_up();
     }
 
     /// Reports a life guarding time-out, or its end, as a fault.
-    pub(super) fn report_guarding(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+    pub(super) fn report_guarding(&mut self, cx: &mut ContextOf<P>) {
         let fault = if self.guarding.failed() {
             Self::GUARDING
         } else {
             0
         };
         self.emergency.update(Self::GUARDING, fault);
-        self.show(cx, now);
+        self.show(cx);
     }
 
     /// Reports changed faults of the application.
@@ -325,20 +341,25 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Performs the actions of expired timers.
-    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+    fn send_heartbeat(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         if self.heartbeat.poll(now) {
             let id = CanId::standard(cob_id::ERROR_CONTROL + u16::from(self.node_id));
             let state = self.state as u8;
             cx.shell.send_cyclic(Frame::word(id, state.into(), 1));
         }
-        for number in 0..P::Tpdos::COUNT {
-            let tpdo = self.tpdos.all_mut().get_mut(number);
-            if tpdo.is_some_and(|tpdo| tpdo.poll(now)) {
-                self.react(cx, number, Reaction::Send);
-            }
+    }
+
+    /// Sends a TPDO if its event timer has expired. After the last TPDO, sends emergency messages and returns false.
+    fn send_event(&mut self, cx: &mut ContextOf<P>, now: Instant, number: u8) -> bool {
+        let number = usize::from(number);
+        let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
+            self.send_emergencies(cx, now);
+            return false;
+        };
+        if tpdo.poll(now) {
+            self.react(cx, number, Reaction::Send);
         }
-        self.send_emergencies(cx, now);
+        true
     }
 
     fn send_emergencies(&mut self, cx: &mut ContextOf<P>, now: Instant) {
@@ -356,7 +377,7 @@ impl<P: Product> Services<P> {
     }
 
     /// Shows the LED patterns of the present state.
-    pub(super) fn show(&self, cx: &mut ContextOf<P>, now: Instant) {
+    pub(super) fn show(&self, cx: &mut ContextOf<P>) {
         let leds = &P::LEDS;
         let run = match self.state {
             State::PreOperational => leds.pre_operational,
@@ -374,7 +395,7 @@ impl<P: Product> Services<P> {
             error,
             ..Patterns::default()
         };
-        cx.shell.show(now, patterns);
+        cx.shell.show(patterns);
     }
 
     /// Queues a reply of the SDO server, if there is one.

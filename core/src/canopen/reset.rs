@@ -42,7 +42,7 @@ impl<P: Product> Canopen<P> {
         self.sdo.end();
         self.services.reset_communication(cx, now);
         self.start_up(cx, now);
-        self.services.show(cx, now);
+        self.services.show(cx);
     }
 
     /// Sends the boot-up message and performs the NMT start-up (1F80h).
@@ -144,7 +144,7 @@ impl<P: Product> Services<P> {
         };
         let life_time_factor = Self::LIFE_TIME_FACTOR.get(&cx.parameters);
         self.guarding.configure(now, guard_time, life_time_factor);
-        self.report_guarding(cx, now);
+        self.report_guarding(cx);
     }
 
     /// Applies the COB-ID of the SYNC. Returns true if it has changed.

@@ -16,6 +16,9 @@ use core::marker::PhantomData;
 /// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
 
+/// The number of boot-up messages (section 10.2).
+const BOOT_UPS: u8 = 2;
+
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
@@ -42,8 +45,8 @@ pub struct Fsc<P> {
     /// The sticky bits of the status byte.
     pub(super) sticky: u8,
     pub(super) cyclic: Option<Cyclic>,
-    /// The boot-up messages must be sent. They are built last, so the status byte is final.
-    boot_up: bool,
+    /// The number of boot-up messages that must be sent. They are built last, so the status byte is final.
+    boot_up: u8,
     /// The running save loads the factory values.
     pub(super) loading: bool,
     product: PhantomData<P>,
@@ -149,6 +152,12 @@ impl<P: Product> Fsc<P> {
         self.queue(cx, row, false);
     }
 
+    #[inline(never)] // rarely called
+    fn send_boot_up(&mut self, cx: &mut ContextOf<P>) {
+        self.boot_up = self.boot_up.saturating_sub(1);
+        self.send(cx, Self::ALIVE);
+    }
+
     /// Queues a reply with code and status only.
     pub(super) fn acknowledge(&self, cx: &mut ContextOf<P>, code: u8) {
         self.queue(cx, Row::bare(code), false);
@@ -171,7 +180,7 @@ impl<P: Product> Fsc<P> {
     }
 
     /// Shows the LED patterns of the present state (table 12).
-    fn show(&self, cx: &mut ContextOf<P>, now: Instant) {
+    fn show(&self, cx: &mut ContextOf<P>) {
         let leds = &P::LEDS;
         let patterns = match cx.shell.state() {
             NodeState::Detecting(_) => Patterns {
@@ -185,7 +194,7 @@ impl<P: Product> Fsc<P> {
                 ..Patterns::default()
             },
         };
-        cx.shell.show(now, patterns);
+        cx.shell.show(patterns);
     }
 }
 
@@ -214,7 +223,7 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
         },
         sticky: 0,
         cyclic: None,
-        boot_up: false,
+        boot_up: 0,
         loading: false,
         product: PhantomData,
     };
@@ -227,13 +236,17 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
             }
             None => {
                 cx.shell.detect();
-                self.show(cx, now);
+                self.show(cx);
             }
         }
     }
 
     #[inline(always)] // called from one place
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        while self.boot_up > 0 {
+            // No reply overtakes a boot-up message.
+            self.send_boot_up(cx);
+        }
         if frame.can_id() == self.in_force.set {
             self.request(cx, now, frame);
         } else if frame.can_id() == self.in_force.sync && frame.dlc() == 0 && !frame.is_remote() {
@@ -245,10 +258,10 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
 
     fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
         if change == BusChange::Online {
-            self.boot_up = true;
+            self.boot_up = BOOT_UPS;
             self.restart_cyclic(cx, now);
         }
-        self.show(cx, now);
+        self.show(cx);
     }
 
     fn recovers(&self, parameters: &ParametersOf<P>) -> bool {
@@ -273,15 +286,16 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
         self.acknowledge(cx, row.code);
     }
 
-    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        if core::mem::take(&mut self.boot_up) {
-            self.send(cx, Self::ALIVE);
-            self.send(cx, Self::ALIVE);
+    fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, _step: u8) -> bool {
+        if self.boot_up > 0 {
+            self.send_boot_up(cx);
+            return true;
         }
         let due = self.cyclic.as_mut().is_some_and(|cyclic| cyclic.poll(now));
         if due {
             self.queue(cx, Self::INCLINATION, true);
         }
+        false
     }
 
     fn deadlines(&self, earliest: &mut Deadline) {

@@ -1,6 +1,6 @@
 //! A node: an application, a protocol and the protocol-neutral shell.
 
-use super::{Acquisition, Action, Boot, BusEvent, Communication, Node, Protocol};
+use super::{Acquisition, Action, Boot, BusEvent, Communication, Indicator, Node, Protocol};
 use crate::application::{Application, Readout};
 use crate::can::{Filter, Frame};
 use crate::measure::Reading;
@@ -16,6 +16,7 @@ use crate::time::Instant;
 pub struct CanNode<A: Application, P> {
     communication: Communication<A, P>,
     acquisition: Acquisition<A>,
+    indicator: Indicator,
 }
 
 /// The types of a node that consists of two halves.
@@ -65,6 +66,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     pub const INITIAL: Self = Self {
         communication: Communication::INITIAL,
         acquisition: Acquisition::INITIAL,
+        indicator: Indicator::DARK,
     };
 
     /// Restores the parameters and the calibration of `boot`. Calls `started` before it applies the parameters; the last argument
@@ -81,7 +83,9 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
                 "the transmit queue must hold all frames besides replies"
             );
         }
-        let Communication { context, protocol } = &mut self.communication;
+        let Communication {
+            context, protocol, ..
+        } = &mut self.communication;
         let application = self.acquisition.application();
         context.shell.start(now, boot.serial, P::FRAMES);
         let damaged = context.restore(boot);
@@ -109,6 +113,7 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn receive(&mut self, now: Instant, frame: &Frame) {
         self.measure(now);
         self.communication.receive(now, frame);
+        while self.communication.proceed() {}
     }
 
     fn sample(&mut self, now: Instant, reading: &Reading) {
@@ -142,7 +147,21 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         if let Some(values) = self.acquisition.tick(now) {
             self.communication.publish(now, values);
         }
-        self.communication.poll(now)
+        loop {
+            if let Some(leds) = self.indicator.poll(now) {
+                return Some(Action::Leds(leds));
+            }
+            if self.communication.is_idle(now) {
+                return None;
+            }
+            while self.communication.tick(now) {}
+            if let Some(patterns) = self.communication.patterns() {
+                self.indicator.show(now, patterns);
+            }
+            if let Some(action) = self.communication.action(now) {
+                return Some(action);
+            }
+        }
     }
 
     fn transmit(&mut self, _now: Instant) -> Option<Frame> {
@@ -152,6 +171,7 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn deadline(&self) -> Option<Instant> {
         let mut earliest = self.communication.deadline();
         earliest.consider(self.acquisition.deadline());
+        self.indicator.consider(&mut earliest);
         earliest.time()
     }
 

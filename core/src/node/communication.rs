@@ -1,6 +1,6 @@
 //! The communicating half of a node.
 
-use super::{Action, BusChange, BusEvent, Context, NodeState, Protocol, Shell};
+use super::{Action, BusChange, BusEvent, Context, NodeState, Patterns, Protocol, Shell};
 use crate::application::{Application, Values};
 use crate::can::{Filter, Frame};
 use crate::param::Parameters;
@@ -14,6 +14,8 @@ use crate::time::{Deadline, Instant};
 pub struct Communication<A: Application, P> {
     pub(super) context: Context<A>,
     pub(super) protocol: P,
+    /// The next step of [`tick`](Self::tick).
+    step: u8,
 }
 
 /// A task for the measuring half. [`Communication::publish`] takes over its values.
@@ -36,7 +38,11 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             saving: None,
         },
         protocol: P::INITIAL,
+        step: 0,
     };
+
+    /// The step after those of the protocol.
+    const LAST_STEP: u8 = u8::MAX;
 
     /// Whether it can take the next received frame. While false, leave frames in the receive queue: there is no room for a reply, or
     /// it waits for a [task](Self::task), a save or a restart.
@@ -153,25 +159,63 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             || self.context.shell.is_leaving();
         if !waits && let Some(frame) = self.context.shell.take_deferred() {
             self.receive(now, &frame);
+            while self.proceed() {}
             self.context.shell.wake_up();
             return true;
         }
         false
     }
 
-    /// The next action to perform; None if there is none.
+    /// True if [`patterns`](Self::patterns), [`tick`](Self::tick) and [`action`](Self::action) have nothing to do.
     #[inline(never)] // measured and budgeted as a function
-    pub fn poll(&mut self, now: Instant) -> Option<Action> {
-        if self.context.shell.is_idle(now) {
-            return None;
+    pub fn is_idle(&self, now: Instant) -> bool {
+        self.context.shell.is_idle(now)
+    }
+
+    /// The patterns of the LEDs, once after each change.
+    pub fn patterns(&mut self) -> Option<Patterns> {
+        self.context.shell.take_patterns()
+    }
+
+    /// Performs a step of the actions of expired timers. Returns true if there is another step. A call of [`action`](Self::action)
+    /// follows the last step. Each step is short, so that a driver can handle frames between two steps.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn tick(&mut self, now: Instant) -> bool {
+        let step = self.step;
+        self.step = step.wrapping_add(1);
+        match step {
+            0 => self.context.shell.begin_work(),
+            Self::LAST_STEP => {
+                let mut earliest = Deadline::NEVER;
+                self.protocol.deadlines(&mut earliest);
+                self.context.shell.schedule(earliest);
+                self.step = 0;
+                return false;
+            }
+            _ => {}
         }
-        self.protocol.tick(&mut self.context, now);
+        if !self.protocol.tick(&mut self.context, now, step) {
+            self.step = Self::LAST_STEP;
+        }
+        true
+    }
+
+    /// The next action to perform, except [`Action::Leds`]; None if there is none.
+    #[inline(never)] // measured and budgeted as a function
+    pub fn action(&mut self, now: Instant) -> Option<Action> {
         let outputs = A::HAS_OUTPUTS.then(|| self.context.values.outputs());
         let action = self.context.shell.next_action(now, outputs);
-        let mut earliest = Deadline::NEVER;
-        self.protocol.deadlines(&mut earliest);
-        self.context.shell.polled(action.is_some(), earliest);
+        if action.is_some() {
+            self.context.shell.wake_up();
+        }
         action
+    }
+
+    /// Continues an answer that consists of several frames: call it after [`receive`](Self::receive) until it returns false. The
+    /// first frame can be sent before the others are built.
+    #[inline(always)]
+    pub fn proceed(&mut self) -> bool {
+        self.protocol.proceed(&mut self.context)
     }
 
     /// Whether [`transmit`](Self::transmit) can have a frame.

@@ -24,6 +24,16 @@ pub type Leds = Channels<bool>;
 /// The pattern of each LED.
 pub type Patterns = Channels<Pattern>;
 
+impl Patterns {
+    /// All LEDs off.
+    pub const DARK: Self = Self {
+        run: Pattern::Off,
+        error: Pattern::Off,
+        module_green: Pattern::Off,
+        module_red: Pattern::Off,
+    };
+}
+
 /// The blink pattern of one LED.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Pattern {

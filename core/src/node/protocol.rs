@@ -115,8 +115,15 @@ pub trait Protocol<A: Application>: Sized {
         result: Result<(), StoreError>,
     );
 
-    /// Performs the actions of expired timers.
-    fn tick(&mut self, cx: &mut Context<A>, now: Instant);
+    /// Performs a step of the actions of expired timers. Returns true if there is another step; steps count from 0. A step builds
+    /// at most one frame, unless that is rare.
+    fn tick(&mut self, cx: &mut Context<A>, now: Instant, step: u8) -> bool;
+
+    /// Continues the answer to a received frame that consists of several frames. Returns false if it is complete.
+    fn proceed(&mut self, cx: &mut Context<A>) -> bool {
+        let _ = cx;
+        false
+    }
 
     /// Whether the protocol waits for room in the transmit queue. If so, [`tick`](Self::tick) is called after each transmitted
     /// frame.

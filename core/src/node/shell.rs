@@ -1,7 +1,7 @@
 //! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs, restart and pending actions.
 
 use super::{
-    Action, Autobaud, BitTime, BusChange, BusMode, BusState, Indicator, Patterns, TransmitQueue,
+    Action, Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue,
 };
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
@@ -46,11 +46,14 @@ pub struct Shell {
     valid_until: Instant,
     /// The values are no longer valid.
     is_stale: bool,
-    indicator: Indicator,
+    /// The patterns of the LEDs.
+    patterns: Patterns,
     /// The outputs that were reported to the hardware.
     reported: Outputs,
     /// The mode and bit rate of the bus.
     bus: (BusMode, BitRate),
+    /// The patterns have changed.
+    new_patterns: bool,
     /// Pending actions. This one is [`Action::Bus`].
     new_bus: bool,
     recover: bool,
@@ -73,9 +76,10 @@ impl Shell {
         deferred: Deque::new(),
         valid_until: Instant::from_ticks(0),
         is_stale: false,
-        indicator: Indicator::DARK,
+        patterns: Patterns::DARK,
         reported: Outputs::NONE,
         bus: (BusMode::Listen, BitRate::K10),
+        new_patterns: false,
         new_bus: false,
         recover: false,
         save: false,
@@ -166,21 +170,21 @@ impl Shell {
     }
 
     /// Shows these patterns on the LEDs. During a restart the LEDs are off.
-    pub fn show(&mut self, now: Instant, patterns: Patterns) {
-        let patterns = if self.is_leaving() {
-            Patterns::default()
+    pub fn show(&mut self, patterns: Patterns) {
+        self.patterns = if self.is_leaving() {
+            Patterns::DARK
         } else {
             patterns
         };
-        self.indicator.show(now, patterns);
-        self.dirty = true;
+        self.new_patterns = true;
     }
 
     /// Accepts a restart: the node takes no more frames and still sends the queued replies.
     pub fn restart(&mut self, now: Instant) {
         self.state = NodeState::Restarting(after(now, RESTART_PATIENCE));
         self.stop = true;
-        self.show(now, Patterns::default());
+        self.show(Patterns::DARK);
+        self.dirty = true;
     }
 
     /// Keeps a received frame until the running save has ended. When two frames are kept, the node takes no more frames.
@@ -277,16 +281,23 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// True if a poll has nothing to do.
+    /// True if there is nothing to do.
     pub(super) fn is_idle(&self, now: Instant) -> bool {
-        !self.dirty && !self.wake.is_reached(now)
+        !self.dirty && !self.new_patterns && !self.wake.is_reached(now)
     }
 
-    /// The next action in the order of priority. `outputs` are the outputs of the application.
+    /// The patterns of the LEDs, once after each change.
+    pub(super) fn take_patterns(&mut self) -> Option<Patterns> {
+        core::mem::take(&mut self.new_patterns).then_some(self.patterns)
+    }
+
+    /// The work begins that was requested with [`wake_up`](Self::wake_up).
+    pub(super) fn begin_work(&mut self) {
+        self.dirty = false;
+    }
+
+    /// The next action in the order of priority, except [`Action::Leds`]. `outputs` are the outputs of the application.
     pub(super) fn next_action(&mut self, now: Instant, outputs: Option<Outputs>) -> Option<Action> {
-        if let Some(leds) = self.indicator.poll(now) {
-            return Some(Action::Leds(leds));
-        }
         if core::mem::take(&mut self.new_bus) {
             let (mode, rate) = self.bus;
             return Some(Action::Bus(mode, rate));
@@ -354,16 +365,14 @@ impl Shell {
         self.queue.pop()
     }
 
-    /// Ends a poll. `earliest` is the next deadline of the protocol and the application.
-    pub(super) fn polled(&mut self, more: bool, mut earliest: Deadline) {
+    /// Sets the time of the next work. `earliest` is the next deadline of the protocol.
+    pub(super) fn schedule(&mut self, mut earliest: Deadline) {
         if let NodeState::Restarting(until) = self.state {
             earliest.consider(Deadline::at(until));
         }
         if !self.is_stale && !self.is_leaving() {
             earliest.consider(Deadline::at(self.valid_until));
         }
-        self.indicator.consider(&mut earliest);
-        self.dirty = more;
         self.wake = earliest;
     }
 

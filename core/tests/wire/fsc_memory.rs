@@ -16,8 +16,8 @@ fn boot_up_is_sent_twice_after_bit_rate_detection() {
     assert_eq!(
         tester.actions,
         [
-            Action::Leds(leds(true, false)),
-            Action::Bus(BusMode::Listen, BitRate::K250)
+            Action::Bus(BusMode::Listen, BitRate::K250),
+            Action::Leds(leds(true, false))
         ]
     );
     assert_eq!(tester.wait(10_000), [], "no frame during the search");

@@ -18,7 +18,7 @@ pub struct NodeFunctions {
 /// The functions of the node of any product.
 pub const NODE: NodeFunctions = NodeFunctions {
     receive: "plumbline::node::communication::Communication<A,P>::receive",
-    poll: "plumbline::node::communication::Communication<A,P>::poll",
+    poll: "plumbline::node::communication::Communication<A,P>::is_idle",
     transmit: "plumbline::node::communication::Communication<A,P>::transmit",
     sample: "plumbline::node::acquisition::Acquisition<A>::sample",
     stored: "plumbline::node::communication::Communication<A,P>::stored",

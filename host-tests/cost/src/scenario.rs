@@ -222,44 +222,9 @@ impl Scenario {
         // A reply waits for a sample that is being processed.
         self.rig.request(slowest_filter)?;
         self.rig.bus().take_log();
-        let length0 = Picoseconds::from(frame_bits(&sync.frame())) * bit_time(self.rig.bus().rate());
-        self.rig.take_calls();
-        let mut all = Vec::new();
-        let mut trace = Vec::new();
         for _ in 0..PHASES {
             self.rig.send(sync);
-            let from = self.rig.bus().now();
-            if std::env::var_os("DBG").is_some() {
-                let len = length0.div_ceil(1_000_000);
-                self.rig.run(Duration::from_ticks(len));
-                let mut line = format!("{}: ", all.len());
-                for _ in 0..8 {
-                    self.rig.run(Duration::from_ticks(1));
-                    let core = self.rig.controller().core();
-                    let pc = core.pc();
-                    let name = self.rig.controller().image().name_of(pc).map(|(n, _)| n.rsplit("::").next().unwrap().to_owned());
-                    line += &format!(" {}/{:?}@{:x}", core.active_exception(), name.unwrap_or_default(), pc);
-                }
-                trace.push(line);
-                self.rig.run(SYNC_PERIOD - Duration::from_ticks(8 + len));
-            } else {
-                self.rig.run(SYNC_PERIOD);
-            }
-            let end = (from.ticks() * 1_000_000 + length0) as f64 / 1e6 * 64.0;
-            all.push((end, self.rig.take_calls()));
-        }
-        if std::env::var_os("DBG").is_some() {
-            let find = |calls: &Vec<Call>| calls.iter().find(|c| c.function == NODE.receive).unwrap().clone();
-            let off = all.iter().map(|(end, calls)| find(calls).start as f64 - end).fold(1e18, f64::min);
-            let mut order: Vec<usize> = (0..all.len()).collect();
-            let key = |n: usize| { let (end, calls) = &all[n]; let rc = find(calls); let tr = calls.iter().find(|c| c.function == NODE.transmit && c.start > rc.start).unwrap().end; (tr as f64 - end - off) as i64 };
-            order.sort_by_key(|&n| -key(n));
-            for n in order[..8].iter().chain(&order[2500..2501]) {
-                let (end, calls) = &all[*n];
-                println!("--- {n} {}", key(*n)); println!("{}", trace[*n]);
-                for c in calls.iter() { let s = c.start as f64 - end - off; let e = c.end as f64 - end - off;
-                    if e > -1500.0 && s < 2500.0 { println!("{s:8.0} {e:8.0} {:5} i {}", c.instructions, c.function.rsplit("::").next().unwrap()); } }
-            }
+            self.rig.run(SYNC_PERIOD);
         }
         let own = self.rig.source();
         let log = self.rig.bus().take_log();
