@@ -34,9 +34,9 @@ pub struct Fetch {
     busy_until: u64,
 }
 
-impl Fetch {
+impl Default for Fetch {
     /// With zero wait states and the prefetch buffer, as after a reset (PM0075, FLASH_ACR).
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             flash: FlashTiming {
                 wait_states: 0,
@@ -48,7 +48,9 @@ impl Fetch {
             busy_until: 0,
         }
     }
+}
 
+impl Fetch {
     /// Sets wait states and prefetch buffer.
     pub fn set_flash(&mut self, flash: FlashTiming) {
         if flash != self.flash {
