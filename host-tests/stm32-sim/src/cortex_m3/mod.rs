@@ -10,6 +10,7 @@
 pub mod decode;
 
 mod cache;
+mod dwt;
 mod exceptions;
 mod execute;
 mod fault;
@@ -28,6 +29,7 @@ mod tests;
 use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
+use dwt::Dwt;
 use exceptions::{Exceptions, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use memory::{FLASH_START, Memory};
@@ -102,6 +104,7 @@ pub struct CortexM3 {
     nvic: Nvic,
     systick: SysTick,
     system: SystemControl,
+    dwt: Dwt,
 }
 
 impl Default for CortexM3 {
@@ -142,6 +145,7 @@ impl CortexM3 {
             nvic: Nvic::default(),
             systick: SysTick::new(),
             system: SystemControl::new(),
+            dwt: Dwt::default(),
         }
     }
 
@@ -178,6 +182,7 @@ impl CortexM3 {
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
+        self.dwt = Dwt::default();
         self.left = Leaves::default();
         self.fetch = Fetch::default();
         self.buses = Buses::default();
@@ -255,10 +260,11 @@ impl CortexM3 {
                 self.execute_unknown(io, cache, pc)?;
                 continue;
             };
-            let after = pc.wrapping_add(u32::from(place.decoded.length));
-            if !self.fetch.has(pc, after - 1) && !self.fetch_more(pc, after - 1) {
+            let length = u32::from(place.decoded.length);
+            if !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {
                 continue;
             }
+            let after = pc.wrapping_add(length);
             self.next = after;
             self.cycle += 1;
             self.instructions += 1;
@@ -286,9 +292,9 @@ impl CortexM3 {
             self.interrupted = true;
             return Ok(());
         };
-        let after = pc.wrapping_add(u32::from(place.decoded.length));
-        while !self.fetch.has(pc, after - 1) && !self.fetch_more(pc, after - 1) {}
-        self.next = after;
+        let length = u32::from(place.decoded.length);
+        while !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {}
+        self.next = pc.wrapping_add(length);
         self.cycle += 1;
         self.instructions += 1;
         self.execute_apart(io, &place)

@@ -27,13 +27,14 @@ impl CortexM3 {
         self.buses = buses;
     }
 
-    /// Fetches the bytes from `pc` to `end`, which are not all in the present line. False when the flash was busy: time has passed.
+    /// Fetches an instruction that is not completely in the present line. False when the flash was busy: time has passed.
     #[inline(never)]
-    pub(in super::super) fn fetch_more(&mut self, pc: u32, end: u32) -> bool {
+    pub(in super::super) fn fetch_more(&mut self, pc: u32, length: u32) -> bool {
         let Some(cycles) = &self.cycles else {
             self.fetch.have_everything();
             return true;
         };
+        let end = pc.wrapping_add(length - 1);
         let fetched = self.fetch.fetch(pc, end, self.cycle, cycles);
         self.cycle = fetched.unwrap_or_else(|busy_until| busy_until);
         fetched.is_ok()
@@ -42,19 +43,31 @@ impl CortexM3 {
     /// Charges what the executed instruction takes beyond its first cycle. `after` is the address of the instruction behind it.
     #[inline(always)]
     pub(in super::super) fn charge(&mut self, after: u32, cost: &Cost) {
-        let Some(cycles) = &self.cycles else {
-            return;
-        };
         self.cycle = self.cycle.wrapping_add_signed(cost.after(self.left));
         self.left = cost.leaves();
         if self.next != after {
-            // An exception return, which has its own cycles, leaves nothing of what was fetched.
-            if !std::mem::take(&mut self.returned) {
-                self.cycle += u64::from(cycles.refill);
-                self.fetch.branch(cycles);
-            }
+            self.charge_branch();
         }
-        if cost.is_access() && self.fetch.is_in_ram(self.next) {
+        if cost.is_access() && self.fetch.is_in_ram() {
+            self.contend();
+        }
+    }
+
+    /// Charges the refill of the pipeline.
+    #[inline(always)]
+    fn charge_branch(&mut self) {
+        // An exception return, which has its own cycles, leaves nothing of what was fetched.
+        if let Some(cycles) = &self.cycles
+            && !std::mem::take(&mut self.returned)
+        {
+            self.cycle += u64::from(cycles.refill);
+            self.fetch.branch(cycles);
+        }
+    }
+
+    #[cold]
+    fn contend(&mut self) {
+        if let Some(cycles) = &self.cycles {
             self.fetch.contend(cycles);
         }
     }
