@@ -5,9 +5,9 @@
 //! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`]; [`calls`]: calculates figures from its calls;
 //! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
 //!
-//! The processor runs at 64 MHz and takes one cycle for each instruction, and 12 for the entry of an exception and for its
-//! return. The real part needs more cycles: flash wait states, jumps, loads, divisions. So instructions are exact, but times and
-//! figures derived from them are not those of the real part.
+//! The processor runs at 64 MHz. Times are cycles by the timing table of the processor's Technical Reference Manual, with the wait
+//! states of the flash and of the buses, at the worst end of what the manuals leave open: see [`stm32_sim::cortex_m3::timing`].
+//! They are not measured on hardware. Instructions are exact.
 
 pub mod budgets;
 pub mod calls;
@@ -21,6 +21,7 @@ pub mod tables;
 use products::MeasuredProduct;
 use rows::{ROWS, Row};
 use scenario::Figures;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
 use stm32_sim::elf::{Image, Part, Shares};
@@ -62,6 +63,10 @@ pub struct Report {
     pub model: &'static str,
     /// The rows of this model with their figures, in the order of the table.
     pub figures: Vec<(&'static Row, u64)>,
+    /// Cycles of the rows whose figures are instructions, by key.
+    pub cycles: Figures,
+    /// What the firmware was doing at the worst phase of a row, by key: the functions before and behind the receive interrupt.
+    pub phases: BTreeMap<&'static str, String>,
     /// The speed of the run in million simulated instructions per second: a property of this computer, not of the image.
     pub speed: f64,
 }
@@ -92,6 +97,8 @@ pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, Cos
     let protocol = modules.map(|module| image.flash_of(module)).iter().sum();
     let scenario::Outcome {
         mut figures,
+        cycles,
+        phases,
         stack,
         instructions,
     } = scenario::run(product, image)?;
@@ -104,6 +111,8 @@ pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, Cos
             .iter()
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
+        cycles,
+        phases,
         speed,
     })
 }

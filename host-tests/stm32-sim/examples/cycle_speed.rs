@@ -18,13 +18,13 @@ use stm32_sim::elf::Image;
 use stm32_sim::io::NoPeripherals;
 
 /// Calls of the function.
-const CALLS: usize = 100_000;
+const CALLS: usize = 50_000;
 /// The function.
 const FUNCTION: &str = "plumbline::measure::definition::perpendicular";
 /// The simulated time of the sensor in ms.
-const TIME: u64 = 3_000;
+const TIME: u64 = 1_500;
 /// Measurements of each; the fastest one counts, because other programs disturb the slower ones.
-const ROUNDS: usize = 5;
+const ROUNDS: usize = 15;
 
 fn main() {
     let path = std::env::args().nth(1).expect("the path of an image");

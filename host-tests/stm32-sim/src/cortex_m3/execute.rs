@@ -230,7 +230,12 @@ impl CortexM3 {
 
             I::IfThen { state } => self.registers.it.0 = state,
             I::Nop => {}
-            I::Barrier { .. } => self.drain(),
+            I::Barrier { instructions } => {
+                self.drain();
+                if instructions {
+                    self.fetch.forget();
+                }
+            }
             I::WaitForInterrupt => self.sleep(Sleep::Interrupt),
             I::WaitForEvent => self.sleep(Sleep::Event),
             I::SendEvent => self.event = true,

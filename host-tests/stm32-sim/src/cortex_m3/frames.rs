@@ -2,14 +2,15 @@
 //!
 //! The frame on the stack, in order of addresses from the SP of the handler: R0, R1, R2, R3, R12, LR, the return address, xPSR.
 
+use super::CortexM3;
 use super::decode::instruction::Register;
 use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
 use super::registers::{Flags, ItState, THUMB};
 use super::sleep::Sleep;
+use super::timing::charge::Count;
 use super::timing::cost::Leaves;
 use super::timing::fetch::is_code;
-use super::{CortexM3, Count};
 
 /// Cycles of an exception entry.
 const ENTRY: u64 = 12;

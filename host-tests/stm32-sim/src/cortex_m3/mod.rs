@@ -10,6 +10,7 @@
 pub mod decode;
 
 mod cache;
+mod dwt;
 mod exceptions;
 mod execute;
 mod fault;
@@ -28,6 +29,7 @@ mod tests;
 use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
+use dwt::Dwt;
 use exceptions::{Exceptions, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use memory::{FLASH_START, Memory};
@@ -36,8 +38,9 @@ use registers::{Flags, ItState, Registers};
 use scb::SystemControl;
 use sleep::Sleep;
 use systick::SysTick;
+use timing::charge::Count;
 use timing::cost::Leaves;
-use timing::{Buses, Cost, Cycles, Fetch, FlashTiming};
+use timing::{Buses, Cycles, Fetch};
 
 /// The reason why [`CortexM3::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -52,13 +55,6 @@ pub enum Pause {
     Breakpoint,
     /// At a BKPT instruction, with its number. The next run executes it again unless PC is changed.
     Bkpt(u8),
-}
-
-/// Executed instructions and passed cycles.
-#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
-struct Count {
-    instructions: u64,
-    cycles: u64,
 }
 
 /// The processor with its memories.
@@ -108,6 +104,7 @@ pub struct CortexM3 {
     nvic: Nvic,
     systick: SysTick,
     system: SystemControl,
+    dwt: Dwt,
 }
 
 impl Default for CortexM3 {
@@ -129,7 +126,7 @@ impl CortexM3 {
             handler_began: Count::default(),
             cycles: Some(Cycles::default()),
             left: Leaves::default(),
-            fetch: Fetch::new(),
+            fetch: Fetch::default(),
             buses: Buses::default(),
             buffer_free_at: 0,
             interrupted: false,
@@ -148,6 +145,7 @@ impl CortexM3 {
             nvic: Nvic::default(),
             systick: SysTick::new(),
             system: SystemControl::new(),
+            dwt: Dwt::default(),
         }
     }
 
@@ -184,23 +182,11 @@ impl CortexM3 {
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
+        self.dwt = Dwt::default();
         self.left = Leaves::default();
-        self.fetch = Fetch::new();
+        self.fetch = Fetch::default();
         self.buses = Buses::default();
         self.buffer_free_at = 0;
-    }
-
-    /// Sets the cycles of the instructions; None: each takes one cycle, memories and buses have no wait states, and an exception
-    /// takes 12 cycles to enter and to return. The worst of each range is set at first.
-    pub fn set_cycles(&mut self, cycles: Option<Cycles>) {
-        self.cycles = cycles;
-        self.cache.clear();
-    }
-
-    /// Sets the wait states of the flash and the clocks of the buses.
-    pub fn set_memories(&mut self, flash: FlashTiming, buses: Buses) {
-        self.fetch.set_flash(flash);
-        self.buses = buses;
     }
 
     /// Overwrites RAM after a power loss, so that a program cannot depend on its content.
@@ -274,10 +260,11 @@ impl CortexM3 {
                 self.execute_unknown(io, cache, pc)?;
                 continue;
             };
-            let after = pc.wrapping_add(u32::from(place.decoded.length));
-            if !self.fetch.has(pc, after - 1) && !self.fetch_more(pc, after - 1) {
+            let length = u32::from(place.decoded.length);
+            if !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {
                 continue;
             }
+            let after = pc.wrapping_add(length);
             self.next = after;
             self.cycle += 1;
             self.instructions += 1;
@@ -305,44 +292,12 @@ impl CortexM3 {
             self.interrupted = true;
             return Ok(());
         };
-        let after = pc.wrapping_add(u32::from(place.decoded.length));
-        while !self.fetch.has(pc, after - 1) && !self.fetch_more(pc, after - 1) {}
-        self.next = after;
+        let length = u32::from(place.decoded.length);
+        while !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {}
+        self.next = pc.wrapping_add(length);
         self.cycle += 1;
         self.instructions += 1;
         self.execute_apart(io, &place)
-    }
-
-    /// Fetches the bytes from `pc` to `end`, which are not all in the present line. False when the flash was busy: time has passed.
-    #[inline(never)]
-    fn fetch_more(&mut self, pc: u32, end: u32) -> bool {
-        let Some(cycles) = &self.cycles else {
-            self.fetch.have_everything();
-            return true;
-        };
-        let fetched = self.fetch.fetch(pc, end, self.cycle, cycles);
-        self.cycle = fetched.unwrap_or_else(|busy_until| busy_until);
-        fetched.is_ok()
-    }
-
-    /// Charges what the executed instruction takes beyond its first cycle. `after` is the address of the instruction behind it.
-    #[inline(always)]
-    fn charge(&mut self, after: u32, cost: &Cost) {
-        let Some(cycles) = &self.cycles else {
-            return;
-        };
-        self.cycle = self.cycle.wrapping_add_signed(cost.after(self.left));
-        self.left = cost.leaves();
-        if self.next != after {
-            // An exception return, which has its own cycles, leaves nothing of what was fetched.
-            if !std::mem::take(&mut self.returned) {
-                self.cycle += u64::from(cycles.refill);
-                self.fetch.branch(cycles);
-            }
-        }
-        if cost.is_access() && self.fetch.is_in_ram(self.next) {
-            self.fetch.contend(cycles);
-        }
     }
 
     /// Updates the exception of SysTick.
@@ -383,23 +338,6 @@ impl CortexM3 {
     /// The number of cycles outside exception handlers and their entry and return, sleep included. Valid in thread mode.
     pub fn thread_cycles(&self) -> u64 {
         self.cycle - self.in_handlers.cycles
-    }
-
-    /// The flash is busy for this many cycles: code in it waits, and so does an exception with a vector in it.
-    pub fn occupy_flash(&mut self, cycles: u64) {
-        let until = self.cycle + cycles;
-        self.fetch.set_busy(until);
-        if self.sleep.is_none() && timing::fetch::is_code(self.next) {
-            self.cycle = until;
-        }
-    }
-
-    /// The counts up to now.
-    fn count(&self) -> Count {
-        Count {
-            instructions: self.instructions,
-            cycles: self.cycle,
-        }
     }
 
     /// True in WFI or WFE.

@@ -29,6 +29,7 @@
 //!
 //! - [`cost`]: the cycles of an instruction, calculated when it is decoded
 //! - [`fetch`]: instructions from flash (lines of 64 bits, wait states, prefetch buffer) and from RAM
+//! - [`charge`]: what the processor does with both
 //! - [`bus`]: data in flash, RAM and registers, the write buffer
 //!
 //! Not modelled, because it never makes a program faster than the chip by more than what is said here:
@@ -43,6 +44,7 @@
 //!   first line after a return, are not hidden behind the stack.
 
 pub mod bus;
+pub mod charge;
 pub mod cost;
 pub mod fetch;
 

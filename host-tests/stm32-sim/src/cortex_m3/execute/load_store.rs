@@ -16,6 +16,8 @@ const PERIPHERAL_BITS: std::ops::Range<u32> = 0x4200_0000..0x4400_0000;
 const SYSTEM_MEMORY: std::ops::Range<u32> = 0x1FFF_0000..0x2000_0000;
 /// The registers of the core.
 const SYSTEM_CONTROL: std::ops::Range<u32> = 0xE000_E000..0xE000_F000;
+/// The DWT unit.
+const DWT: std::ops::Range<u32> = 0xE000_1000..0xE000_2000;
 /// DBGMCU.
 const DEBUG: std::ops::Range<u32> = 0xE004_2000..0xE004_2400;
 
@@ -131,6 +133,9 @@ impl CortexM3 {
         } else if SYSTEM_CONTROL.contains(&address) {
             self.wait_for_core_register();
             self.read_system(address, width(size))?
+        } else if DWT.contains(&address) {
+            self.wait_for_core_register();
+            self.read_dwt(address, width(size))?
         } else if PERIPHERAL_BITS.contains(&address) {
             let (word, bit) = bit_of_alias(address);
             self.read_io(io, word, Width::Word)? >> bit & 1
@@ -173,6 +178,10 @@ impl CortexM3 {
         if SYSTEM_CONTROL.contains(&address) {
             self.wait_for_core_register();
             return self.write_system(address, width, value);
+        }
+        if DWT.contains(&address) {
+            self.wait_for_core_register();
+            return self.write_dwt(address, width, value);
         }
         let (word, bit) = bit_of_alias(address);
         let with_bit = |before: u32| before & !(1 << bit) | (value & 1) << bit;

@@ -1,5 +1,6 @@
 //! Tests against the ARM ARM, with small programs.
 
+mod cycles;
 mod exceptions;
 mod instructions;
 mod machine;

@@ -114,7 +114,6 @@ impl Cost {
             extra: 1,
             address: address | ACCESS | if overlaps { PIPELINED } else { 0 },
             leaves: Leaves(if overlaps { only(t) << 16 } else { 0 }),
-            ..Self::ONE
         }
     }
 

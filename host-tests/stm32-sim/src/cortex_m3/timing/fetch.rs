@@ -4,12 +4,12 @@
 
 use super::Cycles;
 
-/// No line: no address has this number.
-const NONE: u32 = u32::MAX;
+/// The start of no line: no instruction is behind it within the size of a line.
+const NONE: u32 = 0xFFFF_FFF1;
 
-/// The shift from an address to a line of 64 bits, and to a word.
-const LINE: u32 = 3;
-const WORD: u32 = 2;
+/// The bytes of a line of 64 bits, and of a word.
+const LINE: u32 = 8;
+const WORD: u32 = 4;
 
 /// What FLASH_ACR selects.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
@@ -24,31 +24,33 @@ pub struct FlashTiming {
 #[derive(Clone, Debug)]
 pub struct Fetch {
     flash: FlashTiming,
-    /// The line or word that is executed, by its number in its memory.
+    /// The first address of the line or word that is executed.
     line: u32,
-    /// The shift from an address to `line`.
-    shift: u32,
+    /// Its bytes.
+    size: u32,
     /// When the next two lines have been read. The second is used only if the buffer is that far ahead.
     ready: [u64; 2],
     /// The flash is being programmed or erased until then.
     busy_until: u64,
 }
 
-impl Fetch {
+impl Default for Fetch {
     /// With zero wait states and the prefetch buffer, as after a reset (PM0075, FLASH_ACR).
-    pub fn new() -> Self {
+    fn default() -> Self {
         Self {
             flash: FlashTiming {
                 wait_states: 0,
                 prefetch: true,
             },
             line: NONE,
-            shift: LINE,
+            size: LINE,
             ready: [0; 2],
             busy_until: 0,
         }
     }
+}
 
+impl Fetch {
     /// Sets wait states and prefetch buffer.
     pub fn set_flash(&mut self, flash: FlashTiming) {
         if flash != self.flash {
@@ -63,11 +65,10 @@ impl Fetch {
         self.line = NONE;
     }
 
-    /// True if all bytes from `pc` to `end` are in the line that is executed.
+    /// True if an instruction of 2 or 4 bytes is completely in the line that is executed.
     #[inline(always)]
-    pub fn has(&self, pc: u32, end: u32) -> bool {
-        // A line is never left backwards without `branch`, so the end decides, except after a branch.
-        end >> self.shift == self.line && pc >> self.shift == self.line
+    pub fn has(&self, pc: u32, length: u32) -> bool {
+        pc.wrapping_sub(self.line) <= self.size - length
     }
 
     /// A branch was taken.
@@ -85,13 +86,13 @@ impl Fetch {
 
     /// All instructions are there without a fetch.
     pub fn have_everything(&mut self) {
-        (self.line, self.shift) = (0, 31);
+        (self.line, self.size) = (0, u32::MAX);
     }
 
     /// Fetches the bytes from `pc` to `end` at cycle `now`, when the instruction before has ended. Returns the cycle at which they
     /// are there, or the error that the flash is busy until a cycle.
     pub fn fetch(&mut self, pc: u32, end: u32, now: u64, cycles: &Cycles) -> Result<u64, u64> {
-        let (shift, wait, ahead) = if is_code(pc) {
+        let (size, wait, ahead) = if is_code(pc) {
             if self.busy_until > now {
                 return Err(self.busy_until);
             }
@@ -104,12 +105,12 @@ impl Fetch {
         } else {
             (WORD, 1, true)
         };
-        let (first, last) = (pc >> shift, end >> shift);
+        let (first, last) = (pc & !(size - 1), end & !(size - 1));
         let mut at = now;
-        let follows = shift == self.shift && self.line != NONE;
-        if follows && (first == self.line || first == self.line + 1) {
+        let follows = size == self.size && self.line != NONE;
+        if follows && (first == self.line || first == self.line + size) {
             while self.line != last {
-                self.line += 1;
+                self.line += size;
                 if ahead {
                     at = at.max(self.ready[0]);
                     self.read_ahead(at, wait, cycles);
@@ -119,12 +120,12 @@ impl Fetch {
             }
         } else {
             // The first of these reads began when the branch did: the refill contains one cycle of it.
-            let lines = u64::from(last - first) + 1;
+            let lines = u64::from((last - first) / size) + 1;
             let began = now.saturating_sub(cycles.refill.into());
             at += lines * wait;
             self.ready[0] = began + (lines + 1) * (wait + 1);
             self.ready[1] = self.ready[0] + wait + 1;
-            (self.line, self.shift) = (last, shift);
+            (self.line, self.size) = (last, size);
         }
         Ok(at)
     }
@@ -146,7 +147,7 @@ impl Fetch {
         if wait == 0 {
             return start;
         }
-        if self.shift == LINE && self.line != NONE && self.ready[0] > start {
+        if self.size == LINE && self.line != NONE && self.ready[0] > start {
             if cycles.data_waits_for_line != 0 {
                 // At most one line is being read.
                 return self.ready[0].min(start + wait + 1) + wait;
@@ -164,8 +165,8 @@ impl Fetch {
 
     /// True while code in RAM executes.
     #[inline(always)]
-    pub fn is_in_ram(&self, pc: u32) -> bool {
-        !is_code(pc)
+    pub fn is_in_ram(&self) -> bool {
+        self.size == WORD && !is_code(self.line)
     }
 
     /// Wait states and end of the present work of the flash, for the vectors.
