@@ -47,7 +47,7 @@ impl Default for Silicon {
         Self {
             reset: ResetTime::Cycles(0),
             mode: 0,
-            release: 0,
+            release: 2,
             lock_after: None,
             filter_master: GENUINE_FILTER_MASTER,
         }
