@@ -306,6 +306,14 @@ fn unique_id() -> [u32; 3] {
     unsafe { ADDRESS.read_volatile() }
 }
 
+/// Resets the CAN controller, with its error counters.
+pub fn reset_can() {
+    // SAFETY: after the boot, this is the only code that uses this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1rstr().write(|w| w.can1rst().set_bit());
+    rcc.apb1rstr().write(|w| w.can1rst().clear_bit());
+}
+
 /// Enables the clock of [`PulseTimer`].
 pub fn enable_pulse_timer() {
     // SAFETY: the main loop is the only code that changes this register.

@@ -45,8 +45,8 @@ pub struct Silicon {
 impl Default for Silicon {
     fn default() -> Self {
         Self {
-            reset: ResetTime::Cycles(0),
-            mode: 0,
+            reset: ResetTime::Cycles(64),
+            mode: 8,
             release: 2,
             lock_after: None,
             filter_master: GENUINE_FILTER_MASTER,
