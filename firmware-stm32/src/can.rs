@@ -6,7 +6,9 @@
 //!   stuck. It also enables automatic bus-off recovery (MCR.ABOM), but the node must control the recovery. Here ABOM is never
 //!   set, and the main loop polls the controller for a limited time.
 //! - A reset of the controller, which has two kinds. MCR.RESET stays set for a time that the manual does not specify, and leaves the
-//!   error counters. A reset by RCC also resets these: it is the last one before normal mode, if the controller has listened.
+//!   error counters. A reset by RCC also resets these, but after it silent mode can lock the transmit output at the dominant level
+//!   on some chips until the next one. So the transmit pin is a recessive output of the port except in normal mode, and the last
+//!   reset before normal mode is one by RCC, if the controller has listened.
 //! - The fault confinement state (CAN_ESR), which the crate does not support.
 //! - Reading the receive FIFO (`can/receive.rs`).
 //! - The acceptance filters (`can/filters.rs`): the crate reads the number of banks from a field that some microcontrollers do not
@@ -159,8 +161,9 @@ impl Bus {
         }
     }
 
-    /// Begins to reset the controller by MCR.RESET.
+    /// Begins to reset the controller by MCR.RESET. The transmit pin is recessive from now on.
     fn reset(&mut self, counters: bool) {
+        board::connect_transmitter(false);
         self.registers().mcr().write(|w| w.reset().set_bit());
         let limit = after(clock::now(), RESET_LIMIT);
         self.change = Change::Resetting { limit, counters };
@@ -189,7 +192,7 @@ impl Bus {
                     let ended = !resets && status.slak().bit_is_set();
                     let late = reached(clock::now(), limit);
                     if late || ended && counters {
-                        // The controller is off the bus, and has no cause of an interrupt.
+                        // The controller is off the bus, without its pin, and has no cause of an interrupt.
                         board::reset_can();
                     }
                     if late || ended {
@@ -267,6 +270,8 @@ impl Bus {
         self.can.enable_interrupts(
             Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY,
         );
+        // In initialization mode the output of the controller is recessive (RM0008, 24.4.1).
+        board::connect_transmitter(settings.mode == BusMode::Normal);
         self.registers().mcr().modify(|_, w| {
             w.txfp().set_bit();
             w.abom().clear_bit();

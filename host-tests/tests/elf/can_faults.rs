@@ -4,7 +4,10 @@ use crate::rig::*;
 use bench::{BusRate, Flash, Source};
 use plumbline::can::BitRate;
 use plumbline::node::{BusMode, BusState};
+use stm32_sim::afio::CAN_TX;
 use stm32_sim::bxcan::{ResetTime, Silicon};
+use stm32_sim::gpio::PinMode;
+use stm32_sim::rcc::ResetCause;
 
 /// The bit rate of the bus. The search begins at another one.
 const RATE: BitRate = BitRate::K500;
@@ -25,7 +28,7 @@ fn detecting(silicon: Silicon) -> Rig {
     rig
 }
 
-/// Sends a frame every 20 ms until the sensor takes part. Until then it is recessive.
+/// Sends a frame every 20 ms until the sensor takes part. Until then its pin is recessive, and a port output.
 #[track_caller]
 fn detect(rig: &mut Rig) {
     let disturbed = rig.bus.disturbed(Source::Adapter(rig.tester));
@@ -34,12 +37,18 @@ fn detect(rig: &mut Rig) {
         if rig.device().mode() == Some(BusMode::Normal) {
             break;
         }
+        let gpio = &rig.microcontroller().io().gpio;
+        if rig.device().mode() == Some(BusMode::Listen) {
+            assert_eq!(gpio.mode(CAN_TX), PinMode::PushPull);
+        }
         assert!(!rig.device().is_dominant(), "it is silent");
         if ms % 20 == 0 {
             rig.bus.send(rig.tester, data(0x1A5, &[ms as u8]));
         }
         rig.run(1);
     }
+    let gpio = &rig.microcontroller().io().gpio;
+    assert_eq!(gpio.mode(CAN_TX), PinMode::AlternatePushPull);
     rig.boot_up();
     assert_eq!(rig.bus.disturbed(Source::Adapter(rig.tester)), disturbed);
 }
@@ -123,6 +132,26 @@ fn errors_of_the_search_are_not_shown_or_told() {
     detect(&mut rig);
     assert_eq!(rig.device().error_counters(), Some((0, 0)));
     assert_works(&mut rig);
+}
+
+#[test]
+fn transmit_output_that_locks_in_silent_mode_never_reaches_the_bus() {
+    for uses in [0, 1, 2] {
+        let mut rig = detecting(Silicon {
+            lock_after: Some(uses),
+            ..Silicon::default()
+        });
+        for start in 0..4 {
+            println!("locks after {uses}, start {start}");
+            detect(&mut rig);
+            assert!(!rig.microcontroller().can().is_locked());
+            assert_works(&mut rig);
+            rig.expect_reset(ResetCause::Software);
+            rig.send(&fsc::RESET);
+            rig.run(300);
+            rig.frames();
+        }
+    }
 }
 
 #[test]

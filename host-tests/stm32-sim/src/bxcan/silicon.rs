@@ -48,7 +48,7 @@ impl Default for Silicon {
             reset: ResetTime::Cycles(64),
             mode: 8,
             release: 2,
-            lock_after: None,
+            lock_after: Some(1),
             filter_master: GENUINE_FILTER_MASTER,
         }
     }
