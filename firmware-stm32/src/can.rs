@@ -182,6 +182,14 @@ impl Bus {
     /// Performs a step of a change of mode. Call it at least every millisecond. In listen mode all frames are accepted, otherwise
     /// those that pass the filters of `node`.
     pub fn step(&mut self, node: &impl Node) {
+        if self.restless() {
+            self.proceed(node);
+        }
+    }
+
+    /// Performs a step of a running change of mode.
+    #[inline(never)] // so that the main loop keeps its registers
+    fn proceed(&mut self, node: &impl Node) {
         for _ in 0..POLLS {
             let registers = self.registers();
             let status = registers.msr().read();
