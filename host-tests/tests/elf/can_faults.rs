@@ -2,6 +2,7 @@
 
 use crate::rig::*;
 use bench::{BusRate, Flash, Source};
+use can_wire::protocol::Protocol;
 use plumbline::can::BitRate;
 use plumbline::node::{BusMode, BusState};
 use stm32_sim::afio::CAN_TX;
@@ -238,10 +239,13 @@ fn dominant_wire_during_recovery_from_bus_off_delays_only() {
     }
 }
 
-/// A reset of the communication begins with initialization mode, for which the controller waits for the end of a frame.
+/// Another COB-ID begins with initialization mode, for which the controller waits for the end of a frame.
 #[test]
 fn dominant_wire_while_leaving_the_bus_delays_only() {
     const BOOT_UP: u16 = 0x70A;
+    // SDO: the COB-ID of the SYNC (1005h) is 81h.
+    let request = data(0x60A, &[0x23, 0x05, 0x10, 0, 0x81, 0, 0, 0]);
+    let reply = data(0x58A, &[0x60, 0x05, 0x10, 0, 0, 0, 0, 0]);
     let resets = [
         ResetTime::Cycles(64),
         ResetTime::Reads(1),
@@ -257,15 +261,19 @@ fn dominant_wire_while_leaving_the_bus_delays_only() {
                 reset,
                 ..Silicon::default()
             });
-            rig.bus.send(tester, data(0, &[0x82, 0x0A]));
+            rig.bus.send(tester, request);
             rig.wait_until(10, 10, |rig| rig.bus.queued(rig.tester) == 0);
             rig.run_us(phase);
             hold(&mut rig, 500);
+            if phase < 100 {
+                // It has left the bus although the frame has not ended.
+                let joins = rig.device().protocol().map(Protocol::is_joining);
+                assert_eq!(joins, Some(true), "{reset:?}, {phase} us");
+            }
             rig.run(300);
-            let boot_up = data(BOOT_UP, &[0]);
             assert!(
-                rig.frames().contains(&boot_up),
-                "{reset:?}, {phase} us after the command"
+                rig.frames().contains(&reply),
+                "{reset:?}, {phase} us after the request"
             );
         }
     }
