@@ -141,7 +141,8 @@ impl Bus {
     /// Begins the change to this mode and bit rate. Discards the frames that are not sent yet. [`step`](Self::step) performs the
     /// change.
     pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
-        let listening = self.is_listening();
+        // A reset that still runs is begun again, so that its effect is not lost.
+        let listening = self.is_listening() || matches!(self.change, Change::Resetting { .. });
         self.settings = Some(Settings { mode, rate });
         transmit::abort_all(self.registers());
         if listening {
