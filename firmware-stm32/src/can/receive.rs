@@ -16,7 +16,13 @@ pub fn next() -> Option<Option<Frame>> {
     // SAFETY: no other code uses the registers of the receive FIFO.
     let registers = unsafe { CanPeripheral::steal() };
     let fifo = registers.rfr(0);
-    let status = fifo.read();
+    // While RFOM is set, for a few clock cycles, the mailbox still contains the last frame.
+    let status = loop {
+        let status = fifo.read();
+        if status.rfom().bit_is_clear() {
+            break status;
+        }
+    };
     if status.fovr().bit_is_set() {
         fifo.write(|w| w.fovr().clear());
         lose();
