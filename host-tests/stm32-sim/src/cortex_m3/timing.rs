@@ -40,6 +40,7 @@
 //!   [`Buses::wait`] cycles early.
 //! - Late arrival: an exception that becomes pending during the entry of another one is taken first if it is known at the end of
 //!   the entry. An interrupt line that changes within the entry preempts after it, which takes longer.
+//! - An interrupt line reaches the NVIC at once; the manuals do not give the cycles of its synchronisation.
 //! - The flash reads data by words: two words of a line are two reads. The wait states of the first line of a handler, and of the
 //!   first line after a return, are not hidden behind the stack.
 
