@@ -1,6 +1,6 @@
-//! Cycles of the Cortex-M3, by the timing table of its Technical Reference Manual (TRM, ARM DDI 0337, sections 3.3.1 and 3.3.2 of
-//! revision r2p1; 18.2 and 18.3 of r1p1), and of the flash and the buses of the STM32F103. The figures are cycles by this table.
-//! They are not measured on hardware.
+//! Cycles of the Cortex-M3, by the timing table of its Technical Reference Manual (TRM, sections 3.3.1 and 3.3.2 of revision r2p1),
+//! and of the flash and the buses of the STM32F103. The figures are cycles by this table. They are not measured on hardware. The chip
+//! has revision r1p1 of the processor, whose TRM was not compared.
 //!
 //! | instruction | cycles |
 //! |---|---|
@@ -32,7 +32,10 @@
 //! - [`charge`]: what the processor does with both
 //! - [`bus`]: data in flash, RAM and registers, the write buffer
 //!
-//! Not modelled, because it never makes a program faster than the chip by more than what is said here:
+//! Assumptions, which no range covers: a divide takes a cycle for each four bits of the quotient between the ends that the TRM gives;
+//! an operand that is 0 shortens a long multiply also at the slow end.
+//!
+//! Not modelled:
 //!
 //! - An interrupt waits for the end of LDM, STM, a divide or a long multiply. The chip interrupts them, and then continues or
 //!   restarts them.
