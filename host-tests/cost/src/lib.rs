@@ -24,6 +24,7 @@ use scenario::Figures;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
+use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::{Image, Part, Shares};
 
 /// The reason why a figure is not available.
@@ -87,6 +88,21 @@ impl Report {
 /// # Panics
 /// The program does something that is a fault on the chip.
 pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, CostError> {
+    measure_with(product, image, Cycles::default())
+}
+
+/// The same with other values of the parameters that the manuals leave open.
+///
+/// # Errors
+/// [`CostError`].
+///
+/// # Panics
+/// The program does something that is a fault on the chip.
+pub fn measure_with(
+    product: MeasuredProduct,
+    image: Rc<Image>,
+    cycles: Cycles,
+) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
     let modules = [
@@ -101,7 +117,7 @@ pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, Cos
         phases,
         stack,
         instructions,
-    } = scenario::run(product, image)?;
+    } = scenario::run(product, image, cycles)?;
     let speed = instructions as f64 / begin.elapsed().as_secs_f64() / 1e6;
     add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);

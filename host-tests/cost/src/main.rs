@@ -4,12 +4,13 @@ use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use cost::budgets::Budgets;
 use cost::products::{self, MeasuredProduct};
-use cost::{Report, measure, tables};
+use cost::{Report, measure_with, tables};
 use plumbline::model::catalog::PRODUCTS;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
+use stm32_sim::cortex_m3::timing::{End, Timing};
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
@@ -31,6 +32,10 @@ struct Options {
     /// Print the figures as a Markdown table
     #[arg(long)]
     markdown: bool,
+
+    /// Count the fastest cycles that the manuals permit, instead of the slowest
+    #[arg(long)]
+    fastest: bool,
 }
 
 fn main() -> ExitCode {
@@ -49,7 +54,12 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
         Some(model) => products::find(model).into_iter().collect(),
         None => products::all(|model| budgets.has(model)),
     };
-    let reports = reports(&products, options.elf.as_deref())?;
+    let end = if options.fastest {
+        End::Best
+    } else {
+        End::Worst
+    };
+    let reports = reports(&products, options.elf.as_deref(), end)?;
     if options.json {
         println!("{:#}", tables::json(&reports, &budgets));
     } else if options.markdown {
@@ -73,6 +83,7 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
 fn reports(
     products: &[MeasuredProduct],
     elf: Option<&Path>,
+    end: End,
 ) -> Result<Vec<Report>, Box<dyn Error>> {
     let built = match elf {
         Some(_) => Default::default(),
@@ -86,7 +97,11 @@ fn reports(
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let image = Image::parse(&bytes)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
-        reports.push(measure(*product, Rc::new(image))?);
+        reports.push(measure_with(
+            *product,
+            Rc::new(image),
+            Timing::MANUALS.at(end),
+        )?);
     }
     Ok(reports)
 }

@@ -11,6 +11,7 @@ use plumbline::time::{Duration, Instant, after, millis};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
+use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 
@@ -70,16 +71,12 @@ pub struct Rig {
 
 impl Rig {
     /// A sensor with blank memory, which is switched on.
-    pub fn new(product: MeasuredProduct, image: Rc<Image>) -> Self {
+    pub fn new(product: MeasuredProduct, image: Rc<Image>, cycles: Cycles) -> Self {
         let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
-        let device = bus.attach(Microcontroller::new(
-            product.name,
-            image,
-            1,
-            Flash::default(),
-            motion,
-        ));
+        let mut controller = Microcontroller::new(product.name, image, 1, Flash::default(), motion);
+        controller.core_mut().set_cycles(Some(cycles));
+        let device = bus.attach(controller);
         let tester = bus.adapter();
         bus.open(tester, None, false);
         Self {

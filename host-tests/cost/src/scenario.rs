@@ -11,6 +11,7 @@ use can_wire::protocol::Picoseconds;
 use plumbline::time::{Duration, Instant, millis};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
+use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 
@@ -47,9 +48,13 @@ pub struct Outcome {
 ///
 /// # Errors
 /// The sensor does not behave as expected, or a measured function is missing.
-pub fn run(product: MeasuredProduct, image: Rc<Image>) -> Result<Outcome, CostError> {
+pub fn run(
+    product: MeasuredProduct,
+    image: Rc<Image>,
+    cycles: Cycles,
+) -> Result<Outcome, CostError> {
     let mut scenario = Scenario {
-        rig: Rig::new(product, image),
+        rig: Rig::new(product, image, cycles),
         protocol: product.protocol,
         angles: product.angles,
         swept: product.swept,
@@ -129,10 +134,10 @@ impl Scenario {
             self.rig.request(*message)?;
         }
         self.saves()?;
-        let boot_time = self.boot()?;
+        self.boot()?;
         if self.swept {
             self.answers_while_saving()?;
-            self.answers_after_boot(boot_time)?;
+            self.answers_after_boot()?;
         }
         self.bus_off()?;
         self.rig.request(self.protocol.load)?;
@@ -264,8 +269,8 @@ impl Scenario {
         Ok(())
     }
 
-    /// Measures a power-up with the saved bit rate; returns its time in ns.
-    fn boot(&mut self) -> Result<u64, CostError> {
+    /// Measures a power-up with the saved bit rate.
+    fn boot(&mut self) -> Result<(), CostError> {
         let instructions = |rig: &Rig| rig.controller().core().instructions();
         let (start, before) = (self.rig.bus().now(), instructions(&self.rig));
         self.rig.bus().take_log();
@@ -285,9 +290,8 @@ impl Scenario {
             .first()
             .ok_or(CostError::NeverHappened("a boot-up message"))?;
         let time = first.start - picoseconds(start);
-        let time = time.div_ceil(1_000);
-        self.figures.insert("boot_time", time);
-        Ok(time)
+        self.figures.insert("boot_time", time.div_ceil(1_000));
+        Ok(())
     }
 
     /// Forces bus-off and waits for the recovery.

@@ -2,6 +2,8 @@
 //! and boot, in steps of 2 us. The worst phase has a name: the function that the processor executes at the end of the message, and the one behind
 //! the receive interrupt, for which the answer waits.
 
+mod erases;
+
 use super::super::CostError;
 use super::super::products::Message;
 use super::super::rig::{Rig, Warming};
@@ -9,6 +11,7 @@ use super::{Scenario, picoseconds};
 use bench::Logged;
 use can_wire::frame_length::frame_bits;
 use can_wire::protocol::{Picoseconds, bit_time};
+use erases::Erases;
 use plumbline::can::Frame;
 use plumbline::measure::SAMPLE_PERIOD;
 use plumbline::time::Duration;
@@ -23,7 +26,8 @@ const ANSWER: u64 = 400;
 /// From the end of a message, the time until the receive interrupt is over, in us.
 const AFTER: u64 = 8;
 
-/// The period of the messages in a train, in us: a save and the boot are swept by trains, each a step later.
+/// The period of the messages in a train, in us: a save is swept by trains, each a step later. It keeps the processor awake, so that
+/// the messages do not shift its work.
 const TRAIN: u64 = 500;
 
 /// The period of the heater's regulator and of blinking LEDs, in us.
@@ -32,13 +36,14 @@ const SLOW_PERIOD: u64 = 200_000;
 /// The phases around a change of the heater or of an LED, in us before and after it.
 const AROUND: (u64, u64) = (60, 40);
 
-/// Steps of the coarse and of the middle sweep of a save that erases, in us: while a page is erased, the time of the answer falls by
-/// as much as the message is later.
-const COARSE: u64 = 500;
-const MIDDLE: u64 = 20;
-
 /// How long a save that erases a page takes at most, in us.
 const ERASING: u64 = 60_000;
+
+/// The time of the boot-up messages at 1 Mbit/s, in us.
+const BOOT_UP: u64 = 400;
+
+/// The time between messages that do not disturb each other's sample: longer than a tick and the read of a sample, in us.
+const APART: u64 = 1_500;
 
 /// From the boot-up message, how long the boot is swept, in us.
 const BOOTING: u64 = 12_000;
@@ -281,21 +286,77 @@ impl Scenario {
             .run(us(u64::from(frame_bits(&save.frame())) + 3 + later));
     }
 
-    /// Asks after the boot-up message. `boot_time` in ns.
-    pub(super) fn answers_after_boot(&mut self, boot_time: u64) -> Result<(), CostError> {
+    /// Asks after the boot-up messages.
+    pub(super) fn answers_after_boot(&mut self) -> Result<(), CostError> {
         let protocol = self.protocol;
         let sync = self.asked(protocol.sync, protocol.sync_code)?;
         // This start erases a page ahead, and takes longer.
         self.rig.power_cycle();
         self.rig.run(us(SLOW_PERIOD));
+        let mut left = self.busy_phases()?;
         let mut trials = Vec::new();
-        for shift in (0..TRAIN).step_by(STEP as usize) {
+        while !left.is_empty() {
             self.rig.power_cycle();
-            self.rig.run(us(boot_time / 1000 - 2 * TRAIN + shift));
-            self.ask(&sync, BOOTING / TRAIN, TRAIN, true, &mut trials)?;
+            let start = self.rig.bus().now().ticks();
+            // A message also wakes the main loop, so the next one comes only after the next tick and the sample that it starts.
+            let mut free = 0;
+            let mut later = Vec::new();
+            for phase in left {
+                if phase < free {
+                    later.push(phase);
+                    continue;
+                }
+                free = phase + APART;
+                let now = self.rig.bus().now().ticks();
+                self.rig.run(us(start + phase - sync.bits - now));
+                self.ask(&sync, 1, TRAIN, true, &mut trials)?;
+            }
+            left = later;
         }
         self.record(None, "boot_worst", &trials);
         Ok(())
+    }
+
+    /// The phases after a start at which the processor executes, or will within [`AFTER`], in us after power-up. In its sleep all
+    /// phases are equal, so the first of them stands for them.
+    fn busy_phases(&mut self) -> Result<Vec<u64>, CostError> {
+        self.rig.power_cycle();
+        let start = self.rig.bus().now().ticks();
+        let own = self.rig.source();
+        self.rig.bus().take_log();
+        let limit = start + SLOW_PERIOD;
+        while !self
+            .rig
+            .bus()
+            .take_log()
+            .iter()
+            .any(|one| one.source == own)
+        {
+            if self.rig.bus().now().ticks() > limit {
+                return Err(CostError::NeverHappened("a boot-up message"));
+            }
+            self.rig.run(us(STEP));
+        }
+        self.rig.run(us(BOOT_UP));
+        let first = self.rig.bus().now().ticks() - start;
+        let phases = (0..BOOTING / STEP).map(|step| first + step * STEP);
+        let places: Vec<_> = phases
+            .map(|phase| {
+                let busy = self.rig.place().is_some();
+                self.rig.run(us(STEP));
+                (phase, busy)
+            })
+            .collect();
+        let ahead = (AFTER / STEP) as usize;
+        let asleep = places.iter().position(|(_, busy)| !busy);
+        let matters = |index: &usize| {
+            let soon = &places[*index..places.len().min(index + ahead)];
+            Some(*index) == asleep || soon.iter().any(|(_, busy)| *busy)
+        };
+        Ok((0..places.len())
+            .filter(matters)
+            .map(|index| places[index].0)
+            .collect())
     }
 
     fn record(&mut self, median: Option<&'static str>, worst: &'static str, trials: &[Trial]) {
@@ -315,40 +376,5 @@ impl Scenario {
             self.figures
                 .insert(row, nanoseconds(&sorted[sorted.len() / 2]));
         }
-    }
-}
-
-/// The phases of saves that erase: coarse over the whole save, then twice finer around the worst one.
-#[derive(Default)]
-struct Erases {
-    left: VecDeque<u64>,
-    sweeps: usize,
-    phase: u64,
-    worst: (Picoseconds, u64),
-}
-
-impl Erases {
-    /// The time of the answer at the present phase.
-    fn note(&mut self, time: Picoseconds) {
-        self.worst = self.worst.max((time, self.phase));
-    }
-}
-
-impl Iterator for Erases {
-    type Item = u64;
-
-    fn next(&mut self) -> Option<u64> {
-        let around = |width: u64| self.worst.1.saturating_sub(width)..self.worst.1 + width;
-        if self.left.is_empty() {
-            self.left = match self.sweeps {
-                0 => (0..ERASING).step_by(COARSE as usize).collect(),
-                1 => around(COARSE).step_by(MIDDLE as usize).collect(),
-                2 => around(MIDDLE).step_by(STEP as usize).collect(),
-                _ => return None,
-            };
-            self.sweeps += 1;
-        }
-        self.phase = self.left.pop_front()?;
-        Some(self.phase)
     }
 }

@@ -1,6 +1,6 @@
-//! Cycles of the Cortex-M3, by the timing table of its Technical Reference Manual (TRM, ARM DDI 0337, sections 3.3.1 and 3.3.2 of
-//! revision r2p1; 18.2 and 18.3 of r1p1), and of the flash and the buses of the STM32F103. The figures are cycles by this table.
-//! They are not measured on hardware.
+//! Cycles of the Cortex-M3, by the timing table of its Technical Reference Manual (TRM, sections 3.3.1 and 3.3.2 of revision r2p1),
+//! and of the flash and the buses of the STM32F103. The figures are cycles by this table. They are not measured on hardware. The chip
+//! has revision r1p1 of the processor, whose TRM was not compared.
 //!
 //! | instruction | cycles |
 //! |---|---|
@@ -32,7 +32,10 @@
 //! - [`charge`]: what the processor does with both
 //! - [`bus`]: data in flash, RAM and registers, the write buffer
 //!
-//! Not modelled, because it never makes a program faster than the chip by more than what is said here:
+//! Assumptions, which no range covers: a divide takes a cycle for each four bits of the quotient between the ends that the TRM gives;
+//! an operand that is 0 shortens a long multiply also at the slow end.
+//!
+//! Not modelled:
 //!
 //! - An interrupt waits for the end of LDM, STM, a divide or a long multiply. The chip interrupts them, and then continues or
 //!   restarts them.
@@ -40,6 +43,7 @@
 //!   [`Buses::wait`] cycles early.
 //! - Late arrival: an exception that becomes pending during the entry of another one is taken first if it is known at the end of
 //!   the entry. An interrupt line that changes within the entry preempts after it, which takes longer.
+//! - An interrupt line reaches the NVIC at once; the manuals do not give the cycles of its synchronisation.
 //! - The flash reads data by words: two words of a line are two reads. The wait states of the first line of a handler, and of the
 //!   first line after a return, are not hidden behind the stack.
 

@@ -1,6 +1,6 @@
 //! Instruction fetches. The flash is read by lines of 64 bits, each with the wait states of FLASH_ACR; its prefetch buffer reads the
 //! next line while one is executed (PM0075, section 2.2). Code in RAM is fetched by words over the system bus, which adds a cycle to
-//! each (TRM, section on the system bus: the fetch is registered).
+//! each, because that bus registers the fetch.
 
 use super::Cycles;
 
