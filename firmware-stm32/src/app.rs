@@ -174,14 +174,14 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
     fn turn(&mut self) -> bool {
         self.measure();
         let link = self.link;
-        self.bus
-            .step(|accept| link.with(|link| link.node.filters(accept)));
+        // Before the step: a controller that could join the bus at the end of this frame has done so in that step.
+        let time = if DETECTS { self.bus.bit_time() } else { None };
+        self.step();
         while let Some(event) = self.bus.event() {
             link.call(|node, now| node.bus(now, event));
         }
-        if DETECTS && let Some(time) = self.bus.bit_time() {
-            if self.bus.restless() {
-                // At this bit rate, the end of a frame was too short for the controller to join the bus.
+        if let Some(time) = time {
+            if self.bus.misses_frame() {
                 link.call(|node, now| node.bus(now, BusEvent::Error));
             }
             link.call(|node, now| node.bus(now, BusEvent::BitTime(time)));
@@ -190,6 +190,18 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         let reading = self.read();
         let saving = self.save();
         reading || saving || DETECTS && self.bus.is_urgent()
+    }
+
+    /// Performs a step of a change of the bus mode.
+    fn step(&mut self) {
+        let link = self.link;
+        let restless = self.bus.restless();
+        self.bus
+            .step(|accept| link.with(|link| link.node.filters(accept)));
+        if restless && !self.bus.restless() {
+            // The frames that waited for the change.
+            link.settle();
+        }
     }
 
     /// The time of the next iteration if no interrupt comes before.
@@ -303,6 +315,8 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
                 }
                 self.bus.configure(mode, rate);
                 self.link.with(Link::discard);
+                // At once, so that the controller can join the bus at the end of the present frame.
+                self.step();
             }
             Action::Recover => {
                 info!("recover from bus-off");

@@ -23,13 +23,15 @@ pub mod transmit;
 
 pub use pulses::on_pulse;
 
+use pulses::Pulses;
+
 use crate::bit_timing::btr;
 use crate::board::{self, CanPeripheral};
 use crate::clock;
 use bxcan::Interrupts;
+use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
-use core::sync::atomic::{AtomicU8, Ordering};
 use plumbline::can::{BitRate, Filter};
 use plumbline::node::{BitTime, BusEvent, BusMode, BusState};
 use plumbline::time::{Duration, Instant, after, millis, reached};
@@ -73,7 +75,10 @@ enum Change {
         limit: Instant,
     },
     /// The controller waits for 11 recessive bits before it takes part in the bus.
-    Joining,
+    Joining {
+        /// The number of ends of frames since then.
+        frames: u8,
+    },
 }
 
 /// What the interrupts may do with received frames and mailboxes.
@@ -87,6 +92,13 @@ pub enum Phase {
     Listening,
     /// Frames are received and sent.
     Normal,
+}
+
+impl Phase {
+    /// Whether received frames are passed to the node.
+    pub fn receives(self) -> bool {
+        matches!(self, Self::Listening | Self::Normal)
+    }
 }
 
 static PHASE: AtomicU8 = AtomicU8::new(Phase::Leaving as u8);
@@ -125,6 +137,7 @@ pub struct Bus {
     state: BusState,
     /// The number of overruns.
     overruns: u32,
+    pulses: Pulses,
 }
 
 impl Bus {
@@ -145,6 +158,7 @@ impl Bus {
             change: Change::Done,
             state: BusState::Active,
             overruns: 0,
+            pulses: Pulses::NONE,
         })
     }
 
@@ -228,7 +242,7 @@ impl Bus {
                         self.reset(false);
                     }
                 }
-                Change::Joining => {
+                Change::Joining { .. } => {
                     // No limit: the controller waits for the bus, drives nothing, and the node can change the mode again.
                     if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
                         self.change = Change::Done;
@@ -255,12 +269,23 @@ impl Bus {
 
     /// The measured bit time of the last frame, once.
     pub fn bit_time(&mut self) -> Option<BitTime> {
-        pulses::poll(clock::now()).filter(|_| self.is_listening())
+        let time = self.pulses.poll(clock::now());
+        time.filter(|_| self.is_listening())
+    }
+
+    /// Handles the end of a frame. Returns true if the controller could not join the bus at the end of a frame that it has waited
+    /// for from its start on: at this bit rate, the end was too short.
+    pub fn misses_frame(&mut self) -> bool {
+        let Change::Joining { frames } = &mut self.change else {
+            return false;
+        };
+        *frames = frames.saturating_add(1);
+        *frames > 1
     }
 
     /// True while the bus must be polled every millisecond to measure the bit time, because there was a pulse.
     pub fn measures(&self) -> bool {
-        self.is_listening() && pulses::is_pending()
+        self.is_listening() && self.pulses.is_pending()
     }
 
     /// True during a change of the bit rate on a busy bus: the next frame comes in less than a millisecond.
@@ -304,7 +329,7 @@ impl Bus {
             w.inrq().clear_bit()
         });
         set_phase(Phase::Joining);
-        self.change = Change::Joining;
+        self.change = Change::Joining { frames: 0 };
     }
 
     /// The next event of the controller since the last call. Call it until it returns None.

@@ -29,7 +29,7 @@ use plumbline::time::{Instant, after, millis, reached};
 const RETRY_MS: u32 = 1000;
 
 /// The time between attempts after power-up, in ms: the accelerometer does not answer during its boot of 10 ms.
-const BOOT_RETRY_MS: u32 = 10;
+const BOOT_RETRY_MS: u32 = 2;
 
 /// The end of the shorter interval: 100 ms after power-up.
 const BOOT_END: Instant = Instant::from_ticks(100_000);

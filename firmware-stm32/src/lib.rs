@@ -97,14 +97,16 @@ macro_rules! firmware {
         #[cfg(target_os = "none")]
         #[unsafe(no_mangle)]
         extern "C" fn CAN_RECEIVE() {
-            LINK.on_received();
+            // SAFETY: this is that interrupt.
+            unsafe { LINK.on_received() };
         }
 
         /// The transmit interrupt of the CAN controller.
         #[cfg(target_os = "none")]
         #[unsafe(no_mangle)]
         extern "C" fn CAN_TRANSMIT() {
-            LINK.on_transmitted();
+            // SAFETY: this is that interrupt.
+            unsafe { LINK.on_transmitted() };
         }
 
         #[cfg(target_os = "none")]

@@ -38,8 +38,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             let Some(frame) = received.filter(|_| phase != Phase::Leaving) else {
                 continue;
             };
-            let takes = matches!(phase, Phase::Normal | Phase::Listening);
-            if takes && self.waiting.is_empty() && self.node.ready() {
+            if phase.receives() && self.waiting.is_empty() && self.node.ready() {
                 self.handle(&frame);
             } else if self.waiting.push_back(frame).is_err() {
                 receive::lose();
@@ -64,7 +63,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     /// Passes the frames that waited to the node, as far as it can take them, and sends the frames of the node.
     #[inline(always)] // called from one place
     fn settle(&mut self) {
-        if can::phase() != Phase::Normal {
+        if !can::phase().receives() {
             return;
         }
         while !self.waiting.is_empty()
@@ -149,22 +148,32 @@ impl<N: Divided> Shared<N> {
 
     /// Handles the frames that waited for the node, and sends its frames.
     #[inline(never)] // called from many places
-    fn settle(&self) {
+    pub fn settle(&self) {
         self.with(Link::settle);
     }
 
     /// The receive interrupt.
+    ///
+    /// # Safety
+    /// Call it only in that interrupt. The interrupts that use the link, and SysTick, have the same priority.
     #[inline(always)] // called from one place
-    pub fn on_received(&self) {
-        critical_section::with(|cs| self.borrow_at_once(cs).receive());
+    pub unsafe fn on_received(&self) {
+        // SAFETY: no other interrupt that uses a `Mutex` interrupts this one, and the main loop does not run.
+        let cs = unsafe { CriticalSection::new() };
+        self.borrow_at_once(cs).receive();
         sleep::wake();
     }
 
     /// The transmit interrupt: a mailbox has become free.
+    ///
+    /// # Safety
+    /// As for [`on_received`](Self::on_received).
     #[inline(always)] // called from one place
-    pub fn on_transmitted(&self) {
+    pub unsafe fn on_transmitted(&self) {
         transmit::acknowledge();
-        self.with(Link::transmit);
+        // SAFETY: as in `on_received`.
+        let cs = unsafe { CriticalSection::new() };
+        self.borrow(cs).transmit();
         sleep::wake();
     }
 }

@@ -240,12 +240,12 @@ fn boot_up_message_is_the_first_frame_also_on_a_busy_bus() {
     bench.bus.open(rival, None, false);
     for start in [0, 100, 230, 470] {
         bench.bus.power_cycle(bench.sensor);
-        bench.wait(50);
+        bench.wait(3);
         bench
             .bus
             .run_until(after(bench.bus.now(), Duration::from_ticks(start)));
-        // 40 ms of frames with a high priority.
-        for _ in 0..40 {
+        // Frames with a high priority, until the accelerometer has measured.
+        for _ in 0..120 {
             bench.bus.send(rival, frame("001#0011223344556677"));
         }
         let frames = bench.wait(150);

@@ -18,8 +18,7 @@ const END_OF_FRAME: u16 = 6;
 /// the pulse.
 const SILENCE: i16 = 1200;
 
-/// The longest pulse that is measured; longer ones have more than 4 bits at every bit rate. The limit also excludes an end that was
-/// read late, when the captured start was already that of the next pulse.
+/// The longest pulse that is measured; longer ones have more than 4 bits at every bit rate.
 const LONGEST: u16 = 7000;
 
 /// No pulse.
@@ -37,6 +36,8 @@ pub struct PulseMeter {
     /// The time of the first poll after the last pulse: its lower 16 bits, in us. 0: no poll since the pulse. While a result is
     /// pending, polls are more frequent than the overflow of these bits.
     silent_since: u16,
+    /// Pulses before the next one are missing.
+    skips: bool,
 }
 
 impl PulseMeter {
@@ -46,21 +47,32 @@ impl PulseMeter {
         complete: NONE,
         end: 0,
         silent_since: 0,
+        skips: false,
     };
 
     /// Measures a dominant pulse that has ended: the captured counter at its start and at its end.
     pub fn pulse(&mut self, start: u16, end: u16) {
+        self.silent_since = 0;
         let recessive = start.wrapping_sub(self.end);
-        if self.shortest != NONE && recessive >= END_OF_FRAME * self.shortest {
+        let width = end.wrapping_sub(start);
+        self.end = end;
+        if width > i16::MAX as u16 {
+            // The captures were read late: the start is that of the next pulse.
+            return;
+        }
+        let skipped = core::mem::take(&mut self.skips);
+        if self.shortest != NONE && !skipped && recessive >= END_OF_FRAME * self.shortest {
             self.complete = self.shortest;
             self.shortest = NONE;
         }
-        let width = end.wrapping_sub(start);
         if width <= LONGEST {
             self.shortest = self.shortest.min(width);
         }
-        self.end = end;
-        self.silent_since = 0;
+    }
+
+    /// Some pulses before the next one were not measured: the time before it is not the end of a frame.
+    pub fn skip(&mut self) {
+        self.skips = true;
     }
 
     /// True while [`poll`](Self::poll) can have a result without another pulse.

@@ -1,8 +1,6 @@
 //! The protocol-neutral half of a node: transmit queue, bit rate detection, fault confinement, LEDs, restart and pending actions.
 
-use super::{
-    Action, Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue,
-};
+use super::{Action, Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
 use crate::time::{Deadline, Duration, Instant, after, millis, reached};

@@ -1,13 +1,13 @@
 //! The pulses at the receive pin, for the bit rate detection ([`PulseMeter`]).
 //!
 //! Two channels of a timer capture the edges of RXD: channel 4 the start of a dominant pulse, channel 3 its end. The interrupt at
-//! the end of a pulse reads both. This works at any bit rate of the CAN controller, and a silent bus causes no interrupt.
+//! the end of a pulse keeps both for the main loop, which measures ([`Pulses`]). This works at any bit rate of the CAN controller, and a silent bus causes no interrupt.
 
 use crate::board::{self, PulseTimer};
 use crate::sleep;
-use core::cell::Cell;
+use core::sync::atomic::{AtomicU32, AtomicUsize, Ordering};
 use cortex_m::peripheral::NVIC;
-use critical_section::Mutex;
+use cortex_m::peripheral::scb::SystemHandler;
 use plumbline::node::{BitTime, PulseMeter};
 use plumbline::time::Instant;
 
@@ -25,7 +25,50 @@ const CHANNELS: u32 = 0x3231;
 /// CCER: channel 3 captures rising edges, channel 4 falling edges (CC3E, CC4E, CC4P).
 const EDGES: u32 = 1 << 8 | 1 << 12 | 1 << 13;
 
-static METER: Mutex<Cell<PulseMeter>> = Mutex::new(Cell::new(PulseMeter::EMPTY));
+/// The number of pulses that wait for the main loop: at least 250 us at 1 Mbit/s.
+const RING: usize = 64;
+
+/// The captured counter at the start (low half) and at the end of the last pulses.
+static PULSES: [AtomicU32; RING] = [const { AtomicU32::new(0) }; RING];
+
+/// The number of pulses since the start of the program.
+static COUNT: AtomicUsize = AtomicUsize::new(0);
+
+/// The measurement of the bit time.
+pub(super) struct Pulses {
+    meter: PulseMeter,
+    /// The number of pulses that the meter has got.
+    taken: usize,
+}
+
+impl Pulses {
+    /// Before the start.
+    pub(super) const NONE: Self = Self {
+        meter: PulseMeter::EMPTY,
+        taken: 0,
+    };
+
+    /// The bit time of the last frame, once.
+    #[inline(never)] // so that only it needs its stack
+    pub(super) fn poll(&mut self, now: Instant) -> Option<BitTime> {
+        let count = COUNT.load(Ordering::Relaxed);
+        if count.wrapping_sub(self.taken) > RING {
+            self.taken = count.wrapping_sub(RING);
+            self.meter.skip();
+        }
+        while self.taken != count {
+            let pulse = PULSES.get(self.taken % RING)?.load(Ordering::Relaxed);
+            self.taken = self.taken.wrapping_add(1);
+            self.meter.pulse(pulse as u16, (pulse >> 16) as u16);
+        }
+        self.meter.poll(now)
+    }
+
+    /// True while [`poll`](Self::poll) can have a result without another pulse.
+    pub(super) fn is_pending(&self) -> bool {
+        self.meter.is_pending() || self.taken != COUNT.load(Ordering::Relaxed)
+    }
+}
 
 /// Starts the measurement. Called once after a reset.
 pub(super) fn start() {
@@ -40,7 +83,21 @@ pub(super) fn start() {
         timer.ccer().write(|w| w.bits(EDGES));
         timer.dier().write(|w| w.bits(1 << 3));
         timer.cr1().write(|w| w.bits(1));
-        NVIC::unmask(board::PULSE_INTERRUPT);
+    }
+    lower_others();
+    // SAFETY: the handler works in any state of the program.
+    unsafe { NVIC::unmask(board::PULSE_INTERRUPT) };
+}
+
+/// Gives the other interrupts a lower priority, the same for all: none of them interrupts another one.
+fn lower_others() {
+    const LOWER: u8 = 0x10;
+    // SAFETY: no critical section depends on a priority, and no other code changes priorities.
+    unsafe {
+        let mut core = cortex_m::Peripherals::steal();
+        core.NVIC.set_priority(board::CAN_RECEIVE_INTERRUPT, LOWER);
+        core.NVIC.set_priority(board::CAN_TRANSMIT_INTERRUPT, LOWER);
+        core.SCB.set_priority(SystemHandler::SysTick, LOWER);
     }
 }
 
@@ -49,34 +106,20 @@ pub(super) fn stop() {
     NVIC::mask(board::PULSE_INTERRUPT);
 }
 
-/// The bit time of the last frame, once.
-pub(super) fn poll(now: Instant) -> Option<BitTime> {
-    with_meter(|meter| meter.poll(now))
-}
-
-/// True while [`poll`] can have a result without another pulse.
-pub(super) fn is_pending() -> bool {
-    with_meter(|meter| meter.is_pending())
-}
-
-/// The interrupt at the end of a pulse.
+/// The interrupt at the end of a pulse. At 1 Mbit/s, the next one can come after 2 us, so it only keeps the captured counters. Its
+/// priority is higher than that of the other interrupts.
+#[inline(always)]
 pub fn on_pulse() {
     let timer = timer();
     // Reading the captured values clears the flags.
-    let start = timer.ccr4().read().bits() as u16;
-    let end = timer.ccr3().read().bits() as u16;
-    with_meter(|meter| meter.pulse(start, end));
+    let start = timer.ccr4().read().bits() & 0xFFFF;
+    let end = timer.ccr3().read().bits() << 16;
+    let count = COUNT.load(Ordering::Relaxed);
+    if let Some(place) = PULSES.get(count % RING) {
+        place.store(start | end, Ordering::Relaxed);
+    }
+    COUNT.store(count.wrapping_add(1), Ordering::Relaxed);
     sleep::wake();
-}
-
-fn with_meter<T>(f: impl FnOnce(&mut PulseMeter) -> T) -> T {
-    critical_section::with(|cs| {
-        let cell = METER.borrow(cs);
-        let mut meter = cell.get();
-        let result = f(&mut meter);
-        cell.set(meter);
-        result
-    })
 }
 
 fn timer() -> PulseTimer {

@@ -18,24 +18,57 @@ fn switched_on(name: &str) -> Rig {
     Rig::with(name, BusRate::Fixed(RATE), fixed(name, RATE))
 }
 
+/// The boot-up message does not wait for the accelerometer, and has no sensor error while the accelerometer starts.
 #[test]
-fn first_frame_is_sent_within_200_ms_with_a_valid_status() {
+fn first_frame_is_sent_within_30_ms() {
     for name in MODELS {
         let mut rig = switched_on(name);
         rig.run(1000);
         let sent = rig.sent();
-        // No sensor error: the accelerometer has settled.
         let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
         assert_eq!(frames, [boot_up(0), boot_up(0)], "{name}");
         let start = sent[0].start / 1_000_000;
         println!("{name}: the first frame starts {start} us after power-up");
-        assert!(start < 200_000, "{name}: {start} us");
+        assert!(start < 30_000, "{name}: {start} us");
         assert_eq!(rig.poll()[1], 0);
     }
 }
 
+/// Until then, replies with angles have the sensor errors.
 #[test]
-fn first_frame_without_an_accelerometer_has_the_sensor_errors() {
+fn first_angle_is_sent_within_60_ms_and_is_exact() {
+    for name in MODELS {
+        let mut rig = switched_on(name);
+        rig.run(10);
+        rig.sent();
+        let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
+        let first = loop {
+            let reply = rig.poll();
+            if reply[1] & errors == 0 {
+                break reply;
+            }
+            assert!(rig.bus.now().ticks() < 60_000, "{name}");
+        };
+        println!(
+            "{name}: the first angle is sent {} us after power-up",
+            rig.bus.now().ticks()
+        );
+        rig.run(2000);
+        let settled = rig.poll();
+        for at in [2, 4] {
+            let angle = |reply: &[u8]| {
+                let bytes = reply.get(at..at + 2).and_then(|two| two.try_into().ok());
+                bytes.map_or(0, i16::from_le_bytes)
+            };
+            let error = angle(&first) - angle(&settled);
+            assert!(error.abs() <= 5, "{name}: {error} in 0.01 deg");
+        }
+    }
+}
+
+/// The accelerometer has failed if there is no measurement 100 ms after the start.
+#[test]
+fn missing_accelerometer_is_a_sensor_error() {
     for (name, errors) in [
         ("is1", status::SENSOR_ERROR_X),
         ("is2", status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y),
@@ -45,8 +78,10 @@ fn first_frame_without_an_accelerometer_has_the_sensor_errors() {
         rig.run(1000);
         let sent = rig.sent();
         let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
-        assert_eq!(frames, [boot_up(errors), boot_up(errors)], "{name}");
-        assert!(sent[0].start / 1_000_000 < 300_000);
+        assert_eq!(frames, [boot_up(0), boot_up(0)], "{name}");
+        assert_eq!(rig.poll()[1], errors, "{name}");
+        // Status.
+        assert_eq!(rig.request(&[0x02]), [0x02, errors], "{name}");
     }
 }
 

@@ -186,7 +186,7 @@ impl Rig {
         Self::booted_with(name, rate, &[])
     }
 
-    /// A sensor with this fixed bit rate and these parameters that has sent its boot-up messages.
+    /// A sensor with this fixed bit rate and these parameters that has sent its boot-up messages and measures.
     pub fn booted_with(name: &str, rate: BitRate, parameters: &[&[u8]]) -> Self {
         let rate_parameter = [fsc::WRITE_BAUD_RATE, baud_rate_code(rate)];
         let all: Vec<&[u8]> = parameters
@@ -196,6 +196,8 @@ impl Rig {
             .collect();
         let mut rig = Self::with(name, BusRate::Fixed(rate), saved(name, &all));
         rig.boot_up();
+        // Until the first measurement.
+        rig.run(60);
         rig
     }
 

@@ -39,7 +39,7 @@ fn answer_times(rig: &mut Rig, count: usize) -> Vec<u64> {
 }
 
 #[test]
-fn sync_is_answered_within_60_us() {
+fn sync_is_answered_within_15_us() {
     let loads: [&[&[u8]]; 2] = [
         &[],
         &[

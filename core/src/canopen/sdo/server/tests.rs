@@ -34,7 +34,11 @@ impl Objects for Memory {
 
     fn check_read(&self, object: Object) -> Result<(), Abort> {
         let readable = object != Object::Command;
-        if readable { Ok(()) } else { Err(Abort::WriteOnly) }
+        if readable {
+            Ok(())
+        } else {
+            Err(Abort::WriteOnly)
+        }
     }
 
     fn is_writable(object: Object) -> bool {
