@@ -217,19 +217,27 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         earliest.time().unwrap_or(self.sample_due)
     }
 
-    /// Performs the tasks of the measuring half. Its calculations take long; the interrupts answer frames meanwhile.
-    fn measure(&mut self) {
-        while let Some(task) = self.link.with(|link| link.node.task(clock::now())) {
-            let values = self.acquisition.perform(clock::now(), &task);
+    /// Performs the tasks of the measuring half.
+    fn obey(&mut self) {
+        loop {
+            let now = clock::now();
+            let Some(task) = self.link.with(|link| link.node.task(now)) else {
+                return;
+            };
+            let values = self.acquisition.perform(now, &task);
             self.link.call(|node, now| node.publish(now, values));
         }
+    }
+
+    /// Processes a reading. The calculation takes long; the interrupts answer frames meanwhile.
+    fn measure(&mut self) {
         if let Some(values) = self.acquisition.tick(clock::now()) {
             self.link.call(|node, now| node.publish(now, values));
         }
         if let Some(reading) = self.reading.take() {
-            let values = self.acquisition.sample(clock::now(), &reading);
-            self.link
-                .with(|link| link.node.sampled(clock::now(), values));
+            let now = clock::now();
+            let values = self.acquisition.sample(now, &reading);
+            self.link.with(|link| link.node.sampled(now, values));
         }
     }
 
@@ -237,17 +245,20 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
     fn settle(&mut self) {
         let link = self.link;
         loop {
-            if let Some(leds) = self.indicator.poll(clock::now()) {
+            let now = clock::now();
+            if let Some(leds) = self.indicator.poll(now) {
                 self.leds.show(leds);
             }
-            if link.with(|link| link.node.is_idle(clock::now())) {
+            if link.with(|link| link.node.is_idle(now)) {
                 return;
             }
-            while link.call(|node, now| node.tick(now)) {}
+            self.obey();
+            while link.with(|link| link.node.tick(now)) {}
+            link.settle();
             if let Some(patterns) = link.with(|link| link.node.patterns()) {
-                self.indicator.show(clock::now(), patterns);
+                self.indicator.show(now, patterns);
             }
-            if let Some(action) = link.with(|link| link.node.action(clock::now())) {
+            if let Some(action) = link.with(|link| link.node.action(now)) {
                 self.perform(action);
             }
         }
@@ -298,7 +309,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         self.link.call(|node, now| node.stored(now, result));
         // The frames that waited for the end of the save.
         loop {
-            self.measure();
+            self.obey();
             if !self.link.call(|node, now| node.resume(now)) {
                 return true;
             }

@@ -73,6 +73,14 @@ pub struct Row {
     form: u8,
 }
 
+impl Row {
+    /// Whether a request only reads.
+    #[inline(always)]
+    pub(super) fn is_read(self) -> bool {
+        matches!(self.operation, Operation::Read | Operation::Inclination)
+    }
+}
+
 /// Bits of `form`: the number of items.
 const COUNT: u8 = 7;
 /// Bit of `form`: the row writes parameters that only the protocol uses.

@@ -248,7 +248,11 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
             self.send_boot_up(cx);
         }
         if frame.can_id() == self.in_force.set {
-            self.request(cx, now, frame);
+            match frame.bytes().first().and_then(|&code| P::CODES.find(code)) {
+                // Also in `request`: this path is shorter.
+                Some(row) if row.is_read() && !frame.is_remote() => self.send(cx, row),
+                _ => self.request(cx, now, frame),
+            }
         } else if frame.can_id() == self.in_force.sync && frame.dlc() == 0 && !frame.is_remote() {
             self.send(cx, Self::INCLINATION);
         }
