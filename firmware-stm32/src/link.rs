@@ -70,14 +70,16 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             && self.node.ready()
             && let Some(frame) = self.waiting.pop_front()
         {
-            self.handle_waiting(&frame);
+            self.node.receive(clock::now(), &frame);
+            while self.node.proceed() {}
         }
-        self.transmit();
+        self.send();
     }
 
-    #[inline(never)] // rarely called
-    fn handle_waiting(&mut self, frame: &Frame) {
-        self.handle(frame);
+    /// As [`transmit`](Self::transmit).
+    #[inline(never)] // outside the path of a received frame
+    fn send(&mut self) {
+        self.transmit();
     }
 
     /// Puts the frames of the node into the free mailboxes.
@@ -173,7 +175,7 @@ impl<N: Divided> Shared<N> {
         transmit::acknowledge();
         // SAFETY: as in `on_received`.
         let cs = unsafe { CriticalSection::new() };
-        self.borrow(cs).transmit();
+        self.borrow(cs).send();
         sleep::wake();
     }
 }
