@@ -206,6 +206,8 @@ impl Rig {
             self.send(UNUSED);
             self.run(millis(10));
             if !self.bus.take_received(self.tester).is_empty() {
+                // Until the first measurement.
+                self.run(millis(100));
                 return Ok(());
             }
         }

@@ -333,8 +333,8 @@ pub const ROWS: &[Row] = &[
     ),
     time(
         "boot_worst",
-        "- SYNC, after the boot-up message",
-        "the longest time of the reply to SYNC in the first 12 ms after the boot-up message, from power-up with a saved bit rate: at \
+        "- request, after the boot-up message",
+        "the longest time of the reply to the inclination request in the first 12 ms after the boot-up message, from power-up with a saved bit rate: at \
          phases 2 us apart, of those while the processor sleeps one",
     ),
 ];

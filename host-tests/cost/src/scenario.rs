@@ -291,6 +291,8 @@ impl Scenario {
             .ok_or(CostError::NeverHappened("a boot-up message"))?;
         let time = first.start - picoseconds(start);
         self.figures.insert("boot_time", time.div_ceil(1_000));
+        // Until the first measurement.
+        self.rig.run(millis(100));
         Ok(())
     }
 

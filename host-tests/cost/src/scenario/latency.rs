@@ -289,7 +289,8 @@ impl Scenario {
     /// Asks after the boot-up messages.
     pub(super) fn answers_after_boot(&mut self) -> Result<(), CostError> {
         let protocol = self.protocol;
-        let sync = self.asked(protocol.sync, protocol.sync_code)?;
+        // Before the first measurement there is no reply to a SYNC.
+        let read = self.asked(protocol.read, protocol.read_code)?;
         // This start erases a page ahead, and takes longer.
         self.rig.power_cycle();
         self.rig.run(us(SLOW_PERIOD));
@@ -308,8 +309,8 @@ impl Scenario {
                 }
                 free = phase + APART;
                 let now = self.rig.bus().now().ticks();
-                self.rig.run(us(start + phase - sync.bits - now));
-                self.ask(&sync, 1, TRAIN, true, &mut trials)?;
+                self.rig.run(us(start + phase - read.bits - now));
+                self.ask(&read, 1, TRAIN, true, &mut trials)?;
             }
             left = later;
         }
