@@ -111,8 +111,8 @@ pub trait Node {
     /// Handles a received frame. In [`BusMode::Normal`], the node ignores frames that do not pass [`filters`](Self::filters).
     fn receive(&mut self, now: Instant, frame: &Frame);
 
-    /// Handles a reading of the accelerometer. Call it every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD), the first time
-    /// before the first poll. Without readings the node reports a sensor error.
+    /// Handles a reading of the accelerometer. Call it every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD). Before the first
+    /// reading, the node sends no angles, or marks them as not valid. Without readings for 100 ms it reports a sensor error.
     fn sample(&mut self, now: Instant, reading: &Reading);
 
     /// Handles an event of the CAN controller.

@@ -24,7 +24,6 @@
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
 use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
-use crate::can;
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
 use crate::imu::{SpiError, Wires};
