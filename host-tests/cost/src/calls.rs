@@ -76,13 +76,19 @@ pub fn middle(mut figures: Vec<u64>) -> Option<u64> {
     figures.get(figures.len() / 2).copied()
 }
 
-/// The counts in core from the reception of a message: `receive`, and all `transmit` and `poll` up to the last of the
-/// consecutive polls, which returns None. `calls` are in the order of their start.
+/// The counts in core from the reception of a message: `receive`, and all calls up to the first `is_idle` that returns true.
+/// `calls` are in the order of their start.
 ///
 /// # Errors
 /// There is no reception, or a call is missing after it.
 pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError> {
-    let of_node = [node.receive, node.transmit, node.poll];
+    let of_node = [
+        node.receive,
+        node.transmit,
+        node.is_idle,
+        node.tick,
+        node.action,
+    ];
     let mut turn = calls
         .iter()
         .filter(|call| of_node.contains(&call.function))
@@ -91,20 +97,19 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError
     if turn.peek().is_none() {
         return Err(CostError::NeverCalled(node.receive));
     }
-    let (mut count, mut transmitted, mut polled) = (Count::default(), false, false);
+    let (mut count, mut transmitted) = (Count::default(), false);
     for call in turn {
-        if polled && call.function != node.poll {
-            break;
-        }
         transmitted |= call.function == node.transmit;
-        polled |= call.function == node.poll;
         count += call.into();
+        if transmitted && call.function == node.is_idle && call.result & 0xFF != 0 {
+            return Ok(count);
+        }
     }
-    match (transmitted, polled) {
-        (true, true) => Ok(count),
-        (false, _) => Err(CostError::NeverCalled(node.transmit)),
-        (true, false) => Err(CostError::NeverCalled(node.poll)),
-    }
+    Err(CostError::NeverCalled(if transmitted {
+        node.is_idle
+    } else {
+        node.transmit
+    }))
 }
 
 /// The part of an [`exchange`] until the reply is returned: `receive` and all calls up to the first `transmit`.
@@ -112,7 +117,7 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError
 /// # Errors
 /// There is no reception, or no `transmit` after it.
 pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError> {
-    let of_node = [node.receive, node.transmit, node.poll];
+    let of_node = [node.receive, node.transmit];
     let turn = calls
         .iter()
         .filter(|call| of_node.contains(&call.function))
@@ -163,7 +168,9 @@ mod tests {
 
     const NODE: NodeFunctions = NodeFunctions {
         receive: "receive",
-        poll: "poll",
+        is_idle: "is_idle",
+        tick: "tick",
+        action: "action",
         transmit: "transmit",
         sample: "sample",
         stored: "stored",
@@ -209,18 +216,20 @@ mod tests {
     }
 
     #[test]
-    fn exchange_ends_with_last_consecutive_poll() {
-        let made = calls(&[
-            ("poll", 1000),
+    fn exchange_ends_with_first_idle_node() {
+        let mut made = calls(&[
+            ("is_idle", 1000),
             ("sample", 1000),
             ("receive", 1),
             ("transmit", 20),
-            ("transmit", 300),
-            ("poll", 4000),
-            ("poll", 50_000),
+            ("is_idle", 300),
+            ("tick", 4000),
+            ("is_idle", 50_000),
             ("transmit", 1000),
-            ("poll", 1000),
+            ("is_idle", 1000),
         ]);
+        made[0].result = 1;
+        made[6].result = 1;
         assert_eq!(exchange(&made, &NODE), Ok(count(54_321)));
         assert_eq!(reply(&made, &NODE), Ok(count(21)));
         assert_eq!(
@@ -237,9 +246,14 @@ mod tests {
     fn incomplete_exchange_is_an_error() {
         let missing = |made: &[(&'static str, u64)]| exchange(&calls(made), &NODE);
         let never = |function| Err(CostError::NeverCalled(function));
-        assert_eq!(missing(&[("poll", 1)]), never("receive"));
-        assert_eq!(missing(&[("receive", 1), ("poll", 1)]), never("transmit"));
-        assert_eq!(missing(&[("receive", 1), ("transmit", 1)]), never("poll"));
+        assert_eq!(missing(&[("is_idle", 1)]), never("receive"));
+        assert_eq!(
+            missing(&[("receive", 1), ("is_idle", 1)]),
+            never("transmit")
+        );
+        // It is never idle.
+        let busy = [("receive", 1), ("transmit", 1), ("is_idle", 1)];
+        assert_eq!(missing(&busy), never("is_idle"));
     }
 
     #[test]
@@ -248,7 +262,7 @@ mod tests {
             (STORE_STEP, 1000),
             (STORE_SAVE, 21),
             (STORE_STEP, 300),
-            ("poll", 1000),
+            ("is_idle", 1000),
             (STORE_STEP, 4000),
             ("stored", 50_000),
             (STORE_STEP, 1000),

@@ -5,8 +5,12 @@
 pub struct NodeFunctions {
     /// `Communication::receive`.
     pub receive: &'static str,
-    /// `Communication::poll`.
-    pub poll: &'static str,
+    /// `Communication::is_idle`.
+    pub is_idle: &'static str,
+    /// `Communication::tick`.
+    pub tick: &'static str,
+    /// `Communication::action`.
+    pub action: &'static str,
     /// `Communication::transmit`.
     pub transmit: &'static str,
     /// `Acquisition::sample`.
@@ -18,7 +22,9 @@ pub struct NodeFunctions {
 /// The functions of the node of any product.
 pub const NODE: NodeFunctions = NodeFunctions {
     receive: "plumbline::node::communication::Communication<A,P>::receive",
-    poll: "plumbline::node::communication::Communication<A,P>::is_idle",
+    is_idle: "plumbline::node::communication::Communication<A,P>::is_idle",
+    tick: "plumbline::node::communication::Communication<A,P>::tick",
+    action: "plumbline::node::communication::Communication<A,P>::action",
     transmit: "plumbline::node::communication::Communication<A,P>::transmit",
     sample: "plumbline::node::acquisition::Acquisition<A>::sample",
     stored: "plumbline::node::communication::Communication<A,P>::stored",

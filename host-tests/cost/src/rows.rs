@@ -137,20 +137,20 @@ pub const ROWS: &[Row] = &[
     instructions(
         "idle_poll",
         "idle poll",
-        "one call of Node::poll without input and without a due deadline: the median over 100 ms",
+        "one call of Communication::is_idle without input and without a due deadline: the median over 100 ms",
         "CANopenNode 424, zencan 738",
     ),
     instructions(
         "read_request",
         "inclination request to reply",
-        "every call of the node for one request: Node::receive, Node::transmit with the reply and once more without a frame, Node::poll \
-         that returns None; the maximum of 20; without the driver",
+        "every call of the node for one request: Communication::receive, transmit with the reply and once more without a frame, and all calls \
+         up to the next is_idle that returns true; the maximum of 20; without the driver",
         "SDO upload: CANopenNode 905, zencan 1443",
     ),
     instructions(
         "read_reply",
         "- until the reply is returned",
-        "of these, Node::receive to the end of the Node::transmit that returns the reply; the maximum of 20",
+        "of these, Communication::receive to the end of the transmit that returns the reply; the maximum of 20",
         "",
     ),
     instructions(
@@ -168,13 +168,13 @@ pub const ROWS: &[Row] = &[
     instructions(
         "sync_reply",
         "- until the reply is returned",
-        "of these, Node::receive to the end of the Node::transmit that returns the reply; the maximum of 20",
+        "of these, Communication::receive to the end of the transmit that returns the reply; the maximum of 20",
         "",
     ),
     instructions(
         "sample_off",
         "sample, filter off",
-        "Node::sample: calibration, low-pass, angles, limit checks; the maximum of 100 samples in many directions",
+        "Acquisition::sample: calibration, low-pass, angles, limit checks; the maximum of 100 samples in many directions",
         "",
     ),
     instructions(
@@ -266,7 +266,7 @@ pub const ROWS: &[Row] = &[
     instructions(
         "save",
         "save",
-        "Node::image, Store::save, every Store::step with the flash driver below it, Node::stored: the median of the saves that fill both \
+        "Store::save, every Store::step with the flash driver below it, Communication::stored: the median of the saves that fill both \
          pages of blank memory and erase one; while flash is busy the processor is stalled, which takes time but no instructions",
         "",
     ),

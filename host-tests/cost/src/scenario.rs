@@ -100,7 +100,9 @@ impl Scenario {
         let node = NODE;
         let of_node = [
             node.receive,
-            node.poll,
+            node.is_idle,
+            node.tick,
+            node.action,
             node.transmit,
             node.sample,
             node.stored,
@@ -153,7 +155,7 @@ impl Scenario {
         self.rig.take_calls();
         self.rig.run(millis(100));
         let calls = self.rig.take_calls();
-        let poll = median(&calls, NODE.poll)?;
+        let poll = median(&calls, NODE.is_idle)?;
         self.count("idle_poll", poll);
         Ok(())
     }
