@@ -4,7 +4,11 @@
 //!
 //! - Changes of mode and bit rate ([`Bus::step`]). The crate waits in a loop for the controller, which does not end if the bus is
 //!   stuck. It also enables automatic bus-off recovery (MCR.ABOM), but the node must control the recovery. Here ABOM is never
-//!   set, and the main loop polls the controller.
+//!   set, and the main loop polls the controller for a limited time.
+//! - A reset of the controller, which has two kinds. MCR.RESET stays set for a time that the manual does not specify, and leaves the
+//!   error counters. A reset by RCC also resets these, but after it silent mode can lock the transmit output at the dominant level
+//!   on some chips until the next one. So the transmit pin is a recessive output of the port except in normal mode, and the last
+//!   reset before normal mode is one by RCC, if the controller has listened.
 //! - The fault confinement state (CAN_ESR), which the crate does not support.
 //! - Reading the receive FIFO (`can/receive.rs`).
 //! - The acceptance filters (`can/filters.rs`): the crate reads the number of banks from a field that some microcontrollers do not
@@ -37,6 +41,12 @@ const QUEUE: usize = 32 + 1; // one element stays empty
 /// The longest time that the controller needs to leave the bus: longer than the longest frame with its error frame at 10 kbit/s.
 const LEAVE_LIMIT: Duration = millis(25);
 
+/// The longest time that the controller may need for MCR.RESET. Then it is reset by RCC.
+const RESET_LIMIT: Duration = millis(2);
+
+/// The number of times that a step polls a change of mode. Most changes take a few clock cycles and end in one step.
+const POLLS: u32 = 16;
+
 /// ESR.LEC: the value that software sets after it has read the last error code.
 const LEC_SEEN: u8 = 7;
 
@@ -67,6 +77,13 @@ pub fn on_transmitted() {
 enum Change {
     /// No change is running.
     Done,
+    /// MCR.RESET is set. Sleep mode follows.
+    Resetting {
+        /// The end of the wait.
+        limit: Instant,
+        /// The error counters must be reset too.
+        counters: bool,
+    },
     /// Initialization mode is requested. The controller finishes a frame first.
     Leaving {
         /// The end of the wait.
@@ -124,14 +141,17 @@ impl Bus {
     /// Begins the change to this mode and bit rate. Discards the frames that are not sent yet. [`step`](Self::step) performs the
     /// change.
     pub fn configure(&mut self, mode: BusMode, rate: BitRate) {
-        let listening = self.is_listening();
+        // A reset that still runs is begun again, so that its effect is not lost.
+        let listening = self.is_listening() || matches!(self.change, Change::Resetting { .. });
         self.settings = Some(Settings { mode, rate });
         transmit::abort_all(self.registers());
         if listening {
-            // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own.
-            self.reset();
+            // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own. Errors of
+            // the search must not count in normal mode.
+            self.reset(mode == BusMode::Normal);
+        } else {
+            self.leave();
         }
-        self.leave();
     }
 
     /// Starts the recovery from bus-off: enters and leaves initialization mode. Then the controller waits for 128 times 11
@@ -142,14 +162,20 @@ impl Bus {
         }
     }
 
-    /// Resets the controller, which then is in sleep mode.
-    fn reset(&mut self) {
+    /// Begins to reset the controller by MCR.RESET. The transmit pin is recessive from now on.
+    fn reset(&mut self, counters: bool) {
+        board::connect_transmitter(false);
         self.registers().mcr().write(|w| w.reset().set_bit());
+        let limit = after(clock::now(), RESET_LIMIT);
+        self.change = Change::Resetting { limit, counters };
     }
 
     /// Begins to enter initialization mode.
     fn leave(&mut self) {
-        request_initialization(self.registers());
+        // The other bits get their reset values, until `join`: bus-off recovery is not automatic.
+        self.registers()
+            .mcr()
+            .write(|w| w.sleep().clear_bit().inrq().set_bit());
         let limit = after(clock::now(), LEAVE_LIMIT);
         self.change = Change::Leaving { limit };
     }
@@ -157,23 +183,45 @@ impl Bus {
     /// Performs a step of a change of mode. Call it at least every millisecond. In listen mode all frames are accepted, otherwise
     /// those that pass the filters of `node`.
     pub fn step(&mut self, node: &impl Node) {
-        match self.change {
-            Change::Done => {}
-            Change::Leaving { limit } => {
-                if self.registers().msr().read().inak().bit_is_set() {
-                    self.join(node);
-                } else if reached(clock::now(), limit) {
-                    self.reset();
-                    self.leave();
-                } else {
-                    // The first request can come before the end of a reset.
-                    request_initialization(self.registers());
+        if self.restless() {
+            self.proceed(node);
+        }
+    }
+
+    /// Performs a step of a running change of mode.
+    #[inline(never)] // so that the main loop keeps its registers
+    fn proceed(&mut self, node: &impl Node) {
+        for _ in 0..POLLS {
+            let registers = self.registers();
+            let status = registers.msr().read();
+            let resets = registers.mcr().read().reset().bit_is_set();
+            match self.change {
+                Change::Done => return,
+                Change::Resetting { limit, counters } => {
+                    let ended = !resets && status.slak().bit_is_set();
+                    let late = reached(clock::now(), limit);
+                    if late || ended && counters {
+                        // The controller is off the bus, without its pin, and has no cause of an interrupt.
+                        board::reset_can();
+                    }
+                    if late || ended {
+                        self.leave();
+                    }
                 }
-            }
-            Change::Joining => {
-                let status = self.registers().msr().read();
-                if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
-                    self.change = Change::Done;
+                Change::Leaving { limit } => {
+                    if status.inak().bit_is_set() {
+                        return self.join(node);
+                    }
+                    if reached(clock::now(), limit) {
+                        self.reset(false);
+                    }
+                }
+                Change::Joining => {
+                    // No limit: the controller waits for the bus, drives nothing, and the node can change the mode again.
+                    if status.inak().bit_is_clear() && status.slak().bit_is_clear() {
+                        self.change = Change::Done;
+                    }
+                    return;
                 }
             }
         }
@@ -231,6 +279,8 @@ impl Bus {
         self.can.enable_interrupts(
             Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY,
         );
+        // In initialization mode the output of the controller is recessive (RM0008, 24.4.1).
+        board::connect_transmitter(settings.mode == BusMode::Normal);
         self.registers().mcr().modify(|_, w| {
             w.txfp().set_bit();
             w.abom().clear_bit();
@@ -250,8 +300,12 @@ impl Bus {
         if !matches!(self.change, Change::Done) {
             return None;
         }
+        let listening = self.is_listening();
         let status = self.registers().esr().read();
-        let state = if status.boff().bit_is_set() {
+        let state = if listening {
+            // Errors at a wrong bit rate are no fault.
+            BusState::Active
+        } else if status.boff().bit_is_set() {
             BusState::BusOff
         } else if status.epvf().bit_is_set() {
             BusState::Passive
@@ -265,7 +319,7 @@ impl Bus {
             return Some(BusEvent::State(state));
         }
         let code = status.lec().bits();
-        if !self.is_listening() || code == LEC_SEEN {
+        if !listening || code == LEC_SEEN {
             return None;
         }
         self.forget_error();
@@ -315,12 +369,4 @@ impl Bus {
     fn registers(&mut self) -> &mut CanPeripheral {
         &mut self.can.instance().0
     }
-}
-
-/// Requests initialization mode from normal or sleep mode. The other bits get their reset values, until [`Bus::join`]: bus-off
-/// recovery is not automatic.
-fn request_initialization(registers: &CanPeripheral) {
-    registers
-        .mcr()
-        .write(|w| w.sleep().clear_bit().inrq().set_bit());
 }

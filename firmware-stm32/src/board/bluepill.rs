@@ -166,21 +166,20 @@ fn set_pins(device: &pac::Peripherals) {
         w.mode5().output50().cnf5().alt_push_pull();
         w.mode7().output50().cnf7().alt_push_pull()
     });
-    // The CAN controller already runs, so it drives TXD recessive when the pin is connected. For the input, the level is the
-    // direction of its resistor.
+    // TXD is recessive until `connect_transmitter`. For the input, the level is the direction of its resistor.
     // SAFETY: 2 is the mapping to PB8 and PB9 (RM0008, AFIO_MAPR).
     device
         .AFIO
         .mapr()
         .write(|w| unsafe { w.can_remap().bits(2) });
-    b.bsrr().write(|w| w.bs8().set_bit());
+    b.bsrr().write(|w| w.bs8().set_bit().bs9().set_bit());
     b.crl().write(|w| {
         w.mode0().output50().cnf0().alt_push_pull();
         w.mode1().output50().cnf1().push_pull()
     });
     b.crh().write(|w| {
         w.mode8().input().cnf8().alt_push_pull();
-        w.mode9().output50().cnf9().alt_push_pull();
+        w.mode9().output50().cnf9().push_pull();
         w.mode12().output50().cnf12().push_pull();
         w.mode13().output50().cnf13().push_pull();
         w.mode14().output50().cnf14().push_pull()
@@ -314,6 +313,28 @@ fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_F7E8 as *const _;
     // SAFETY: system memory of all F103 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
+}
+
+/// Connects TXD to the CAN controller; otherwise the pin is a recessive output.
+#[inline(never)] // called from two places
+pub fn connect_transmitter(connected: bool) {
+    // SAFETY: after the boot, this is the only code that changes this register.
+    let port_b = unsafe { pac::GPIOB::steal() };
+    port_b.crh().modify(|_, w| {
+        if connected {
+            w.cnf9().alt_push_pull()
+        } else {
+            w.cnf9().push_pull()
+        }
+    });
+}
+
+/// Resets the CAN controller, with its error counters.
+pub fn reset_can() {
+    // SAFETY: this is the only code that uses this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1rstr().write(|w| w.canrst().set_bit());
+    rcc.apb1rstr().write(|w| w.canrst().clear_bit());
 }
 
 /// Enables the clock of [`PulseTimer`].

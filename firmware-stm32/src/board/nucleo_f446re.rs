@@ -142,13 +142,17 @@ impl Board {
             module_red: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         };
 
-        // The controller is enabled first, so that it drives TXD recessive when the pin is connected.
         CanPeripheral::enable(&mut rcc);
         gpioa
             .pa11
             .into_alternate::<9>()
             .set_internal_resistor(stm32f4xx_hal::gpio::Pull::Up);
-        gpioa.pa12.into_alternate::<9>();
+        // TXD is recessive until `connect_transmitter`.
+        gpioa.pa12.into_push_pull_output_in_state(PinState::High);
+        // SAFETY: the register selects the alternate functions; PA11 has its own already, and 9 is that of CAN1 at PA12.
+        unsafe { pac::GPIOA::steal() }
+            .afrh()
+            .modify(|_, w| w.afrh12().af9());
         gpiob
             .pb8
             .into_alternate::<2>()
@@ -304,6 +308,27 @@ fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_7A10 as *const _;
     // SAFETY: system memory of all F446 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
+}
+
+/// Connects TXD to the CAN controller; otherwise the pin is a recessive output.
+pub fn connect_transmitter(connected: bool) {
+    // SAFETY: after the boot, this is the only code that changes this register.
+    let port_a = unsafe { pac::GPIOA::steal() };
+    port_a.moder().modify(|_, w| {
+        if connected {
+            w.moder12().alternate()
+        } else {
+            w.moder12().output()
+        }
+    });
+}
+
+/// Resets the CAN controller, with its error counters.
+pub fn reset_can() {
+    // SAFETY: after the boot, this is the only code that uses this register.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1rstr().write(|w| w.can1rst().set_bit());
+    rcc.apb1rstr().write(|w| w.can1rst().clear_bit());
 }
 
 /// Enables the clock of [`PulseTimer`].

@@ -32,6 +32,10 @@ impl Receiver {
                 fifo.write(|w| w.fovr().clear());
                 OVERRUN.store(true, Ordering::Relaxed);
             }
+            if status.rfom().bit_is_set() {
+                // The mailbox still contains the last frame, for a few clock cycles.
+                continue;
+            }
             if status.fmp().bits() == 0 {
                 return;
             }

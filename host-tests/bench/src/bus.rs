@@ -22,7 +22,7 @@ use super::sensor::Sensor;
 use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use line::{Line, NOISE, Span, Wishes};
 use plumbline::can::{BitRate, Frame};
-use plumbline::time::Instant;
+use plumbline::time::{Duration, Instant, after};
 use repetition::Attempts;
 use std::collections::{BTreeMap, VecDeque};
 
@@ -284,6 +284,13 @@ impl Bus {
     pub fn noise(&mut self, at: Instant) {
         let from = picoseconds(at).max(self.time);
         let to = from + NOISE * self.timing.bit;
+        self.disturbances.push(Span { from, to });
+    }
+
+    /// Holds the wire dominant from now on for this time.
+    pub fn hold_dominant(&mut self, time: Duration) {
+        let from = self.time;
+        let to = picoseconds(after(self.now(), time));
         self.disturbances.push(Span { from, to });
     }
 

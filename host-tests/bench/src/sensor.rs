@@ -48,6 +48,11 @@ pub trait Sensor: Any {
     /// Its CAN controller; None while the power is off.
     fn protocol(&self) -> Option<&Protocol>;
 
+    /// The level that it drives; true is dominant. A fault of its hardware can make it differ from that of its CAN controller.
+    fn is_dominant(&self) -> bool {
+        self.protocol().is_some_and(Protocol::is_dominant)
+    }
+
     /// When its CAN controller has to be stepped next; a time in the past means now.
     fn next_step(&self) -> Option<Picoseconds>;
 

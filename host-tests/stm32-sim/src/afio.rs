@@ -60,12 +60,15 @@ impl Afio {
         }
     }
 
-    /// True when the CAN controller is connected to the board's transceiver: mapped to PB8 and PB9, PB8 an input, PB9 an
-    /// alternate-function push-pull output (RM0008, table 27).
-    pub fn can_is_connected(&self, gpio: &Gpio) -> bool {
-        self.can_pins() == CanPins::B8B9
-            && gpio.mode(CAN_RX).is_digital_input()
-            && gpio.mode(CAN_TX) == PinMode::AlternatePushPull
+    /// True when the CAN controller sees the board's transceiver: mapped to PB8 and PB9, and PB8 is an input (RM0008, table 27).
+    pub fn can_receives(&self, gpio: &Gpio) -> bool {
+        self.can_pins() == CanPins::B8B9 && gpio.mode(CAN_RX).is_digital_input()
+    }
+
+    /// True when the CAN controller drives the board's transceiver: mapped to PB8 and PB9, and PB9 is an alternate-function
+    /// push-pull output (RM0008, table 27).
+    pub fn can_drives(&self, gpio: &Gpio) -> bool {
+        self.can_pins() == CanPins::B8B9 && gpio.mode(CAN_TX) == PinMode::AlternatePushPull
     }
 
     /// True when SPI1 is connected to the board's accelerometer: mapped to PA5 and PA7, alternate-function push-pull outputs, and
@@ -143,17 +146,31 @@ mod tests {
     fn can_is_connected_only_through_pb8_and_pb9() {
         let connected = |mapr, crh_b| {
             let (afio, gpio) = set_up(mapr, 0x4444_4444, crh_b);
-            afio.can_is_connected(&gpio)
+            (afio.can_receives(&gpio), afio.can_drives(&gpio))
         };
         let pb8_and_pb9 = 0b10 << 13;
-        assert!(connected(pb8_and_pb9, 0x4444_44B8));
-        assert!(connected(pb8_and_pb9, 0x4444_4494), "any speed, floating");
-        assert!(!connected(0, 0x4444_44B8), "mapped to PA11, PA12");
-        assert!(!connected(0b11 << 13, 0x4444_44B8), "mapped to PD0, PD1");
-        assert!(!connected(pb8_and_pb9, 0x4444_4448), "PB9 is an input");
-        assert!(!connected(pb8_and_pb9, 0x4444_4438), "PB9 is a port output");
-        assert!(!connected(pb8_and_pb9, 0x4444_44F8), "PB9 is open drain");
-        assert!(!connected(pb8_and_pb9, 0x4444_44B3), "PB8 is an output");
+        assert_eq!(connected(pb8_and_pb9, 0x4444_44B8), (true, true));
+        assert_eq!(
+            connected(pb8_and_pb9, 0x4444_4494),
+            (true, true),
+            "any speed, floating"
+        );
+        assert_eq!(
+            connected(0, 0x4444_44B8),
+            (false, false),
+            "mapped to PA11, PA12"
+        );
+        assert_eq!(
+            connected(0b11 << 13, 0x4444_44B8),
+            (false, false),
+            "mapped to PD0, PD1"
+        );
+        // PB9 is an input, a port output, open drain.
+        for crh_b in [0x4444_4448, 0x4444_4438, 0x4444_44F8] {
+            assert_eq!(connected(pb8_and_pb9, crh_b), (true, false));
+        }
+        // PB8 is an output.
+        assert_eq!(connected(pb8_and_pb9, 0x4444_44B3), (false, true));
     }
 
     #[test]

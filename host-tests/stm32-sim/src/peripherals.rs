@@ -20,7 +20,7 @@ mod map;
 #[cfg(test)]
 mod tests;
 
-use super::afio::{Afio, CAN_RX, IMU_SELECT};
+use super::afio::{Afio, CAN_RX, CAN_TX, IMU_SELECT};
 use super::bxcan::BxCan;
 use super::capture_timer::CaptureTimer;
 use super::dbgmcu;
@@ -110,6 +110,7 @@ impl Peripherals {
     pub fn power_on(&mut self, cycle: u64, time: Picoseconds) {
         self.rcc.go_on(cycle, time);
         self.flash.parameters_mut().power_on();
+        self.can.power_on();
         self.reset(cycle, ResetCause::PowerOn);
         self.imu.power_on(time);
     }
@@ -168,9 +169,21 @@ impl Peripherals {
         module.gate().is_some_and(ready)
     }
 
-    /// True when the CAN controller has a clock, is out of reset, and is connected to the board's transceiver.
+    /// True when the CAN controller has a clock, is out of reset, and sees the board's transceiver.
     pub fn can_is_connected(&self) -> bool {
-        self.is_ready(Module::Can) && self.afio.can_is_connected(&self.gpio)
+        self.is_ready(Module::Can) && self.afio.can_receives(&self.gpio)
+    }
+
+    /// The level at the transceiver's TXD; true is dominant, which is low. The transceiver pulls an undriven pin high.
+    pub fn transmits_dominant(&self) -> bool {
+        match self.gpio.output(CAN_TX) {
+            Some(high) => !high,
+            None => {
+                self.is_ready(Module::Can)
+                    && self.afio.can_drives(&self.gpio)
+                    && self.can.is_dominant()
+            }
+        }
     }
 
     /// The time of a cycle.
@@ -333,8 +346,12 @@ impl Peripherals {
     }
 
     /// The state that the machine checks after an access.
-    fn watched(&self) -> (Option<u64>, [bool; 2]) {
-        (self.next_event(), self.interrupts())
+    fn watched(&self) -> (Option<u64>, [bool; 2], bool) {
+        (
+            self.next_event(),
+            self.interrupts(),
+            self.transmits_dominant(),
+        )
     }
 
     /// The levels of the interrupt lines that a read can change.
@@ -400,7 +417,11 @@ impl Io for Peripherals {
             _ => Some(self.watched()),
         };
         self.write_register(cycle, module, offset & !3, value)?;
-        self.changed |= before.is_none_or(|before| before != self.watched());
+        let after = self.watched();
+        self.changed |= before.is_none_or(|before| before != after);
+        if before.is_some_and(|(_, _, dominant)| dominant != after.2) {
+            self.can.touch();
+        }
         Ok(())
     }
 

@@ -4,6 +4,7 @@ mod rig;
 
 mod accelerometer;
 mod boot;
+mod can_faults;
 mod detection;
 mod errors;
 mod joining;

@@ -201,8 +201,9 @@ impl Bus {
         let now = self.time;
         self.disturbances.iter().any(|span| span.holds(now))
             || self.devices.iter().any(|attached| {
-                let protocol = attached.sensor.protocol();
-                protocol.is_some_and(|one| one.is_dominant() && self.is_connected(one))
+                let sensor = &attached.sensor;
+                let is_connected = |one| self.is_connected(one);
+                sensor.is_dominant() && sensor.protocol().is_none_or(is_connected)
             })
             || self
                 .adapters

@@ -2,7 +2,7 @@
 
 use super::registers::Register;
 use super::timing::Timing;
-use super::{BTR_HISTORY, BxCan, mode, timing};
+use super::{BTR_HISTORY, BxCan, mode, silicon, timing};
 use crate::io::AccessError;
 use can_wire::protocol::Picoseconds;
 
@@ -23,7 +23,7 @@ impl BxCan {
         self.settle(now);
         let state = &self.state;
         Ok(match register {
-            Register::MasterControl => state.control.value(),
+            Register::MasterControl => self.read_control(),
             Register::MasterStatus => self.master_status(),
             Register::TransmitStatus => state.transmitter.status(state.control.order()),
             Register::ReceiveFifo(fifo) => state.fifos[fifo].status(),
@@ -34,8 +34,8 @@ impl BxCan {
             Register::Receive { fifo, word } => {
                 state.fifos[fifo].read(word, register.name(), &mut self.violations)
             }
-            Register::FilterMaster
-            | Register::FilterMode
+            Register::FilterMaster => self.silicon.filter_master | state.filters.read(register),
+            Register::FilterMode
             | Register::FilterScale
             | Register::FilterFifo
             | Register::FilterActivation
@@ -50,17 +50,23 @@ impl BxCan {
     pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
-        let (mask, kept) = register.reserved();
+        let (mask, kept) = register.reserved(self.silicon.filter_master);
         if value & mask != kept {
             let reason = format!("{value:08X}h changes reserved bits");
             self.violations.record(register.name(), reason);
         }
         match register {
-            Register::MasterControl => self.write_control(value)?,
+            Register::MasterControl => self.write_control(now, value)?,
             Register::MasterStatus => self.state.status.clear_interrupts(value),
             Register::TransmitStatus => self.state.transmitter.write_status(value),
             Register::ReceiveFifo(fifo) => {
-                self.state.fifos[fifo].write_status(value, register.name(), &mut self.violations)
+                let released = now + silicon::time(self.silicon.release, self.clock);
+                self.state.fifos[fifo].write_status(
+                    value,
+                    released,
+                    register.name(),
+                    &mut self.violations,
+                );
             }
             Register::InterruptEnable => self.state.status.enable(value),
             Register::ErrorStatus => self.write_error_status(value),
@@ -100,16 +106,32 @@ impl BxCan {
         levels | state.status.interrupts() | state.control.acknowledged()
     }
 
-    fn write_control(&mut self, value: u32) -> Result<(), AccessError> {
+    fn read_control(&mut self) -> u32 {
+        let value = self.state.control.value();
+        match &mut self.resetting {
+            Some(resetting) => {
+                resetting.read();
+                value | mode::RESET
+            }
+            None => value,
+        }
+    }
+
+    /// During a reset by RESET, other writes have no effect.
+    fn write_control(&mut self, now: Picoseconds, value: u32) -> Result<(), AccessError> {
         if value & mode::TIME_TRIGGERED != 0 {
             return Err(AccessError::Refused(
                 "CAN_MCR.TTCM: time-triggered communication is not modelled",
             ));
         }
-        if value & mode::RESET == 0 {
+        if value & mode::RESET != 0 {
+            self.begin_reset(now);
+        } else if self.resetting.is_none() {
+            let before = self.state.control.requested();
             self.state.control.write(value);
-        } else {
-            self.reset();
+            if self.state.control.requested() != before {
+                self.requested_at = now;
+            }
         }
         Ok(())
     }

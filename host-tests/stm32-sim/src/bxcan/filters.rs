@@ -21,9 +21,6 @@ use plumbline::can::Frame;
 pub(super) const BANKS: usize = 14;
 /// A bit for each bank.
 pub(super) const ALL_BANKS: u32 = (1 << BANKS) - 1;
-/// The reserved bits of CAN_FMR keep their reset value, among them that of CAN2SB: 14.
-pub(super) const MASTER_RESERVED: u32 = 0x2A1C_0E00;
-
 /// CAN_FMR.FINIT.
 const INITIALIZATION: u32 = 1;
 
@@ -76,10 +73,10 @@ impl Default for Filters {
 }
 
 impl Filters {
-    /// Reads one of the filter registers; any other reads as 0.
+    /// Reads one of the filter registers, of CAN_FMR only FINIT; any other reads as 0.
     pub(super) fn read(&self, register: Register) -> u32 {
         match register {
-            Register::FilterMaster => MASTER_RESERVED | u32::from(self.initialization),
+            Register::FilterMaster => u32::from(self.initialization),
             Register::FilterMode => self.list,
             Register::FilterScale => self.wide,
             Register::FilterFifo => self.fifo,

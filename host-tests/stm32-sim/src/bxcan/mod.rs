@@ -3,32 +3,36 @@
 //!
 //! The bus calls [`wire`](BxCan::wire) at every edge and [`step`](BxCan::step) when [`next_event`](BxCan::next_event) is due.
 //!
-//! Not modelled: loop back, time-triggered communication and accesses narrower than a word. A change of mode that does not wait
-//! for the bus takes no time. A reset by CAN_MCR.RESET has the effect of a reset by RCC. In a direct change from sleep mode to
+//! [`Silicon`] selects the behaviour that the manual leaves open: the times of changes, and a fault of silent mode.
+//!
+//! Not modelled: loop back, time-triggered communication and accesses narrower than a word. In a direct change from sleep mode to
 //! bus-off without a requested recovery, the controller does not listen to the bus. A received DLC of 9 to 15 reads as 8, because
 //! a [`Frame`] stores no more.
 
 mod access;
+mod change;
 mod errors;
 mod filters;
 mod mailbox;
 mod mode;
 mod receive;
 mod registers;
+mod silicon;
 mod timing;
 mod transmit;
 mod violations;
 
+pub use silicon::{ResetTime, Silicon};
 pub use violations::Violation;
 
 use can_wire::protocol::{Event, Picoseconds, Protocol};
-use errors::{Confinement, Status};
+use errors::Status;
 use filters::Filters;
-use mode::{Change, Control, Mode};
+use mode::{Control, Mode};
 use plumbline::can::Frame;
 use plumbline::node::BusState;
 use receive::Fifo;
-use registers::Register;
+use silicon::{Lock, Resetting};
 use std::collections::VecDeque;
 use timing::Timing;
 use transmit::{Outcome, Transmitter};
@@ -68,6 +72,12 @@ pub struct BxCan {
     state: State,
     protocol: Protocol,
     recovery: Recovery,
+    silicon: Silicon,
+    lock: Lock,
+    /// A reset by CAN_MCR.RESET that has not ended.
+    resetting: Option<Resetting>,
+    /// The time of the last request of another mode.
+    requested_at: Picoseconds,
     clock: u32,
     dominant: bool,
     sampled_dominant: bool,
@@ -90,6 +100,10 @@ impl BxCan {
             state: State::default(),
             protocol: Protocol::default(),
             recovery: Recovery::None,
+            silicon: Silicon::default(),
+            lock: Lock::default(),
+            resetting: None,
+            requested_at: 0,
             clock: RESET_CLOCK,
             dominant: false,
             sampled_dominant: false,
@@ -100,12 +114,46 @@ impl BxCan {
         }
     }
 
-    /// Resets the registers and the error counters; a current frame is aborted. The clock and the recorded history stay.
+    /// A reset by RCC or of the microcontroller: resets the registers and the error counters; a current frame is aborted. The
+    /// clock and the recorded history stay.
     pub fn reset(&mut self) {
         self.state = State::default();
         self.protocol.leave();
         self.protocol.reset();
         self.recovery = Recovery::None;
+        self.lock.reset();
+        self.resetting = None;
+        self.changed = true;
+    }
+
+    /// The power is switched on: earlier uses of silent mode do not count.
+    pub fn power_on(&mut self) {
+        self.reset();
+        self.lock = Lock::default();
+    }
+
+    /// Selects the behaviour that the manual leaves open.
+    pub fn set_silicon(&mut self, silicon: Silicon) {
+        self.silicon = silicon;
+    }
+
+    /// The behaviour that the manual leaves open.
+    pub fn silicon(&self) -> Silicon {
+        self.silicon
+    }
+
+    /// The level of the transmit output; true is dominant.
+    pub fn is_dominant(&self) -> bool {
+        self.protocol.is_dominant() || self.lock.is_locked()
+    }
+
+    /// True when the transmit output is locked at the dominant level.
+    pub fn is_locked(&self) -> bool {
+        self.lock.is_locked()
+    }
+
+    /// Notes that something outside has changed the level on the wire.
+    pub(super) fn touch(&mut self) {
         self.changed = true;
     }
 
@@ -140,6 +188,18 @@ impl BxCan {
 
     /// When [`step`](Self::step) has to be called; None while there is no event on the wire.
     pub fn next_event(&self) -> Option<Picoseconds> {
+        let [first, second] = &self.state.fifos;
+        let times = [
+            self.next_bit(),
+            first.next_event(),
+            second.next_event(),
+            self.acknowledges_at(),
+        ];
+        times.into_iter().flatten().min()
+    }
+
+    /// When the protocol has to be stepped.
+    fn next_bit(&self) -> Option<Picoseconds> {
         let offered = self.may_start() && self.state.transmitter.is_pending();
         self.protocol.next_event(offered)
     }
@@ -163,7 +223,12 @@ impl BxCan {
 
     /// Processes the bit that is due on the wire, which has this level.
     pub fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
-        self.listen_in_bus_off(now, dominant);
+        if self.next_bit().is_none_or(|due| due > now) {
+            self.settle(now);
+            self.changed = true;
+            return None;
+        }
+        self.listen_in_bus_off(dominant);
         let takes = self.protocol.takes_offer();
         let offered = if takes { self.offered() } else { None };
         self.dominant = dominant;
@@ -180,6 +245,10 @@ impl BxCan {
     pub fn event(&mut self, now: Picoseconds, event: Event) {
         let state = &mut self.state;
         let again = state.control.retransmits();
+        let seen = matches!(event, Event::Received(_) | Event::Error { .. });
+        if seen && state.timing.is_silent() {
+            self.lock.see_frame(self.silicon.lock_after);
+        }
         match event {
             Event::Joined => state.control.joined(),
             Event::Started => state.transmitter.started(state.control.order()),
@@ -252,9 +321,8 @@ impl BxCan {
     }
 
     /// In bus-off the protocol reports the end of the recovery, but not the 11 recessive bits that end initialization mode.
-    fn listen_in_bus_off(&mut self, now: Picoseconds, dominant: bool) {
-        let sampled = self.next_event().is_some_and(|due| due <= now);
-        if sampled && self.protocol.state() == BusState::BusOff {
+    fn listen_in_bus_off(&mut self, dominant: bool) {
+        if self.protocol.state() == BusState::BusOff {
             self.state.control.listen(dominant);
         }
     }
@@ -268,71 +336,6 @@ impl BxCan {
         if !self.state.fifos[found.fifo].store(message, locked) {
             self.overruns += 1;
         }
-    }
-
-    /// Updates the mode, the recovery and the error status after events and requests.
-    fn settle(&mut self, now: Picoseconds) {
-        self.violations.now = now;
-        match self.state.control.due(self.protocol.is_busy()) {
-            Some(Change::Join) => self.join(now),
-            Some(Change::Acknowledge(mode)) => self.acknowledge(mode),
-            None => {}
-        }
-        if self.is_recovery_due() {
-            self.protocol.recover(now);
-            self.recovery = Recovery::UnderWay;
-            self.changed = true;
-        }
-        let before = self.state.status.interrupts();
-        self.state
-            .status
-            .sleeps(self.state.control.mode() == Mode::Sleep);
-        self.state.status.follow(Confinement::from(&self.protocol));
-        self.changed |= before != self.state.status.interrupts();
-    }
-
-    /// Starts to wait for 11 recessive bits.
-    fn join(&mut self, now: Picoseconds) {
-        let state = &mut self.state;
-        if let Some(fault) = state.timing.fault(self.clock) {
-            self.violations.record(Register::BitTiming.name(), fault);
-        }
-        if state.timing.is_silent() && state.transmitter.is_pending() {
-            let register = Register::TransmitStatus.name();
-            self.violations
-                .record(register, "a transmission is pending in silent mode");
-        }
-        state.control.joining();
-        let timing = state.timing.bit_timing(self.clock);
-        self.protocol.join(now, timing, state.timing.is_silent());
-        let in_bus_off = self.protocol.state() == BusState::BusOff;
-        if in_bus_off && !self.is_recovery_due() {
-            self.state.control.joined();
-        }
-        self.changed = true;
-    }
-
-    /// Leaves the bus and acknowledges a mode.
-    fn acknowledge(&mut self, mode: Mode) {
-        self.protocol.leave();
-        self.state.control.enter(mode);
-        let asked = mode == Mode::Initialization || self.recovery == Recovery::Due;
-        self.recovery = if asked && self.protocol.state() == BusState::BusOff {
-            Recovery::Due
-        } else {
-            Recovery::None
-        };
-        self.changed = true;
-    }
-
-    /// True when the recovery from bus-off has to begin: on the bus, and requested or automatic.
-    fn is_recovery_due(&self) -> bool {
-        let asked = match self.recovery {
-            Recovery::None => self.state.control.recovers(),
-            Recovery::Due => true,
-            Recovery::UnderWay => false,
-        };
-        asked && self.state.control.is_on() && self.protocol.state() == BusState::BusOff
     }
 }
 

@@ -13,7 +13,8 @@
 //! | 1, 0 | SLEEP, INRQ | requests: sleep mode, initialization mode |
 //!
 //! A mode is requested in CAN_MCR and acknowledged in CAN_MSR (SLAK, INAK). The controller leaves the bus at the end of the
-//! current frame, and joins it after 11 recessive bits; until then the previous mode is acknowledged.
+//! current frame, and joins it after 11 recessive bits; until then the previous mode is acknowledged. A sleeping controller also
+//! enters initialization mode while SLEEP is set; then both modes are acknowledged (drivers of ST, Zephyr and candleLight_fw).
 
 use super::transmit::Order;
 
@@ -43,6 +44,8 @@ const SLEEP_ACKNOWLEDGED: u32 = 1 << 1;
 /// A mode of operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Mode {
+    /// CAN_MCR.RESET is set, or sleep mode is not acknowledged yet after it.
+    Resetting,
     Sleep,
     Initialization,
     Normal,
@@ -63,6 +66,8 @@ pub(super) struct Control {
     bits: u32,
     /// The acknowledged mode.
     mode: Mode,
+    /// Initialization mode was entered from sleep mode, and SLEEP was not cleared since then.
+    from_sleep: bool,
     /// Waits for 11 recessive bits.
     joining: bool,
     /// Recessive bits counted in bus-off.
@@ -74,6 +79,7 @@ impl Default for Control {
         Self {
             bits: AFTER_RESET,
             mode: Mode::Sleep,
+            from_sleep: false,
             joining: false,
             recessive: 0,
         }
@@ -88,11 +94,24 @@ impl Control {
 
     pub(super) fn write(&mut self, value: u32) {
         self.bits = value & IMPLEMENTED;
+        self.from_sleep &= self.has(SLEEP);
+    }
+
+    /// CAN_MCR.RESET is written: CAN_MCR gets its reset value, and the controller is off the bus.
+    pub(super) fn reset(&mut self) {
+        *self = Self {
+            mode: Mode::Resetting,
+            ..Self::default()
+        };
     }
 
     /// INAK and SLAK at their bit positions in CAN_MSR.
     pub(super) fn acknowledged(&self) -> u32 {
         match self.mode {
+            Mode::Resetting => 0,
+            Mode::Initialization if self.from_sleep && self.has(SLEEP) => {
+                INITIALIZATION_ACKNOWLEDGED | SLEEP_ACKNOWLEDGED
+            }
             Mode::Sleep => SLEEP_ACKNOWLEDGED,
             Mode::Initialization => INITIALIZATION_ACKNOWLEDGED,
             Mode::Normal => 0,
@@ -176,6 +195,8 @@ impl Control {
     /// Acknowledges a mode.
     pub(super) fn enter(&mut self, mode: Mode) {
         self.joining = false;
+        self.from_sleep =
+            mode == Mode::Initialization && self.mode == Mode::Sleep && self.has(SLEEP);
         self.mode = mode;
     }
 
@@ -186,9 +207,9 @@ impl Control {
         }
     }
 
-    /// The requested mode. A sleeping controller enters initialization mode only when SLEEP is cleared.
-    fn requested(&self) -> Mode {
-        if self.has(INITIALIZATION) && !(self.mode == Mode::Sleep && self.has(SLEEP)) {
+    /// The requested mode.
+    pub(super) fn requested(&self) -> Mode {
+        if self.has(INITIALIZATION) {
             Mode::Initialization
         } else if self.has(SLEEP) {
             Mode::Sleep

@@ -5,10 +5,11 @@
 //! | 1..0 | FMP | messages pending |
 //! | 3 | FULL | three messages were stored; cleared by writing 1 |
 //! | 4 | FOVR | a message was lost; cleared by writing 1 |
-//! | 5 | RFOM | writing 1 releases the output mailbox; reads as 0, because the release takes no time here |
+//! | 5 | RFOM | writing 1 releases the output mailbox; 1 until it is released |
 
 use super::mailbox::Words;
 use super::violations::Violations;
+use can_wire::protocol::Picoseconds;
 use std::collections::VecDeque;
 
 /// Messages that a FIFO holds.
@@ -29,9 +30,30 @@ pub(super) struct Fifo {
     flags: u32,
     /// The content of the output mailbox when the FIFO is empty: the last released message.
     stale: Words,
+    /// RFOM is set until then.
+    releasing: Option<Picoseconds>,
 }
 
 impl Fifo {
+    /// Releases the output mailbox if it is time.
+    pub(super) fn settle(&mut self, now: Picoseconds) {
+        if self.releasing.is_some_and(|end| end <= now) {
+            self.releasing = None;
+            self.stale = self.messages.pop_front().unwrap_or(self.stale);
+        }
+    }
+
+    /// When [`settle`](Self::settle) changes something.
+    pub(super) fn next_event(&self) -> Option<Picoseconds> {
+        self.releasing
+    }
+
+    /// CAN_MCR.RESET: no message is pending.
+    pub(super) fn discard(&mut self) {
+        self.messages.clear();
+        self.releasing = None;
+    }
+
     /// Stores a message; false when a message is lost: the new one if `locked` (CAN_MCR.RFLM), otherwise the last stored one.
     pub(super) fn store(&mut self, message: Words, locked: bool) -> bool {
         if self.messages.len() < DEPTH {
@@ -55,6 +77,9 @@ impl Fifo {
         register: &'static str,
         violations: &mut Violations,
     ) -> u32 {
+        if self.releasing.is_some() {
+            violations.record(register, "read while the mailbox is released");
+        }
         let message = self.messages.front().unwrap_or_else(|| {
             violations.record(register, "read while the FIFO is empty");
             &self.stale
@@ -64,13 +89,15 @@ impl Fifo {
 
     /// CAN_RFxR.
     pub(super) fn status(&self) -> u32 {
-        self.flags | self.messages.len() as u32
+        let releasing = if self.releasing.is_some() { RELEASE } else { 0 };
+        self.flags | releasing | self.messages.len() as u32
     }
 
-    /// Writes CAN_RFxR.
+    /// Writes CAN_RFxR. A release ends at `released`.
     pub(super) fn write_status(
         &mut self,
         value: u32,
+        released: Picoseconds,
         register: &'static str,
         violations: &mut Violations,
     ) {
@@ -78,9 +105,10 @@ impl Fifo {
         if value & RELEASE == 0 {
             return;
         }
-        match self.messages.pop_front() {
-            Some(message) => self.stale = message,
-            None => violations.record(register, "released while the FIFO is empty"),
+        if self.messages.is_empty() {
+            violations.record(register, "released while the FIFO is empty");
+        } else if self.releasing.is_none() {
+            self.releasing = Some(released);
         }
     }
 }
@@ -110,7 +138,8 @@ mod tests {
         let mut taken = Vec::new();
         while fifo.status() & PENDING != 0 {
             taken.push(fifo.read(0, "CAN_RI0R", &mut violations));
-            fifo.write_status(RELEASE, "CAN_RF0R", &mut violations);
+            fifo.write_status(RELEASE, 0, "CAN_RF0R", &mut violations);
+            fifo.settle(0);
         }
         assert_eq!(violations.all, []);
         taken
@@ -142,7 +171,8 @@ mod tests {
     #[test]
     fn released_mailbox_can_store_next_message() {
         let mut fifo = filled(3, LOCKED);
-        fifo.write_status(RELEASE, "CAN_RF0R", &mut Violations::default());
+        fifo.write_status(RELEASE, 0, "CAN_RF0R", &mut Violations::default());
+        fifo.settle(0);
         assert!(fifo.store(message(4), LOCKED));
         assert_eq!(fifo.status() & OVERRUN, 0);
         assert_eq!(drained(&mut fifo), [2, 3, 4]);
@@ -154,9 +184,9 @@ mod tests {
         let mut fifo = filled(4, LOCKED);
         drained(&mut fifo);
         assert_eq!(fifo.status(), FULL | OVERRUN);
-        fifo.write_status(OVERRUN, "CAN_RF0R", &mut violations);
+        fifo.write_status(OVERRUN, 0, "CAN_RF0R", &mut violations);
         assert_eq!(fifo.status(), FULL);
-        fifo.write_status(FULL, "CAN_RF0R", &mut violations);
+        fifo.write_status(FULL, 0, "CAN_RF0R", &mut violations);
         assert_eq!(fifo.status(), 0);
     }
 
@@ -167,9 +197,28 @@ mod tests {
         drained(&mut fifo);
         // The mailbox still shows its last message.
         assert_eq!(fifo.read(0, "CAN_RI1R", &mut violations), 1);
-        fifo.write_status(RELEASE, "CAN_RF1R", &mut violations);
+        fifo.write_status(RELEASE, 0, "CAN_RF1R", &mut violations);
+        fifo.settle(0);
         assert_eq!(fifo.status(), 0);
         let registers: Vec<_> = violations.all.iter().map(|v| v.register).collect();
         assert_eq!(registers, ["CAN_RI1R", "CAN_RF1R"]);
+    }
+
+    #[test]
+    fn release_takes_its_time_in_which_mailbox_must_not_be_read() {
+        let mut violations = Violations::default();
+        let mut fifo = filled(2, LOCKED);
+        fifo.write_status(RELEASE, 100, "CAN_RF0R", &mut violations);
+        fifo.settle(99);
+        assert_eq!(fifo.status(), RELEASE | 2);
+        assert_eq!(fifo.next_event(), Some(100));
+        // A second request has no effect.
+        fifo.write_status(RELEASE, 200, "CAN_RF0R", &mut violations);
+        assert_eq!(violations.all, []);
+        fifo.read(0, "CAN_RI0R", &mut violations);
+        assert_eq!(violations.all.len(), 1);
+        fifo.settle(100);
+        assert_eq!(fifo.status(), 1);
+        assert_eq!(drained(&mut fifo), [2]);
     }
 }

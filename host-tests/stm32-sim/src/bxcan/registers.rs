@@ -109,8 +109,8 @@ impl Register {
         }
     }
 
-    /// The bits that must keep their reset value, and that value.
-    pub(super) fn reserved(self) -> (u32, u32) {
+    /// The bits that must keep their reset value, and that value. `filter_master`: those of CAN_FMR.
+    pub(super) fn reserved(self, filter_master: u32) -> (u32, u32) {
         match self {
             Self::MasterControl => (0xFFFE_7F00, 0),
             Self::MasterStatus => (0xFFFF_F0E0, 0),
@@ -120,8 +120,8 @@ impl Register {
             Self::ErrorStatus => (0x0000_FF88, 0),
             Self::BitTiming => (0x3C80_FC00, 0),
             Self::Transmit { word: 1, .. } => (0x0000_FEF0, 0),
-            // CAN2SB exists on the connectivity line only.
-            Self::FilterMaster => (!1, super::filters::MASTER_RESERVED),
+            // CAN2SB exists on the connectivity line only; its content depends on the chip.
+            Self::FilterMaster => (!1, filter_master),
             Self::FilterMode | Self::FilterScale | Self::FilterFifo | Self::FilterActivation => {
                 (!super::filters::ALL_BANKS, 0)
             }

@@ -1,6 +1,7 @@
 //! Tests of the complete controller, through its registers and the wire.
 
 mod frames;
+mod silicon;
 mod wire;
 
 use super::*;
@@ -64,9 +65,22 @@ impl BxCan {
     }
 }
 
+/// A controller whose changes take no time, with a genuine CAN_FMR.
+fn at_once() -> BxCan {
+    let mut can = BxCan::new();
+    can.set_silicon(Silicon {
+        reset: ResetTime::Cycles(0),
+        mode: 0,
+        release: 0,
+        lock_after: None,
+        ..Silicon::default()
+    });
+    can
+}
+
 /// In initialization mode, with bit timing, and with a bank that accepts every frame.
 fn initializing(btr: u32) -> BxCan {
-    let mut can = BxCan::new();
+    let mut can = at_once();
     can.set_clock(32_000_000);
     can.set(MCR, INRQ);
     can.set(BTR, btr);
@@ -98,7 +112,7 @@ fn request(can: &mut BxCan, id: u32) {
 
 #[test]
 fn reset_values() {
-    let mut can = BxCan::new();
+    let mut can = at_once();
     for (offset, value) in [
         (MCR, 0x0001_0002),
         (MSR, 0x0000_0C02),
@@ -121,7 +135,7 @@ fn reset_values() {
 
 #[test]
 fn mode_changes_from_sleep_through_initialization_to_normal() {
-    let mut can = BxCan::new();
+    let mut can = at_once();
     can.set_clock(32_000_000);
     assert_eq!(can.acknowledged(), SLAK);
     can.set(MCR, INRQ);
@@ -226,21 +240,21 @@ fn change_of_reserved_bits_is_violation() {
         (FMR, 0x0000_0001, "CAN_FMR"),
         (FA1R, 0x0000_4000, "CAN_FA1R"),
     ] {
-        let mut can = BxCan::new();
+        let mut can = at_once();
         can.set(MCR, INRQ);
         can.set(offset, value);
         assert_eq!(can.violations()[0].register, register);
         assert!(can.violations()[0].reason.contains("reserved"));
         assert_eq!(can.violations().len(), 1);
     }
-    let mut can = BxCan::new();
+    let mut can = at_once();
     can.set(FMR, 0x2A1C_0E01);
     assert_eq!(can.violation_list(), []);
 }
 
 #[test]
 fn start_of_frame_in_sleep_mode_is_interrupt() {
-    let mut can = BxCan::new();
+    let mut can = at_once();
     can.set_clock(32_000_000);
     can.set(IER, 1 << 16);
     can.wire(NOW, true);
@@ -269,22 +283,28 @@ fn entry_into_sleep_mode_is_interrupt() {
 }
 
 #[test]
-fn reset_bit_of_mcr_resets_controller() {
+fn reset_bit_of_mcr_resets_only_mcr_and_pending_messages() {
     let mut can = on_the_bus(BTR_500K);
+    can.set(IER, 1 << 1);
     request(&mut can, 0x123);
     can.event(NOW, Event::Received(frame(1)));
+    can.set(ESR, 7 << 4);
     can.set(MCR, RESET);
     assert_eq!(can.get(MCR), 0x0001_0002);
     assert_eq!(can.get(RF0R), 0);
     assert_eq!(can.acknowledged(), SLAK);
-    assert_eq!(can.get(TSR), 0x1C00_0000);
+    assert_eq!(can.get(TSR) >> 26 & 0b111, 0b110, "the request stays");
+    assert_eq!(can.get(IER), 1 << 1);
+    assert_eq!(can.get(ESR), 7 << 4);
+    assert_eq!(can.get(BTR), BTR_500K);
+    assert_eq!(can.get(FA1R), 1);
     assert_eq!(can.violation_list(), []);
     assert_eq!(can.btr_history().len(), 1);
 }
 
 #[test]
 fn lec_write_other_than_seven_is_violation() {
-    let mut can = BxCan::new();
+    let mut can = at_once();
     can.set(ESR, 7 << 4);
     assert_eq!(can.get(ESR), 7 << 4);
     can.set(ESR, 2 << 4);

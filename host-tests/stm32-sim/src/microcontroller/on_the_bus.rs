@@ -89,6 +89,10 @@ impl Sensor for Microcontroller {
         connected.then(|| self.io.can.protocol())
     }
 
+    fn is_dominant(&self) -> bool {
+        self.on && self.io.transmits_dominant()
+    }
+
     fn next_step(&self) -> Option<Picoseconds> {
         self.protocol()?;
         self.io.can.next_event()

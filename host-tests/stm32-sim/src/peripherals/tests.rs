@@ -217,6 +217,27 @@ fn can_is_connected_when_clocked_and_mapped() {
 }
 
 #[test]
+fn transmit_pin_belongs_to_port_or_can_controller() {
+    let mut bench = Bench::new();
+    bench.write(APB2ENR, 1 << 3 | 1);
+    bench.write(APB1ENR, 1 << 25);
+    bench.write(AFIO + 4, 2 << 13);
+    assert!(!bench.io.transmits_dominant(), "an input: pulled up");
+    bench.io.can.take_changed();
+    // A port output that is low, then high.
+    bench.write(GPIOB + 4, 0x4444_4438);
+    assert!(bench.io.transmits_dominant());
+    assert!(bench.io.can.take_changed(), "the wire has changed");
+    bench.write(GPIOB + 0x10, 1 << 9);
+    assert!(!bench.io.transmits_dominant());
+    assert!(bench.io.can.take_changed());
+    // The controller, recessive.
+    bench.write(GPIOB + 4, 0x4444_44B8);
+    assert!(!bench.io.transmits_dominant());
+    assert!(!bench.io.can.take_changed());
+}
+
+#[test]
 fn watchdog_timeout_resets_and_sets_flag() {
     let mut bench = Bench::new();
     bench.write(IWDG, 0xCCCC);

@@ -7,7 +7,7 @@ const QUIET: bool = false;
 fn control(mode: Mode) -> Control {
     let mut control = Control::default();
     control.write(match mode {
-        Mode::Sleep => SLEEP,
+        Mode::Sleep | Mode::Resetting => SLEEP,
         Mode::Initialization => INITIALIZATION,
         Mode::Normal => 0,
     });
@@ -49,11 +49,30 @@ fn change_between_sleep_and_initialization_ignores_bus() {
 }
 
 #[test]
-fn initialization_from_sleep_requires_cleared_sleep_bit() {
-    assert_eq!(
-        requested(Mode::Sleep, INITIALIZATION | SLEEP).due(QUIET),
-        None
-    );
+fn sleeping_controller_enters_initialization_mode_while_sleep_is_set() {
+    let mut control = requested(Mode::Sleep, INITIALIZATION | SLEEP);
+    let acknowledge = Some(Change::Acknowledge(Mode::Initialization));
+    assert_eq!(control.due(QUIET), acknowledge);
+    control.enter(Mode::Initialization);
+    assert_eq!(control.acknowledged(), 0b11);
+    control.write(INITIALIZATION);
+    assert_eq!(control.acknowledged(), 0b01);
+    // From the bus, SLEEP has no effect beside INRQ.
+    let mut awake = requested(Mode::Normal, INITIALIZATION | SLEEP);
+    awake.enter(Mode::Initialization);
+    assert_eq!(awake.acknowledged(), 0b01);
+}
+
+#[test]
+fn reset_bit_acknowledges_no_mode_and_requests_sleep_mode() {
+    for mode in [Mode::Sleep, Mode::Initialization, Mode::Normal] {
+        let mut control = control(mode);
+        control.reset();
+        assert_eq!(control.acknowledged(), 0);
+        assert!(!control.is_on() && !control.may_start());
+        assert_eq!(control.value(), 0x0001_0002);
+        assert_eq!(control.due(QUIET), Some(Change::Acknowledge(Mode::Sleep)));
+    }
 }
 
 #[test]

@@ -90,7 +90,7 @@ impl Wire {
     }
 
     fn join_levels(&mut self) {
-        let driven = self.cans.iter().any(|can| can.protocol().is_dominant());
+        let driven = self.cans.iter().any(|can| can.is_dominant());
         let dominant = self.held.unwrap_or(driven);
         if dominant != self.dominant {
             self.dominant = dominant;
@@ -267,11 +267,29 @@ fn bus_off_continues_on_dominant_wire() {
 }
 
 #[test]
-fn reset_leaves_bus_off() {
+fn only_reset_by_rcc_leaves_bus_off() {
     let mut wire = in_bus_off(0);
+    let status = wire.get(0, ESR);
     wire.set(0, MCR, RESET);
+    assert_eq!(wire.get(0, ESR), status);
+    assert_eq!(wire.state(0), SLAK);
+    wire.cans[0].reset();
     assert_eq!(wire.get(0, ESR), 0);
     assert_eq!(wire.state(0), SLAK);
+}
+
+#[test]
+fn reset_during_own_frame_ends_the_frame() {
+    let mut wire = Wire::joined(&[BTR_500K, BTR_500K]);
+    wire.send(0, 0x123);
+    wire.run(20 * BIT);
+    // With an abort, the mailbox is empty then.
+    wire.set(0, TSR, 1 << 7);
+    wire.set(0, MCR, RESET);
+    assert!(!wire.cans[0].is_dominant());
+    assert_eq!(wire.get(0, TSR) >> 26 & 0b111, 0b111);
+    wire.run(FRAME);
+    assert_eq!(wire.get(1, RF0R), 0);
 }
 
 #[test]

@@ -1,0 +1,167 @@
+//! Behaviour of the silicon that RM0008 does not specify, or in which chips differ. A test selects it.
+//!
+//! - CAN_MCR.RESET stays set for a time. It sets CAN_MCR and the number of pending messages to their reset values and leads to
+//!   sleep mode; the other registers and the error counters stay (RM0091, 29.9.2; driver of candleLight_fw, which polls RESET,
+//!   then SLAK, and resets the counters by RCC).
+//! - Entering initialization and sleep mode and releasing a mailbox take a time.
+//! - In silent mode the transmit output can become dominant and stay so until a reset by RCC (libcyphal, pull request 69: after
+//!   repeated resets, when a frame is seen).
+//! - CAN_FMR has a field CAN2SB on some chips (stm32-rs: 2A1C0E01h after a reset on the STM32F103; 0 on others).
+
+use can_wire::protocol::Picoseconds;
+
+const PICOSECONDS_PER_SECOND: u64 = 1_000_000_000_000;
+
+/// CAN_FMR of a genuine STM32F103 after a reset, without FINIT.
+pub(super) const GENUINE_FILTER_MASTER: u32 = 0x2A1C_0E00;
+
+/// The time for which CAN_MCR.RESET stays set.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum ResetTime {
+    /// A number of cycles of PCLK1.
+    Cycles(u32),
+    /// Until CAN_MCR was read as set this number of times.
+    Reads(u32),
+    /// For ever: only a reset by RCC ends it.
+    Endless,
+}
+
+/// The behaviour of a chip.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Silicon {
+    /// The time of a reset by CAN_MCR.RESET.
+    pub reset: ResetTime,
+    /// The time until initialization or sleep mode is acknowledged, in cycles of PCLK1. The end of a frame comes first.
+    pub mode: u32,
+    /// The time until a mailbox is released, in cycles of PCLK1.
+    pub release: u32,
+    /// In silent mode a frame locks the transmit output after this number of earlier uses of silent mode, each ended by a reset by
+    /// RCC or of the microcontroller, since power-up. None: never.
+    pub lock_after: Option<u32>,
+    /// CAN_FMR after a reset, without FINIT.
+    pub filter_master: u32,
+}
+
+impl Default for Silicon {
+    fn default() -> Self {
+        Self {
+            reset: ResetTime::Cycles(64),
+            mode: 8,
+            release: 2,
+            lock_after: Some(1),
+            filter_master: GENUINE_FILTER_MASTER,
+        }
+    }
+}
+
+/// The time of a number of cycles of a clock.
+pub(super) fn time(cycles: u32, clock: u32) -> Picoseconds {
+    u64::from(cycles) * PICOSECONDS_PER_SECOND / u64::from(clock)
+}
+
+/// A reset by CAN_MCR.RESET that has not ended.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Resetting {
+    Until(Picoseconds),
+    Reads(u32),
+    Endless,
+}
+
+impl Resetting {
+    pub(super) fn begin(reset: ResetTime, now: Picoseconds, clock: u32) -> Self {
+        match reset {
+            ResetTime::Cycles(cycles) => Self::Until(now + time(cycles, clock)),
+            ResetTime::Reads(reads) => Self::Reads(reads),
+            ResetTime::Endless => Self::Endless,
+        }
+    }
+
+    pub(super) fn has_ended(self, now: Picoseconds) -> bool {
+        match self {
+            Self::Until(end) => end <= now,
+            Self::Reads(left) => left == 0,
+            Self::Endless => false,
+        }
+    }
+
+    /// CAN_MCR was read.
+    pub(super) fn read(&mut self) {
+        if let Self::Reads(left) = self {
+            *left = left.saturating_sub(1);
+        }
+    }
+}
+
+/// The fault that locks the transmit output.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct Lock {
+    /// Uses of silent mode that a reset has ended.
+    uses: u32,
+    /// Silent mode was used since the last reset.
+    silent: bool,
+    locked: bool,
+}
+
+impl Lock {
+    /// A reset by RCC.
+    pub(super) fn reset(&mut self) {
+        self.uses += u32::from(self.silent);
+        self.silent = false;
+        self.locked = false;
+    }
+
+    /// The controller joins the bus in silent mode.
+    pub(super) fn silence(&mut self) {
+        self.silent = true;
+    }
+
+    /// A frame is seen in silent mode.
+    pub(super) fn see_frame(&mut self, after: Option<u32>) {
+        self.locked |= after.is_some_and(|uses| self.uses >= uses);
+    }
+
+    pub(super) fn is_locked(self) -> bool {
+        self.locked
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn output_is_locked_by_frame_after_uses_of_silent_mode() {
+        for uses in 0..3 {
+            let mut lock = Lock::default();
+            for _ in 0..uses {
+                lock.silence();
+                lock.see_frame(Some(uses));
+                assert!(!lock.is_locked());
+                lock.reset();
+                // Without silent mode, resets do not count.
+                lock.reset();
+            }
+            lock.silence();
+            lock.see_frame(None);
+            assert!(!lock.is_locked());
+            lock.see_frame(Some(uses));
+            assert!(lock.is_locked());
+            lock.reset();
+            assert!(!lock.is_locked());
+        }
+    }
+
+    #[test]
+    fn reset_ends_after_its_time_or_reads() {
+        let cycles = Resetting::begin(ResetTime::Cycles(32), 5, 32_000_000);
+        assert!(!cycles.has_ended(1_000_004));
+        assert!(cycles.has_ended(1_000_005));
+        let mut reads = Resetting::begin(ResetTime::Reads(1), 5, 32_000_000);
+        assert!(!reads.has_ended(u64::MAX));
+        reads.read();
+        assert!(reads.has_ended(5));
+        let mut endless = Resetting::begin(ResetTime::Endless, 5, 32_000_000);
+        endless.read();
+        assert!(!endless.has_ended(u64::MAX));
+    }
+}
