@@ -1,5 +1,6 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
+use plumbline::node::Leds;
 use plumbline::store::crc32;
 
 #[cfg(feature = "bluepill")]
@@ -35,4 +36,29 @@ fn serial(unique_id: [u32; 3]) -> u32 {
 /// Waits by counting instructions, at least this number of microseconds.
 pub fn delay(us: u32) {
     cortex_m::asm::delay(us.saturating_mul(CORE_CLOCK / 1_000_000));
+}
+
+/// The number of polls of the ready flag in an attempt to start the oscillator: 6 to 10 cycles each, so that an attempt takes
+/// about half a second. A crystal takes some milliseconds.
+const POLLS: u32 = INTERNAL_CLOCK / 16;
+
+/// Starts HSE and waits for it. After the first attempt without success the error LED is on. Until an attempt succeeds the board
+/// stays off the bus, because the internal oscillator is too inaccurate for CAN. The watchdog is fed, because a reset would not
+/// help. Each attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later.
+fn start_oscillator(rcc: &pac::RCC, watchdog: &mut Watchdog, leds: &mut StatusLeds) {
+    loop {
+        rcc.cr().modify(|_, w| w.hseon().set_bit());
+        for _ in 0..POLLS {
+            if rcc.cr().read().hserdy().bit_is_set() {
+                return;
+            }
+        }
+        rcc.cr().modify(|_, w| w.hseon().clear_bit());
+        watchdog.feed();
+        leds.show(Leds {
+            error: true,
+            ..Leds::default()
+        });
+        error!("the clock HSE does not start: not on the bus");
+    }
 }

@@ -29,6 +29,9 @@ use std::rc::Rc;
 /// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
 const CAN_INTERRUPTS: u8 = 19;
 
+/// The number of the exception NMI.
+const NMI: u16 = 2;
+
 /// TIM4's interrupt.
 const TIM4_INTERRUPT: u8 = 30;
 
@@ -274,6 +277,19 @@ impl Microcontroller {
         self.note_leds();
     }
 
+    /// Passes the time up to `now` without SYSCLK. True after a reset by the watchdog.
+    fn wait_for_watchdog(&mut self, now: Picoseconds) -> bool {
+        let cycle = self.core.cycle();
+        match self.io.iwdg.expires_at() {
+            Some(expiry) if expiry <= now => {
+                self.io.rcc.go_on(cycle, expiry);
+                self.reset(ResetCause::Watchdog);
+                true
+            }
+            _ => false,
+        }
+    }
+
     /// Copies the parameter pages to the memory of the processor.
     fn load_parameters(&mut self) {
         if std::mem::take(&mut self.parameters_touched) {
@@ -311,6 +327,10 @@ impl Microcontroller {
     }
 
     fn set_lines(&mut self) {
+        // The handler of NMI starts again until the failure is cleared (RM0008, section 7.2.7).
+        if self.io.rcc.nmi() && self.core.active_exception() != NMI {
+            self.core.raise_nmi();
+        }
         for (interrupt, high) in (CAN_INTERRUPTS..).zip(self.io.can.lines()) {
             self.core.set_interrupt_line(interrupt, high);
         }

@@ -135,7 +135,12 @@ impl Peripherals {
     /// Processes the events that are due at `cycle`.
     pub fn settle(&mut self, cycle: u64) {
         self.rcc.settle(cycle);
-        self.can.set_clock(self.rcc.pclk1());
+        if self.rcc.nmi() {
+            // The hardware has changed the clock: this is no violation of the firmware.
+            self.can.lose_clock(self.rcc.pclk1());
+        } else {
+            self.can.set_clock(self.rcc.pclk1());
+        }
         self.advance_spi(cycle);
     }
 

@@ -209,26 +209,6 @@ fn watchdog_does_not_reset_a_working_sensor() {
 }
 
 #[test]
-fn failed_crystal_is_tried_again_at_each_watchdog_reset() {
-    let mut rig = switched_on("is2");
-    rig.io().0.rcc.break_crystal(true);
-    for boots in 2..=3 {
-        rig.expect_reset(ResetCause::Watchdog);
-        // The first period is 3.3 s: the watchdog counts from 4095, because the new reload value takes effect after five cycles
-        // of LSI (RM0008, section 19.4.4).
-        rig.wait_until(1000, 3_400, |rig| rig.device().boots() == boots);
-    }
-    assert!(rig.log.is_empty());
-    // The firmware waits for the crystal again. The repaired crystal starts with the next attempt.
-    rig.run(10);
-    rig.io().0.rcc.break_crystal(false);
-    rig.expect_reset(ResetCause::Watchdog);
-    rig.wait_until(1000, 3_400, |rig| rig.device().boots() == 4);
-    rig.boot_up();
-    rig.poll();
-}
-
-#[test]
 fn module_leds_are_outputs_and_off() {
     for name in MODELS {
         let mut rig = switched_on(name);

@@ -4,6 +4,7 @@ mod rig;
 
 mod accelerometer;
 mod boot;
+mod clock;
 mod detection;
 mod errors;
 mod joining;

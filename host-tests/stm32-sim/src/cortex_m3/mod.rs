@@ -28,7 +28,7 @@ mod tests;
 use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
-use exceptions::{Exceptions, SYSTICK, only};
+use exceptions::{Exceptions, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use memory::{FLASH_START, Memory};
 use nvic::Nvic;
@@ -318,6 +318,12 @@ impl CortexM3 {
     /// Sets the level of an interrupt line: if high, the interrupt becomes pending, and again after its handler.
     pub fn set_interrupt_line(&mut self, interrupt: u8, high: bool) {
         self.nvic.set_line(&mut self.exceptions, interrupt, high);
+    }
+
+    /// Makes NMI pending.
+    pub fn raise_nmi(&mut self) {
+        self.exceptions.pending |= only(NMI);
+        self.interrupted = true;
     }
 
     /// The address of the next instruction.

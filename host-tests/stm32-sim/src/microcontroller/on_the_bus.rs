@@ -39,6 +39,9 @@ impl Sensor for Microcontroller {
         if !self.on {
             return None;
         }
+        if self.io.rcc.is_stopped() {
+            return self.io.iwdg.expires_at();
+        }
         if !self.core.is_asleep() {
             return Some(self.time());
         }
@@ -54,6 +57,9 @@ impl Sensor for Microcontroller {
     fn advance(&mut self, now: Picoseconds) -> Picoseconds {
         self.load_parameters();
         while self.on {
+            if self.io.rcc.is_stopped() && !self.wait_for_watchdog(now) {
+                break;
+            }
             let target = self.io.rcc.timebase().cycle_at(now);
             if self.core.cycle() >= target {
                 break;
@@ -91,6 +97,9 @@ impl Sensor for Microcontroller {
 
     fn next_step(&self) -> Option<Picoseconds> {
         self.protocol()?;
+        if self.io.rcc.is_stopped() {
+            return None;
+        }
         self.io.can.next_event()
     }
 
@@ -100,7 +109,7 @@ impl Sensor for Microcontroller {
     }
 
     fn wire(&mut self, now: Picoseconds, dominant: bool) {
-        if self.protocol().is_some() {
+        if self.protocol().is_some() && !self.io.rcc.is_stopped() {
             self.io.can.wire(now, dominant);
             self.io.receive_pin(now, dominant);
             self.set_lines();
