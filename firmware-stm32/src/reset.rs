@@ -49,3 +49,15 @@ extern "C" fn hard_fault(_frame: usize) -> ! {
     log_fault(_frame);
     SCB::sys_reset()
 }
+
+/// Logs the address of the instruction, if the frame is in RAM.
+#[cfg(feature = "defmt")]
+fn log_fault(frame: usize) {
+    if frame < 0x2000_0000 {
+        defmt::error!("hard fault: stack overflow");
+        return;
+    }
+    // SAFETY: the processor has written the frame there.
+    let frame = unsafe { &*(frame as *const cortex_m_rt::ExceptionFrame) };
+    defmt::error!("hard fault at {=u32:#x}", frame.pc());
+}

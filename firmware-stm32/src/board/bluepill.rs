@@ -30,7 +30,7 @@ mod vectors;
 
 pub use flash::Flash;
 
-use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, start_oscillator};
+use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator};
 use crate::counts::Mounting;
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
@@ -99,10 +99,13 @@ impl Board {
         // SAFETY: the caller owns all peripherals.
         let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
+        // While a debugger halts the core, the watchdog stops, and the timer of the heater, which also disables its output (RM0008,
+        // DBGMCU_CR).
         device
             .DBGMCU
             .cr()
-            .modify(|_, w| w.dbg_iwdg_stop().set_bit());
+            .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit());
+        note_reset(&device.RCC);
         start_watchdog(&device.IWDG);
         switch_on(&device.RCC);
         set_pins(&device);

@@ -89,6 +89,19 @@ impl Iwdg {
         self.expires_at
     }
 
+    /// The watchdog was stopped for this time, by a debugger.
+    pub fn delay(&mut self, length: Picoseconds) {
+        if let Some((_, since)) = &mut self.counter {
+            *since += length;
+        }
+        for register in [&mut self.prescaler, &mut self.reload] {
+            register.new = register
+                .new
+                .map(|(value, due)| (value, due.saturating_add(length)));
+        }
+        self.expires_at = self.next_expiry();
+    }
+
     fn next_expiry(&self) -> Option<Picoseconds> {
         let mut after = self.clone();
         after.settle(Picoseconds::MAX);

@@ -2,13 +2,14 @@
 //! the bench as a [`Sensor`].
 //!
 //! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault
-//! stops the program with a panic that names the place: a test must not continue after it.
+//! stops the program with a panic that names the place, unless the test wants its handler to run
+//! ([`Microcontroller::take_faults`]).
 
 mod on_the_bus;
 
 use super::board;
 use super::bxcan::BxCan;
-use super::cortex_m3::CortexM3;
+use super::cortex_m3::{CortexM3, Fault};
 use super::elf::Image;
 use super::flash::{PARAMETERS, Work};
 use super::peripherals::Peripherals;
@@ -65,6 +66,11 @@ pub struct Microcontroller {
     /// A program that cannot continue is reported.
     reports_stop: bool,
     stopped: Option<String>,
+    /// The program's handlers take faults.
+    takes_faults: bool,
+    faults: Vec<String>,
+    /// A debugger halts the processor.
+    halted: bool,
 }
 
 /// The violations that have been reported: the count in either list, and their kinds.
@@ -107,6 +113,9 @@ impl Microcontroller {
             reported: Reported::default(),
             reports_stop: false,
             stopped: None,
+            takes_faults: false,
+            faults: Vec::new(),
+            halted: false,
         }
     }
 
@@ -133,6 +142,36 @@ impl Microcontroller {
     /// this call it panics, which ends a test.
     pub fn report_stop(&mut self) {
         self.reports_stop = true;
+    }
+
+    /// A debugger halts the processor. The peripherals go on, except those that DBGMCU_CR stops.
+    pub fn halt(&mut self) {
+        self.halted = true;
+    }
+
+    /// The debugger lets the processor go on at this time.
+    pub fn resume(&mut self, now: Picoseconds) {
+        let length = now - self.time();
+        if self.io.dbgmcu.stops_watchdog() {
+            self.io.iwdg.delay(length);
+        }
+        self.io.rcc.go_on(self.core.cycle(), now);
+        self.halted = false;
+    }
+
+    /// True while the processor executes nothing: it is halted, or has no clock.
+    fn is_frozen(&self) -> bool {
+        self.halted || self.io.rcc.is_stopped()
+    }
+
+    /// From now on a fault starts its handler in the program, as on the chip. Without this call the program stops.
+    pub fn take_faults(&mut self) {
+        self.takes_faults = true;
+    }
+
+    /// The faults that the program's handlers have taken, one sentence each.
+    pub fn faults(&self) -> &[String] {
+        &self.faults
     }
 
     /// The reason why the program could not continue, as one sentence.
@@ -247,10 +286,11 @@ impl Microcontroller {
 
     /// The duty of the heater in permille; 0 while the power is off.
     pub fn heater(&self) -> u16 {
-        if self.on {
-            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
-        } else {
+        // RM0008, DBG_TIMx_STOP: "the outputs are disabled". The resistor at the pin keeps the switch off.
+        if !self.on || self.halted && self.io.dbgmcu.stops_tim3() {
             0
+        } else {
+            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
         }
     }
 
@@ -277,12 +317,19 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    /// Passes the time up to `now` without SYSCLK. True after a reset by the watchdog.
+    /// When the watchdog resets a processor that executes nothing.
+    fn watchdog_expires_at(&self) -> Option<Picoseconds> {
+        let stops = self.halted && self.io.dbgmcu.stops_watchdog();
+        self.io.iwdg.expires_at().filter(|_| !stops)
+    }
+
+    /// Passes the time up to `now` without executing anything. True after a reset by the watchdog.
     fn wait_for_watchdog(&mut self, now: Picoseconds) -> bool {
         let cycle = self.core.cycle();
-        match self.io.iwdg.expires_at() {
+        match self.watchdog_expires_at() {
             Some(expiry) if expiry <= now => {
                 self.io.rcc.go_on(cycle, expiry);
+                self.halted = false;
                 self.reset(ResetCause::Watchdog);
                 true
             }
@@ -368,13 +415,26 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    /// Ends the run at this address of the program.
-    fn stop(&mut self, pc: u32, reason: impl Display) {
-        let name = self.name;
+    /// A fault of the program: starts its handler, or ends the run.
+    fn fault(&mut self, fault: &Fault) {
+        if self.takes_faults && self.core.take_fault(fault) {
+            let place = self.place(fault.pc);
+            self.faults.push(format!("{place}: {}", fault.kind));
+        } else {
+            self.stop(fault.pc, &fault.kind);
+        }
+    }
+
+    /// An address of the program with its function.
+    fn place(&self, pc: u32) -> String {
         let function = self.image.name_of(pc);
         let function = function.map(|(function, offset)| format!(", {function}+{offset:#x}"));
-        let function = function.unwrap_or_default();
-        let sentence = format!("{name} stopped at {pc:#010x}{function}: {reason}");
+        format!("{pc:#010x}{}", function.unwrap_or_default())
+    }
+
+    /// Ends the run at this address of the program.
+    fn stop(&mut self, pc: u32, reason: impl Display) {
+        let sentence = format!("{} stopped at {}: {reason}", self.name, self.place(pc));
         assert!(self.reports_stop, "{sentence}");
         self.stopped = Some(sentence);
         self.switch_off();

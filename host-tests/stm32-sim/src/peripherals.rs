@@ -23,7 +23,7 @@ mod tests;
 use super::afio::{Afio, CAN_RX, IMU_SELECT};
 use super::bxcan::BxCan;
 use super::capture_timer::CaptureTimer;
-use super::dbgmcu;
+use super::dbgmcu::Dbgmcu;
 use super::flash::FlashInterface;
 use super::gpio::Gpio;
 use super::io::{AccessError, Io, Width};
@@ -62,6 +62,8 @@ pub struct Peripherals {
     pub tim4: CaptureTimer,
     /// The independent watchdog.
     pub iwdg: Iwdg,
+    /// What stops while a debugger halts the processor.
+    pub dbgmcu: Dbgmcu,
     /// The accelerometer.
     pub imu: Ism330dhcx,
     /// The CAN controller.
@@ -84,6 +86,7 @@ impl Peripherals {
             tim3: Timer::default(),
             tim4: CaptureTimer::default(),
             iwdg: Iwdg::default(),
+            dbgmcu: Dbgmcu::default(),
             imu: Ism330dhcx::new(motion),
             can: BxCan::new(),
             signature: Signature::new(unique_id),
@@ -109,6 +112,7 @@ impl Peripherals {
     /// The power returns at this time, cycles continue: everything restarts.
     pub fn power_on(&mut self, cycle: u64, time: Picoseconds) {
         self.rcc.go_on(cycle, time);
+        self.dbgmcu = Dbgmcu::default();
         self.flash.parameters_mut().power_on();
         self.reset(cycle, ResetCause::PowerOn);
         self.imu.power_on(time);
@@ -278,7 +282,7 @@ impl Peripherals {
             }
             Module::Rcc => self.rcc.read(cycle, offset),
             Module::Flash => self.flash.read(now, offset),
-            Module::Dbgmcu => dbgmcu::read(offset),
+            Module::Dbgmcu => self.dbgmcu.read(offset),
         }
     }
 
@@ -317,7 +321,7 @@ impl Peripherals {
                     .check_wait_states(self.rcc.sysclk(), &mut self.violations);
                 Ok(())
             }
-            Module::Dbgmcu => dbgmcu::write(offset),
+            Module::Dbgmcu => self.dbgmcu.write(offset, value),
         }
     }
 

@@ -7,6 +7,7 @@ mod boot;
 mod clock;
 mod detection;
 mod errors;
+mod faults;
 mod joining;
 mod load;
 mod memory;

@@ -39,8 +39,8 @@ impl Sensor for Microcontroller {
         if !self.on {
             return None;
         }
-        if self.io.rcc.is_stopped() {
-            return self.io.iwdg.expires_at();
+        if self.is_frozen() {
+            return self.watchdog_expires_at();
         }
         if !self.core.is_asleep() {
             return Some(self.time());
@@ -57,7 +57,7 @@ impl Sensor for Microcontroller {
     fn advance(&mut self, now: Picoseconds) -> Picoseconds {
         self.load_parameters();
         while self.on {
-            if self.io.rcc.is_stopped() && !self.wait_for_watchdog(now) {
+            if self.is_frozen() && !self.wait_for_watchdog(now) {
                 break;
             }
             let target = self.io.rcc.timebase().cycle_at(now);
@@ -81,7 +81,7 @@ impl Sensor for Microcontroller {
                 Ok(Pause::Bkpt(number)) => {
                     self.stop(self.core.pc(), format!("breakpoint {number}"))
                 }
-                Err(fault) => self.stop(fault.pc, &fault.kind),
+                Err(fault) => self.fault(&fault),
             }
         }
         if let Some(heated) = &self.heated {
