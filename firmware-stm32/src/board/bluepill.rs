@@ -108,6 +108,7 @@ impl Board {
         note_reset(&device.RCC);
         start_watchdog(&device.IWDG);
         switch_on(&device.RCC);
+        start_supply_monitor(&device.PWR);
         set_pins(&device);
         let mut watchdog = Watchdog(device.IWDG);
         let mut leds = StatusLeds(());
@@ -150,9 +151,24 @@ fn switch_on(rcc: &pac::RCC) {
         w.iopaen().set_bit().iopben().set_bit().iopcen().set_bit()
     });
     rcc.apb1enr()
-        .write(|w| w.tim3en().set_bit().canen().set_bit());
+        .write(|w| w.tim3en().set_bit().canen().set_bit().pwren().set_bit());
     // The clocks run after this write.
     cortex_m::asm::dsb();
+}
+
+/// Starts the voltage detector with its highest level: 2.66 to 2.9 V while the supply falls, at most 3.0 V while it rises (DS5319).
+/// So there is time for the operation under way, because the flash needs 2.0 V.
+fn start_supply_monitor(pwr: &pac::PWR) {
+    // SAFETY: all values of the field are levels.
+    pwr.cr()
+        .write(|w| unsafe { w.pls().bits(0b111).pvde().set_bit() });
+}
+
+/// True while the supply is too low to begin an operation of the flash.
+pub fn supply_is_low() -> bool {
+    // SAFETY: reads a status bit.
+    let pwr = unsafe { pac::PWR::steal() };
+    pwr.csr().read().pvdo().bit_is_set()
 }
 
 /// Starts the PLL from the crystal: 64 MHz for core, APB2 and timers, 32 MHz for APB1. From now on, a crystal that stops causes

@@ -67,14 +67,15 @@ fn note_reset(rcc: &pac::RCC) {
 /// about half a second. A crystal takes some milliseconds.
 const POLLS: u32 = INTERNAL_CLOCK / 16;
 
-/// Starts HSE and waits for it. After the first attempt without success the error LED is on. Until an attempt succeeds the board
-/// stays off the bus, because the internal oscillator is too inaccurate for CAN. The watchdog is fed, because a reset would not
-/// help. Each attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later.
+/// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt
+/// succeeds the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver
+/// works outside of its limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each
+/// attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later.
 fn start_oscillator(rcc: &pac::RCC, watchdog: &mut Watchdog, leds: &mut StatusLeds) {
     loop {
         rcc.cr().modify(|_, w| w.hseon().set_bit());
         for _ in 0..POLLS {
-            if rcc.cr().read().hserdy().bit_is_set() {
+            if rcc.cr().read().hserdy().bit_is_set() && !supply_is_low() {
                 return;
             }
         }
@@ -84,6 +85,6 @@ fn start_oscillator(rcc: &pac::RCC, watchdog: &mut Watchdog, leds: &mut StatusLe
             error: true,
             ..Leds::default()
         });
-        error!("the clock HSE does not start: not on the bus");
+        error!("not on the bus: HSE does not start, or the supply is low");
     }
 }

@@ -129,6 +129,8 @@ impl Board {
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
 
         let mut rcc = device.RCC.constrain();
+        pac::PWR::enable(&mut rcc);
+        start_supply_monitor(&device.PWR);
         let gpioa = device.GPIOA.split(&mut rcc);
         let gpiob = device.GPIOB.split(&mut rcc);
         let gpioc = device.GPIOC.split(&mut rcc);
@@ -187,6 +189,21 @@ impl Board {
             serial: super::serial(unique_id()),
         }
     }
+}
+
+/// Starts the voltage detector at level 6: 2.85 to 2.99 V while the supply falls, at most 3.1 V while it rises (datasheet). The flash
+/// needs 2.7 V for words.
+fn start_supply_monitor(pwr: &pac::PWR) {
+    // SAFETY: all values of the field are levels.
+    pwr.cr()
+        .modify(|_, w| unsafe { w.pls().bits(0b110).pvde().set_bit() });
+}
+
+/// True while the supply is too low to begin an operation of the flash.
+pub fn supply_is_low() -> bool {
+    // SAFETY: reads a status bit.
+    let pwr = unsafe { pac::PWR::steal() };
+    pwr.csr().read().pvdo().bit_is_set()
 }
 
 /// Resets the CAN controller and the timer of the heater, and keeps them in reset: TXD is recessive, the heater is off.
@@ -250,6 +267,9 @@ impl Sectors for Flash {
     const WRITE_SIZE: usize = 4;
 
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
+        if supply_is_low() {
+            return Err(NorFlashErrorKind::Other);
+        }
         self.unlock();
         // `write` starts from the reset value, in which the register is locked.
         self.0.cr().write(|w| {
@@ -272,6 +292,9 @@ impl Sectors for Flash {
     fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let (words, _) = bytes.as_chunks::<4>();
         for (index, word) in words.iter().enumerate() {
+            if supply_is_low() {
+                return Err(NorFlashErrorKind::Other);
+            }
             self.unlock();
             self.0.cr().write(|w| {
                 w.lock().clear_bit();

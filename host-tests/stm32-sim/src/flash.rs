@@ -14,6 +14,7 @@
 //! attempt is a violation.
 
 use super::io::{AccessError, Width};
+use super::pwr::{PROGRAMMING_MIN, Supply};
 use super::timebase::{MICROSECOND, Picoseconds};
 use super::violation::Violations;
 use bench::{Flash, FlashError, PAGE_SIZE};
@@ -114,6 +115,7 @@ pub struct FlashInterface {
     keys: Keys,
     busy_until: Option<Picoseconds>,
     work: Option<Work>,
+    supply: Supply,
 }
 
 impl FlashInterface {
@@ -129,6 +131,7 @@ impl FlashInterface {
             keys: Keys::Locked,
             busy_until: None,
             work: None,
+            supply: Supply::default(),
         }
     }
 
@@ -150,6 +153,28 @@ impl FlashInterface {
     /// True when the fuse of the parameter pages has blown: the machine switches the power off.
     pub fn power_is_cut(&self) -> bool {
         self.parameters.is_cut()
+    }
+
+    /// Sets the supply of the next operation.
+    pub fn set_supply(&mut self, supply: Supply) {
+        self.supply = supply;
+    }
+
+    /// An operation that needs this time begins now. If the supply becomes too low before its end, it is a violation, and the
+    /// operation is cut off.
+    fn check_supply(
+        &mut self,
+        now: Picoseconds,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) {
+        if self.supply.lowest(now, now + duration) < PROGRAMMING_MIN {
+            violations.add(
+                "flash",
+                "the supply is too low before the end of an operation",
+            );
+            self.parameters.cut_in_operation_after(0, now);
+        }
     }
 
     /// The operation that the flash has started since the last call.
@@ -245,6 +270,7 @@ impl FlashInterface {
             );
             return Ok(());
         };
+        self.check_supply(now, PROGRAM_TIME, violations);
         let result = self.parameters.write(offset, &(value as u16).to_le_bytes());
         if result == Err(FlashError::NotErased) {
             self.errors |= PROGRAMMING_ERROR;
@@ -319,6 +345,7 @@ impl FlashInterface {
         };
         let size = PAGE_SIZE as u32;
         let start = offset / size * size;
+        self.check_supply(now, ERASE_TIME, violations);
         let result = self.parameters.erase(start, start + size);
         let page = PARAMETERS.start + start;
         self.begin(now, result, Work::Erase { page });

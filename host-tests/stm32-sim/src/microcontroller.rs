@@ -159,9 +159,9 @@ impl Microcontroller {
         self.halted = false;
     }
 
-    /// True while the processor executes nothing: it is halted, or has no clock.
+    /// True while the processor executes nothing: it is halted, has no clock, or the supply is too low.
     fn is_frozen(&self) -> bool {
-        self.halted || self.io.rcc.is_stopped()
+        self.halted || self.io.rcc.is_stopped() || self.io.pwr.is_down()
     }
 
     /// From now on a fault starts its handler in the program, as on the chip. Without this call the program stops.
@@ -317,24 +317,38 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    /// When the watchdog resets a processor that executes nothing.
-    fn watchdog_expires_at(&self) -> Option<Picoseconds> {
+    /// Starts with the supply at this time.
+    fn start(&mut self, time: Picoseconds) {
+        self.on = true;
+        self.io.power_on(self.core.cycle(), time);
+        self.core.overwrite_ram();
+        self.reset(ResetCause::PowerOn);
+        self.parameters_touched = true;
+    }
+
+    /// When a processor that executes nothing starts again: by the watchdog or by the supply.
+    fn wakes_at(&self) -> Option<Picoseconds> {
+        if self.io.pwr.is_down() {
+            return self.io.pwr.next_event();
+        }
         let stops = self.halted && self.io.dbgmcu.stops_watchdog();
         self.io.iwdg.expires_at().filter(|_| !stops)
     }
 
-    /// Passes the time up to `now` without executing anything. True after a reset by the watchdog.
-    fn wait_for_watchdog(&mut self, now: Picoseconds) -> bool {
-        let cycle = self.core.cycle();
-        match self.watchdog_expires_at() {
-            Some(expiry) if expiry <= now => {
-                self.io.rcc.go_on(cycle, expiry);
-                self.halted = false;
-                self.reset(ResetCause::Watchdog);
-                true
-            }
-            _ => false,
+    /// Passes the time up to `now` without executing anything. True after a start.
+    fn wait(&mut self, now: Picoseconds) -> bool {
+        let Some(time) = self.wakes_at().filter(|time| *time <= now) else {
+            return false;
+        };
+        if self.io.pwr.is_down() {
+            self.io.pwr.goes_down(time);
+            self.start(time);
+        } else {
+            self.halted = false;
+            self.io.rcc.go_on(self.core.cycle(), time);
+            self.reset(ResetCause::Watchdog);
         }
+        true
     }
 
     /// Copies the parameter pages to the memory of the processor.
@@ -370,6 +384,11 @@ impl Microcontroller {
         }
         if self.io.flash.power_is_cut() {
             self.switch_off();
+        }
+        if self.io.pwr.goes_down(self.time()) {
+            // The pins are inputs until the supply returns.
+            self.io.reset(self.core.cycle(), ResetCause::PowerOn);
+            self.note_leds();
         }
     }
 

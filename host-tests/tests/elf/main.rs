@@ -11,6 +11,7 @@ mod faults;
 mod joining;
 mod load;
 mod memory;
+mod supply;
 mod timing;
 mod traces;
 mod vibration;

@@ -13,12 +13,7 @@ use std::collections::VecDeque;
 
 impl Sensor for Microcontroller {
     fn power_on(&mut self, now: Instant) {
-        let time = now.ticks() * 1_000_000;
-        self.on = true;
-        self.io.power_on(self.core.cycle(), time);
-        self.core.overwrite_ram();
-        self.reset(ResetCause::PowerOn);
-        self.parameters_touched = true;
+        self.start(now.ticks() * 1_000_000);
     }
 
     fn power_off(&mut self, _: Instant) {
@@ -40,7 +35,7 @@ impl Sensor for Microcontroller {
             return None;
         }
         if self.is_frozen() {
-            return self.watchdog_expires_at();
+            return self.wakes_at();
         }
         if !self.core.is_asleep() {
             return Some(self.time());
@@ -55,11 +50,11 @@ impl Sensor for Microcontroller {
     }
 
     fn advance(&mut self, now: Picoseconds) -> Picoseconds {
-        self.load_parameters();
         while self.on {
-            if self.is_frozen() && !self.wait_for_watchdog(now) {
+            if self.is_frozen() && !self.wait(now) {
                 break;
             }
+            self.load_parameters();
             let target = self.io.rcc.timebase().cycle_at(now);
             if self.core.cycle() >= target {
                 break;
