@@ -374,7 +374,7 @@ impl Microcontroller {
                 }
                 Work::Failed { .. } => {}
             }
-            let cycles = self.io.rcc.timebase().cycles(work.duration());
+            let cycles = self.io.rcc.timebase().cycles(self.io.flash.duration(work));
             self.core.stall(cycles);
         }
         self.set_lines();

@@ -318,7 +318,13 @@ impl Peripherals {
                 self.tim4
                     .write(now, clock, offset, value, &mut self.violations)
             }
-            Module::Iwdg => self.iwdg.write(now, offset, value, &mut self.violations),
+            Module::Iwdg => {
+                self.iwdg.write(now, offset, value, &mut self.violations)?;
+                if self.iwdg.is_running() {
+                    self.rcc.watchdog_runs(now);
+                }
+                Ok(())
+            }
             Module::Can => self.can.write(now, offset, value),
             Module::Pwr => self.pwr.write(offset, value, &mut self.violations),
             Module::Afio => self.afio.write(offset, value, &mut self.violations),
@@ -333,7 +339,14 @@ impl Peripherals {
             Module::Rcc => self.write_rcc(cycle, offset, value),
             Module::Flash => {
                 self.flash.set_supply(self.pwr.supply());
+                let busy = self.flash.is_busy();
                 self.flash.write(now, offset, value, &mut self.violations)?;
+                // Erasing needs HSI, as programming does (PM0075, section 2.3).
+                self.violations.check(
+                    !busy && self.flash.is_busy() && !self.rcc.hsi_is_on(),
+                    "RCC_CR",
+                    "the flash is erased without HSI",
+                );
                 self.flash
                     .check_wait_states(self.rcc.sysclk(), &mut self.violations);
                 Ok(())

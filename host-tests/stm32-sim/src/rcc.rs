@@ -56,6 +56,12 @@ const PLL_HALVES_CRYSTAL: u32 = 1 << 17;
 const PLL_FACTOR: u32 = 0xF << 18;
 const PLL_BITS: u32 = PLL_SOURCE | PLL_HALVES_CRYSTAL | PLL_FACTOR;
 
+// The reserved bits (STM32F103 medium density; those of larger devices are not told).
+const CFGR_RESERVED: u32 = 0xF880_0000;
+const APB1_RESERVED: u32 = 0xC501_3600;
+const APB2_RESERVED: u32 = 0xFFC7_0002;
+const AHB_RESERVED: u32 = 0xFFFF_FAA8;
+
 // RCC_CSR.
 const LSI_ON: u32 = 1 << 0;
 const LSI_READY: u32 = 1 << 1;
@@ -113,6 +119,8 @@ pub struct Rcc {
     hse: Oscillator,
     pll: Oscillator,
     lsi: Oscillator,
+    /// LSI as the running watchdog needs it.
+    watchdog_lsi: Oscillator,
     apb1_reset: u32,
     apb2_reset: u32,
     ahb_enable: u32,
@@ -141,6 +149,7 @@ impl Default for Rcc {
             hse: None,
             pll: None,
             lsi: None,
+            watchdog_lsi: None,
             apb1_reset: 0,
             apb2_reset: 0,
             ahb_enable: AHBENR_RESET,
@@ -180,6 +189,11 @@ impl Rcc {
     /// `cycle` begins at `time`: the power was off until then.
     pub fn go_on(&mut self, cycle: u64, time: Picoseconds) {
         self.timebase.go_on(cycle, time);
+    }
+
+    /// The watchdog has been started, which switches LSI on without LSION (RM0008, section 19.3).
+    pub fn watchdog_runs(&mut self, now: Picoseconds) {
+        switch(&mut self.watchdog_lsi, true, now, LSI_STARTUP);
     }
 
     /// The conversion from cycles to time.
@@ -246,7 +260,10 @@ impl Rcc {
             0x14 => self.ahb_enable,
             0x18 => self.apb2_enable,
             0x1C => self.apb1_enable,
-            0x24 => self.reset_flags | u32::from(self.lsi_on) | ready(self.lsi, LSI_READY),
+            0x24 => {
+                let ready = ready(self.lsi, LSI_READY) | ready(self.watchdog_lsi, LSI_READY);
+                self.reset_flags | u32::from(self.lsi_on) | ready
+            }
             _ => return Err(AccessError::Refused("RCC: register not modelled")),
         })
     }
@@ -262,13 +279,16 @@ impl Rcc {
         self.settle(cycle);
         match offset {
             0x00 => self.write_cr(cycle, value, violations),
-            0x04 => self.write_cfgr(value, violations),
+            0x04 => {
+                let value = defined("RCC_CFGR", value, CFGR_RESERVED, violations);
+                self.write_cfgr(value, violations);
+            }
             0x08 => self.write_interrupts(value, violations),
-            0x0C => self.apb2_reset = value,
-            0x10 => self.apb1_reset = value,
-            0x14 => self.ahb_enable = value,
-            0x18 => self.apb2_enable = value,
-            0x1C => self.apb1_enable = value,
+            0x0C => self.apb2_reset = defined("RCC_APB2RSTR", value, APB2_RESERVED, violations),
+            0x10 => self.apb1_reset = defined("RCC_APB1RSTR", value, APB1_RESERVED, violations),
+            0x14 => self.ahb_enable = defined("RCC_AHBENR", value, AHB_RESERVED, violations),
+            0x18 => self.apb2_enable = defined("RCC_APB2ENR", value, APB2_RESERVED, violations),
+            0x1C => self.apb1_enable = defined("RCC_APB1ENR", value, APB1_RESERVED, violations),
             0x24 => self.write_csr(cycle, value),
             _ => return Err(AccessError::Refused("RCC: register not modelled")),
         }
@@ -375,6 +395,12 @@ impl Rcc {
             self.timebase.set_frequency(cycle, self.hclk());
         }
     }
+}
+
+/// The bits of a write that are not reserved; a reserved bit that is set is a violation.
+fn defined(register: &'static str, value: u32, reserved: u32, violations: &mut Violations) -> u32 {
+    violations.check(value & reserved != 0, register, "reserved bits are written");
+    value & !reserved
 }
 
 /// Switches an oscillator; no effect if it is already on.

@@ -281,3 +281,39 @@ fn crystal_that_is_not_in_use_stops_without_effect_on_clock() {
     assert_eq!(bench.read(CR) & HSE_READY, 0);
     assert!(!bench.rcc.is_stopped() && !bench.rcc.nmi());
 }
+
+#[test]
+fn lsi_is_ready_while_watchdog_runs() {
+    let mut bench = Bench::new();
+    let now = bench.rcc.timebase().time_at(bench.cycle);
+    bench.rcc.watchdog_runs(now);
+    assert_eq!(bench.read(CSR) & 0b11, 0);
+    bench.cycle += 85 * 8;
+    assert_eq!(bench.read(CSR) & 0b11, 0b10);
+    bench.rcc.reset(bench.cycle, ResetCause::Software);
+    assert_eq!(bench.read(CSR) & 0b11, 0);
+}
+
+#[test]
+fn reserved_bits_are_violations_and_are_not_stored() {
+    for (offset, reserved) in [
+        (CFGR, 0xF880_0000),
+        (0x0C, 0xFFC7_0002),
+        (0x10, 0xC501_3600),
+        (0x14, 0xFFFF_FAA8),
+        (0x18, 0xFFC7_0002),
+        (0x1C, 0xC501_3600_u32),
+    ] {
+        for bit in (0..32).filter(|bit| reserved >> bit & 1 != 0) {
+            let mut bench = Bench::new();
+            let before = bench.read(offset);
+            bench.write(offset, before | 1 << bit);
+            assert_eq!(
+                bench.reasons(),
+                ["reserved bits are written"],
+                "{offset:X}h"
+            );
+            assert_eq!(bench.read(offset), before);
+        }
+    }
+}
