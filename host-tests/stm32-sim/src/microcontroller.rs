@@ -5,6 +5,7 @@
 //! stops the program with a panic that names the place, unless the test wants its handler to run
 //! ([`Microcontroller::take_faults`]).
 
+mod frozen;
 mod on_the_bus;
 
 use super::board;
@@ -142,26 +143,6 @@ impl Microcontroller {
     /// this call it panics, which ends a test.
     pub fn report_stop(&mut self) {
         self.reports_stop = true;
-    }
-
-    /// A debugger halts the processor. The peripherals go on, except those that DBGMCU_CR stops.
-    pub fn halt(&mut self) {
-        self.halted = true;
-    }
-
-    /// The debugger lets the processor go on at this time.
-    pub fn resume(&mut self, now: Picoseconds) {
-        let length = now - self.time();
-        if self.io.dbgmcu.stops_watchdog() {
-            self.io.iwdg.delay(length);
-        }
-        self.io.rcc.go_on(self.core.cycle(), now);
-        self.halted = false;
-    }
-
-    /// True while the processor executes nothing: it is halted, has no clock, or the supply is too low.
-    fn is_frozen(&self) -> bool {
-        self.halted || self.io.rcc.is_stopped() || self.io.pwr.is_down()
     }
 
     /// From now on a fault starts its handler in the program, as on the chip. Without this call the program stops.
@@ -315,40 +296,6 @@ impl Microcontroller {
             self.io.reset(self.core.cycle(), cause);
         }
         self.note_leds();
-    }
-
-    /// Starts with the supply at this time.
-    fn start(&mut self, time: Picoseconds) {
-        self.on = true;
-        self.io.power_on(self.core.cycle(), time);
-        self.core.overwrite_ram();
-        self.reset(ResetCause::PowerOn);
-        self.parameters_touched = true;
-    }
-
-    /// When a processor that executes nothing starts again: by the watchdog or by the supply.
-    fn wakes_at(&self) -> Option<Picoseconds> {
-        if self.io.pwr.is_down() {
-            return self.io.pwr.next_event();
-        }
-        let stops = self.halted && self.io.dbgmcu.stops_watchdog();
-        self.io.iwdg.expires_at().filter(|_| !stops)
-    }
-
-    /// Passes the time up to `now` without executing anything. True after a start.
-    fn wait(&mut self, now: Picoseconds) -> bool {
-        let Some(time) = self.wakes_at().filter(|time| *time <= now) else {
-            return false;
-        };
-        if self.io.pwr.is_down() {
-            self.io.pwr.goes_down(time);
-            self.start(time);
-        } else {
-            self.halted = false;
-            self.io.rcc.go_on(self.core.cycle(), time);
-            self.reset(ResetCause::Watchdog);
-        }
-        true
     }
 
     /// Copies the parameter pages to the memory of the processor.

@@ -13,6 +13,7 @@
 
 mod failure;
 mod frequencies;
+mod reserved;
 
 #[cfg(test)]
 mod tests;
@@ -20,6 +21,7 @@ mod tests;
 use super::io::AccessError;
 use super::timebase::{MICROSECOND, Picoseconds, Timebase};
 use super::violation::Violations;
+use reserved::{AHB, APB1, APB2, CFGR, defined};
 
 /// The crystal on the board in Hz.
 pub const CRYSTAL: u32 = 8_000_000;
@@ -55,12 +57,6 @@ const PLL_SOURCE: u32 = 1 << 16;
 const PLL_HALVES_CRYSTAL: u32 = 1 << 17;
 const PLL_FACTOR: u32 = 0xF << 18;
 const PLL_BITS: u32 = PLL_SOURCE | PLL_HALVES_CRYSTAL | PLL_FACTOR;
-
-// The reserved bits (STM32F103 medium density; those of larger devices are not told).
-const CFGR_RESERVED: u32 = 0xF880_0000;
-const APB1_RESERVED: u32 = 0xC501_3600;
-const APB2_RESERVED: u32 = 0xFFC7_0002;
-const AHB_RESERVED: u32 = 0xFFFF_FAA8;
 
 // RCC_CSR.
 const LSI_ON: u32 = 1 << 0;
@@ -280,15 +276,15 @@ impl Rcc {
         match offset {
             0x00 => self.write_cr(cycle, value, violations),
             0x04 => {
-                let value = defined("RCC_CFGR", value, CFGR_RESERVED, violations);
+                let value = defined("RCC_CFGR", value, CFGR, violations);
                 self.write_cfgr(value, violations);
             }
             0x08 => self.write_interrupts(value, violations),
-            0x0C => self.apb2_reset = defined("RCC_APB2RSTR", value, APB2_RESERVED, violations),
-            0x10 => self.apb1_reset = defined("RCC_APB1RSTR", value, APB1_RESERVED, violations),
-            0x14 => self.ahb_enable = defined("RCC_AHBENR", value, AHB_RESERVED, violations),
-            0x18 => self.apb2_enable = defined("RCC_APB2ENR", value, APB2_RESERVED, violations),
-            0x1C => self.apb1_enable = defined("RCC_APB1ENR", value, APB1_RESERVED, violations),
+            0x0C => self.apb2_reset = defined("RCC_APB2RSTR", value, APB2, violations),
+            0x10 => self.apb1_reset = defined("RCC_APB1RSTR", value, APB1, violations),
+            0x14 => self.ahb_enable = defined("RCC_AHBENR", value, AHB, violations),
+            0x18 => self.apb2_enable = defined("RCC_APB2ENR", value, APB2, violations),
+            0x1C => self.apb1_enable = defined("RCC_APB1ENR", value, APB1, violations),
             0x24 => self.write_csr(cycle, value),
             _ => return Err(AccessError::Refused("RCC: register not modelled")),
         }
@@ -395,12 +391,6 @@ impl Rcc {
             self.timebase.set_frequency(cycle, self.hclk());
         }
     }
-}
-
-/// The bits of a write that are not reserved; a reserved bit that is set is a violation.
-fn defined(register: &'static str, value: u32, reserved: u32, violations: &mut Violations) -> u32 {
-    violations.check(value & reserved != 0, register, "reserved bits are written");
-    value & !reserved
 }
 
 /// Switches an oscillator; no effect if it is already on.
