@@ -1,4 +1,4 @@
-//! Failures of the crystal: it does not start, or it stops (issue: faults of the real chip, clock).
+//! Failures of the crystal: it does not start, or it stops.
 
 use crate::rig::*;
 use bench::BusRate;
