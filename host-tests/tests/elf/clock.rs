@@ -67,6 +67,23 @@ fn heater_is_off_after_crystal_stops() {
     assert_eq!(rig.microcontroller().heater(), 0);
 }
 
+/// A log message between the two can take long.
+#[test]
+fn bus_is_recessive_and_heater_off_before_the_reset() {
+    let mut rig = Rig::booted("is2tk", RATE);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    stop_crystal_in_a_frame(&mut rig);
+    rig.expect_reset(ResetCause::Software);
+    let mut last = (true, u16::MAX);
+    while rig.device().boots() == 1 {
+        last = (is_dominant(&rig), rig.microcontroller().heater());
+        // The handler has some instructions at 8 MHz.
+        rig.run_us(1);
+    }
+    assert_eq!(last, (false, 0));
+}
+
 #[test]
 fn sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus() {
     for name in MODELS {
