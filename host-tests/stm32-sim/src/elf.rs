@@ -49,6 +49,12 @@ pub enum ImageError {
     Vectors,
 }
 
+/// The start of flash, with the initial stack pointer.
+const FLASH_START: u32 = 0x0800_0000;
+
+/// The start of RAM.
+const RAM_START: u32 = 0x2000_0000;
+
 /// Bytes to load.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Segment {
@@ -163,7 +169,26 @@ impl Image {
         symbols.find_map(|symbol| symbol.name.strip_suffix(MAIN))
     }
 
-    /// The first address after the static variables; the stack must stay above it.
+    /// The lowest address that the stack may reach: the end of the static variables, or the start of RAM if the stack is below them.
+    pub fn stack_limit(&self) -> u32 {
+        let top = self.segments.iter().find_map(|segment| {
+            let word = segment.bytes.first_chunk()?;
+            (segment.load_address == FLASH_START).then(|| u32::from_le_bytes(*word))
+        });
+        match top {
+            Some(top) if top <= self.statics().start => RAM_START,
+            _ => self.end_of_statics(),
+        }
+    }
+
+    /// The addresses of the static variables.
+    pub fn statics(&self) -> Range<u32> {
+        let in_ram = self.sections.iter().filter(|section| section.is_ram());
+        let start = in_ram.map(|section| section.address).min();
+        start.unwrap_or_default()..self.end_of_statics()
+    }
+
+    /// The first address after the static variables.
     pub fn end_of_statics(&self) -> u32 {
         let in_ram = self.sections.iter().filter(|section| section.is_ram());
         let ends = in_ram.map(|section| section.address.saturating_add(section.size));

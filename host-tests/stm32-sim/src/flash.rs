@@ -14,6 +14,7 @@
 //! attempt is a violation.
 
 use super::io::{AccessError, Width};
+use super::pwr::{PROGRAMMING_MIN, Supply};
 use super::timebase::{MICROSECOND, Picoseconds};
 use super::violation::Violations;
 use bench::{Flash, FlashError, PAGE_SIZE};
@@ -23,11 +24,30 @@ use std::ops::Range;
 /// The pages of the parameters; the program is below them.
 pub const PARAMETERS: Range<u32> = 0x0800_F800..0x0801_0000;
 
-/// The time to program a half-word (DS5319: 40 to 70 us, typical 52.5 us).
-pub const PROGRAM_TIME: Picoseconds = 52_500_000;
+/// The times of the operations of a part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Times {
+    /// To program a half-word.
+    pub program: Picoseconds,
+    /// To erase a page.
+    pub erase: Picoseconds,
+}
 
-/// The time to erase a page (DS5319: 20 to 40 ms).
-pub const ERASE_TIME: Picoseconds = 30_000 * MICROSECOND;
+impl Times {
+    /// The shortest times (DS5319, flash memory characteristics).
+    pub const SHORTEST: Self = Self::of(40_000_000, 20);
+    /// The typical time to program, and the middle of the range to erase.
+    pub const TYPICAL: Self = Self::of(52_500_000, 30);
+    /// The longest times.
+    pub const LONGEST: Self = Self::of(70_000_000, 40);
+
+    const fn of(program: Picoseconds, erase_ms: u64) -> Self {
+        Self {
+            program,
+            erase: erase_ms * 1000 * MICROSECOND,
+        }
+    }
+}
 
 const KEY1: u32 = 0x4567_0123;
 const KEY2: u32 = 0xCDEF_89AB;
@@ -59,7 +79,7 @@ const OPTION_BYTE_REGISTER: u32 = 0x03FF_FFFC;
 const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
 
 /// An operation of the flash. The machine changes the memory of the processor accordingly and stalls the processor, which fetches
-/// its instructions from flash, for [`duration`](Self::duration).
+/// its instructions from flash, for [`FlashInterface::duration`].
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Work {
     /// Programs a half-word.
@@ -79,17 +99,6 @@ pub enum Work {
         /// The duration of the attempt.
         duration: Picoseconds,
     },
-}
-
-impl Work {
-    /// The duration of the operation.
-    pub fn duration(self) -> Picoseconds {
-        match self {
-            Self::Program { .. } => PROGRAM_TIME,
-            Self::Erase { .. } => ERASE_TIME,
-            Self::Failed { duration } => duration,
-        }
-    }
 }
 
 /// The state of the key sequence (PM0075, section 2.3.1).
@@ -114,6 +123,8 @@ pub struct FlashInterface {
     keys: Keys,
     busy_until: Option<Picoseconds>,
     work: Option<Work>,
+    supply: Supply,
+    times: Times,
 }
 
 impl FlashInterface {
@@ -129,12 +140,17 @@ impl FlashInterface {
             keys: Keys::Locked,
             busy_until: None,
             work: None,
+            supply: Supply::default(),
+            times: Times::TYPICAL,
         }
     }
 
     /// A reset; the memory stays.
     pub fn reset(&mut self) {
-        *self = Self::new(std::mem::take(&mut self.parameters));
+        *self = Self {
+            times: self.times,
+            ..Self::new(std::mem::take(&mut self.parameters))
+        };
     }
 
     /// The parameter pages.
@@ -150,6 +166,47 @@ impl FlashInterface {
     /// True when the fuse of the parameter pages has blown: the machine switches the power off.
     pub fn power_is_cut(&self) -> bool {
         self.parameters.is_cut()
+    }
+
+    /// Sets the times of this part.
+    pub fn set_times(&mut self, times: Times) {
+        self.times = times;
+    }
+
+    /// The duration of an operation.
+    pub fn duration(&self, work: Work) -> Picoseconds {
+        match work {
+            Work::Program { .. } => self.times.program,
+            Work::Erase { .. } => self.times.erase,
+            Work::Failed { duration } => duration,
+        }
+    }
+
+    /// True during an operation, at the time of the last access.
+    pub fn is_busy(&self) -> bool {
+        self.busy_until.is_some()
+    }
+
+    /// Sets the supply of the next operation.
+    pub fn set_supply(&mut self, supply: Supply) {
+        self.supply = supply;
+    }
+
+    /// An operation that needs this time begins now. If the supply becomes too low before its end, it is a violation, and the
+    /// operation is cut off.
+    fn check_supply(
+        &mut self,
+        now: Picoseconds,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) {
+        if self.supply.lowest(now, now + duration) < PROGRAMMING_MIN {
+            violations.add(
+                "flash",
+                "the supply is too low before the end of an operation",
+            );
+            self.parameters.cut_in_operation_after(0, now);
+        }
     }
 
     /// The operation that the flash has started since the last call.
@@ -245,6 +302,7 @@ impl FlashInterface {
             );
             return Ok(());
         };
+        self.check_supply(now, self.times.program, violations);
         let result = self.parameters.write(offset, &(value as u16).to_le_bytes());
         if result == Err(FlashError::NotErased) {
             self.errors |= PROGRAMMING_ERROR;
@@ -319,6 +377,7 @@ impl FlashInterface {
         };
         let size = PAGE_SIZE as u32;
         let start = offset / size * size;
+        self.check_supply(now, self.times.erase, violations);
         let result = self.parameters.erase(start, start + size);
         let page = PARAMETERS.start + start;
         self.begin(now, result, Work::Erase { page });
@@ -329,11 +388,11 @@ impl FlashInterface {
         let work = match result {
             Ok(()) => work,
             Err(_) => Work::Failed {
-                duration: work.duration(),
+                duration: self.duration(work),
             },
         };
         self.work = Some(work);
-        self.busy_until = Some(now + work.duration());
+        self.busy_until = Some(now + self.duration(work));
     }
 
     fn settle(&mut self, now: Picoseconds) {

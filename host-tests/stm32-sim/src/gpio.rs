@@ -241,6 +241,18 @@ impl Gpio {
             "GPIOx_CRL/CRH",
             "CNF 11 with MODE 00 is reserved",
         );
+        // MODE 10 is 2 MHz (RM0008, section 5.1.2).
+        let fast = |pin: u8| {
+            matches!(
+                self.ports[name as usize].modes >> (4 * pin) & 0b11,
+                0b01 | 0b11
+            )
+        };
+        violations.check(
+            offset == 0x04 && name == PortName::C && (13..16).any(fast),
+            "GPIOC_CRH",
+            "PC13 to PC15 are limited to 2 MHz",
+        );
         Ok(())
     }
 }

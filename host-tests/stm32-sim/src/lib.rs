@@ -5,7 +5,7 @@
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`io`]: the interface between the processor and the peripherals
 //! - [`peripherals`]: all peripherals: address map, clocks, violations
-//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
+//! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
 //! - [`ism330dhcx`]: the accelerometer on the SPI
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //! - [`timebase`] and [`violation`]: shared types
@@ -30,6 +30,7 @@ pub mod iwdg;
 pub mod microcontroller;
 pub mod peripherals;
 pub mod profile;
+pub mod pwr;
 pub mod rcc;
 pub mod signature;
 pub mod spi;

@@ -2,13 +2,15 @@
 //! the bench as a [`Sensor`].
 //!
 //! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault
-//! stops the program with a panic that names the place: a test must not continue after it.
+//! stops the program with a panic that names the place, unless the test wants its handler to run
+//! ([`Microcontroller::take_faults`]).
 
+mod frozen;
 mod on_the_bus;
 
 use super::board;
 use super::bxcan::BxCan;
-use super::cortex_m3::CortexM3;
+use super::cortex_m3::{CortexM3, Fault};
 use super::elf::Image;
 use super::flash::{PARAMETERS, Work};
 use super::peripherals::Peripherals;
@@ -28,6 +30,9 @@ use std::rc::Rc;
 
 /// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
 const CAN_INTERRUPTS: u8 = 19;
+
+/// The number of the exception NMI.
+const NMI: u16 = 2;
 
 /// TIM4's interrupt.
 const TIM4_INTERRUPT: u8 = 30;
@@ -62,6 +67,11 @@ pub struct Microcontroller {
     /// A program that cannot continue is reported.
     reports_stop: bool,
     stopped: Option<String>,
+    /// The program's handlers take faults.
+    takes_faults: bool,
+    faults: Vec<String>,
+    /// A debugger halts the processor.
+    halted: bool,
 }
 
 /// The violations that have been reported: the count in either list, and their kinds.
@@ -104,6 +114,9 @@ impl Microcontroller {
             reported: Reported::default(),
             reports_stop: false,
             stopped: None,
+            takes_faults: false,
+            faults: Vec::new(),
+            halted: false,
         }
     }
 
@@ -130,6 +143,16 @@ impl Microcontroller {
     /// this call it panics, which ends a test.
     pub fn report_stop(&mut self) {
         self.reports_stop = true;
+    }
+
+    /// From now on a fault starts its handler in the program, as on the chip. Without this call the program stops.
+    pub fn take_faults(&mut self) {
+        self.takes_faults = true;
+    }
+
+    /// The faults that the program's handlers have taken, one sentence each.
+    pub fn faults(&self) -> &[String] {
+        &self.faults
     }
 
     /// The reason why the program could not continue, as one sentence.
@@ -244,10 +267,11 @@ impl Microcontroller {
 
     /// The duty of the heater in permille; 0 while the power is off.
     pub fn heater(&self) -> u16 {
-        if self.on {
-            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
-        } else {
+        // RM0008, DBG_TIMx_STOP: "the outputs are disabled". The resistor at the pin keeps the switch off.
+        if !self.on || self.halted && self.io.dbgmcu.stops_tim3() {
             0
+        } else {
+            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
         }
     }
 
@@ -297,7 +321,7 @@ impl Microcontroller {
                 }
                 Work::Failed { .. } => {}
             }
-            let cycles = self.io.rcc.timebase().cycles(work.duration());
+            let cycles = self.io.rcc.timebase().cycles(self.io.flash.duration(work));
             self.core.stall(cycles);
         }
         self.set_lines();
@@ -308,9 +332,18 @@ impl Microcontroller {
         if self.io.flash.power_is_cut() {
             self.switch_off();
         }
+        if self.io.pwr.goes_down(self.time()) {
+            // The pins are inputs until the supply returns.
+            self.io.reset(self.core.cycle(), ResetCause::PowerOn);
+            self.note_leds();
+        }
     }
 
     fn set_lines(&mut self) {
+        // The handler of NMI starts again until the failure is cleared (RM0008, section 7.2.7).
+        if self.io.rcc.nmi() && self.core.active_exception() != NMI {
+            self.core.raise_nmi();
+        }
         for (interrupt, high) in (CAN_INTERRUPTS..).zip(self.io.can.lines()) {
             self.core.set_interrupt_line(interrupt, high);
         }
@@ -348,13 +381,26 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    /// Ends the run at this address of the program.
-    fn stop(&mut self, pc: u32, reason: impl Display) {
-        let name = self.name;
+    /// A fault of the program: starts its handler, or ends the run.
+    fn fault(&mut self, fault: &Fault) {
+        if self.takes_faults && self.core.take_fault(fault) {
+            let place = self.place(fault.pc);
+            self.faults.push(format!("{place}: {}", fault.kind));
+        } else {
+            self.stop(fault.pc, &fault.kind);
+        }
+    }
+
+    /// An address of the program with its function.
+    fn place(&self, pc: u32) -> String {
         let function = self.image.name_of(pc);
         let function = function.map(|(function, offset)| format!(", {function}+{offset:#x}"));
-        let function = function.unwrap_or_default();
-        let sentence = format!("{name} stopped at {pc:#010x}{function}: {reason}");
+        format!("{pc:#010x}{}", function.unwrap_or_default())
+    }
+
+    /// Ends the run at this address of the program.
+    fn stop(&mut self, pc: u32, reason: impl Display) {
+        let sentence = format!("{} stopped at {}: {reason}", self.name, self.place(pc));
         assert!(self.reports_stop, "{sentence}");
         self.stopped = Some(sentence);
         self.switch_off();

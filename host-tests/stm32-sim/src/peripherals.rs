@@ -7,6 +7,7 @@
 //! | 4000_0800h | TIM4 | RCC_APB1ENR.TIM4EN |
 //! | 4000_3000h | IWDG | |
 //! | 4000_6400h | bxCAN | RCC_APB1ENR.CANEN |
+//! | 4000_7000h | PWR | RCC_APB1ENR.PWREN |
 //! | 4001_0000h | AFIO | RCC_APB2ENR.AFIOEN |
 //! | 4001_0800h..4001_1BFFh | GPIOA to GPIOE | RCC_APB2ENR.IOPAEN to IOPEEN |
 //! | 4001_3000h | SPI1 | RCC_APB2ENR.SPI1EN |
@@ -23,12 +24,13 @@ mod tests;
 use super::afio::{Afio, CAN_RX, CAN_TX, IMU_SELECT};
 use super::bxcan::BxCan;
 use super::capture_timer::CaptureTimer;
-use super::dbgmcu;
+use super::dbgmcu::Dbgmcu;
 use super::flash::FlashInterface;
 use super::gpio::Gpio;
 use super::io::{AccessError, Io, Width};
 use super::ism330dhcx::Ism330dhcx;
 use super::iwdg::Iwdg;
+use super::pwr::Pwr;
 use super::rcc::{Rcc, ResetCause};
 use super::signature::Signature;
 use super::spi::{Clocks, Spi, SpiPart};
@@ -48,6 +50,8 @@ const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x0801_0000;
 pub struct Peripherals {
     /// Clocks and resets.
     pub rcc: Rcc,
+    /// The supply and its detectors.
+    pub pwr: Pwr,
     /// Pins.
     pub gpio: Gpio,
     /// Alternate functions of the pins.
@@ -62,6 +66,8 @@ pub struct Peripherals {
     pub tim4: CaptureTimer,
     /// The independent watchdog.
     pub iwdg: Iwdg,
+    /// What stops while a debugger halts the processor.
+    pub dbgmcu: Dbgmcu,
     /// The accelerometer.
     pub imu: Ism330dhcx,
     /// The CAN controller.
@@ -77,6 +83,7 @@ impl Peripherals {
     pub fn new(unique_id: [u32; 3], parameters: Flash, motion: Box<dyn Motion>) -> Self {
         Self {
             rcc: Rcc::default(),
+            pwr: Pwr::default(),
             gpio: Gpio::default(),
             afio: Afio::default(),
             flash: FlashInterface::new(parameters),
@@ -84,6 +91,7 @@ impl Peripherals {
             tim3: Timer::default(),
             tim4: CaptureTimer::default(),
             iwdg: Iwdg::default(),
+            dbgmcu: Dbgmcu::default(),
             imu: Ism330dhcx::new(motion),
             can: BxCan::new(),
             signature: Signature::new(unique_id),
@@ -97,6 +105,7 @@ impl Peripherals {
         self.rcc.reset(cycle, cause);
         self.flash.reset();
         self.iwdg.reset();
+        self.pwr.reset();
         // All modules at the same time: a transfer that is cut off is no violation of its chip select.
         self.spi1 = Spi::default();
         for module in Module::ALL {
@@ -109,6 +118,7 @@ impl Peripherals {
     /// The power returns at this time, cycles continue: everything restarts.
     pub fn power_on(&mut self, cycle: u64, time: Picoseconds) {
         self.rcc.go_on(cycle, time);
+        self.dbgmcu = Dbgmcu::default();
         self.flash.parameters_mut().power_on();
         self.can.power_on();
         self.reset(cycle, ResetCause::PowerOn);
@@ -127,16 +137,28 @@ impl Peripherals {
             .iwdg
             .expires_at()
             .map(|time| self.rcc.timebase().cycle_at(time));
-        [self.spi1.next_event(), self.rcc.next_event(), expiry]
-            .into_iter()
-            .flatten()
-            .min()
+        let cycle = |time| self.rcc.timebase().cycle_at(time);
+        let supply = self.pwr.next_event().map(cycle);
+        [
+            self.spi1.next_event(),
+            self.rcc.next_event(),
+            expiry,
+            supply,
+        ]
+        .into_iter()
+        .flatten()
+        .min()
     }
 
     /// Processes the events that are due at `cycle`.
     pub fn settle(&mut self, cycle: u64) {
         self.rcc.settle(cycle);
-        self.can.set_clock(self.rcc.pclk1());
+        if self.rcc.nmi() {
+            // The hardware has changed the clock: this is no violation of the firmware.
+            self.can.lose_clock(self.rcc.pclk1());
+        } else {
+            self.can.set_clock(self.rcc.pclk1());
+        }
         self.advance_spi(cycle);
     }
 
@@ -221,6 +243,7 @@ impl Peripherals {
     fn reset_module(&mut self, cycle: u64, module: Module) {
         match module {
             Module::Can => self.can.reset(),
+            Module::Pwr => self.pwr.reset(),
             Module::Afio => self.afio = Afio::default(),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(port)),
             Module::Spi1 => self.spi1 = Spi::default(),
@@ -278,6 +301,7 @@ impl Peripherals {
             Module::Tim4 => self.tim4.read(now, self.rcc.timer_clock(), offset),
             Module::Iwdg => self.iwdg.read(now, offset),
             Module::Can => self.can.read(now, offset),
+            Module::Pwr => self.pwr.read(now, offset),
             Module::Afio => self.afio.read(offset),
             Module::Gpio(port) => self.gpio.read(port, offset),
             Module::Spi1 => {
@@ -286,7 +310,7 @@ impl Peripherals {
             }
             Module::Rcc => self.rcc.read(cycle, offset),
             Module::Flash => self.flash.read(now, offset),
-            Module::Dbgmcu => dbgmcu::read(offset),
+            Module::Dbgmcu => self.dbgmcu.read(offset),
         }
     }
 
@@ -307,8 +331,15 @@ impl Peripherals {
                 self.tim4
                     .write(now, clock, offset, value, &mut self.violations)
             }
-            Module::Iwdg => self.iwdg.write(now, offset, value, &mut self.violations),
+            Module::Iwdg => {
+                self.iwdg.write(now, offset, value, &mut self.violations)?;
+                if self.iwdg.is_running() {
+                    self.rcc.watchdog_runs(now);
+                }
+                Ok(())
+            }
             Module::Can => self.can.write(now, offset, value),
+            Module::Pwr => self.pwr.write(offset, value, &mut self.violations),
             Module::Afio => self.afio.write(offset, value, &mut self.violations),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, violations| {
                 gpio.write(port, offset, value, violations)
@@ -320,12 +351,20 @@ impl Peripherals {
             }
             Module::Rcc => self.write_rcc(cycle, offset, value),
             Module::Flash => {
+                self.flash.set_supply(self.pwr.supply());
+                let busy = self.flash.is_busy();
                 self.flash.write(now, offset, value, &mut self.violations)?;
+                // Erasing needs HSI, as programming does (PM0075, section 2.3).
+                self.violations.check(
+                    !busy && self.flash.is_busy() && !self.rcc.hsi_is_on(),
+                    "RCC_CR",
+                    "the flash is erased without HSI",
+                );
                 self.flash
                     .check_wait_states(self.rcc.sysclk(), &mut self.violations);
                 Ok(())
             }
-            Module::Dbgmcu => dbgmcu::write(offset),
+            Module::Dbgmcu => self.dbgmcu.write(offset, value),
         }
     }
 
@@ -396,6 +435,7 @@ impl Io for Peripherals {
                 "RCC_CR",
                 "the flash is programmed without HSI",
             );
+            self.flash.set_supply(self.pwr.supply());
             return self
                 .flash
                 .program(now, address, width, value, &mut self.violations);

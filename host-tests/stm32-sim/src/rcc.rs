@@ -4,14 +4,16 @@
 //! |---|---|---|
 //! | 00h | RCC_CR | oscillators and PLL, with their ready flags |
 //! | 04h | RCC_CFGR | source and prescalers |
-//! | 08h | RCC_CIR | clock interrupts: none, reads 0 |
+//! | 08h | RCC_CIR | clock interrupts: only that of the clock security system |
 //! | 0Ch, 10h | RCC_APB2RSTR, RCC_APB1RSTR | peripheral resets |
 //! | 14h, 18h, 1Ch | RCC_AHBENR, RCC_APB2ENR, RCC_APB1ENR | peripheral clocks |
 //! | 24h | RCC_CSR | reset flags, LSI |
 //!
 //! RCC_BDCR (20h) is not modelled.
 
+mod failure;
 mod frequencies;
+mod reserved;
 
 #[cfg(test)]
 mod tests;
@@ -19,6 +21,7 @@ mod tests;
 use super::io::AccessError;
 use super::timebase::{MICROSECOND, Picoseconds, Timebase};
 use super::violation::Violations;
+use reserved::{AHB, APB1, APB2, CFGR, defined};
 
 /// The crystal on the board in Hz.
 pub const CRYSTAL: u32 = 8_000_000;
@@ -40,9 +43,10 @@ const HSI_TRIM: u32 = 0x1F << 3;
 const HSE_ON: u32 = 1 << 16;
 const HSE_READY: u32 = 1 << 17;
 const HSE_BYPASS: u32 = 1 << 18;
+const SECURITY_ON: u32 = 1 << 19;
 const PLL_ON: u32 = 1 << 24;
 const PLL_READY: u32 = 1 << 25;
-const CR_WRITABLE: u32 = HSI_ON | HSI_TRIM | HSE_ON | HSE_BYPASS | PLL_ON;
+const CR_WRITABLE: u32 = HSI_ON | HSI_TRIM | HSE_ON | HSE_BYPASS | SECURITY_ON | PLL_ON;
 /// HSI on, its trimming at the middle value.
 const CR_RESET: u32 = 0x81;
 
@@ -111,6 +115,8 @@ pub struct Rcc {
     hse: Oscillator,
     pll: Oscillator,
     lsi: Oscillator,
+    /// LSI as the running watchdog needs it.
+    watchdog_lsi: Oscillator,
     apb1_reset: u32,
     apb2_reset: u32,
     ahb_enable: u32,
@@ -119,6 +125,12 @@ pub struct Rcc {
     reset_flags: u32,
     lsi_on: bool,
     crystal_broken: bool,
+    /// When the crystal stops.
+    crystal_stops: Option<Picoseconds>,
+    /// CSSF: the clock security system has detected a failure of HSE.
+    failure: bool,
+    /// SYSCLK has stopped with the crystal.
+    stopped: bool,
 }
 
 impl Default for Rcc {
@@ -133,6 +145,7 @@ impl Default for Rcc {
             hse: None,
             pll: None,
             lsi: None,
+            watchdog_lsi: None,
             apb1_reset: 0,
             apb2_reset: 0,
             ahb_enable: AHBENR_RESET,
@@ -141,6 +154,9 @@ impl Default for Rcc {
             reset_flags: PIN_RESET | POWER_ON_RESET,
             lsi_on: false,
             crystal_broken: false,
+            crystal_stops: None,
+            failure: false,
+            stopped: false,
         }
     }
 }
@@ -161,18 +177,19 @@ impl Rcc {
             timebase,
             reset_flags: flags,
             crystal_broken: self.crystal_broken,
+            crystal_stops: self.crystal_stops,
             ..Self::default()
         };
-    }
-
-    /// Breaks the crystal (it no longer starts; if running, it continues) or repairs it.
-    pub fn break_crystal(&mut self, broken: bool) {
-        self.crystal_broken = broken;
     }
 
     /// `cycle` begins at `time`: the power was off until then.
     pub fn go_on(&mut self, cycle: u64, time: Picoseconds) {
         self.timebase.go_on(cycle, time);
+    }
+
+    /// The watchdog has been started, which switches LSI on without LSION (RM0008, section 19.3).
+    pub fn watchdog_runs(&mut self, now: Picoseconds) {
+        switch(&mut self.watchdog_lsi, true, now, LSI_STARTUP);
     }
 
     /// The conversion from cycles to time.
@@ -201,11 +218,20 @@ impl Rcc {
         }
     }
 
-    /// The cycle at which the clock changes without an access: a selected source becomes ready.
+    /// The cycle at which the clock changes without an access: a selected source becomes ready, or the crystal stops.
     pub fn next_event(&self) -> Option<u64> {
+        [self.next_switch(), self.crystal_stops]
+            .into_iter()
+            .flatten()
+            .min()
+            .map(|time| self.timebase.cycle_at(time))
+    }
+
+    /// When the selected source becomes ready.
+    fn next_switch(&self) -> Option<Picoseconds> {
         let chosen = self.chosen()?;
         let ready = self.oscillator(chosen)?;
-        (chosen != self.source && ready != Picoseconds::MAX).then(|| self.timebase.cycle_at(ready))
+        (chosen != self.source && ready != Picoseconds::MAX).then_some(ready)
     }
 
     /// Reads the register at `offset`.
@@ -224,13 +250,16 @@ impl Rcc {
                     | ready(self.pll, PLL_READY)
             }
             0x04 => self.cfgr | (self.source as u32) << 2,
-            0x08 => 0,
+            0x08 => self.interrupts(),
             0x0C => self.apb2_reset,
             0x10 => self.apb1_reset,
             0x14 => self.ahb_enable,
             0x18 => self.apb2_enable,
             0x1C => self.apb1_enable,
-            0x24 => self.reset_flags | u32::from(self.lsi_on) | ready(self.lsi, LSI_READY),
+            0x24 => {
+                let ready = ready(self.lsi, LSI_READY) | ready(self.watchdog_lsi, LSI_READY);
+                self.reset_flags | u32::from(self.lsi_on) | ready
+            }
             _ => return Err(AccessError::Refused("RCC: register not modelled")),
         })
     }
@@ -246,13 +275,16 @@ impl Rcc {
         self.settle(cycle);
         match offset {
             0x00 => self.write_cr(cycle, value, violations),
-            0x04 => self.write_cfgr(value, violations),
-            0x08 => violations.check(value & 0x1F00 != 0, "RCC_CIR", "interrupt not modelled"),
-            0x0C => self.apb2_reset = value,
-            0x10 => self.apb1_reset = value,
-            0x14 => self.ahb_enable = value,
-            0x18 => self.apb2_enable = value,
-            0x1C => self.apb1_enable = value,
+            0x04 => {
+                let value = defined("RCC_CFGR", value, CFGR, violations);
+                self.write_cfgr(value, violations);
+            }
+            0x08 => self.write_interrupts(value, violations),
+            0x0C => self.apb2_reset = defined("RCC_APB2RSTR", value, APB2, violations),
+            0x10 => self.apb1_reset = defined("RCC_APB1RSTR", value, APB1, violations),
+            0x14 => self.ahb_enable = defined("RCC_AHBENR", value, AHB, violations),
+            0x18 => self.apb2_enable = defined("RCC_APB2ENR", value, APB2, violations),
+            0x1C => self.apb1_enable = defined("RCC_APB1ENR", value, APB1, violations),
             0x24 => self.write_csr(cycle, value),
             _ => return Err(AccessError::Refused("RCC: register not modelled")),
         }
@@ -348,6 +380,9 @@ impl Rcc {
     /// cycles.
     pub fn settle(&mut self, cycle: u64) {
         let now = self.timebase.time_at(cycle);
+        if self.crystal_stops.take_if(|at| *at <= now).is_some() {
+            self.lose_crystal();
+        }
         let ready = |source| self.oscillator(source).is_some_and(|ready| ready <= now);
         if let Some(chosen) = self.chosen().filter(|source| ready(*source)) {
             self.source = chosen;

@@ -166,3 +166,10 @@ fn three_sensors_work_on_one_bus() {
         assert_eq!(bus.device(id).error_counters(), Some((0, 0)));
     }
 }
+
+/// SPI and I2C share the pins: a disturbance must not look like a start condition.
+#[test]
+fn i2c_of_the_accelerometer_is_disabled() {
+    let mut rig = Rig::booted("is2", BitRate::K500);
+    assert!(rig.io().0.imu.i2c_is_disabled());
+}

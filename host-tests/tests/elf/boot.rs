@@ -134,7 +134,6 @@ fn ram_is_kept_in_a_reset_and_lost_without_power() {
         let mut rig = switched_on(name);
         rig.boot_up();
         let place = (rig.microcontroller().image().end_of_statics() + 67) & !3;
-        assert!(place + 64 < rig.microcontroller().lowest_stack());
         let mark = 0x1234_5678_u32;
         assert!(
             rig.microcontroller_mut()
@@ -159,10 +158,11 @@ fn hang(rig: &mut Rig) {
         core.active_exception() == 0 && !core.is_asleep()
     });
     let place = rig.microcontroller().image().end_of_statics() + 64;
-    assert!(place + 64 < rig.microcontroller().lowest_stack());
     let core = rig.microcontroller_mut().core_mut();
     // CPSIE i, then a branch to itself.
     assert!(core.load(place, &[0x62, 0xB6, 0xFE, 0xE7]));
+    // Not in an IT block.
+    core.set_xpsr(0);
     core.set_register(15, place);
 }
 
@@ -191,6 +191,50 @@ fn watchdog_restarts_a_main_loop_that_hangs() {
     }
 }
 
+/// The byte in which the firmware keeps bits 24 to 31 of RCC_CSR.
+fn reset_causes(rig: &Rig) -> u8 {
+    let microcontroller = rig.microcontroller();
+    let place = microcontroller.image().address_of("RESET_CAUSES");
+    let place = place.expect("a variable of this name");
+    microcontroller.core().bytes(place, 1).expect("RAM")[0]
+}
+
+/// Each reset shows only its own cause (RM0008, RCC_CSR): PINRSTF is 4, PORRSTF 8, SFTRSTF 10h, IWDGRSTF 20h.
+#[test]
+fn cause_of_the_last_reset_is_kept() {
+    let mut rig = switched_on("is2");
+    rig.boot_up();
+    assert_eq!(reset_causes(&rig), 0x0C);
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&fsc::RESET);
+    rig.boot_up();
+    assert_eq!(reset_causes(&rig), 0x14);
+    hang(&mut rig);
+    rig.expect_reset(ResetCause::Watchdog);
+    rig.boot_up_within(3_500);
+    assert_eq!(reset_causes(&rig), 0x24);
+    rig.power_cycle();
+    rig.boot_up();
+    assert_eq!(reset_causes(&rig), 0x0C);
+}
+
+/// DBGMCU_CR stops the timer of the heater, and the watchdog.
+#[test]
+fn heater_is_off_while_a_debugger_halts_the_processor() {
+    let mut rig = Rig::booted("is2tk", BitRate::K50);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    rig.microcontroller_mut().halt();
+    assert_eq!(rig.microcontroller().heater(), 0);
+    rig.run(10_000);
+    assert_eq!(rig.device().boots(), 1);
+    let (_, now) = rig.io();
+    rig.microcontroller_mut().resume(now);
+    rig.run(100);
+    rig.poll();
+    assert!(rig.microcontroller().heater() > 0);
+}
+
 #[test]
 fn watchdog_does_not_reset_a_working_sensor() {
     let mut rig = Rig::with("is2", BusRate::Fixed(RATE), Flash::default());
@@ -206,26 +250,6 @@ fn watchdog_does_not_reset_a_working_sensor() {
         rig.run(50);
     }
     assert!(rig.flash().erased() >= 3);
-}
-
-#[test]
-fn failed_crystal_is_tried_again_at_each_watchdog_reset() {
-    let mut rig = switched_on("is2");
-    rig.io().0.rcc.break_crystal(true);
-    for boots in 2..=3 {
-        rig.expect_reset(ResetCause::Watchdog);
-        // The first period is 3.3 s: the watchdog counts from 4095, because the new reload value takes effect after five cycles
-        // of LSI (RM0008, section 19.4.4).
-        rig.wait_until(1000, 3_400, |rig| rig.device().boots() == boots);
-    }
-    assert!(rig.log.is_empty());
-    // The firmware waits for the crystal again. The repaired crystal starts with the next attempt.
-    rig.run(10);
-    rig.io().0.rcc.break_crystal(false);
-    rig.expect_reset(ResetCause::Watchdog);
-    rig.wait_until(1000, 3_400, |rig| rig.device().boots() == 4);
-    rig.boot_up();
-    rig.poll();
 }
 
 #[test]

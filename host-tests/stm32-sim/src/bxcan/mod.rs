@@ -173,6 +173,12 @@ impl BxCan {
         self.clock = hz;
     }
 
+    /// Sets the frequency of PCLK1 in Hz after a failure of the crystal. A bit on the wire keeps its length until the firmware
+    /// reacts.
+    pub fn lose_clock(&mut self, hz: u32) {
+        self.clock = hz;
+    }
+
     /// The protocol state: the level that it drives, its error counters.
     pub fn protocol(&self) -> &Protocol {
         &self.protocol

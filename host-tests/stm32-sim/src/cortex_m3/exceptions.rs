@@ -4,6 +4,12 @@ use super::registers::Registers;
 
 /// Numbers of exceptions.
 pub const NMI: u16 = 2;
+/// A fault that no other handler takes.
+pub const HARD_FAULT: u16 = 3;
+/// A bus fault, if its handler is enabled.
+pub const BUS_FAULT: u16 = 5;
+/// A usage fault, if its handler is enabled.
+pub const USAGE_FAULT: u16 = 6;
 /// The supervisor call.
 pub const SVCALL: u16 = 11;
 /// The request for a context switch.
@@ -67,10 +73,11 @@ impl Exceptions {
         i16::from(priority) & !below
     }
 
-    /// The group priority of an exception; NMI is higher than all configurable ones.
+    /// The group priority of an exception; NMI and HardFault are higher than all configurable ones.
     fn group_priority(&self, number: u16) -> i16 {
         match number {
             NMI => -2,
+            HARD_FAULT => -1,
             _ => self.group(self.priority(number)),
         }
     }

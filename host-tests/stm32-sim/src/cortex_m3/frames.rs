@@ -43,9 +43,15 @@ impl CortexM3 {
         if !self.registers.in_handler() {
             self.handler_began = self.instructions();
         }
-        self.push_frame()?;
+        let pushed = self.push_frame();
         self.registers.select_stack(false);
         self.registers.set(Register::LR, return_value);
+        pushed?;
+        self.start_handler(number)
+    }
+
+    /// Handler mode and the vector.
+    pub(super) fn start_handler(&mut self, number: u16) -> Result<()> {
         self.registers.exception = number;
         self.registers.it = ItState::default();
         self.exceptions.pending &= !only(number);
@@ -68,12 +74,12 @@ impl CortexM3 {
         let status = self.registers.xpsr() | if moved { ALIGNED } else { 0 };
         let registers = FRAME_REGISTERS.map(|register| self.registers.get(register));
         let words = registers.into_iter().chain([self.next, status]);
+        self.registers.set_stack_pointer(frame);
         for (address, word) in (frame..).step_by(4).zip(words) {
             if !self.memory.write(address, word.to_le_bytes()) {
-                return Err(FaultKind::Unmapped(address).into());
+                return Err(FaultKind::Stacking(address).into());
             }
         }
-        self.registers.set_stack_pointer(frame);
         Ok(())
     }
 

@@ -6,7 +6,7 @@
 //! order of handlers is that of the chip, but each takes a little longer.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
-//! stop the run with a [`Fault`].
+//! stop the run with a [`Fault`]. [`CortexM3::take_fault`] continues with the handler of the fault.
 
 pub mod decode;
 
@@ -14,6 +14,7 @@ mod cache;
 mod exceptions;
 mod execute;
 mod fault;
+mod fault_entry;
 mod frames;
 mod memory;
 mod nvic;
@@ -28,8 +29,9 @@ mod tests;
 use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
-use exceptions::{Exceptions, SYSTICK, only};
+use exceptions::{Exceptions, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
+use fault_entry::FaultStatus;
 use memory::{FLASH_START, Memory};
 use nvic::Nvic;
 use registers::{Flags, ItState, Registers};
@@ -92,6 +94,9 @@ pub struct CortexM3 {
     nvic: Nvic,
     systick: SysTick,
     system: SystemControl,
+    faults: FaultStatus,
+    /// A fault has occurred in the handler of a fault or NMI.
+    locked_up: bool,
 }
 
 impl Default for CortexM3 {
@@ -126,6 +131,8 @@ impl CortexM3 {
             nvic: Nvic::default(),
             systick: SysTick::new(),
             system: SystemControl::new(),
+            faults: FaultStatus::default(),
+            locked_up: false,
         }
     }
 
@@ -161,6 +168,8 @@ impl CortexM3 {
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
+        self.faults = FaultStatus::default();
+        self.locked_up = false;
     }
 
     /// Overwrites RAM after a power loss, so that a program cannot depend on its content.
@@ -193,6 +202,10 @@ impl CortexM3 {
         if !self.thumb {
             self.registers.set_read_pc(self.next.wrapping_add(4));
             return Err(FaultKind::InvalidState(self.next).into());
+        }
+        if self.locked_up {
+            self.stall(until.saturating_sub(self.cycle));
+            return Ok(Pause::Reached);
         }
         loop {
             self.note_systick();
@@ -305,9 +318,9 @@ impl CortexM3 {
         self.idle_cycles += cycles;
     }
 
-    /// True in WFI or WFE.
+    /// True in WFI or WFE, and after a lockup.
     pub fn is_asleep(&self) -> bool {
-        self.sleep.is_some()
+        self.sleep.is_some() || self.locked_up
     }
 
     /// The cycle in which SysTick next pends its exception.
@@ -318,6 +331,12 @@ impl CortexM3 {
     /// Sets the level of an interrupt line: if high, the interrupt becomes pending, and again after its handler.
     pub fn set_interrupt_line(&mut self, interrupt: u8, high: bool) {
         self.nvic.set_line(&mut self.exceptions, interrupt, high);
+    }
+
+    /// Makes NMI pending.
+    pub fn raise_nmi(&mut self) {
+        self.exceptions.pending |= only(NMI);
+        self.interrupted = true;
     }
 
     /// The address of the next instruction.

@@ -1,7 +1,7 @@
 //! The system control space (ARM ARM B3.2 to B3.4): the address of each register, and the registers of the system control block.
 
 use super::CortexM3;
-use super::exceptions::{FIRST_INTERRUPT, NMI, PENDSV, SYSTICK, only};
+use super::exceptions::{FIRST_INTERRUPT, HARD_FAULT, NMI, PENDSV, SYSTICK, only};
 use super::fault::{FaultKind, Result};
 use super::{Pause, nvic};
 use crate::io::Width;
@@ -73,6 +73,11 @@ impl SystemControl {
         self.configuration & DIV_0_TRP != 0
     }
 
+    /// True for HardFault, and for a fault with its handler enabled in SHCSR.
+    pub fn has_handler(&self, number: u16) -> bool {
+        number == HARD_FAULT || self.handler_control >> (12 + number) & 1 != 0
+    }
+
     pub fn aligns_stack(&self) -> bool {
         self.configuration & STKALIGN != 0
     }
@@ -141,8 +146,11 @@ impl CortexM3 {
                 }))
             }
             0xD24 => self.system.handler_control,
-            // CFSR, HFSR, DFSR, MMFAR, BFAR, AFSR: faults stop the run, so they are never set. DHCSR: no debugger.
-            0xD28..0xD40 | 0xDF0..0xDFC => 0,
+            0xD28 => self.faults.configurable,
+            0xD2C => self.faults.hard,
+            0xD38 => self.faults.bus_address,
+            // DFSR, MMFAR, AFSR: there is no debugger and no MPU. DHCSR: no debugger.
+            0xD30..0xD40 | 0xDF0..0xDFC => 0,
             // MPU_TYPE: there is no MPU.
             0xD90 => 0,
             0xDFC => self.system.debug_monitor,
@@ -160,8 +168,10 @@ impl CortexM3 {
             0xD10 => self.write_sleep_control(address, value)?,
             0xD14 => self.system.configuration = value & CCR_BITS,
             0xD24 => self.system.handler_control = value & 0x0007_0000,
-            // A write clears fault bits, which are never set.
-            0xD28..0xD34 => {}
+            // Writing 1 clears a bit.
+            0xD28 => self.faults.configurable &= !value,
+            0xD2C => self.faults.hard &= !value,
+            0xD30 => {}
             0xDFC => self.system.debug_monitor = value,
             0xF00 => self.nvic.trigger(&mut self.exceptions, value),
             _ => return Err(FaultKind::System(address, "it is read-only or not modelled").into()),

@@ -59,7 +59,7 @@ impl Bench {
 
     fn finish(&mut self) -> (Option<Work>, u32) {
         let work = self.flash.take_work();
-        self.now += work.map_or(0, Work::duration);
+        self.now += work.map_or(0, |work| self.flash.duration(work));
         (work, self.read(SR))
     }
 
@@ -220,12 +220,12 @@ fn faulty_memory_takes_same_time_without_error() {
     let mut bench = Bench::unlocked();
     bench.flash.parameters_mut().fail_writes(true);
     bench.flash.parameters_mut().fail_erases(true);
-    let duration = PROGRAM_TIME;
+    let duration = Times::TYPICAL.program;
     assert_eq!(
         bench.program(PAGE, 0),
         (Some(Work::Failed { duration }), END_OF_OPERATION)
     );
-    let duration = ERASE_TIME;
+    let duration = Times::TYPICAL.erase;
     assert_eq!(bench.erase(PAGE).0, Some(Work::Failed { duration }));
     bench.flash.parameters_mut().fail_writes(false);
     bench.flash.parameters_mut().wear_out(3);

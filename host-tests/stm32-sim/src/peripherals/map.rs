@@ -13,6 +13,7 @@ pub(super) enum Module {
     Tim4,
     Iwdg,
     Can,
+    Pwr,
     Afio,
     Gpio(PortName),
     Spi1,
@@ -23,12 +24,13 @@ pub(super) enum Module {
 
 impl Module {
     /// All modules.
-    pub(super) const ALL: [Self; 15] = [
+    pub(super) const ALL: [Self; 16] = [
         Self::Signature,
         Self::Tim3,
         Self::Tim4,
         Self::Iwdg,
         Self::Can,
+        Self::Pwr,
         Self::Afio,
         Self::Gpio(PortName::A),
         Self::Gpio(PortName::B),
@@ -50,6 +52,7 @@ impl Module {
             0x4000_0800 => Self::Tim4,
             0x4000_3000 => Self::Iwdg,
             0x4000_6400 => Self::Can,
+            0x4000_7000 => Self::Pwr,
             0x4001_0000 => Self::Afio,
             0x4001_0800 => Self::Gpio(PortName::A),
             0x4001_0C00 => Self::Gpio(PortName::B),
@@ -71,6 +74,7 @@ impl Module {
             Self::Tim3 => Some(Gate::Apb1(1)),
             Self::Tim4 => Some(Gate::Apb1(2)),
             Self::Can => Some(Gate::Apb1(25)),
+            Self::Pwr => Some(Gate::Apb1(28)),
             Self::Afio => Some(Gate::Apb2(0)),
             Self::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
             Self::Spi1 => Some(Gate::Apb2(12)),
@@ -85,6 +89,7 @@ impl Module {
             Self::Tim4 => "TIM4",
             Self::Iwdg => "IWDG",
             Self::Can => "CAN",
+            Self::Pwr => "PWR",
             Self::Afio => "AFIO",
             Self::Gpio(_) => "GPIO",
             Self::Spi1 => "SPI1",

@@ -284,6 +284,34 @@ fn programming_without_hsi_is_violation() {
 }
 
 #[test]
+fn erasing_without_hsi_is_violation() {
+    let mut bench = Bench::new();
+    bench.write(RCC, 0x0001_0083);
+    bench.cycle += 8_000_000;
+    bench.write(RCC + 4, 1);
+    bench.write(RCC, 0x0001_0080);
+    for (register, value) in [
+        (4, 0x4567_0123),
+        (4, 0xCDEF_89AB),
+        (0x10, 2),
+        (0x14, 0x0800_F800),
+        (0x10, 0x42),
+    ] {
+        bench.write(FLASH + register, value);
+    }
+    assert_eq!(bench.reasons(), ["the flash is erased without HSI"]);
+}
+
+#[test]
+fn lsi_is_ready_while_watchdog_runs() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(RCC + 0x24).map(|csr| csr & 0b11), Ok(0));
+    bench.write(IWDG, 0xCCCC);
+    bench.cycle += 85 * 8;
+    assert_eq!(bench.read(RCC + 0x24).map(|csr| csr & 0b11), Ok(0b10));
+}
+
+#[test]
 fn end_of_frame_is_event_when_interrupt_is_enabled() {
     let mut bench = Bench::with_spi();
     bench.write(SPI1 + 4, 1 << 6);

@@ -1,6 +1,7 @@
 //! Tests against the ARM ARM, with small programs.
 
 mod exceptions;
+mod faults;
 mod instructions;
 mod machine;
 mod timer;
