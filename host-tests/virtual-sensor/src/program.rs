@@ -2,7 +2,7 @@
 
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, RunError, Server, StatusLine, tcp};
-use bench::{Bus, BusRate, Device, Flash, NodeType};
+use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
@@ -223,7 +223,7 @@ fn open_store(path: &Path) -> Result<Flash, Failure> {
         .create(true)
         .truncate(false)
         .open(path);
-    let problem = match (Flash::in_file(path), writable) {
+    let problem = match (Flash::in_file(Geometry::STM32F103, path), writable) {
         (Ok(flash), Ok(_)) => return Ok(flash),
         (Err(error), _) if error.kind() == ErrorKind::ResourceBusy => {
             return Err(cannot(format!("use the store {}", path.display()))(error));
@@ -232,12 +232,14 @@ fn open_store(path: &Path) -> Result<Flash, Failure> {
     };
     let path_shown = path.display();
     eprintln!("virtual-sensor: cannot use the store {path_shown}: {problem}; nothing can be saved");
-    Ok(Flash::read_only(path).unwrap_or_else(|_| {
-        let mut flash = Flash::default();
-        flash.fail_writes(true);
-        flash.fail_erases(true);
-        flash
-    }))
+    Ok(
+        Flash::read_only(Geometry::STM32F103, path).unwrap_or_else(|_| {
+            let mut flash = Flash::default();
+            flash.fail_writes(true);
+            flash.fail_erases(true);
+            flash
+        }),
+    )
 }
 
 /// The firmware image in an ELF file; checks the model, if the file has symbols.
