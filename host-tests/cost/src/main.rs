@@ -10,6 +10,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
@@ -76,7 +77,7 @@ fn reports(
 ) -> Result<Vec<Report>, Box<dyn Error>> {
     let built = match elf {
         Some(_) => Default::default(),
-        None => firmware::build()?,
+        None => firmware::build(Chip::F103)?,
     };
     let mut reports = Vec::new();
     for product in products {

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::LazyLock;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
@@ -21,7 +22,7 @@ const END: &str = "<!-- end -->";
 const TOLERANCE: f64 = 10.0;
 
 static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
-    LazyLock::new(|| firmware::build().unwrap_or_else(|error| panic!("{error}")));
+    LazyLock::new(|| firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}")));
 
 /// One run of the scenario for each model, shared by all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {

@@ -17,6 +17,7 @@ pub mod afio;
 mod board;
 pub mod bxcan;
 pub mod capture_timer;
+pub mod chip;
 pub mod cortex_m3;
 pub mod dbgmcu;
 pub mod elf;

@@ -2,7 +2,7 @@
 //! nothing before it has found the rate.
 
 use crate::rig::*;
-use bench::{AdapterId, BusRate, Flash, Source};
+use bench::{AdapterId, BusRate, Source};
 use host_tests::bit_rate::{
     ATTEMPTS_MAX, FRAMES, FRAMES_MAX, PERIODS, attempts_of_lone_master, frames_until_detected,
 };
@@ -66,7 +66,7 @@ impl Traffic {
 fn each_of_the_ten_rates_is_detected_without_disturbing_the_bus() {
     for name in MODELS {
         for (rate, btr) in BIT_TIMING {
-            let mut rig = Rig::with(name, BusRate::Wire, Flash::default());
+            let mut rig = Rig::with(name, BusRate::Wire, blank());
             let mut traffic = Traffic::at(&mut rig, rate);
             for _ in 0..20_000 {
                 traffic.millisecond(&mut rig);
@@ -105,7 +105,7 @@ fn each_of_the_ten_rates_is_detected_without_disturbing_the_bus() {
 fn each_rate_on_a_full_bus_is_detected_at_the_first_try() {
     for name in MODELS {
         for (rate, btr) in BIT_TIMING {
-            let mut rig = Rig::with(name, BusRate::Wire, Flash::default());
+            let mut rig = Rig::with(name, BusRate::Wire, blank());
             let traffic = Traffic::at(&mut rig, rate);
             for number in 0..5_000_u16 {
                 while rig.bus.queued(traffic.ends[0]) < 20 {
@@ -129,7 +129,7 @@ fn each_rate_on_a_full_bus_is_detected_at_the_first_try() {
 
 #[test]
 fn sensor_without_traffic_listens_for_ever_and_sleeps_between_samples() {
-    let mut rig = Rig::with("is2", BusRate::Wire, Flash::default());
+    let mut rig = Rig::with("is2", BusRate::Wire, blank());
     rig.bus.close(rig.tester);
     rig.run(5_000);
     assert!(rig.log.is_empty());
@@ -147,6 +147,7 @@ fn sensor_without_traffic_listens_for_ever_and_sleeps_between_samples() {
     assert!(detecting * 100 <= fixed * 105, "{detecting}, {fixed}");
 }
 
+blue_pill_only! {
 /// The phases are fewer than on the PC, and differ in each case.
 #[test]
 fn each_rate_is_detected_within_4_frames_at_any_period_and_phase() {
@@ -157,7 +158,7 @@ fn each_rate_is_detected_within_4_frames_at_any_period_and_phase() {
             let phases = if period < 200_000 { 3 } else { 1 };
             for _ in 0..phases {
                 phase = (phase + 12_347) % period.max(5_000);
-                let sensor = microcontroller("is2", Flash::default());
+                let sensor = microcontroller("is2", blank());
                 let frame = FRAMES[phase as usize % FRAMES.len()];
                 let frames = frames_until_detected(sensor, rate, frame, period, phase);
                 most = most.max(frames);
@@ -170,12 +171,13 @@ fn each_rate_is_detected_within_4_frames_at_any_period_and_phase() {
     }
     println!("at most {most} frames");
 }
+}
 
 #[test]
 fn lone_master_is_acknowledged_within_30_attempts() {
     for rate in BitRate::ALL {
         for frame in FRAMES {
-            let sensor = microcontroller("is2", Flash::default());
+            let sensor = microcontroller("is2", blank());
             let attempts = attempts_of_lone_master(sensor, rate, frame);
             assert!(
                 attempts <= ATTEMPTS_MAX,

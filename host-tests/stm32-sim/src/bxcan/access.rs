@@ -50,7 +50,14 @@ impl BxCan {
     pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
-        let (mask, kept) = register.reserved();
+        let (mask, kept) = match register {
+            Register::FilterMaster
+            | Register::FilterMode
+            | Register::FilterScale
+            | Register::FilterFifo
+            | Register::FilterActivation => self.state.filters.reserved(register),
+            _ => register.reserved(),
+        };
         if value & mask != kept {
             let reason = format!("{value:08X}h changes reserved bits");
             self.violations.record(register.name(), reason);

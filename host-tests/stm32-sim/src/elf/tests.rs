@@ -263,7 +263,7 @@ fn segments_outside_program_flash_are_refused() {
     for address in [0x2000_0000, 0, 0xFFFF_FFF0, 0x0800_F6D1_u32] {
         assert_eq!(
             error_with(LOAD_ADDRESS, &address.to_le_bytes()),
-            ImageError::Place(address)
+            ImageError::Place(address, Chip::F103)
         );
     }
     // It fits to the last byte, but the vectors are missing.

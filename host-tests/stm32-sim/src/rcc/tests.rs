@@ -13,7 +13,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            rcc: Rcc::default(),
+            rcc: Rcc::new(Chip::F103),
             violations: Violations::default(),
             cycle: 100,
         }
@@ -158,7 +158,7 @@ fn pll_factors_and_inputs_match_manual() {
     ] {
         let rcc = Rcc {
             cfgr,
-            ..Rcc::default()
+            ..Rcc::new(Chip::F103)
         };
         assert_eq!(rcc.pll_frequency(), frequency, "RCC_CFGR {cfgr:08X}h");
     }

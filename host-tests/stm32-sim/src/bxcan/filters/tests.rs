@@ -59,7 +59,7 @@ fn set_up(banks: &[Bank]) -> Filters {
             assert_eq!(filters.read(register), word);
         }
     }
-    filters.write(Register::FilterMaster, MASTER_RESERVED, &mut violations);
+    filters.write(Register::FilterMaster, MASTER_RESET, &mut violations);
     assert_eq!(violations.all, []);
     filters
 }
@@ -245,7 +245,7 @@ fn no_frame_is_received_during_filter_initialization() {
     let mut filters = set_up(&[Bank::new(0, WIDE, MASK, [0, 0])]);
     let mut violations = Violations::default();
     assert!(filters.accept(&data(standard(1))).is_some());
-    filters.write(Register::FilterMaster, MASTER_RESERVED | 1, &mut violations);
+    filters.write(Register::FilterMaster, MASTER_RESET | 1, &mut violations);
     assert_eq!(filters.accept(&data(standard(1))), None);
 }
 

@@ -243,7 +243,7 @@ impl CortexM3 {
                 _ => exact >= 0,
             };
             let flag = if width == 8 { 0b1 } else { 0b11 };
-            flags |= u8::from(greater_equal) * flag << (at / 8);
+            flags |= (u8::from(greater_equal) * flag) << (at / 8);
         }
         if matches!(kind, K::Signed | K::Unsigned) {
             self.registers.flags.greater_equal = flags;
