@@ -229,3 +229,6 @@ impl FlashInterface {
         let _ = self.program_unit(now, address, width, value, PROGRAM_TIME, violations);
     }
 }
+
+#[cfg(test)]
+mod tests;

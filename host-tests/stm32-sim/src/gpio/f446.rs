@@ -91,3 +91,6 @@ impl Modes {
 fn two(register: u32, pin: u8) -> u8 {
     (register >> (2 * pin) & 0b11) as u8
 }
+
+#[cfg(test)]
+mod tests;

@@ -21,6 +21,10 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
+        Self::of(Chip::F103)
+    }
+
+    fn of(chip: Chip) -> Self {
         let level = Reading {
             acceleration: I32x3 {
                 x: 0,
@@ -31,9 +35,9 @@ impl Bench {
             temperature: 2500,
             clipped: false,
         };
-        let flash = Flash::default();
+        let flash = Flash::blank(chip.facts().geometry);
         Self {
-            io: Peripherals::new(Chip::F103, [1, 2, 3], flash, Box::new(level)),
+            io: Peripherals::new(chip, [1, 2, 3], flash, Box::new(level)),
             // The accelerometer has booted.
             cycle: 8_000_000,
         }
@@ -282,3 +286,5 @@ fn end_of_frame_is_event_when_interrupt_is_enabled() {
     bench.read(SPI1 + 0x0C).unwrap();
     assert!(bench.io.take_changed() && !bench.io.spi_interrupt());
 }
+
+mod f446;

@@ -232,3 +232,5 @@ fn lsi_becomes_ready_after_startup() {
     bench.cycle += 85 * 8;
     assert_eq!(bench.read(CSR) & 0b11, 0b11);
 }
+
+mod f446;
