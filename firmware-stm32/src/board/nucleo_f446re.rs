@@ -32,7 +32,7 @@ use cortex_m::peripheral::SYST;
 use embedded_hal::spi::{MODE_0, SpiBus};
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
-use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState};
+use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState, Speed};
 pub use stm32f4xx_hal::pac::Interrupt;
 use stm32f4xx_hal::pac::{self, interrupt};
 use stm32f4xx_hal::prelude::*;
@@ -163,7 +163,11 @@ impl Board {
         };
 
         let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
-        let pins = (Some(gpiob.pb13), Some(gpiob.pb14), Some(gpiob.pb15));
+        // At low speed the last bit of a transfer can be wrong. The pins get their speed before the bus starts.
+        let sck = gpiob.pb13.into_alternate().speed(Speed::VeryHigh);
+        let miso = gpiob.pb14.into_alternate().speed(Speed::VeryHigh);
+        let mosi = gpiob.pb15.into_alternate().speed(Speed::VeryHigh);
+        let pins = (Some(sck), Some(miso), Some(mosi));
         let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);
 
         Self {
