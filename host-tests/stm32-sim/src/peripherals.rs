@@ -203,7 +203,15 @@ impl Peripherals {
         let clocks = self.clocks();
         let time_at = |cycle| timebase.time_at(cycle);
         if board::spi_is_connected(self.chip, &self.afio, &self.gpio) {
-            self.spi.advance(cycle, clocks, time_at, &mut self.imu);
+            let rate = self.spi.bit_rate(clocks);
+            if board::spi_pins_are_fast_enough(self.chip, &self.gpio, rate) {
+                self.spi.advance(cycle, clocks, time_at, &mut self.imu);
+            } else {
+                let reason = "the pins of the SPI are too slow for its clock";
+                self.violations.add("GPIOx_OSPEEDR", reason);
+                let mut late = LateEdges(&mut self.imu);
+                self.spi.advance(cycle, clocks, time_at, &mut late);
+            }
         } else {
             self.spi.advance(cycle, clocks, time_at, &mut OpenWires);
         }
@@ -439,6 +447,20 @@ impl SpiPart for OpenWires {
 
     fn transfer(&mut self, _: Picoseconds, _: u8) -> u8 {
         0xFF
+    }
+}
+
+/// Pins whose edges are late: the last bit that is read is the one before it.
+struct LateEdges<'a>(&'a mut Ism330dhcx);
+
+impl SpiPart for LateEdges<'_> {
+    fn select(&mut self, now: Picoseconds, selected: bool) {
+        self.0.select(now, selected);
+    }
+
+    fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8 {
+        let answer = self.0.transfer(now, byte);
+        answer & !1 | answer >> 1 & 1
     }
 }
 

@@ -107,6 +107,11 @@ impl Default for Spi {
 }
 
 impl Spi {
+    /// The frequency of SCK in Hz.
+    pub fn bit_rate(&self, clocks: Clocks) -> u32 {
+        clocks.pclk / self.prescaler()
+    }
+
     /// True while a frame is on the wires.
     pub fn is_busy(&self) -> bool {
         self.shifting.is_some()

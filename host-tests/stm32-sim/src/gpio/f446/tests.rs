@@ -60,11 +60,7 @@ fn outputs_speed_and_alternate_function() {
     write(&mut gpio, PortName::B, 0x00, 0x0400_0280);
     write(&mut gpio, PortName::B, 0x18, 1 << 13);
     assert_eq!(gpio.output(pin), Some(true));
-    assert_eq!(
-        gpio.read(PortName::B, 0x10),
-        Ok(1 << 13),
-        "PB13 is high"
-    );
+    assert_eq!(gpio.read(PortName::B, 0x10), Ok(1 << 13), "PB13 is high");
     write(&mut gpio, PortName::B, 0x18, 1 << 29);
     assert_eq!(gpio.output(pin), Some(false));
     write(&mut gpio, PortName::B, 0x24, 0x0050_0000);

@@ -24,15 +24,16 @@ fn with_spi() -> Bench {
     bench
 }
 
+fn exchange(bench: &mut Bench, byte: u8) -> u8 {
+    bench.put(SPI2 + 0x0C, Width::Byte, byte.into()).unwrap();
+    while bench.read(SPI2 + 0x08).unwrap() & 1 == 0 {}
+    bench.get(SPI2 + 0x0C, Width::Byte).unwrap() as u8
+}
+
 /// WHO_AM_I of the accelerometer.
 fn who_am_i(bench: &mut Bench) -> u8 {
-    let mut exchange = |byte: u8| {
-        bench.put(SPI2 + 0x0C, Width::Byte, byte.into()).unwrap();
-        while bench.read(SPI2 + 0x08).unwrap() & 1 == 0 {}
-        bench.get(SPI2 + 0x0C, Width::Byte).unwrap() as u8
-    };
-    exchange(0x8F);
-    exchange(0)
+    exchange(bench, 0x8F);
+    exchange(bench, 0)
 }
 
 #[test]
@@ -51,6 +52,24 @@ fn accelerometer_answers_through_spi2_and_pins() {
         bench.write(GPIOB + 0x18, 1 << 12);
         assert_eq!(bench.reasons(), [""; 0]);
     }
+}
+
+/// At 8 MHz a low speed is too slow (DS10693: 4 MHz).
+#[test]
+fn slow_pins_of_spi2_read_a_wrong_last_bit() {
+    let mut bench = with_spi();
+    bench.write(GPIOB + 0x08, 0x0000_00C0);
+    bench.write(GPIOB + 0x18, 1 << 28);
+    // FIFO_CTRL1 is written and read.
+    exchange(&mut bench, 0x07);
+    exchange(&mut bench, 0x05);
+    bench.write(GPIOB + 0x18, 1 << 12);
+    bench.write(GPIOB + 0x18, 1 << 28);
+    exchange(&mut bench, 0x87);
+    assert_eq!(exchange(&mut bench, 0), 0x04);
+    let slow = "the pins of the SPI are too slow for its clock";
+    assert!(bench.reasons().iter().all(|reason| *reason == slow));
+    assert_eq!(bench.reasons().len(), 4);
 }
 
 #[test]
