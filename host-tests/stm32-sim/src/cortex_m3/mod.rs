@@ -1,9 +1,11 @@
-//! An ARM Cortex-M3 r1p1 as in the STM32F103C8: processor, interrupt controller, SysTick, system control, flash and RAM.
+//! An ARM Cortex-M3 r1p1 as in the STM32F103C8, or Cortex-M4 r0p1 as in the STM32F446RE ([`Model`]): processor, interrupt
+//! controller, SysTick, system control, flash and RAM.
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
 //! Every instruction takes one cycle, exception entry and return 12 each. Tail-chaining, which is optional, is not modelled: the
-//! order of handlers is that of the chip, but each takes a little longer.
+//! order of handlers is that of the chip, but each takes a little longer. On the Cortex-M4 this is only a count of instructions:
+//! its cycles are not those of the chip.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
 //! stop the run with a [`Fault`].

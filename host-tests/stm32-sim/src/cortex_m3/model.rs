@@ -10,7 +10,7 @@ pub enum Model {
     /// Cortex-M3 r1p1 of the STM32F103 (PM0056).
     CortexM3,
     /// Cortex-M4 r0p1 of the STM32F446 (PM0214), with the DSP extension. Its floating-point unit can be enabled, but it has no
-    /// instructions here: the images have none, and such an instruction stops the run.
+    /// instructions here: the images have none, and such an instruction stops the run. So exceptions never stack its registers.
     CortexM4,
 }
 
