@@ -64,7 +64,8 @@ const PIN_RESET: u32 = 1 << 26;
 const POWER_ON_RESET: u32 = 1 << 27;
 const SOFTWARE_RESET: u32 = 1 << 28;
 const WATCHDOG_RESET: u32 = 1 << 29;
-const RESET_FLAGS: u32 = 0xFC00_0000;
+/// Bit 25 is BORRSTF, only on the STM32F446.
+const RESET_FLAGS: u32 = 0xFE00_0000;
 
 /// TIMPRE in RCC_DCKCFGR.
 const TIMER_PRESCALER: u32 = 1 << 24;

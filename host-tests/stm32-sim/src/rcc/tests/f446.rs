@@ -126,3 +126,13 @@ fn gates_of_ahb1_and_apb1() {
     bench.write(0x10, 1 << 1);
     assert!(bench.rcc.is_in_reset(gpiob) && !bench.rcc.is_in_reset(spi2));
 }
+
+#[test]
+fn flags_of_power_on_are_cleared_by_software() {
+    let mut bench = bench();
+    assert_eq!(bench.read(CSR), 0x0E00_0000);
+    bench.write(CSR, REMOVE_FLAGS);
+    assert_eq!(bench.read(CSR), 0);
+    bench.rcc.reset(1000, ResetCause::Software);
+    assert_eq!(bench.read(CSR), 0x1400_0000);
+}
