@@ -126,6 +126,10 @@ impl Board {
         note_reset(&device.RCC);
         let mut watchdog = Watchdog::new(device.IWDG);
         watchdog.stop_on_debug(&device.DBGMCU, true);
+        device
+            .DBGMCU
+            .apb1_fz()
+            .modify(|_, w| w.dbg_tim3_stop().set_bit());
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
 
         let mut rcc = device.RCC.constrain();

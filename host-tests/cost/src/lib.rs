@@ -1,11 +1,12 @@
-//! The cost of the flashed Blue Pill image, measured by running it on the simulated microcontroller.
+//! The cost of the flashed images, measured by running them on the simulated microcontroller: all products on the Blue Pill, and
+//! two on the Nucleo.
 //!
 //! - [`rows`]: the rows of the table, and the exact definition of each;
 //! - [`products`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;
 //! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`]; [`calls`]: calculates figures from its calls;
 //! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
 //!
-//! The processor runs at 64 MHz and takes one cycle for each instruction, and 12 for the entry of an exception and for its
+//! On the Nucleo only bytes and instructions are measured. On the Blue Pill the processor runs at 64 MHz and takes one cycle for each instruction, and 12 for the entry of an exception and for its
 //! return. The real part needs more cycles: flash wait states, jumps, loads, divisions. So instructions are exact, but times and
 //! figures derived from them are not those of the real part.
 
@@ -19,10 +20,11 @@ pub mod scenario;
 pub mod tables;
 
 use products::MeasuredProduct;
-use rows::{ROWS, Row};
+use rows::{ROWS, Row, Unit};
 use scenario::Figures;
 use std::rc::Rc;
 use std::time::Instant;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::{Image, Part, Shares};
 
 /// The reason why a figure is not available.
@@ -99,9 +101,11 @@ pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, Cos
     add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);
     Ok(Report {
-        model: product.name,
+        model: product.label,
         figures: ROWS
             .iter()
+            // The cycles of the Cortex-M4 are not modelled, so there are no times on the Nucleo.
+            .filter(|row| product.chip == Chip::F103 || row.unit != Unit::Nanoseconds)
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
         speed,

@@ -59,13 +59,8 @@ impl Rig {
     pub fn new(product: MeasuredProduct, image: Rc<Image>) -> Self {
         let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
-        let device = bus.attach(Microcontroller::new(
-            product.name,
-            image,
-            1,
-            Flash::default(),
-            motion,
-        ));
+        let memory = Flash::blank(image.chip().facts().geometry);
+        let device = bus.attach(Microcontroller::new(product.name, image, 1, memory, motion));
         let tester = bus.adapter();
         bus.open(tester, None, false);
         Self {

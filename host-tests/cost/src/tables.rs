@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// The text above the tables: the conditions of the figures.
 pub const CONDITIONS: &str = "Instructions are exact. Times are those of the simulated microcontroller at 64 MHz with one cycle for each instruction; \
-     these are not the cycles of the real part, which needs more.";
+     these are not the cycles of the real part, which needs more. On the Nucleo only bytes and instructions are measured.";
 
 /// The table of one model, with its budgets.
 pub fn text(report: &Report, budgets: &Budgets) -> String {

@@ -1,4 +1,5 @@
-//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by half-words, erasing by pages.
+//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by half-words, erasing by pages. That of the STM32F446,
+//! which programs by other units and erases by sectors, has other registers: `flash/f446.rs`.
 //!
 //! | offset | register | |
 //! |---|---|---|
@@ -13,16 +14,14 @@
 //! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The pages of the program cannot be changed: an
 //! attempt is a violation.
 
+mod f446;
+
+use super::chip::Chip;
 use super::io::{AccessError, Width};
 use super::pwr::{PROGRAMMING_MIN, Supply};
 use super::timebase::{MICROSECOND, Picoseconds};
 use super::violation::Violations;
-use bench::{Flash, FlashError, PAGE_SIZE};
-use embedded_storage::nor_flash::NorFlash;
-use std::ops::Range;
-
-/// The pages of the parameters; the program is below them.
-pub const PARAMETERS: Range<u32> = 0x0800_F800..0x0801_0000;
+use bench::{Flash, FlashError};
 
 /// The times of the operations of a part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -40,6 +39,14 @@ impl Times {
     pub const TYPICAL: Self = Self::of(52_500_000, 30);
     /// The longest times.
     pub const LONGEST: Self = Self::of(70_000_000, 40);
+
+    /// Those of a usual part. On the STM32F446 (DS10693) PSIZE determines the time to erase; this one is for words.
+    const fn typical(chip: Chip) -> Self {
+        match chip {
+            Chip::F103 => Self::TYPICAL,
+            Chip::F446 => Self::of(16_000_000, 250),
+        }
+    }
 
     const fn of(program: Picoseconds, erase_ms: u64) -> Self {
         Self {
@@ -79,20 +86,28 @@ const OPTION_BYTE_REGISTER: u32 = 0x03FF_FFFC;
 const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
 
 /// An operation of the flash. The machine changes the memory of the processor accordingly and stalls the processor, which fetches
-/// its instructions from flash, for [`FlashInterface::duration`].
+/// its instructions from flash, for [`duration`](Self::duration).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Work {
-    /// Programs a half-word.
+    /// Programs a unit.
     Program {
         /// The address.
         address: u32,
+        /// The size of the unit.
+        width: Width,
         /// The resulting content: worn-out bits stay 1.
-        value: u16,
+        value: u32,
+        /// The duration.
+        duration: Picoseconds,
     },
-    /// Erases a page.
+    /// Erases a page or sector.
     Erase {
         /// Its first address.
         page: u32,
+        /// Its size in bytes.
+        size: usize,
+        /// The duration.
+        duration: Picoseconds,
     },
     /// An attempt that fails: the memory is faulty and does not change.
     Failed {
@@ -100,6 +115,19 @@ pub enum Work {
         duration: Picoseconds,
     },
 }
+
+impl Work {
+    /// The duration of the operation.
+    pub fn duration(self) -> Picoseconds {
+        match self {
+            Self::Program { duration, .. }
+            | Self::Erase { duration, .. }
+            | Self::Failed { duration } => duration,
+        }
+    }
+}
+
+const LOCK_REASON: &str = "written while it is locked";
 
 /// The state of the key sequence (PM0075, section 2.3.1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -114,12 +142,15 @@ enum Keys {
 /// The flash interface and the parameter pages.
 #[derive(Debug)]
 pub struct FlashInterface {
+    chip: Chip,
     parameters: Flash,
     acr: u32,
     cr: u32,
     ar: u32,
     errors: u32,
     ended: bool,
+    /// The data cache of the STM32F446 can contain erased data.
+    stale: bool,
     keys: Keys,
     busy_until: Option<Picoseconds>,
     work: Option<Work>,
@@ -129,27 +160,39 @@ pub struct FlashInterface {
 
 impl FlashInterface {
     /// After power-on, with these parameter pages.
-    pub fn new(parameters: Flash) -> Self {
+    ///
+    /// # Panics
+    /// When the memory is that of another microcontroller.
+    pub fn new(chip: Chip, parameters: Flash) -> Self {
+        let geometry = chip.facts().geometry;
+        assert_eq!(parameters.geometry(), geometry, "the memory of the chip");
         Self {
+            chip,
             parameters,
-            acr: PREFETCH,
+            acr: match chip {
+                Chip::F103 => PREFETCH,
+                Chip::F446 => 0,
+            },
             cr: 0,
             ar: 0,
             errors: 0,
             ended: false,
+            stale: false,
             keys: Keys::Locked,
             busy_until: None,
             work: None,
             supply: Supply::default(),
-            times: Times::TYPICAL,
+            times: Times::typical(chip),
         }
     }
 
     /// A reset; the memory stays.
     pub fn reset(&mut self) {
+        let mut memory = Flash::blank(self.parameters.geometry());
+        std::mem::swap(&mut memory, &mut self.parameters);
         *self = Self {
             times: self.times,
-            ..Self::new(std::mem::take(&mut self.parameters))
+            ..Self::new(self.chip, memory)
         };
     }
 
@@ -171,15 +214,6 @@ impl FlashInterface {
     /// Sets the times of this part.
     pub fn set_times(&mut self, times: Times) {
         self.times = times;
-    }
-
-    /// The duration of an operation.
-    pub fn duration(&self, work: Work) -> Picoseconds {
-        match work {
-            Work::Program { .. } => self.times.program,
-            Work::Erase { .. } => self.times.erase,
-            Work::Failed { duration } => duration,
-        }
     }
 
     /// True during an operation, at the time of the last access.
@@ -214,15 +248,16 @@ impl FlashInterface {
         self.work.take()
     }
 
-    /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY).
+    /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY; RM0390, table 6,
+    /// at 2.7 V and more).
     pub fn check_wait_states(&self, sysclk: u32, violations: &mut Violations) {
-        let needed = match sysclk {
-            0..=24_000_000 => 0,
-            24_000_001..=48_000_000 => 1,
-            _ => 2,
+        let (step, field) = match self.chip {
+            Chip::F103 => (24_000_000, LATENCY),
+            Chip::F446 => (30_000_000, f446::LATENCY),
         };
+        let needed = sysclk.div_ceil(step) - 1;
         violations.check(
-            self.acr & LATENCY < needed,
+            self.acr & field < needed,
             "FLASH_ACR",
             "too few wait states for this SYSCLK",
         );
@@ -231,6 +266,9 @@ impl FlashInterface {
     /// Reads the register at `offset`.
     pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
         self.settle(now);
+        if self.chip == Chip::F446 {
+            return self.read_f446(offset);
+        }
         let when = |on: bool, bits: u32| if on { bits } else { 0 };
         let busy = self.busy_until.is_some();
         Ok(match offset {
@@ -255,6 +293,9 @@ impl FlashInterface {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(now);
+        if self.chip == Chip::F446 {
+            return self.write_f446(now, offset, value, violations);
+        }
         match offset {
             0x00 => self.acr = value & ACR_WRITABLE,
             0x04 => return self.write_key(value, violations),
@@ -284,6 +325,10 @@ impl FlashInterface {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(now);
+        if self.chip == Chip::F446 {
+            self.program_f446(now, address, width, value, violations);
+            return Ok(());
+        }
         if width != Width::HalfWord || !address.is_multiple_of(2) {
             return Err(AccessError::Refused(
                 "flash: can be programmed by half-words only (bus error)",
@@ -295,24 +340,74 @@ impl FlashInterface {
         if self.busy_until.is_some() {
             return Err(AccessError::Refused("flash: written while it is busy"));
         }
-        let Some(offset) = offset_in_parameters(address) else {
+        if self.program_unit(now, address, width, value, self.times.program, violations)
+            == Err(FlashError::NotErased)
+        {
+            self.errors |= PROGRAMMING_ERROR;
+        }
+        Ok(())
+    }
+
+    /// Programs a unit of the parameters and makes the flash busy, unless the memory does not permit it.
+    fn program_unit(
+        &mut self,
+        now: Picoseconds,
+        address: u32,
+        width: Width,
+        value: u32,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) -> Result<(), FlashError> {
+        let Some(at) = self.offset_in_parameters(address) else {
             violations.add(
                 format!("flash {address:08X}h"),
                 "a page of the program is programmed",
             );
             return Ok(());
         };
-        self.check_supply(now, self.times.program, violations);
-        let result = self.parameters.write(offset, &(value as u16).to_le_bytes());
+        self.check_supply(now, duration, violations);
+        let length = width.bytes();
+        let value = &value.to_le_bytes()[..length];
+        let result = self.parameters.program_unit(at, value);
         if result == Err(FlashError::NotErased) {
-            self.errors |= PROGRAMMING_ERROR;
-            return Ok(());
+            return result;
         }
-        let at = offset as usize;
-        let held = &self.parameters.bytes()[at..at + 2];
-        let value = u16::from_le_bytes([held[0], held[1]]);
-        self.begin(now, result, Work::Program { address, value });
+        let held = self.parameters.bytes()[at..at + length].iter().rev();
+        let work = Work::Program {
+            address,
+            width,
+            value: held.fold(0, |word, byte| word << 8 | u32::from(*byte)),
+            duration,
+        };
+        self.begin(now, result, work);
         Ok(())
+    }
+
+    /// Erases the page of the parameters at an offset.
+    fn erase_page(
+        &mut self,
+        now: Picoseconds,
+        offset: usize,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) {
+        self.check_supply(now, duration, violations);
+        let size = self.parameters.geometry().page_size;
+        let start = offset / size * size;
+        let result = self.parameters.erase_page_at(start);
+        let work = Work::Erase {
+            page: self.chip.facts().parameters.start + start as u32,
+            size,
+            duration,
+        };
+        self.begin(now, result, work);
+    }
+
+    /// The offset of an address in the parameter pages.
+    fn offset_in_parameters(&self, address: u32) -> Option<usize> {
+        let parameters = &self.chip.facts().parameters;
+        let offset = address.checked_sub(parameters.start)?;
+        parameters.contains(&address).then_some(offset as usize)
     }
 
     fn write_key(&mut self, value: u32, violations: &mut Violations) -> Result<(), AccessError> {
@@ -335,7 +430,7 @@ impl FlashInterface {
 
     fn write_cr(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
         if self.keys != Keys::Unlocked {
-            violations.add("FLASH_CR", "written while it is locked");
+            violations.add("FLASH_CR", LOCK_REASON);
             return;
         }
         if self.busy_until.is_some() {
@@ -371,16 +466,10 @@ impl FlashInterface {
             violations.add("FLASH_CR", "STRT without PER");
             return;
         }
-        let Some(offset) = offset_in_parameters(self.ar) else {
-            violations.add("FLASH_AR", "a page of the program is erased");
-            return;
-        };
-        let size = PAGE_SIZE as u32;
-        let start = offset / size * size;
-        self.check_supply(now, self.times.erase, violations);
-        let result = self.parameters.erase(start, start + size);
-        let page = PARAMETERS.start + start;
-        self.begin(now, result, Work::Erase { page });
+        match self.offset_in_parameters(self.ar) {
+            Some(offset) => self.erase_page(now, offset, self.times.erase, violations),
+            None => violations.add("FLASH_AR", "a page of the program is erased"),
+        }
     }
 
     /// Makes the flash busy from now on. Faulty memory reports no error.
@@ -388,11 +477,11 @@ impl FlashInterface {
         let work = match result {
             Ok(()) => work,
             Err(_) => Work::Failed {
-                duration: self.duration(work),
+                duration: work.duration(),
             },
         };
         self.work = Some(work);
-        self.busy_until = Some(now + self.duration(work));
+        self.busy_until = Some(now + work.duration());
     }
 
     fn settle(&mut self, now: Picoseconds) {
@@ -400,13 +489,6 @@ impl FlashInterface {
             self.ended = true;
         }
     }
-}
-
-/// The offset of an address in the parameter pages.
-fn offset_in_parameters(address: u32) -> Option<u32> {
-    PARAMETERS
-        .contains(&address)
-        .then(|| address - PARAMETERS.start)
 }
 
 #[cfg(test)]

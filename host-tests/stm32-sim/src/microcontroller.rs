@@ -12,7 +12,7 @@ use super::board;
 use super::bxcan::BxCan;
 use super::cortex_m3::{CortexM3, Fault};
 use super::elf::Image;
-use super::flash::{PARAMETERS, Work};
+use super::flash::Work;
 use super::peripherals::Peripherals;
 use super::profile::{Call, Profile};
 use super::rcc::ResetCause;
@@ -28,7 +28,7 @@ use std::collections::{BTreeSet, VecDeque};
 use std::fmt::Display;
 use std::rc::Rc;
 
-/// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
+/// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63; RM0390, table 38).
 const CAN_INTERRUPTS: u8 = 19;
 
 /// The number of the exception NMI.
@@ -36,9 +36,6 @@ const NMI: u16 = 2;
 
 /// TIM4's interrupt.
 const TIM4_INTERRUPT: u8 = 30;
-
-/// SPI1's interrupt.
-const SPI1_INTERRUPT: u8 = 35;
 
 /// LED changes that are kept.
 const LED_HISTORY: usize = 10_000;
@@ -83,7 +80,10 @@ struct Reported {
 }
 
 impl Microcontroller {
-    /// A microcontroller that is not switched on, with this program and this serial number.
+    /// A microcontroller that is not switched on, with this program and this serial number. The image determines which one.
+    ///
+    /// # Panics
+    /// When the parameter memory is that of another microcontroller.
     pub fn new(
         name: &'static str,
         image: Rc<Image>,
@@ -91,7 +91,9 @@ impl Microcontroller {
         flash: Flash,
         motion: Box<dyn Motion>,
     ) -> Self {
-        let mut core = CortexM3::new();
+        let chip = image.chip();
+        let facts = chip.facts();
+        let mut core = CortexM3::with(facts.processor, facts.memory);
         for segment in image.segments() {
             let address = segment.load_address;
             let loaded = core.load(address, &segment.bytes);
@@ -101,7 +103,7 @@ impl Microcontroller {
             name,
             image,
             core,
-            io: Peripherals::new(unique_id(serial), flash, motion),
+            io: Peripherals::new(chip, unique_id(serial), flash, motion),
             heated: None,
             on: false,
             boots: 0,
@@ -262,7 +264,7 @@ impl Microcontroller {
 
     /// True while the sensor terminates the bus.
     pub fn terminated(&self) -> bool {
-        self.on && board::terminated(&self.io.gpio)
+        self.on && board::terminated(self.io.chip(), &self.io.gpio)
     }
 
     /// The duty of the heater in permille; 0 while the power is off.
@@ -271,7 +273,8 @@ impl Microcontroller {
         if !self.on || self.halted && self.io.dbgmcu.stops_tim3() {
             0
         } else {
-            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
+            let io = &self.io;
+            board::heater(io.chip(), &io.gpio, &io.afio, &io.tim3)
         }
     }
 
@@ -302,7 +305,8 @@ impl Microcontroller {
     fn load_parameters(&mut self) {
         if std::mem::take(&mut self.parameters_touched) {
             let bytes = self.io.flash.parameters().bytes();
-            let loaded = self.core.load(PARAMETERS.start, bytes);
+            let start = self.io.chip().facts().parameters.start;
+            let loaded = self.core.load(start, bytes);
             assert!(loaded, "the parameter pages are in flash");
         }
     }
@@ -312,16 +316,20 @@ impl Microcontroller {
         let cycle = self.core.cycle();
         self.io.settle(cycle);
         if let Some(work) = self.io.flash.take_work() {
-            match work {
-                Work::Program { address, value } => {
-                    self.core.program(address, value);
-                }
-                Work::Erase { page } => {
-                    self.core.erase(page, bench::PAGE_SIZE);
-                }
-                Work::Failed { .. } => {}
-            }
-            let cycles = self.io.rcc.timebase().cycles(self.io.flash.duration(work));
+            let changed = match work {
+                Work::Program {
+                    address,
+                    width,
+                    value,
+                    ..
+                } => self
+                    .core
+                    .load(address, &value.to_le_bytes()[..width.bytes()]),
+                Work::Erase { page, size, .. } => self.core.erase(page, size),
+                Work::Failed { .. } => true,
+            };
+            assert!(changed, "the parameters are in flash");
+            let cycles = self.io.rcc.timebase().cycles(work.duration());
             self.core.stall(cycles);
         }
         self.set_lines();
@@ -349,7 +357,10 @@ impl Microcontroller {
         }
         let lines = [
             (TIM4_INTERRUPT, self.io.tim4_interrupt()),
-            (SPI1_INTERRUPT, self.io.spi1_interrupt()),
+            (
+                self.io.chip().facts().spi_interrupt,
+                self.io.spi_interrupt(),
+            ),
         ];
         for (interrupt, high) in lines {
             self.core.set_interrupt_line(interrupt, high);
@@ -358,7 +369,7 @@ impl Microcontroller {
 
     fn note_leds(&mut self) {
         let leds = if self.on {
-            board::leds(&self.io.gpio)
+            board::leds(self.io.chip(), &self.io.gpio)
         } else {
             Leds::default()
         };

@@ -114,10 +114,21 @@ impl BxCan {
         }
     }
 
+    /// CAN1 of the STM32F446, which shares its filter banks with CAN2.
+    pub fn with_shared_filters() -> Self {
+        let mut controller = Self::new();
+        controller.state.filters = Filters::new(true);
+        controller
+    }
+
     /// A reset by RCC or of the microcontroller: resets the registers and the error counters; a current frame is aborted. The
     /// clock and the recorded history stay.
     pub fn reset(&mut self) {
-        self.state = State::default();
+        let filters = Filters::new(self.state.filters.are_shared());
+        self.state = State {
+            filters,
+            ..State::default()
+        };
         self.protocol.leave();
         self.protocol.reset();
         self.recovery = Recovery::None;

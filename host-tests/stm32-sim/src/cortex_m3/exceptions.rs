@@ -18,10 +18,8 @@ pub const PENDSV: u16 = 14;
 pub const SYSTICK: u16 = 15;
 /// Interrupt 0.
 pub const FIRST_INTERRUPT: u16 = 16;
-/// Interrupts of the STM32F103 (RM0008 10.1.2, without the connectivity line).
-pub const INTERRUPTS: u16 = 60;
 
-/// The implemented bits of a priority on the STM32F103 (RM0008 10.1.1).
+/// The implemented bits of a priority on both chips (RM0008 10.1.1, RM0390 10.1.1).
 const PRIORITY_BITS: u8 = 0xF0;
 /// The lowest priority: that of a program outside exceptions.
 const LOWEST: i16 = 256;
@@ -38,6 +36,8 @@ pub struct Exceptions {
     priority: [u8; 128],
     /// AIRCR.PRIGROUP.
     pub priority_group: u8,
+    /// The number of interrupts of the chip.
+    pub interrupts: u16,
 }
 
 /// The set with only this exception.
@@ -46,14 +46,15 @@ pub const fn only(number: u16) -> u128 {
 }
 
 impl Exceptions {
-    /// State after reset.
-    pub fn new() -> Self {
+    /// State after reset, with this many interrupts.
+    pub fn new(interrupts: u16) -> Self {
         Self {
             pending: 0,
             active: 0,
             enabled: only(FIRST_INTERRUPT) - 1,
             priority: [0; 128],
             priority_group: 0,
+            interrupts,
         }
     }
 

@@ -5,7 +5,7 @@
 use super::decode::instruction::Register;
 use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
-use super::registers::{Flags, ItState, THUMB};
+use super::registers::{ItState, THUMB};
 use super::sleep::Sleep;
 use super::{CortexM3, EXCEPTION_CYCLES};
 
@@ -148,7 +148,7 @@ impl CortexM3 {
             return Err(FaultKind::InvalidReturn(status, "xPSR in the frame has T clear").into());
         }
         self.next = return_address;
-        self.registers.flags = Flags::from_bits(status);
+        self.restore_flags(status);
         self.registers.it = ItState::from_bits(status);
         self.registers.exception = (status & 0x1FF) as u16;
         let moved = self.system.aligns_stack() && status & ALIGNED != 0;

@@ -1,9 +1,11 @@
-//! An ARM Cortex-M3 r1p1 as in the STM32F103C8: processor, interrupt controller, SysTick, system control, flash and RAM.
+//! An ARM Cortex-M3 r1p1 as in the STM32F103C8, or Cortex-M4 r0p1 as in the STM32F446RE ([`Model`]): processor, interrupt
+//! controller, SysTick, system control, flash and RAM.
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
 //! Every instruction takes one cycle, exception entry and return 12 each. Tail-chaining, which is optional, is not modelled: the
-//! order of handlers is that of the chip, but each takes a little longer.
+//! order of handlers is that of the chip, but each takes a little longer. On the Cortex-M4 this is only a count of instructions:
+//! its cycles are not those of the chip.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
 //! stop the run with a [`Fault`]. [`CortexM3::take_fault`] continues with the handler of the fault.
@@ -17,6 +19,7 @@ mod fault;
 mod fault_entry;
 mod frames;
 mod memory;
+mod model;
 mod nvic;
 mod registers;
 mod scb;
@@ -32,7 +35,9 @@ use decode::instruction::Register;
 use exceptions::{Exceptions, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use fault_entry::FaultStatus;
+pub use memory::MemorySizes;
 use memory::{FLASH_START, Memory};
+pub use model::Model;
 use nvic::Nvic;
 use registers::{Flags, ItState, Registers};
 use scb::SystemControl;
@@ -60,6 +65,7 @@ pub enum Pause {
 /// The processor with its memories.
 #[derive(Clone, Debug)]
 pub struct CortexM3 {
+    model: Model,
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
@@ -106,9 +112,19 @@ impl Default for CortexM3 {
 }
 
 impl CortexM3 {
-    /// Flash is erased. Call [`load`](Self::load), then [`reset`](Self::reset).
+    /// The processor of the STM32F103C8. Flash is erased. Call [`load`](Self::load), then [`reset`](Self::reset).
     pub fn new() -> Self {
+        let sizes = MemorySizes {
+            flash: 64 * 1024,
+            ram: 20 * 1024,
+        };
+        Self::with(Model::CortexM3, sizes)
+    }
+
+    /// A processor of this model with these memories. Flash is erased.
+    pub fn with(model: Model, sizes: MemorySizes) -> Self {
         Self {
+            model,
             registers: Registers::new(0),
             next: 0,
             thumb: true,
@@ -125,9 +141,9 @@ impl CortexM3 {
             sleep: None,
             event: false,
             noted_pending: 0,
-            cache: Cache::new(),
-            memory: Memory::new(),
-            exceptions: Exceptions::new(),
+            cache: Cache::new(sizes.flash),
+            memory: Memory::new(sizes),
+            exceptions: Exceptions::new(model.interrupts()),
             nvic: Nvic::default(),
             systick: SysTick::new(),
             system: SystemControl::new(),
@@ -164,7 +180,7 @@ impl CortexM3 {
         self.sleep = None;
         self.event = false;
         self.noted_pending = 0;
-        self.exceptions = Exceptions::new();
+        self.exceptions = Exceptions::new(self.model.interrupts());
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
@@ -367,8 +383,16 @@ impl CortexM3 {
 
     /// Sets the flags and ITSTATE from a program status.
     pub fn set_xpsr(&mut self, value: u32) {
-        self.registers.flags = Flags::from_bits(value);
+        self.restore_flags(value);
         self.registers.it = ItState::from_bits(value);
+    }
+
+    /// Sets the flags from a program status.
+    fn restore_flags(&mut self, status: u32) {
+        self.registers.flags = Flags {
+            greater_equal: self.model.greater_equal(status),
+            ..Flags::from_bits(status)
+        };
     }
 
     /// A word of flash or RAM.
@@ -383,12 +407,12 @@ impl CortexM3 {
 
     /// Programs a half-word of flash, as the flash controller does. False when the address is not in flash.
     pub fn program(&mut self, address: u32, half_word: u16) -> bool {
-        memory::flash_offset(address).is_some() && self.load(address, &half_word.to_le_bytes())
+        self.memory.is_flash(address) && self.load(address, &half_word.to_le_bytes())
     }
 
     /// Erases a part of flash. False when it is not completely in flash.
     pub fn erase(&mut self, address: u32, length: usize) -> bool {
-        memory::flash_offset(address).is_some() && self.load(address, &vec![0xFF; length])
+        self.memory.is_flash(address) && self.load(address, &vec![0xFF; length])
     }
 
     /// Adds a breakpoint: runs stop before the instruction at this address.

@@ -4,7 +4,7 @@
 //! SYSCLK comes from HSE, directly or through the PLL, it also switches SYSCLK to HSI and the PLL off. Without the security
 //! system, SYSCLK stops: the pins keep their levels, and only the watchdog, which has its own clock, ends this state.
 
-use super::{HSE_ON, HSI_ON, PLL_ON, PLL_SOURCE, Picoseconds, Rcc, SECURITY_ON, SOURCE, Source};
+use super::{HSE_ON, HSI_ON, PLL_ON, Picoseconds, Rcc, SECURITY_ON, SOURCE, Source};
 use crate::violation::Violations;
 
 // RCC_CIR.
@@ -54,7 +54,7 @@ impl Rcc {
         if self.hse.is_none() {
             return;
         }
-        let through_pll = self.cfgr & PLL_SOURCE != 0;
+        let through_pll = self.pll_takes_hse();
         let in_use = match self.source {
             Source::Hsi => false,
             Source::Hse => true,

@@ -14,7 +14,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            rcc: Rcc::default(),
+            rcc: Rcc::new(Chip::F103),
             violations: Violations::default(),
             cycle: 100,
         }
@@ -159,7 +159,7 @@ fn pll_factors_and_inputs_match_manual() {
     ] {
         let rcc = Rcc {
             cfgr,
-            ..Rcc::default()
+            ..Rcc::new(Chip::F103)
         };
         assert_eq!(rcc.pll_frequency(), frequency, "RCC_CFGR {cfgr:08X}h");
     }
@@ -317,3 +317,4 @@ fn reserved_bits_are_violations_and_are_not_stored() {
         }
     }
 }
+mod f446;

@@ -82,7 +82,12 @@ impl Chip {
     /// The peripherals after a reset, with their clocks.
     fn machine(&self, with_clocks: bool) -> Peripherals {
         let motion = Box::new(Reading::default());
-        let mut machine = Peripherals::new([1, 2, 3], Flash::default(), motion);
+        let mut machine = Peripherals::new(
+            stm32_sim::chip::Chip::F103,
+            [1, 2, 3],
+            Flash::default(),
+            motion,
+        );
         for (address, value) in self.clocks.iter().filter(|_| with_clocks) {
             let written = machine.write(1, *address, Width::Word, *value);
             written.expect("a clock enable register");
