@@ -147,6 +147,8 @@ mod tests {
                 .iter()
                 .map(|(key, figure)| (Row::find(key).unwrap(), *figure))
                 .collect(),
+            cycles: Default::default(),
+            phases: Default::default(),
             speed: 1.0,
         }
     }
@@ -219,7 +221,7 @@ mod tests {
         let ceilings = [
             ("read_request", 450),
             ("sync", 450),
-            ("sync_worst", 25_000),
+            ("sync_worst", 60_000),
             ("idle_poll", 60),
             ("sample_butterworth", 900),
             ("perpendicular", 260),

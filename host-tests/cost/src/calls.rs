@@ -2,24 +2,72 @@
 
 use super::CostError;
 use super::function::{NodeFunctions, STORE_SAVE, STORE_STEP};
+use std::ops::AddAssign;
 use stm32_sim::profile::Call;
 
-/// The instructions of the longest call of a function.
-///
-/// # Errors
-/// It was never called.
-pub fn most(calls: &[Call], function: &'static str) -> Result<u64, CostError> {
-    let figures = of(calls, function).map(|call| call.instructions);
-    figures.max().ok_or(CostError::NeverCalled(function))
+/// Instructions and cycles of the same calls.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct Count {
+    /// Executed instructions.
+    pub instructions: u64,
+    /// Cycles by the timing table.
+    pub cycles: u64,
 }
 
-/// The median of the instructions of the calls of a function.
+impl Count {
+    /// The larger one of each.
+    #[must_use]
+    pub fn max(self, other: Self) -> Self {
+        Self {
+            instructions: self.instructions.max(other.instructions),
+            cycles: self.cycles.max(other.cycles),
+        }
+    }
+
+    /// The median of each.
+    pub fn middle(counts: &[Self]) -> Option<Self> {
+        let of = |part: fn(&Self) -> u64| middle(counts.iter().map(part).collect());
+        Some(Self {
+            instructions: of(|count| count.instructions)?,
+            cycles: of(|count| count.cycles)?,
+        })
+    }
+}
+
+impl From<&Call> for Count {
+    fn from(call: &Call) -> Self {
+        Self {
+            instructions: call.instructions,
+            cycles: call.cycles,
+        }
+    }
+}
+
+impl AddAssign for Count {
+    fn add_assign(&mut self, other: Self) {
+        self.instructions += other.instructions;
+        self.cycles += other.cycles;
+    }
+}
+
+/// The counts of the longest call of a function.
 ///
 /// # Errors
 /// It was never called.
-pub fn median(calls: &[Call], function: &'static str) -> Result<u64, CostError> {
-    let figures = of(calls, function).map(|call| call.instructions).collect();
-    middle(figures).ok_or(CostError::NeverCalled(function))
+pub fn most(calls: &[Call], function: &'static str) -> Result<Count, CostError> {
+    let counts = of(calls, function).map(Count::from);
+    counts
+        .reduce(Count::max)
+        .ok_or(CostError::NeverCalled(function))
+}
+
+/// The medians of the calls of a function.
+///
+/// # Errors
+/// It was never called.
+pub fn median(calls: &[Call], function: &'static str) -> Result<Count, CostError> {
+    let counts: Vec<Count> = of(calls, function).map(Count::from).collect();
+    Count::middle(&counts).ok_or(CostError::NeverCalled(function))
 }
 
 /// The median, the larger of the two middle figures; None for an empty list.
@@ -28,12 +76,12 @@ pub fn middle(mut figures: Vec<u64>) -> Option<u64> {
     figures.get(figures.len() / 2).copied()
 }
 
-/// The instructions in core from the reception of a message: `receive`, and all `transmit` and `poll` up to the last of the
+/// The counts in core from the reception of a message: `receive`, and all `transmit` and `poll` up to the last of the
 /// consecutive polls, which returns None. `calls` are in the order of their start.
 ///
 /// # Errors
 /// There is no reception, or a call is missing after it.
-pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
+pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError> {
     let of_node = [node.receive, node.transmit, node.poll];
     let mut turn = calls
         .iter()
@@ -43,17 +91,17 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> 
     if turn.peek().is_none() {
         return Err(CostError::NeverCalled(node.receive));
     }
-    let (mut instructions, mut transmitted, mut polled) = (0, false, false);
+    let (mut count, mut transmitted, mut polled) = (Count::default(), false, false);
     for call in turn {
         if polled && call.function != node.poll {
             break;
         }
         transmitted |= call.function == node.transmit;
         polled |= call.function == node.poll;
-        instructions += call.instructions;
+        count += call.into();
     }
     match (transmitted, polled) {
-        (true, true) => Ok(instructions),
+        (true, true) => Ok(count),
         (false, _) => Err(CostError::NeverCalled(node.transmit)),
         (true, false) => Err(CostError::NeverCalled(node.poll)),
     }
@@ -63,20 +111,20 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> 
 ///
 /// # Errors
 /// There is no reception, or no `transmit` after it.
-pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
+pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError> {
     let of_node = [node.receive, node.transmit, node.poll];
     let turn = calls
         .iter()
         .filter(|call| of_node.contains(&call.function))
         .skip_while(|call| call.function != node.receive);
-    let mut instructions = 0;
+    let mut count = Count::default();
     for call in turn {
-        instructions += call.instructions;
+        count += call.into();
         if call.function == node.transmit {
-            return Ok(instructions);
+            return Ok(count);
         }
     }
-    let received = instructions > 0;
+    let received = count.instructions > 0;
     Err(CostError::NeverCalled(if received {
         node.transmit
     } else {
@@ -84,15 +132,15 @@ pub fn reply(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
     }))
 }
 
-/// The instructions of a save: its start with the record of the parameters, its steps, and the node's handling of its end.
+/// The counts of a save: its start with the record of the parameters, its steps, and the node's handling of its end.
 ///
 /// # Errors
 /// One of these calls is missing.
-pub fn save(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
+pub fn save(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError> {
     let first = |function| of(calls, function).next();
     let begin = first(STORE_SAVE).ok_or(CostError::NeverCalled(STORE_SAVE))?;
     let end = first(node.stored).ok_or(CostError::NeverCalled(node.stored))?;
-    let mut instructions = 0;
+    let mut count = Count::default();
     for part in [STORE_SAVE, STORE_STEP, node.stored] {
         let within: Vec<&Call> = of(calls, part)
             .filter(|call| (begin.start..=end.start).contains(&call.start))
@@ -100,9 +148,9 @@ pub fn save(calls: &[Call], node: &NodeFunctions) -> Result<u64, CostError> {
         if within.is_empty() {
             return Err(CostError::NeverCalled(part));
         }
-        instructions += within.iter().map(|call| call.instructions).sum::<u64>();
+        within.into_iter().for_each(|call| count += call.into());
     }
-    Ok(instructions)
+    Ok(count)
 }
 
 fn of<'a>(calls: &'a [Call], function: &'static str) -> impl Iterator<Item = &'a Call> {
@@ -121,7 +169,15 @@ mod tests {
         stored: "stored",
     };
 
-    /// Consecutive calls with these instructions.
+    /// What calls with these instructions cost.
+    fn count(instructions: u64) -> Count {
+        Count {
+            instructions,
+            cycles: 2 * instructions,
+        }
+    }
+
+    /// Consecutive calls with these instructions, each of two cycles.
     fn calls(made: &[(&'static str, u64)]) -> Vec<Call> {
         let mut cycle = 0;
         made.iter()
@@ -131,6 +187,7 @@ mod tests {
                 Call {
                     function,
                     instructions,
+                    cycles: 2 * instructions,
                     start,
                     end: cycle,
                     depth: 0,
@@ -143,8 +200,8 @@ mod tests {
     #[test]
     fn most_and_median_use_calls_of_one_function() {
         let calls = calls(&[("a", 7), ("b", 900), ("a", 5), ("a", 100)]);
-        assert_eq!(most(&calls, "a"), Ok(100));
-        assert_eq!(median(&calls, "a"), Ok(7));
+        assert_eq!(most(&calls, "a"), Ok(count(100)));
+        assert_eq!(median(&calls, "a"), Ok(count(7)));
         assert_eq!(middle(vec![9, 1, 5, 7]), Some(7));
         assert_eq!(middle(Vec::new()), None);
         assert_eq!(most(&calls, "c"), Err(CostError::NeverCalled("c")));
@@ -164,8 +221,8 @@ mod tests {
             ("transmit", 1000),
             ("poll", 1000),
         ]);
-        assert_eq!(exchange(&made, &NODE), Ok(54_321));
-        assert_eq!(reply(&made, &NODE), Ok(21));
+        assert_eq!(exchange(&made, &NODE), Ok(count(54_321)));
+        assert_eq!(reply(&made, &NODE), Ok(count(21)));
         assert_eq!(
             reply(&made[..3], &NODE),
             Err(CostError::NeverCalled("transmit"))
@@ -196,7 +253,7 @@ mod tests {
             ("stored", 50_000),
             (STORE_STEP, 1000),
         ];
-        assert_eq!(save(&calls(&made), &NODE), Ok(54_321));
+        assert_eq!(save(&calls(&made), &NODE), Ok(count(54_321)));
         assert_eq!(
             save(&calls(&made[..5]), &NODE),
             Err(CostError::NeverCalled("stored"))

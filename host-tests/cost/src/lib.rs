@@ -6,9 +6,9 @@
 //! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`]; [`calls`]: calculates figures from its calls;
 //! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
 //!
-//! On the Nucleo only bytes and instructions are measured. On the Blue Pill the processor runs at 64 MHz and takes one cycle for each instruction, and 12 for the entry of an exception and for its
-//! return. The real part needs more cycles: flash wait states, jumps, loads, divisions. So instructions are exact, but times and
-//! figures derived from them are not those of the real part.
+//! The processor runs at 64 MHz. Times are cycles by the timing table of the processor's Technical Reference Manual, with the wait
+//! states of the flash and of the buses, at the worst end of what the manuals leave open: see [`stm32_sim::cortex_m3::timing`].
+//! They are not measured on hardware. Instructions are exact. On the Nucleo only bytes and instructions are measured.
 
 pub mod budgets;
 pub mod calls;
@@ -22,9 +22,11 @@ pub mod tables;
 use products::MeasuredProduct;
 use rows::{ROWS, Row, Unit};
 use scenario::Figures;
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
 use stm32_sim::chip::Chip;
+use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::{Image, Part, Shares};
 
 /// The reason why a figure is not available.
@@ -64,6 +66,10 @@ pub struct Report {
     pub model: &'static str,
     /// The rows of this model with their figures, in the order of the table.
     pub figures: Vec<(&'static Row, u64)>,
+    /// Cycles of the rows whose figures are instructions, by key.
+    pub cycles: Figures,
+    /// What the firmware was doing at the worst phase of a row, by key: the functions before and behind the receive interrupt.
+    pub phases: BTreeMap<&'static str, String>,
     /// The speed of the run in million simulated instructions per second: a property of this computer, not of the image.
     pub speed: f64,
 }
@@ -84,6 +90,21 @@ impl Report {
 /// # Panics
 /// The program does something that is a fault on the chip.
 pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, CostError> {
+    measure_with(product, image, Cycles::default())
+}
+
+/// The same with other values of the parameters that the manuals leave open.
+///
+/// # Errors
+/// [`CostError`].
+///
+/// # Panics
+/// The program does something that is a fault on the chip.
+pub fn measure_with(
+    product: MeasuredProduct,
+    image: Rc<Image>,
+    cycles: Cycles,
+) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
     let modules = [
@@ -94,9 +115,11 @@ pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, Cos
     let protocol = modules.map(|module| image.flash_of(module)).iter().sum();
     let scenario::Outcome {
         mut figures,
+        cycles,
+        phases,
         stack,
         instructions,
-    } = scenario::run(product, image)?;
+    } = scenario::run(product, image, cycles)?;
     let speed = instructions as f64 / begin.elapsed().as_secs_f64() / 1e6;
     add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);
@@ -108,6 +131,13 @@ pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, Cos
             .filter(|row| product.chip == Chip::F103 || row.unit != Unit::Nanoseconds)
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
+        // As the times.
+        cycles: if product.chip == Chip::F103 {
+            cycles
+        } else {
+            Figures::new()
+        },
+        phases,
         speed,
     })
 }

@@ -52,8 +52,12 @@ pub struct Protocol {
     pub read: Message,
     /// Writes a parameter.
     pub write: Message,
+    /// The first bytes of its reply that tell it from other replies.
+    pub read_code: usize,
     /// A synchronous message, whose reply contains the angles.
     pub sync: Message,
+    /// The first bytes of its reply that tell it from other frames of this identifier.
+    pub sync_code: usize,
     /// Each filter.
     pub filters: &'static [Filter],
     /// Sets the filter with the longest computing time.
@@ -87,6 +91,8 @@ pub struct MeasuredProduct {
     pub protocol: &'static Protocol,
     /// The functions that calculate its angles.
     pub angles: Angles,
+    /// The times of its answers are measured also against saves and boot: one product of each protocol.
+    pub swept: bool,
 }
 
 impl From<&Product> for MeasuredProduct {
@@ -97,6 +103,7 @@ impl From<&Product> for MeasuredProduct {
             label: product.name,
             chip: Chip::F103,
             name: product.name,
+            swept: ["is2", "jn2101"].contains(&product.name),
             protocol: match product.protocol {
                 catalog::Protocol::Fsc(_) => &FSC,
                 catalog::Protocol::Canopen(_) => &CANOPEN,
@@ -119,6 +126,7 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
     Some(MeasuredProduct {
         label,
         chip: Chip::F446,
+        swept: false,
         ..product
     })
 }
@@ -200,7 +208,9 @@ const FSC: Protocol = Protocol {
     read: request(&[0x00]),
     // Cyclic time 20 ms.
     write: request(&[0x25, 20, 0]),
+    read_code: 1,
     sync: Message(0x100, &[]),
+    sync_code: 1,
     filters: &[
         Filter {
             settings: &[request(&[0x27, 0xD0, 0x07, 0])],
@@ -308,7 +318,10 @@ const CANOPEN: Protocol = Protocol {
     read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
     // The timer of the first TPDO, 20 ms; it is effective only with another transmission type.
     write: sdo(&[0x2B, 0x00, 0x18, 5, 20, 0, 0, 0]),
+    // Command, index and subindex.
+    read_code: 4,
     sync: Message(0x080, &[]),
+    sync_code: 0,
     filters: &[
         Filter {
             settings: &[sdo(&[0x2F, 0x43, 0x20, 0, 0, 0, 0, 0])],

@@ -11,6 +11,8 @@ use plumbline::time::{Duration, Instant, after, millis};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
+use stm32_sim::chip::Chip;
+use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 
@@ -46,6 +48,20 @@ impl Motion for Tumble {
     }
 }
 
+/// The same, while the temperature swings slowly below the set point of the heater of the JN2101, 50 degC, so that its regulator
+/// changes the duty at each step.
+pub struct Warming;
+
+impl Motion for Warming {
+    fn reading(&mut self, now: Instant) -> Reading {
+        let seconds = now.ticks() as f64 / 1e6;
+        Reading {
+            temperature: (4800.0 + 400.0 * (TAU * seconds / 30.0).sin()) as i16,
+            ..Tumble.reading(now)
+        }
+    }
+}
+
 /// A sensor and a tester.
 pub struct Rig {
     bus: Bus,
@@ -56,11 +72,16 @@ pub struct Rig {
 
 impl Rig {
     /// A sensor with blank memory, which is switched on.
-    pub fn new(product: MeasuredProduct, image: Rc<Image>) -> Self {
+    pub fn new(product: MeasuredProduct, image: Rc<Image>, cycles: Cycles) -> Self {
         let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
         let memory = Flash::blank(image.chip().facts().geometry);
-        let device = bus.attach(Microcontroller::new(product.name, image, 1, memory, motion));
+        let mut controller = Microcontroller::new(product.name, image, 1, memory, motion);
+        // The cycles of the Cortex-M4 are not modelled.
+        if product.chip == Chip::F103 {
+            controller.core_mut().set_cycles(Some(cycles));
+        }
+        let device = bus.attach(controller);
         let tester = bus.adapter();
         bus.open(tester, None, false);
         Self {
@@ -99,6 +120,33 @@ impl Rig {
     /// The number of erased pages of its parameter memory.
     pub fn erased(&mut self) -> u64 {
         self.bus.device_mut(self.device).flash().erased()
+    }
+
+    /// Changes the motion of the sensor.
+    pub fn set_motion(&mut self, motion: Box<dyn Motion>) {
+        self.bus.device_mut(self.device).set_motion(motion);
+    }
+
+    /// The number of changes of the LEDs so far.
+    pub fn led_changes(&self) -> u64 {
+        self.bus.device(self.device).led_history().len() as u64
+    }
+
+    /// The address that the processor executes; None while it sleeps.
+    pub fn place(&self) -> Option<u32> {
+        let core = self.controller().core();
+        (!core.is_asleep()).then(|| core.pc())
+    }
+
+    /// The short name of the function at this address: the last two parts of its path.
+    pub fn name_of(&self, place: Option<u32>) -> String {
+        let Some(address) = place else {
+            return "asleep".to_owned();
+        };
+        let image = self.controller().image();
+        image
+            .name_of(address)
+            .map_or_else(|| "unknown".to_owned(), |(name, _)| short(name))
     }
 
     /// The microcontroller.
@@ -197,5 +245,52 @@ impl Rig {
     /// The error for a missing reply.
     pub fn silent(&self, to: String) -> CostError {
         CostError::Silent(self.product.name, to)
+    }
+}
+
+/// The last two parts of the path of a function, without generic arguments and without the trait of a method.
+fn short(name: &str) -> String {
+    let mut plain = String::new();
+    let mut depth = 0;
+    // `<Type as Trait>::method` is `Type::method`.
+    let name = match (name.split_once(" as "), name.rsplit_once(">::")) {
+        (Some((own, _)), Some((_, method))) => format!("{}::{method}", own.trim_start_matches('<')),
+        _ => name.to_owned(),
+    };
+    for letter in name.chars() {
+        match letter {
+            '<' => depth += 1,
+            '>' => depth -= 1,
+            _ if depth == 0 => plain.push(letter),
+            _ => {}
+        }
+    }
+    let mut parts: Vec<&str> = plain.rsplit("::").filter(|part| !part.is_empty()).collect();
+    parts.truncate(2);
+    parts.reverse();
+    parts.join("::")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::short;
+
+    #[test]
+    fn names_of_functions_are_shortened() {
+        for (name, expected) in [
+            ("memcpy", "memcpy"),
+            ("plumbline::angle::Angle::atan2", "Angle::atan2"),
+            (
+                "plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
+                "CanNode::sample",
+            ),
+            (
+                "<plumbline::node::can_node::CanNode<A,P> as plumbline::node::Node>::sample",
+                "CanNode::sample",
+            ),
+            ("plumbline::store::slots::Store<M,_>::step", "Store::step"),
+        ] {
+            assert_eq!(short(name), expected);
+        }
     }
 }

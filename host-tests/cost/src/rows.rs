@@ -292,12 +292,50 @@ pub const ROWS: &[Row] = &[
         "sync_median",
         "end of SYNC to reply, median",
         "from the end of the SYNC frame, its last bit, to the start of the reply on the wire at 1 Mbit/s, the 3 us of intermission \
-         included; the median of 1000 phases, 5 us apart, against the firmware's sampling and ticks, with the slowest filter",
+         included; the median of 2500 phases, 2 us apart, against the firmware's sampling and ticks, with the slowest filter",
     ),
     time(
         "sync_worst",
         "end of SYNC to reply, worst case",
         "the longest of these times",
+    ),
+    time(
+        "read_median",
+        "end of inclination request to reply, median",
+        "the same for the inclination request",
+    ),
+    time(
+        "read_worst",
+        "end of inclination request to reply, worst case",
+        "the longest of these times",
+    ),
+    time(
+        "heater_worst",
+        "- SYNC, while the heater is regulated",
+        "the longest time of the reply at phases 2 us apart, from 60 us before a change of the heater's duty to 40 us after it",
+    ),
+    time(
+        "led_worst",
+        "- SYNC, while LEDs change",
+        "the same at phases against a change of the LEDs",
+    ),
+    time(
+        "save_worst",
+        "- SYNC, while a save programs",
+        "the longest time of the reply to SYNC at phases 2 us apart against a save that erases no page; replies that wait for \
+         another frame of the sensor do not count",
+    ),
+    time(
+        "erase_worst",
+        "- SYNC, during a save without an erased page",
+        "the longest time of the reply to SYNC at phases against a save that must erase a page first: 500 us apart, around the worst \
+         one 20 us, around the worst of these 2 us",
+    ),
+    time(
+        "boot_worst",
+        "- SYNC, after the boot-up message",
+        "the longest time of the reply to SYNC in the first 12 ms after the boot-up message, from power-up with a saved bit rate: at \
+         phases 2 us apart, of those while the processor sleeps one",
     ),
 ];
 

@@ -1,27 +1,22 @@
 //! The standard scenario: it uses every function of a sensor at least once, and measures the cost.
 
+mod latency;
+
 use super::CostError;
-use super::calls::{exchange, median, middle, most, reply, save};
+use super::calls::{Count, exchange, median, most, reply, save};
 use super::function::{Angles, CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
 use super::products::{Filter, MeasuredProduct, Message, Protocol};
 use super::rig::Rig;
-use can_wire::frame_length::frame_bits;
-use can_wire::protocol::{Picoseconds, bit_time};
+use can_wire::protocol::Picoseconds;
 use plumbline::time::{Duration, Instant, millis};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
+use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 
 /// Figures by the keys of their rows.
 pub type Figures = BTreeMap<&'static str, u64>;
-
-/// SYNC frames whose reply time is measured.
-const PHASES: usize = 5_000;
-
-/// The period of the SYNC frames. Relative to the 5 ms sampling period, with five ticks in it, each of the five thousand frames has
-/// a different phase, in steps of 1 us, so that they cover the period and find the longest time to 1 us.
-const SYNC_PERIOD: Duration = Duration::from_ticks(1_001);
 
 /// Requests of one type that are counted.
 const REPETITIONS: usize = 20;
@@ -39,6 +34,10 @@ const ERRORS_TO_BUS_OFF: u32 = 32;
 pub struct Outcome {
     /// The figures.
     pub figures: Figures,
+    /// Cycles of the rows whose figures are instructions.
+    pub cycles: Figures,
+    /// The worst phases of the rows that have one.
+    pub phases: BTreeMap<&'static str, String>,
     /// The peak of the stack in bytes.
     pub stack: u64,
     /// Simulated instructions.
@@ -49,12 +48,19 @@ pub struct Outcome {
 ///
 /// # Errors
 /// The sensor does not behave as expected, or a measured function is missing.
-pub fn run(product: MeasuredProduct, image: Rc<Image>) -> Result<Outcome, CostError> {
+pub fn run(
+    product: MeasuredProduct,
+    image: Rc<Image>,
+    cycles: Cycles,
+) -> Result<Outcome, CostError> {
     let mut scenario = Scenario {
-        rig: Rig::new(product, image),
+        rig: Rig::new(product, image, cycles),
         protocol: product.protocol,
         angles: product.angles,
+        swept: product.swept,
         figures: Figures::new(),
+        cycles: Figures::new(),
+        phases: BTreeMap::new(),
         samples: Vec::new(),
     };
     scenario.watch()?;
@@ -72,6 +78,8 @@ pub fn run(product: MeasuredProduct, image: Rc<Image>) -> Result<Outcome, CostEr
         stack: controller.peak_stack().into(),
         instructions: controller.core().instructions(),
         figures: scenario.figures,
+        cycles: scenario.cycles,
+        phases: scenario.phases,
     })
 }
 
@@ -79,7 +87,10 @@ struct Scenario {
     rig: Rig,
     protocol: &'static Protocol,
     angles: Angles,
+    swept: bool,
     figures: Figures,
+    cycles: Figures,
+    phases: BTreeMap<&'static str, String>,
     /// The calls of all sampling phases.
     samples: Vec<Call>,
 }
@@ -117,13 +128,17 @@ impl Scenario {
         self.quiet()?;
         self.requests()?;
         self.samples()?;
-        self.sync()?;
+        self.answers()?;
         self.cyclic()?;
         for message in self.protocol.set_up {
             self.rig.request(*message)?;
         }
         self.saves()?;
         self.boot()?;
+        if self.swept {
+            self.answers_while_saving()?;
+            self.answers_after_boot()?;
+        }
         self.bus_off()?;
         self.rig.request(self.protocol.load)?;
         self.rig.send(self.protocol.restart);
@@ -139,7 +154,7 @@ impl Scenario {
         self.rig.run(millis(100));
         let calls = self.rig.take_calls();
         let poll = median(&calls, NODE.poll)?;
-        self.figures.insert("idle_poll", poll);
+        self.count("idle_poll", poll);
         Ok(())
     }
 
@@ -153,8 +168,10 @@ impl Scenario {
             ("sync", Some("sync_reply"), sync),
         ] {
             let (total, until_reply) = self.exchange(message)?;
-            self.figures.insert(row, total);
-            self.figures.extend(reply_row.map(|row| (row, until_reply)));
+            self.count(row, total);
+            if let Some(row) = reply_row {
+                self.count(row, until_reply);
+            }
         }
         for message in self.protocol.others {
             self.rig.request(*message)?;
@@ -162,9 +179,15 @@ impl Scenario {
         Ok(())
     }
 
-    /// The maximum for this message: all instructions in core, and those until its reply is returned.
-    fn exchange(&mut self, message: Message) -> Result<(u64, u64), CostError> {
-        let (mut total, mut until_reply) = (0, 0);
+    /// Instructions and cycles of a row.
+    fn count(&mut self, row: &'static str, count: Count) {
+        self.figures.insert(row, count.instructions);
+        self.cycles.insert(row, count.cycles);
+    }
+
+    /// The maximum for this message: all counts in core, and those until its reply is returned.
+    fn exchange(&mut self, message: Message) -> Result<(Count, Count), CostError> {
+        let (mut total, mut until_reply) = (Count::default(), Count::default());
         for _ in 0..REPETITIONS {
             let calls = self.rig.request(message)?;
             total = total.max(exchange(&calls, &NODE)?);
@@ -181,10 +204,13 @@ impl Scenario {
         let mut parts = vec![("calibration", CALIBRATION)];
         parts.extend(self.angles.0);
         for (row, function) in parts {
-            self.figures.insert(row, most(&self.samples, function)?);
+            let count = most(&self.samples, function)?;
+            self.count(row, count);
         }
-        if let Some(both) = self.figures.get("perpendicular") {
-            self.figures.insert("angle", both.div_ceil(2));
+        for figures in [&mut self.figures, &mut self.cycles] {
+            if let Some(both) = figures.get("perpendicular") {
+                figures.insert("angle", both.div_ceil(2));
+            }
         }
         Ok(())
     }
@@ -199,54 +225,19 @@ impl Scenario {
         self.rig.take_calls();
         self.rig.run(SAMPLING);
         let calls = self.rig.take_calls();
-        let figure = most(&calls, NODE.sample)?;
-        self.figures.insert(filter.sample, figure);
+        let count = most(&calls, NODE.sample)?;
+        self.count(filter.sample, count);
         for (part, calls) in [(filter.step, &calls), (filter.tune, &tuned)] {
             if let Some((row, function)) = part {
-                let figure = most(calls, function)?;
-                let most = self.figures.entry(row).or_default();
-                *most = figure.max(*most);
+                let count = most(calls, function)?;
+                let before = Count {
+                    instructions: self.figures.get(row).copied().unwrap_or_default(),
+                    cycles: self.cycles.get(row).copied().unwrap_or_default(),
+                };
+                self.count(row, count.max(before));
             }
         }
         self.samples.extend(calls);
-        Ok(())
-    }
-
-    /// Sends SYNC frames at every phase of the periods of the firmware.
-    fn sync(&mut self) -> Result<(), CostError> {
-        let Protocol {
-            sync,
-            slowest_filter,
-            ..
-        } = *self.protocol;
-        // A reply waits for a sample that is being processed.
-        self.rig.request(slowest_filter)?;
-        self.rig.bus().take_log();
-        for _ in 0..PHASES {
-            self.rig.send(sync);
-            self.rig.run(SYNC_PERIOD);
-        }
-        let own = self.rig.source();
-        let log = self.rig.bus().take_log();
-        let length = Picoseconds::from(frame_bits(&sync.frame())) * bit_time(self.rig.bus().rate());
-        let mut times: Vec<Picoseconds> = log
-            .windows(2)
-            .filter(|pair| pair[0].source != own && pair[1].source == own)
-            .map(|pair| pair[1].start - pair[0].start - length)
-            .collect();
-        if times.len() != PHASES {
-            let answered = times.len();
-            return Err(self
-                .rig
-                .silent(format!("SYNC: only {answered} replies to {PHASES} frames")));
-        }
-        times.sort_unstable();
-        for (row, time) in [
-            ("sync_median", times[PHASES / 2]),
-            ("sync_worst", times[PHASES - 1]),
-        ] {
-            self.figures.insert(row, time.div_ceil(1_000));
-        }
         Ok(())
     }
 
@@ -271,10 +262,10 @@ impl Scenario {
             let calls = self.rig.request(self.protocol.save)?;
             figures.push(save(&calls, &NODE)?);
         }
-        let most = figures.iter().copied().max().unwrap_or_default();
-        self.figures.insert("save_most", most);
-        let median = middle(figures).unwrap_or_default();
-        self.figures.insert("save", median);
+        let most = figures.iter().copied().reduce(Count::max);
+        self.count("save_most", most.unwrap_or_default());
+        let median = Count::middle(&figures).unwrap_or_default();
+        self.count("save", median);
         Ok(())
     }
 

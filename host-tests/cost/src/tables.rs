@@ -7,17 +7,27 @@ use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// The text above the tables: the conditions of the figures.
-pub const CONDITIONS: &str = "Instructions are exact. Times are those of the simulated microcontroller at 64 MHz with one cycle for each instruction; \
-     these are not the cycles of the real part, which needs more. On the Nucleo only bytes and instructions are measured.";
+pub const CONDITIONS: &str = "Instructions are exact. Times are cycles at 64 MHz by the timing table of the TRM, with the wait states of flash and buses, at the \
+     worst end of what the manuals leave open; they are not measured on hardware. On the Nucleo only bytes and instructions are measured.";
 
 /// The table of one model, with its budgets.
 pub fn text(report: &Report, budgets: &Budgets) -> String {
-    let mut text = format!("{:36} {:>12} {:>12}\n", report.model, "", "budget");
+    let mut text = format!("{:46} {:>12} {:>12}\n", report.model, "", "budget");
     for (row, figure) in &report.figures {
         let budget = budgets.of(report.model, row);
         let budget = budget.map_or("none".to_owned(), |budget| row.show(budget).to_string());
         let shown = row.show(*figure);
-        writeln!(text, "{:36} {shown:>12} {budget:>12}", row.title).expect("a string takes it");
+        let cycles = report
+            .cycles
+            .get(row.key)
+            .map(|cycles| format!("{cycles} cycles"));
+        let phase = report
+            .phases
+            .get(row.key)
+            .map(|phase| format!("at {phase}"));
+        let note = cycles.or(phase).unwrap_or_default();
+        let line = format!("{:46} {shown:>12} {budget:>12}  {note}", row.title);
+        writeln!(text, "{}", line.trim_end()).expect("a string takes it");
     }
     text
 }
@@ -40,10 +50,14 @@ pub fn markdown(reports: &[Report]) -> String {
         }
         let cells: String = figures
             .into_iter()
-            .map(|figure| match figure {
-                Some(figure) => format!(" {} |", row.show(figure)),
-                None => " |".to_owned(),
-            })
+            .zip(reports)
+            .map(
+                |(figure, report)| match (figure, report.cycles.get(row.key)) {
+                    (Some(figure), Some(cycles)) => format!(" {} ({cycles}) |", row.show(figure)),
+                    (Some(figure), None) => format!(" {} |", row.show(figure)),
+                    (None, _) => " |".to_owned(),
+                },
+            )
             .collect();
         let title = title(row);
         let others = match row.others {
@@ -51,12 +65,19 @@ pub fn markdown(reports: &[Report]) -> String {
             others => format!(" {others}"),
         };
         writeln!(text, "| {title} |{cells}{others} |").expect("a string takes it");
+        let phases = reports.iter().map(|report| report.phases.get(row.key));
+        if phases.clone().any(|phase| phase.is_some()) {
+            let cells: String = phases
+                .map(|phase| phase.map_or(" |".to_owned(), |phase| format!(" `{phase}` |")))
+                .collect();
+            writeln!(text, "| - at |{cells} |").expect("a string takes it");
+        }
     }
     text
 }
 
 /// The rows that the project's README shows, by key.
-const SUMMARY: [&str; 3] = ["flash", "ram", "sync"];
+const SUMMARY: [&str; 5] = ["flash", "ram", "sync", "sync_median", "sync_worst"];
 
 /// The figures of one model that the project's README shows, as a Markdown table.
 pub fn summary(report: &Report) -> String {
@@ -64,16 +85,18 @@ pub fn summary(report: &Report) -> String {
     for row in SUMMARY.into_iter().filter_map(Row::find) {
         if let Some(figure) = report.figure(row.key) {
             let (title, figure) = (title(row), row.show(figure));
-            writeln!(text, "| {title} | {figure} |").expect("a string takes it");
+            let cycles = report.cycles.get(row.key);
+            let cycles = cycles.map_or(String::new(), |cycles| format!(" ({cycles})"));
+            writeln!(text, "| {title} | {figure}{cycles} |").expect("a string takes it");
         }
     }
     text
 }
 
-/// The title of a row in Markdown: instructions have no unit beside the figure.
+/// The title of a row in Markdown: instructions have no unit beside the figure, and cycles in parentheses.
 fn title(row: &Row) -> String {
     match row.unit {
-        Unit::Instructions => format!("{}, instructions", row.title),
+        Unit::Instructions => format!("{}, instructions (cycles)", row.title),
         Unit::Bytes | Unit::Nanoseconds => row.title.to_owned(),
     }
 }
@@ -92,6 +115,8 @@ pub fn json(reports: &[Report], budgets: &Budgets) -> Value {
                     "unit": unit(row),
                     "figure": figure,
                     "budget": budgets.of(report.model, row),
+                    "cycles": report.cycles.get(row.key),
+                    "phase": report.phases.get(row.key),
                 })
             })
             .collect();
@@ -127,13 +152,18 @@ pub fn agree(written: &str, measured: &str, percent: f64) -> Result<(), String> 
     }
 }
 
+/// A number, which may be in parentheses.
+fn number(word: &str) -> Result<f64, std::num::ParseFloatError> {
+    word.trim_start_matches('(').trim_end_matches(')').parse()
+}
+
 fn lines_agree(written: &str, measured: &str, percent: f64) -> bool {
     let words =
         |line: &str| -> Vec<String> { line.split_whitespace().map(str::to_owned).collect() };
     let (written, measured) = (words(written), words(measured));
     written.len() == measured.len()
         && written.iter().zip(&measured).all(|(written, measured)| {
-            match (written.parse::<f64>(), measured.parse::<f64>()) {
+            match (number(written), number(measured)) {
                 (Ok(written), Ok(measured)) => {
                     (written - measured).abs() <= measured.abs() * percent / 100.0
                 }
@@ -151,13 +181,15 @@ mod tests {
         Report {
             model,
             figures: figures.iter().map(found).collect(),
+            cycles: Default::default(),
+            phases: Default::default(),
             speed: 1.0,
         }
     }
 
     #[test]
     fn markdown_has_a_column_per_model_and_omits_unused_rows() {
-        let reports = [
+        let mut reports = [
             report(
                 "is2",
                 &[("flash", 18_000), ("ram_core", 0), ("idle_poll", 20)],
@@ -167,13 +199,17 @@ mod tests {
                 &[("flash", 17_000), ("atan2", 50), ("sync_worst", 12_346)],
             ),
         ];
+        reports[1].cycles.insert("atan2", 120);
+        let phase = "Node::sample".to_owned();
+        reports[1].phases.insert("sync_worst", phase);
         let expected = "\
 | what | `is2` | `is1` | others |
 |---|---|---|---|
 | flash | 18000 B | 17000 B | |
-| idle poll, instructions | 20 | | CANopenNode 424, zencan 738 |
-| - atan2, instructions | | 50 | 65-entry table 56, idsp 122, CORDIC 304, CMSIS-DSP 559, micromath 786, libm atan2f 1400 |
+| idle poll, instructions (cycles) | 20 | | CANopenNode 424, zencan 738 |
+| - atan2, instructions (cycles) | | 50 (120) | 65-entry table 56, idsp 122, CORDIC 304, CMSIS-DSP 559, micromath 786, libm atan2f 1400 |
 | end of SYNC to reply, worst case | | 12.35 us | |
+| - at | | `Node::sample` | |
 ";
         assert_eq!(markdown(&reports), expected);
     }
@@ -186,7 +222,7 @@ mod tests {
 |---|---|
 | flash | 18000 B |
 | RAM with the stack's peak | 3000 B |
-| SYNC to reply, instructions | 200 |
+| SYNC to reply, instructions (cycles) | 200 |
 ";
         assert_eq!(summary(&report), expected);
     }

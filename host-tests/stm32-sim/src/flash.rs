@@ -17,6 +17,7 @@
 mod f446;
 
 use super::chip::Chip;
+use super::cortex_m3::timing::FlashTiming;
 use super::io::{AccessError, Width};
 use super::pwr::{PROGRAMMING_MIN, Supply};
 use super::timebase::{MICROSECOND, Picoseconds};
@@ -246,6 +247,18 @@ impl FlashInterface {
     /// The operation that the flash has started since the last call.
     pub fn take_work(&mut self) -> Option<Work> {
         self.work.take()
+    }
+
+    /// Wait states and prefetch buffer.
+    pub fn timing(&self) -> FlashTiming {
+        let (latency, prefetch) = match self.chip {
+            Chip::F103 => (LATENCY, PREFETCH),
+            Chip::F446 => (f446::LATENCY, f446::PREFETCH),
+        };
+        FlashTiming {
+            wait_states: (self.acr & latency) as u8,
+            prefetch: self.acr & prefetch != 0,
+        }
     }
 
     /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY; RM0390, table 6,

@@ -10,6 +10,7 @@ mod on_the_bus;
 
 use super::board;
 use super::bxcan::BxCan;
+use super::cortex_m3::timing::Buses;
 use super::cortex_m3::{CortexM3, Fault};
 use super::elf::Image;
 use super::flash::Work;
@@ -298,6 +299,7 @@ impl Microcontroller {
         if cause != ResetCause::PowerOn {
             self.io.reset(self.core.cycle(), cause);
         }
+        self.note_clocks();
         self.note_leds();
     }
 
@@ -330,8 +332,9 @@ impl Microcontroller {
             };
             assert!(changed, "the parameters are in flash");
             let cycles = self.io.rcc.timebase().cycles(work.duration());
-            self.core.stall(cycles);
+            self.core.occupy_flash(cycles);
         }
+        self.note_clocks();
         self.set_lines();
         self.note_leds();
         if self.io.watchdog_has_expired(self.core.cycle()) {
@@ -345,6 +348,17 @@ impl Microcontroller {
             self.io.reset(self.core.cycle(), ResetCause::PowerOn);
             self.note_leds();
         }
+    }
+
+    /// The wait states and clocks that the firmware has set up.
+    fn note_clocks(&mut self) {
+        let rcc = &self.io.rcc;
+        let ratio = |clock: u32| (rcc.hclk() / clock) as u8;
+        let buses = Buses {
+            apb1: ratio(rcc.pclk1()),
+            apb2: ratio(rcc.pclk2()),
+        };
+        self.core.set_memories(self.io.flash.timing(), buses);
     }
 
     fn set_lines(&mut self) {

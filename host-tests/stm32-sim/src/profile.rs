@@ -1,4 +1,4 @@
-//! Counts the instructions of function calls, with breakpoints at the first instruction and at the return address.
+//! Counts the instructions and cycles of function calls, with breakpoints at the first instruction and at the return address.
 
 use super::cortex_m3::CortexM3;
 
@@ -13,6 +13,8 @@ pub struct Call {
     pub function: &'static str,
     /// Instructions from its first one to its return, with nested calls, without interrupts.
     pub instructions: u64,
+    /// Cycles of the same, sleep and busy flash included.
+    pub cycles: u64,
     /// The processor cycle of its first instruction.
     pub start: u64,
     /// The processor cycle of its return.
@@ -30,6 +32,7 @@ struct Open {
     return_to: u32,
     stack: u32,
     instructions: u64,
+    cycles: u64,
     start: u64,
 }
 
@@ -72,6 +75,7 @@ impl Profile {
             self.calls.push(Call {
                 function: call.function,
                 instructions: core.thread_instructions() - call.instructions,
+                cycles: core.thread_cycles() - call.cycles,
                 start: call.start,
                 end: core.cycle(),
                 depth: self.open.len(),
@@ -86,6 +90,7 @@ impl Profile {
                 return_to,
                 stack: core.register(SP),
                 instructions: core.thread_instructions(),
+                cycles: core.thread_cycles(),
                 start: core.cycle(),
             });
             core.add_breakpoint(return_to);

@@ -5,19 +5,32 @@ use super::decode::instruction::{Decoded, Instruction, ItRule};
 use super::decode::is_wide;
 use super::fault::{FaultKind, Result};
 use super::memory::flash_offset;
+use super::timing::Cost;
 use std::collections::BTreeSet;
 
+/// A decoded instruction with its cycles.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// The instruction.
+    pub decoded: Decoded,
+    /// Its cost.
+    pub cost: Cost,
+}
+
 /// An instruction that is not decoded yet; no instruction has a length of 0.
-const UNKNOWN: Decoded = Decoded {
-    instruction: Instruction::Nop,
-    length: 0,
-    it: ItRule::Anywhere,
+const UNKNOWN: Place = Place {
+    decoded: Decoded {
+        instruction: Instruction::Nop,
+        length: 0,
+        it: ItRule::Anywhere,
+    },
+    cost: Cost::ONE,
 };
 
 /// The decoded instructions and the breakpoints. An instruction with a breakpoint is never stored.
 #[derive(Clone, Default, Debug)]
 pub struct Cache {
-    places: Box<[Decoded]>,
+    places: Box<[Place]>,
     breakpoints: BTreeSet<u32>,
 }
 
@@ -32,16 +45,21 @@ impl Cache {
 
     /// The instruction at this address, if it is stored.
     #[inline(always)]
-    pub fn get(&self, pc: u32) -> Option<&Decoded> {
+    pub fn get(&self, pc: u32) -> Option<&Place> {
         let place = self.places.get(flash_offset(pc)? / 2)?;
-        (place.length != 0).then_some(place)
+        (place.decoded.length != 0).then_some(place)
     }
 
     /// Stores an instruction, unless it is in RAM.
-    fn keep(&mut self, pc: u32, decoded: Decoded) {
+    fn keep(&mut self, pc: u32, kept: Place) {
         if let Some(place) = flash_offset(pc).and_then(|offset| self.places.get_mut(offset / 2)) {
-            *place = decoded;
+            *place = kept;
         }
+    }
+
+    /// Removes all instructions.
+    pub fn clear(&mut self) {
+        self.places.fill(UNKNOWN);
     }
 
     /// Removes the instructions that contain these bytes; an instruction can start a half-word earlier.
@@ -70,7 +88,7 @@ impl Cache {
 
 impl CortexM3 {
     /// Decodes the instruction at an address that the cache does not have; None when the run has to stop at a breakpoint.
-    pub(super) fn decode(&mut self, cache: &mut Cache, pc: u32) -> Result<Option<Decoded>> {
+    pub(super) fn decode(&mut self, cache: &mut Cache, pc: u32) -> Result<Option<Place>> {
         let stops = cache.breakpoints.contains(&pc);
         if stops && self.stopped_at.replace(pc) != Some(pc) {
             return Ok(None);
@@ -86,11 +104,16 @@ impl CortexM3 {
             0
         };
         let decoded = self.model.decode(first, second);
+        let cost = match &self.cycles {
+            Some(cycles) => Cost::of(&decoded.instruction, cycles),
+            None => Cost::ONE,
+        };
+        let place = Place { decoded, cost };
         if stops {
             self.stopped_at = None;
         } else {
-            cache.keep(pc, decoded);
+            cache.keep(pc, place);
         }
-        Ok(Some(decoded))
+        Ok(Some(place))
     }
 }

@@ -9,10 +9,12 @@ mod multiply;
 mod system;
 
 use super::CortexM3;
+use super::cache::Place;
 use super::decode::instruction::{Decoded, Instruction, ItRule, SetFlags};
 use super::decode::rule::Rule;
 use super::fault::{FaultKind, Result};
 use super::sleep::Sleep;
+use super::timing::Cost;
 use crate::io::Io;
 
 impl CortexM3 {
@@ -229,6 +231,12 @@ impl CortexM3 {
 
             I::IfThen { state } => self.registers.it.0 = state,
             I::Nop => {}
+            I::Barrier { instructions } => {
+                self.drain();
+                if instructions {
+                    self.fetch.forget();
+                }
+            }
             I::WaitForInterrupt => self.sleep(Sleep::Interrupt),
             I::WaitForEvent => self.sleep(Sleep::Event),
             I::SendEvent => self.event = true,
@@ -251,18 +259,23 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// Executes any instruction: the instruction loop calls it only in rare cases.
+    /// Executes any instruction and charges its cycles: the instruction loop calls it only in rare cases.
     #[inline(never)]
-    pub(super) fn execute_apart(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<()> {
-        if self.registers.it.is_active() {
-            self.execute_in_it_block(io, decoded)
+    pub(super) fn execute_apart(&mut self, io: &mut impl Io, place: &Place) -> Result<()> {
+        let after = self.next;
+        let executed = if self.registers.it.is_active() {
+            self.execute_in_it_block(io, &place.decoded)?
         } else {
-            self.execute(io, &decoded.instruction)
-        }
+            self.execute(io, &place.decoded.instruction)?;
+            true
+        };
+        let cost = if executed { &place.cost } else { &Cost::ONE };
+        self.charge(after, cost);
+        Ok(())
     }
 
-    /// Executes or skips an instruction in an IT block. BKPT ignores the condition (A7.7.17).
-    fn execute_in_it_block(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<()> {
+    /// Executes or skips an instruction in an IT block; true if it executes. BKPT ignores the condition (A7.7.17).
+    fn execute_in_it_block(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<bool> {
         let it = self.registers.it;
         let refuse = |rule| Err(FaultKind::Unpredictable(rule).into());
         match decoded.it {
@@ -273,7 +286,7 @@ impl CortexM3 {
         let always = matches!(decoded.instruction, Instruction::Breakpoint(_));
         if !self.registers.flags.pass(it.condition()) && !always {
             self.registers.it = it.next();
-            return Ok(());
+            return Ok(false);
         }
         // Advances ITSTATE first, because an exception or an exception return saves or restores it.
         self.registers.it = it.next();
@@ -287,7 +300,7 @@ impl CortexM3 {
         {
             self.registers.it = it;
         }
-        result
+        result.map(|()| true)
     }
 
     /// True if an instruction writes the flags.

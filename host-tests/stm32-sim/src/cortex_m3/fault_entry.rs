@@ -80,12 +80,7 @@ impl CortexM3 {
             self.locked_up = true;
             return true;
         }
-        // An error of this stacking is ignored: the handler starts with an invalid frame.
-        let entered = match self.enter_exception(number).map_err(|kind| *kind) {
-            Err(FaultKind::Stacking(_)) => self.start_handler(number),
-            entered => entered.map_err(Box::new),
-        };
-        self.locked_up = entered.is_err();
+        self.locked_up = self.enter_fault(number).is_err();
         true
     }
 

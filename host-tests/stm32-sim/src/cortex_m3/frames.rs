@@ -2,12 +2,22 @@
 //!
 //! The frame on the stack, in order of addresses from the SP of the handler: R0, R1, R2, R3, R12, LR, the return address, xPSR.
 
+use super::CortexM3;
 use super::decode::instruction::Register;
 use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
 use super::registers::{ItState, THUMB};
 use super::sleep::Sleep;
-use super::{CortexM3, EXCEPTION_CYCLES};
+use super::timing::charge::Count;
+use super::timing::cost::Leaves;
+use super::timing::fetch::is_code;
+
+/// Cycles of an exception entry.
+const ENTRY: u64 = 12;
+/// Cycles of an exception return, if instructions have no costs.
+const RETURN: u64 = 12;
+/// Cycles from one handler to the next.
+const TAIL_CHAIN: u64 = 6;
 
 /// The bytes of a frame.
 const FRAME_SIZE: u32 = 32;
@@ -33,6 +43,18 @@ const TO_THREAD_ON_PROCESS_STACK: u32 = 0xFFFF_FFFD;
 impl CortexM3 {
     /// Exception entry: frame, vector, handler mode (ExceptionEntry).
     pub(super) fn enter_exception(&mut self, number: u16) -> Result<()> {
+        self.enter(number, false)
+    }
+
+    /// The same for a fault. An error of the stacking is ignored: the handler starts with an invalid frame.
+    pub(super) fn enter_fault(&mut self, number: u16) -> Result<()> {
+        // The instruction with the fault does not return from an exception any more.
+        self.returned = false;
+        self.exceptions.pending |= only(number);
+        self.enter(number, true)
+    }
+
+    fn enter(&mut self, number: u16, without_frame: bool) -> Result<()> {
         let return_value = if self.registers.in_handler() {
             TO_HANDLER
         } else if self.registers.is_on_process_stack() {
@@ -41,24 +63,38 @@ impl CortexM3 {
             TO_THREAD
         };
         if !self.registers.in_handler() {
-            self.handler_began = self.instructions();
+            self.handler_began = self.count();
         }
+        self.drain();
         let pushed = self.push_frame();
         self.registers.select_stack(false);
-        self.registers.set(Register::LR, return_value);
-        pushed?;
-        self.start_handler(number)
+        if !without_frame {
+            pushed?;
+        }
+        self.cycle += ENTRY;
+        // Late arrival: the one that preempts now is taken, whichever began the entry.
+        self.note_systick();
+        let number = self.exceptions.next(&self.registers).unwrap_or(number);
+        self.start_handler(number, return_value)
     }
 
-    /// Handler mode and the vector.
-    pub(super) fn start_handler(&mut self, number: u16) -> Result<()> {
+    /// Starts a handler when the frame is on the stack.
+    fn start_handler(&mut self, number: u16, return_value: u32) -> Result<()> {
+        self.registers.set(Register::LR, return_value);
         self.registers.exception = number;
         self.registers.it = ItState::default();
         self.exceptions.pending &= !only(number);
         self.exceptions.active |= only(number);
         self.exclusive = false;
         self.event = true;
-        self.stall(EXCEPTION_CYCLES);
+        self.fetch.forget();
+        self.left = Leaves::default();
+        if let Some(cycles) = &self.cycles
+            && is_code(self.system.vector_table)
+        {
+            self.cycle = self.cycle.max(self.fetch.busy_until())
+                + u64::from(cycles.vector_read) * self.fetch.wait_states();
+        }
         let vector = self.system.vector_table.wrapping_add(4 * u32::from(number));
         let handler = self
             .memory
@@ -107,19 +143,35 @@ impl CortexM3 {
         if number != NMI {
             self.registers.faultmask = false;
         }
+        self.returned = true;
+        self.nvic.sample(&mut self.exceptions);
+        self.note_systick();
+        if let Some(next) = self.exceptions.next(&self.registers) {
+            // Tail-chaining: the frame stays on the stack.
+            self.cycle += TAIL_CHAIN;
+            self.interrupted = true;
+            return self.start_handler(next, value);
+        }
         self.registers.select_stack(process_stack);
+        self.drain();
         self.pop_frame()?;
         if handler != self.registers.in_handler() {
             return invalid("xPSR in the frame does not match");
         }
+        self.cycle += self
+            .cycles
+            .map_or(RETURN, |cycles| cycles.exception_return.into());
+        self.fetch.forget();
         if !handler {
-            self.handler_instructions += self.instructions() - self.handler_began;
+            let (began, now) = (self.handler_began, self.count());
+            self.in_handlers = Count {
+                instructions: self.in_handlers.instructions + now.instructions - began.instructions,
+                cycles: self.in_handlers.cycles + now.cycles - began.cycles,
+            };
         }
-        self.nvic.sample(&mut self.exceptions);
         self.exclusive = false;
         self.event = true;
         self.interrupted = true;
-        self.stall(EXCEPTION_CYCLES);
         if !handler && self.exceptions.active == 0 && self.system.sleeps_on_exit() {
             self.sleep(Sleep::Interrupt);
         }

@@ -3,9 +3,8 @@
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
-//! Every instruction takes one cycle, exception entry and return 12 each. Tail-chaining, which is optional, is not modelled: the
-//! order of handlers is that of the chip, but each takes a little longer. On the Cortex-M4 this is only a count of instructions:
-//! its cycles are not those of the chip.
+//! [`timing`] says how many cycles each instruction of the Cortex-M3 takes. On the Cortex-M4 each takes one cycle: this is only a
+//! count of instructions, its cycles are not those of the chip.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
 //! stop the run with a [`Fault`]. [`CortexM3::take_fault`] continues with the handler of the fault.
@@ -13,6 +12,7 @@
 pub mod decode;
 
 mod cache;
+mod dwt;
 mod exceptions;
 mod execute;
 mod fault;
@@ -25,6 +25,7 @@ mod registers;
 mod scb;
 mod sleep;
 mod systick;
+pub mod timing;
 
 #[cfg(test)]
 mod tests;
@@ -32,6 +33,7 @@ mod tests;
 use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
+use dwt::Dwt;
 use exceptions::{Exceptions, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
 use fault_entry::FaultStatus;
@@ -43,9 +45,9 @@ use registers::{Flags, ItState, Registers};
 use scb::SystemControl;
 use sleep::Sleep;
 use systick::SysTick;
-
-/// Cycles of an exception entry, and of an exception return.
-const EXCEPTION_CYCLES: u64 = 12;
+use timing::charge::Count;
+use timing::cost::Leaves;
+use timing::{Buses, Cycles, Fetch};
 
 /// The reason why [`CortexM3::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -72,14 +74,24 @@ pub struct CortexM3 {
     /// EPSR.T: if clear, no instruction can be executed (ARM ARM B1.4.2).
     thumb: bool,
     cycle: u64,
-    /// Cycles without an executed instruction.
-    idle_cycles: u64,
-    /// Instructions of handlers that have returned to the thread.
-    handler_instructions: u64,
-    /// The number of executed instructions when handler mode began.
-    handler_began: u64,
+    /// Executed instructions.
+    instructions: u64,
+    /// Instructions and cycles of handlers that have returned to the thread.
+    in_handlers: Count,
+    /// The counts when handler mode began.
+    handler_began: Count,
+    /// The costs; None: every instruction takes one cycle.
+    cycles: Option<Cycles>,
+    /// What the last instruction has left for the next one.
+    left: Leaves,
+    fetch: Fetch,
+    buses: Buses,
+    /// When the last buffered store has left the write buffer.
+    buffer_free_at: u64,
     /// The instruction loop has to stop.
     interrupted: bool,
+    /// The instruction that executes is an exception return.
+    returned: bool,
     /// An instruction in an IT block executes.
     in_it_block: bool,
     /// The local monitor of LDREX and STREX.
@@ -103,6 +115,7 @@ pub struct CortexM3 {
     faults: FaultStatus,
     /// A fault has occurred in the handler of a fault or NMI.
     locked_up: bool,
+    dwt: Dwt,
 }
 
 impl Default for CortexM3 {
@@ -129,10 +142,19 @@ impl CortexM3 {
             next: 0,
             thumb: true,
             cycle: 0,
-            idle_cycles: 0,
-            handler_instructions: 0,
-            handler_began: 0,
+            instructions: 0,
+            in_handlers: Count::default(),
+            handler_began: Count::default(),
+            cycles: match model {
+                Model::CortexM3 => Some(Cycles::default()),
+                Model::CortexM4 => None,
+            },
+            left: Leaves::default(),
+            fetch: Fetch::default(),
+            buses: Buses::default(),
+            buffer_free_at: 0,
             interrupted: false,
+            returned: false,
             in_it_block: false,
             exclusive: false,
             changed: false,
@@ -149,6 +171,7 @@ impl CortexM3 {
             system: SystemControl::new(),
             faults: FaultStatus::default(),
             locked_up: false,
+            dwt: Dwt::default(),
         }
     }
 
@@ -172,6 +195,7 @@ impl CortexM3 {
         self.registers = Registers::new(stack);
         self.next = entry & !1;
         self.thumb = entry & 1 != 0;
+        self.returned = false;
         self.in_it_block = false;
         self.exclusive = false;
         self.changed = false;
@@ -186,6 +210,11 @@ impl CortexM3 {
         self.system = SystemControl::new();
         self.faults = FaultStatus::default();
         self.locked_up = false;
+        self.dwt = Dwt::default();
+        self.left = Leaves::default();
+        self.fetch = Fetch::default();
+        self.buses = Buses::default();
+        self.buffer_free_at = 0;
     }
 
     /// Overwrites RAM after a power loss, so that a program cannot depend on its content.
@@ -220,7 +249,7 @@ impl CortexM3 {
             return Err(FaultKind::InvalidState(self.next).into());
         }
         if self.locked_up {
-            self.stall(until.saturating_sub(self.cycle));
+            self.cycle = self.cycle.max(until);
             return Ok(Pause::Reached);
         }
         loop {
@@ -234,7 +263,7 @@ impl CortexM3 {
             }
             let limit = self.next_wake().map_or(until, |wake| wake.min(until));
             if self.sleep.is_some() {
-                self.stall(limit.saturating_sub(self.cycle));
+                self.cycle = self.cycle.max(limit);
                 continue;
             }
             self.interrupted = false;
@@ -259,16 +288,23 @@ impl CortexM3 {
         while self.cycle < limit && !self.interrupted {
             let pc = self.next;
             self.registers.set_read_pc(pc.wrapping_add(4));
-            let Some(decoded) = cache.get(pc) else {
+            let Some(place) = cache.get(pc) else {
                 self.execute_unknown(io, cache, pc)?;
                 continue;
             };
-            self.next = pc.wrapping_add(u32::from(decoded.length));
+            let length = u32::from(place.decoded.length);
+            if !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {
+                continue;
+            }
+            let after = pc.wrapping_add(length);
+            self.next = after;
             self.cycle += 1;
+            self.instructions += 1;
             if self.registers.it.is_active() {
-                self.execute_apart(io, decoded)?;
+                self.execute_apart(io, place)?;
             } else {
-                self.execute(io, &decoded.instruction)?;
+                self.execute(io, &place.decoded.instruction)?;
+                self.charge(after, &place.cost);
             }
         }
         Ok(())
@@ -283,14 +319,17 @@ impl CortexM3 {
         cache: &mut Cache,
         pc: u32,
     ) -> fault::Result<()> {
-        let Some(decoded) = self.decode(cache, pc)? else {
+        let Some(place) = self.decode(cache, pc)? else {
             self.pause = Some(Pause::Breakpoint);
             self.interrupted = true;
             return Ok(());
         };
-        self.next = pc.wrapping_add(u32::from(decoded.length));
+        let length = u32::from(place.decoded.length);
+        while !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {}
+        self.next = pc.wrapping_add(length);
         self.cycle += 1;
-        self.execute_apart(io, &decoded)
+        self.instructions += 1;
+        self.execute_apart(io, &place)
     }
 
     /// Updates the exception of SysTick.
@@ -320,18 +359,17 @@ impl CortexM3 {
 
     /// The number of executed instructions.
     pub fn instructions(&self) -> u64 {
-        self.cycle - self.idle_cycles
+        self.instructions
     }
 
     /// The number of instructions executed outside exception handlers. Valid in thread mode.
     pub fn thread_instructions(&self) -> u64 {
-        self.instructions() - self.handler_instructions
+        self.instructions - self.in_handlers.instructions
     }
 
-    /// Adds cycles without execution: a waiting access, or busy flash.
-    pub fn stall(&mut self, cycles: u64) {
-        self.cycle += cycles;
-        self.idle_cycles += cycles;
+    /// The number of cycles outside exception handlers and their entry and return, sleep included. Valid in thread mode.
+    pub fn thread_cycles(&self) -> u64 {
+        self.cycle - self.in_handlers.cycles
     }
 
     /// True in WFI or WFE, and after a lockup.

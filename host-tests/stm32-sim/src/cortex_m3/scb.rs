@@ -35,7 +35,8 @@ pub struct SystemControl {
     sleep_control: u32,
     configuration: u32,
     handler_control: u32,
-    debug_monitor: u32,
+    /// DEMCR.
+    pub debug_monitor: u32,
     coprocessors: u32,
 }
 

@@ -37,8 +37,11 @@ impl CortexM3 {
                 std::mem::take(&mut self.event) || self.exceptions.next(&self.registers).is_some()
             }
         };
-        if wakes {
-            self.sleep = None;
+        if wakes
+            && self.sleep.take().is_some()
+            && let Some(cycles) = &self.cycles
+        {
+            self.cycle += u64::from(cycles.wake_up);
         }
         wakes
     }

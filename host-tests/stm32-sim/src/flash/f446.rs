@@ -28,12 +28,17 @@ const ERASE_TIMES: [Picoseconds; 3] = [
 
 // FLASH_ACR.
 pub(super) const LATENCY: u32 = 0xF;
+pub(super) const PREFETCH: u32 = 1 << 8;
 const INSTRUCTION_CACHE: u32 = 1 << 9;
 const DATA_CACHE: u32 = 1 << 10;
 const INSTRUCTION_CACHE_RESET: u32 = 1 << 11;
 const DATA_CACHE_RESET: u32 = 1 << 12;
-const ACR_WRITABLE: u32 =
-    LATENCY | 1 << 8 | INSTRUCTION_CACHE | DATA_CACHE | INSTRUCTION_CACHE_RESET | DATA_CACHE_RESET;
+const ACR_WRITABLE: u32 = LATENCY
+    | PREFETCH
+    | INSTRUCTION_CACHE
+    | DATA_CACHE
+    | INSTRUCTION_CACHE_RESET
+    | DATA_CACHE_RESET;
 
 // FLASH_SR.
 const END_OF_OPERATION: u32 = 1 << 0;

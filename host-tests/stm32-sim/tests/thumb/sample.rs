@@ -129,7 +129,9 @@ impl Sampler {
             flash: 0x1_0000,
             ram: RAM_SIZE,
         };
-        let processor = CortexM3::with(model, sizes);
+        let mut processor = CortexM3::with(model, sizes);
+        // The runs count instructions.
+        processor.set_cycles(None);
         Self {
             random,
             processor,

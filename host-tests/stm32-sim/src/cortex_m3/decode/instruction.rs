@@ -277,8 +277,10 @@ pub enum Instruction {
 
     /// IT: the new ITSTATE.
     IfThen { state: u8 },
-    /// NOP, hints without effect here, barriers and preloads.
+    /// NOP, hints without effect here and preloads.
     Nop,
+    /// DMB and DSB; ISB, which also refills the pipeline.
+    Barrier { instructions: bool },
     /// WFI.
     WaitForInterrupt,
     /// WFE.

@@ -57,7 +57,9 @@ fn control(word: u32) -> Table {
         0b011_1011 => {
             let instruction = match bits(word, 4, 4) {
                 0b0010 => Instruction::ClearExclusive,
-                0b0100..=0b0110 => Instruction::Nop,
+                option @ 0b0100..=0b0110 => Instruction::Barrier {
+                    instructions: option == 0b0110,
+                },
                 _ => return undefined(Rule::Unallocated),
             };
             should_be(word, 0x000F_2F00, 0x000F_0F00)?;

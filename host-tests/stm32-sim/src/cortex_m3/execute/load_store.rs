@@ -15,6 +15,8 @@ const PERIPHERAL_BITS: std::ops::Range<u32> = 0x4200_0000..0x4400_0000;
 const SYSTEM_MEMORY: std::ops::Range<u32> = 0x1FFF_0000..0x2000_0000;
 /// The registers of the core.
 const SYSTEM_CONTROL: std::ops::Range<u32> = 0xE000_E000..0xE000_F000;
+/// The DWT unit.
+const DWT: std::ops::Range<u32> = 0xE000_1000..0xE000_2000;
 /// DBGMCU.
 const DEBUG: std::ops::Range<u32> = 0xE004_2000..0xE004_2400;
 
@@ -60,6 +62,7 @@ impl CortexM3 {
     /// Loads a value, extended to a word.
     #[inline(always)]
     pub(super) fn load_value(&mut self, io: &mut impl Io, size: Size, address: u32) -> Result<u32> {
+        self.wait_for_load(address);
         let found = match size {
             Size::Word => self.memory.read(address).map(u32::from_le_bytes),
             Size::HalfWord => self
@@ -80,7 +83,9 @@ impl CortexM3 {
                 .map(|bytes| i32::from(i8::from_le_bytes(bytes)) as u32),
         };
         match found {
-            Some(value) if address & alignment(size) == 0 || !self.system.traps_unaligned() => {
+            Some(value) if address & alignment(size) == 0 => Ok(value),
+            Some(value) if !self.system.traps_unaligned() => {
+                self.split_access(size, address);
                 Ok(value)
             }
             _ => self.load_elsewhere(io, size, address),
@@ -99,6 +104,7 @@ impl CortexM3 {
         if address & alignment(size) != 0 && self.system.traps_unaligned() {
             return Err(FaultKind::Unaligned(address).into());
         }
+        self.drain();
         let stored = match size {
             Size::Word => self.memory.write(address, value.to_le_bytes()),
             Size::HalfWord | Size::SignedHalfWord => {
@@ -124,7 +130,11 @@ impl CortexM3 {
         {
             self.read_io(io, address, width(size))?
         } else if SYSTEM_CONTROL.contains(&address) {
+            self.wait_for_core_register();
             self.read_system(address, width(size))?
+        } else if DWT.contains(&address) {
+            self.wait_for_core_register();
+            self.read_dwt(address, width(size))?
         } else if PERIPHERAL_BITS.contains(&address) {
             let (word, bit) = bit_of_alias(address);
             self.read_io(io, word, Width::Word)? >> bit & 1
@@ -165,7 +175,12 @@ impl CortexM3 {
             return self.write_io(io, address, width, value);
         }
         if SYSTEM_CONTROL.contains(&address) {
+            self.wait_for_core_register();
             return self.write_system(address, width, value);
+        }
+        if DWT.contains(&address) {
+            self.wait_for_core_register();
+            return self.write_dwt(address, width, value);
         }
         let (word, bit) = bit_of_alias(address);
         let with_bit = |before: u32| before & !(1 << bit) | (value & 1) << bit;
@@ -184,6 +199,7 @@ impl CortexM3 {
     }
 
     fn read_io(&mut self, io: &mut impl Io, address: u32, width: Width) -> Result<u32> {
+        self.wait_for_register(address);
         let value = io
             .read(self.cycle, address, width)
             .map_err(|error| FaultKind::Access(address, error))?;
@@ -194,6 +210,7 @@ impl CortexM3 {
     fn write_io(&mut self, io: &mut impl Io, address: u32, width: Width, value: u32) -> Result<()> {
         io.write(self.cycle, address, width, value)
             .map_err(|error| FaultKind::Access(address, error))?;
+        self.occupy_buffer(address);
         self.note_change(io);
         Ok(())
     }

@@ -4,6 +4,15 @@ use super::super::CortexM3;
 use super::super::decode::instruction::{Register, SetFlags};
 use super::super::fault::{FaultKind, Result};
 
+/// The absolute value of an operand.
+fn magnitude(signed: bool, operand: u32) -> u32 {
+    if signed {
+        (operand as i32).unsigned_abs()
+    } else {
+        operand
+    }
+}
+
 impl CortexM3 {
     fn product(&self, n: Register, m: Register) -> u32 {
         self.registers.get(n).wrapping_mul(self.registers.get(m))
@@ -37,6 +46,10 @@ impl CortexM3 {
         (n, m): (Register, Register),
     ) {
         let (a, b) = (self.registers.get(n), self.registers.get(m));
+        if let Some(cycles) = &self.cycles {
+            let operands = [a, b].map(|operand| magnitude(signed, operand));
+            self.cycle += cycles.long_multiply(accumulate, operands) - 1;
+        }
         let product = if signed {
             (i64::from(a as i32) * i64::from(b as i32)) as u64
         } else {
@@ -60,6 +73,9 @@ impl CortexM3 {
         let (a, b) = (self.registers.get(n), self.registers.get(m));
         if b == 0 && self.system.traps_division_by_zero() {
             return Err(FaultKind::DivisionByZero.into());
+        }
+        if let Some(cycles) = &self.cycles {
+            self.cycle += cycles.divide(magnitude(signed, a), magnitude(signed, b)) - 1;
         }
         let result = match (b, signed) {
             (0, _) => 0,

@@ -1,6 +1,7 @@
 //! Tests against the ARM ARM, with small programs.
 
 mod cortex_m4;
+mod cycles;
 mod exceptions;
 mod faults;
 mod instructions;

@@ -42,7 +42,7 @@ fn count_flag() {
     assert_eq!(read(&mut processor, CTRL), 0b101);
 }
 
-/// With TICKINT, reaching 0 pends exception 15 in that exact cycle, and wakes from WFI.
+/// With TICKINT, reaching 0 pends exception 15 in that exact cycle, and wakes from WFI: 3 cycles, and 12 for the entry.
 #[test]
 fn wakes() {
     let mut processor = started(&[WFI, STAY], 999, 0b111);
@@ -56,7 +56,7 @@ fn wakes() {
         .expect("no fault");
     assert_eq!(
         (processor.active_exception(), processor.cycle()),
-        (15, 1012)
+        (15, 1000 + 3 + 12)
     );
     assert_eq!(processor.next_wake(), Some(2000));
 }
@@ -64,7 +64,8 @@ fn wakes() {
 /// ICSR shows it pending in the same cycle while PRIMASK masks it; PENDSTCLR clears it.
 #[test]
 fn pending_is_visible() {
-    let mut processor = started(&[CPSID_I, NOP, NOP, NOP, NOP, NOP], 3, 0b111);
+    let mut processor = started(&[CPSID_I, NOP, NOP, NOP, NOP, NOP], 4, 0b111);
+    // CPSID takes 2 cycles.
     step(&mut processor, 3);
     assert_eq!(read(&mut processor, ICSR) & PENDSTSET, 0);
     step(&mut processor, 1);
@@ -92,6 +93,7 @@ fn reload_takes_effect_at_zero() {
 fn eighth_of_the_clock() {
     let mut processor = started(&[STAY], 3, 0b011);
     assert_eq!(processor.next_wake(), Some(32));
-    step(&mut processor, 16);
+    // Four branches of 4 cycles.
+    step(&mut processor, 4);
     assert_eq!(read(&mut processor, CURRENT), 2);
 }

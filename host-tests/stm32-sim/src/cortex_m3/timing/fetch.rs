@@ -1,0 +1,187 @@
+//! Instruction fetches. The flash is read by lines of 64 bits, each with the wait states of FLASH_ACR; its prefetch buffer reads the
+//! next line while one is executed (PM0075, section 2.2). Code in RAM is fetched by words over the system bus, which adds a cycle to
+//! each, because that bus registers the fetch.
+
+use super::Cycles;
+
+/// The start of no line: no instruction is behind it within the size of a line.
+const NONE: u32 = 0xFFFF_FFF1;
+
+/// The bytes of a line of 64 bits, and of a word.
+const LINE: u32 = 8;
+const WORD: u32 = 4;
+
+/// What FLASH_ACR selects.
+#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
+pub struct FlashTiming {
+    /// LATENCY: wait states of a read.
+    pub wait_states: u8,
+    /// PRFTBE.
+    pub prefetch: bool,
+}
+
+/// The fetch unit with the prefetch buffer of the flash.
+#[derive(Clone, Debug)]
+pub struct Fetch {
+    flash: FlashTiming,
+    /// The first address of the line or word that is executed.
+    line: u32,
+    /// Its bytes.
+    size: u32,
+    /// When the next two lines have been read. The second is used only if the buffer is that far ahead.
+    ready: [u64; 2],
+    /// The flash is being programmed or erased until then.
+    busy_until: u64,
+}
+
+impl Default for Fetch {
+    /// With zero wait states and the prefetch buffer, as after a reset (PM0075, FLASH_ACR).
+    fn default() -> Self {
+        Self {
+            flash: FlashTiming {
+                wait_states: 0,
+                prefetch: true,
+            },
+            line: NONE,
+            size: LINE,
+            ready: [0; 2],
+            busy_until: 0,
+        }
+    }
+}
+
+impl Fetch {
+    /// Sets wait states and prefetch buffer.
+    pub fn set_flash(&mut self, flash: FlashTiming) {
+        if flash != self.flash {
+            self.flash = flash;
+            self.line = NONE;
+        }
+    }
+
+    /// The flash is busy until this cycle.
+    pub fn set_busy(&mut self, until: u64) {
+        self.busy_until = until;
+        self.line = NONE;
+    }
+
+    /// True if an instruction of 2 or 4 bytes is completely in the line that is executed.
+    #[inline(always)]
+    pub fn has(&self, pc: u32, length: u32) -> bool {
+        pc.wrapping_sub(self.line) <= self.size - length
+    }
+
+    /// A branch was taken.
+    #[inline(always)]
+    pub fn branch(&mut self, cycles: &Cycles) {
+        if cycles.branch_discards_lines != 0 {
+            self.line = NONE;
+        }
+    }
+
+    /// Forgets what was fetched.
+    pub fn forget(&mut self) {
+        self.line = NONE;
+    }
+
+    /// All instructions are there without a fetch.
+    pub fn have_everything(&mut self) {
+        (self.line, self.size) = (0, u32::MAX);
+    }
+
+    /// Fetches the bytes from `pc` to `end` at cycle `now`, when the instruction before has ended. Returns the cycle at which they
+    /// are there, or the error that the flash is busy until a cycle.
+    pub fn fetch(&mut self, pc: u32, end: u32, now: u64, cycles: &Cycles) -> Result<u64, u64> {
+        let (size, wait, ahead) = if is_code(pc) {
+            if self.busy_until > now {
+                return Err(self.busy_until);
+            }
+            let wait = u64::from(self.flash.wait_states);
+            match self.flash.prefetch {
+                true => (LINE, wait, true),
+                false if cycles.words_without_prefetch != 0 => (WORD, wait, false),
+                false => (LINE, wait, false),
+            }
+        } else {
+            (WORD, 1, true)
+        };
+        let (first, last) = (pc & !(size - 1), end & !(size - 1));
+        let mut at = now;
+        let follows = size == self.size && self.line != NONE;
+        if follows && (first == self.line || first == self.line + size) {
+            while self.line != last {
+                self.line += size;
+                if ahead {
+                    at = at.max(self.ready[0]);
+                    self.read_ahead(at, wait, cycles);
+                } else {
+                    at += wait;
+                }
+            }
+        } else {
+            // The first of these reads began when the branch did: the refill contains one cycle of it.
+            let lines = u64::from((last - first) / size) + 1;
+            let began = now.saturating_sub(cycles.refill.into());
+            at += lines * wait;
+            self.ready[0] = began + (lines + 1) * (wait + 1);
+            self.ready[1] = self.ready[0] + wait + 1;
+            (self.line, self.size) = (last, size);
+        }
+        Ok(at)
+    }
+
+    /// A new line is executed from `now` on: the buffer has room for another one.
+    fn read_ahead(&mut self, now: u64, wait: u64, cycles: &Cycles) {
+        if cycles.lines_ahead > 1 {
+            self.ready[0] = self.ready[1];
+            self.ready[1] = now.max(self.ready[0]) + wait + 1;
+        } else {
+            self.ready[0] = now + wait + 1;
+        }
+    }
+
+    /// The cycle at which the data of a read of the flash at cycle `now` are there, at zero wait states `now`.
+    pub fn read_data(&mut self, now: u64, cycles: &Cycles) -> u64 {
+        let start = now.max(self.busy_until);
+        let wait = u64::from(self.flash.wait_states);
+        if wait == 0 {
+            return start;
+        }
+        if self.size == LINE && self.line != NONE && self.ready[0] > start {
+            if cycles.data_waits_for_line != 0 {
+                // At most one line is being read.
+                return self.ready[0].min(start + wait + 1) + wait;
+            }
+            self.ready = self.ready.map(|ready| ready + wait + 1);
+        }
+        start + wait
+    }
+
+    /// A data access on the system bus delays the fetch of code in RAM.
+    #[inline(always)]
+    pub fn contend(&mut self, cycles: &Cycles) {
+        self.ready[0] += u64::from(cycles.ram_contention);
+    }
+
+    /// True while code in RAM executes.
+    #[inline(always)]
+    pub fn is_in_ram(&self) -> bool {
+        self.size == WORD && !is_code(self.line)
+    }
+
+    /// Wait states and end of the present work of the flash, for the vectors.
+    pub fn wait_states(&self) -> u64 {
+        self.flash.wait_states.into()
+    }
+
+    /// The cycle until which the flash is busy.
+    pub fn busy_until(&self) -> u64 {
+        self.busy_until
+    }
+}
+
+/// True for addresses of the code region, where flash is.
+#[inline(always)]
+pub fn is_code(address: u32) -> bool {
+    address >> 29 == 0
+}
