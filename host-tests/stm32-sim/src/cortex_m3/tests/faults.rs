@@ -117,3 +117,16 @@ fn operation_without_a_defined_effect_has_no_handler() {
     let fault = fault(&mut processor);
     assert!(!processor.take_fault(&fault));
 }
+
+/// SysTick becomes pending during the entry: its priority is lower, so that it does not replace the fault.
+#[test]
+fn exception_that_arrives_during_entry_does_not_replace_fault() {
+    let mut processor = faulted(&[UNDEFINED], |it| {
+        write(it, 0xE000_E014, 5);
+        write(it, 0xE000_E010, 0b111);
+    });
+    assert_eq!(processor.active_exception(), 3);
+    let pending_system_timer = 1 << 26;
+    let control = read(&mut processor, 0xE000_ED04);
+    assert_eq!(control & pending_system_timer, pending_system_timer);
+}
