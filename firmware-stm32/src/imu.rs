@@ -17,8 +17,8 @@ use crate::counts::{self, FRACTION, WORD, Word};
 use crate::self_test::{self, SelfTest, SetUp};
 use ism330dhcx_rs::blocking::ISM330DHCX_ID;
 use ism330dhcx_rs::blocking::prelude::{
-    BdrXl, Ctrl1Xl, Ctrl3C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FsXl, OdrTBatch,
-    OdrXl, Reg, StXl,
+    BdrXl, Ctrl1Xl, Ctrl3C, Ctrl4C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FsXl,
+    OdrTBatch, OdrXl, Reg, StXl,
 };
 use plumbline::measure::Reading;
 use plumbline::measure::resampler::Resampler;
@@ -359,8 +359,10 @@ impl<const TESTS: usize> Imu<TESTS> {
 }
 
 /// The registers that never change after a reset of the accelerometer.
-const SETTINGS: [(Reg, u8); 4] = [
+const SETTINGS: [(Reg, u8); 5] = [
     (Reg::Ctrl9Xl, Ctrl9Xl::new().with_device_conf(1).into_bits()),
+    // A disturbance on the lines of the SPI must not look like a start condition of I2C.
+    (Reg::Ctrl4C, Ctrl4C::new().with_i2c_disable(1).into_bits()),
     // Block data update: the two bytes of a value are consistent.
     (Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits()),
     (

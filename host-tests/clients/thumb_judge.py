@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Runs instructions in Unicorn, an independent emulator of the Cortex-M3, and compares the results.
+"""Runs instructions in Unicorn, an independent emulator of the Cortex-M3 and M4, and compares the results.
 
     pip install -r requirements.txt
-    python thumb_judge.py SAMPLES
+    python thumb_judge.py MODEL SAMPLES
 
 `stm32-sim/tests/thumb` writes the samples with the results of the simulated processor. The exit code is 1 if one differs.
 Unicorn is under the GPL: it only runs in this separate process, and no part of the project is linked with it.
@@ -25,8 +25,9 @@ REGISTERS = [
 ]
 STATE = struct.Struct("<17I")
 RUNS, REFUSED = 0, 1
-# N, Z, C, V, Q. ITSTATE is always 0 between samples.
-FLAGS = 0xF800_0000
+# N, Z, C, V, Q; and GE, which is always 0 on the Cortex-M3. ITSTATE is always 0 between samples.
+FLAGS = 0xF80F_0000
+MODELS = {"m3": arm.UC_CPU_ARM_CORTEX_M3, "m4": arm.UC_CPU_ARM_CORTEX_M4}
 MOST_REPORTS = 20
 # Bits of RAM as words (STM32F10xxx programming manual PM0056, 2.2.5).
 BIT_BAND = range(0x2200_0000, 0x2400_0000)
@@ -47,10 +48,10 @@ class Reader:
         return STATE.unpack(self.take(STATE.size))
 
 
-def machine() -> Uc:
+def machine(model: int) -> Uc:
     """An emulator with the same memory map: flash, also at 0, and RAM."""
     uc = Uc(UC_ARCH_ARM, UC_MODE_THUMB | UC_MODE_MCLASS)
-    uc.ctl_set_cpu_model(arm.UC_CPU_ARM_CORTEX_M3)
+    uc.ctl_set_cpu_model(model)
     for start in (0, FLASH):
         uc.mem_map(start, FLASH_SIZE)
         uc.mem_write(start, b"\xff" * FLASH_SIZE)
@@ -76,7 +77,7 @@ def prepare(uc: Uc, code: bytes, before: tuple[int, ...], ram: bytes) -> None:
     uc.mem_write(RAM, ram)
     for register, value in zip(REGISTERS, before):
         uc.reg_write(register, value)
-    uc.reg_write(arm.UC_ARM_REG_APSR_NZCVQ, before[16] & FLAGS)
+    uc.reg_write(arm.UC_ARM_REG_APSR_NZCVQG, before[16] & FLAGS)
 
 
 def differences(uc: Uc, after: tuple[int, ...], ram: bytes) -> list[str]:
@@ -120,10 +121,11 @@ def judge(uc: Uc, reader: Reader, ram: bytes) -> str:
 
 def main() -> int:
     """Runs all samples; returns the exit code."""
-    with open(sys.argv[1], "rb") as file:
+    model, path = sys.argv[1:]
+    with open(path, "rb") as file:
         reader = Reader(file.read())
     ram = reader.take(RAM_SIZE)
-    uc = machine()
+    uc = machine(MODELS[model])
     samples = skipped = failed = 0
     while reader.at < len(reader.data):
         start = reader.at
@@ -131,6 +133,8 @@ def main() -> int:
         samples += 1
         if wrong == SKIPPED:
             skipped += 1
+            # The access that failed can leave an IT block open.
+            uc = machine(MODELS[model])
         elif wrong:
             failed += 1
             if failed <= MOST_REPORTS:

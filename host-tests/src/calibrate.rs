@@ -4,7 +4,7 @@
 //! averaged raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (at
 //! least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
-use bench::{Flash, STORE_BUFFER};
+use bench::{Flash, Geometry, STORE_BUFFER};
 use plumbline::measure::ONE_G;
 use plumbline::measure::calibration::Calibration;
 use plumbline::store::{Owner, Store};
@@ -193,7 +193,7 @@ fn combine(a: Vector, b: Vector, f: impl Fn(f64, f64) -> f64) -> Vector {
 /// The file cannot be read or written.
 pub fn write(owner: Owner, calibration: &Calibration, path: &Path) -> Result<(), String> {
     let text = |error: std::io::Error| format!("{}: {error}", path.display());
-    let flash = Flash::in_file(path).map_err(text)?;
+    let flash = Flash::in_file(Geometry::STM32F103, path).map_err(text)?;
     let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
     store.calibrate(calibration);
     loop {

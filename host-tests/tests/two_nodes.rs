@@ -8,6 +8,7 @@ use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{after, millis};
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 
 const LEVEL: Reading = Reading {
@@ -58,18 +59,25 @@ fn first(wire: &mut Wire) -> DeviceId {
 }
 
 /// Attaches a simulated microcontroller with the image.
-fn second(wire: &mut Wire) -> DeviceId {
+fn second(chip: Chip, wire: &mut Wire) -> DeviceId {
     let node_type = NodeType::find("jn2101").expect("a product");
-    let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let images = stm32_sim::firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
     let image = Rc::new(Image::parse(&elf).expect("an image"));
     let motion = Box::new(LEVEL);
-    let sensor = Microcontroller::of_type(&node_type, image, 2, Flash::default(), motion);
+    let memory = Flash::blank(chip.facts().geometry);
+    let sensor = Microcontroller::of_type(&node_type, image, 2, memory, motion);
     wire.bus.attach(sensor)
 }
 
 #[test]
 fn each_of_two_nodes_answers_only_its_own_requests() {
+    Chip::ALL
+        .into_iter()
+        .for_each(answers_only_its_own_requests);
+}
+
+fn answers_only_its_own_requests(chip: Chip) {
     let mut wire = Wire::new();
     let one = first(&mut wire);
     assert_eq!(wire.wait(50), ["70A#00"]);
@@ -80,7 +88,7 @@ fn each_of_two_nodes_answers_only_its_own_requests() {
     assert_eq!(saved, ["58A#6010100100000000"]);
     assert_eq!(wire.exchange(0x000, &[0x81, 10]), ["70B#00"]);
 
-    let two = second(&mut wire);
+    let two = second(chip, &mut wire);
     assert_eq!(wire.wait(300), ["70A#00"]);
 
     // Read 1018h:04, the serial number, from each.

@@ -8,6 +8,7 @@ use plumbline::time::{Instant, after, millis};
 use std::path::Path;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use virtual_sensor::scene::{Axes, Scene};
 
@@ -34,7 +35,8 @@ impl Bench {
     /// The same with the image.
     fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
         let node_type = NodeType::find(model).expect("a product");
-        let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+        let images =
+            stm32_sim::firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}"));
         let elf = std::fs::read(&images[node_type.name]).expect("the image can be read");
         let image = Rc::new(Image::parse(&elf).expect("an image"));
         let flash = Flash::default();

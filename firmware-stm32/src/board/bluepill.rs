@@ -30,17 +30,20 @@ mod vectors;
 
 pub use flash::Flash;
 
-use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator};
 use crate::counts::Mounting;
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
 use cortex_m::peripheral::SYST;
 use plumbline::node::Leds;
-use stm32f1::stm32f103 as pac;
+pub(super) use stm32f1::stm32f103 as pac;
 pub use stm32f1::stm32f103::Interrupt;
 
 /// The core clock in Hz.
 pub const CORE_CLOCK: u32 = 64_000_000;
+
+/// The clock after a reset in Hz: the internal oscillator.
+pub(super) const INTERNAL_CLOCK: u32 = 8_000_000;
 
 /// The clock of APB1 in Hz.
 pub const APB1_CLOCK: u32 = 32_000_000;
@@ -72,7 +75,7 @@ pub struct Board {
     pub systick: SYST,
     /// The independent watchdog, running.
     pub watchdog: Watchdog,
-    /// The status LEDs, off.
+    /// The status LEDs.
     pub leds: StatusLeds,
     /// Heater and terminating resistor, off.
     pub switches: Switches,
@@ -96,20 +99,27 @@ impl Board {
         // SAFETY: the caller owns all peripherals.
         let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
-        // First, so that a crystal that does not start causes a reset and a new attempt.
+        // While a debugger halts the core, the watchdog stops, and the timer of the heater, which also disables its output (RM0008,
+        // DBGMCU_CR).
         device
             .DBGMCU
             .cr()
-            .modify(|_, w| w.dbg_iwdg_stop().set_bit());
+            .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit());
+        note_reset(&device.RCC);
         start_watchdog(&device.IWDG);
-        start_clocks(&device.RCC, &device.FLASH);
+        switch_on(&device.RCC);
+        start_supply_monitor(&device.PWR);
         set_pins(&device);
+        let mut watchdog = Watchdog(device.IWDG);
+        let mut leds = StatusLeds(());
+        start_oscillator(&device.RCC, &mut watchdog, &mut leds);
+        start_pll(&device.RCC, &device.FLASH);
         start_heater(&device.TIM3);
         start_spi(&device.SPI1);
         Self {
             systick: core.SYST,
-            watchdog: Watchdog(device.IWDG),
-            leds: StatusLeds(()),
+            watchdog,
+            leds,
             switches: Switches { timer: device.TIM3 },
             can: device.CAN,
             imu: ImuWires(device.SPI1),
@@ -134,27 +144,53 @@ fn start_watchdog(watchdog: &pac::IWDG) {
     watchdog.kr().write(|w| w.key().start());
 }
 
-/// Starts the crystal and the PLL: 64 MHz for core, APB2 and timers, 32 MHz for APB1. Then switches the peripherals on.
-fn start_clocks(rcc: &pac::RCC, flash: &pac::FLASH) {
-    flash.acr().write(|w| w.prftbe().set_bit().latency().ws2());
-    rcc.cr().modify(|_, w| w.hseon().set_bit());
-    while rcc.cr().read().hserdy().bit_is_clear() {}
-    rcc.cfgr().write(|w| {
-        w.pllsrc().hse_div_prediv().pllmul().mul8();
-        w.ppre1().div2()
-    });
-    rcc.cr().modify(|_, w| w.pllon().set_bit());
-    while rcc.cr().read().pllrdy().bit_is_clear() {}
-    rcc.cfgr().modify(|_, w| w.sw().pll());
-
+/// Switches the clocks of the peripherals on.
+fn switch_on(rcc: &pac::RCC) {
     rcc.apb2enr().write(|w| {
         w.afioen().set_bit().spi1en().set_bit();
         w.iopaen().set_bit().iopben().set_bit().iopcen().set_bit()
     });
     rcc.apb1enr()
-        .write(|w| w.tim3en().set_bit().canen().set_bit());
+        .write(|w| w.tim3en().set_bit().canen().set_bit().pwren().set_bit());
     // The clocks run after this write.
     cortex_m::asm::dsb();
+}
+
+/// Starts the voltage detector with its highest level: 2.66 to 2.9 V while the supply falls, at most 3.0 V while it rises (DS5319).
+/// So there is time for the operation under way, because the flash needs 2.0 V.
+fn start_supply_monitor(pwr: &pac::PWR) {
+    // SAFETY: all values of the field are levels.
+    pwr.cr()
+        .write(|w| unsafe { w.pls().bits(0b111).pvde().set_bit() });
+}
+
+/// True while the supply is too low to begin an operation of the flash.
+pub fn supply_is_low() -> bool {
+    // SAFETY: reads a status bit.
+    let pwr = unsafe { pac::PWR::steal() };
+    pwr.csr().read().pvdo().bit_is_set()
+}
+
+/// Starts the PLL from the crystal: 64 MHz for core, APB2 and timers, 32 MHz for APB1. From now on, a crystal that stops causes
+/// an NMI.
+fn start_pll(rcc: &pac::RCC, flash: &pac::FLASH) {
+    flash.acr().write(|w| w.prftbe().set_bit().latency().ws2());
+    rcc.cfgr().write(|w| {
+        w.pllsrc().hse_div_prediv().pllmul().mul8();
+        w.ppre1().div2()
+    });
+    rcc.cr()
+        .modify(|_, w| w.pllon().set_bit().csson().set_bit());
+    while rcc.cr().read().pllrdy().bit_is_clear() {}
+    rcc.cfgr().modify(|_, w| w.sw().pll());
+}
+
+/// Resets the CAN controller and the timer of the heater, and keeps them in reset: TXD is recessive, the heater is off.
+pub fn make_safe() {
+    // SAFETY: the program ends.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1rstr()
+        .write(|w| w.tim3rst().set_bit().canrst().set_bit());
 }
 
 /// Configures the pins. The level of an output is set first.

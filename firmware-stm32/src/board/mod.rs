@@ -1,5 +1,7 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
+use core::sync::atomic::{AtomicU8, Ordering};
+use plumbline::node::Leds;
 use plumbline::store::crc32;
 
 #[cfg(feature = "bluepill")]
@@ -35,4 +37,54 @@ fn serial(unique_id: [u32; 3]) -> u32 {
 /// Waits by counting instructions, at least this number of microseconds.
 pub fn delay(us: u32) {
     cortex_m::asm::delay(us.saturating_mul(CORE_CLOCK / 1_000_000));
+}
+
+/// The causes of the last reset: bits 24 to 31 of RCC_CSR, kept for status and debugger. Bit 1: brown-out (F446), 2: reset pin, 3:
+/// power-on, 4: software, 5: watchdog, 7: low power.
+#[used]
+static RESET_CAUSES: AtomicU8 = AtomicU8::new(0);
+
+/// The causes of the last reset. An internal reset also sets the bit of the reset pin.
+pub fn reset_causes() -> u8 {
+    RESET_CAUSES.load(Ordering::Relaxed)
+}
+
+/// Keeps the causes of the last reset and clears them in the hardware, which otherwise collects them until power-off.
+fn note_reset(rcc: &pac::RCC) {
+    let causes = (rcc.csr().read().bits() >> 24) as u8;
+    rcc.csr().write(|w| w.rmvf().set_bit());
+    RESET_CAUSES.store(causes, Ordering::Relaxed);
+    info!(
+        "reset: power-on {=bool}, software {=bool}, watchdog {=bool}, RCC_CSR {=u8:#x}",
+        causes >> 3 & 1 != 0,
+        causes >> 4 & 1 != 0,
+        causes >> 5 & 1 != 0,
+        causes
+    );
+}
+
+/// The number of polls of the ready flag in an attempt to start the oscillator: 6 to 10 cycles each, so that an attempt takes
+/// about half a second. A crystal takes some milliseconds.
+const POLLS: u32 = INTERNAL_CLOCK / 16;
+
+/// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt
+/// succeeds the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver
+/// works outside of its limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each
+/// attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later.
+fn start_oscillator(rcc: &pac::RCC, watchdog: &mut Watchdog, leds: &mut StatusLeds) {
+    loop {
+        rcc.cr().modify(|_, w| w.hseon().set_bit());
+        for _ in 0..POLLS {
+            if rcc.cr().read().hserdy().bit_is_set() && !supply_is_low() {
+                return;
+            }
+        }
+        rcc.cr().modify(|_, w| w.hseon().clear_bit());
+        watchdog.feed();
+        leds.show(Leds {
+            error: true,
+            ..Leds::default()
+        });
+        error!("not on the bus: HSE does not start, or the supply is low");
+    }
 }

@@ -23,7 +23,7 @@
 //! that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 128 MHz, so that APB1 runs at a quarter of it, 32
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
-use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS};
+use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator};
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
 use crate::imu::{SpiError, Wires};
@@ -31,9 +31,10 @@ use cortex_m::peripheral::SYST;
 use embedded_hal::spi::{MODE_0, SpiBus};
 use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
-use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState};
+use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState, Speed};
+pub(super) use stm32f4xx_hal::pac;
 pub use stm32f4xx_hal::pac::Interrupt;
-use stm32f4xx_hal::pac::{self, interrupt};
+use stm32f4xx_hal::pac::interrupt;
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{self, Enable};
 use stm32f4xx_hal::spi::Spi;
@@ -42,6 +43,9 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 /// The core clock in Hz.
 pub const CORE_CLOCK: u32 = 128_000_000;
+
+/// The clock after a reset in Hz: the internal oscillator.
+pub(super) const INTERNAL_CLOCK: u32 = 16_000_000;
 
 /// The clock of APB1 in Hz.
 pub const APB1_CLOCK: u32 = 32_000_000;
@@ -94,7 +98,7 @@ pub struct Board {
     pub systick: SYST,
     /// The independent watchdog, running.
     pub watchdog: Watchdog,
-    /// The status LEDs, off.
+    /// The status LEDs.
     pub leds: StatusLeds,
     /// Heater and terminating resistor, off.
     pub switches: Switches,
@@ -118,28 +122,40 @@ impl Board {
         // SAFETY: the caller owns all peripherals.
         let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
-        // First, so that a clock that does not start causes a reset and a new attempt.
+        note_reset(&device.RCC);
         let mut watchdog = Watchdog::new(device.IWDG);
         watchdog.stop_on_debug(&device.DBGMCU, true);
+        device
+            .DBGMCU
+            .apb1_fz()
+            .modify(|_, w| w.dbg_tim3_stop().set_bit());
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
 
-        let clocks = rcc::Config::hse(8.MHz())
-            .bypass_hse_oscillator()
-            .sysclk(128.MHz())
-            .pclk1(32.MHz())
-            .pclk2(64.MHz());
-        let mut rcc = device.RCC.freeze(clocks);
-
+        let mut rcc = device.RCC.constrain();
+        pac::PWR::enable(&mut rcc);
+        start_supply_monitor(&device.PWR);
         let gpioa = device.GPIOA.split(&mut rcc);
         let gpiob = device.GPIOB.split(&mut rcc);
         let gpioc = device.GPIOC.split(&mut rcc);
 
-        let leds = StatusLeds {
+        let mut leds = StatusLeds {
             run: gpioa.pa5.into_push_pull_output_in_state(PinState::Low),
             error: gpiob.pb10.into_push_pull_output_in_state(PinState::Low),
             module_green: gpioc.pc6.into_push_pull_output_in_state(PinState::Low),
             module_red: gpioc.pc7.into_push_pull_output_in_state(PinState::Low),
         };
+
+        // A Nucleo without its ST-LINK has no clock. The HAL would wait for it without end.
+        rcc.cr().modify(|_, w| w.hsebyp().set_bit());
+        start_oscillator(&rcc, &mut watchdog, &mut leds);
+        let clocks = rcc::Config::hse(8.MHz())
+            .bypass_hse_oscillator()
+            .sysclk(128.MHz())
+            .pclk1(32.MHz())
+            .pclk2(64.MHz());
+        let mut rcc = rcc.freeze(clocks);
+        // From now on, a clock that stops causes an NMI.
+        rcc.cr().modify(|_, w| w.csson().set_bit());
 
         CanPeripheral::enable(&mut rcc);
         gpioa
@@ -166,7 +182,11 @@ impl Board {
         };
 
         let select = gpiob.pb12.into_push_pull_output_in_state(PinState::High);
-        let pins = (Some(gpiob.pb13), Some(gpiob.pb14), Some(gpiob.pb15));
+        // At low speed the last bit of a transfer can be wrong. The pins get their speed before the bus starts.
+        let sck = gpiob.pb13.into_alternate().speed(Speed::VeryHigh);
+        let miso = gpiob.pb14.into_alternate().speed(Speed::VeryHigh);
+        let mosi = gpiob.pb15.into_alternate().speed(Speed::VeryHigh);
+        let pins = (Some(sck), Some(miso), Some(mosi));
         let spi = device.SPI2.spi(pins, MODE_0, SPI_CLOCK_HZ.Hz(), &mut rcc);
 
         Self {
@@ -180,6 +200,29 @@ impl Board {
             serial: super::serial(unique_id()),
         }
     }
+}
+
+/// Starts the voltage detector at level 6: 2.85 to 2.99 V while the supply falls, at most 3.1 V while it rises (datasheet). The flash
+/// needs 2.7 V for words.
+fn start_supply_monitor(pwr: &pac::PWR) {
+    // SAFETY: all values of the field are levels.
+    pwr.cr()
+        .modify(|_, w| unsafe { w.pls().bits(0b110).pvde().set_bit() });
+}
+
+/// True while the supply is too low to begin an operation of the flash.
+pub fn supply_is_low() -> bool {
+    // SAFETY: reads a status bit.
+    let pwr = unsafe { pac::PWR::steal() };
+    pwr.csr().read().pvdo().bit_is_set()
+}
+
+/// Resets the CAN controller and the timer of the heater, and keeps them in reset: TXD is recessive, the heater is off.
+pub fn make_safe() {
+    // SAFETY: the program ends.
+    let rcc = unsafe { pac::RCC::steal() };
+    rcc.apb1rstr()
+        .write(|w| w.tim3rst().set_bit().can1rst().set_bit());
 }
 
 /// The status LEDs.
@@ -235,6 +278,9 @@ impl Sectors for Flash {
     const WRITE_SIZE: usize = 4;
 
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
+        if supply_is_low() {
+            return Err(NorFlashErrorKind::Other);
+        }
         self.unlock();
         // `write` starts from the reset value, in which the register is locked.
         self.0.cr().write(|w| {
@@ -257,6 +303,9 @@ impl Sectors for Flash {
     fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
         let (words, _) = bytes.as_chunks::<4>();
         for (index, word) in words.iter().enumerate() {
+            if supply_is_low() {
+                return Err(NorFlashErrorKind::Other);
+            }
             self.unlock();
             self.0.cr().write(|w| {
                 w.lock().clear_bit();

@@ -77,6 +77,8 @@ pub(super) fn start() {
     // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
     unsafe {
         timer.psc().write(|w| w.bits(PRESCALER - 1));
+        // The sources do not agree on the reset value. At 0 the counter is blocked.
+        timer.arr().write(|w| w.bits(0xFFFF));
         timer.egr().write(|w| w.bits(1));
         timer.cnt().write(|w| w.bits(FIRST_COUNT));
         timer.ccmr2_input().write(|w| w.bits(CHANNELS));

@@ -1,7 +1,10 @@
-//! A microcontroller's flash memory: two pages as on the STM32F103, with a fuse that cuts the power and with faults.
+//! A microcontroller's flash memory: two pages as on the STM32F103 or two sectors as on the STM32F446, with a fuse that cuts the
+//! power and with faults.
 //!
-//! The rules of the real memory apply. It is programmed in half-words, and only an erased half-word can be programmed, except to
-//! 0000h (reference manual RM0008/PM0075: PGERR). It is erased in pages. A power cut leaves an operation incomplete.
+//! The rules of the real memory apply. The STM32F103 is programmed in half-words, and only an erased half-word can be programmed,
+//! except to 0000h (reference manual RM0008/PM0075: PGERR). On the STM32F446 a unit of one to eight bytes can be programmed again:
+//! then its bits can only change to 0 (RM0390, section 3.6). A memory is erased in pages. A power cut leaves an operation
+//! incomplete.
 
 use super::flash_file::{FlashFile, first_bytes};
 use embedded_storage::nor_flash::{
@@ -12,18 +15,43 @@ use std::fs::File;
 use std::io;
 use std::path::Path;
 
-/// Size of an erase unit, in bytes.
+/// Size of an erase unit of the STM32F103, in bytes.
 pub const PAGE_SIZE: usize = 1024;
 
-/// Total size in bytes: two pages.
-const SIZE: usize = 2 * PAGE_SIZE;
+/// The pages of a memory.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Geometry {
+    /// The size of each of the two pages, in bytes.
+    pub page_size: usize,
+    /// Only an erased half-word can be programmed, except to 0000h.
+    pub once_only: bool,
+}
+
+impl Geometry {
+    /// Two pages of the STM32F103.
+    pub const STM32F103: Self = Self {
+        page_size: PAGE_SIZE,
+        once_only: true,
+    };
+
+    /// Two sectors of 16 KiB of the STM32F446.
+    pub const STM32F446: Self = Self {
+        page_size: 16 * 1024,
+        once_only: false,
+    };
+
+    /// The size of both pages, in bytes.
+    pub const fn size(self) -> usize {
+        2 * self.page_size
+    }
+}
 
 /// The reason for a failed operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum FlashError {
     /// The power is off.
     PowerCut,
-    /// A half-word that is not erased cannot be programmed to anything but 0000h.
+    /// A half-word that is not erased cannot be programmed to anything but 0000h (STM32F103).
     NotErased,
     /// The memory is faulty, or its file cannot be written.
     Broken,
@@ -47,13 +75,14 @@ enum Fuse {
     Byte(u64),
     /// While a page is erased, after this many others.
     Erase(u64),
-    /// While a half-word is programmed or a page is erased, after this many of both.
+    /// While a unit is programmed or a page is erased, after this many of both.
     Operation(u64),
 }
 
 /// Two pages of flash.
 #[derive(Debug)]
 pub struct Flash {
+    geometry: Geometry,
     bytes: Vec<u8>,
     file: Option<FlashFile>,
     fuse: Option<Fuse>,
@@ -68,20 +97,35 @@ pub struct Flash {
 }
 
 impl Default for Flash {
-    /// An erased memory.
+    /// An erased memory of the STM32F103.
     fn default() -> Self {
-        Self::new(vec![0xFF; SIZE])
+        Self::blank(Geometry::STM32F103)
     }
 }
 
 impl Flash {
-    /// A memory with this content.
+    /// A memory of the STM32F103 with this content.
     ///
     /// # Panics
     /// When the size is not that of the memory.
     pub fn new(bytes: Vec<u8>) -> Self {
-        assert_eq!(bytes.len(), SIZE, "two pages of {PAGE_SIZE} bytes");
+        Self::with_content(Geometry::STM32F103, bytes)
+    }
+
+    /// An erased memory.
+    pub fn blank(geometry: Geometry) -> Self {
+        Self::with_content(geometry, vec![0xFF; geometry.size()])
+    }
+
+    /// A memory with this content.
+    ///
+    /// # Panics
+    /// When the size is not that of the memory.
+    pub fn with_content(geometry: Geometry, bytes: Vec<u8>) -> Self {
+        let size = geometry.page_size;
+        assert_eq!(bytes.len(), geometry.size(), "two pages of {size} bytes");
         Self {
+            geometry,
             bytes,
             file: None,
             fuse: None,
@@ -102,11 +146,12 @@ impl Flash {
     /// # Errors
     /// The file exists but cannot be read, is in use by another program ([`io::ErrorKind::ResourceBusy`]), or is longer than the
     /// memory ([`io::ErrorKind::InvalidData`]).
-    pub fn in_file(path: &Path) -> io::Result<Self> {
-        let (file, bytes) = FlashFile::open(path, SIZE)?;
+    pub fn in_file(geometry: Geometry, path: &Path) -> io::Result<Self> {
+        let (file, bytes) = FlashFile::open(path, geometry.size())?;
+        let bytes = bytes.unwrap_or_else(|| vec![0xFF; geometry.size()]);
         Ok(Self {
             file: Some(file),
-            ..bytes.map_or_else(Self::default, Self::new)
+            ..Self::with_content(geometry, bytes)
         })
     }
 
@@ -114,14 +159,20 @@ impl Flash {
     ///
     /// # Errors
     /// The file cannot be read.
-    pub fn read_only(path: &Path) -> io::Result<Self> {
-        let mut bytes = first_bytes(&File::open(path)?, SIZE)?;
-        bytes.resize(SIZE, 0xFF);
+    pub fn read_only(geometry: Geometry, path: &Path) -> io::Result<Self> {
+        let size = geometry.size();
+        let mut bytes = first_bytes(&File::open(path)?, size)?;
+        bytes.resize(size, 0xFF);
         Ok(Self {
             fail_writes: true,
             fail_erases: true,
-            ..Self::new(bytes)
+            ..Self::with_content(geometry, bytes)
         })
+    }
+
+    /// The pages.
+    pub fn geometry(&self) -> Geometry {
+        self.geometry
     }
 
     /// The content of the memory.
@@ -152,7 +203,7 @@ impl Flash {
         self.stir(seed);
     }
 
-    /// Sets the fuse: the power is cut while a half-word is programmed or a page is erased, after `others` more of both. `seed`
+    /// Sets the fuse: the power is cut while a unit is programmed or a page is erased, after `others` more of both. `seed`
     /// selects the content that remains.
     pub fn cut_in_operation_after(&mut self, others: u64, seed: u64) {
         self.fuse = Some(Fuse::Operation(others));
@@ -194,7 +245,7 @@ impl Flash {
         self.put(at, &[self.bytes[at] ^ 1 << (bit % 8)])
     }
 
-    /// Flips a bit in the half-word that was programmed last, that is, in the newest record. False when nothing has been
+    /// Flips a bit in the unit that was programmed last, that is, in the newest record. False when nothing has been
     /// programmed yet.
     pub fn corrupt_newest(&mut self) -> bool {
         self.last.is_some_and(|at| self.flip_bit(8 * at).is_ok())
@@ -213,19 +264,24 @@ impl Flash {
         Ok(())
     }
 
-    /// Programs one half-word; the fuse may blow in either of its bytes.
-    fn program(&mut self, at: usize, value: [u8; 2]) -> Result<(), FlashError> {
-        let old = [self.bytes[at], self.bytes[at + 1]];
-        if old != [0xFF; 2] && value != [0; 2] {
+    /// Programs one unit: two bytes on the STM32F103, one to eight on the STM32F446. The fuse may blow in each of its bytes.
+    fn program(&mut self, at: usize, value: &[u8]) -> Result<(), FlashError> {
+        let range = at..at + value.len();
+        let old = self.bytes[range].to_vec();
+        let is = |bytes: &[u8], byte: u8| bytes.iter().all(|one| *one == byte);
+        if self.geometry.once_only && !is(&old, 0xFF) && !is(value, 0) {
             return Err(FlashError::NotErased);
         }
         if self.operation_blows() {
-            let half_done = [0, 1].map(|index| old[index] & (value[index] | self.random() as u8));
+            let mut half_done = old;
+            for (half_done, value) in half_done.iter_mut().zip(value) {
+                *half_done &= value | self.random() as u8;
+            }
             self.put(at, &half_done)?;
             self.last = Some(at);
             return Err(FlashError::PowerCut);
         }
-        let mut new = old;
+        let mut new = old.clone();
         for (new, value) in new.iter_mut().zip(value) {
             if self.fuse == Some(Fuse::Byte(0)) {
                 *new &= value | self.random() as u8;
@@ -235,11 +291,11 @@ impl Flash {
             if let Some(Fuse::Byte(others)) = &mut self.fuse {
                 *others -= 1;
             }
-            *new = value;
+            *new &= value;
             self.programmed += 1;
         }
         for bit in &self.worn {
-            if let Some(index) = (bit / 8).checked_sub(at).filter(|index| *index < 2) {
+            if let Some(index) = (bit / 8).checked_sub(at).filter(|index| *index < new.len()) {
                 new[index] |= old[index] & 1 << (bit % 8);
             }
         }
@@ -249,6 +305,36 @@ impl Flash {
             return Err(FlashError::PowerCut);
         }
         Ok(())
+    }
+
+    /// Programs one unit of this length at an offset, as the flash interface of a microcontroller does.
+    ///
+    /// # Errors
+    /// [`FlashError`].
+    ///
+    /// # Panics
+    /// When the unit is not in the memory.
+    pub fn program_unit(&mut self, offset: usize, value: &[u8]) -> Result<(), FlashError> {
+        self.powered()?;
+        if self.fail_writes {
+            return Err(FlashError::Broken);
+        }
+        self.program(offset, value)
+    }
+
+    /// Erases the page at an offset, as the flash interface of a microcontroller does.
+    ///
+    /// # Errors
+    /// [`FlashError`].
+    ///
+    /// # Panics
+    /// When there is no page at the offset.
+    pub fn erase_page_at(&mut self, offset: usize) -> Result<(), FlashError> {
+        self.powered()?;
+        if self.fail_erases {
+            return Err(FlashError::Broken);
+        }
+        self.erase_page(offset)
     }
 
     /// Erases one page; the fuse may blow in it.
@@ -262,7 +348,7 @@ impl Flash {
         if let Some(Fuse::Erase(others)) = &mut self.fuse {
             *others -= 1;
         }
-        self.put(at, &[0xFF; PAGE_SIZE])?;
+        self.put(at, &vec![0xFF; self.geometry.page_size])?;
         self.erased += 1;
         Ok(())
     }
@@ -270,12 +356,13 @@ impl Flash {
     /// The content of a page after an incomplete erase: its first part erased, or some bytes, or single bits; or the complete
     /// page, or nothing yet.
     fn half_erased(&mut self, at: usize) -> Vec<u8> {
-        let mut page = self.bytes[at..at + PAGE_SIZE].to_vec();
+        let size = self.geometry.page_size;
+        let mut page = self.bytes[at..at + size].to_vec();
         match self.random() % 5 {
             0 => {}
             1 => page.fill(0xFF),
             2 => {
-                let length = self.random() as usize % PAGE_SIZE;
+                let length = self.random() as usize % size;
                 page[..length].fill(0xFF);
             }
             3 => {
@@ -343,10 +430,11 @@ impl ReadNorFlash for Flash {
     }
 
     fn capacity(&self) -> usize {
-        SIZE
+        self.geometry.size()
     }
 }
 
+/// For sensors built for the PC, which have the memory of the STM32F103.
 impl NorFlash for Flash {
     const WRITE_SIZE: usize = 2;
     const ERASE_SIZE: usize = PAGE_SIZE;
@@ -358,7 +446,7 @@ impl NorFlash for Flash {
             return Err(FlashError::Broken);
         }
         for (index, pair) in bytes.chunks_exact(2).enumerate() {
-            self.program(offset as usize + 2 * index, [pair[0], pair[1]])?;
+            self.program(offset as usize + 2 * index, pair)?;
         }
         Ok(())
     }
@@ -396,6 +484,23 @@ mod tests {
             assert_eq!(flash.erased(), others.min(1));
             assert_eq!(flash.programmed(), 2 * others.saturating_sub(1).min(3));
         }
+    }
+
+    #[test]
+    fn sector_is_programmed_again_towards_0() {
+        let mut flash = Flash::blank(Geometry::STM32F446);
+        assert_eq!(
+            flash.program_unit(0x4000, &[0x12, 0x34, 0xF6, 0x78]),
+            Ok(())
+        );
+        assert_eq!(flash.program_unit(0x4002, &[0x0F]), Ok(()));
+        assert_eq!(
+            flash.bytes()[0x4000..0x4005],
+            [0x12, 0x34, 0x06, 0x78, 0xFF]
+        );
+        assert_eq!(flash.erase_page_at(0x4000), Ok(()));
+        assert_eq!(flash.bytes(), [0xFF; 0x8000]);
+        assert_eq!((flash.programmed(), flash.erased()), (5, 1));
     }
 
     #[test]

@@ -27,7 +27,7 @@ pub mod thermal;
 
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
 pub use device::Device;
-pub use flash::{Flash, FlashError, PAGE_SIZE};
+pub use flash::{Flash, FlashError, Geometry, PAGE_SIZE};
 pub use node_type::{NodeType, STORE_BUFFER};
 pub use receive_pin::ReceivePin;
 pub use sensor::Sensor;

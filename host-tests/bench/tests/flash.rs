@@ -1,6 +1,6 @@
 //! The simulated flash: the rules of the STM32F103's memory, the fuse, the faults, the memory in a file.
 
-use bench::{Flash, FlashError, PAGE_SIZE};
+use bench::{Flash, FlashError, Geometry, PAGE_SIZE};
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 use std::fs;
 use std::io::ErrorKind;
@@ -111,7 +111,7 @@ impl Drop for Scratch {
 #[test]
 fn file_keeps_memory() {
     let scratch = Scratch::new("keeps");
-    let mut flash = Flash::in_file(&scratch.0).unwrap();
+    let mut flash = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap();
     assert_eq!(flash.bytes(), [0xFF; 2 * PAGE_SIZE]);
     assert!(!scratch.0.exists(), "nothing has changed yet");
     flash.write(1000, &[1, 2, 3, 4]).unwrap();
@@ -120,7 +120,7 @@ fn file_keeps_memory() {
     assert_eq!(fs::read(&scratch.0).unwrap(), bytes);
     drop(flash);
     // The next start reads it; a power cut also reaches the file.
-    let mut flash = Flash::in_file(&scratch.0).unwrap();
+    let mut flash = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap();
     assert_eq!(flash.bytes(), bytes);
     flash.cut_in_erase_after(0, 2);
     assert!(flash.erase(0, 1024).is_err());
@@ -131,7 +131,7 @@ fn file_keeps_memory() {
 fn unwritable_file_is_faulty_memory() {
     let folder = Scratch::new("folder");
     let path = folder.0.join("memory");
-    let mut flash = Flash::in_file(&path).unwrap();
+    let mut flash = Flash::in_file(Geometry::STM32F103, &path).unwrap();
     assert_eq!(flash.write(0, &[1, 2]), Err(FlashError::Broken));
     assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
     assert_eq!(read(&mut flash, 0), [0xFF; 4]);
@@ -146,33 +146,36 @@ fn unwritable_file_is_faulty_memory() {
 fn file_larger_than_memory_is_not_changed() {
     let scratch = Scratch::new("notes");
     fs::write(&scratch.0, [b'x'; 2049]).unwrap();
-    let error = Flash::in_file(&scratch.0).unwrap_err();
+    let error = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidData);
     assert!(error.to_string().contains("2048 bytes"), "{error}");
-    let mut flash = Flash::read_only(&scratch.0).unwrap();
+    let mut flash = Flash::read_only(Geometry::STM32F103, &scratch.0).unwrap();
     assert_eq!(flash.bytes(), [b'x'; 2048]);
     assert_eq!(flash.write(0, &[0, 0]), Err(FlashError::Broken));
     assert_eq!(flash.erase(0, 1024), Err(FlashError::Broken));
     assert_eq!(fs::read(&scratch.0).unwrap(), [b'x'; 2049]);
     fs::write(&scratch.0, "").unwrap();
-    assert!(Flash::in_file(&scratch.0).is_ok(), "an empty file is new");
+    assert!(
+        Flash::in_file(Geometry::STM32F103, &scratch.0).is_ok(),
+        "an empty file is new"
+    );
 }
 
 #[test]
 fn file_of_a_running_sensor_is_refused() {
     let scratch = Scratch::new("shared");
     fs::write(&scratch.0, [1, 2]).unwrap();
-    let flash = Flash::in_file(&scratch.0).unwrap();
-    let error = Flash::in_file(&scratch.0).unwrap_err();
+    let flash = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap();
+    let error = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::ResourceBusy);
     drop(flash);
-    assert!(Flash::in_file(&scratch.0).is_ok());
+    assert!(Flash::in_file(Geometry::STM32F103, &scratch.0).is_ok());
 }
 
 #[cfg(unix)]
 #[test]
 fn endless_file_is_too_long() {
-    let error = Flash::in_file(Path::new("/dev/zero")).unwrap_err();
+    let error = Flash::in_file(Geometry::STM32F103, Path::new("/dev/zero")).unwrap_err();
     assert_eq!(error.kind(), ErrorKind::InvalidData);
 }
 
@@ -180,7 +183,7 @@ fn endless_file_is_too_long() {
 fn missing_bytes_of_truncated_file_read_as_erased() {
     let scratch = Scratch::new("cut");
     fs::write(&scratch.0, [1, 2]).unwrap();
-    let mut flash = Flash::in_file(&scratch.0).unwrap();
+    let mut flash = Flash::in_file(Geometry::STM32F103, &scratch.0).unwrap();
     assert_eq!(read(&mut flash, 0), [1, 2, 0xFF, 0xFF]);
     flash.write(4, &[3, 4]).unwrap();
     assert_eq!(fs::read(&scratch.0).unwrap(), flash.bytes());

@@ -1,4 +1,5 @@
-//! The cost of the flashed Blue Pill image, measured by running it on the simulated microcontroller.
+//! The cost of the flashed images, measured by running them on the simulated microcontroller: all products on the Blue Pill, and
+//! two on the Nucleo.
 //!
 //! - [`rows`]: the rows of the table, and the exact definition of each;
 //! - [`products`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;
@@ -7,7 +8,7 @@
 //!
 //! The processor runs at 64 MHz. Times are cycles by the timing table of the processor's Technical Reference Manual, with the wait
 //! states of the flash and of the buses, at the worst end of what the manuals leave open: see [`stm32_sim::cortex_m3::timing`].
-//! They are not measured on hardware. Instructions are exact.
+//! They are not measured on hardware. Instructions are exact. On the Nucleo only bytes and instructions are measured.
 
 pub mod budgets;
 pub mod calls;
@@ -19,11 +20,12 @@ pub mod scenario;
 pub mod tables;
 
 use products::MeasuredProduct;
-use rows::{ROWS, Row};
+use rows::{ROWS, Row, Unit};
 use scenario::Figures;
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
+use stm32_sim::chip::Chip;
 use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::{Image, Part, Shares};
 
@@ -122,12 +124,19 @@ pub fn measure_with(
     add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);
     Ok(Report {
-        model: product.name,
+        model: product.label,
         figures: ROWS
             .iter()
+            // The cycles of the Cortex-M4 are not modelled, so there are no times on the Nucleo.
+            .filter(|row| product.chip == Chip::F103 || row.unit != Unit::Nanoseconds)
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
-        cycles,
+        // As the times.
+        cycles: if product.chip == Chip::F103 {
+            cycles
+        } else {
+            Figures::new()
+        },
         phases,
         speed,
     })

@@ -6,6 +6,8 @@ use cost::budgets::Budgets;
 use cost::products::{self, MeasuredProduct};
 use cost::{Report, measure_with, tables};
 use plumbline::model::catalog::PRODUCTS;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -14,12 +16,16 @@ use stm32_sim::cortex_m3::timing::{End, Timing};
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
-/// Measures the Blue Pill images on a simulated microcontroller: memory, instructions, times.
+/// Measures the images on a simulated microcontroller: memory, instructions, and on the Blue Pill times.
 #[derive(Parser)]
 struct Options {
     /// Measure only this model [default: all that have budgets of their own]
     #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: Option<String>,
+
+    /// Measure the image of the model for the Nucleo: bytes and instructions of is2 and jn2101
+    #[arg(long, requires = "model")]
+    nucleo: bool,
 
     /// Measure this image of the model instead of building it
     #[arg(long, value_name = "FILE", requires = "model")]
@@ -51,7 +57,9 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<(), Box<dyn Error>> {
     let budgets = Budgets::of_the_project()?;
     let products: Vec<MeasuredProduct> = match &options.model {
-        Some(model) => products::find(model).into_iter().collect(),
+        Some(model) => products::of_model(model, options.nucleo)
+            .into_iter()
+            .collect(),
         None => products::all(|model| budgets.has(model)),
     };
     let end = if options.fastest {
@@ -85,18 +93,30 @@ fn reports(
     elf: Option<&Path>,
     end: End,
 ) -> Result<Vec<Report>, Box<dyn Error>> {
-    let built = match elf {
-        Some(_) => Default::default(),
-        None => firmware::build()?,
-    };
+    let mut built = BTreeMap::new();
     let mut reports = Vec::new();
     for product in products {
-        let path = elf.or_else(|| built.get(product.name).map(PathBuf::as_path));
-        let path = path.ok_or_else(|| format!("there is no image {}", product.name))?;
-        let bytes = std::fs::read(path)
+        let path = match elf {
+            Some(path) => path.to_owned(),
+            None => {
+                let images = match built.entry(product.chip) {
+                    Entry::Occupied(images) => images.into_mut(),
+                    Entry::Vacant(place) => place.insert(firmware::build(product.chip)?),
+                };
+                let image = images.get(product.name);
+                image
+                    .ok_or_else(|| format!("there is no image {}", product.name))?
+                    .clone()
+            }
+        };
+        let bytes = std::fs::read(&path)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
         let image = Image::parse(&bytes)
             .map_err(|error| format!("cannot read {}: {error}", path.display()))?;
+        if image.chip() != product.chip {
+            let chip = product.chip.facts().name;
+            return Err(format!("{} is not an image for the {chip}", path.display()).into());
+        }
         reports.push(measure_with(
             *product,
             Rc::new(image),

@@ -6,6 +6,7 @@ use plumbline::can::{BitRate, Frame, standard};
 use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start, with};
 use plumbline::node::Node;
 use std::any::TypeId;
+use stm32_sim::chip::Chip;
 
 /// A message of the tester: an 11-bit identifier and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -80,6 +81,10 @@ pub struct Protocol {
 /// A product that is measured.
 #[derive(Clone, Copy, Debug)]
 pub struct MeasuredProduct {
+    /// The name of its figures: that of the product, on the Nucleo with a prefix.
+    pub label: &'static str,
+    /// The microcontroller that runs its image.
+    pub chip: Chip,
     /// Its name, and that of its image.
     pub name: &'static str,
     /// Its protocol.
@@ -95,6 +100,8 @@ impl From<&Product> for MeasuredProduct {
         let axes = with(product.name, &Settings::default(), |node| node.readout());
         let has_y = axes.is_some_and(|readout| readout.y.is_some());
         Self {
+            label: product.name,
+            chip: Chip::F103,
             name: product.name,
             swept: ["is2", "jn2101"].contains(&product.name),
             protocol: match product.protocol {
@@ -110,17 +117,35 @@ impl From<&Product> for MeasuredProduct {
     }
 }
 
-/// Every product that has its own figures: not those that differ from a budgeted product only by constants.
+/// The figures on the Nucleo, and their products.
+const ON_NUCLEO: [(&str, &str); 2] = [("nucleo-is2", "is2"), ("nucleo-jn2101", "jn2101")];
+
+/// The product whose figures on the Nucleo have this label.
+fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProduct> {
+    let product = MeasuredProduct::from(catalog::find(name)?);
+    Some(MeasuredProduct {
+        label,
+        chip: Chip::F446,
+        swept: false,
+        ..product
+    })
+}
+
+/// Every product that has its own figures: not those that differ from a budgeted product only by constants. Then those with budgets on
+/// the Nucleo.
 pub fn all(is_budgeted: impl Fn(&str) -> bool) -> Vec<MeasuredProduct> {
     let own = |product: &&Product| {
         let other = budgeted(product.name, &is_budgeted);
         other.is_none_or(|other| other == product.name)
     };
-    PRODUCTS
+    let mut measured: Vec<_> = PRODUCTS
         .iter()
         .filter(own)
         .map(MeasuredProduct::from)
-        .collect()
+        .collect();
+    let on_nucleo = ON_NUCLEO.into_iter().filter_map(on_nucleo);
+    measured.extend(on_nucleo.filter(|product| is_budgeted(product.label)));
+    measured
 }
 
 /// The product whose budgets hold for the product of this name: itself, or another one with the same node, from which it differs
@@ -150,6 +175,17 @@ fn node(name: &str) -> Option<TypeId> {
 /// The product of this name.
 pub fn find(name: &str) -> Option<MeasuredProduct> {
     catalog::find(name).map(MeasuredProduct::from)
+}
+
+/// The product of this name on the Blue Pill, or on the Nucleo if it is measured there.
+pub fn of_model(name: &str, nucleo: bool) -> Option<MeasuredProduct> {
+    if !nucleo {
+        return find(name);
+    }
+    let mut measured = ON_NUCLEO.into_iter();
+    measured
+        .find(|(_, product)| *product == name)
+        .and_then(on_nucleo)
 }
 
 /// A request with the factory's Set-Parameter-ID.

@@ -11,6 +11,7 @@ use plumbline::time::{Duration, Instant, after, millis};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
+use stm32_sim::chip::Chip;
 use stm32_sim::cortex_m3::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
@@ -74,8 +75,12 @@ impl Rig {
     pub fn new(product: MeasuredProduct, image: Rc<Image>, cycles: Cycles) -> Self {
         let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
-        let mut controller = Microcontroller::new(product.name, image, 1, Flash::default(), motion);
-        controller.core_mut().set_cycles(Some(cycles));
+        let memory = Flash::blank(image.chip().facts().geometry);
+        let mut controller = Microcontroller::new(product.name, image, 1, memory, motion);
+        // The cycles of the Cortex-M4 are not modelled.
+        if product.chip == Chip::F103 {
+            controller.core_mut().set_cycles(Some(cycles));
+        }
         let device = bus.attach(controller);
         let tester = bus.adapter();
         bus.open(tester, None, false);

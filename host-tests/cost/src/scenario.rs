@@ -25,7 +25,7 @@ const REPETITIONS: usize = 20;
 const SAMPLING: Duration = millis(500);
 
 /// Saves after which both pages must have been full.
-const SAVES: usize = 200;
+const SAVES: usize = 1000;
 
 /// Transmit errors that lead to bus-off: each counts 8, and bus-off begins above 255 (ISO 11898-1).
 const ERRORS_TO_BUS_OFF: u32 = 32;

@@ -8,7 +8,7 @@ use std::fmt::Write;
 
 /// The text above the tables: the conditions of the figures.
 pub const CONDITIONS: &str = "Instructions are exact. Times are cycles at 64 MHz by the timing table of the TRM, with the wait states of flash and buses, at the \
-     worst end of what the manuals leave open; they are not measured on hardware.";
+     worst end of what the manuals leave open; they are not measured on hardware. On the Nucleo only bytes and instructions are measured.";
 
 /// The table of one model, with its budgets.
 pub fn text(report: &Report, budgets: &Budgets) -> String {

@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::LazyLock;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 
@@ -20,12 +21,14 @@ const END: &str = "<!-- end -->";
 /// By how many percent a figure in a document may be off.
 const TOLERANCE: f64 = 10.0;
 
-static IMAGES: LazyLock<BTreeMap<String, PathBuf>> =
-    LazyLock::new(|| firmware::build().unwrap_or_else(|error| panic!("{error}")));
+static IMAGES: LazyLock<BTreeMap<Chip, BTreeMap<String, PathBuf>>> = LazyLock::new(|| {
+    let build = |chip| firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
+    Chip::ALL.map(|chip| (chip, build(chip))).into()
+});
 
 /// One run of the scenario for each model, shared by all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
-    let report = |product: MeasuredProduct| measure(product, image(product.name));
+    let report = |product: MeasuredProduct| measure(product, image(product.chip, product.name));
     let reports: Result<_, CostError> = products().into_iter().map(report).collect();
     reports.unwrap_or_else(|error| panic!("{error}"))
 });
@@ -36,8 +39,8 @@ fn products() -> Vec<MeasuredProduct> {
     products::all(|model| budgets.has(model))
 }
 
-fn image(model: &str) -> Rc<Image> {
-    let elf = std::fs::read(&IMAGES[model]).expect("it has just been built");
+fn image(chip: Chip, model: &str) -> Rc<Image> {
+    let elf = std::fs::read(&IMAGES[&chip][model]).expect("it has just been built");
     Rc::new(Image::parse(&elf).expect("the linker writes ELF"))
 }
 
@@ -56,7 +59,7 @@ fn every_figure_is_within_its_budget() {
 fn every_model_with_budgets_is_measured() {
     let budgets = Budgets::of_the_project().expect("the file is valid");
     let products = products();
-    let measured: BTreeSet<&str> = products.iter().map(|product| product.name).collect();
+    let measured: BTreeSet<&str> = products.iter().map(|product| product.label).collect();
     assert_eq!(budgets.models().collect::<BTreeSet<_>>(), measured);
 }
 
@@ -96,7 +99,7 @@ fn missing_function_is_an_error_with_its_name() {
         ..two_axes
     };
     assert_eq!(two_axes.angles.0[0].0, "perpendicular");
-    let error = measure(wrong, image("is1")).expect_err("there is no such function");
+    let error = measure(wrong, image(Chip::F103, "is1")).expect_err("there is no such function");
     assert_eq!(
         error.to_string(),
         "is1: the image has no function plumbline::measure::definition::perpendicular"

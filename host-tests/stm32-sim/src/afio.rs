@@ -1,4 +1,4 @@
-//! Alternate-function I/O (RM0008, section 9.4): the pins of the peripherals.
+//! Alternate-function I/O of the STM32F103 (RM0008, section 9.4): the pins of the peripherals.
 //!
 //! | offset | register | |
 //! |---|---|---|
@@ -17,11 +17,9 @@ const TIM3_REMAP: u32 = 0b11 << 10;
 const CAN_REMAP: u32 = 0b11 << 13;
 
 /// RXD of the CAN transceiver on the board.
-pub const CAN_RX: Pin = Pin(PortName::B, 8);
+const CAN_RX: Pin = Pin(PortName::B, 8);
 /// TXD of the CAN transceiver on the board.
-pub const CAN_TX: Pin = Pin(PortName::B, 9);
-/// Chip select of the accelerometer on the board.
-pub const IMU_SELECT: Pin = Pin(PortName::A, 4);
+const CAN_TX: Pin = Pin(PortName::B, 9);
 
 /// The pins of the CAN controller (CAN_REMAP).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -129,9 +127,10 @@ impl Afio {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::chip::Chip;
 
     fn set_up(mapr: u32, crl_a: u32, crh_b: u32) -> (Afio, Gpio) {
-        let (mut afio, mut gpio) = (Afio::default(), Gpio::default());
+        let (mut afio, mut gpio) = (Afio::default(), Gpio::new(Chip::F103));
         let mut violations = Violations::default();
         afio.write(0x04, mapr, &mut violations).unwrap();
         gpio.write(PortName::A, 0x00, crl_a, &mut violations)

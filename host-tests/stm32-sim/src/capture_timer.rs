@@ -9,7 +9,7 @@
 //! | 1Ch | TIMx_CCMR2 | CC3S = 01, CC4S = 10 (both on TI3), IC3F, IC4F |
 //! | 20h | TIMx_CCER | CC3E, CC3P, CC4E, CC4P |
 //! | 24h, 28h | TIMx_CNT, TIMx_PSC | counter and prescaler |
-//! | 2Ch | TIMx_ARR | FFFFh |
+//! | 2Ch | TIMx_ARR | 0: the counter is blocked; FFFFh |
 //! | 3Ch, 40h | TIMx_CCR3, TIMx_CCR4 | captured counter |
 //!
 //! Both edges of a pulse pass the input filter with the same delay, so it is not modelled. The use of any other
@@ -67,6 +67,8 @@ pub struct CaptureTimer {
     prescaler: u32,
     /// The value of TIMx_PSC at the last update event.
     prescaler_in_force: u32,
+    /// TIMx_ARR. 0 after a reset in the SVD, FFFFh in some revisions of the manual.
+    period: u32,
     /// A value of the counter, and its time.
     counted: (u16, Picoseconds),
     captured: [u32; 2],
@@ -101,7 +103,7 @@ impl CaptureTimer {
 
     fn counter(&self, now: Picoseconds, clock: u32) -> u16 {
         let (counter, since) = self.counted;
-        if self.control & ENABLE == 0 {
+        if self.control & ENABLE == 0 || self.period == 0 {
             return counter;
         }
         let ticks = u128::from(now.saturating_sub(since)) * u128::from(clock)
@@ -119,7 +121,7 @@ impl CaptureTimer {
             0x20 => self.edges,
             0x24 => self.counter(now, clock).into(),
             0x28 => self.prescaler,
-            0x2C => 0xFFFF,
+            0x2C => self.period,
             0x3C | 0x40 => {
                 let index = (offset as usize - 0x3C) / 4;
                 self.flags &= !CHANNELS[index].flag;
@@ -185,7 +187,11 @@ impl CaptureTimer {
             }
             0x24 => self.counted = (value as u16, now),
             0x28 => self.prescaler = value,
-            0x2C => violations.check(value != 0xFFFF, "TIMx_ARR", "not modelled"),
+            0x2C => {
+                violations.check(value != 0xFFFF, "TIMx_ARR", "not modelled");
+                self.counted = (self.counter(now, clock), now);
+                self.period = value;
+            }
             _ => return Err(AccessError::Refused("TIM4: register not modelled")),
         }
         Ok(())
@@ -202,7 +208,7 @@ mod tests {
     const US: Picoseconds = 1_000_000;
 
     /// A counter of 32 MHz: channel 3 captures rising edges with its interrupt, channel 4 falling edges.
-    const SET_UP: [(u32, u32); 7] = [
+    const SET_UP: [(u32, u32); 8] = [
         (0x28, 1),
         (0x14, 1),
         (0x24, 0x2000),
@@ -210,6 +216,7 @@ mod tests {
         (0x20, 0x3100),
         (0x0C, 1 << 3),
         (0x00, 1),
+        (0x2C, 0xFFFF),
     ];
 
     /// A timer after these writes at time 0, without violations.
@@ -266,6 +273,10 @@ mod tests {
             timer.edge(US, CLOCK, true);
             assert!(!timer.interrupt(), "{left_out}");
         }
+        // The counter is blocked.
+        let mut timer = after(&SET_UP[..7]);
+        timer.edge(US, CLOCK, true);
+        assert_eq!(timer.read(0, CLOCK, 0x3C), Ok(0x2000));
         // The prescaler needs an update event.
         let mut timer = after(&[&SET_UP[..1], &SET_UP[2..]].concat());
         timer.edge(US, CLOCK, true);

@@ -1,25 +1,69 @@
-//! Debug support (RM0008, section 31.16) for a program that runs without a debugger. Only the debugger can read DBGMCU_IDCODE and
-//! DBGMCU_CR; a program reads 0 (errata ES0340, "Debug registers cannot be read by user software"). Writes have no effect either:
-//! they only select what stops while a debugger halts the processor.
+//! Debug support (RM0008, section 31.16; RM0390, section 33.16): what stops while a debugger halts the processor.
+//!
+//! On the STM32F103 only the debugger can read DBGMCU_IDCODE and DBGMCU_CR; a program reads 0 (errata ES0340, "Debug registers
+//! cannot be read by user software"). A power-on reset clears the registers, a system reset does not.
 
+use super::chip::Chip;
 use super::io::AccessError;
 
 /// The first address.
 pub const BASE: u32 = 0xE004_2000;
 
-/// Reads the register at `offset`.
-pub fn read(offset: u32) -> Result<u32, AccessError> {
-    match offset {
-        0x00 | 0x04 => Ok(0),
-        _ => Err(AccessError::Unmapped),
-    }
+/// DBGMCU_IDCODE of the STM32F446, revision A.
+const IDENTIFIER: u32 = 0x1000_6421;
+
+/// DBGMCU.
+#[derive(Clone, Copy, Debug)]
+pub struct Dbgmcu {
+    chip: Chip,
+    /// DBGMCU_CR, and on the STM32F446 DBGMCU_APB1_FZ and DBGMCU_APB2_FZ.
+    registers: [u32; 3],
 }
 
-/// Writes the register at `offset`.
-pub fn write(offset: u32) -> Result<(), AccessError> {
-    match offset {
-        0x00 => Err(AccessError::Refused("DBGMCU_IDCODE is read-only")),
-        0x04 => Ok(()),
-        _ => Err(AccessError::Unmapped),
+impl Dbgmcu {
+    /// After power-on.
+    pub fn new(chip: Chip) -> Self {
+        Self {
+            chip,
+            registers: [0; 3],
+        }
+    }
+
+    /// True if the watchdog stops while the processor is halted.
+    pub fn stops_watchdog(&self) -> bool {
+        match self.chip {
+            Chip::F103 => self.registers[0] >> 8 & 1 != 0,
+            Chip::F446 => self.registers[1] >> 12 & 1 != 0,
+        }
+    }
+
+    /// True if TIM3 stops while the processor is halted, and its outputs are disabled.
+    pub fn stops_tim3(&self) -> bool {
+        match self.chip {
+            Chip::F103 => self.registers[0] >> 12 & 1 != 0,
+            Chip::F446 => self.registers[1] >> 1 & 1 != 0,
+        }
+    }
+
+    /// Reads the register at `offset`.
+    pub fn read(&self, offset: u32) -> Result<u32, AccessError> {
+        match (self.chip, offset) {
+            (Chip::F103, 0x00 | 0x04) => Ok(0),
+            (Chip::F446, 0x00) => Ok(IDENTIFIER),
+            (Chip::F446, 0x04 | 0x08 | 0x0C) => Ok(self.registers[offset as usize / 4 - 1]),
+            _ => Err(AccessError::Unmapped),
+        }
+    }
+
+    /// Writes the register at `offset`.
+    pub fn write(&mut self, offset: u32, value: u32) -> Result<(), AccessError> {
+        match (self.chip, offset) {
+            (_, 0x00) => return Err(AccessError::Refused("DBGMCU_IDCODE is read-only")),
+            (_, 0x04) | (Chip::F446, 0x08 | 0x0C) => {
+                self.registers[offset as usize / 4 - 1] = value;
+            }
+            _ => return Err(AccessError::Unmapped),
+        }
+        Ok(())
     }
 }

@@ -4,6 +4,7 @@ mod shares;
 #[cfg(test)]
 mod tests;
 
+use super::chip::Chip;
 use object::elf::{EM_ARM, FileHeader32, PT_LOAD};
 use object::read::elf::{ElfFile32, FileHeader, ProgramHeader};
 use object::{Endianness, Object, ObjectSection, ObjectSymbol, SectionKind, SymbolKind};
@@ -13,11 +14,8 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use thiserror::Error;
 
-/// The flash of the program. The two pages after it hold the parameters.
-const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
-
-/// The RAM of the STM32F103x8 (DS5319, figure 11).
-const RAM: Range<u32> = 0x2000_0000..0x2000_5000;
+/// The start of flash, with the vector table.
+const FLASH_START: u32 = 0x0800_0000;
 
 /// The first function of each program, after the name of the program (cortex-m-rt).
 const MAIN: &str = "::__cortex_m_rt_main";
@@ -37,17 +35,18 @@ pub enum ImageError {
     /// The file ends before the end of a segment.
     #[error("the segment at {0:#010x} is not completely in the file")]
     Truncated(u32),
-    /// A segment is at this address, which is not in the flash of the program.
-    #[error(
-        "the segment at {0:#010x} is outside the flash of the program, 0x08000000 to 0x0800f7ff"
-    )]
-    Place(u32),
+    /// A segment is at this address, which is not in the flash of the program of this microcontroller.
+    #[error("the segment at {0:#010x} is outside the flash of the program, {places}", places = places(*.1))]
+    Place(u32, Chip),
     /// There is no vector table at the start of flash.
     #[error(
         "there is no valid vector table at 0x08000000: it needs a stack in RAM and a start in flash"
     )]
     Vectors,
 }
+
+/// The start of RAM.
+const RAM_START: u32 = 0x2000_0000;
 
 /// Bytes to load.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -90,6 +89,7 @@ impl Section {
 /// A firmware image.
 #[derive(Clone, Debug)]
 pub struct Image {
+    chip: Chip,
     segments: Vec<Segment>,
     sections: Vec<Section>,
     /// By rising address; the larger first if several have the same address.
@@ -103,8 +103,9 @@ impl Image {
     /// [`ImageError`].
     pub fn parse(elf: &[u8]) -> Result<Self, ImageError> {
         let segments = segments(elf)?;
-        check_places(&segments)?;
-        check_vectors(&segments)?;
+        let chip = chip_of(&segments)?;
+        check_places(chip, &segments)?;
+        check_vectors(chip, &segments)?;
         let file: ElfFile32 = ElfFile32::parse(elf)?;
         let mut symbols: Vec<Symbol> = file.symbols().filter_map(symbol).collect();
         symbols.sort_by_key(|symbol| (symbol.address, std::cmp::Reverse(symbol.size)));
@@ -120,10 +121,17 @@ impl Image {
             })
             .collect::<Result<_, object::Error>>()?;
         Ok(Self {
+            chip,
             segments,
             sections,
             symbols,
         })
+    }
+
+    /// The microcontroller, by the memory map: the code of an image for the STM32F446 starts after the parameters, where the
+    /// flash of the STM32F103 has ended.
+    pub fn chip(&self) -> Chip {
+        self.chip
     }
 
     /// The segments to load.
@@ -163,7 +171,26 @@ impl Image {
         symbols.find_map(|symbol| symbol.name.strip_suffix(MAIN))
     }
 
-    /// The first address after the static variables; the stack must stay above it.
+    /// The lowest address that the stack may reach: the end of the static variables, or the start of RAM if the stack is below them.
+    pub fn stack_limit(&self) -> u32 {
+        let top = self.segments.iter().find_map(|segment| {
+            let word = segment.bytes.first_chunk()?;
+            (segment.load_address == FLASH_START).then(|| u32::from_le_bytes(*word))
+        });
+        match top {
+            Some(top) if top <= self.statics().start => RAM_START,
+            _ => self.end_of_statics(),
+        }
+    }
+
+    /// The addresses of the static variables.
+    pub fn statics(&self) -> Range<u32> {
+        let in_ram = self.sections.iter().filter(|section| section.is_ram());
+        let start = in_ram.map(|section| section.address).min();
+        start.unwrap_or_default()..self.end_of_statics()
+    }
+
+    /// The first address after the static variables.
     pub fn end_of_statics(&self) -> u32 {
         let in_ram = self.sections.iter().filter(|section| section.is_ram());
         let ends = in_ram.map(|section| section.address.saturating_add(section.size));
@@ -221,36 +248,63 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>, ImageError> {
     Ok(segments)
 }
 
-/// Checks that there is something to load, and all of it in the flash of the program.
-fn check_places(segments: &[Segment]) -> Result<(), ImageError> {
+/// The two first vectors, at the start of flash: the initial stack pointer and the start of the program.
+fn vectors(segments: &[Segment]) -> Option<[u32; 2]> {
+    let mut segments = segments.iter();
+    let first = segments.find(|segment| segment.load_address == FLASH_START)?;
+    let vector = |at: usize| {
+        let bytes = first.bytes.get(4 * at..)?.first_chunk()?;
+        Some(u32::from_le_bytes(*bytes))
+    };
+    Some([vector(0)?, vector(1)?])
+}
+
+/// The microcontroller by the start of the program; the STM32F103 if that is in no flash.
+fn chip_of(segments: &[Segment]) -> Result<Chip, ImageError> {
     if segments.is_empty() {
         return Err(ImageError::Empty);
     }
+    let start = vectors(segments).map_or(0, |[_, start]| start);
+    let end = Chip::F103.facts().parameters.end;
+    let is_beyond = start >= end && in_program(Chip::F446, start);
+    Ok(if is_beyond { Chip::F446 } else { Chip::F103 })
+}
+
+/// The flash of the program as text.
+fn places(chip: Chip) -> String {
+    let parts = chip.facts().program.iter();
+    let parts = parts.map(|part| format!("{:#010x} to {:#010x}", part.start, part.end - 1));
+    parts.collect::<Vec<_>>().join(" and ")
+}
+
+fn in_program(chip: Chip, address: u32) -> bool {
+    let mut parts = chip.facts().program.iter();
+    parts.any(|part| part.contains(&address))
+}
+
+/// Checks that everything to load is in the flash of the program.
+fn check_places(chip: Chip, segments: &[Segment]) -> Result<(), ImageError> {
     let fits = |segment: &Segment| {
-        let end = u64::from(segment.load_address) + segment.bytes.len() as u64;
-        PROGRAM.contains(&segment.load_address) && end <= u64::from(PROGRAM.end)
+        let start = u64::from(segment.load_address);
+        let end = start + segment.bytes.len() as u64;
+        let mut parts = chip.facts().program.iter();
+        parts.any(|part| u64::from(part.start) <= start && end <= u64::from(part.end))
     };
     match segments.iter().find(|segment| !fits(segment)) {
-        Some(segment) => Err(ImageError::Place(segment.load_address)),
+        Some(segment) => Err(ImageError::Place(segment.load_address, chip)),
         None => Ok(()),
     }
 }
 
 /// Checks the first two vectors: the stack, which grows down from its top, must be in RAM and word-aligned, the program in flash
 /// and in Thumb state (PM0056, sections 2.1.3 and 2.3.4).
-fn check_vectors(segments: &[Segment]) -> Result<(), ImageError> {
-    let first = segments
-        .iter()
-        .find(|segment| segment.load_address == PROGRAM.start);
-    let vector = |at: usize| {
-        let bytes = first?.bytes.get(4 * at..)?.first_chunk()?;
-        Some(u32::from_le_bytes(*bytes))
-    };
-    let (Some(stack), Some(reset)) = (vector(0), vector(1)) else {
+fn check_vectors(chip: Chip, segments: &[Segment]) -> Result<(), ImageError> {
+    let Some([stack, reset]) = vectors(segments) else {
         return Err(ImageError::Vectors);
     };
-    let has_stack = RAM.start < stack && stack <= RAM.end && stack % 4 == 0;
-    let has_start = PROGRAM.contains(&reset) && reset % 2 == 1;
+    let ram: Range<u32> = chip.ram();
+    let has_stack = ram.start < stack && stack <= ram.end && stack % 4 == 0;
+    let has_start = in_program(chip, reset) && reset % 2 == 1;
     if has_stack && has_start {
         Ok(())
     } else {

@@ -1,5 +1,6 @@
 //! Builds the firmware as it is flashed, to run its image on the PC.
 
+use super::chip::Chip;
 use cargo_metadata::Message;
 use std::collections::BTreeMap;
 use std::fmt;
@@ -7,8 +8,13 @@ use std::io::BufReader;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-/// The target of the Blue Pill's processor.
-const TARGET: &str = "thumbv7m-none-eabi";
+/// The target of a board's processor, and the feature of the board.
+fn board(chip: Chip) -> (&'static str, &'static str) {
+    match chip {
+        Chip::F103 => ("thumbv7m-none-eabi", "bluepill"),
+        Chip::F446 => ("thumbv7em-none-eabihf", "nucleo-f446re"),
+    }
+}
 
 /// The reason why there is no image.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
@@ -21,18 +27,21 @@ impl BuildError {
     }
 }
 
-/// The ELF files of the release build for the Blue Pill, by the name of the product; builds them if they are not up to date.
+/// The ELF files of the release build for the board of a microcontroller, by the name of the product; builds them if they are not
+/// up to date.
 ///
 /// Installs the target with rustup if it is missing.
 ///
 /// # Errors
 /// The build fails, or the target is missing and there is no rustup.
-pub fn build() -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    add_target()?;
+pub fn build(chip: Chip) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    let (target, feature) = board(chip);
+    add_target(target)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo)
         .args(["build", "--locked", "--release", "--quiet"])
-        .args(["--package", "firmware-stm32", "--bins", "--target", TARGET])
+        .args(["--package", "firmware-stm32", "--bins", "--target", target])
+        .args(["--no-default-features", "--features", feature])
         .arg("--message-format=json-render-diagnostics")
         .current_dir(workspace())
         .stdout(Stdio::piped())
@@ -59,9 +68,9 @@ pub fn build() -> Result<BTreeMap<String, PathBuf>, BuildError> {
 }
 
 /// Ensures that the standard library for the board is installed.
-fn add_target() -> Result<(), BuildError> {
+fn add_target(target: &str) -> Result<(), BuildError> {
     let output = Command::new("rustc")
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .current_dir(workspace())
         .output()
         .map_err(|error| BuildError::new("rustc", error))?;
@@ -69,9 +78,9 @@ fn add_target() -> Result<(), BuildError> {
     if Path::new(library.trim()).is_dir() {
         return Ok(());
     }
-    eprintln!("adding the target {TARGET} with rustup");
+    eprintln!("adding the target {target} with rustup");
     let status = Command::new("rustup")
-        .args(["target", "add", TARGET])
+        .args(["target", "add", target])
         .current_dir(workspace())
         .status()
         .map_err(|error| BuildError::new("rustup", error))?;

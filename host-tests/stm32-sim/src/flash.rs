@@ -1,4 +1,5 @@
-//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by half-words, erasing by pages.
+//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by half-words, erasing by pages. That of the STM32F446,
+//! which programs by other units and erases by sectors, has other registers: `flash/f446.rs`.
 //!
 //! | offset | register | |
 //! |---|---|---|
@@ -13,22 +14,48 @@
 //! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The pages of the program cannot be changed: an
 //! attempt is a violation.
 
+mod f446;
+
+use super::chip::Chip;
 use super::cortex_m3::timing::FlashTiming;
 use super::io::{AccessError, Width};
+use super::pwr::{PROGRAMMING_MIN, Supply};
 use super::timebase::{MICROSECOND, Picoseconds};
 use super::violation::Violations;
-use bench::{Flash, FlashError, PAGE_SIZE};
-use embedded_storage::nor_flash::NorFlash;
-use std::ops::Range;
+use bench::{Flash, FlashError};
 
-/// The pages of the parameters; the program is below them.
-pub const PARAMETERS: Range<u32> = 0x0800_F800..0x0801_0000;
+/// The times of the operations of a part.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Times {
+    /// To program a half-word.
+    pub program: Picoseconds,
+    /// To erase a page.
+    pub erase: Picoseconds,
+}
 
-/// The time to program a half-word (DS5319: 40 to 70 us, typical 52.5 us).
-pub const PROGRAM_TIME: Picoseconds = 52_500_000;
+impl Times {
+    /// The shortest times (DS5319, flash memory characteristics).
+    pub const SHORTEST: Self = Self::of(40_000_000, 20);
+    /// The typical time to program, and the middle of the range to erase.
+    pub const TYPICAL: Self = Self::of(52_500_000, 30);
+    /// The longest times.
+    pub const LONGEST: Self = Self::of(70_000_000, 40);
 
-/// The time to erase a page (DS5319: 20 to 40 ms).
-pub const ERASE_TIME: Picoseconds = 30_000 * MICROSECOND;
+    /// Those of a usual part. On the STM32F446 (DS10693) PSIZE determines the time to erase; this one is for words.
+    const fn typical(chip: Chip) -> Self {
+        match chip {
+            Chip::F103 => Self::TYPICAL,
+            Chip::F446 => Self::of(16_000_000, 250),
+        }
+    }
+
+    const fn of(program: Picoseconds, erase_ms: u64) -> Self {
+        Self {
+            program,
+            erase: erase_ms * 1000 * MICROSECOND,
+        }
+    }
+}
 
 const KEY1: u32 = 0x4567_0123;
 const KEY2: u32 = 0xCDEF_89AB;
@@ -63,17 +90,25 @@ const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
 /// its instructions from flash, for [`duration`](Self::duration).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Work {
-    /// Programs a half-word.
+    /// Programs a unit.
     Program {
         /// The address.
         address: u32,
+        /// The size of the unit.
+        width: Width,
         /// The resulting content: worn-out bits stay 1.
-        value: u16,
+        value: u32,
+        /// The duration.
+        duration: Picoseconds,
     },
-    /// Erases a page.
+    /// Erases a page or sector.
     Erase {
         /// Its first address.
         page: u32,
+        /// Its size in bytes.
+        size: usize,
+        /// The duration.
+        duration: Picoseconds,
     },
     /// An attempt that fails: the memory is faulty and does not change.
     Failed {
@@ -86,12 +121,14 @@ impl Work {
     /// The duration of the operation.
     pub fn duration(self) -> Picoseconds {
         match self {
-            Self::Program { .. } => PROGRAM_TIME,
-            Self::Erase { .. } => ERASE_TIME,
-            Self::Failed { duration } => duration,
+            Self::Program { duration, .. }
+            | Self::Erase { duration, .. }
+            | Self::Failed { duration } => duration,
         }
     }
 }
+
+const LOCK_REASON: &str = "written while it is locked";
 
 /// The state of the key sequence (PM0075, section 2.3.1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -106,36 +143,58 @@ enum Keys {
 /// The flash interface and the parameter pages.
 #[derive(Debug)]
 pub struct FlashInterface {
+    chip: Chip,
     parameters: Flash,
     acr: u32,
     cr: u32,
     ar: u32,
     errors: u32,
     ended: bool,
+    /// The data cache of the STM32F446 can contain erased data.
+    stale: bool,
     keys: Keys,
     busy_until: Option<Picoseconds>,
     work: Option<Work>,
+    supply: Supply,
+    times: Times,
 }
 
 impl FlashInterface {
     /// After power-on, with these parameter pages.
-    pub fn new(parameters: Flash) -> Self {
+    ///
+    /// # Panics
+    /// When the memory is that of another microcontroller.
+    pub fn new(chip: Chip, parameters: Flash) -> Self {
+        let geometry = chip.facts().geometry;
+        assert_eq!(parameters.geometry(), geometry, "the memory of the chip");
         Self {
+            chip,
             parameters,
-            acr: PREFETCH,
+            acr: match chip {
+                Chip::F103 => PREFETCH,
+                Chip::F446 => 0,
+            },
             cr: 0,
             ar: 0,
             errors: 0,
             ended: false,
+            stale: false,
             keys: Keys::Locked,
             busy_until: None,
             work: None,
+            supply: Supply::default(),
+            times: Times::typical(chip),
         }
     }
 
     /// A reset; the memory stays.
     pub fn reset(&mut self) {
-        *self = Self::new(std::mem::take(&mut self.parameters));
+        let mut memory = Flash::blank(self.parameters.geometry());
+        std::mem::swap(&mut memory, &mut self.parameters);
+        *self = Self {
+            times: self.times,
+            ..Self::new(self.chip, memory)
+        };
     }
 
     /// The parameter pages.
@@ -153,6 +212,38 @@ impl FlashInterface {
         self.parameters.is_cut()
     }
 
+    /// Sets the times of this part.
+    pub fn set_times(&mut self, times: Times) {
+        self.times = times;
+    }
+
+    /// True during an operation, at the time of the last access.
+    pub fn is_busy(&self) -> bool {
+        self.busy_until.is_some()
+    }
+
+    /// Sets the supply of the next operation.
+    pub fn set_supply(&mut self, supply: Supply) {
+        self.supply = supply;
+    }
+
+    /// An operation that needs this time begins now. If the supply becomes too low before its end, it is a violation, and the
+    /// operation is cut off.
+    fn check_supply(
+        &mut self,
+        now: Picoseconds,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) {
+        if self.supply.lowest(now, now + duration) < PROGRAMMING_MIN {
+            violations.add(
+                "flash",
+                "the supply is too low before the end of an operation",
+            );
+            self.parameters.cut_in_operation_after(0, now);
+        }
+    }
+
     /// The operation that the flash has started since the last call.
     pub fn take_work(&mut self) -> Option<Work> {
         self.work.take()
@@ -160,21 +251,26 @@ impl FlashInterface {
 
     /// Wait states and prefetch buffer.
     pub fn timing(&self) -> FlashTiming {
+        let (latency, prefetch) = match self.chip {
+            Chip::F103 => (LATENCY, PREFETCH),
+            Chip::F446 => (f446::LATENCY, f446::PREFETCH),
+        };
         FlashTiming {
-            wait_states: (self.acr & LATENCY) as u8,
-            prefetch: self.acr & PREFETCH != 0,
+            wait_states: (self.acr & latency) as u8,
+            prefetch: self.acr & prefetch != 0,
         }
     }
 
-    /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY).
+    /// Records a violation if there are fewer wait states than SYSCLK (in Hz) requires (PM0075, FLASH_ACR.LATENCY; RM0390, table 6,
+    /// at 2.7 V and more).
     pub fn check_wait_states(&self, sysclk: u32, violations: &mut Violations) {
-        let needed = match sysclk {
-            0..=24_000_000 => 0,
-            24_000_001..=48_000_000 => 1,
-            _ => 2,
+        let (step, field) = match self.chip {
+            Chip::F103 => (24_000_000, LATENCY),
+            Chip::F446 => (30_000_000, f446::LATENCY),
         };
+        let needed = sysclk.div_ceil(step) - 1;
         violations.check(
-            self.acr & LATENCY < needed,
+            self.acr & field < needed,
             "FLASH_ACR",
             "too few wait states for this SYSCLK",
         );
@@ -183,6 +279,9 @@ impl FlashInterface {
     /// Reads the register at `offset`.
     pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
         self.settle(now);
+        if self.chip == Chip::F446 {
+            return self.read_f446(offset);
+        }
         let when = |on: bool, bits: u32| if on { bits } else { 0 };
         let busy = self.busy_until.is_some();
         Ok(match offset {
@@ -207,6 +306,9 @@ impl FlashInterface {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(now);
+        if self.chip == Chip::F446 {
+            return self.write_f446(now, offset, value, violations);
+        }
         match offset {
             0x00 => self.acr = value & ACR_WRITABLE,
             0x04 => return self.write_key(value, violations),
@@ -236,6 +338,10 @@ impl FlashInterface {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(now);
+        if self.chip == Chip::F446 {
+            self.program_f446(now, address, width, value, violations);
+            return Ok(());
+        }
         if width != Width::HalfWord || !address.is_multiple_of(2) {
             return Err(AccessError::Refused(
                 "flash: can be programmed by half-words only (bus error)",
@@ -247,23 +353,74 @@ impl FlashInterface {
         if self.busy_until.is_some() {
             return Err(AccessError::Refused("flash: written while it is busy"));
         }
-        let Some(offset) = offset_in_parameters(address) else {
+        if self.program_unit(now, address, width, value, self.times.program, violations)
+            == Err(FlashError::NotErased)
+        {
+            self.errors |= PROGRAMMING_ERROR;
+        }
+        Ok(())
+    }
+
+    /// Programs a unit of the parameters and makes the flash busy, unless the memory does not permit it.
+    fn program_unit(
+        &mut self,
+        now: Picoseconds,
+        address: u32,
+        width: Width,
+        value: u32,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) -> Result<(), FlashError> {
+        let Some(at) = self.offset_in_parameters(address) else {
             violations.add(
                 format!("flash {address:08X}h"),
                 "a page of the program is programmed",
             );
             return Ok(());
         };
-        let result = self.parameters.write(offset, &(value as u16).to_le_bytes());
+        self.check_supply(now, duration, violations);
+        let length = width.bytes();
+        let value = &value.to_le_bytes()[..length];
+        let result = self.parameters.program_unit(at, value);
         if result == Err(FlashError::NotErased) {
-            self.errors |= PROGRAMMING_ERROR;
-            return Ok(());
+            return result;
         }
-        let at = offset as usize;
-        let held = &self.parameters.bytes()[at..at + 2];
-        let value = u16::from_le_bytes([held[0], held[1]]);
-        self.begin(now, result, Work::Program { address, value });
+        let held = self.parameters.bytes()[at..at + length].iter().rev();
+        let work = Work::Program {
+            address,
+            width,
+            value: held.fold(0, |word, byte| word << 8 | u32::from(*byte)),
+            duration,
+        };
+        self.begin(now, result, work);
         Ok(())
+    }
+
+    /// Erases the page of the parameters at an offset.
+    fn erase_page(
+        &mut self,
+        now: Picoseconds,
+        offset: usize,
+        duration: Picoseconds,
+        violations: &mut Violations,
+    ) {
+        self.check_supply(now, duration, violations);
+        let size = self.parameters.geometry().page_size;
+        let start = offset / size * size;
+        let result = self.parameters.erase_page_at(start);
+        let work = Work::Erase {
+            page: self.chip.facts().parameters.start + start as u32,
+            size,
+            duration,
+        };
+        self.begin(now, result, work);
+    }
+
+    /// The offset of an address in the parameter pages.
+    fn offset_in_parameters(&self, address: u32) -> Option<usize> {
+        let parameters = &self.chip.facts().parameters;
+        let offset = address.checked_sub(parameters.start)?;
+        parameters.contains(&address).then_some(offset as usize)
     }
 
     fn write_key(&mut self, value: u32, violations: &mut Violations) -> Result<(), AccessError> {
@@ -286,7 +443,7 @@ impl FlashInterface {
 
     fn write_cr(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
         if self.keys != Keys::Unlocked {
-            violations.add("FLASH_CR", "written while it is locked");
+            violations.add("FLASH_CR", LOCK_REASON);
             return;
         }
         if self.busy_until.is_some() {
@@ -322,15 +479,10 @@ impl FlashInterface {
             violations.add("FLASH_CR", "STRT without PER");
             return;
         }
-        let Some(offset) = offset_in_parameters(self.ar) else {
-            violations.add("FLASH_AR", "a page of the program is erased");
-            return;
-        };
-        let size = PAGE_SIZE as u32;
-        let start = offset / size * size;
-        let result = self.parameters.erase(start, start + size);
-        let page = PARAMETERS.start + start;
-        self.begin(now, result, Work::Erase { page });
+        match self.offset_in_parameters(self.ar) {
+            Some(offset) => self.erase_page(now, offset, self.times.erase, violations),
+            None => violations.add("FLASH_AR", "a page of the program is erased"),
+        }
     }
 
     /// Makes the flash busy from now on. Faulty memory reports no error.
@@ -350,13 +502,6 @@ impl FlashInterface {
             self.ended = true;
         }
     }
-}
-
-/// The offset of an address in the parameter pages.
-fn offset_in_parameters(address: u32) -> Option<u32> {
-    PARAMETERS
-        .contains(&address)
-        .then(|| address - PARAMETERS.start)
 }
 
 #[cfg(test)]

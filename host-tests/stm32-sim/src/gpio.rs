@@ -1,17 +1,24 @@
-//! General-purpose I/Os, ports A to E (RM0008, chapter 9).
+//! General-purpose I/Os, ports A to E (RM0008, chapter 9; RM0390, chapter 7).
 //!
-//! | offset | register | |
-//! |---|---|---|
-//! | 00h, 04h | GPIOx_CRL, GPIOx_CRH | four bits per pin: CNF, MODE |
-//! | 08h | GPIOx_IDR | levels |
-//! | 0Ch | GPIOx_ODR | outputs, and the direction of the pulls |
-//! | 10h, 14h | GPIOx_BSRR, GPIOx_BRR | set and reset bits of ODR |
-//! | 18h | GPIOx_LCKR | locks modes until the next reset |
+//! | STM32F103 | STM32F446 | register | |
+//! |---|---|---|---|
+//! | 00h, 04h | | GPIOx_CRL, GPIOx_CRH | four bits per pin: CNF, MODE |
+//! | | 00h, 04h | GPIOx_MODER, GPIOx_OTYPER | mode, open drain |
+//! | | 08h, 0Ch | GPIOx_OSPEEDR, GPIOx_PUPDR | speed, pulls |
+//! | 08h | 10h | GPIOx_IDR | levels |
+//! | 0Ch | 14h | GPIOx_ODR | outputs, and on the STM32F103 the direction of the pulls |
+//! | 10h | 18h | GPIOx_BSRR | set and reset bits of ODR |
+//! | 14h | | GPIOx_BRR | reset bits of ODR |
+//! | 18h | 1Ch | GPIOx_LCKR | locks modes until the next reset |
+//! | | 20h, 24h | GPIOx_AFRL, GPIOx_AFRH | four bits per pin: alternate function |
 
+mod f446;
+
+use super::chip::Chip;
 use super::io::AccessError;
 use super::violation::Violations;
 
-/// The ports of the STM32F103x8.
+/// The ports.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PortName {
     /// Port A.
@@ -30,7 +37,7 @@ pub enum PortName {
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Pin(pub PortName, pub u8);
 
-/// The configuration of a pin (RM0008, table 20).
+/// The configuration of a pin (RM0008, table 20; RM0390, table 23).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum PinMode {
     /// Analog input.
@@ -47,7 +54,7 @@ pub enum PinMode {
     AlternatePushPull,
     /// A peripheral drives it: low only.
     AlternateOpenDrain,
-    /// CNF 11 with MODE 00.
+    /// CNF 11 with MODE 00; PUPD 11.
     Reserved,
 }
 
@@ -67,9 +74,17 @@ enum Lock {
     Locked(u16),
 }
 
+/// The mode registers of a port.
+#[derive(Clone, Copy, Debug)]
+enum Modes {
+    /// GPIOx_CRL and GPIOx_CRH.
+    F103(u64),
+    F446(f446::Modes),
+}
+
 #[derive(Clone, Copy, Debug)]
 struct Port {
-    modes: u64,
+    modes: Modes,
     output: u16,
     lock: Lock,
     /// The levels that the board drives, if it does.
@@ -78,17 +93,25 @@ struct Port {
 }
 
 impl Port {
-    /// All pins are floating inputs.
-    const RESET: Self = Self {
-        modes: 0x4444_4444_4444_4444,
-        output: 0,
-        lock: Lock::Open,
-        driven: 0,
-        outside: 0,
-    };
+    /// After a reset. On the STM32F103 all pins are floating inputs.
+    fn new(chip: Chip, name: PortName) -> Self {
+        Self {
+            modes: match chip {
+                Chip::F103 => Modes::F103(0x4444_4444_4444_4444),
+                Chip::F446 => Modes::F446(f446::Modes::new(name)),
+            },
+            output: 0,
+            lock: Lock::Open,
+            driven: 0,
+            outside: 0,
+        }
+    }
 
     fn mode(&self, pin: u8) -> PinMode {
-        let code = self.modes >> (4 * pin) & 0xF;
+        let code = match &self.modes {
+            Modes::F103(modes) => modes >> (4 * pin) & 0xF,
+            Modes::F446(modes) => return modes.mode(pin),
+        };
         match (code & 0b11, code >> 2) {
             (0, 0b00) => PinMode::Analog,
             (0, 0b01) => PinMode::Floating,
@@ -120,20 +143,42 @@ impl Port {
         }
     }
 
-    fn set_modes(&mut self, modes: u64) {
+    /// Writes one of the eight possible words of the mode registers. Those of locked pins stay.
+    fn set_modes(&mut self, offset: u32, value: u32) {
         let locked = match self.lock {
-            Lock::Locked(pins) => (0..16)
-                .filter(|pin| pins >> pin & 1 != 0)
-                .fold(0, |mask, pin| mask | 0xF_u64 << (4 * pin)),
+            Lock::Locked(pins) => pins,
             _ => 0,
         };
-        self.modes = modes & !locked | self.modes & locked;
+        match &mut self.modes {
+            Modes::F103(modes) => {
+                let shift = 8 * offset;
+                let kept = u64::from(fields(locked >> (2 * offset) & 0xFF, 4)) << shift;
+                let value = u64::from(value) << shift & !kept;
+                *modes = *modes & (kept | !(0xFFFF_FFFF << shift)) | value;
+            }
+            Modes::F446(modes) => modes.write(offset, value, locked),
+        }
+    }
+
+    /// The register of the STM32F103 with the same function as that at an offset of the STM32F446; None for mode registers.
+    fn common(&self, offset: u32) -> Option<u32> {
+        match (&self.modes, offset) {
+            (Modes::F103(_), 0x00 | 0x04) => None,
+            (Modes::F103(_), _) => Some(offset),
+            (Modes::F446(_), 0x10 | 0x14 | 0x18) => Some(offset - 0x08),
+            (Modes::F446(_), 0x1C) => Some(0x18),
+            (Modes::F446(_), _) => None,
+        }
     }
 
     fn read(&mut self, offset: u32) -> Result<u32, AccessError> {
-        Ok(match offset {
-            0x00 => self.modes as u32,
-            0x04 => (self.modes >> 32) as u32,
+        let Some(common) = self.common(offset) else {
+            return match &self.modes {
+                Modes::F103(modes) => Ok((modes >> (8 * offset)) as u32),
+                Modes::F446(modes) => modes.read(offset),
+            };
+        };
+        Ok(match common {
             0x08 => (0..16).fold(0, |levels, pin| levels | u32::from(self.level(pin)) << pin),
             0x0C => self.output.into(),
             // Write-only registers.
@@ -149,9 +194,14 @@ impl Port {
 
     fn write(&mut self, offset: u32, value: u32) -> Result<(), AccessError> {
         let half = value as u16;
-        match offset {
-            0x00 => self.set_modes(self.modes & !0xFFFF_FFFF | u64::from(value)),
-            0x04 => self.set_modes(self.modes & 0xFFFF_FFFF | u64::from(value) << 32),
+        let Some(common) = self.common(offset) else {
+            if let Modes::F446(modes) = &self.modes {
+                modes.read(offset)?;
+            }
+            self.set_modes(offset, value);
+            return Ok(());
+        };
+        match common {
             0x08 => return Err(AccessError::Refused("GPIOx_IDR is read-only")),
             0x0C => self.output = half,
             // Set has priority over reset.
@@ -172,22 +222,46 @@ impl Port {
     }
 }
 
+/// A mask with a field of `width` bits for each of these pins.
+fn fields(pins: u16, width: u32) -> u32 {
+    (0..32 / width)
+        .filter(|pin| pins >> pin & 1 != 0)
+        .fold(0, |mask, pin| mask | ((1 << width) - 1) << (width * pin))
+}
+
 /// The five ports.
 #[derive(Debug)]
 pub struct Gpio {
+    chip: Chip,
     ports: [Port; 5],
 }
 
-impl Default for Gpio {
+impl Gpio {
     /// After a reset, without connections.
-    fn default() -> Self {
+    pub fn new(chip: Chip) -> Self {
+        use PortName::{A, B, C, D, E};
         Self {
-            ports: [Port::RESET; 5],
+            chip,
+            ports: [A, B, C, D, E].map(|name| Port::new(chip, name)),
         }
     }
-}
 
-impl Gpio {
+    /// The number of the alternate function of a pin; None when the pin has none. The STM32F103 does not number them.
+    pub fn alternate(&self, Pin(port, pin): Pin) -> Option<u8> {
+        match &self.ports[port as usize].modes {
+            Modes::F103(_) => None,
+            Modes::F446(modes) => modes.alternate(pin),
+        }
+    }
+
+    /// The speed of an output: GPIOx_OSPEEDR, 0 (low) to 3 (very high). None on the STM32F103.
+    pub fn speed(&self, Pin(port, pin): Pin) -> Option<u8> {
+        match &self.ports[port as usize].modes {
+            Modes::F103(_) => None,
+            Modes::F446(modes) => Some(modes.speed(pin)),
+        }
+    }
+
     /// The configuration of a pin.
     pub fn mode(&self, Pin(port, pin): Pin) -> PinMode {
         self.ports[port as usize].mode(pin)
@@ -217,7 +291,7 @@ impl Gpio {
         *port = Port {
             driven: port.driven,
             outside: port.outside,
-            ..Port::RESET
+            ..Port::new(self.chip, name)
         };
     }
 
@@ -234,12 +308,24 @@ impl Gpio {
         value: u32,
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
-        self.ports[name as usize].write(offset, value)?;
+        let port = &mut self.ports[name as usize];
+        let changes_modes = port.common(offset).is_none();
+        port.write(offset, value)?;
         let is_reserved = |pin| self.mode(Pin(name, pin)) == PinMode::Reserved;
         violations.check(
-            offset <= 0x04 && (0..16).any(is_reserved),
-            "GPIOx_CRL/CRH",
-            "CNF 11 with MODE 00 is reserved",
+            changes_modes && (0..16).any(is_reserved),
+            "GPIOx",
+            "the mode of a pin is reserved",
+        );
+        // MODE 10 is 2 MHz (RM0008, section 5.1.2).
+        let fast = |pin: u8| match &self.ports[name as usize].modes {
+            Modes::F103(modes) => matches!(modes >> (4 * pin) & 0b11, 0b01 | 0b11),
+            Modes::F446(modes) => modes.mode(pin) == PinMode::PushPull && modes.speed(pin) > 0,
+        };
+        violations.check(
+            changes_modes && name == PortName::C && (13..16).any(fast),
+            "GPIOC",
+            "PC13 to PC15 are limited to 2 MHz",
         );
         Ok(())
     }

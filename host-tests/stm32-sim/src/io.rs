@@ -13,6 +13,17 @@ pub enum Width {
     Word,
 }
 
+impl Width {
+    /// The number of bytes.
+    pub fn bytes(self) -> usize {
+        match self {
+            Self::Byte => 1,
+            Self::HalfWord => 2,
+            Self::Word => 4,
+        }
+    }
+}
+
 /// The reason why a peripheral refused an access; it stops the run.
 #[derive(Clone, PartialEq, Eq, Debug, Error)]
 pub enum AccessError {
@@ -32,7 +43,7 @@ pub enum AccessError {
 /// - 0x4000_0000..0x4200_0000: the peripherals (the processor resolves the bit-band alias);
 /// - 0x1FFF_0000..0x2000_0000: system memory, option bytes and electronic signature;
 /// - 0xE004_2000..0xE004_2400: DBGMCU;
-/// - 0x0800_0000..0x0801_0000 and its alias at 0, writes only: flash programming.
+/// - the flash and its alias at 0, writes only: flash programming.
 pub trait Io {
     /// Reads a register at processor cycle `cycle`. Reads of a byte or half-word return it in the low bits.
     fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError>;

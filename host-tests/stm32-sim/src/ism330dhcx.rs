@@ -10,7 +10,7 @@
 //! | 10h | CTRL1_XL | 00h | accelerometer: rate, full scale, LPF2 |
 //! | 11h | CTRL2_G | 00h | gyroscope: rate, full scale |
 //! | 12h | CTRL3_C | 04h | BOOT, BDU, IF_INC, SW_RESET |
-//! | 13h | CTRL4_C | 00h | stored |
+//! | 13h | CTRL4_C | 00h | stored; I2C_disable |
 //! | 14h | CTRL5_C | 00h | self-test |
 //! | 15h, 16h | CTRL6_C, CTRL7_G | 00h | stored |
 //! | 17h | CTRL8_XL | 00h | cut-off of LPF2 |
@@ -48,6 +48,7 @@ const CTRL1_XL: u8 = 0x10;
 const CTRL2_G: u8 = 0x11;
 const CTRL3_C: u8 = 0x12;
 const CTRL5_C: u8 = 0x14;
+const CTRL4_C: u8 = 0x13;
 const CTRL8_XL: u8 = 0x17;
 const CTRL9_XL: u8 = 0x18;
 const CTRL10_C: u8 = 0x19;
@@ -73,6 +74,8 @@ const BOOT: u8 = 1 << 7;
 
 /// The self-test of the gyroscope in CTRL5_C.
 const GYROSCOPE_SELF_TEST: u8 = 0b11 << 2;
+/// I2C_disable in CTRL4_C.
+const I2C_DISABLE: u8 = 1 << 2;
 /// The high-pass path in CTRL8_XL.
 const HIGH_PASS: u8 = 1 << 2;
 
@@ -205,6 +208,11 @@ impl Ism330dhcx {
         self.boot_until = None;
         self.reset_until = None;
         self.reset_registers();
+    }
+
+    /// True if its I2C interface is disabled (CTRL4_C).
+    pub fn i2c_is_disabled(&self) -> bool {
+        self.registers.get(CTRL4_C) & I2C_DISABLE != 0
     }
 
     /// A register that was accessed since the last call, but is not modelled, or not for this access.

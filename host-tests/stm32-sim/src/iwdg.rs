@@ -79,9 +79,27 @@ impl Iwdg {
         self.lsi = frequency;
     }
 
+    /// True from the start to the next reset.
+    pub fn is_running(&self) -> bool {
+        self.counter.is_some()
+    }
+
     /// When it resets the microcontroller unless it is reloaded before; None while it is stopped.
     pub fn expires_at(&self) -> Option<Picoseconds> {
         self.expires_at
+    }
+
+    /// The watchdog was stopped for this time, by a debugger.
+    pub fn delay(&mut self, length: Picoseconds) {
+        if let Some((_, since)) = &mut self.counter {
+            *since += length;
+        }
+        for register in [&mut self.prescaler, &mut self.reload] {
+            register.new = register
+                .new
+                .map(|(value, due)| (value, due.saturating_add(length)));
+        }
+        self.expires_at = self.next_expiry();
     }
 
     fn next_expiry(&self) -> Option<Picoseconds> {

@@ -1,22 +1,29 @@
-//! A simulated STM32F103C8 that runs the same ELF that is flashed.
+//! A simulated STM32F103C8 on a Blue Pill, or STM32F446RE on a Nucleo, that runs the same ELF that is flashed. The
+//! [image](elf::Image::chip) determines which one.
 //!
+//! - [`chip`]: what differs between the two: memories, address map, clock gates, pins
 //! - [`cortex_m3`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
+//! - [`timebase`] and [`violation`]: shared types
 //! - [`io`]: the interface between the processor and the peripherals
 //! - [`peripherals`]: all peripherals: address map, clocks, violations
-//! - [`rcc`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
+//! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one peripheral each
 //! - [`ism330dhcx`]: the accelerometer on the SPI
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
-//! - [`timebase`] and [`violation`]: shared types
+//!
+//! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs` and `flash/f446.rs`. Of the STM32F446 this is not modelled, because
+//! no image uses it: floating point, CAN2, PWR (its voltage scale stays that of a reset), SYSCFG, DMA, and flash units of 64 bits.
 //!
 //! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
-//! STM32F103x8.
+//! STM32F103x8. RM0390 is the reference manual of the STM32F446, PM0214 the programming manual of its processor, DS10693 its
+//! datasheet.
 
 pub mod afio;
 mod board;
 pub mod bxcan;
 pub mod capture_timer;
+pub mod chip;
 pub mod cortex_m3;
 pub mod dbgmcu;
 pub mod elf;
@@ -30,6 +37,7 @@ pub mod iwdg;
 pub mod microcontroller;
 pub mod peripherals;
 pub mod profile;
+pub mod pwr;
 pub mod rcc;
 pub mod signature;
 pub mod spi;

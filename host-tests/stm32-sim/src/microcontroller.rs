@@ -2,16 +2,18 @@
 //! the bench as a [`Sensor`].
 //!
 //! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault
-//! stops the program with a panic that names the place: a test must not continue after it.
+//! stops the program with a panic that names the place, unless the test wants its handler to run
+//! ([`Microcontroller::take_faults`]).
 
+mod frozen;
 mod on_the_bus;
 
 use super::board;
 use super::bxcan::BxCan;
-use super::cortex_m3::CortexM3;
 use super::cortex_m3::timing::Buses;
+use super::cortex_m3::{CortexM3, Fault};
 use super::elf::Image;
-use super::flash::{PARAMETERS, Work};
+use super::flash::Work;
 use super::peripherals::Peripherals;
 use super::profile::{Call, Profile};
 use super::rcc::ResetCause;
@@ -27,14 +29,14 @@ use std::collections::{BTreeSet, VecDeque};
 use std::fmt::Display;
 use std::rc::Rc;
 
-/// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63).
+/// The first interrupt of the CAN controller; its four lines follow each other (RM0008, table 63; RM0390, table 38).
 const CAN_INTERRUPTS: u8 = 19;
+
+/// The number of the exception NMI.
+const NMI: u16 = 2;
 
 /// TIM4's interrupt.
 const TIM4_INTERRUPT: u8 = 30;
-
-/// SPI1's interrupt.
-const SPI1_INTERRUPT: u8 = 35;
 
 /// LED changes that are kept.
 const LED_HISTORY: usize = 10_000;
@@ -63,6 +65,11 @@ pub struct Microcontroller {
     /// A program that cannot continue is reported.
     reports_stop: bool,
     stopped: Option<String>,
+    /// The program's handlers take faults.
+    takes_faults: bool,
+    faults: Vec<String>,
+    /// A debugger halts the processor.
+    halted: bool,
 }
 
 /// The violations that have been reported: the count in either list, and their kinds.
@@ -74,7 +81,10 @@ struct Reported {
 }
 
 impl Microcontroller {
-    /// A microcontroller that is not switched on, with this program and this serial number.
+    /// A microcontroller that is not switched on, with this program and this serial number. The image determines which one.
+    ///
+    /// # Panics
+    /// When the parameter memory is that of another microcontroller.
     pub fn new(
         name: &'static str,
         image: Rc<Image>,
@@ -82,7 +92,9 @@ impl Microcontroller {
         flash: Flash,
         motion: Box<dyn Motion>,
     ) -> Self {
-        let mut core = CortexM3::new();
+        let chip = image.chip();
+        let facts = chip.facts();
+        let mut core = CortexM3::with(facts.processor, facts.memory);
         for segment in image.segments() {
             let address = segment.load_address;
             let loaded = core.load(address, &segment.bytes);
@@ -92,7 +104,7 @@ impl Microcontroller {
             name,
             image,
             core,
-            io: Peripherals::new(unique_id(serial), flash, motion),
+            io: Peripherals::new(chip, unique_id(serial), flash, motion),
             heated: None,
             on: false,
             boots: 0,
@@ -105,6 +117,9 @@ impl Microcontroller {
             reported: Reported::default(),
             reports_stop: false,
             stopped: None,
+            takes_faults: false,
+            faults: Vec::new(),
+            halted: false,
         }
     }
 
@@ -131,6 +146,16 @@ impl Microcontroller {
     /// this call it panics, which ends a test.
     pub fn report_stop(&mut self) {
         self.reports_stop = true;
+    }
+
+    /// From now on a fault starts its handler in the program, as on the chip. Without this call the program stops.
+    pub fn take_faults(&mut self) {
+        self.takes_faults = true;
+    }
+
+    /// The faults that the program's handlers have taken, one sentence each.
+    pub fn faults(&self) -> &[String] {
+        &self.faults
     }
 
     /// The reason why the program could not continue, as one sentence.
@@ -240,15 +265,17 @@ impl Microcontroller {
 
     /// True while the sensor terminates the bus.
     pub fn terminated(&self) -> bool {
-        self.on && board::terminated(&self.io.gpio)
+        self.on && board::terminated(self.io.chip(), &self.io.gpio)
     }
 
     /// The duty of the heater in permille; 0 while the power is off.
     pub fn heater(&self) -> u16 {
-        if self.on {
-            board::heater(&self.io.gpio, &self.io.afio, &self.io.tim3)
-        } else {
+        // RM0008, DBG_TIMx_STOP: "the outputs are disabled". The resistor at the pin keeps the switch off.
+        if !self.on || self.halted && self.io.dbgmcu.stops_tim3() {
             0
+        } else {
+            let io = &self.io;
+            board::heater(io.chip(), &io.gpio, &io.afio, &io.tim3)
         }
     }
 
@@ -280,7 +307,8 @@ impl Microcontroller {
     fn load_parameters(&mut self) {
         if std::mem::take(&mut self.parameters_touched) {
             let bytes = self.io.flash.parameters().bytes();
-            let loaded = self.core.load(PARAMETERS.start, bytes);
+            let start = self.io.chip().facts().parameters.start;
+            let loaded = self.core.load(start, bytes);
             assert!(loaded, "the parameter pages are in flash");
         }
     }
@@ -290,15 +318,19 @@ impl Microcontroller {
         let cycle = self.core.cycle();
         self.io.settle(cycle);
         if let Some(work) = self.io.flash.take_work() {
-            match work {
-                Work::Program { address, value } => {
-                    self.core.program(address, value);
-                }
-                Work::Erase { page } => {
-                    self.core.erase(page, bench::PAGE_SIZE);
-                }
-                Work::Failed { .. } => {}
-            }
+            let changed = match work {
+                Work::Program {
+                    address,
+                    width,
+                    value,
+                    ..
+                } => self
+                    .core
+                    .load(address, &value.to_le_bytes()[..width.bytes()]),
+                Work::Erase { page, size, .. } => self.core.erase(page, size),
+                Work::Failed { .. } => true,
+            };
+            assert!(changed, "the parameters are in flash");
             let cycles = self.io.rcc.timebase().cycles(work.duration());
             self.core.occupy_flash(cycles);
         }
@@ -310,6 +342,11 @@ impl Microcontroller {
         }
         if self.io.flash.power_is_cut() {
             self.switch_off();
+        }
+        if self.io.pwr.goes_down(self.time()) {
+            // The pins are inputs until the supply returns.
+            self.io.reset(self.core.cycle(), ResetCause::PowerOn);
+            self.note_leds();
         }
     }
 
@@ -325,12 +362,19 @@ impl Microcontroller {
     }
 
     fn set_lines(&mut self) {
+        // The handler of NMI starts again until the failure is cleared (RM0008, section 7.2.7).
+        if self.io.rcc.nmi() && self.core.active_exception() != NMI {
+            self.core.raise_nmi();
+        }
         for (interrupt, high) in (CAN_INTERRUPTS..).zip(self.io.can.lines()) {
             self.core.set_interrupt_line(interrupt, high);
         }
         let lines = [
             (TIM4_INTERRUPT, self.io.tim4_interrupt()),
-            (SPI1_INTERRUPT, self.io.spi1_interrupt()),
+            (
+                self.io.chip().facts().spi_interrupt,
+                self.io.spi_interrupt(),
+            ),
         ];
         for (interrupt, high) in lines {
             self.core.set_interrupt_line(interrupt, high);
@@ -339,7 +383,7 @@ impl Microcontroller {
 
     fn note_leds(&mut self) {
         let leds = if self.on {
-            board::leds(&self.io.gpio)
+            board::leds(self.io.chip(), &self.io.gpio)
         } else {
             Leds::default()
         };
@@ -362,13 +406,26 @@ impl Microcontroller {
         self.note_leds();
     }
 
-    /// Ends the run at this address of the program.
-    fn stop(&mut self, pc: u32, reason: impl Display) {
-        let name = self.name;
+    /// A fault of the program: starts its handler, or ends the run.
+    fn fault(&mut self, fault: &Fault) {
+        if self.takes_faults && self.core.take_fault(fault) {
+            let place = self.place(fault.pc);
+            self.faults.push(format!("{place}: {}", fault.kind));
+        } else {
+            self.stop(fault.pc, &fault.kind);
+        }
+    }
+
+    /// An address of the program with its function.
+    fn place(&self, pc: u32) -> String {
         let function = self.image.name_of(pc);
         let function = function.map(|(function, offset)| format!(", {function}+{offset:#x}"));
-        let function = function.unwrap_or_default();
-        let sentence = format!("{name} stopped at {pc:#010x}{function}: {reason}");
+        format!("{pc:#010x}{}", function.unwrap_or_default())
+    }
+
+    /// Ends the run at this address of the program.
+    fn stop(&mut self, pc: u32, reason: impl Display) {
+        let sentence = format!("{} stopped at {}: {reason}", self.name, self.place(pc));
         assert!(self.reports_stop, "{sentence}");
         self.stopped = Some(sentence);
         self.switch_off();

@@ -1,35 +1,39 @@
-//! Reset and clock control (RM0008, chapter 7).
+//! Reset and clock control (RM0008, chapter 7; RM0390, chapter 6).
 //!
-//! | offset | register | |
-//! |---|---|---|
-//! | 00h | RCC_CR | oscillators and PLL, with their ready flags |
-//! | 04h | RCC_CFGR | source and prescalers |
-//! | 08h | RCC_CIR | clock interrupts: none, reads 0 |
-//! | 0Ch, 10h | RCC_APB2RSTR, RCC_APB1RSTR | peripheral resets |
-//! | 14h, 18h, 1Ch | RCC_AHBENR, RCC_APB2ENR, RCC_APB1ENR | peripheral clocks |
-//! | 24h | RCC_CSR | reset flags, LSI |
+//! | STM32F103 | STM32F446 | register | |
+//! |---|---|---|---|
+//! | 00h | 00h | RCC_CR | oscillators and PLL, with their ready flags |
+//! | | 04h | RCC_PLLCFGR | PLL |
+//! | 04h | 08h | RCC_CFGR | source and prescalers; on the STM32F103 also the PLL |
+//! | 08h | 0Ch | RCC_CIR | clock interrupts: only that of the clock security system |
+//! | 0Ch, 10h | 24h, 20h | RCC_APB2RSTR, RCC_APB1RSTR | peripheral resets |
+//! | | 10h | RCC_AHB1RSTR | peripheral resets |
+//! | 14h | 30h | RCC_AHBENR, RCC_AHB1ENR | peripheral clocks |
+//! | 18h, 1Ch | 44h, 40h | RCC_APB2ENR, RCC_APB1ENR | peripheral clocks |
+//! | 24h | 74h | RCC_CSR | reset flags, LSI |
+//! | | 8Ch | RCC_DCKCFGR | clocks of I2S and SAI: stored, without effect; TIMPRE is not modelled |
 //!
-//! RCC_BDCR (20h) is not modelled.
+//! All other registers, among them RCC_BDCR, are not modelled.
 
+mod failure;
 mod frequencies;
+mod layout;
 
 #[cfg(test)]
 mod tests;
 
+use super::chip::Chip;
 use super::io::AccessError;
 use super::timebase::{MICROSECOND, Picoseconds, Timebase};
 use super::violation::Violations;
+use layout::{Layout, Register};
 
-/// The crystal on the board in Hz.
+/// The crystal on the Blue Pill, and the clock from the ST-LINK on the Nucleo, in Hz.
 pub const CRYSTAL: u32 = 8_000_000;
 
-/// The internal oscillator HSI in Hz.
-pub const HSI: u32 = 8_000_000;
-
-// Start-up times (DS5319, tables of oscillator characteristics and PLL): maximum for HSI and PLL, typical and maximum for crystal
-// and LSI.
+// Start-up times (DS5319, tables of oscillator characteristics and PLL; those of DS10693 are similar): maximum for HSI and PLL,
+// typical and maximum for LSI.
 const HSI_STARTUP: Picoseconds = 2 * MICROSECOND;
-const HSE_STARTUP: Picoseconds = 2000 * MICROSECOND;
 const PLL_LOCK: Picoseconds = 200 * MICROSECOND;
 const LSI_STARTUP: Picoseconds = 85 * MICROSECOND;
 
@@ -40,9 +44,10 @@ const HSI_TRIM: u32 = 0x1F << 3;
 const HSE_ON: u32 = 1 << 16;
 const HSE_READY: u32 = 1 << 17;
 const HSE_BYPASS: u32 = 1 << 18;
+const SECURITY_ON: u32 = 1 << 19;
 const PLL_ON: u32 = 1 << 24;
 const PLL_READY: u32 = 1 << 25;
-const CR_WRITABLE: u32 = HSI_ON | HSI_TRIM | HSE_ON | HSE_BYPASS | PLL_ON;
+const CR_WRITABLE: u32 = HSI_ON | HSI_TRIM | HSE_ON | HSE_BYPASS | SECURITY_ON | PLL_ON;
 /// HSI on, its trimming at the middle value.
 const CR_RESET: u32 = 0x81;
 
@@ -52,7 +57,6 @@ const SOURCE_STATUS: u32 = 0b11 << 2;
 const PLL_SOURCE: u32 = 1 << 16;
 const PLL_HALVES_CRYSTAL: u32 = 1 << 17;
 const PLL_FACTOR: u32 = 0xF << 18;
-const PLL_BITS: u32 = PLL_SOURCE | PLL_HALVES_CRYSTAL | PLL_FACTOR;
 
 // RCC_CSR.
 const LSI_ON: u32 = 1 << 0;
@@ -62,10 +66,11 @@ const PIN_RESET: u32 = 1 << 26;
 const POWER_ON_RESET: u32 = 1 << 27;
 const SOFTWARE_RESET: u32 = 1 << 28;
 const WATCHDOG_RESET: u32 = 1 << 29;
-const RESET_FLAGS: u32 = 0xFC00_0000;
+/// Bit 25 is BORRSTF, only on the STM32F446.
+const RESET_FLAGS: u32 = 0xFE00_0000;
 
-/// RCC_AHBENR after a reset: clocks of SRAM and flash interface in sleep mode.
-const AHBENR_RESET: u32 = 0x14;
+/// TIMPRE in RCC_DCKCFGR.
+const TIMER_PRESCALER: u32 = 1 << 24;
 
 /// The cause of a reset of the microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -80,9 +85,11 @@ pub enum ResetCause {
     Watchdog,
 }
 
-/// The clock enable bit of a peripheral; on the APBs it is also the reset bit.
+/// The clock enable bit of a peripheral; it is also the reset bit.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Gate {
+    /// RCC_AHB1ENR and RCC_AHB1RSTR of the STM32F446.
+    Ahb1(u8),
     /// RCC_APB1ENR and RCC_APB1RSTR.
     Apb1(u8),
     /// RCC_APB2ENR and RCC_APB2RSTR.
@@ -103,14 +110,23 @@ type Oscillator = Option<Picoseconds>;
 /// RCC, with the time base of its clocks.
 #[derive(Debug)]
 pub struct Rcc {
+    chip: Chip,
+    layout: &'static Layout,
     timebase: Timebase,
     cr: u32,
     cfgr: u32,
+    /// RCC_PLLCFGR, only on the STM32F446.
+    pll_config: u32,
+    /// RCC_DCKCFGR, only on the STM32F446.
+    dedicated_clocks: u32,
     source: Source,
     hsi: Oscillator,
     hse: Oscillator,
     pll: Oscillator,
     lsi: Oscillator,
+    ahb_reset: u32,
+    /// LSI as the running watchdog needs it.
+    watchdog_lsi: Oscillator,
     apb1_reset: u32,
     apb2_reset: u32,
     ahb_enable: u32,
@@ -119,13 +135,24 @@ pub struct Rcc {
     reset_flags: u32,
     lsi_on: bool,
     crystal_broken: bool,
+    /// When the crystal stops.
+    crystal_stops: Option<Picoseconds>,
+    /// CSSF: the clock security system has detected a failure of HSE.
+    failure: bool,
+    /// SYSCLK has stopped with the crystal.
+    stopped: bool,
 }
 
-impl Default for Rcc {
+impl Rcc {
     /// After power-on at cycle 0.
-    fn default() -> Self {
+    pub fn new(chip: Chip) -> Self {
+        let layout = Layout::of(chip);
         Self {
-            timebase: Timebase::new(HSI),
+            chip,
+            layout,
+            pll_config: layout.pll_reset,
+            dedicated_clocks: 0,
+            timebase: Timebase::new(chip.facts().hsi),
             cr: CR_RESET,
             cfgr: 0,
             source: Source::Hsi,
@@ -133,26 +160,29 @@ impl Default for Rcc {
             hse: None,
             pll: None,
             lsi: None,
+            ahb_reset: 0,
+            watchdog_lsi: None,
             apb1_reset: 0,
             apb2_reset: 0,
-            ahb_enable: AHBENR_RESET,
+            ahb_enable: layout.ahb_enable_reset,
             apb1_enable: 0,
             apb2_enable: 0,
-            reset_flags: PIN_RESET | POWER_ON_RESET,
+            reset_flags: layout.power_on_flags,
             lsi_on: false,
             crystal_broken: false,
+            crystal_stops: None,
+            failure: false,
+            stopped: false,
         }
     }
-}
 
-impl Rcc {
     /// A reset at `cycle`; time continues. The flags in RCC_CSR accumulate until the firmware clears them (RMVF) or the supply is
     /// switched on; every internal reset also drives the NRST pin.
     pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
         let mut timebase = self.timebase;
-        timebase.set_frequency(cycle, HSI);
+        timebase.set_frequency(cycle, self.chip.facts().hsi);
         let flags = match cause {
-            ResetCause::PowerOn => PIN_RESET | POWER_ON_RESET,
+            ResetCause::PowerOn => self.layout.power_on_flags,
             ResetCause::Pin => self.reset_flags | PIN_RESET,
             ResetCause::Software => self.reset_flags | PIN_RESET | SOFTWARE_RESET,
             ResetCause::Watchdog => self.reset_flags | PIN_RESET | WATCHDOG_RESET,
@@ -161,18 +191,19 @@ impl Rcc {
             timebase,
             reset_flags: flags,
             crystal_broken: self.crystal_broken,
-            ..Self::default()
+            crystal_stops: self.crystal_stops,
+            ..Self::new(self.chip)
         };
-    }
-
-    /// Breaks the crystal (it no longer starts; if running, it continues) or repairs it.
-    pub fn break_crystal(&mut self, broken: bool) {
-        self.crystal_broken = broken;
     }
 
     /// `cycle` begins at `time`: the power was off until then.
     pub fn go_on(&mut self, cycle: u64, time: Picoseconds) {
         self.timebase.go_on(cycle, time);
+    }
+
+    /// The watchdog has been started, which switches LSI on without LSION (RM0008, section 19.3).
+    pub fn watchdog_runs(&mut self, now: Picoseconds) {
+        switch(&mut self.watchdog_lsi, true, now, LSI_STARTUP);
     }
 
     /// The conversion from cycles to time.
@@ -188,6 +219,7 @@ impl Rcc {
     /// True when the peripheral of this gate has a clock.
     pub fn is_clocked(&self, gate: Gate) -> bool {
         match gate {
+            Gate::Ahb1(bit) => self.ahb_enable >> bit & 1 != 0,
             Gate::Apb1(bit) => self.apb1_enable >> bit & 1 != 0,
             Gate::Apb2(bit) => self.apb2_enable >> bit & 1 != 0,
         }
@@ -196,16 +228,26 @@ impl Rcc {
     /// True while the firmware holds the peripheral of this gate in reset.
     pub fn is_in_reset(&self, gate: Gate) -> bool {
         match gate {
+            Gate::Ahb1(bit) => self.ahb_reset >> bit & 1 != 0,
             Gate::Apb1(bit) => self.apb1_reset >> bit & 1 != 0,
             Gate::Apb2(bit) => self.apb2_reset >> bit & 1 != 0,
         }
     }
 
-    /// The cycle at which the clock changes without an access: a selected source becomes ready.
+    /// The cycle at which the clock changes without an access: a selected source becomes ready, or the crystal stops.
     pub fn next_event(&self) -> Option<u64> {
+        [self.next_switch(), self.crystal_stops]
+            .into_iter()
+            .flatten()
+            .min()
+            .map(|time| self.timebase.cycle_at(time))
+    }
+
+    /// When the selected source becomes ready.
+    fn next_switch(&self) -> Option<Picoseconds> {
         let chosen = self.chosen()?;
         let ready = self.oscillator(chosen)?;
-        (chosen != self.source && ready != Picoseconds::MAX).then(|| self.timebase.cycle_at(ready))
+        (chosen != self.source && ready != Picoseconds::MAX).then_some(ready)
     }
 
     /// Reads the register at `offset`.
@@ -216,22 +258,27 @@ impl Rcc {
             Some(from) if from <= now => flag,
             _ => 0,
         };
-        Ok(match offset {
-            0x00 => {
+        Ok(match self.layout.register(offset)? {
+            Register::Cr => {
                 self.cr
                     | ready(self.hsi, HSI_READY)
                     | ready(self.hse, HSE_READY)
                     | ready(self.pll, PLL_READY)
             }
-            0x04 => self.cfgr | (self.source as u32) << 2,
-            0x08 => 0,
-            0x0C => self.apb2_reset,
-            0x10 => self.apb1_reset,
-            0x14 => self.ahb_enable,
-            0x18 => self.apb2_enable,
-            0x1C => self.apb1_enable,
-            0x24 => self.reset_flags | u32::from(self.lsi_on) | ready(self.lsi, LSI_READY),
-            _ => return Err(AccessError::Refused("RCC: register not modelled")),
+            Register::PllCfgr => self.pll_config,
+            Register::Cfgr => self.cfgr | (self.source as u32) << 2,
+            Register::Cir => self.interrupts(),
+            Register::AhbReset => self.ahb_reset,
+            Register::Apb2Reset => self.apb2_reset,
+            Register::Apb1Reset => self.apb1_reset,
+            Register::AhbEnable => self.ahb_enable,
+            Register::Apb2Enable => self.apb2_enable,
+            Register::Apb1Enable => self.apb1_enable,
+            Register::DedicatedClocks => self.dedicated_clocks,
+            Register::Csr => {
+                let ready = ready(self.lsi, LSI_READY) | ready(self.watchdog_lsi, LSI_READY);
+                self.reset_flags | u32::from(self.lsi_on) | ready
+            }
         })
     }
 
@@ -244,35 +291,33 @@ impl Rcc {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(cycle);
-        match offset {
-            0x00 => self.write_cr(cycle, value, violations),
-            0x04 => self.write_cfgr(value, violations),
-            0x08 => violations.check(value & 0x1F00 != 0, "RCC_CIR", "interrupt not modelled"),
-            0x0C => self.apb2_reset = value,
-            0x10 => self.apb1_reset = value,
-            0x14 => self.ahb_enable = value,
-            0x18 => self.apb2_enable = value,
-            0x1C => self.apb1_enable = value,
-            0x24 => self.write_csr(cycle, value),
-            _ => return Err(AccessError::Refused("RCC: register not modelled")),
+        let register = self.layout.register(offset)?;
+        let value = self.layout.defined(register, value, violations);
+        match register {
+            Register::Cr => self.write_cr(cycle, value, violations),
+            Register::PllCfgr => self.write_pll(value, violations),
+            Register::Cfgr => self.write_cfgr(value, violations),
+            Register::Cir => self.write_interrupts(value, violations),
+            Register::AhbReset => self.ahb_reset = value,
+            Register::Apb2Reset => self.apb2_reset = value,
+            Register::Apb1Reset => self.apb1_reset = value,
+            Register::AhbEnable => self.ahb_enable = value,
+            Register::Apb2Enable => self.apb2_enable = value,
+            Register::Apb1Enable => self.apb1_enable = value,
+            Register::DedicatedClocks => {
+                violations.check(value & TIMER_PRESCALER != 0, "RCC_DCKCFGR", "not modelled");
+                self.dedicated_clocks = value;
+            }
+            Register::Csr => self.write_csr(cycle, value),
         }
         self.settle(cycle);
-        violations.check(self.pclk1() > 36_000_000, "RCC_CFGR", "PCLK1 above 36 MHz");
-        violations.check(
-            self.sysclk() > 72_000_000,
-            "RCC_CFGR",
-            "SYSCLK above 72 MHz",
-        );
+        self.check_limits(violations);
         Ok(())
     }
 
     fn write_cr(&mut self, cycle: u64, value: u32, violations: &mut Violations) {
         // A clock that is a source of SYSCLK, directly or through the PLL, cannot be switched off.
-        let pll_source = if self.cfgr & PLL_SOURCE != 0 {
-            HSE_ON
-        } else {
-            HSI_ON
-        };
+        let pll_source = if self.pll_takes_hse() { HSE_ON } else { HSI_ON };
         let in_use = match self.source {
             Source::Hsi => HSI_ON,
             Source::Hse => HSE_ON,
@@ -290,9 +335,11 @@ impl Rcc {
             "the PLL is switched on without its source",
         );
         let now = self.timebase.time_at(cycle);
-        let hse_startup = match (self.crystal_broken, self.hse) {
+        let bypassed = self.cr & HSE_BYPASS != 0;
+        let missing = self.crystal_broken || bypassed != self.layout.bypass;
+        let hse_startup = match (missing, self.hse) {
             (true, None) => Picoseconds::MAX - now,
-            _ => HSE_STARTUP,
+            _ => self.layout.hse_startup,
         };
         switch(&mut self.hsi, self.cr & HSI_ON != 0, now, HSI_STARTUP);
         switch(&mut self.hse, self.cr & HSE_ON != 0, now, hse_startup);
@@ -309,9 +356,10 @@ impl Rcc {
 
     fn write_cfgr(&mut self, value: u32, violations: &mut Violations) {
         let mut value = value & !SOURCE_STATUS;
-        if self.cr & PLL_ON != 0 && (value ^ self.cfgr) & PLL_BITS != 0 {
+        let pll_bits = self.layout.pll_bits_in_cfgr;
+        if self.cr & PLL_ON != 0 && (value ^ self.cfgr) & pll_bits != 0 {
             violations.add("RCC_CFGR", "the PLL is set up while it runs");
-            value = value & !PLL_BITS | self.cfgr & PLL_BITS;
+            value = value & !pll_bits | self.cfgr & pll_bits;
         }
         violations.check(value & SOURCE == 0b11, "RCC_CFGR", "SW: 11 is not allowed");
         self.cfgr = value;
@@ -348,6 +396,9 @@ impl Rcc {
     /// cycles.
     pub fn settle(&mut self, cycle: u64) {
         let now = self.timebase.time_at(cycle);
+        if self.crystal_stops.take_if(|at| *at <= now).is_some() {
+            self.lose_crystal();
+        }
         let ready = |source| self.oscillator(source).is_some_and(|ready| ready <= now);
         if let Some(chosen) = self.chosen().filter(|source| ready(*source)) {
             self.source = chosen;

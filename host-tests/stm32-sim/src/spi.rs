@@ -1,4 +1,4 @@
-//! SPI1 as a master (RM0008, chapter 25): full duplex, 8 or 16 bits, most significant bit first, software slave management.
+//! The SPI at the accelerometer as a master (RM0008, chapter 25; RM0390, chapter 26): SPI1 or SPI2; full duplex, 8 or 16 bits, most significant bit first, software slave management.
 //!
 //! | offset | register | |
 //! |---|---|---|
@@ -60,8 +60,8 @@ pub trait SpiPart {
 pub struct Clocks {
     /// HCLK in Hz.
     pub hclk: u32,
-    /// PCLK2 in Hz, not more than HCLK.
-    pub pclk2: u32,
+    /// The clock of the bus in Hz, not more than HCLK: PCLK2 of SPI1, PCLK1 of SPI2.
+    pub pclk: u32,
 }
 
 /// A frame on the wires.
@@ -71,7 +71,7 @@ struct Frame {
     end: u64,
 }
 
-/// SPI1.
+/// The SPI.
 #[derive(Debug)]
 pub struct Spi {
     cr1: u32,
@@ -107,6 +107,11 @@ impl Default for Spi {
 }
 
 impl Spi {
+    /// The frequency of SCK in Hz.
+    pub fn bit_rate(&self, clocks: Clocks) -> u32 {
+        clocks.pclk / self.prescaler()
+    }
+
     /// True while a frame is on the wires.
     pub fn is_busy(&self) -> bool {
         self.shifting.is_some()
@@ -167,7 +172,7 @@ impl Spi {
             0x08 => self.read_status(),
             0x0C => self.read_data(),
             0x10 => self.polynomial,
-            _ => return Err(AccessError::Refused("SPI1: register not modelled")),
+            _ => return Err(AccessError::Refused("SPI: register not modelled")),
         })
     }
 
@@ -190,7 +195,7 @@ impl Spi {
             0x08 => {}
             0x0C => self.write_data(cycle, value as u16, clocks, violations),
             0x10 => self.polynomial = value & 0xFFFF,
-            _ => return Err(AccessError::Refused("SPI1: register not modelled")),
+            _ => return Err(AccessError::Refused("SPI: register not modelled")),
         }
         Ok(())
     }
@@ -234,7 +239,7 @@ impl Spi {
             "the part supports modes 0 and 3 only",
         );
         violations.check(
-            clocks.pclk2 / self.prescaler() > FASTEST,
+            clocks.pclk / self.prescaler() > FASTEST,
             NAME,
             "faster than the 10 MHz of the part",
         );
@@ -283,7 +288,7 @@ impl Spi {
 
     fn start(&mut self, cycle: u64, data: u16, clocks: Clocks) {
         let bits = if self.cr1 & SIXTEEN_BITS != 0 { 16 } else { 8 };
-        let cycles_per_bit = self.prescaler() * (clocks.hclk / clocks.pclk2);
+        let cycles_per_bit = self.prescaler() * (clocks.hclk / clocks.pclk);
         let end = cycle + u64::from(bits * cycles_per_bit);
         self.shifting = Some(Frame { data, end });
     }

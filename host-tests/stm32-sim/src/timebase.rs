@@ -10,14 +10,15 @@ pub const MICROSECOND: Picoseconds = 1_000_000;
 
 /// The time of each cycle: a reference cycle with known time, and the frequency from there on.
 ///
-/// A cycle at 8 or 64 MHz is an integer number of picoseconds, which avoids a division: each access to a register needs the time.
+/// A cycle at 8, 64 or 128 MHz is a simple fraction of picoseconds, which avoids a wide division: each access to a register needs the
+/// time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Timebase {
     cycle: u64,
     time: Picoseconds,
     frequency: u32,
-    /// The length of a cycle, if it is an integer number of picoseconds.
-    period: Option<Picoseconds>,
+    /// The length of this many cycles in picoseconds, if a few cycles are an integer number of them.
+    period: Option<(Picoseconds, u64)>,
 }
 
 impl Timebase {
@@ -27,9 +28,10 @@ impl Timebase {
             cycle: 0,
             time: 0,
             frequency,
-            period: SECOND
-                .is_multiple_of(frequency.into())
-                .then(|| SECOND / u64::from(frequency)),
+            period: [1, 2, 4, 8]
+                .into_iter()
+                .find(|cycles| (SECOND * cycles).is_multiple_of(frequency.into()))
+                .map(|cycles| (SECOND * cycles / u64::from(frequency), cycles)),
         }
     }
 
@@ -57,7 +59,9 @@ impl Timebase {
         let cycles = cycle.saturating_sub(self.cycle);
         self.time
             + match self.period {
-                Some(period) => cycles * period,
+                Some((period, 1)) => cycles * period,
+                // Times of a day and more fit (10^17 ps).
+                Some((period, count)) => cycles * period / count,
                 None => {
                     let scaled = u128::from(cycles) * u128::from(SECOND);
                     (scaled / u128::from(self.frequency)) as u64
@@ -73,7 +77,8 @@ impl Timebase {
     /// The number of cycles in this time, rounded up.
     pub fn cycles(&self, length: Picoseconds) -> u64 {
         match self.period {
-            Some(period) => length.div_ceil(period),
+            Some((period, 1)) => length.div_ceil(period),
+            Some((period, count)) => (length * count).div_ceil(period),
             None => {
                 let scaled = u128::from(length) * u128::from(self.frequency);
                 scaled.div_ceil(u128::from(SECOND)) as u64
@@ -95,6 +100,18 @@ mod tests {
         assert_eq!(base.time_at(8_064), 1_001 * MICROSECOND);
         assert_eq!(base.cycle_at(1_001 * MICROSECOND), 8_064);
         assert_eq!(base.cycle_at(1_001 * MICROSECOND + 1), 8_065);
+    }
+
+    #[test]
+    fn half_picoseconds_do_not_drift() {
+        // 7812.5 ps
+        let base = Timebase::new(128_000_000);
+        assert_eq!((base.time_at(1), base.time_at(2)), (7_812, 15_625));
+        assert_eq!((base.cycle_at(7_812), base.cycle_at(7_813)), (1, 2));
+        assert_eq!(base.time_at(128_000_000 * 86_400), 86_400 * SECOND);
+        for cycle in [1, 2, 3, 127, 128_000_001] {
+            assert_eq!(base.cycle_at(base.time_at(cycle)), cycle);
+        }
     }
 
     #[test]

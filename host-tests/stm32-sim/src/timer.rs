@@ -111,7 +111,8 @@ impl Timer {
             }
             0x20 => {
                 violations.check(value & !0x1111 != 0, "TIMx_CCER", "not modelled");
-                self.outputs = value;
+                // CCxE and CCxP.
+                self.outputs = value & 0x3333;
             }
             0x28 => self.prescaler = value,
             0x2C => self.period = value,

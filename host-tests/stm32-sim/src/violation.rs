@@ -59,6 +59,13 @@ impl Violations {
         }
     }
 
+    /// Adds a violation at a place without a name of its own if `wrong`.
+    pub fn check_at(&mut self, wrong: bool, place: impl FnOnce() -> String, reason: &'static str) {
+        if wrong {
+            self.add(place(), reason);
+        }
+    }
+
     /// All violations, oldest first; at most 1000.
     pub fn list(&self) -> &[Violation] {
         &self.list

@@ -121,9 +121,9 @@ fn accelerometer_clock_error_of_5_percent_has_no_effect() {
 }
 
 /// A memory with the Set-Parameter-ID 300h + `set` and the next identifier as Reply-Parameter-ID.
-fn numbered(set: u8) -> Flash {
+fn numbered(save: fn(&str, &[&[u8]]) -> Flash, set: u8) -> Flash {
     let rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)];
-    saved(
+    save(
         "is2",
         &[&[0x21, set + 1, 3, 0, 0], &[0x20, set, 3, 0, 0], &rate],
     )
@@ -133,11 +133,11 @@ fn numbered(set: u8) -> Flash {
 fn three_sensors_work_on_one_bus() {
     let mut bus = Bus::new(BusRate::Wire);
     let microcontrollers =
-        [0x10, 0x20].map(|set| bus.attach(microcontroller("is2", numbered(set))));
+        [0x10, 0x20].map(|set| bus.attach(microcontroller("is2", numbered(saved, set))));
     let host = Device::new(
         &node_type("is2"),
         SERIAL,
-        numbered(0x30),
+        numbered(saved_on_pc, 0x30),
         tilt("is2", 10.0, 5.0),
     );
     bus.attach(host);
@@ -165,4 +165,11 @@ fn three_sensors_work_on_one_bus() {
         assert_eq!(microcontroller.resets().len(), 1);
         assert_eq!(bus.device(id).error_counters(), Some((0, 0)));
     }
+}
+
+/// SPI and I2C share the pins: a disturbance must not look like a start condition.
+#[test]
+fn i2c_of_the_accelerometer_is_disabled() {
+    let mut rig = Rig::booted("is2", BitRate::K500);
+    assert!(rig.io().0.imu.i2c_is_disabled());
 }

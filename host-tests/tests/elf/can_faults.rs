@@ -1,11 +1,11 @@
 //! Faults and delays of the real CAN controller: the sensor comes back by itself or is silent, and is never dominant.
 
+use crate::CHIP;
 use crate::rig::*;
-use bench::{BusRate, Flash, Source};
+use bench::{BusRate, Source};
 use can_wire::protocol::Protocol;
 use plumbline::can::BitRate;
 use plumbline::node::{BusMode, BusState};
-use stm32_sim::afio::CAN_TX;
 use stm32_sim::bxcan::{ResetTime, Silicon};
 use stm32_sim::gpio::PinMode;
 use stm32_sim::rcc::ResetCause;
@@ -18,7 +18,7 @@ const DETECTION_LIMIT: u32 = 1_000;
 
 /// A sensor that detects the bit rate, on this chip. The tester sends at [`RATE`].
 fn detecting(silicon: Silicon) -> Rig {
-    let mut rig = Rig::with("is2", BusRate::Wire, Flash::default());
+    let mut rig = Rig::with("is2", BusRate::Wire, blank());
     rig.io().0.can.set_silicon(silicon);
     let tester = rig.tester;
     rig.bus.open(tester, Some(RATE), false);
@@ -40,7 +40,7 @@ fn detect(rig: &mut Rig) {
         }
         let gpio = &rig.microcontroller().io().gpio;
         if rig.device().mode() == Some(BusMode::Listen) {
-            assert_eq!(gpio.mode(CAN_TX), PinMode::PushPull);
+            assert_eq!(gpio.mode(CHIP.facts().board.transmit), PinMode::PushPull);
         }
         assert!(!rig.device().is_dominant(), "it is silent");
         if ms % 20 == 0 {
@@ -49,7 +49,10 @@ fn detect(rig: &mut Rig) {
         rig.run(1);
     }
     let gpio = &rig.microcontroller().io().gpio;
-    assert_eq!(gpio.mode(CAN_TX), PinMode::AlternatePushPull);
+    assert_eq!(
+        gpio.mode(CHIP.facts().board.transmit),
+        PinMode::AlternatePushPull
+    );
     rig.boot_up();
     assert_eq!(rig.bus.disturbed(Source::Adapter(rig.tester)), disturbed);
 }
@@ -253,7 +256,7 @@ fn dominant_wire_while_leaving_the_bus_delays_only() {
     ];
     for reset in resets {
         for phase in [0, 10, 20, 40, 100, 1_000] {
-            let mut rig = Rig::with("jn2101", BusRate::Wire, Flash::default());
+            let mut rig = Rig::with("jn2101", BusRate::Wire, blank());
             let tester = rig.tester;
             rig.bus.open(tester, Some(BitRate::K125), false);
             rig.expect(BOOT_UP, 1_000);

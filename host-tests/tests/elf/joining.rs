@@ -1,7 +1,7 @@
 //! An adapter that opens while the image repeats a frame without acknowledge.
 
 use crate::rig::*;
-use bench::{Bus, BusRate, Flash, Source};
+use bench::{Bus, BusRate, Source};
 use plumbline::node::BusState;
 use plumbline::time::{Duration, Instant, after};
 use stm32_sim::Microcontroller;
@@ -13,7 +13,7 @@ const ATTEMPT: u64 = (49 + 14 + 3 + 8) * 8;
 #[test]
 fn request_sent_while_adapter_opens_is_answered() {
     let mut bus = Bus::new(BusRate::Follow);
-    let sensor = bus.attach(microcontroller("jn2101", Flash::default()));
+    let sensor = bus.attach(microcontroller("jn2101", blank()));
     // The boot-up message waits; later the heartbeat does.
     bus.run_until(Instant::from_ticks(300_000));
     let heartbeat = data(0x60A, &[0x2B, 0x17, 0x10, 0, 10, 0, 0, 0]);

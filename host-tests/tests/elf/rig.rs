@@ -1,8 +1,9 @@
 //! A simulated microcontroller with an image on a bus with a tester.
 //!
-//! At the end of a test, the rig checks that there was no violation of the reference manual, that the stack has not reached the
-//! static variables, and that there was no reset that the test did not expect.
+//! At the end of a test, the rig checks that there was no violation of the reference manual, that the stack has not reached its
+//! limit, and that there was no reset that the test did not expect.
 
+use crate::CHIP;
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, NodeType, Sensor, Source};
 use plumbline::can::{BitRate, Frame, standard};
@@ -11,6 +12,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::OnceLock;
 use stm32_sim::Microcontroller;
+use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 use stm32_sim::peripherals::Peripherals;
@@ -68,19 +70,23 @@ pub fn baud_rate_code(rate: BitRate) -> u8 {
     }
 }
 
-/// The image of a product for the Blue Pill.
-pub fn image(model: &str) -> Rc<Image> {
+/// The ELF file of a product for the board.
+pub fn elf(model: &str) -> &'static [u8] {
     static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     let files = FILES.get_or_init(|| {
-        let built = firmware::build().unwrap_or_else(|error| panic!("{error}"));
+        let built = firmware::build(CHIP).unwrap_or_else(|error| panic!("{error}"));
         let read = |path| std::fs::read(path).expect("the image can be read");
         built
             .into_iter()
             .map(|(name, path)| (name, read(path)))
             .collect()
     });
-    let file = files.get(model).expect("an image of this name");
-    Rc::new(Image::parse(file).expect("an ELF file"))
+    files.get(model).expect("an image of this name")
+}
+
+/// The image of a product for the board.
+pub fn image(model: &str) -> Rc<Image> {
+    Rc::new(Image::parse(elf(model)).expect("an ELF file"))
 }
 
 /// The node type of a product.
@@ -99,9 +105,27 @@ pub fn microcontroller(name: &str, flash: Flash) -> Microcontroller {
     Microcontroller::new(node_type(name).name, image(name), SERIAL, flash, motion)
 }
 
+/// A blank parameter memory.
+pub fn blank() -> Flash {
+    Flash::blank(CHIP.facts().geometry)
+}
+
 /// A parameter memory with these parameters, each as the data of the frame that writes it. A sensor built for the PC saves them
-/// in the same format.
+/// in the same format; the pages of the microcontroller can be larger.
 pub fn saved(name: &str, parameters: &[&[u8]]) -> Flash {
+    let memory = saved_on_pc(name, parameters);
+    let from = memory.geometry().page_size;
+    let geometry = CHIP.facts().geometry;
+    let mut bytes = vec![0xFF; geometry.size()];
+    let pages = bytes.chunks_mut(geometry.page_size);
+    for (page, content) in pages.zip(memory.bytes().chunks(from)) {
+        page[..from].copy_from_slice(content);
+    }
+    Flash::with_content(geometry, bytes)
+}
+
+/// The memory of a sensor built for the PC with these parameters.
+pub fn saved_on_pc(name: &str, parameters: &[&[u8]]) -> Flash {
     let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
     let node_type = node_type(name);
     let device = bus.attach(Device::new(
@@ -143,8 +167,11 @@ pub const fn ms(ms: u64) -> Duration {
     Duration::from_ticks(ms * 1000)
 }
 
-/// Maximum time of a reply in ms.
-const PATIENCE: u64 = 200;
+/// Maximum time of a reply in ms: a save that erases a sector of the Nucleo takes 250 ms and more.
+const PATIENCE: u64 = match CHIP {
+    Chip::F103 => 200,
+    Chip::F446 => 500,
+};
 
 /// A microcontroller with an image and a tester on a bus.
 pub struct Rig {
@@ -157,12 +184,14 @@ pub struct Rig {
     seen: usize,
     /// The expected resets, including the first power-up.
     expected: Vec<ResetCause>,
+    /// The test lets the stack overflow.
+    overflows: bool,
 }
 
 impl Rig {
     /// A sensor with a blank memory on a bus at this rate, after power-up. The tester acknowledges.
     pub fn new(name: &str, rate: BitRate) -> Self {
-        Self::with(name, BusRate::Fixed(rate), Flash::default())
+        Self::with(name, BusRate::Fixed(rate), blank())
     }
 
     /// A sensor with this memory, after power-up.
@@ -178,6 +207,7 @@ impl Rig {
             log: Vec::new(),
             seen: 0,
             expected: vec![ResetCause::PowerOn],
+            overflows: false,
         }
     }
 
@@ -203,8 +233,13 @@ impl Rig {
 
     /// Waits for the two boot-up messages.
     pub fn boot_up(&mut self) {
+        self.boot_up_within(1000);
+    }
+
+    /// Waits for the two boot-up messages, each up to `limit` milliseconds.
+    pub fn boot_up_within(&mut self, limit: u64) {
         for _ in 0..2 {
-            let frame = self.expect(REPLY, 1000);
+            let frame = self.expect(REPLY, limit);
             assert_eq!(frame.bytes()[0], fsc::ALIVE, "{frame:?}");
         }
     }
@@ -339,11 +374,19 @@ impl Rig {
         self.expected.push(cause);
     }
 
+    /// The test lets the stack overflow.
+    pub fn ignore_stack(&mut self) {
+        self.overflows = true;
+    }
+
     /// The checks at the end of a test.
     fn check(&mut self) {
         let expected = std::mem::take(&mut self.expected);
         let microcontroller = self.microcontroller();
-        check(microcontroller);
+        check_violations(microcontroller);
+        if !self.overflows {
+            check_stack(microcontroller);
+        }
         let causes: Vec<_> = microcontroller
             .resets()
             .iter()
@@ -353,15 +396,23 @@ impl Rig {
     }
 }
 
-/// There was no violation of the reference manual, and the stack is above the static variables.
+/// There was no violation of the reference manual, and the stack has not reached its limit.
 pub fn check(microcontroller: &Microcontroller) {
+    check_violations(microcontroller);
+    check_stack(microcontroller);
+}
+
+fn check_violations(microcontroller: &Microcontroller) {
     let violations = microcontroller.violations();
     assert!(violations.is_empty(), "{}", violations.join("\n"));
-    let statics = microcontroller.image().end_of_statics();
+}
+
+fn check_stack(microcontroller: &Microcontroller) {
+    let limit = microcontroller.image().stack_limit();
     let lowest = microcontroller.lowest_stack();
     assert!(
-        lowest > statics,
-        "the stack has reached {lowest:#x}, static variables end at {statics:#x}"
+        lowest >= limit,
+        "the stack has reached {lowest:#x}, its limit is {limit:#x}"
     );
 }
 

@@ -102,6 +102,7 @@ fn cyclic(rig: &mut Rig, period: u64, seconds: u64, error_bits: u8) {
     assert_eq!(rig.microcontroller().can().overruns(), 0);
 }
 
+blue_pill_only! {
 #[test]
 fn cyclic_mode_keeps_its_period() {
     let mut rig = Rig::booted("is2", BitRate::K125);
@@ -122,4 +123,5 @@ fn cyclic_mode_runs_without_an_accelerometer() {
     rig.run(300);
     let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
     cyclic(&mut rig, 250, UNMOUNTED, errors);
+}
 }

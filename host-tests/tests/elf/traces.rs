@@ -2,7 +2,6 @@
 #![cfg(target_os = "linux")]
 
 use crate::rig::*;
-use bench::Flash;
 use bench::NodeType;
 use bench::motion::Motion;
 use host_tests::trace::Trace;
@@ -39,7 +38,7 @@ fn replay(path: &Path) -> Option<Result<(), String>> {
         BOOT,
         &|node_type, serial, motion| {
             let image = image(node_type.name);
-            let flash = Flash::default();
+            let flash = blank();
             Box::new(Microcontroller::new(
                 node_type.name,
                 image,

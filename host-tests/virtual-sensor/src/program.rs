@@ -2,7 +2,7 @@
 
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Log, RunError, Server, StatusLine, tcp};
-use bench::{Bus, BusRate, Device, Flash, NodeType};
+use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
 use plumbline::can::BitRate;
@@ -37,8 +37,8 @@ pub struct Options {
     #[arg(long, value_name = "ARTICLE")]
     article: Option<String>,
 
-    /// Run this firmware image (an ELF file for the Blue Pill) on a simulated microcontroller, instead of the model built for the
-    /// PC
+    /// Run this firmware image (an ELF file for the Blue Pill or the Nucleo) on a simulated microcontroller, instead of the model
+    /// built for the PC
     #[arg(long, value_name = "FILE")]
     elf: Option<PathBuf>,
 
@@ -99,9 +99,17 @@ fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
 pub fn run(options: &Options) -> Result<(), Failure> {
     let node_type = node_type(options)?;
     let scene = Scene::open(options.scene.as_ref(), Axes::of(&node_type))?;
+    let image = match options.elf.as_deref() {
+        Some(path) => Some(open_image(path, node_type.name)?),
+        None => None,
+    };
+    let geometry = match &image {
+        Some(image) => image.chip().facts().geometry,
+        None => Geometry::STM32F103,
+    };
     let flash = match options.store.as_deref() {
-        Some(path) => open_store(path)?,
-        None => Flash::default(),
+        Some(path) => open_store(geometry, path)?,
+        None => Flash::blank(geometry),
     };
     let log = match &options.log {
         Some(path) => {
@@ -114,9 +122,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 
     let mut bus = Bus::new(options.bus_rate.map_or(BusRate::Follow, BusRate::Fixed));
     let motion = Box::new(scene);
-    let sensor = match &options.elf {
-        Some(path) => {
-            let image = open_image(path, node_type.name)?;
+    let sensor = match image {
+        Some(image) => {
             let mut microcontroller =
                 Microcontroller::of_type(&node_type, image, SERIAL, flash, motion);
             microcontroller.report_stop();
@@ -217,13 +224,13 @@ fn bit_rate(text: &str) -> Result<BitRate, String> {
 
 /// The memory in `path`, which is created if it does not exist. If it cannot be written, reports it at once and not at the first
 /// save; the sensor continues with its contents.
-fn open_store(path: &Path) -> Result<Flash, Failure> {
+fn open_store(geometry: Geometry, path: &Path) -> Result<Flash, Failure> {
     let writable = OpenOptions::new()
         .write(true)
         .create(true)
         .truncate(false)
         .open(path);
-    let problem = match (Flash::in_file(path), writable) {
+    let problem = match (Flash::in_file(geometry, path), writable) {
         (Ok(flash), Ok(_)) => return Ok(flash),
         (Err(error), _) if error.kind() == ErrorKind::ResourceBusy => {
             return Err(cannot(format!("use the store {}", path.display()))(error));
@@ -232,8 +239,8 @@ fn open_store(path: &Path) -> Result<Flash, Failure> {
     };
     let path_shown = path.display();
     eprintln!("virtual-sensor: cannot use the store {path_shown}: {problem}; nothing can be saved");
-    Ok(Flash::read_only(path).unwrap_or_else(|_| {
-        let mut flash = Flash::default();
+    Ok(Flash::read_only(geometry, path).unwrap_or_else(|_| {
+        let mut flash = Flash::blank(geometry);
         flash.fail_writes(true);
         flash.fail_erases(true);
         flash

@@ -2,6 +2,8 @@
 
 use host_tests::python;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use stm32_sim::chip::Chip;
+use stm32_sim::firmware;
 
 /// Real-time checks must not run in parallel.
 fn alone() -> MutexGuard<'static, ()> {
@@ -54,8 +56,17 @@ const TIMELESS: &[&str] = &[
 
 #[test]
 fn protocol_of_flashed_images_matches_manual() {
+    flashed_images_match_manual(Chip::F103);
+}
+
+#[test]
+fn protocol_of_images_for_the_nucleo_matches_manual() {
+    flashed_images_match_manual(Chip::F446);
+}
+
+fn flashed_images_match_manual(chip: Chip) {
     let _alone = alone();
-    let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let images = firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
     let folder = images["is2"].parent().expect("a folder");
     let folder = folder.to_str().expect("a path in UTF-8");
     let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--images", folder];
@@ -106,8 +117,17 @@ const CANOPEN_IMAGE: &[&str] = &[
 
 #[test]
 fn canopen_of_flashed_image_matches_manual() {
+    canopen_matches_manual(Chip::F103);
+}
+
+#[test]
+fn canopen_of_image_for_the_nucleo_matches_manual() {
+    canopen_matches_manual(Chip::F446);
+}
+
+fn canopen_matches_manual(chip: Chip) {
     let _alone = alone();
-    let images = stm32_sim::firmware::build().unwrap_or_else(|error| panic!("{error}"));
+    let images = firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
     let image = images["jn2101"].to_str().expect("a path in UTF-8");
     let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--jobs", "2"];
     arguments.extend(CANOPEN_IMAGE.iter().flat_map(|group| ["--only", group]));

@@ -11,6 +11,7 @@ use std::io::Read;
 use std::net::TcpStream;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use stm32_sim::chip::Chip;
 
 /// A path for a file of this test, which does not exist yet.
 fn new_path(name: &str) -> PathBuf {
@@ -211,7 +212,11 @@ fn damaged_program_ends_with_one_sentence() {
 
 /// The image of a model for the Blue Pill.
 fn image(model: &str) -> PathBuf {
-    let mut images = stm32_sim::firmware::build().expect("it builds");
+    image_for(Chip::F103, model)
+}
+
+fn image_for(chip: Chip, model: &str) -> PathBuf {
+    let mut images = stm32_sim::firmware::build(chip).expect("it builds");
     images.remove(model).expect("an image of this name")
 }
 
@@ -231,8 +236,13 @@ fn image_of_other_model_is_refused() {
 #[cfg(unix)]
 #[test]
 fn flashed_image_answers_like_host_build() {
-    let log = new_path("flashed.log");
-    let image = image("is2");
+    Chip::ALL.into_iter().for_each(answers_like_host_build);
+}
+
+#[cfg(unix)]
+fn answers_like_host_build(chip: Chip) {
+    let log = new_path(&format!("flashed-{chip:?}.log"));
+    let image = image_for(chip, "is2");
     let mut sensor = Sensor::start(&[
         "--elf",
         text(&image),
@@ -261,6 +271,35 @@ fn flashed_image_answers_like_host_build() {
         .collect();
     assert!(stamps.len() > 2 && stamps.is_sorted(), "{log}");
     assert!(stamps.iter().all(|at| *at <= now.as_secs_f64() + 0.01));
+}
+
+/// The store of the Nucleo has two sectors of 16 KiB; a shorter one is the start of the first sector.
+#[cfg(unix)]
+#[test]
+fn image_for_the_nucleo_keeps_the_parameters_of_a_short_store() {
+    let store = new_path("sectors.store");
+    let mut sensor = Sensor::start(&["--store", text(&store)]);
+    let mut client = Client::awake(&sensor);
+    // The cyclic time, 777 ms.
+    client.say("t3003250903");
+    client.find("t301225");
+    client.say("t30055053415645");
+    assert_eq!(client.find("t301250"), "t30125002");
+    assert_eq!(sensor.interrupt(), Some(0));
+    assert_eq!(fs::read(&store).expect("it is there").len(), 2048);
+
+    let image = image_for(Chip::F446, "is2");
+    for _ in 0..2 {
+        let mut sensor = Sensor::start(&["--elf", text(&image), "--store", text(&store)]);
+        let mut client = Client::awake(&sensor);
+        client.say("t300115");
+        assert_eq!(client.find("t301415"), "t301415020903");
+        client.say("t30055053415645");
+        client.find("t301250");
+        assert_eq!(sensor.interrupt(), Some(0));
+        assert_eq!(sensor.errors(), "");
+        assert_eq!(fs::read(&store).expect("it is there").len(), 32_768);
+    }
 }
 
 #[cfg(unix)]

@@ -1,6 +1,6 @@
 //! Erasing and programming the flash (PM0075).
 
-use super::pac;
+use super::{pac, supply_is_low};
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 
@@ -60,6 +60,9 @@ impl Sectors for Flash {
     const WRITE_SIZE: usize = 2;
 
     fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
+        if supply_is_low() {
+            return Err(NorFlashErrorKind::Other);
+        }
         let address = Self::START + sector * Self::SIZE;
         self.unlock();
         self.0.cr().write(|w| w.lock().clear_bit().per().set_bit());
@@ -81,6 +84,10 @@ impl Sectors for Flash {
         self.0.cr().write(|w| w.lock().clear_bit().pg().set_bit());
         let mut place = address as *mut u16;
         for half_word in half_words.clone() {
+            if supply_is_low() {
+                // The comparison finds the missing half-words.
+                break;
+            }
             // SAFETY: the caller has checked that the half-word is aligned and inside the parameter area, which contains no
             // other data. With PG set, a store there programs the flash.
             unsafe { place.write_volatile(half_word) };

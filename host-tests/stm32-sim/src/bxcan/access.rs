@@ -34,7 +34,10 @@ impl BxCan {
             Register::Receive { fifo, word } => {
                 state.fifos[fifo].read(word, register.name(), &mut self.violations)
             }
-            Register::FilterMaster => self.silicon.filter_master | state.filters.read(register),
+            Register::FilterMaster => {
+                let (_, kept) = state.filters.reserved(register, self.silicon.filter_master);
+                kept | state.filters.read(register)
+            }
             Register::FilterMode
             | Register::FilterScale
             | Register::FilterFifo
@@ -50,7 +53,17 @@ impl BxCan {
     pub fn write(&mut self, now: Picoseconds, offset: u32, value: u32) -> Result<(), AccessError> {
         let register = Register::at(offset).ok_or(AccessError::Unmapped)?;
         self.settle(now);
-        let (mask, kept) = register.reserved(self.silicon.filter_master);
+        let (mask, kept) = match register {
+            Register::FilterMaster
+            | Register::FilterMode
+            | Register::FilterScale
+            | Register::FilterFifo
+            | Register::FilterActivation => {
+                let master = self.silicon.filter_master;
+                self.state.filters.reserved(register, master)
+            }
+            _ => register.reserved(),
+        };
         if value & mask != kept {
             let reason = format!("{value:08X}h changes reserved bits");
             self.violations.record(register.name(), reason);

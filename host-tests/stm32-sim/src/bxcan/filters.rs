@@ -1,4 +1,5 @@
-//! The 14 filter banks (RM0008, 24.7.4 and 24.9.4).
+//! The filter banks (RM0008, 24.7.4 and 24.9.4; RM0390, 30.7.4 and 30.9.4): 14 on the STM32F103, and 28 on the STM32F446 that CAN1
+//! shares with CAN2: CAN_FMR.CAN2SB is the first bank of CAN2. CAN2 is not modelled.
 //!
 //! A bank is two words, CAN_FiR1 and CAN_FiR2, and makes one to four filters:
 //!
@@ -19,8 +20,13 @@ use plumbline::can::Frame;
 
 /// Filter banks of the STM32F103.
 pub(super) const BANKS: usize = 14;
-/// A bit for each bank.
-pub(super) const ALL_BANKS: u32 = (1 << BANKS) - 1;
+/// Filter banks of the STM32F446.
+const SHARED_BANKS: usize = 28;
+/// CAN_FMR.CAN2SB, which exists only where there is a CAN2. Elsewhere it is reserved and keeps its reset value.
+const SECOND_START: u32 = 0x3F << 8;
+/// CAN_FMR.CAN2SB after a reset: 14.
+const SECOND_START_RESET: u32 = 14 << 8;
+
 /// CAN_FMR.FINIT.
 const INITIALIZATION: u32 = 1;
 
@@ -51,32 +57,89 @@ impl Filter {
 
 #[derive(Debug)]
 pub(super) struct Filters {
+    /// The banks are shared with CAN2.
+    shared: bool,
+    /// CAN_FMR.CAN2SB.
+    second_start: u32,
     initialization: bool,
     list: u32,
     wide: u32,
     fifo: u32,
     active: u32,
-    banks: [[u32; 2]; BANKS],
+    banks: Vec<[u32; 2]>,
 }
 
 impl Default for Filters {
+    /// Those of the STM32F103.
     fn default() -> Self {
+        Self::new(false)
+    }
+}
+
+impl Filters {
+    /// After a reset; with the banks of the STM32F446 if they are shared with CAN2.
+    pub(super) fn new(shared: bool) -> Self {
+        let count = if shared { SHARED_BANKS } else { BANKS };
         Self {
+            shared,
+            second_start: SECOND_START_RESET,
             initialization: true,
             list: 0,
             wide: 0,
             fifo: 0,
             active: 0,
-            banks: [[0; 2]; BANKS],
+            banks: vec![[0; 2]; count],
         }
     }
-}
 
-impl Filters {
-    /// Reads one of the filter registers, of CAN_FMR only FINIT; any other reads as 0.
+    /// True when the banks are shared with CAN2.
+    pub(super) fn are_shared(&self) -> bool {
+        self.shared
+    }
+
+    /// A bit for each bank.
+    fn all_banks(&self) -> u32 {
+        (1 << self.banks.len()) - 1
+    }
+
+    /// The reserved bits of a filter register, and the value that they must keep. `master`: the content of CAN_FMR after a reset.
+    pub(super) fn reserved(&self, register: Register, master: u32) -> (u32, u32) {
+        let writable = if self.shared { SECOND_START } else { 0 };
+        match register {
+            Register::FilterMaster => {
+                let mask = !(INITIALIZATION | writable);
+                (mask, master & mask)
+            }
+            Register::FilterMode
+            | Register::FilterScale
+            | Register::FilterFifo
+            | Register::FilterActivation => (!self.all_banks(), 0),
+            _ => (0, 0),
+        }
+    }
+
+    fn write_master(&mut self, value: u32) {
+        self.initialization = value & INITIALIZATION != 0;
+        if self.shared {
+            self.second_start = value & SECOND_START;
+        }
+    }
+
+    /// The banks of this controller.
+    fn own(&self) -> usize {
+        let start = (self.second_start >> 8) as usize;
+        start.min(self.banks.len())
+    }
+
+    /// CAN_FMR.CAN2SB where it exists.
+    fn second_start(&self) -> u32 {
+        if self.shared { self.second_start } else { 0 }
+    }
+
+    /// Reads one of the filter registers, of CAN_FMR without its reserved bits; any other reads as 0.
     pub(super) fn read(&self, register: Register) -> u32 {
         match register {
-            Register::FilterMaster => u32::from(self.initialization),
+            Register::FilterMaster => self.second_start() | u32::from(self.initialization),
             Register::FilterMode => self.list,
             Register::FilterScale => self.wide,
             Register::FilterFifo => self.fifo,
@@ -88,9 +151,10 @@ impl Filters {
 
     /// Writes one of the filter registers.
     pub(super) fn write(&mut self, register: Register, value: u32, violations: &mut Violations) {
+        let all_banks = self.all_banks();
         let configuration = match register {
-            Register::FilterMaster => return self.initialization = value & INITIALIZATION != 0,
-            Register::FilterActivation => return self.active = value & ALL_BANKS,
+            Register::FilterMaster => return self.write_master(value),
+            Register::FilterActivation => return self.active = value & self.all_banks(),
             Register::FilterBank { bank, half } => {
                 return self.write_bank(bank, half, value, violations);
             }
@@ -100,7 +164,7 @@ impl Filters {
             _ => return,
         };
         if self.initialization {
-            *configuration = value & ALL_BANKS;
+            *configuration = value & all_banks;
         } else {
             violations.record(register.name(), "written without CAN_FMR.FINIT");
         }
@@ -129,7 +193,7 @@ impl Filters {
         // Inactive banks are counted as well.
         let mut count = [0; 2];
         let mut best: Option<((bool, bool), Match)> = None;
-        for bank in 0..BANKS {
+        for bank in 0..self.own() {
             let fifo = usize::from(is_set(self.fifo, bank));
             let filters = self.filters(bank);
             let first = count[fifo];

@@ -114,10 +114,21 @@ impl BxCan {
         }
     }
 
+    /// CAN1 of the STM32F446, which shares its filter banks with CAN2.
+    pub fn with_shared_filters() -> Self {
+        let mut controller = Self::new();
+        controller.state.filters = Filters::new(true);
+        controller
+    }
+
     /// A reset by RCC or of the microcontroller: resets the registers and the error counters; a current frame is aborted. The
     /// clock and the recorded history stay.
     pub fn reset(&mut self) {
-        self.state = State::default();
+        let filters = Filters::new(self.state.filters.are_shared());
+        self.state = State {
+            filters,
+            ..State::default()
+        };
         self.protocol.leave();
         self.protocol.reset();
         self.recovery = Recovery::None;
@@ -170,6 +181,12 @@ impl BxCan {
             let reason = format!("changed from {} to {hz} Hz while on the bus", self.clock);
             self.violations.record("PCLK1", reason);
         }
+        self.clock = hz;
+    }
+
+    /// Sets the frequency of PCLK1 in Hz after a failure of the crystal. A bit on the wire keeps its length until the firmware
+    /// reacts.
+    pub fn lose_clock(&mut self, hz: u32) {
         self.clock = hz;
     }
 

@@ -13,7 +13,7 @@
 //! | 204h, 20Ch, 214h, 21Ch | CAN_FM1R mode, CAN_FS1R scale, CAN_FFA1R FIFO, CAN_FA1R activation |
 //! | 240h + 8 i | CAN_FiR1 and CAN_FiR2, the filter banks |
 
-/// Filter banks in the address map; the STM32F103 has half of them.
+/// Filter banks in the address map: those of the STM32F446; the STM32F103 has half of them.
 const MAPPED_BANKS: u32 = 28;
 
 /// The word of a mailbox that has the identifier.
@@ -109,8 +109,8 @@ impl Register {
         }
     }
 
-    /// The bits that must keep their reset value, and that value. `filter_master`: those of CAN_FMR.
-    pub(super) fn reserved(self, filter_master: u32) -> (u32, u32) {
+    /// The bits that must keep their reset value, and that value; not of the filter registers.
+    pub(super) fn reserved(self) -> (u32, u32) {
         match self {
             Self::MasterControl => (0xFFFE_7F00, 0),
             Self::MasterStatus => (0xFFFF_F0E0, 0),
@@ -120,12 +120,8 @@ impl Register {
             Self::ErrorStatus => (0x0000_FF88, 0),
             Self::BitTiming => (0x3C80_FC00, 0),
             Self::Transmit { word: 1, .. } => (0x0000_FEF0, 0),
-            // CAN2SB exists on the connectivity line only; its content depends on the chip.
-            Self::FilterMaster => (!1, filter_master),
-            Self::FilterMode | Self::FilterScale | Self::FilterFifo | Self::FilterActivation => {
-                (!super::filters::ALL_BANKS, 0)
-            }
-            Self::Transmit { .. } | Self::Receive { .. } | Self::FilterBank { .. } => (0, 0),
+            // Those of the filters depend on the number of banks.
+            _ => (0, 0),
         }
     }
 }

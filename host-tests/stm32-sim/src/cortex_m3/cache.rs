@@ -2,9 +2,9 @@
 
 use super::CortexM3;
 use super::decode::instruction::{Decoded, Instruction, ItRule};
-use super::decode::{self, is_wide};
+use super::decode::is_wide;
 use super::fault::{FaultKind, Result};
-use super::memory::{FLASH_SIZE, flash_offset};
+use super::memory::flash_offset;
 use super::timing::Cost;
 use std::collections::BTreeSet;
 
@@ -35,9 +35,10 @@ pub struct Cache {
 }
 
 impl Cache {
-    pub fn new() -> Self {
+    /// For this many bytes of flash.
+    pub fn new(flash: usize) -> Self {
         Self {
-            places: vec![UNKNOWN; FLASH_SIZE / 2].into(),
+            places: vec![UNKNOWN; flash / 2].into(),
             breakpoints: BTreeSet::new(),
         }
     }
@@ -102,7 +103,7 @@ impl CortexM3 {
         } else {
             0
         };
-        let decoded = decode::decode(first, second);
+        let decoded = self.model.decode(first, second);
         let cost = match &self.cycles {
             Some(cycles) => Cost::of(&decoded.instruction, cycles),
             None => Cost::ONE,

@@ -4,6 +4,12 @@ use super::registers::Registers;
 
 /// Numbers of exceptions.
 pub const NMI: u16 = 2;
+/// A fault that no other handler takes.
+pub const HARD_FAULT: u16 = 3;
+/// A bus fault, if its handler is enabled.
+pub const BUS_FAULT: u16 = 5;
+/// A usage fault, if its handler is enabled.
+pub const USAGE_FAULT: u16 = 6;
 /// The supervisor call.
 pub const SVCALL: u16 = 11;
 /// The request for a context switch.
@@ -12,10 +18,8 @@ pub const PENDSV: u16 = 14;
 pub const SYSTICK: u16 = 15;
 /// Interrupt 0.
 pub const FIRST_INTERRUPT: u16 = 16;
-/// Interrupts of the STM32F103 (RM0008 10.1.2, without the connectivity line).
-pub const INTERRUPTS: u16 = 60;
 
-/// The implemented bits of a priority on the STM32F103 (RM0008 10.1.1).
+/// The implemented bits of a priority on both chips (RM0008 10.1.1, RM0390 10.1.1).
 const PRIORITY_BITS: u8 = 0xF0;
 /// The lowest priority: that of a program outside exceptions.
 const LOWEST: i16 = 256;
@@ -32,6 +36,8 @@ pub struct Exceptions {
     priority: [u8; 128],
     /// AIRCR.PRIGROUP.
     pub priority_group: u8,
+    /// The number of interrupts of the chip.
+    pub interrupts: u16,
 }
 
 /// The set with only this exception.
@@ -40,14 +46,15 @@ pub const fn only(number: u16) -> u128 {
 }
 
 impl Exceptions {
-    /// State after reset.
-    pub fn new() -> Self {
+    /// State after reset, with this many interrupts.
+    pub fn new(interrupts: u16) -> Self {
         Self {
             pending: 0,
             active: 0,
             enabled: only(FIRST_INTERRUPT) - 1,
             priority: [0; 128],
             priority_group: 0,
+            interrupts,
         }
     }
 
@@ -67,10 +74,11 @@ impl Exceptions {
         i16::from(priority) & !below
     }
 
-    /// The group priority of an exception; NMI is higher than all configurable ones.
+    /// The group priority of an exception; NMI and HardFault are higher than all configurable ones.
     fn group_priority(&self, number: u16) -> i16 {
         match number {
             NMI => -2,
+            HARD_FAULT => -1,
             _ => self.group(self.priority(number)),
         }
     }

@@ -2,6 +2,7 @@
 
 mod branch;
 mod data;
+mod dsp;
 mod load_store;
 mod load_store_several;
 mod multiply;
@@ -251,6 +252,7 @@ impl CortexM3 {
             I::MoveToSpecial { n, special } => self.set_special(special, self.registers.get(n)),
             I::SupervisorCall => return self.supervisor_call(),
             I::Breakpoint(number) => self.stop_at_bkpt(number),
+            I::Dsp(dsp) => self.execute_dsp(dsp),
             I::Undefined(rule) => return Err(FaultKind::Undefined(rule).into()),
             I::Unpredictable(rule) => return Err(FaultKind::Unpredictable(rule).into()),
         }

@@ -1,7 +1,5 @@
-//! Faults that end a run.
-//!
-//! On the chip these escalate to HardFault, whose handler resets. A test has to report the reason, so every fault stops the run,
-//! regardless of SHCSR.
+//! Faults. A fault ends the run, so that a test can report the reason. The caller can continue with the handler of the program, as
+//! the chip does: [`CortexM3::take_fault`](super::CortexM3::take_fault).
 
 use super::decode::rule::Rule;
 use crate::io::AccessError;
@@ -19,6 +17,9 @@ pub enum FaultKind {
     /// There is no memory or peripheral at the address.
     #[error("nothing is mapped at {0:#010x}")]
     Unmapped(u32),
+    /// There is no RAM for the frame of an exception at the address.
+    #[error("no RAM for an exception frame at {0:#010x}")]
+    Stacking(u32),
     /// The access must be aligned but is not.
     #[error("unaligned access to {0:#010x}")]
     Unaligned(u32),
@@ -59,6 +60,7 @@ impl FaultKind {
     pub fn address(&self) -> Option<u32> {
         match self {
             Self::Unmapped(address)
+            | Self::Stacking(address)
             | Self::Unaligned(address)
             | Self::Access(address, _)
             | Self::System(address, _)

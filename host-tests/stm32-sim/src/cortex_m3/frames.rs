@@ -6,7 +6,7 @@ use super::CortexM3;
 use super::decode::instruction::Register;
 use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
-use super::registers::{Flags, ItState, THUMB};
+use super::registers::{ItState, THUMB};
 use super::sleep::Sleep;
 use super::timing::charge::Count;
 use super::timing::cost::Leaves;
@@ -43,6 +43,18 @@ const TO_THREAD_ON_PROCESS_STACK: u32 = 0xFFFF_FFFD;
 impl CortexM3 {
     /// Exception entry: frame, vector, handler mode (ExceptionEntry).
     pub(super) fn enter_exception(&mut self, number: u16) -> Result<()> {
+        self.enter(number, false)
+    }
+
+    /// The same for a fault. An error of the stacking is ignored: the handler starts with an invalid frame.
+    pub(super) fn enter_fault(&mut self, number: u16) -> Result<()> {
+        // The instruction with the fault does not return from an exception any more.
+        self.returned = false;
+        self.exceptions.pending |= only(number);
+        self.enter(number, true)
+    }
+
+    fn enter(&mut self, number: u16, without_frame: bool) -> Result<()> {
         let return_value = if self.registers.in_handler() {
             TO_HANDLER
         } else if self.registers.is_on_process_stack() {
@@ -54,12 +66,15 @@ impl CortexM3 {
             self.handler_began = self.count();
         }
         self.drain();
-        self.push_frame()?;
+        let pushed = self.push_frame();
+        self.registers.select_stack(false);
+        if !without_frame {
+            pushed?;
+        }
         self.cycle += ENTRY;
         // Late arrival: the one that preempts now is taken, whichever began the entry.
         self.note_systick();
         let number = self.exceptions.next(&self.registers).unwrap_or(number);
-        self.registers.select_stack(false);
         self.start_handler(number, return_value)
     }
 
@@ -95,12 +110,12 @@ impl CortexM3 {
         let status = self.registers.xpsr() | if moved { ALIGNED } else { 0 };
         let registers = FRAME_REGISTERS.map(|register| self.registers.get(register));
         let words = registers.into_iter().chain([self.next, status]);
+        self.registers.set_stack_pointer(frame);
         for (address, word) in (frame..).step_by(4).zip(words) {
             if !self.memory.write(address, word.to_le_bytes()) {
-                return Err(FaultKind::Unmapped(address).into());
+                return Err(FaultKind::Stacking(address).into());
             }
         }
-        self.registers.set_stack_pointer(frame);
         Ok(())
     }
 
@@ -185,7 +200,7 @@ impl CortexM3 {
             return Err(FaultKind::InvalidReturn(status, "xPSR in the frame has T clear").into());
         }
         self.next = return_address;
-        self.registers.flags = Flags::from_bits(status);
+        self.restore_flags(status);
         self.registers.it = ItState::from_bits(status);
         self.registers.exception = (status & 0x1FF) as u16;
         let moved = self.system.aligns_stack() && status & ALIGNED != 0;

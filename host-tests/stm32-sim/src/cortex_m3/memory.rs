@@ -1,22 +1,31 @@
-//! The memories of the STM32F103C8 (RM0008 3.3): flash, which also appears at address 0, and RAM.
+//! The memories of the microcontroller: flash, which also appears at address 0, and RAM.
 
 /// Start address of flash.
 pub const FLASH_START: u32 = 0x0800_0000;
-/// 64 KiB of flash.
-pub const FLASH_SIZE: usize = 64 * 1024;
+/// The largest flash of a simulated chip: 512 KiB.
+const LARGEST_FLASH: usize = 512 * 1024;
 /// Start address of RAM.
 pub const RAM_START: u32 = 0x2000_0000;
-/// 20 KiB of RAM.
-pub const RAM_SIZE: usize = 20 * 1024;
+/// The largest RAM of a simulated chip: 128 KiB.
+const LARGEST_RAM: usize = 128 * 1024;
+
+/// The sizes of the memories in bytes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct MemorySizes {
+    /// Flash: a power of two, at most 512 KiB.
+    pub flash: usize,
+    /// RAM: at most 128 KiB.
+    pub ram: usize,
+}
 
 /// The content of RAM after power-up, which is undefined on the chip: neither zero nor an initial value of a variable.
 const AFTER_POWER_UP: u8 = 0xA5;
 
-/// The offset of an address in flash, also in the alias at 0.
+/// The offset of an address in the largest flash, also in the alias at 0. The flash of the chip can end before it.
 #[inline(always)]
 pub const fn flash_offset(address: u32) -> Option<usize> {
-    if address & !(FLASH_START | (FLASH_SIZE as u32 - 1)) == 0 {
-        Some(address as usize & (FLASH_SIZE - 1))
+    if address & !(FLASH_START | (LARGEST_FLASH as u32 - 1)) == 0 {
+        Some(address as usize & (LARGEST_FLASH - 1))
     } else {
         None
     }
@@ -31,11 +40,21 @@ pub struct Memory {
 
 impl Memory {
     /// Erased flash, and RAM of zeros.
-    pub fn new() -> Self {
+    pub fn new(sizes: MemorySizes) -> Self {
         Self {
-            flash: vec![0xFF; FLASH_SIZE].into(),
-            ram: vec![0; RAM_SIZE].into(),
+            flash: vec![0xFF; sizes.flash].into(),
+            ram: vec![0; sizes.ram].into(),
         }
+    }
+
+    /// True for an address in flash, also in the alias at 0.
+    pub fn is_flash(&self, address: u32) -> bool {
+        flash_offset(address).is_some_and(|offset| offset < self.flash.len())
+    }
+
+    /// True for an address in RAM.
+    pub fn is_ram(&self, address: u32) -> bool {
+        (address.wrapping_sub(RAM_START) as usize) < self.ram.len()
     }
 
     /// Overwrites all of RAM, as after a power loss.
@@ -47,7 +66,7 @@ impl Memory {
     #[inline(always)]
     pub fn read<const COUNT: usize>(&self, address: u32) -> Option<[u8; COUNT]> {
         let offset = address.wrapping_sub(RAM_START) as usize;
-        if offset < RAM_SIZE {
+        if offset < LARGEST_RAM {
             return self.ram.get(offset..)?.first_chunk().copied();
         }
         self.flash

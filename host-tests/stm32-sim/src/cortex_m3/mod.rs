@@ -1,11 +1,13 @@
-//! An ARM Cortex-M3 r1p1 as in the STM32F103C8: processor, interrupt controller, SysTick, system control, flash and RAM.
+//! An ARM Cortex-M3 r1p1 as in the STM32F103C8, or Cortex-M4 r0p1 as in the STM32F446RE ([`Model`]): processor, interrupt
+//! controller, SysTick, system control, flash and RAM.
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
-//! [`timing`] says how many cycles each instruction takes.
+//! [`timing`] says how many cycles each instruction of the Cortex-M3 takes. On the Cortex-M4 each takes one cycle: this is only a
+//! count of instructions, its cycles are not those of the chip.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
-//! stop the run with a [`Fault`].
+//! stop the run with a [`Fault`]. [`CortexM3::take_fault`] continues with the handler of the fault.
 
 pub mod decode;
 
@@ -14,8 +16,10 @@ mod dwt;
 mod exceptions;
 mod execute;
 mod fault;
+mod fault_entry;
 mod frames;
 mod memory;
+mod model;
 mod nvic;
 mod registers;
 mod scb;
@@ -30,9 +34,12 @@ use super::io::Io;
 use cache::Cache;
 use decode::instruction::Register;
 use dwt::Dwt;
-use exceptions::{Exceptions, SYSTICK, only};
+use exceptions::{Exceptions, NMI, SYSTICK, only};
 pub use fault::{Fault, FaultKind};
+use fault_entry::FaultStatus;
+pub use memory::MemorySizes;
 use memory::{FLASH_START, Memory};
+pub use model::Model;
 use nvic::Nvic;
 use registers::{Flags, ItState, Registers};
 use scb::SystemControl;
@@ -60,6 +67,7 @@ pub enum Pause {
 /// The processor with its memories.
 #[derive(Clone, Debug)]
 pub struct CortexM3 {
+    model: Model,
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
@@ -104,6 +112,9 @@ pub struct CortexM3 {
     nvic: Nvic,
     systick: SysTick,
     system: SystemControl,
+    faults: FaultStatus,
+    /// A fault has occurred in the handler of a fault or NMI.
+    locked_up: bool,
     dwt: Dwt,
 }
 
@@ -114,9 +125,19 @@ impl Default for CortexM3 {
 }
 
 impl CortexM3 {
-    /// Flash is erased. Call [`load`](Self::load), then [`reset`](Self::reset).
+    /// The processor of the STM32F103C8. Flash is erased. Call [`load`](Self::load), then [`reset`](Self::reset).
     pub fn new() -> Self {
+        let sizes = MemorySizes {
+            flash: 64 * 1024,
+            ram: 20 * 1024,
+        };
+        Self::with(Model::CortexM3, sizes)
+    }
+
+    /// A processor of this model with these memories. Flash is erased.
+    pub fn with(model: Model, sizes: MemorySizes) -> Self {
         Self {
+            model,
             registers: Registers::new(0),
             next: 0,
             thumb: true,
@@ -124,7 +145,10 @@ impl CortexM3 {
             instructions: 0,
             in_handlers: Count::default(),
             handler_began: Count::default(),
-            cycles: Some(Cycles::default()),
+            cycles: match model {
+                Model::CortexM3 => Some(Cycles::default()),
+                Model::CortexM4 => None,
+            },
             left: Leaves::default(),
             fetch: Fetch::default(),
             buses: Buses::default(),
@@ -139,12 +163,14 @@ impl CortexM3 {
             sleep: None,
             event: false,
             noted_pending: 0,
-            cache: Cache::new(),
-            memory: Memory::new(),
-            exceptions: Exceptions::new(),
+            cache: Cache::new(sizes.flash),
+            memory: Memory::new(sizes),
+            exceptions: Exceptions::new(model.interrupts()),
             nvic: Nvic::default(),
             systick: SysTick::new(),
             system: SystemControl::new(),
+            faults: FaultStatus::default(),
+            locked_up: false,
             dwt: Dwt::default(),
         }
     }
@@ -178,10 +204,12 @@ impl CortexM3 {
         self.sleep = None;
         self.event = false;
         self.noted_pending = 0;
-        self.exceptions = Exceptions::new();
+        self.exceptions = Exceptions::new(self.model.interrupts());
         self.nvic = Nvic::default();
         self.systick = SysTick::new();
         self.system = SystemControl::new();
+        self.faults = FaultStatus::default();
+        self.locked_up = false;
         self.dwt = Dwt::default();
         self.left = Leaves::default();
         self.fetch = Fetch::default();
@@ -219,6 +247,10 @@ impl CortexM3 {
         if !self.thumb {
             self.registers.set_read_pc(self.next.wrapping_add(4));
             return Err(FaultKind::InvalidState(self.next).into());
+        }
+        if self.locked_up {
+            self.cycle = self.cycle.max(until);
+            return Ok(Pause::Reached);
         }
         loop {
             self.note_systick();
@@ -340,9 +372,9 @@ impl CortexM3 {
         self.cycle - self.in_handlers.cycles
     }
 
-    /// True in WFI or WFE.
+    /// True in WFI or WFE, and after a lockup.
     pub fn is_asleep(&self) -> bool {
-        self.sleep.is_some()
+        self.sleep.is_some() || self.locked_up
     }
 
     /// The cycle in which SysTick next pends its exception.
@@ -353,6 +385,12 @@ impl CortexM3 {
     /// Sets the level of an interrupt line: if high, the interrupt becomes pending, and again after its handler.
     pub fn set_interrupt_line(&mut self, interrupt: u8, high: bool) {
         self.nvic.set_line(&mut self.exceptions, interrupt, high);
+    }
+
+    /// Makes NMI pending.
+    pub fn raise_nmi(&mut self) {
+        self.exceptions.pending |= only(NMI);
+        self.interrupted = true;
     }
 
     /// The address of the next instruction.
@@ -383,8 +421,16 @@ impl CortexM3 {
 
     /// Sets the flags and ITSTATE from a program status.
     pub fn set_xpsr(&mut self, value: u32) {
-        self.registers.flags = Flags::from_bits(value);
+        self.restore_flags(value);
         self.registers.it = ItState::from_bits(value);
+    }
+
+    /// Sets the flags from a program status.
+    fn restore_flags(&mut self, status: u32) {
+        self.registers.flags = Flags {
+            greater_equal: self.model.greater_equal(status),
+            ..Flags::from_bits(status)
+        };
     }
 
     /// A word of flash or RAM.
@@ -399,12 +445,12 @@ impl CortexM3 {
 
     /// Programs a half-word of flash, as the flash controller does. False when the address is not in flash.
     pub fn program(&mut self, address: u32, half_word: u16) -> bool {
-        memory::flash_offset(address).is_some() && self.load(address, &half_word.to_le_bytes())
+        self.memory.is_flash(address) && self.load(address, &half_word.to_le_bytes())
     }
 
     /// Erases a part of flash. False when it is not completely in flash.
     pub fn erase(&mut self, address: u32, length: usize) -> bool {
-        memory::flash_offset(address).is_some() && self.load(address, &vec![0xFF; length])
+        self.memory.is_flash(address) && self.load(address, &vec![0xFF; length])
     }
 
     /// Adds a breakpoint: runs stop before the instruction at this address.

@@ -1,6 +1,6 @@
 //! The interrupt controller (ARM ARM B3.4): the lines from the peripherals and the registers at 0xE000_E100.
 
-use super::exceptions::{Exceptions, FIRST_INTERRUPT, INTERRUPTS, only};
+use super::exceptions::{Exceptions, FIRST_INTERRUPT, only};
 
 /// The interrupt lines, which are levels.
 #[derive(Clone, Debug, Default)]
@@ -10,8 +10,8 @@ pub struct Nvic {
 }
 
 /// Converts a register with a bit for each of 32 interrupts, word `index`, to a set of exceptions.
-fn bits_of_word(index: u32, value: u32) -> u128 {
-    let every_interrupt = (only(INTERRUPTS) - 1) << FIRST_INTERRUPT;
+fn bits_of_word(exceptions: &Exceptions, index: u32, value: u32) -> u128 {
+    let every_interrupt = (only(exceptions.interrupts) - 1) << FIRST_INTERRUPT;
     let shift = u32::from(FIRST_INTERRUPT) + 32 * index;
     u128::from(value).checked_shl(shift).unwrap_or(0) & every_interrupt
 }
@@ -46,7 +46,7 @@ impl Nvic {
             0x100..0x200 => word_of_bits(index, exceptions.enabled),
             0x200..0x300 => word_of_bits(index, exceptions.pending),
             0x300..0x380 => word_of_bits(index, exceptions.active),
-            0x400..0x43C => u32::from_le_bytes(std::array::from_fn(|lane| {
+            0x400..0x500 => u32::from_le_bytes(std::array::from_fn(|lane| {
                 exceptions.priority(priority_owner(address & !3) + lane as u16)
             })),
             _ => 0,
@@ -55,7 +55,7 @@ impl Nvic {
 
     /// Writes a word of the registers with one bit per interrupt.
     pub fn write(&self, exceptions: &mut Exceptions, address: u32, value: u32) {
-        let bits = bits_of_word(address >> 2 & 0x1F, value);
+        let bits = bits_of_word(exceptions, address >> 2 & 0x1F, value);
         match address & 0xF80 {
             0x100 => exceptions.enabled |= bits,
             0x180 => exceptions.enabled &= !bits,
@@ -71,7 +71,7 @@ impl Nvic {
     /// STIR: makes the interrupt with this number pending.
     pub fn trigger(&self, exceptions: &mut Exceptions, value: u32) {
         let interrupt = (value & 0x1FF) as u16;
-        if interrupt < INTERRUPTS {
+        if interrupt < exceptions.interrupts {
             exceptions.pending |= only(FIRST_INTERRUPT + interrupt);
         }
     }

@@ -15,6 +15,8 @@ pub struct Flags {
     pub overflow: bool,
     /// Q.
     pub saturated: bool,
+    /// GE: a bit for each byte. Always 0 without the DSP extension.
+    pub greater_equal: u8,
 }
 
 impl Flags {
@@ -25,9 +27,10 @@ impl Flags {
             | u32::from(self.carry) << 29
             | u32::from(self.overflow) << 28
             | u32::from(self.saturated) << 27
+            | u32::from(self.greater_equal) << 16
     }
 
-    /// From APSR.
+    /// From APSR, without GE.
     pub fn from_bits(bits: u32) -> Self {
         Self {
             negative: bits >> 31 & 1 != 0,
@@ -35,6 +38,7 @@ impl Flags {
             carry: bits >> 29 & 1 != 0,
             overflow: bits >> 28 & 1 != 0,
             saturated: bits >> 27 & 1 != 0,
+            greater_equal: 0,
         }
     }
 

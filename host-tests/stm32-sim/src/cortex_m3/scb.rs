@@ -1,13 +1,11 @@
 //! The system control space (ARM ARM B3.2 to B3.4): the address of each register, and the registers of the system control block.
 
 use super::CortexM3;
-use super::exceptions::{FIRST_INTERRUPT, NMI, PENDSV, SYSTICK, only};
+use super::exceptions::{FIRST_INTERRUPT, HARD_FAULT, NMI, PENDSV, SYSTICK, only};
 use super::fault::{FaultKind, Result};
 use super::{Pause, nvic};
 use crate::io::Width;
 
-/// CPUID: Cortex-M3 r1p1 (PM0056 4.4.2).
-const CPUID: u32 = 0x411F_C231;
 /// The key for writes to AIRCR, which also reads back in its place.
 const KEY: u32 = 0x05FA;
 const KEY_READ: u32 = 0xFA05;
@@ -39,6 +37,7 @@ pub struct SystemControl {
     handler_control: u32,
     /// DEMCR.
     pub debug_monitor: u32,
+    coprocessors: u32,
 }
 
 impl SystemControl {
@@ -50,6 +49,7 @@ impl SystemControl {
             configuration: STKALIGN,
             handler_control: 0,
             debug_monitor: 0,
+            coprocessors: 0,
         }
     }
 
@@ -72,6 +72,11 @@ impl SystemControl {
 
     pub fn traps_division_by_zero(&self) -> bool {
         self.configuration & DIV_0_TRP != 0
+    }
+
+    /// True for HardFault, and for a fault with its handler enabled in SHCSR.
+    pub fn has_handler(&self, number: u16) -> bool {
+        number == HARD_FAULT || self.handler_control >> (12 + number) & 1 != 0
     }
 
     pub fn aligns_stack(&self) -> bool {
@@ -100,7 +105,7 @@ impl CortexM3 {
         self.note_systick();
         self.interrupted = true;
         let first = match address & 0xFFF {
-            0x400..0x43C => nvic::priority_owner(address),
+            offset if self.is_priority(offset) => nvic::priority_owner(address),
             0xD18..0xD24 => ((address & 0xFF) - 0x18 + 4) as u16,
             _ if width == Width::Word => return self.write_system_word(address, value),
             _ => return Err(FaultKind::System(address, "it can only be written as a word").into()),
@@ -116,6 +121,12 @@ impl CortexM3 {
         Ok(())
     }
 
+    /// True for the priority registers, of which there is one for four interrupts.
+    fn is_priority(&self, offset: u32) -> bool {
+        let end = 0x400 + u32::from(self.exceptions.interrupts.next_multiple_of(4));
+        (0x400..end).contains(&offset)
+    }
+
     fn require_privilege(&self, address: u32) -> Result<()> {
         if self.registers.is_privileged() {
             return Ok(());
@@ -126,10 +137,11 @@ impl CortexM3 {
     fn read_system_word(&mut self, address: u32) -> Result<u32> {
         Ok(match address & 0xFFF {
             // ICTR: the number of interrupts in units of 32, minus one.
-            0x004 => 1,
+            0x004 => u32::from(self.exceptions.interrupts.div_ceil(32)) - 1,
             offset @ 0x010..0x020 => self.systick.read(self.cycle, offset - 0x010),
-            0x100..0x43C => self.nvic.read(&self.exceptions, address),
-            0xD00 => CPUID,
+            0x100..0x400 => self.nvic.read(&self.exceptions, address),
+            offset if self.is_priority(offset) => self.nvic.read(&self.exceptions, address),
+            0xD00 => self.model.cpuid(),
             0xD04 => self.interrupt_control(),
             0xD08 => self.system.vector_table,
             0xD0C => KEY_READ << 16 | u32::from(self.exceptions.priority_group) << 8,
@@ -142,10 +154,13 @@ impl CortexM3 {
                 }))
             }
             0xD24 => self.system.handler_control,
-            // CFSR, HFSR, DFSR, MMFAR, BFAR, AFSR: faults stop the run, so they are never set. DHCSR: no debugger.
-            0xD28..0xD40 | 0xDF0..0xDFC => 0,
-            // MPU_TYPE: there is no MPU.
-            0xD90 => 0,
+            0xD28 => self.faults.configurable,
+            0xD2C => self.faults.hard,
+            0xD38 => self.faults.bus_address,
+            // DFSR, MMFAR, AFSR: there is no debugger and no MPU. DHCSR: no debugger.
+            0xD30..0xD40 | 0xDF0..0xDFC => 0,
+            0xD88 if self.model.coprocessors().is_some() => self.system.coprocessors,
+            0xD90 => self.model.protection(),
             0xDFC => self.system.debug_monitor,
             _ => return Err(FaultKind::System(address, "it is not modelled").into()),
         })
@@ -161,8 +176,13 @@ impl CortexM3 {
             0xD10 => self.write_sleep_control(address, value)?,
             0xD14 => self.system.configuration = value & CCR_BITS,
             0xD24 => self.system.handler_control = value & 0x0007_0000,
-            // A write clears fault bits, which are never set.
-            0xD28..0xD34 => {}
+            // Writing 1 clears a bit.
+            0xD28 => self.faults.configurable &= !value,
+            0xD2C => self.faults.hard &= !value,
+            0xD30 => {}
+            0xD88 if let Some(writable) = self.model.coprocessors() => {
+                self.system.coprocessors = value & writable;
+            }
             0xDFC => self.system.debug_monitor = value,
             0xF00 => self.nvic.trigger(&mut self.exceptions, value),
             _ => return Err(FaultKind::System(address, "it is read-only or not modelled").into()),

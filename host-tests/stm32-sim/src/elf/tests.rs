@@ -263,13 +263,42 @@ fn segments_outside_program_flash_are_refused() {
     for address in [0x2000_0000, 0, 0xFFFF_FFF0, 0x0800_F6D1_u32] {
         assert_eq!(
             error_with(LOAD_ADDRESS, &address.to_le_bytes()),
-            ImageError::Place(address)
+            ImageError::Place(address, Chip::F103)
         );
     }
     // It fits to the last byte, but the vectors are missing.
     assert_eq!(
         error_with(LOAD_ADDRESS, &0x0800_F6D0_u32.to_le_bytes()),
         ImageError::Vectors
+    );
+}
+
+/// The code of an image for the Nucleo starts after the parameters, at 0801_0000h.
+#[test]
+fn memory_map_tells_the_microcontroller() {
+    let vectors = 52 + 32 * 2;
+    let elf = |start: u32, stack: u32| {
+        let sections = [
+            (".vectors", PROGBITS, ALLOC, 0x0800_0000, 0x0800_0000, 0x1C4),
+            (".text", PROGBITS, ALLOC | EXECUTE, start, start, 0x40),
+        ];
+        let mut elf = build(&sections, &[]);
+        elf[vectors..vectors + 8].copy_from_slice(&words(&[stack, start | 1]));
+        Image::parse(&elf).map(|image| image.chip())
+    };
+    assert_eq!(elf(0x0801_0000, 0x2002_0000), Ok(Chip::F446));
+    assert_eq!(elf(0x0807_FFC0, 0x2000_0400), Ok(Chip::F446));
+    assert_eq!(elf(0x0800_0200, 0x2000_5000), Ok(Chip::F103));
+    assert_eq!(elf(0x0801_0000, 0x2002_0004), Err(ImageError::Vectors));
+    assert_eq!(elf(0x0800_0200, 0x2002_0000), Err(ImageError::Vectors));
+    for start in [0x0808_0000, 0x0800_F800] {
+        let place = Err(ImageError::Place(start, Chip::F103));
+        assert_eq!(elf(start, 0x2000_5000), place);
+    }
+    let text = ImageError::Place(0x0800_8000, Chip::F446).to_string();
+    assert_eq!(
+        text,
+        "the segment at 0x08008000 is outside the flash of the program, 0x08000000 to 0x08007fff and 0x08010000 to 0x0807ffff"
     );
 }
 

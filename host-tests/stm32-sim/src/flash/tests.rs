@@ -16,7 +16,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            flash: FlashInterface::new(Flash::default()),
+            flash: FlashInterface::new(Chip::F103, Flash::default()),
             violations: Violations::default(),
             now: 0,
         }
@@ -68,6 +68,16 @@ impl Bench {
     }
 }
 
+/// The operation that programs a half-word.
+fn programmed(address: u32, value: u32) -> Work {
+    Work::Program {
+        address,
+        width: Width::HalfWord,
+        value,
+        duration: Times::TYPICAL.program,
+    }
+}
+
 #[test]
 fn reset_values() {
     // PM0075, chapter 3
@@ -116,8 +126,7 @@ fn half_word_is_programmed() {
     bench.put(PAGE + 6, Width::HalfWord, 0xBEEF).unwrap();
     assert_eq!(bench.read(SR), BUSY);
     let (work, status) = bench.finish();
-    let (address, value) = (PAGE + 6, 0xBEEF);
-    assert_eq!(work, Some(Work::Program { address, value }));
+    assert_eq!(work, Some(programmed(PAGE + 6, 0xBEEF)));
     assert_eq!(status, END_OF_OPERATION);
     assert_eq!(bench.now, 52_500_000);
     assert_eq!(bench.flash.parameters().bytes()[6..8], [0xEF, 0xBE]);
@@ -156,7 +165,12 @@ fn page_is_erased() {
     bench.now = 0;
     // Any address in the page is accepted.
     let (work, status) = bench.erase(PAGE + 1024 + 500);
-    assert_eq!(work, Some(Work::Erase { page: PAGE + 1024 }));
+    let expected = Work::Erase {
+        page: PAGE + 1024,
+        size: 1024,
+        duration: Times::TYPICAL.erase,
+    };
+    assert_eq!(work, Some(expected));
     assert_eq!(status, END_OF_OPERATION);
     assert_eq!(bench.now, 30_000_000_000);
     let bytes = bench.flash.parameters().bytes();
@@ -220,18 +234,14 @@ fn faulty_memory_takes_same_time_without_error() {
     let mut bench = Bench::unlocked();
     bench.flash.parameters_mut().fail_writes(true);
     bench.flash.parameters_mut().fail_erases(true);
-    let duration = PROGRAM_TIME;
+    let duration = Times::TYPICAL.program;
     assert_eq!(
         bench.program(PAGE, 0),
         (Some(Work::Failed { duration }), END_OF_OPERATION)
     );
-    let duration = ERASE_TIME;
+    let duration = Times::TYPICAL.erase;
     assert_eq!(bench.erase(PAGE).0, Some(Work::Failed { duration }));
     bench.flash.parameters_mut().fail_writes(false);
     bench.flash.parameters_mut().wear_out(3);
-    let (address, value) = (PAGE, 0x0008);
-    assert_eq!(
-        bench.program(PAGE, 0).0,
-        Some(Work::Program { address, value })
-    );
+    assert_eq!(bench.program(PAGE, 0).0, Some(programmed(PAGE, 0x0008)));
 }

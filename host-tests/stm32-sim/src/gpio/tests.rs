@@ -8,7 +8,7 @@ fn write(gpio: &mut Gpio, name: PortName, offset: u32, value: u32) {
 
 #[test]
 fn reset_values() {
-    let mut gpio = Gpio::default();
+    let mut gpio = Gpio::new(Chip::F103);
     for (offset, value) in [
         (0, 0x4444_4444),
         (4, 0x4444_4444),
@@ -34,11 +34,11 @@ fn modes_match_manual() {
         (0b1011, PinMode::AlternatePushPull),
         (0b1111, PinMode::AlternateOpenDrain),
     ] {
-        let mut gpio = Gpio::default();
+        let mut gpio = Gpio::new(Chip::F103);
         write(&mut gpio, PortName::B, 0x04, 0x4444_4404 | code << 4);
         assert_eq!(gpio.mode(Pin(PortName::B, 9)), mode);
     }
-    let mut gpio = Gpio::default();
+    let mut gpio = Gpio::new(Chip::F103);
     write(&mut gpio, PortName::A, 0x00, 0x4444_4448);
     write(&mut gpio, PortName::A, 0x10, 1);
     assert_eq!(gpio.mode(Pin(PortName::A, 0)), PinMode::Pulled(true));
@@ -46,7 +46,7 @@ fn modes_match_manual() {
 
 #[test]
 fn set_has_priority_over_reset() {
-    let mut gpio = Gpio::default();
+    let mut gpio = Gpio::new(Chip::F103);
     write(&mut gpio, PortName::A, 0x0C, 0b0101);
     write(&mut gpio, PortName::A, 0x10, 0b0111 << 16 | 0b1100);
     assert_eq!(gpio.read(PortName::A, 0x0C), Ok(0b1100));
@@ -56,7 +56,7 @@ fn set_has_priority_over_reset() {
 
 #[test]
 fn level_follows_mode_pull_and_board() {
-    let mut gpio = Gpio::default();
+    let mut gpio = Gpio::new(Chip::F103);
     let pin = Pin(PortName::A, 3);
     // Pull-up, then the board drives it low.
     write(&mut gpio, PortName::A, 0x00, 0x4444_8444);
@@ -75,7 +75,7 @@ fn level_follows_mode_pull_and_board() {
 
 #[test]
 fn lock_sequence_locks_mode_but_not_output() {
-    let mut gpio = Gpio::default();
+    let mut gpio = Gpio::new(Chip::F103);
     let pins = 1 << 0;
     // Another value in between restarts the sequence.
     for value in [pins | 1 << 16, 0b10, pins | 1 << 16, pins] {
@@ -95,7 +95,7 @@ fn lock_sequence_locks_mode_but_not_output() {
 
 #[test]
 fn reserved_mode_is_violation() {
-    let mut gpio = Gpio::default();
+    let mut gpio = Gpio::new(Chip::F103);
     let mut violations = Violations::default();
     gpio.write(PortName::E, 0x00, 0x4444_444C, &mut violations)
         .unwrap();

@@ -13,12 +13,7 @@ use std::collections::VecDeque;
 
 impl Sensor for Microcontroller {
     fn power_on(&mut self, now: Instant) {
-        let time = now.ticks() * 1_000_000;
-        self.on = true;
-        self.io.power_on(self.core.cycle(), time);
-        self.core.overwrite_ram();
-        self.reset(ResetCause::PowerOn);
-        self.parameters_touched = true;
+        self.start(now.ticks() * 1_000_000);
     }
 
     fn power_off(&mut self, _: Instant) {
@@ -39,6 +34,9 @@ impl Sensor for Microcontroller {
         if !self.on {
             return None;
         }
+        if self.is_frozen() {
+            return self.wakes_at();
+        }
         if !self.core.is_asleep() {
             return Some(self.time());
         }
@@ -52,8 +50,11 @@ impl Sensor for Microcontroller {
     }
 
     fn advance(&mut self, now: Picoseconds) -> Picoseconds {
-        self.load_parameters();
         while self.on {
+            if self.is_frozen() && !self.wait(now) {
+                break;
+            }
+            self.load_parameters();
             let target = self.io.rcc.timebase().cycle_at(now);
             if self.core.cycle() >= target {
                 break;
@@ -75,7 +76,7 @@ impl Sensor for Microcontroller {
                 Ok(Pause::Bkpt(number)) => {
                     self.stop(self.core.pc(), format!("breakpoint {number}"))
                 }
-                Err(fault) => self.stop(fault.pc, &fault.kind),
+                Err(fault) => self.fault(&fault),
             }
         }
         if let Some(heated) = &self.heated {
@@ -95,6 +96,9 @@ impl Sensor for Microcontroller {
 
     fn next_step(&self) -> Option<Picoseconds> {
         self.protocol()?;
+        if self.io.rcc.is_stopped() {
+            return None;
+        }
         self.io.can.next_event()
     }
 
@@ -104,7 +108,7 @@ impl Sensor for Microcontroller {
     }
 
     fn wire(&mut self, now: Picoseconds, dominant: bool) {
-        if self.protocol().is_some() {
+        if self.protocol().is_some() && !self.io.rcc.is_stopped() {
             self.io.can.wire(now, dominant);
             self.io.receive_pin(now, dominant);
             self.set_lines();

@@ -1,4 +1,4 @@
-use super::super::flash::Work;
+use super::super::flash::{Times, Work};
 use super::*;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 
@@ -21,6 +21,10 @@ struct Bench {
 
 impl Bench {
     fn new() -> Self {
+        Self::of(Chip::F103)
+    }
+
+    fn of(chip: Chip) -> Self {
         let level = Reading {
             acceleration: I32x3 {
                 x: 0,
@@ -31,9 +35,9 @@ impl Bench {
             temperature: 2500,
             clipped: false,
         };
-        let flash = Flash::default();
+        let flash = Flash::blank(chip.facts().geometry);
         Self {
-            io: Peripherals::new([1, 2, 3], flash, Box::new(level)),
+            io: Peripherals::new(chip, [1, 2, 3], flash, Box::new(level)),
             // The accelerometer has booted.
             cycle: 8_000_000,
         }
@@ -261,11 +265,13 @@ fn flash_operation_is_reported_once() {
     }
     bench.put(0x0800_F800, Width::HalfWord, 0x1234).unwrap();
     assert!(bench.io.take_changed());
-    let (address, value) = (0x0800_F800, 0x1234);
-    assert_eq!(
-        bench.io.flash.take_work(),
-        Some(Work::Program { address, value })
-    );
+    let expected = Work::Program {
+        address: 0x0800_F800,
+        width: Width::HalfWord,
+        value: 0x1234,
+        duration: Times::TYPICAL.program,
+    };
+    assert_eq!(bench.io.flash.take_work(), Some(expected));
     assert!(bench.put(0x0800_F800, Width::Word, 0).is_err());
 }
 
@@ -284,6 +290,34 @@ fn programming_without_hsi_is_violation() {
 }
 
 #[test]
+fn erasing_without_hsi_is_violation() {
+    let mut bench = Bench::new();
+    bench.write(RCC, 0x0001_0083);
+    bench.cycle += 8_000_000;
+    bench.write(RCC + 4, 1);
+    bench.write(RCC, 0x0001_0080);
+    for (register, value) in [
+        (4, 0x4567_0123),
+        (4, 0xCDEF_89AB),
+        (0x10, 2),
+        (0x14, 0x0800_F800),
+        (0x10, 0x42),
+    ] {
+        bench.write(FLASH + register, value);
+    }
+    assert_eq!(bench.reasons(), ["the flash is erased without HSI"]);
+}
+
+#[test]
+fn lsi_is_ready_while_watchdog_runs() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.read(RCC + 0x24).map(|csr| csr & 0b11), Ok(0));
+    bench.write(IWDG, 0xCCCC);
+    bench.cycle += 85 * 8;
+    assert_eq!(bench.read(RCC + 0x24).map(|csr| csr & 0b11), Ok(0b10));
+}
+
+#[test]
 fn end_of_frame_is_event_when_interrupt_is_enabled() {
     let mut bench = Bench::with_spi();
     bench.write(SPI1 + 4, 1 << 6);
@@ -294,10 +328,12 @@ fn end_of_frame_is_event_when_interrupt_is_enabled() {
     let end = bench.cycle + 16;
     assert_eq!(bench.io.next_event(), Some(end));
     bench.io.settle(end - 1);
-    assert!(!bench.io.spi1_interrupt());
+    assert!(!bench.io.spi_interrupt());
     bench.io.settle(end);
-    assert!(bench.io.spi1_interrupt());
+    assert!(bench.io.spi_interrupt());
     bench.cycle = end;
     bench.read(SPI1 + 0x0C).unwrap();
-    assert!(bench.io.take_changed() && !bench.io.spi1_interrupt());
+    assert!(bench.io.take_changed() && !bench.io.spi_interrupt());
 }
+
+mod f446;

@@ -1,12 +1,17 @@
-//! The frequency of each clock (RM0008, figure 8).
+//! The frequency of each clock (RM0008, figure 8; RM0390, figure 14).
 
-use super::{CRYSTAL, HSI, PLL_FACTOR, PLL_HALVES_CRYSTAL, PLL_SOURCE, Rcc, Source};
+use super::{CRYSTAL, PLL_FACTOR, PLL_HALVES_CRYSTAL, PLL_SOURCE, Rcc, Source};
+use crate::chip::Chip;
+use crate::violation::Violations;
+
+/// PLLSRC in RCC_PLLCFGR: HSE.
+const PLLCFGR_SOURCE: u32 = 1 << 22;
 
 impl Rcc {
     /// SYSCLK in Hz.
     pub fn sysclk(&self) -> u32 {
         match self.source {
-            Source::Hsi => HSI,
+            Source::Hsi => self.chip.facts().hsi,
             Source::Hse => CRYSTAL,
             Source::Pll => self.pll_frequency(),
         }
@@ -25,23 +30,95 @@ impl Rcc {
 
     /// APB1 clock in Hz: the clock of the CAN controller.
     pub fn pclk1(&self) -> u32 {
-        self.hclk() >> apb_shift(self.cfgr >> 8)
+        self.hclk() >> apb_shift(self.cfgr >> self.layout.apb1_at)
     }
 
-    /// The clock of the timers on APB1 in Hz: twice that of the bus when the APB1 prescaler is not 1 (RM0008, figure 8).
+    /// The clock of the timers on APB1 in Hz: twice that of the bus when the APB1 prescaler is not 1 (RM0008, figure 8; RM0390,
+    /// RCC_DCKCFGR.TIMPRE after a reset).
     pub fn timer_clock(&self) -> u32 {
-        let shift = apb_shift(self.cfgr >> 8);
+        let shift = apb_shift(self.cfgr >> self.layout.apb1_at);
         self.hclk() >> shift.saturating_sub(1)
     }
 
-    /// APB2 clock in Hz: the clock of SPI1.
+    /// APB2 clock in Hz.
     pub fn pclk2(&self) -> u32 {
-        self.hclk() >> apb_shift(self.cfgr >> 11)
+        self.hclk() >> apb_shift(self.cfgr >> self.layout.apb2_at)
+    }
+
+    /// The clock of the SPI at the accelerometer in Hz: SPI1 on APB2, or SPI2 on APB1.
+    pub fn spi_clock(&self) -> u32 {
+        match self.chip {
+            Chip::F103 => self.pclk2(),
+            Chip::F446 => self.pclk1(),
+        }
+    }
+
+    /// True when the PLL runs from HSE.
+    pub(super) fn pll_takes_hse(&self) -> bool {
+        match self.chip {
+            Chip::F103 => self.cfgr & PLL_SOURCE != 0,
+            Chip::F446 => self.pll_config & PLLCFGR_SOURCE != 0,
+        }
     }
 
     pub(super) fn pll_frequency(&self) -> u32 {
+        match self.chip {
+            Chip::F103 => self.pll_by_factor(),
+            // PLLP.
+            Chip::F446 => {
+                let divider = 2 * ((self.pll_config >> 16 & 0b11) + 1);
+                (self.oscillator_frequency() / u64::from(divider)) as u32
+            }
+        }
+    }
+
+    /// The input of the PLL's oscillator in Hz: 1 to 2 MHz (RCC_PLLCFGR.PLLM). Only on the STM32F446.
+    fn oscillator_input(&self) -> u32 {
+        let source = match self.pll_takes_hse() {
+            true => CRYSTAL,
+            false => self.chip.facts().hsi,
+        };
+        source / (self.pll_config & 0x3F).max(1)
+    }
+
+    /// The PLL's oscillator in Hz: 100 to 432 MHz (RCC_PLLCFGR.PLLN). Only on the STM32F446.
+    fn oscillator_frequency(&self) -> u64 {
+        u64::from(self.oscillator_input()) * u64::from(self.pll_config >> 6 & 0x1FF)
+    }
+
+    /// RCC_PLLCFGR (RM0390, section 6.3.2).
+    pub(super) fn write_pll(&mut self, value: u32, violations: &mut Violations) {
+        if self.cr & super::PLL_ON != 0 {
+            violations.add("RCC_PLLCFGR", "the PLL is set up while it runs");
+            return;
+        }
+        self.pll_config = value;
+    }
+
+    /// The limits of the PLL, when it is switched on, and of the clocks.
+    pub(super) fn check_limits(&self, violations: &mut Violations) {
+        let limits = &self.layout.limits;
+        for (clock, most, reason) in [
+            (self.pclk1(), limits.pclk1, limits.pclk1_reason),
+            (self.pclk2(), limits.pclk2, limits.pclk2_reason),
+            (self.sysclk(), limits.sysclk, limits.sysclk_reason),
+        ] {
+            violations.check(clock > most, "RCC_CFGR", reason);
+        }
+        if self.chip == Chip::F446 && self.cr & super::PLL_ON != 0 {
+            violations.check(
+                !(1_000_000..=2_000_000).contains(&self.oscillator_input())
+                    || !(100_000_000..=432_000_000).contains(&self.oscillator_frequency()),
+                "RCC_PLLCFGR",
+                "the PLL needs an input of 1 to 2 MHz and an oscillator of 100 to 432 MHz",
+            );
+        }
+    }
+
+    /// The PLL of the STM32F103.
+    fn pll_by_factor(&self) -> u32 {
         let input = match (self.cfgr & PLL_SOURCE, self.cfgr & PLL_HALVES_CRYSTAL) {
-            (0, _) => HSI / 2,
+            (0, _) => self.chip.facts().hsi / 2,
             (_, 0) => CRYSTAL,
             _ => CRYSTAL / 2,
         };

@@ -2,6 +2,7 @@ use super::*;
 
 const CR: u32 = 0x00;
 const CFGR: u32 = 0x04;
+const CIR: u32 = 0x08;
 const CSR: u32 = 0x24;
 
 struct Bench {
@@ -13,7 +14,7 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         Self {
-            rcc: Rcc::default(),
+            rcc: Rcc::new(Chip::F103),
             violations: Violations::default(),
             cycle: 100,
         }
@@ -158,7 +159,7 @@ fn pll_factors_and_inputs_match_manual() {
     ] {
         let rcc = Rcc {
             cfgr,
-            ..Rcc::default()
+            ..Rcc::new(Chip::F103)
         };
         assert_eq!(rcc.pll_frequency(), frequency, "RCC_CFGR {cfgr:08X}h");
     }
@@ -232,3 +233,88 @@ fn lsi_becomes_ready_after_startup() {
     bench.cycle += 85 * 8;
     assert_eq!(bench.read(CSR) & 0b11, 0b11);
 }
+
+#[test]
+fn security_system_selects_hsi_and_raises_nmi_until_cleared() {
+    let mut bench = Bench::new();
+    bench.run_at_64_mhz();
+    bench.write(CR, 0x0109_0083);
+    let now = bench.rcc.timebase().time_at(bench.cycle);
+    bench.rcc.stop_crystal(now + MICROSECOND);
+    assert_eq!(bench.rcc.next_event(), Some(bench.cycle + 64));
+    bench.cycle += 63;
+    assert_eq!(bench.read(CIR), 0);
+    bench.cycle += 1;
+    // CSSF; HSE and PLL off; SW and SWS say HSI.
+    assert_eq!(bench.read(CIR), 1 << 7);
+    assert!(bench.rcc.nmi());
+    assert_eq!(bench.read(CR), 0x0008_0083);
+    assert_eq!(bench.read(CFGR), 0x0019_0400);
+    assert_eq!(bench.rcc.hclk(), 8_000_000);
+    assert_eq!(bench.rcc.timebase().frequency(), 8_000_000);
+    bench.write(CIR, 1 << 23);
+    assert_eq!(bench.read(CIR), 0);
+    assert!(!bench.rcc.nmi());
+    assert!(bench.reasons().is_empty());
+}
+
+#[test]
+fn clock_stops_with_crystal_without_security_system_until_reset() {
+    let mut bench = Bench::new();
+    bench.run_at_64_mhz();
+    let now = bench.rcc.timebase().time_at(bench.cycle);
+    bench.rcc.stop_crystal(now);
+    bench.rcc.settle(bench.cycle);
+    assert!(bench.rcc.is_stopped() && !bench.rcc.nmi());
+    bench.rcc.reset(bench.cycle, ResetCause::Watchdog);
+    assert!(!bench.rcc.is_stopped());
+    assert_eq!(bench.rcc.hclk(), 8_000_000);
+}
+
+#[test]
+fn crystal_that_is_not_in_use_stops_without_effect_on_clock() {
+    let mut bench = Bench::new();
+    bench.write(CR, 0x0001_0083);
+    bench.wait(HSE_READY);
+    let now = bench.rcc.timebase().time_at(bench.cycle);
+    bench.rcc.stop_crystal(now);
+    assert_eq!(bench.read(CR) & HSE_READY, 0);
+    assert!(!bench.rcc.is_stopped() && !bench.rcc.nmi());
+}
+
+#[test]
+fn lsi_is_ready_while_watchdog_runs() {
+    let mut bench = Bench::new();
+    let now = bench.rcc.timebase().time_at(bench.cycle);
+    bench.rcc.watchdog_runs(now);
+    assert_eq!(bench.read(CSR) & 0b11, 0);
+    bench.cycle += 85 * 8;
+    assert_eq!(bench.read(CSR) & 0b11, 0b10);
+    bench.rcc.reset(bench.cycle, ResetCause::Software);
+    assert_eq!(bench.read(CSR) & 0b11, 0);
+}
+
+#[test]
+fn reserved_bits_are_violations_and_are_not_stored() {
+    for (offset, reserved) in [
+        (CFGR, 0xF880_0000),
+        (0x0C, 0xFFC7_0002),
+        (0x10, 0xC501_3600),
+        (0x14, 0xFFFF_FAA8),
+        (0x18, 0xFFC7_0002),
+        (0x1C, 0xC501_3600_u32),
+    ] {
+        for bit in (0..32).filter(|bit| reserved >> bit & 1 != 0) {
+            let mut bench = Bench::new();
+            let before = bench.read(offset);
+            bench.write(offset, before | 1 << bit);
+            assert_eq!(
+                bench.reasons(),
+                ["reserved bits are written"],
+                "{offset:X}h"
+            );
+            assert_eq!(bench.read(offset), before);
+        }
+    }
+}
+mod f446;

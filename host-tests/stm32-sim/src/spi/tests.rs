@@ -36,7 +36,7 @@ impl Bench {
     fn new(cr1: u32) -> Self {
         let clocks = Clocks {
             hclk: 64_000_000,
-            pclk2: 64_000_000,
+            pclk: 64_000_000,
         };
         let mut bench = Self {
             spi: Spi::default(),
@@ -102,7 +102,7 @@ fn frame_takes_eight_bits_of_prescaled_clock() {
 fn prescalers_divide_pclk2() {
     for code in 0..8 {
         let mut bench = Bench::new(0x0344 | code << 3);
-        bench.clocks.pclk2 = 16_000_000;
+        bench.clocks.pclk = 16_000_000;
         bench.write(DR, 0);
         // RM0008, SPI_CR1.BR: divided by 2 to 256; APB2 is HCLK / 4.
         let cycles = u64::from(8 * 4 * 2_u32.pow(code + 1));

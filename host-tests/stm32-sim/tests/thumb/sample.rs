@@ -7,7 +7,7 @@
 use stm32_sim::cortex_m3::decode::instruction::{Instruction, ItRule, Register};
 use stm32_sim::cortex_m3::decode::rule::Rule;
 use stm32_sim::cortex_m3::decode::{self};
-use stm32_sim::cortex_m3::{CortexM3, FaultKind, Pause};
+use stm32_sim::cortex_m3::{CortexM3, FaultKind, MemorySizes, Model, Pause};
 use stm32_sim::io::NoPeripherals;
 
 const CODE: u32 = 0x0800_0400;
@@ -21,17 +21,36 @@ const NOP: u16 = 0xBF00;
 const YIELD: [&[u16]; 2] = [&[0xBF10], &[0xF3AF, 0x8001]];
 const CLREX: [u16; 2] = [0xF3BF, 0x8F2F];
 
+/// The fixed bits of a group of encodings: masks and values of both half-words.
+type Group = (u16, u16, u16, u16);
+
+/// The groups of the DSP extension, and divisions, which are rare among the others.
+const DSP: [Group; 9] = [
+    (0xFFD0, 0xFB90, 0xF0F0, 0xF0F0),
+    (0xFFF0, 0xEAC0, 0x8010, 0),
+    (0xFF80, 0xFA00, 0xF0C0, 0xF080),
+    (0xFF80, 0xFA80, 0xF080, 0xF000),
+    (0xFFC0, 0xFA80, 0xF0C0, 0xF080),
+    (0xFF80, 0xFB00, 0x00C0, 0),
+    (0xFFE0, 0xFBC0, 0x0080, 0x0080),
+    (0xFFF0, 0xFBE0, 0x00F0, 0x0060),
+    (0xFF70, 0xF320, 0xF0F0, 0),
+];
+
 /// Numbers from a seed (SplitMix64).
-pub struct Random(u64);
+pub struct Random {
+    model: Model,
+    state: u64,
+}
 
 impl Random {
-    pub fn new(seed: u64) -> Self {
-        Self(seed)
+    pub fn new(model: Model, seed: u64) -> Self {
+        Self { model, state: seed }
     }
 
     fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
-        let mut z = self.0;
+        self.state = self.state.wrapping_add(0x9E37_79B9_7F4A_7C15);
+        let mut z = self.state;
         z = (z ^ z >> 30).wrapping_mul(0xBF58_476D_1CE4_E5B9);
         z = (z ^ z >> 27).wrapping_mul(0x94D0_49BB_1331_11EB);
         z ^ z >> 31
@@ -47,8 +66,7 @@ impl Random {
 
     /// Two half-words: random, or from a group of 32-bit instructions that random words would seldom hit.
     pub fn encoding(&mut self) -> (u16, u16) {
-        /// The fixed bits of the groups: values under masks of both half-words.
-        const GROUPS: [(u16, u16, u16, u16); 16] = [
+        const GROUPS: [Group; 16] = [
             (0xF800, 0xE800, 0, 0),
             (0xFA00, 0xF000, 0x8000, 0),
             (0xFE00, 0xEA00, 0x8000, 0),
@@ -70,7 +88,12 @@ impl Random {
         if self.below(2) == 0 {
             return (first, second);
         }
-        let (mask, value, second_mask, second_value) = GROUPS[self.below(16) as usize];
+        let group = if self.model == Model::CortexM4 && self.below(2) == 0 {
+            DSP[self.below(9) as usize]
+        } else {
+            GROUPS[self.below(16) as usize]
+        };
+        let (mask, value, second_mask, second_value) = group;
         (first & !mask | value, second & !second_mask | second_value)
     }
 
@@ -98,11 +121,15 @@ pub struct Sampler {
 }
 
 impl Sampler {
-    pub fn new(seed: u64) -> Self {
-        let mut random = Random::new(seed);
+    pub fn new(model: Model, seed: u64) -> Self {
+        let mut random = Random::new(model, seed);
         let ram: Vec<u8> = (0..RAM_SIZE).map(|_| random.next() as u8).collect();
         let file = ram.clone();
-        let mut processor = CortexM3::new();
+        let sizes = MemorySizes {
+            flash: 0x1_0000,
+            ram: RAM_SIZE,
+        };
+        let mut processor = CortexM3::with(model, sizes);
         // The runs count instructions.
         processor.set_cycles(None);
         Self {
@@ -140,14 +167,15 @@ impl Sampler {
     pub fn undefined(&mut self) {
         let code = loop {
             let (first, second) = self.random.encoding();
-            let decoded = decode::decode(first, second);
+            let decoded = self.random.model.decode(first, second);
             match decoded.instruction {
                 // Unicorn has these extensions on every model, and executes stores relative to PC.
                 Instruction::Undefined(
-                    Rule::DspExtension | Rule::AdvancedSimd | Rule::StoreToPc,
+                    Rule::DspExtension | Rule::FloatingPoint | Rule::AdvancedSimd | Rule::StoreToPc,
                 ) => {}
                 Instruction::Undefined(Rule::NoCoprocessor) if is_floating_point(second) => {}
                 Instruction::Undefined(_) if is_dual_exclusive(first, second) => {}
+                Instruction::Undefined(_) if is_set_endianness(first) => {}
                 Instruction::Undefined(_) => break words(first, second),
                 _ => {}
             }
@@ -160,7 +188,7 @@ impl Sampler {
     fn instruction(&mut self, allowed: impl Fn(ItRule) -> bool) -> Words {
         loop {
             let (first, second) = self.random.encoding();
-            let decoded = decode::decode(first, second);
+            let decoded = self.random.model.decode(first, second);
             let words = words(first, second);
             let judged = is_judged(decoded.instruction) && !YIELD.contains(&words.as_slice());
             if judged && allowed(decoded.it) {
@@ -311,6 +339,11 @@ const fn is_floating_point(second: u16) -> bool {
 /// LDREXD and STREXD, which only other profiles have (ARM ARM A5.3.6): Unicorn executes them.
 const fn is_dual_exclusive(first: u16, second: u16) -> bool {
     first & 0xFFE0 == 0xE8C0 && second & 0xF0 == 0x70
+}
+
+/// SETEND, which only other profiles have (ARM ARM A5.2.5): Unicorn executes it.
+const fn is_set_endianness(first: u16) -> bool {
+    first & 0xFFF7 == 0xB650
 }
 
 /// True if Unicorn can execute an instruction comparably: see the list at the test.

@@ -297,3 +297,44 @@ fn access_to_fifteenth_bank_is_violation() {
     assert_eq!(violations.all[0].reason, "there is no filter bank 14");
     assert_eq!(filters.read(bank), 0);
 }
+
+#[test]
+fn shared_banks_from_can2sb_on_belong_to_can2() {
+    let mut filters = Filters::new(true);
+    let mut violations = Violations::default();
+    // Bank 20 accepts everything into FIFO 0.
+    for (register, value) in [
+        (Register::FilterScale, 1 << 20),
+        (Register::FilterActivation, 1 << 20),
+        (Register::FilterMaster, 14 << 8),
+    ] {
+        filters.write(register, value, &mut violations);
+    }
+    assert_eq!(filters.read(Register::FilterMaster), 14 << 8);
+    assert_eq!(filters.accept(&data(standard(1))), None, "CAN2SB is 14");
+    for (start, accepts) in [(20, false), (21, true), (28, true), (0, false)] {
+        let master = start << 8;
+        assert_eq!(
+            filters.reserved(Register::FilterMaster, 0x2A1C_0E00),
+            (!0x3F01, 0x2A1C_0000)
+        );
+        filters.write(Register::FilterMaster, master, &mut violations);
+        assert_eq!(filters.read(Register::FilterMaster), master);
+        assert_eq!(
+            filters.accept(&data(standard(1))).is_some(),
+            accepts,
+            "{start}"
+        );
+    }
+    assert_eq!(violations.all, []);
+}
+
+#[test]
+fn can2sb_of_stm32f103_is_reserved() {
+    let mut filters = Filters::default();
+    let mut violations = Violations::default();
+    let reserved = filters.reserved(Register::FilterMaster, 0x2A1C_0E00);
+    assert_eq!(reserved, (!1, 0x2A1C_0E00));
+    filters.write(Register::FilterMaster, 0x2A1C_1C01, &mut violations);
+    assert_eq!(filters.read(Register::FilterMaster), 1);
+}

@@ -6,6 +6,7 @@ pub use super::operand::{
     Carry, Condition, DataOp, Extend, Index, Multiple, Rearrange, Register, SetFlags, Shift, Size,
 };
 
+use super::dsp::Dsp;
 use super::rule::Rule;
 
 /// An instruction. The registers are named as in the manual: `d` destination, `n` first operand or base, `m` second operand or
@@ -300,6 +301,9 @@ pub enum Instruction {
     SupervisorCall,
     /// BKPT.
     Breakpoint(u8),
+
+    /// An instruction of the DSP extension.
+    Dsp(Dsp),
 
     /// UNDEFINED by this rule.
     Undefined(Rule),

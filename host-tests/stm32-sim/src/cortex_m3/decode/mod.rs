@@ -3,6 +3,7 @@
 //! The tables are those of chapter A5 of the ARM ARM (ARMv7-M Architecture Reference Manual, DDI 0403E), one function per table;
 //! the conditions on registers are from the page of the instruction in A7.7.
 
+pub mod dsp;
 pub mod instruction;
 pub mod rule;
 

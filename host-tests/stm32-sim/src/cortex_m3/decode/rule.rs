@@ -17,6 +17,8 @@ pub enum Rule {
     AdvancedSimd,
     /// UNDEFINED: there is no coprocessor.
     NoCoprocessor,
+    /// A floating-point instruction of the Cortex-M4: it is not modelled.
+    FloatingPoint,
     /// UNDEFINED: a store relative to PC.
     StoreToPc,
     /// UNPREDICTABLE: a bit in parentheses.
@@ -66,6 +68,7 @@ impl Rule {
                 "an instruction of Advanced SIMD, which is not in this profile (A5.3)"
             }
             Self::NoCoprocessor => "an instruction for a coprocessor (A5.3.18, B1.5.14 NOCP)",
+            Self::FloatingPoint => "a floating-point instruction, which is not modelled (A5.3.18)",
             Self::StoreToPc => "a store with Rn = PC (A5.3.10, A7.7.161)",
             Self::ShouldBe => "a bit in parentheses has the other value (A5.1.2)",
             Self::StackPointerOrPc => "a register is SP or PC (A5.1.2, A5.1.3)",

@@ -3,7 +3,6 @@
 use super::super::CortexM3;
 use super::super::decode::instruction::{Index, Register, Size};
 use super::super::fault::{FaultKind, Result};
-use super::super::memory::{RAM_SIZE, RAM_START, flash_offset};
 use crate::io::{Io, Width};
 
 /// The bit-band alias of RAM: a word for each bit from 0x2000_0000 on.
@@ -171,7 +170,7 @@ impl CortexM3 {
         }
         if PERIPHERALS.contains(&address)
             || DEBUG.contains(&address)
-            || flash_offset(address).is_some()
+            || self.memory.is_flash(address)
         {
             return self.write_io(io, address, width, value);
         }
@@ -189,7 +188,7 @@ impl CortexM3 {
             let before = self.read_io(io, word, Width::Word)?;
             return self.write_io(io, word, Width::Word, with_bit(before));
         }
-        let is_ram = RAM_BITS.contains(&address) && word < RAM_START + RAM_SIZE as u32;
+        let is_ram = RAM_BITS.contains(&address) && self.memory.is_ram(word);
         match self.memory.word(word) {
             Some(before) if is_ram => {
                 self.memory.write(word, with_bit(before).to_le_bytes());

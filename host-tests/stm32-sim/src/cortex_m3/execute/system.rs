@@ -72,7 +72,11 @@ impl CortexM3 {
     /// MSR: except for the flags it requires privilege; IPSR and EPSR ignore writes.
     pub(super) fn set_special(&mut self, number: u8, value: u32) {
         if number < 4 {
-            self.registers.flags = Flags::from_bits(value);
+            let flags = &mut self.registers.flags;
+            *flags = Flags {
+                greater_equal: flags.greater_equal,
+                ..Flags::from_bits(value)
+            };
         }
         if !self.registers.is_privileged() {
             return;

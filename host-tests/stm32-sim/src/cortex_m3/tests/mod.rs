@@ -1,12 +1,14 @@
 //! Tests against the ARM ARM, with small programs.
 
+mod cortex_m4;
 mod cycles;
 mod exceptions;
+mod faults;
 mod instructions;
 mod machine;
 mod timer;
 
-use super::{CortexM3, Fault, FaultKind, Pause};
+use super::{CortexM3, Fault, FaultKind, MemorySizes, Model, Pause};
 use crate::io::{AccessError, Io, Width};
 
 /// Start address of programs.
@@ -68,7 +70,19 @@ impl Io for OneRegister {
 
 /// A processor at the start of this program. Every handler returns at once.
 fn processor(code: &[u16]) -> CortexM3 {
-    let mut processor = CortexM3::new();
+    started(CortexM3::new(), code)
+}
+
+/// The same for the processor of the STM32F446RE.
+fn cortex_m4(code: &[u16]) -> CortexM3 {
+    let sizes = MemorySizes {
+        flash: 512 * 1024,
+        ram: 128 * 1024,
+    };
+    started(CortexM3::with(Model::CortexM4, sizes), code)
+}
+
+fn started(mut processor: CortexM3, code: &[u16]) -> CortexM3 {
     put(
         &mut processor,
         0x0800_0000,

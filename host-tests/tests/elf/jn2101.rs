@@ -1,24 +1,13 @@
-//! The image of the JN2101 for the Blue Pill, run on the simulated microcontroller.
+//! The image of the JN2101.
 
+use crate::rig::{blank, elf, image};
 use bench::NodeType;
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Duration, Instant, after, millis};
-use std::rc::Rc;
-use std::sync::OnceLock;
 use stm32_sim::Microcontroller;
-use stm32_sim::elf::Image;
-use stm32_sim::firmware;
-
-fn elf() -> &'static [u8] {
-    static ELF: OnceLock<Vec<u8>> = OnceLock::new();
-    ELF.get_or_init(|| {
-        let images = firmware::build().expect("the firmware builds");
-        std::fs::read(&images["jn2101"]).expect("the image can be read")
-    })
-}
 
 fn node_type() -> NodeType {
     NodeType::find("jn2101").expect("a product")
@@ -39,8 +28,7 @@ fn level(temperature: i16) -> Box<Reading> {
 }
 
 fn microcontroller(serial: u32, motion: Box<dyn Motion>) -> Microcontroller {
-    let image = Image::parse(elf()).expect("an image");
-    Microcontroller::new("jn2101", Rc::new(image), serial, Flash::default(), motion)
+    Microcontroller::new("jn2101", image("jn2101"), serial, blank(), motion)
 }
 
 /// A sensor and a tester on a bus with 125 kbit/s.
@@ -422,7 +410,7 @@ fn image_and_stack_fit_into_flash_and_ram() {
     bench.wait(2500);
     bench.bus.send(bench.tester, frame("60A#2310100173617665"));
     bench.wait(200);
-    let size = stm32_sim::image::Size::of(elf()).expect("an image");
+    let size = stm32_sim::image::Size::of(elf("jn2101")).expect("an image");
     let stack = bench.chip().peak_stack();
     assert!(size.flash <= 30 * 1024, "{} bytes of flash", size.flash);
     assert!(stack <= 2 * 1024, "{stack} bytes of stack");

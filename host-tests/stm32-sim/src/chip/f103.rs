@@ -1,0 +1,80 @@
+//! STM32F103C8 on a Blue Pill. The address map is that of RM0008, table 3, the clock gates those of section 7.3.
+
+use super::{Board, Facts, Module};
+use crate::cortex_m3::{MemorySizes, Model};
+use crate::dbgmcu;
+use crate::gpio::{Pin, PortName};
+use crate::rcc::Gate;
+use bench::Geometry;
+use std::ops::Range;
+
+/// The flash before the parameters.
+const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
+
+/// The facts.
+pub const FACTS: Facts = Facts {
+    name: "STM32F103C8",
+    processor: Model::CortexM3,
+    // DS5319, figure 11.
+    memory: MemorySizes {
+        flash: 64 * 1024,
+        ram: 20 * 1024,
+    },
+    program: &[PROGRAM],
+    parameters: 0x0800_F800..0x0801_0000,
+    geometry: Geometry::STM32F103,
+    hsi: 8_000_000,
+    // DS5319, table 25.
+    lsi: [30_000, 40_000, 60_000],
+    // RM0008, table 63.
+    spi_interrupt: 35,
+    // RM0008, chapter 30.
+    flash_size_at: 0x1FFF_F7E0,
+    unique_id_at: 0x1FFF_F7E8,
+    board: Board {
+        pulses: Pin(PortName::B, 8),
+        transmit: Pin(PortName::B, 9),
+        select: Pin(PortName::A, 4),
+        run: (Pin(PortName::C, 13), false),
+        error: Pin(PortName::B, 12),
+        module_green: Pin(PortName::B, 13),
+        module_red: Pin(PortName::B, 14),
+        heater: Pin(PortName::B, 0),
+        termination: Pin(PortName::B, 1),
+    },
+};
+
+pub(super) fn module(base: u32) -> Option<Module> {
+    Some(match base {
+        0x1FFF_F000..0x2000_0000 => Module::Signature,
+        0x4000_0400 => Module::Tim3,
+        0x4000_0800 => Module::Tim4,
+        0x4000_3000 => Module::Iwdg,
+        0x4000_6400 => Module::Can,
+        0x4000_7000 => Module::Pwr,
+        0x4001_0000 => Module::Afio,
+        0x4001_0800 => Module::Gpio(PortName::A),
+        0x4001_0C00 => Module::Gpio(PortName::B),
+        0x4001_1000 => Module::Gpio(PortName::C),
+        0x4001_1400 => Module::Gpio(PortName::D),
+        0x4001_1800 => Module::Gpio(PortName::E),
+        0x4001_3000 => Module::Spi,
+        0x4002_1000 => Module::Rcc,
+        0x4002_2000 => Module::Flash,
+        dbgmcu::BASE => Module::Dbgmcu,
+        _ => return None,
+    })
+}
+
+pub(super) fn gate(module: Module) -> Option<Gate> {
+    match module {
+        Module::Tim3 => Some(Gate::Apb1(1)),
+        Module::Tim4 => Some(Gate::Apb1(2)),
+        Module::Can => Some(Gate::Apb1(25)),
+        Module::Pwr => Some(Gate::Apb1(28)),
+        Module::Afio => Some(Gate::Apb2(0)),
+        Module::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
+        Module::Spi => Some(Gate::Apb2(12)),
+        _ => None,
+    }
+}

@@ -1,0 +1,75 @@
+//! STM32F446RE on a Nucleo-F446RE. The address map is that of RM0390, table 1, the clock gates those of section 6.3.
+
+use super::{Board, Facts, Module};
+use crate::cortex_m3::{MemorySizes, Model};
+use crate::dbgmcu;
+use crate::gpio::{Pin, PortName};
+use crate::rcc::Gate;
+use bench::Geometry;
+
+/// The facts.
+pub const FACTS: Facts = Facts {
+    name: "STM32F446RE",
+    processor: Model::CortexM4,
+    // RM0390, sections 2.2.3 and 2.2.4: SRAM1 and SRAM2 follow each other.
+    memory: MemorySizes {
+        flash: 512 * 1024,
+        ram: 128 * 1024,
+    },
+    program: &[0x0800_0000..0x0800_8000, 0x0801_0000..0x0808_0000],
+    // Sectors 2 and 3 (RM0390, table 5).
+    parameters: 0x0800_8000..0x0801_0000,
+    geometry: Geometry::STM32F446,
+    hsi: 16_000_000,
+    // DS10693, table of LSI characteristics.
+    lsi: [17_000, 32_000, 47_000],
+    // RM0390, table 38.
+    spi_interrupt: 36,
+    // RM0390, chapter 34.
+    flash_size_at: 0x1FFF_7A22,
+    unique_id_at: 0x1FFF_7A10,
+    board: Board {
+        pulses: Pin(PortName::B, 8),
+        transmit: Pin(PortName::A, 12),
+        select: Pin(PortName::B, 12),
+        run: (Pin(PortName::A, 5), true),
+        error: Pin(PortName::B, 10),
+        module_green: Pin(PortName::C, 6),
+        module_red: Pin(PortName::C, 7),
+        heater: Pin(PortName::B, 0),
+        termination: Pin(PortName::B, 1),
+    },
+};
+
+pub(super) fn module(base: u32) -> Option<Module> {
+    Some(match base {
+        0x1FFF_7800 => Module::Signature,
+        0x4000_0400 => Module::Tim3,
+        0x4000_0800 => Module::Tim4,
+        0x4000_3000 => Module::Iwdg,
+        0x4000_3800 => Module::Spi,
+        0x4000_6400 => Module::Can,
+        0x4000_7000 => Module::Pwr,
+        0x4002_0000 => Module::Gpio(PortName::A),
+        0x4002_0400 => Module::Gpio(PortName::B),
+        0x4002_0800 => Module::Gpio(PortName::C),
+        0x4002_0C00 => Module::Gpio(PortName::D),
+        0x4002_1000 => Module::Gpio(PortName::E),
+        0x4002_3800 => Module::Rcc,
+        0x4002_3C00 => Module::Flash,
+        dbgmcu::BASE => Module::Dbgmcu,
+        _ => return None,
+    })
+}
+
+pub(super) fn gate(module: Module) -> Option<Gate> {
+    match module {
+        Module::Tim3 => Some(Gate::Apb1(1)),
+        Module::Tim4 => Some(Gate::Apb1(2)),
+        Module::Can => Some(Gate::Apb1(25)),
+        Module::Pwr => Some(Gate::Apb1(28)),
+        Module::Gpio(port) => Some(Gate::Ahb1(port as u8)),
+        Module::Spi => Some(Gate::Apb1(14)),
+        _ => None,
+    }
+}

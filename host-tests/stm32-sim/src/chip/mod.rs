@@ -1,0 +1,182 @@
+//! The two microcontrollers on their boards: what differs between them, as tables. All other modules are shared.
+//!
+//! | | [`f103`] | [`f446`] |
+//! |---|---|---|
+//! | microcontroller, board | STM32F103C8, Blue Pill | STM32F446RE, Nucleo-F446RE |
+//! | processor | Cortex-M3 | Cortex-M4 with the DSP extension |
+//! | manuals | RM0008, PM0075 (flash), DS5319 | RM0390, PM0214 (processor), DS10693 |
+
+pub mod f103;
+pub mod f446;
+
+use super::cortex_m3::{MemorySizes, Model};
+use super::gpio::Pin;
+use super::rcc::Gate;
+use bench::Geometry;
+use std::ops::Range;
+
+/// A microcontroller on its board.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub enum Chip {
+    /// STM32F103C8 on a Blue Pill.
+    F103,
+    /// STM32F446RE on a Nucleo-F446RE.
+    F446,
+}
+
+/// The facts of a microcontroller and its board that are numbers.
+#[derive(Debug)]
+pub struct Facts {
+    /// The name of the microcontroller.
+    pub name: &'static str,
+    /// The processor.
+    pub processor: Model,
+    /// Flash and RAM.
+    pub memory: MemorySizes,
+    /// The flash of the program.
+    pub program: &'static [Range<u32>],
+    /// The flash of the parameters.
+    pub parameters: Range<u32>,
+    /// The pages of the parameters.
+    pub geometry: Geometry,
+    /// The internal oscillator HSI in Hz.
+    pub hsi: u32,
+    /// The internal oscillator LSI in Hz: lowest, typical, highest.
+    pub lsi: [u32; 3],
+    /// The interrupt of the SPI at the accelerometer.
+    pub spi_interrupt: u8,
+    /// The address of the flash size in the electronic signature.
+    pub flash_size_at: u32,
+    /// The address of the unique device identifier.
+    pub unique_id_at: u32,
+    /// The pins of the board.
+    pub board: Board,
+}
+
+/// The pins of a board as in the README.
+#[derive(Debug)]
+pub struct Board {
+    /// RXD of the CAN transceiver at the timer of the bit rate detection.
+    pub pulses: Pin,
+    /// TXD of the CAN transceiver.
+    pub transmit: Pin,
+    /// Chip select of the accelerometer.
+    pub select: Pin,
+    /// The run LED, and its level when it is on.
+    pub run: (Pin, bool),
+    /// The error LED, on when high.
+    pub error: Pin,
+    /// The green module LED, on when high.
+    pub module_green: Pin,
+    /// The red module LED, on when high.
+    pub module_red: Pin,
+    /// The switch of the heater, on when high.
+    pub heater: Pin,
+    /// The switch of the terminating resistor, on when high.
+    pub termination: Pin,
+}
+
+/// A peripheral.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Module {
+    /// Electronic signature.
+    Signature,
+    /// TIM3.
+    Tim3,
+    /// TIM4.
+    Tim4,
+    /// The independent watchdog.
+    Iwdg,
+    /// Power control.
+    Pwr,
+    /// The CAN controller: CAN, or CAN1.
+    Can,
+    /// Alternate functions of the STM32F103.
+    Afio,
+    /// A port.
+    Gpio(super::gpio::PortName),
+    /// The SPI at the accelerometer: SPI1, or SPI2.
+    Spi,
+    /// Reset and clock control.
+    Rcc,
+    /// The flash interface.
+    Flash,
+    /// Debug support.
+    Dbgmcu,
+}
+
+impl Chip {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::F103, Self::F446];
+
+    /// The facts.
+    #[inline]
+    pub const fn facts(self) -> &'static Facts {
+        match self {
+            Self::F103 => &f103::FACTS,
+            Self::F446 => &f446::FACTS,
+        }
+    }
+
+    /// The peripheral in the 1 KiB that begin at this address.
+    pub(super) fn module(self, base: u32) -> Option<Module> {
+        match self {
+            Self::F103 => f103::module(base),
+            Self::F446 => f446::module(base),
+        }
+    }
+
+    /// The clock gate of a peripheral; None: it always has a clock.
+    pub(super) fn gate(self, module: Module) -> Option<Gate> {
+        match self {
+            Self::F103 => f103::gate(module),
+            Self::F446 => f446::gate(module),
+        }
+    }
+
+    /// The name of a peripheral.
+    pub(super) fn name_of(self, module: Module) -> &'static str {
+        match (module, self) {
+            (Module::Signature, _) => "electronic signature",
+            (Module::Tim3, _) => "TIM3",
+            (Module::Tim4, _) => "TIM4",
+            (Module::Iwdg, _) => "IWDG",
+            (Module::Pwr, _) => "PWR",
+            (Module::Can, Self::F103) => "CAN",
+            (Module::Can, Self::F446) => "CAN1",
+            (Module::Afio, _) => "AFIO",
+            (Module::Gpio(_), _) => "GPIO",
+            (Module::Spi, Self::F103) => "SPI1",
+            (Module::Spi, Self::F446) => "SPI2",
+            (Module::Rcc, _) => "RCC",
+            (Module::Flash, _) => "FLASH",
+            (Module::Dbgmcu, _) => "DBGMCU",
+        }
+    }
+
+    /// The RAM.
+    pub(super) fn ram(self) -> Range<u32> {
+        const START: u32 = 0x2000_0000;
+        START..START + self.facts().memory.ram as u32
+    }
+}
+
+impl Module {
+    /// The peripherals of RCC's reset registers.
+    pub(super) const WITH_RESET: [Self; 11] = {
+        use super::gpio::PortName as P;
+        [
+            Self::Tim3,
+            Self::Tim4,
+            Self::Pwr,
+            Self::Can,
+            Self::Afio,
+            Self::Gpio(P::A),
+            Self::Gpio(P::B),
+            Self::Gpio(P::C),
+            Self::Gpio(P::D),
+            Self::Gpio(P::E),
+            Self::Spi,
+        ]
+    };
+}

@@ -1,0 +1,91 @@
+//! Faults as exceptions (ARM ARM B1.5.14 and B3.2.15): the fault status registers, escalation to HardFault, and lockup.
+//!
+//! A fault is precise here. On the chip a store can be reported some instructions later, without its address (IMPRECISERR).
+//! Accesses and instructions that the manuals forbid without a defined effect are no faults of the chip: they end the run.
+
+use super::CortexM3;
+use super::exceptions::{BUS_FAULT, HARD_FAULT, USAGE_FAULT};
+use super::fault::{Fault, FaultKind};
+use crate::io::AccessError;
+
+// CFSR.
+const INSTRUCTION_BUS_ERROR: u32 = 1 << 8;
+const PRECISE_BUS_ERROR: u32 = 1 << 9;
+const STACKING_ERROR: u32 = 1 << 12;
+const BUS_ADDRESS_VALID: u32 = 1 << 15;
+const UNDEFINED_INSTRUCTION: u32 = 1 << 16;
+const INVALID_STATE: u32 = 1 << 17;
+const INVALID_RETURN: u32 = 1 << 18;
+const UNALIGNED: u32 = 1 << 24;
+const DIVISION_BY_ZERO: u32 = 1 << 25;
+
+/// HFSR: escalated to HardFault.
+const FORCED: u32 = 1 << 30;
+
+/// The fault status registers.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct FaultStatus {
+    /// CFSR: the bits of memory management, bus and usage faults.
+    pub configurable: u32,
+    /// HFSR.
+    pub hard: u32,
+    /// BFAR.
+    pub bus_address: u32,
+}
+
+impl Fault {
+    /// The exception of this fault and its bits in CFSR; None for an operation that the chip does not report.
+    fn status(&self) -> Option<(u16, u32)> {
+        let data_bus_error = PRECISE_BUS_ERROR | BUS_ADDRESS_VALID;
+        Some(match self.kind {
+            FaultKind::Unmapped(address) if address == self.pc => {
+                (BUS_FAULT, INSTRUCTION_BUS_ERROR)
+            }
+            FaultKind::Unmapped(_) | FaultKind::Access(_, AccessError::Unmapped) => {
+                (BUS_FAULT, data_bus_error)
+            }
+            FaultKind::Stacking(_) => (BUS_FAULT, STACKING_ERROR),
+            FaultKind::Undefined(_) => (USAGE_FAULT, UNDEFINED_INSTRUCTION),
+            FaultKind::InvalidState(_) => (USAGE_FAULT, INVALID_STATE),
+            FaultKind::InvalidReturn(..) => (USAGE_FAULT, INVALID_RETURN),
+            FaultKind::Unaligned(_) => (USAGE_FAULT, UNALIGNED),
+            FaultKind::DivisionByZero => (USAGE_FAULT, DIVISION_BY_ZERO),
+            FaultKind::Escalation => (HARD_FAULT, 0),
+            FaultKind::Unpredictable(_) | FaultKind::Access(..) | FaultKind::System(..) => {
+                return None;
+            }
+        })
+    }
+}
+
+impl CortexM3 {
+    /// Takes a fault of the last run as an exception: its handler runs next. In a handler of a fault or NMI the processor locks up,
+    /// until a reset. False if the chip does not report this operation as a fault.
+    #[must_use]
+    pub fn take_fault(&mut self, fault: &Fault) -> bool {
+        let Some((number, bits)) = fault.status() else {
+            return false;
+        };
+        self.faults.configurable |= bits;
+        if bits & BUS_ADDRESS_VALID != 0 {
+            self.faults.bus_address = fault.address;
+        }
+        let taken = self.system.has_handler(number)
+            && self.exceptions.preempts(number, &self.registers, true);
+        let number = if taken { number } else { HARD_FAULT };
+        if number == HARD_FAULT {
+            self.faults.hard |= FORCED;
+        }
+        if !self.exceptions.preempts(number, &self.registers, true) {
+            self.locked_up = true;
+            return true;
+        }
+        self.locked_up = self.enter_fault(number).is_err();
+        true
+    }
+
+    /// True after a fault in the handler of a fault or NMI: only a reset ends this state.
+    pub fn is_locked_up(&self) -> bool {
+        self.locked_up
+    }
+}

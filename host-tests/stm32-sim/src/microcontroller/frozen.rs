@@ -1,0 +1,62 @@
+//! Periods in which the processor executes nothing and time passes: a debugger halts it, its clock has stopped, or the supply is too
+//! low.
+
+use super::Microcontroller;
+use crate::rcc::ResetCause;
+use can_wire::protocol::Picoseconds;
+
+impl Microcontroller {
+    /// A debugger halts the processor. The peripherals go on, except those that DBGMCU_CR stops.
+    pub fn halt(&mut self) {
+        self.halted = true;
+    }
+
+    /// The debugger lets the processor go on at this time.
+    pub fn resume(&mut self, now: Picoseconds) {
+        let length = now - self.time();
+        if self.io.dbgmcu.stops_watchdog() {
+            self.io.iwdg.delay(length);
+        }
+        self.io.rcc.go_on(self.core.cycle(), now);
+        self.halted = false;
+    }
+
+    /// True while the processor executes nothing: it is halted, has no clock, or the supply is too low.
+    pub(super) fn is_frozen(&self) -> bool {
+        self.halted || self.io.rcc.is_stopped() || self.io.pwr.is_down()
+    }
+
+    /// Starts with the supply at this time.
+    pub(super) fn start(&mut self, time: Picoseconds) {
+        self.on = true;
+        self.io.power_on(self.core.cycle(), time);
+        self.core.overwrite_ram();
+        self.reset(ResetCause::PowerOn);
+        self.parameters_touched = true;
+    }
+
+    /// When a processor that executes nothing starts again: by the watchdog or by the supply.
+    pub(super) fn wakes_at(&self) -> Option<Picoseconds> {
+        if self.io.pwr.is_down() {
+            return self.io.pwr.next_event();
+        }
+        let stops = self.halted && self.io.dbgmcu.stops_watchdog();
+        self.io.iwdg.expires_at().filter(|_| !stops)
+    }
+
+    /// Passes the time up to `now` without executing anything. True after a start.
+    pub(super) fn wait(&mut self, now: Picoseconds) -> bool {
+        let Some(time) = self.wakes_at().filter(|time| *time <= now) else {
+            return false;
+        };
+        if self.io.pwr.is_down() {
+            self.io.pwr.goes_down(time);
+            self.start(time);
+        } else {
+            self.halted = false;
+            self.io.rcc.go_on(self.core.cycle(), time);
+            self.reset(ResetCause::Watchdog);
+        }
+        true
+    }
+}

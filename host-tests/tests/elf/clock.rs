@@ -1,0 +1,122 @@
+//! Failures of the crystal: it does not start, or it stops.
+
+use crate::rig::*;
+use bench::BusRate;
+use plumbline::can::BitRate;
+use stm32_sim::rcc::ResetCause;
+
+const RATE: BitRate = BitRate::K500;
+
+/// Stops the crystal while the sensor drives the bus dominant.
+fn stop_crystal_in_a_frame(rig: &mut Rig) {
+    rig.send(&[fsc::INCLINATION]);
+    rig.wait_until(1, 10, is_dominant);
+    let (io, now) = rig.io();
+    io.rcc.stop_crystal(now);
+}
+
+/// True while the sensor drives the bus dominant.
+fn is_dominant(rig: &Rig) -> bool {
+    rig.device().protocol().is_some_and(|it| it.is_dominant())
+}
+
+#[test]
+fn bus_is_recessive_after_crystal_stops_in_a_frame() {
+    for name in MODELS {
+        let mut rig = Rig::booted(name, RATE);
+        stop_crystal_in_a_frame(&mut rig);
+        rig.expect_reset(ResetCause::Software);
+        // NMI and some instructions at 8 MHz.
+        for _ in 0..10_000 {
+            rig.run_us(20);
+            assert!(!is_dominant(&rig), "{name}: dominant at {}", rig.bus.now());
+        }
+    }
+}
+
+#[test]
+fn sensor_waits_for_a_crystal_that_has_stopped_and_goes_on() {
+    let mut rig = Rig::booted("is2", RATE);
+    stop_crystal_in_a_frame(&mut rig);
+    rig.expect_reset(ResetCause::Software);
+    rig.run(20_000);
+    assert_eq!(
+        rig.device().boots(),
+        2,
+        "one restart, no resets by the watchdog"
+    );
+    assert!(rig.device().leds().error);
+    rig.frames();
+    rig.io().0.rcc.break_crystal(false);
+    rig.boot_up();
+    rig.poll();
+    assert!(!rig.device().leds().error);
+}
+
+#[test]
+fn heater_is_off_after_crystal_stops() {
+    let mut rig = Rig::booted("is2tk", BitRate::K50);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    let (io, now) = rig.io();
+    io.rcc.stop_crystal(now);
+    rig.expect_reset(ResetCause::Software);
+    rig.run_us(20);
+    assert_eq!(rig.microcontroller().heater(), 0);
+    rig.run(5_000);
+    assert_eq!(rig.microcontroller().heater(), 0);
+}
+
+/// A log message between the two can take long. Without it, the time between them is shorter than a step of the bus, so that it is
+/// seen at some phases only.
+#[test]
+fn bus_is_recessive_and_heater_off_before_the_reset() {
+    let is_safe = |phase: u64| {
+        let mut rig = Rig::booted("is2tk", RATE);
+        rig.run(500);
+        assert!(rig.microcontroller().heater() > 0);
+        stop_crystal_in_a_frame(&mut rig);
+        let (io, now) = rig.io();
+        io.rcc.stop_crystal(now + phase * 125_000);
+        rig.expect_reset(ResetCause::Software);
+        let mut last = (true, u16::MAX);
+        while rig.device().boots() == 1 {
+            last = (is_dominant(&rig), rig.microcontroller().heater());
+            rig.run_us(1);
+        }
+        last == (false, 0)
+    };
+    assert!((0..8).any(is_safe));
+}
+
+#[test]
+fn sensor_without_a_crystal_shows_the_error_led_and_stays_off_the_bus() {
+    for name in MODELS {
+        for lsi in [30_000, 60_000] {
+            let mut rig = Rig::with(name, BusRate::Fixed(RATE), fixed(name, RATE));
+            let (io, _) = rig.io();
+            io.iwdg.set_lsi(lsi);
+            io.rcc.break_crystal(true);
+            rig.run(1_000);
+            assert!(rig.device().leds().error, "{name}");
+            rig.run(20_000);
+            assert!(rig.device().leds().error, "{name}");
+            assert_eq!(rig.device().boots(), 1, "{name}: no reset");
+            assert!(rig.log.is_empty());
+            rig.io().0.rcc.break_crystal(false);
+            rig.boot_up();
+            rig.poll();
+        }
+    }
+}
+
+#[test]
+fn crystal_that_starts_after_a_second_is_used() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
+    rig.io().0.rcc.break_crystal(true);
+    rig.run(1_000);
+    rig.io().0.rcc.break_crystal(false);
+    rig.boot_up();
+    assert_eq!(rig.poll()[1], 0);
+    assert!(!rig.device().leds().error);
+}

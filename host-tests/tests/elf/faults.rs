@@ -1,0 +1,115 @@
+//! Faults of the program: the handlers of the image make CAN_TX recessive, switch the heater off and reset.
+
+use crate::rig::*;
+use plumbline::can::BitRate;
+use stm32_sim::rcc::ResetCause;
+
+const RATE: BitRate = BitRate::K500;
+
+/// Free flash below the parameters, for code of a test.
+const CODE: u32 = 0x0800_F000;
+
+/// Executes this code in the main loop, with R0 and R1, from the moment at which `when` is true.
+fn execute(rig: &mut Rig, code: &[u16], registers: [u32; 2], when: impl Fn(&Rig) -> bool) {
+    rig.microcontroller_mut().take_faults();
+    rig.wait_until(1, 100, |rig| {
+        let core = rig.microcontroller().core();
+        core.active_exception() == 0 && !core.is_asleep() && when(rig)
+    });
+    let bytes: Vec<u8> = code.iter().flat_map(|it| it.to_le_bytes()).collect();
+    let core = rig.microcontroller_mut().core_mut();
+    assert!(core.load(CODE, &bytes));
+    for (number, value) in (0..).zip(registers) {
+        core.set_register(number, value);
+    }
+    // Not in an IT block.
+    core.set_xpsr(0);
+    core.set_register(15, CODE);
+}
+
+/// A heated sensor that heats and is in the middle of a frame.
+fn busy(rig: &mut Rig) {
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    rig.send(&[fsc::INCLINATION]);
+}
+
+fn is_dominant(rig: &Rig) -> bool {
+    rig.device().protocol().is_some_and(|it| it.is_dominant())
+}
+
+/// After a fault of this code the bus is recessive, the heater is off and the sensor starts again, all within some microseconds.
+fn restarts(code: &[u16], registers: [u32; 2]) {
+    let mut rig = Rig::booted("is2tk", RATE);
+    busy(&mut rig);
+    execute(&mut rig, code, registers, is_dominant);
+    rig.expect_reset(ResetCause::Software);
+    rig.run_us(20);
+    assert_eq!(rig.device().boots(), 2, "a reset within 20 us");
+    assert!(!is_dominant(&rig));
+    assert_eq!(rig.microcontroller().heater(), 0);
+    rig.frames();
+    rig.boot_up();
+    rig.poll();
+}
+
+#[test]
+fn undefined_instruction_restarts_the_sensor() {
+    restarts(&[0xDE00], [0; 2]);
+}
+
+#[test]
+fn access_to_an_unmapped_address_restarts_the_sensor() {
+    // LDR R0, [R1]
+    restarts(&[0x6808], [0, 0x6000_0000]);
+}
+
+/// EXTI0, which the firmware does not use: enabled and pending.
+#[test]
+fn unexpected_interrupt_restarts_the_sensor() {
+    // STR R0, [R1]; ADDS R1, #80h; ADDS R1, #80h; STR R0, [R1]; B .
+    let code = [0x6008, 0x3180, 0x3180, 0x6008, 0xE7FE];
+    restarts(&code, [1 << 6, 0xE000_E100]);
+}
+
+#[test]
+fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
+    for name in ["is2", "jn2101"] {
+        let flash = if name == "is2" {
+            fixed(name, RATE)
+        } else {
+            Default::default()
+        };
+        let mut rig = Rig::with(name, bench::BusRate::Fixed(RATE), flash);
+        rig.run(500);
+        let statics = |rig: &Rig| {
+            let microcontroller = rig.microcontroller();
+            let image = microcontroller.image();
+            let range = image.statics();
+            let length = (range.end - range.start) as usize;
+            let bytes = microcontroller.core().bytes(range.start, length);
+            bytes.expect("RAM").to_vec()
+        };
+        // PUSH {R0-R7, LR}; B to it.
+        execute(&mut rig, &[0xB5FF, 0xE7FD], [0xDEAD_BEEF; 2], |_| true);
+        rig.expect_reset(ResetCause::Software);
+        let mut last = statics(&rig);
+        while rig.device().boots() == 1 {
+            last = statics(&rig);
+            rig.run_us(1);
+        }
+        let marked = last
+            .windows(4)
+            .filter(|it| **it == 0xDEAD_BEEF_u32.to_le_bytes());
+        assert_eq!(marked.count(), 0, "{name}: overwritten static variables");
+        assert_eq!(
+            rig.microcontroller().faults().len(),
+            1,
+            "{:?}",
+            rig.microcontroller().faults()
+        );
+        rig.run(1000);
+        assert_eq!(rig.device().boots(), 2);
+        rig.ignore_stack();
+    }
+}

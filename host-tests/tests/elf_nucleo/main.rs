@@ -1,0 +1,48 @@
+//! The tests of `tests/elf` with the images that are flashed to the Nucleo. Those that take long and do not depend on the board are
+//! left out.
+
+#![allow(
+    dead_code,
+    unused_imports,
+    reason = "only the tests that are left out use it"
+)]
+
+use stm32_sim::chip::Chip;
+
+/// The microcontroller.
+const CHIP: Chip = Chip::F446;
+
+/// Tests that only the Blue Pill runs.
+macro_rules! blue_pill_only {
+    ($($item:item)*) => {};
+}
+
+#[path = "../elf/rig.rs"]
+mod rig;
+
+#[path = "../elf/accelerometer.rs"]
+mod accelerometer;
+#[path = "../elf/boot.rs"]
+mod boot;
+#[path = "../elf/can_faults.rs"]
+mod can_faults;
+#[path = "../elf/clock.rs"]
+mod clock;
+#[path = "../elf/detection.rs"]
+mod detection;
+#[path = "../elf/errors.rs"]
+mod errors;
+#[path = "../elf/jn2101.rs"]
+mod jn2101;
+#[path = "../elf/load.rs"]
+mod load;
+#[path = "../elf/memory.rs"]
+mod memory;
+#[path = "../elf/supply.rs"]
+mod supply;
+#[path = "../elf/timing.rs"]
+mod timing;
+#[path = "../elf/traces.rs"]
+mod traces;
+#[path = "../elf/vibration.rs"]
+mod vibration;
