@@ -91,7 +91,7 @@ macro_rules! firmware {
         );
 
         #[cfg(target_os = "none")]
-        static LINK: $crate::link::Shared<$node> = $crate::link::Shared::EMPTY;
+        static LINK: $crate::link::Shared<$node> = $crate::link::Shared::empty();
 
         /// The receive interrupt of the CAN controller. The vector table of the board contains it.
         #[cfg(target_os = "none")]

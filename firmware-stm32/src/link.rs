@@ -103,7 +103,9 @@ pub type LinkOf<N> = Link<<N as Divided>::Application, <N as Divided>::Protocol>
 
 impl<N: Divided> Shared<N> {
     /// Before the start of the node.
-    pub const EMPTY: Self = Self(Mutex::new(RefCell::new(None)));
+    pub const fn empty() -> Self {
+        Self(Mutex::new(RefCell::new(None)))
+    }
 
     /// Takes the communicating half of the node, and memory for frames that wait. The CAN interrupts must not be enabled yet.
     pub fn start(

@@ -58,6 +58,8 @@ pub struct Protocol {
     pub sync: Message,
     /// The first bytes of its reply that tell it from other frames of this identifier.
     pub sync_code: usize,
+    /// A request that is answered before the first measurement; its reply begins with as many bytes as that of `read`.
+    pub starting: Message,
     /// Each filter.
     pub filters: &'static [Filter],
     /// Sets the filter with the longest computing time.
@@ -211,6 +213,7 @@ const FSC: Protocol = Protocol {
     read_code: 1,
     sync: Message(0x100, &[]),
     sync_code: 1,
+    starting: request(&[0x00]),
     filters: &[
         Filter {
             settings: &[request(&[0x27, 0xD0, 0x07, 0])],
@@ -322,6 +325,8 @@ const CANOPEN: Protocol = Protocol {
     read_code: 4,
     sync: Message(0x080, &[]),
     sync_code: 0,
+    // The device type.
+    starting: sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
     filters: &[
         Filter {
             settings: &[sdo(&[0x2F, 0x43, 0x20, 0, 0, 0, 0, 0])],

@@ -334,7 +334,7 @@ pub const ROWS: &[Row] = &[
     time(
         "boot_worst",
         "- request, after the boot-up message",
-        "the longest time of the reply to the inclination request in the first 12 ms after the boot-up message, from power-up with a saved bit rate: at \
+        "the longest time of the reply to a request in the first 12 ms after the boot-up message, from power-up with a saved bit rate: at \
          phases 2 us apart, of those while the processor sleeps one",
     ),
 ];

@@ -40,8 +40,7 @@ fn first_frame_is_sent_within_30_ms() {
 fn first_angle_is_sent_within_60_ms_and_is_exact() {
     for name in MODELS {
         let mut rig = switched_on(name);
-        rig.run(10);
-        rig.sent();
+        rig.boot_up();
         let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
         let first = loop {
             let reply = rig.poll();

@@ -117,6 +117,8 @@ fn crystal_that_starts_after_a_second_is_used() {
     rig.run(1_000);
     rig.io().0.rcc.break_crystal(false);
     rig.boot_up();
+    // Until the first measurement.
+    rig.run(60);
     assert_eq!(rig.poll()[1], 0);
     assert!(!rig.device().leds().error);
 }

@@ -289,8 +289,7 @@ impl Scenario {
     /// Asks after the boot-up messages.
     pub(super) fn answers_after_boot(&mut self) -> Result<(), CostError> {
         let protocol = self.protocol;
-        // Before the first measurement there is no reply to a SYNC.
-        let read = self.asked(protocol.read, protocol.read_code)?;
+        let read = self.asked(protocol.starting, protocol.read_code)?;
         // This start erases a page ahead, and takes longer.
         self.rig.power_cycle();
         self.rig.run(us(SLOW_PERIOD));
