@@ -8,7 +8,7 @@
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
 use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, Watchdog};
-use crate::can::{Bus, transmit};
+use crate::can::{self, Bus, transmit};
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::link::{Link, Queue, Shared};
@@ -89,6 +89,9 @@ pub unsafe fn run<
         }
     }
 }
+
+/// The rounds of actions in one iteration of the loop, so that the watchdog is fed also if each frame causes an action.
+const ROUNDS: u8 = 8;
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
 /// are not moved over the stack.
@@ -186,10 +189,10 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
             }
             link.call(|node, now| node.bus(now, BusEvent::BitTime(time)));
         }
-        self.settle();
+        let settling = self.settle();
         let reading = self.read();
         let saving = self.save();
-        reading || saving || DETECTS && self.bus.is_urgent()
+        settling || reading || saving || DETECTS && self.bus.is_urgent()
     }
 
     /// Performs a step of a change of the bus mode.
@@ -225,7 +228,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
                 return;
             };
             let values = self.acquisition.perform(now, &task);
-            self.link.call(|node, now| node.publish(now, values));
+            self.link.call(|node, now| node.finish(now, &task, values));
         }
     }
 
@@ -235,6 +238,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
             self.link.call(|node, now| node.publish(now, values));
         }
         if let Some(reading) = self.reading.take() {
+            self.obey();
             let now = clock::now();
             let values = self.acquisition.sample(now, &reading);
             self.link.with(|link| link.node.sampled(now, values));
@@ -242,26 +246,40 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
     }
 
     /// Performs the actions of the node. The interrupts are masked only during each call.
-    fn settle(&mut self) {
+    /// Returns true if there can be more.
+    fn settle(&mut self) -> bool {
         let link = self.link;
-        loop {
+        for _ in 0..ROUNDS {
             let now = clock::now();
             if let Some(leds) = self.indicator.poll(now) {
                 self.leds.show(leds);
             }
-            if link.with(|link| link.node.is_idle(now)) {
-                return;
-            }
-            self.obey();
-            while link.with(|link| link.node.tick(now)) {}
             link.settle();
+            if link.with(|link| link.node.is_idle(now)) {
+                return false;
+            }
+            loop {
+                self.obey();
+                if !link.with(|link| link.node.tick(now)) {
+                    break;
+                }
+            }
             if let Some(patterns) = link.with(|link| link.node.patterns()) {
                 self.indicator.show(now, patterns);
             }
-            if let Some(action) = link.with(|link| link.node.action(now)) {
+            let action = link.with(|link| {
+                let action = link.node.action(now);
+                if let Some(Action::Bus(..)) = action {
+                    // In the same section, so that no frame gets into a mailbox that is aborted.
+                    can::stop();
+                }
+                action
+            });
+            if let Some(action) = action {
                 self.perform(action);
             }
         }
+        true
     }
 
     /// Reads the accelerometer step by step when a sample is due. Returns true if there is more to do at once.

@@ -116,6 +116,11 @@ pub fn phase() -> Phase {
     }
 }
 
+/// Stops to pass received frames to the node and to send its frames, until the change of the mode that follows.
+pub fn stop() {
+    set_phase(Phase::Leaving);
+}
+
 fn set_phase(phase: Phase) {
     PHASE.store(phase as u8, Ordering::Relaxed);
 }

@@ -100,7 +100,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     fn measure(&mut self, now: Instant) {
         while let Some(task) = self.communication.task(now) {
             let values = self.acquisition.perform(now, &task);
-            self.communication.publish(now, values);
+            self.communication.finish(now, &task, values);
         }
     }
 }

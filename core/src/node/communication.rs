@@ -18,7 +18,7 @@ pub struct Communication<A: Application, P> {
     step: u8,
 }
 
-/// A task for the measuring half. [`Communication::publish`] takes over its values.
+/// A task for the measuring half. [`Communication::finish`] takes over its values.
 pub enum Task<A: Application> {
     /// Apply these parameters.
     Apply(Parameters<A::Table>),
@@ -48,7 +48,10 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// it waits for a [task](Self::task), a save or a restart.
     #[inline(always)] // called for each frame
     pub fn ready(&self) -> bool {
-        self.context.shell.ready() && !self.context.changed
+        let context = &self.context;
+        // After a save, the deferred frames come first.
+        let in_order = context.saving.is_some() || !context.shell.has_deferred();
+        context.shell.ready() && in_order && !context.changed && !context.shell.changes_bus()
     }
 
     /// Handles a received frame.
@@ -97,10 +100,11 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         }
     }
 
-    /// The next task for the measuring half. Call it until it returns None, and publish the values of each task.
+    /// The next task for the measuring half. Call it until it returns None, and [finish](Self::finish) each task.
     #[inline(always)] // usually there is none
     pub fn task(&mut self, now: Instant) -> Option<Task<A>> {
-        if core::mem::take(&mut self.context.changed) {
+        if self.context.changed {
+            // `finish` clears it: until then, no frame is taken.
             return Some(Task::Apply(self.context.parameters));
         }
         if self.context.shell.becomes_stale(now) {
@@ -117,11 +121,23 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         }
     }
 
-    /// Publishes new values that are not from a reading.
+    /// Publishes the values of a finished task.
     #[inline(never)] // rarely called
-    pub fn publish(&mut self, now: Instant, values: A::Values) {
+    pub fn finish(&mut self, now: Instant, task: &Task<A>, values: A::Values) {
+        if matches!(task, Task::Apply(_)) {
+            self.context.changed = false;
+        }
         self.take_over(now, values);
         self.context.shell.wake_up();
+    }
+
+    /// Publishes new values that are neither from a reading nor from a task. During a restart they are discarded.
+    #[inline(never)] // rarely called
+    pub fn publish(&mut self, now: Instant, values: A::Values) {
+        if !self.context.shell.is_leaving() {
+            self.take_over(now, values);
+            self.context.shell.wake_up();
+        }
     }
 
     fn take_over(&mut self, now: Instant, values: A::Values) {

@@ -279,6 +279,12 @@ impl Shell {
         self.dirty = true;
     }
 
+    /// Whether [`Action::Bus`] is pending: the frames received until then are discarded.
+    #[inline(always)]
+    pub(super) fn changes_bus(&self) -> bool {
+        self.new_bus
+    }
+
     /// True if there is nothing to do.
     pub(super) fn is_idle(&self, now: Instant) -> bool {
         !self.dirty && !self.new_patterns && !self.wake.is_reached(now)

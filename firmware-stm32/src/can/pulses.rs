@@ -58,6 +58,12 @@ impl Pulses {
         }
         while self.taken != count {
             let pulse = PULSES.get(self.taken % RING)?.load(Ordering::Relaxed);
+            if COUNT.load(Ordering::Relaxed).wrapping_sub(self.taken) > RING {
+                // It was overwritten.
+                self.taken = self.taken.wrapping_add(1);
+                self.meter.skip();
+                continue;
+            }
             self.taken = self.taken.wrapping_add(1);
             self.meter.pulse(pulse as u16, (pulse >> 16) as u16);
         }
