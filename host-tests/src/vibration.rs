@@ -3,7 +3,7 @@
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate};
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::time::{Duration, Instant, after};
 use std::cell::Cell;
 use std::f64::consts::TAU;
@@ -25,6 +25,9 @@ const ERRORS: u8 = 0b0011_1100;
 
 /// The time between two polls: two samples.
 const POLL_PERIOD: Duration = Duration::from_ticks(10_000);
+
+/// The longest time from the transmission of a request to the end of its reply.
+const REPLY_TIME: Duration = Duration::from_ticks(250);
 
 /// A vibration along X, in addition to gravity along Z.
 #[derive(Clone, Default)]
@@ -67,6 +70,9 @@ pub struct Shaker {
     bus: Bus,
     tester: AdapterId,
     vibration: Vibration,
+    /// The time of the first poll, modulo [`SAMPLE_PERIOD`]. A poll at the time of a new value would get the new one or the one
+    /// before.
+    phase: u64,
 }
 
 impl Shaker {
@@ -81,6 +87,7 @@ impl Shaker {
             bus,
             tester,
             vibration,
+            phase: 0,
         };
         // With this frame, a sensor that detects the bit rate finds it.
         shaker.run(Duration::from_ticks(200_000));
@@ -104,7 +111,7 @@ impl Shaker {
         let frame = Frame::data(standard(SET), data).expect("at most eight bytes");
         self.bus.take_received(self.tester);
         self.bus.send(self.tester, frame);
-        self.run(Duration::from_ticks(1_000));
+        self.run(REPLY_TIME);
         let received = self.bus.take_received(self.tester);
         let is_reply = |(_, frame): &&(Instant, Frame)| frame.id() == standard(REPLY);
         let (_, reply) = received.iter().rfind(is_reply).expect("a reply");
@@ -130,16 +137,41 @@ impl Shaker {
             ..state
         });
         self.run(Duration::from_ticks(settling * 1000));
-        let start = self.bus.now();
+        let period = SAMPLE_PERIOD.ticks();
+        let late = (self.bus.now().ticks() + period - self.phase) % period;
+        let start = Instant::from_ticks(self.bus.now().ticks() + period - late);
         let mut polled = Vec::new();
         for number in 0..time * 1000 / POLL_PERIOD.ticks() {
             let due = Instant::from_ticks(start.ticks() + number * POLL_PERIOD.ticks());
             self.bus.run_until(due);
-            let reply = self.request(&[INCLINATION]);
-            let angle = i16::from_le_bytes([reply[2], reply[3]]);
-            polled.push((due.ticks() as f64 / 1e6, f64::from(angle) / 100.0));
+            polled.push((due.ticks() as f64 / 1e6, f64::from(self.angle()) / 100.0));
         }
         polled
+    }
+
+    /// Polls the X angle, in 0.01 degrees.
+    fn angle(&mut self) -> i16 {
+        let reply = self.request(&[INCLINATION]);
+        i16::from_le_bytes([reply[2], reply[3]])
+    }
+
+    /// Sets the time of the polls to the middle between two new values.
+    fn align(&mut self) {
+        // Fast enough for a difference between any two values.
+        self.shake(0.2, 20.0, 300, 0);
+        let end = after(
+            self.bus.now(),
+            Duration::from_ticks(10 * SAMPLE_PERIOD.ticks()),
+        );
+        let mut last = self.angle();
+        while self.bus.now() < end {
+            let angle = self.angle();
+            if angle != last {
+                self.phase =
+                    (self.bus.now().ticks() + SAMPLE_PERIOD.ticks() / 2) % SAMPLE_PERIOD.ticks();
+            }
+            last = angle;
+        }
     }
 
     /// The largest angle in degrees during a vibration of 0.3 g at this frequency in Hz, after it has settled.
@@ -152,6 +184,7 @@ impl Shaker {
 
     /// The amplitude of the filtered acceleration in g during a vibration of 0.2 g at this frequency in Hz.
     pub fn amplitude(&mut self, frequency: f64) -> f64 {
+        self.align();
         // 10 s and 1 s are multiples of half a period of each frequency that is used. A longer block would contain the drift of the
         // two clocks: 0.07 % of a sample.
         let angles = self.shake(0.2, frequency, 3000, 10_000);
