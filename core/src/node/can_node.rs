@@ -1,5 +1,6 @@
 //! A node: an application, a protocol and the protocol-neutral shell.
 
+use super::shell::cause;
 use super::{Acquisition, Action, Boot, BusEvent, Communication, Indicator, Node, Protocol};
 use crate::application::{Application, Readout};
 use crate::can::{Filter, Frame};
@@ -107,7 +108,9 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
 
 impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn ready(&self) -> bool {
-        self.communication.context.shell.ready()
+        // `receive` applies the parameters, and the driver performs the action first.
+        let shell = &self.communication.context.shell;
+        shell.ready(cause::PARAMETERS | cause::BUS)
     }
 
     fn receive(&mut self, now: Instant, frame: &Frame) {

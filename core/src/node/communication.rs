@@ -1,5 +1,6 @@
 //! The communicating half of a node.
 
+use super::shell::cause;
 use super::{Action, BusChange, BusEvent, Context, NodeState, Patterns, Protocol, Shell};
 use crate::application::{Application, Values};
 use crate::can::{Filter, Frame};
@@ -34,7 +35,6 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             shell: Shell::INITIAL,
             parameters: Parameters::INITIAL,
             values: A::Values::INITIAL,
-            changed: false,
             saving: None,
         },
         protocol: P::INITIAL,
@@ -48,10 +48,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// it waits for a [task](Self::task), a save or a restart.
     #[inline(always)] // called for each frame
     pub fn ready(&self) -> bool {
-        let context = &self.context;
-        // After a save, the deferred frames come first.
-        let in_order = context.saving.is_some() || !context.shell.has_deferred();
-        context.shell.ready() && in_order && !context.changed && !context.shell.changes_bus()
+        self.context.shell.ready(0)
     }
 
     /// Handles a received frame.
@@ -103,7 +100,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// The next task for the measuring half. Call it until it returns None, and [finish](Self::finish) each task.
     #[inline(always)] // usually there is none
     pub fn task(&mut self, now: Instant) -> Option<Task<A>> {
-        if self.context.changed {
+        if self.context.shell.is_blocked(cause::PARAMETERS) {
             // `finish` clears it: until then, no frame is taken.
             return Some(Task::Apply(self.context.parameters));
         }
@@ -125,7 +122,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     #[inline(never)] // rarely called
     pub fn finish(&mut self, now: Instant, task: &Task<A>, values: A::Values) {
         if matches!(task, Task::Apply(_)) {
-            self.context.changed = false;
+            self.context.shell.block(cause::PARAMETERS, false);
         }
         self.take_over(now, values);
         self.context.shell.wake_up();
@@ -162,6 +159,9 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     pub fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
         if let Some(saved) = self.context.saving.take() {
             self.protocol.stored(&mut self.context, now, &saved, result);
+            if P::DEFERS {
+                self.context.shell.order_deferred(self.context.is_saving());
+            }
             self.context.shell.wake_up();
         }
     }
@@ -170,12 +170,15 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// then the other ones continue to wait.
     pub fn resume(&mut self, now: Instant) -> bool {
         let waits = !P::DEFERS
-            || self.context.changed
             || self.context.is_saving()
-            || self.context.shell.is_leaving();
+            || self
+                .context
+                .shell
+                .is_blocked(cause::PARAMETERS | cause::LEAVING);
         if !waits && let Some(frame) = self.context.shell.take_deferred() {
             self.receive(now, &frame);
             while self.proceed() {}
+            self.context.shell.order_deferred(self.context.is_saving());
             self.context.shell.wake_up();
             return true;
         }

@@ -1,6 +1,7 @@
 //! The [`Protocol`] trait, and the part of a node that a protocol can access.
 
 use super::Shell;
+use super::shell::cause;
 use crate::application::{Application, Effect};
 use crate::can::{Filter, Frame};
 use crate::param::{ParameterId, Parameters, Refused, Table};
@@ -15,8 +16,6 @@ pub struct Context<A: Application> {
     pub parameters: Parameters<A::Table>,
     /// The last values of the application.
     pub values: A::Values,
-    /// The application must apply changed parameters.
-    pub(super) changed: bool,
     /// The parameters that the running save writes.
     pub(super) saving: Option<Parameters<A::Table>>,
 }
@@ -24,7 +23,7 @@ pub struct Context<A: Application> {
 impl<A: Application> Context<A> {
     /// Requests that the application applies the parameters before the next frame, sample or poll.
     pub fn apply(&mut self) {
-        self.changed = true;
+        self.shell.block(cause::PARAMETERS, true);
         self.shell.wake_up();
     }
 

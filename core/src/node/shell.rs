@@ -32,12 +32,26 @@ pub enum NodeState {
     Restarted,
 }
 
+/// Causes for which the node takes no frame, one bit for each.
+pub(super) mod cause {
+    /// The parameters of an earlier frame are not applied yet.
+    pub const PARAMETERS: u8 = 1;
+    /// [`Action::Bus`](crate::node::Action::Bus) is pending: the frames received until then are discarded.
+    pub const BUS: u8 = 2;
+    /// A restart is accepted.
+    pub const LEAVING: u8 = 4;
+    /// During a save: no room for a deferred frame. After it: deferred frames come first.
+    pub const DEFERRED: u8 = 8;
+}
+
 /// The protocol-neutral half of a node.
 pub struct Shell {
     serial: u32,
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
+    /// The [causes](cause) for which the node takes no frame. One byte, because it is checked for each frame.
+    blocked: u8,
     /// The received frames that wait for the running save to end.
     deferred: Deque<Frame, DEFERRED>,
     /// The end of the validity of the values without a new reading.
@@ -52,8 +66,7 @@ pub struct Shell {
     bus: (BusMode, BitRate),
     /// The patterns have changed.
     new_patterns: bool,
-    /// Pending actions. This one is [`Action::Bus`].
-    new_bus: bool,
+    /// Pending actions, besides [`cause::BUS`].
     recover: bool,
     save: bool,
     /// The application must stop, because a restart is accepted.
@@ -71,6 +84,7 @@ impl Shell {
         state: NodeState::Initial,
         bus_state: BusState::Active,
         queue: TransmitQueue::EMPTY,
+        blocked: 0,
         deferred: Deque::new(),
         valid_until: Instant::from_ticks(0),
         is_stale: false,
@@ -78,7 +92,6 @@ impl Shell {
         reported: Outputs::NONE,
         bus: (BusMode::Listen, BitRate::K10),
         new_patterns: false,
-        new_bus: false,
         recover: false,
         save: false,
         stop: false,
@@ -116,7 +129,7 @@ impl Shell {
 
     /// Whether a restart is accepted.
     pub fn is_leaving(&self) -> bool {
-        matches!(self.state, NodeState::Restarting(_) | NodeState::Restarted)
+        self.is_blocked(cause::LEAVING)
     }
 
     /// Requests a poll: there is an action, or a deadline has changed.
@@ -180,6 +193,7 @@ impl Shell {
     /// Accepts a restart: the node takes no more frames and still sends the queued replies.
     pub fn restart(&mut self, now: Instant) {
         self.state = NodeState::Restarting(after(now, RESTART_PATIENCE));
+        self.block(cause::LEAVING, true);
         self.stop = true;
         self.show(Patterns::DARK);
         self.dirty = true;
@@ -189,6 +203,7 @@ impl Shell {
     pub fn defer(&mut self, frame: &Frame) {
         // There is room: without room, the node does not take the frame.
         let _ = self.deferred.push_back(*frame);
+        self.order_deferred(true);
     }
 
     /// Whether a frame is kept.
@@ -198,9 +213,29 @@ impl Shell {
 
     // Methods for the node.
 
-    #[inline(always)]
-    pub(super) fn ready(&self) -> bool {
-        self.queue.has_room() && !self.deferred.is_full() && !self.is_leaving()
+    /// Whether the node can take the next frame. These causes are ignored.
+    #[inline(always)] // called for each frame
+    pub(super) fn ready(&self, ignored: u8) -> bool {
+        self.blocked & !ignored == 0 && self.queue.has_room()
+    }
+
+    pub(super) fn is_blocked(&self, cause: u8) -> bool {
+        self.blocked & cause != 0
+    }
+
+    /// Sets or clears a cause for which the node takes no frame.
+    pub(super) fn block(&mut self, cause: u8, set: bool) {
+        self.blocked = self.blocked & !cause | if set { cause } else { 0 };
+    }
+
+    /// The node takes no frame if there is no room for deferred frames, or if they must be handled first.
+    pub(super) fn order_deferred(&mut self, saving: bool) {
+        let waits = if saving {
+            self.deferred.is_full()
+        } else {
+            self.has_deferred()
+        };
+        self.block(cause::DEFERRED, waits);
     }
 
     /// Listens at the bit rate of the running search.
@@ -212,7 +247,7 @@ impl Shell {
 
     fn switch_bus(&mut self, mode: BusMode, rate: BitRate) {
         self.bus = (mode, rate);
-        self.new_bus = true;
+        self.block(cause::BUS, true);
         self.dirty = true;
     }
 
@@ -279,12 +314,6 @@ impl Shell {
         self.dirty = true;
     }
 
-    /// Whether [`Action::Bus`] is pending: the frames received until then are discarded.
-    #[inline(always)]
-    pub(super) fn changes_bus(&self) -> bool {
-        self.new_bus
-    }
-
     /// True if there is nothing to do.
     pub(super) fn is_idle(&self, now: Instant) -> bool {
         !self.dirty && !self.new_patterns && !self.wake.is_reached(now)
@@ -302,7 +331,8 @@ impl Shell {
 
     /// The next action in the order of priority, except [`Action::Leds`]. `outputs` are the outputs of the application.
     pub(super) fn next_action(&mut self, now: Instant, outputs: Option<Outputs>) -> Option<Action> {
-        if core::mem::take(&mut self.new_bus) {
+        if self.is_blocked(cause::BUS) {
+            self.block(cause::BUS, false);
             let (mode, rate) = self.bus;
             return Some(Action::Bus(mode, rate));
         }
@@ -357,7 +387,7 @@ impl Shell {
     /// The frame for [`Node::transmit`](super::Node::transmit).
     pub(super) fn transmit(&mut self) -> Option<Frame> {
         // `Action::Bus` would discard the frame in its mailbox.
-        if self.queue.is_empty() || self.new_bus {
+        if self.queue.is_empty() || self.is_blocked(cause::BUS) {
             return None;
         }
         match self.state {
