@@ -29,8 +29,6 @@ impl Faults {
     pub const Y: Self = Self(0x10);
     /// The heated measuring cell has not reached its constant temperature.
     pub const WARM_UP: Self = Self(0x20);
-    /// There was no measurement since the start. Nothing has failed yet, but the quantities have no values.
-    pub const STARTING: Self = Self(0x40);
 
     /// The union of both sets of faults.
     pub const fn and(self, other: Self) -> Self {

@@ -224,11 +224,13 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
     fn obey(&mut self) {
         loop {
             let now = clock::now();
-            let Some(task) = self.link.with(|link| link.node.task(now)) else {
+            let task = self.link.with(|link| link.node.task(now));
+            // By reference, so that the parameters are not copied again.
+            let Some(task) = &task else {
                 return;
             };
-            let values = self.acquisition.perform(now, &task);
-            self.link.call(|node, now| node.finish(now, &task, values));
+            let values = self.acquisition.perform(now, task);
+            self.link.call(|node, now| node.finish(now, task, values));
         }
     }
 
@@ -237,11 +239,14 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         if let Some(values) = self.acquisition.tick(clock::now()) {
             self.link.call(|node, now| node.publish(now, values));
         }
-        if let Some(reading) = self.reading.take() {
+        if self.reading.is_some() {
             self.obey();
+        }
+        if let Some(reading) = &self.reading {
             let now = clock::now();
-            let values = self.acquisition.sample(now, &reading);
+            let values = self.acquisition.sample(now, reading);
             self.link.with(|link| link.node.sampled(now, values));
+            self.reading = None;
         }
     }
 
@@ -372,7 +377,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
         }
         let limit = after(clock::now(), RESTART_LIMIT);
         loop {
-            self.link.call(|_, _| ());
+            self.link.settle();
             // If all mailboxes are empty now, the node has no more frames.
             if transmit::is_idle() || reached(clock::now(), limit) {
                 info!("restart");

@@ -6,7 +6,7 @@
 
 use crate::can::{self, Phase, receive, transmit};
 use crate::{clock, sleep};
-use core::cell::{RefCell, RefMut};
+use core::cell::Cell;
 use cortex_m::peripheral::SCB;
 use critical_section::{CriticalSection, Mutex};
 use heapless::Deque;
@@ -95,8 +95,8 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     }
 }
 
-/// The link of a product, in static memory.
-pub struct Shared<N: Divided>(Mutex<RefCell<Option<LinkOf<N>>>>);
+/// The link of a product, in static memory. It is None before the start, and while it is in use.
+pub struct Shared<N: Divided>(Mutex<Cell<Option<LinkOf<N>>>>);
 
 /// The link of node `N`.
 pub type LinkOf<N> = Link<<N as Divided>::Application, <N as Divided>::Protocol>;
@@ -104,7 +104,7 @@ pub type LinkOf<N> = Link<<N as Divided>::Application, <N as Divided>::Protocol>
 impl<N: Divided> Shared<N> {
     /// Before the start of the node.
     pub const fn empty() -> Self {
-        Self(Mutex::new(RefCell::new(None)))
+        Self(Mutex::new(Cell::new(None)))
     }
 
     /// Takes the communicating half of the node, and memory for frames that wait. The CAN interrupts must not be enabled yet.
@@ -114,25 +114,28 @@ impl<N: Divided> Shared<N> {
         waiting: &'static mut Queue,
     ) {
         let link = Link { node, waiting };
-        critical_section::with(|cs| self.0.replace(cs, Some(link)));
+        critical_section::with(|cs| self.0.borrow(cs).set(Some(link)));
     }
 
     /// Uses the link while the interrupts are masked.
     #[inline(always)]
     pub fn with<R>(&self, f: impl FnOnce(&mut LinkOf<N>) -> R) -> R {
-        critical_section::with(|cs| f(&mut self.borrow(cs)))
+        critical_section::with(|cs| {
+            let mut link = self.take(cs);
+            let result = f(&mut link);
+            self.0.borrow(cs).set(Some(link));
+            result
+        })
     }
 
-    /// Borrows the link.
     #[inline(never)] // called from many places
-    fn borrow<'a>(&'a self, cs: CriticalSection<'a>) -> RefMut<'a, LinkOf<N>> {
-        self.borrow_at_once(cs)
+    fn take(&self, cs: CriticalSection<'_>) -> LinkOf<N> {
+        self.take_at_once(cs)
     }
 
     #[inline(always)]
-    fn borrow_at_once<'a>(&'a self, cs: CriticalSection<'a>) -> RefMut<'a, LinkOf<N>> {
-        let link = self.0.borrow(cs).try_borrow_mut().ok();
-        match link.and_then(|link| RefMut::filter_map(link, Option::as_mut).ok()) {
+    fn take_at_once(&self, cs: CriticalSection<'_>) -> LinkOf<N> {
+        match self.0.borrow(cs).take() {
             Some(link) => link,
             // Not possible: uses are not nested, and the interrupts are enabled after the start.
             None => SCB::sys_reset(),
@@ -164,7 +167,9 @@ impl<N: Divided> Shared<N> {
     pub unsafe fn on_received(&self) {
         // SAFETY: no other interrupt that uses a `Mutex` interrupts this one, and the main loop does not run.
         let cs = unsafe { CriticalSection::new() };
-        self.borrow_at_once(cs).receive();
+        let mut link = self.take_at_once(cs);
+        link.receive();
+        self.0.borrow(cs).set(Some(link));
         sleep::wake();
     }
 
@@ -177,7 +182,9 @@ impl<N: Divided> Shared<N> {
         transmit::acknowledge();
         // SAFETY: as in `on_received`.
         let cs = unsafe { CriticalSection::new() };
-        self.borrow(cs).send();
+        let mut link = self.take(cs);
+        link.send();
+        self.0.borrow(cs).set(Some(link));
         sleep::wake();
     }
 }

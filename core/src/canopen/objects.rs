@@ -11,7 +11,7 @@ use super::row::{Kind, Row, find};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
-use crate::application::{Effect, Faults, Values};
+use crate::application::{Effect, Values};
 use crate::param::{ParameterRow, number};
 use crate::time::Instant;
 
@@ -48,7 +48,7 @@ impl<P: Product> Objects for View<'_, P> {
         if !row.is_readable() {
             return Err(Abort::WriteOnly);
         }
-        if row.kind() == Kind::Value && self.cx.values.faults().intersects(Faults::STARTING) {
+        if row.kind() == Kind::Value && self.cx.shell.is_starting() {
             return Err(Abort::NoData);
         }
         Ok(())

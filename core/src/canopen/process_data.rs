@@ -3,7 +3,7 @@
 use super::pdo::{OPERATIONAL, Reaction, Tpdo, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
-use crate::application::{Faults, Values};
+
 use crate::can::{CanId, Frame};
 use crate::time::Instant;
 
@@ -46,7 +46,7 @@ impl<P: Product> Services<P> {
             return;
         };
         let id = CanId::standard(tpdo.id());
-        let starting = cx.values.faults().intersects(Faults::STARTING);
+        let starting = cx.shell.is_starting();
         if reaction == Reaction::None || !tpdo.is_sent() || starting {
             return;
         }

@@ -115,7 +115,7 @@ impl<P: Product> Fsc<P> {
     #[inline(always)] // called from one place
     fn reply(&self, cx: &ContextOf<P>, row: Row) -> Frame {
         let mut status = self.status(cx);
-        if row == Self::INCLINATION && cx.values.faults().intersects(Faults::STARTING) {
+        if cx.shell.is_starting() && row == Self::INCLINATION {
             status |= Self::STATUS.of_faults(Faults::X.and(Faults::Y));
         }
         let mut reply = Reply::new(row.code, status);
@@ -247,13 +247,18 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
             // No reply overtakes a boot-up message.
             self.send_boot_up(cx);
         }
+        if frame.is_remote() {
+            return;
+        }
         if frame.can_id() == self.in_force.set {
-            match frame.bytes().first().and_then(|&code| P::CODES.find(code)) {
-                // Also in `request`: this path is shorter.
-                Some(row) if row.is_read() && !frame.is_remote() => self.send(cx, row),
-                _ => self.request(cx, now, frame),
+            let [low, _] = frame.data_words();
+            let row = (frame.dlc() > 0).then(|| P::CODES.find(low as u8));
+            match row.flatten() {
+                // A read is answered here, because this path is shorter than `request`.
+                Some(row) if row.is_read() => self.send(cx, row),
+                row => self.request(cx, now, frame, row),
             }
-        } else if frame.can_id() == self.in_force.sync && frame.dlc() == 0 && !frame.is_remote() {
+        } else if frame.can_id() == self.in_force.sync && frame.dlc() == 0 {
             self.send(cx, Self::INCLINATION);
         }
     }

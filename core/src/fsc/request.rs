@@ -15,18 +15,20 @@ impl<P: Product> Fsc<P> {
     const SAVE_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Save);
     const RESET_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Alive);
 
-    /// Answers the request in `frame`.
+    /// Answers the request in `frame`, except reads: `row` is the one of its code.
     #[inline(never)] // keeps the path of a sync frame short
-    pub(super) fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
-        if frame.is_remote() {
-            return;
-        }
+    pub(super) fn request(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        frame: &Frame,
+        row: Option<Row>,
+    ) {
         let Some((&code, data)) = frame.bytes().split_first() else {
             // There is no code to echo, so there is no reply.
             self.raise_cmd_param_error();
             return;
         };
-        let row = P::CODES.find(code);
         if cx.is_saving() && self.must_wait(cx, row, data) {
             cx.shell.defer(frame);
             return;
@@ -36,7 +38,8 @@ impl<P: Product> Fsc<P> {
             return;
         };
         match row.operation {
-            Operation::Read | Operation::Inclination => self.send(cx, row),
+            // `receive` answers reads.
+            Operation::Read | Operation::Inclination => {}
             Operation::ReadStatus => {
                 self.send(cx, row);
                 self.sticky = 0;

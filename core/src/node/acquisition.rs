@@ -17,9 +17,6 @@ impl<A: Application> Acquisition<A> {
         application: A::INITIAL,
     };
 
-    /// Whether it requests self-tests of the accelerometer.
-    pub const HAS_SELF_TEST: bool = A::HAS_SELF_TEST;
-
     pub(super) fn application(&mut self) -> &mut A {
         &mut self.application
     }
@@ -34,7 +31,7 @@ impl<A: Application> Acquisition<A> {
     pub fn perform(&mut self, now: Instant, task: &Task<A>) -> A::Values {
         match task {
             Task::Apply(parameters) => self.application.apply(now, parameters),
-            Task::Stale | Task::Stop => self.application.stale(),
+            Task::Stale => self.application.stale(),
         }
     }
 

@@ -23,10 +23,8 @@ pub struct Communication<A: Application, P> {
 pub enum Task<A: Application> {
     /// Apply these parameters.
     Apply(Parameters<A::Table>),
-    /// Readings are missing.
+    /// Readings are missing, or the device restarts: switch off the outputs that must not stay on.
     Stale,
-    /// The device restarts: switch off the outputs that must not stay on.
-    Stop,
 }
 
 impl<A: Application, P: Protocol<A>> Communication<A, P> {
@@ -104,10 +102,8 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             // `finish` clears it: until then, no frame is taken.
             return Some(Task::Apply(self.context.parameters));
         }
-        if self.context.shell.becomes_stale(now) {
-            return Some(Task::Stale);
-        }
-        self.context.shell.stops().then_some(Task::Stop)
+        let shell = &mut self.context.shell;
+        (shell.becomes_stale(now) || shell.stops()).then_some(Task::Stale)
     }
 
     /// Publishes the values of a reading. During a restart they are discarded.
@@ -132,8 +128,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     #[inline(never)] // rarely called
     pub fn publish(&mut self, now: Instant, values: A::Values) {
         if !self.context.shell.is_leaving() {
-            self.take_over(now, values);
-            self.context.shell.wake_up();
+            self.finish(now, &Task::Stale, values);
         }
     }
 

@@ -58,6 +58,8 @@ pub struct Shell {
     valid_until: Instant,
     /// The values are no longer valid.
     is_stale: bool,
+    /// There was no measurement since the start.
+    is_starting: bool,
     /// The patterns of the LEDs.
     patterns: Patterns,
     /// The outputs that were reported to the hardware.
@@ -88,6 +90,7 @@ impl Shell {
         deferred: Deque::new(),
         valid_until: Instant::from_ticks(0),
         is_stale: false,
+        is_starting: false,
         patterns: Patterns::DARK,
         reported: Outputs::NONE,
         bus: (BusMode::Listen, BitRate::K10),
@@ -104,6 +107,7 @@ impl Shell {
         self.queue.reserve(frames);
         self.serial = serial;
         self.valid_until = after(now, READING_LIMIT);
+        self.is_starting = true;
         self.dirty = true;
     }
 
@@ -130,6 +134,12 @@ impl Shell {
     /// Whether a restart is accepted.
     pub fn is_leaving(&self) -> bool {
         self.is_blocked(cause::LEAVING)
+    }
+
+    /// True before the first measurement, for 100 ms at most. Nothing has failed yet, but the quantities have no values: a protocol
+    /// must not send them as valid.
+    pub fn is_starting(&self) -> bool {
+        self.is_starting
     }
 
     /// Requests a poll: there is an action, or a deadline has changed.
@@ -289,6 +299,7 @@ impl Shell {
     /// Handles a reading.
     pub(super) fn sampled(&mut self, now: Instant) {
         self.dirty |= core::mem::take(&mut self.is_stale);
+        self.is_starting = false;
         // Same as `after`, which is not inlined. No overflow occurs in practice.
         self.valid_until = Instant::from_ticks(now.ticks().wrapping_add(READING_LIMIT.ticks()));
     }
@@ -297,6 +308,7 @@ impl Shell {
     pub(super) fn becomes_stale(&mut self, now: Instant) -> bool {
         let stale = !self.is_stale && reached(now, self.valid_until) && !self.is_leaving();
         self.is_stale |= stale;
+        self.is_starting &= !stale;
         stale
     }
 

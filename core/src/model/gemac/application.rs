@@ -131,7 +131,6 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
     fn start(&mut self, calibration: Calibration) {
         self.inclinometer.calibration = calibration;
         self.cell = Self::HEATER.map_or(HeatedCell::UNHEATED, HeatedCell::new);
-        self.faults = Faults::STARTING;
     }
 
     fn apply(&mut self, _now: Instant, parameters: &Parameters<X>) -> Inclination {

@@ -228,7 +228,6 @@ impl Application for Jn2101Application {
     fn start(&mut self, calibration: Calibration) {
         self.measuring.calibrate(calibration);
         self.cell = HeatedCell::new(&HEATER);
-        self.faults = Faults::STARTING;
     }
 
     fn apply(&mut self, now: Instant, parameters: &Parameters<Jn2101Product>) -> Inclination {
@@ -255,7 +254,6 @@ impl Application for Jn2101Application {
         let beyond = is_beyond_range(up, self.faults.intersects(Faults::RANGE));
         self.faults = self
             .faults
-            .set(Faults::STARTING, false)
             .set(Faults::SENSOR, clips || self.axes_failed)
             .set(Faults::RANGE, beyond);
         self.values()
@@ -264,10 +262,7 @@ impl Application for Jn2101Application {
     fn stale(&mut self) -> Inclination {
         self.measuring.invalidate();
         self.cell.stop();
-        self.faults = self
-            .faults
-            .set(Faults::STARTING, false)
-            .set(Faults::SENSOR, true);
+        self.faults = self.faults.set(Faults::SENSOR, true);
         self.values()
     }
 
