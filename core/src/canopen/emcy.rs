@@ -207,8 +207,10 @@ impl<const N: usize> History for Deque<u32, N> {
 pub(super) struct Emergency<H> {
     /// The fault of each bit of the status byte, from bit 0 on; None before the start.
     faults: Option<&'static [Fault; 8]>,
-    /// Active faults: the manufacturer's status byte.
+    /// Active faults that are announced: the manufacturer's status byte.
     active: u8,
+    /// The same with the faults of the application that are not announced yet.
+    wanted: u8,
     waiting: Deque<[u8; 4], WAITING>,
     /// No messages are queued: the node is in NMT stopped.
     silent: bool,
@@ -222,6 +224,7 @@ impl<H: History> Emergency<H> {
     pub const INITIAL: Self = Self {
         faults: None,
         active: 0,
+        wanted: 0,
         waiting: Deque::new(),
         silent: false,
         history: H::EMPTY,
@@ -243,6 +246,7 @@ impl<H: History> Emergency<H> {
     pub fn reset(&mut self) {
         // Not a copy of `INITIAL`: it would be 280 bytes of flash.
         self.active = 0;
+        self.wanted = 0;
         self.waiting.clear();
         self.silent = false;
         self.history.clear();
@@ -255,18 +259,31 @@ impl<H: History> Emergency<H> {
         self.inhibit = Duration::from_ticks(u64::from(inhibit) * 100);
     }
 
-    /// Sets the faults of the application. Queues a message for each fault that begins or ends.
-    pub fn update_application(&mut self, faults: Faults) {
+    /// Sets the faults of the application. [`announce_next`](Self::announce_next) queues the messages.
+    pub fn set_application(&mut self, faults: Faults) {
         let (mut mask, mut active) = (0, 0);
         for fault in self.faults().iter().rev() {
             mask = mask << 1 | u8::from(fault.faults != Faults::NONE);
             active = active << 1 | u8::from(fault.faults.intersects(faults));
         }
-        self.update(mask, active);
+        self.wanted = self.wanted & !mask | active;
+    }
+
+    /// Queues the message for one fault of the application that has begun or ended. Returns true if there is another one: each
+    /// call is short, because a frame waits for it.
+    pub fn announce_next(&mut self) -> bool {
+        let changed = self.active ^ self.wanted;
+        if changed == 0 {
+            return false;
+        }
+        let rest = changed & changed.wrapping_sub(1);
+        self.announce(changed ^ rest, true);
+        rest != 0
     }
 
     /// Sets the faults in `mask` to `bits`. Queues a message for each fault that begins or ends.
     pub fn update(&mut self, mask: u8, bits: u8) {
+        self.wanted = self.wanted & !mask | bits & mask;
         let changed = (self.active ^ bits) & mask;
         if changed != 0 {
             self.announce(changed, true);

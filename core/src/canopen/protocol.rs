@@ -253,20 +253,26 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
         match step {
             0 => {
-                self.services.announce(cx.values.faults());
+                self.services.take_faults(cx.values.faults());
                 if self.services.guarding.poll(now) {
                     self.lose_master(cx, now);
                 }
             }
             1 => {
+                if self.services.emergency.announce_next() {
+                    // The next fault in the next round.
+                    cx.shell.wake_up();
+                }
+            }
+            2 => {
                 let expired = self.sdo.poll(now);
                 self.services.send_sdo(cx, expired);
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
             }
-            2 => self.services.send_heartbeat(cx, now),
-            _ => return self.services.send_event(cx, now, step - 3),
+            3 => self.services.send_heartbeat(cx, now),
+            _ => return self.services.send_event(cx, now, step - 4),
         }
         true
     }
@@ -333,11 +339,11 @@ impl<P: Product> Services<P> {
         self.show(cx);
     }
 
-    /// Reports changed faults of the application.
-    fn announce(&mut self, faults: Faults) {
+    /// Takes over changed faults of the application.
+    fn take_faults(&mut self, faults: Faults) {
         if faults != self.faults {
             self.faults = faults;
-            self.emergency.update_application(faults);
+            self.emergency.set_application(faults);
         }
     }
 

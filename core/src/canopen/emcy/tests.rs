@@ -25,15 +25,21 @@ fn at(us: u64) -> Instant {
     Instant::from_ticks(us)
 }
 
+/// Sets the faults of the application and queues all messages.
+fn set<H: History>(emergency: &mut Emergency<H>, faults: Faults) {
+    emergency.set_application(faults);
+    while emergency.announce_next() {}
+}
+
 #[test]
 fn fault_sends_error_when_it_begins_and_reset_when_it_ends() {
     let mut emergency = Emergency::<Deque<u32, 4>>::INITIAL;
     emergency.start(FAULTS);
-    emergency.update_application(Faults::Y);
-    emergency.update_application(Faults::Y);
+    set(&mut emergency, Faults::Y);
+    set(&mut emergency, Faults::Y);
     assert_eq!(MEMORY, 1 << 3);
     emergency.update(MEMORY, MEMORY);
-    emergency.update_application(Faults::WARM_UP);
+    set(&mut emergency, Faults::WARM_UP);
     let messages: std::vec::Vec<_> = std::iter::from_fn(|| emergency.take(at(0))).collect();
     assert_eq!(
         messages,
@@ -55,7 +61,7 @@ fn full_history_drops_oldest_error() {
     let mut emergency = Emergency::<Deque<u32, 2>>::INITIAL;
     emergency.start(FAULTS);
     emergency.event(MEMORY);
-    emergency.update_application(Faults::X);
+    set(&mut emergency, Faults::X);
     emergency.event(MEMORY);
     assert_eq!(emergency.count(), 2);
     assert_eq!(
