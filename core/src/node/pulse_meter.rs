@@ -168,4 +168,29 @@ mod tests {
         }
         assert!(!meter.is_pending());
     }
+
+    /// Missing pulses look like recessive bits.
+    #[test]
+    fn missing_pulses_are_not_the_end_of_a_frame() {
+        let mut meter = PulseMeter::EMPTY;
+        meter.pulse(1000, 1064);
+        meter.skip();
+        meter.pulse(2000, 2016);
+        assert_eq!(meter.poll(ms(1)), None);
+        assert_eq!(meter.poll(ms(3)), Some(BitTime(16)));
+        meter.pulse(1000, 1064);
+        meter.pulse(2000, 2016);
+        assert_eq!(meter.poll(ms(4)), Some(BitTime(64)));
+    }
+
+    /// The captured start is that of the next pulse, which follows soon.
+    #[test]
+    fn end_that_is_read_late_is_not_the_end_of_a_frame() {
+        let mut meter = PulseMeter::EMPTY;
+        meter.pulse(1000, 1016);
+        meter.pulse(1500, 1480);
+        meter.pulse(1500, 1516);
+        assert_eq!(meter.poll(ms(1)), None);
+        assert_eq!(meter.poll(ms(3)), Some(BitTime(16)));
+    }
 }

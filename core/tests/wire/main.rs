@@ -17,6 +17,7 @@ mod fsc_codings;
 mod fsc_heating;
 mod fsc_memory;
 mod fsc_requests;
+mod halves;
 mod one_application;
 mod starting;
 mod tester;
