@@ -17,7 +17,7 @@
 mod f446;
 
 use super::chip::Chip;
-use super::cortex_m3::timing::FlashTiming;
+use super::cortex_m::timing::FlashTiming;
 use super::io::{AccessError, Width};
 use super::pwr::{PROGRAMMING_MIN, Supply};
 use super::timebase::{MICROSECOND, Picoseconds};

@@ -2,7 +2,7 @@
 //! [image](elf::Image::chip) determines which one.
 //!
 //! - [`chip`]: what differs between the two: memories, address map, clock gates, pins
-//! - [`cortex_m3`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
+//! - [`cortex_m`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`timebase`] and [`violation`]: shared types
@@ -24,7 +24,7 @@ mod board;
 pub mod bxcan;
 pub mod capture_timer;
 pub mod chip;
-pub mod cortex_m3;
+pub mod cortex_m;
 pub mod dbgmcu;
 pub mod elf;
 pub mod firmware;

@@ -1,7 +1,7 @@
 //! STM32F103C8 on a Blue Pill. The address map is that of RM0008, table 3, the clock gates those of section 7.3.
 
 use super::{Board, Facts, Module};
-use crate::cortex_m3::{MemorySizes, Model};
+use crate::cortex_m::{MemorySizes, Model};
 use crate::dbgmcu;
 use crate::gpio::{Pin, PortName};
 use crate::rcc::Gate;

@@ -1,7 +1,7 @@
 //! STM32F446RE on a Nucleo-F446RE. The address map is that of RM0390, table 1, the clock gates those of section 6.3.
 
 use super::{Board, Facts, Module};
-use crate::cortex_m3::{MemorySizes, Model};
+use crate::cortex_m::{MemorySizes, Model};
 use crate::dbgmcu;
 use crate::gpio::{Pin, PortName};
 use crate::rcc::Gate;

@@ -9,7 +9,7 @@
 pub mod f103;
 pub mod f446;
 
-use super::cortex_m3::{MemorySizes, Model};
+use super::cortex_m::{MemorySizes, Model};
 use super::gpio::Pin;
 use super::rcc::Gate;
 use bench::Geometry;
