@@ -17,7 +17,6 @@ mod bus;
 mod controller;
 mod device;
 mod flash;
-mod flash_file;
 pub mod motion;
 mod node_type;
 mod receive_pin;

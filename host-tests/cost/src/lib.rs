@@ -7,7 +7,7 @@
 //! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
 //!
 //! The processor runs at 64 MHz. Times are cycles by the timing table of the processor's Technical Reference Manual, with the wait
-//! states of the flash and of the buses, at the worst end of what the manuals leave open: see [`stm32_sim::cortex_m3::timing`].
+//! states of the flash and of the buses, at the worst end of what the manuals leave open: see [`stm32_sim::cortex_m::timing`].
 //! They are not measured on hardware. Instructions are exact. On the Nucleo only bytes and instructions are measured.
 
 pub mod budgets;
@@ -26,7 +26,7 @@ use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
 use stm32_sim::chip::Chip;
-use stm32_sim::cortex_m3::timing::Cycles;
+use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::{Image, Part, Shares};
 
 /// The reason why a figure is not available.

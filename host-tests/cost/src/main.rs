@@ -12,7 +12,7 @@ use std::error::Error;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::rc::Rc;
-use stm32_sim::cortex_m3::timing::{End, Timing};
+use stm32_sim::cortex_m::timing::{End, Timing};
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 

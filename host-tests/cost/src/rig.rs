@@ -12,7 +12,7 @@ use std::f64::consts::TAU;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
-use stm32_sim::cortex_m3::timing::Cycles;
+use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 

@@ -11,7 +11,7 @@ use can_wire::protocol::Picoseconds;
 use plumbline::time::{Duration, Instant, millis};
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
-use stm32_sim::cortex_m3::timing::Cycles;
+use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::profile::Call;
 

@@ -12,8 +12,8 @@ use plumbline::time::{Duration, after};
 use std::rc::Rc;
 use std::time::Instant;
 use stm32_sim::Microcontroller;
-use stm32_sim::cortex_m3::timing::Cycles;
-use stm32_sim::cortex_m3::{CortexM3, Pause};
+use stm32_sim::cortex_m::timing::Cycles;
+use stm32_sim::cortex_m::{CortexM3, Pause};
 use stm32_sim::elf::Image;
 use stm32_sim::io::NoPeripherals;
 

@@ -1,144 +1,27 @@
-//! The flash memory interface (PM0075, chapters 2 and 3): keys, programming by half-words, erasing by pages. That of the STM32F446,
-//! which programs by other units and erases by sectors, has other registers: `flash/f446.rs`.
-//!
-//! | offset | register | |
-//! |---|---|---|
-//! | 00h | FLASH_ACR | wait states, prefetch buffer |
-//! | 04h | FLASH_KEYR | keys that unlock FLASH_CR |
-//! | 08h | FLASH_OPTKEYR | keys that unlock the option bytes: accepted, option bytes are not modelled |
-//! | 0Ch | FLASH_SR | BSY, PGERR, WRPRTERR, EOP |
-//! | 10h | FLASH_CR | PG, PER, MER, STRT, LOCK |
-//! | 14h | FLASH_AR | address of the page to erase |
-//! | 1Ch, 20h | FLASH_OBR, FLASH_WRPR | option bytes of a new part: no protection |
+//! The flash memory interface with the parameter pages. The registers are those of the chip: `f103.rs`, `f446.rs`.
 //!
 //! The two parameter pages are the bench's [`Flash`], with its fuse and faults. The pages of the program cannot be changed: an
 //! attempt is a violation.
 
+mod control;
+mod f103;
 mod f446;
+mod operation;
 
 use super::chip::Chip;
-use super::cortex_m3::timing::FlashTiming;
+use super::cortex_m::timing::FlashTiming;
 use super::io::{AccessError, Width};
 use super::pwr::{PROGRAMMING_MIN, Supply};
-use super::timebase::{MICROSECOND, Picoseconds};
+use super::timebase::Picoseconds;
 use super::violation::Violations;
 use bench::{Flash, FlashError};
+use control::Keys;
+pub use operation::{Times, Work};
 
-/// The times of the operations of a part.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Times {
-    /// To program a half-word.
-    pub program: Picoseconds,
-    /// To erase a page.
-    pub erase: Picoseconds,
-}
-
-impl Times {
-    /// The shortest times (DS5319, flash memory characteristics).
-    pub const SHORTEST: Self = Self::of(40_000_000, 20);
-    /// The typical time to program, and the middle of the range to erase.
-    pub const TYPICAL: Self = Self::of(52_500_000, 30);
-    /// The longest times.
-    pub const LONGEST: Self = Self::of(70_000_000, 40);
-
-    /// Those of a usual part. On the STM32F446 (DS10693) PSIZE determines the time to erase; this one is for words.
-    const fn typical(chip: Chip) -> Self {
-        match chip {
-            Chip::F103 => Self::TYPICAL,
-            Chip::F446 => Self::of(16_000_000, 250),
-        }
-    }
-
-    const fn of(program: Picoseconds, erase_ms: u64) -> Self {
-        Self {
-            program,
-            erase: erase_ms * 1000 * MICROSECOND,
-        }
-    }
-}
-
-const KEY1: u32 = 0x4567_0123;
-const KEY2: u32 = 0xCDEF_89AB;
-
-// FLASH_ACR.
-const LATENCY: u32 = 0b111;
-const PREFETCH: u32 = 1 << 4;
-const ACR_WRITABLE: u32 = LATENCY | 1 << 3 | PREFETCH;
-/// PRFTBS has the value of PRFTBE.
-const PREFETCH_STATUS_SHIFT: u32 = 1;
-
-// FLASH_SR. WRPRTERR is never set, because no page is protected.
-const BUSY: u32 = 1 << 0;
-const PROGRAMMING_ERROR: u32 = 1 << 2;
-const END_OF_OPERATION: u32 = 1 << 5;
-
-// FLASH_CR.
-const PROGRAM: u32 = 1 << 0;
-const PAGE_ERASE: u32 = 1 << 1;
-const MASS_ERASE: u32 = 1 << 2;
-const OPTION_BYTES: u32 = 0b11 << 4;
-const START: u32 = 1 << 6;
-const LOCK: u32 = 1 << 7;
-const OPTION_WRITE_ENABLE: u32 = 1 << 9;
-const INTERRUPTS: u32 = 1 << 10 | 1 << 12;
-
-/// FLASH_OBR and FLASH_WRPR of a part without protection.
-const OPTION_BYTE_REGISTER: u32 = 0x03FF_FFFC;
-const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
-
-/// An operation of the flash. The machine changes the memory of the processor accordingly and stalls the processor, which fetches
-/// its instructions from flash, for [`duration`](Self::duration).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Work {
-    /// Programs a unit.
-    Program {
-        /// The address.
-        address: u32,
-        /// The size of the unit.
-        width: Width,
-        /// The resulting content: worn-out bits stay 1.
-        value: u32,
-        /// The duration.
-        duration: Picoseconds,
-    },
-    /// Erases a page or sector.
-    Erase {
-        /// Its first address.
-        page: u32,
-        /// Its size in bytes.
-        size: usize,
-        /// The duration.
-        duration: Picoseconds,
-    },
-    /// An attempt that fails: the memory is faulty and does not change.
-    Failed {
-        /// The duration of the attempt.
-        duration: Picoseconds,
-    },
-}
-
-impl Work {
-    /// The duration of the operation.
-    pub fn duration(self) -> Picoseconds {
-        match self {
-            Self::Program { duration, .. }
-            | Self::Erase { duration, .. }
-            | Self::Failed { duration } => duration,
-        }
-    }
-}
-
-const LOCK_REASON: &str = "written while it is locked";
-
-/// The state of the key sequence (PM0075, section 2.3.1).
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum Keys {
-    Locked,
-    First,
-    Unlocked,
-    /// A wrong key: locked until the next reset.
-    LockedUntilReset,
-}
+// The registers that both chips have in common, by their offset.
+const KEYR: u32 = 0x04;
+const OPTKEYR: u32 = 0x08;
+const CR: u32 = 0x10;
 
 /// The flash interface and the parameter pages.
 #[derive(Debug)]
@@ -171,7 +54,7 @@ impl FlashInterface {
             chip,
             parameters,
             acr: match chip {
-                Chip::F103 => PREFETCH,
+                Chip::F103 => f103::PREFETCH,
                 Chip::F446 => 0,
             },
             cr: 0,
@@ -252,7 +135,7 @@ impl FlashInterface {
     /// Wait states and prefetch buffer.
     pub fn timing(&self) -> FlashTiming {
         let (latency, prefetch) = match self.chip {
-            Chip::F103 => (LATENCY, PREFETCH),
+            Chip::F103 => (f103::LATENCY, f103::PREFETCH),
             Chip::F446 => (f446::LATENCY, f446::PREFETCH),
         };
         FlashTiming {
@@ -265,7 +148,7 @@ impl FlashInterface {
     /// at 2.7 V and more).
     pub fn check_wait_states(&self, sysclk: u32, violations: &mut Violations) {
         let (step, field) = match self.chip {
-            Chip::F103 => (24_000_000, LATENCY),
+            Chip::F103 => (24_000_000, f103::LATENCY),
             Chip::F446 => (30_000_000, f446::LATENCY),
         };
         let needed = sysclk.div_ceil(step) - 1;
@@ -279,22 +162,13 @@ impl FlashInterface {
     /// Reads the register at `offset`.
     pub fn read(&mut self, now: Picoseconds, offset: u32) -> Result<u32, AccessError> {
         self.settle(now);
-        if self.chip == Chip::F446 {
-            return self.read_f446(offset);
-        }
-        let when = |on: bool, bits: u32| if on { bits } else { 0 };
-        let busy = self.busy_until.is_some();
-        Ok(match offset {
-            0x00 => self.acr | (self.acr & PREFETCH) << PREFETCH_STATUS_SHIFT,
+        match (offset, self.chip) {
             // Write-only registers.
-            0x04 | 0x08 => 0,
-            0x0C => self.errors | when(busy, BUSY) | when(self.ended, END_OF_OPERATION),
-            0x10 => self.cr | when(self.keys != Keys::Unlocked, LOCK),
-            0x14 => self.ar,
-            0x1C => OPTION_BYTE_REGISTER,
-            0x20 => WRITE_PROTECTION_REGISTER,
-            _ => return Err(AccessError::Unmapped),
-        })
+            (KEYR | OPTKEYR, _) => Ok(0),
+            (CR, _) => Ok(self.read_cr()),
+            (_, Chip::F103) => self.read_f103(offset),
+            (_, Chip::F446) => self.read_f446(offset),
+        }
     }
 
     /// Writes the register at `offset`.
@@ -306,24 +180,12 @@ impl FlashInterface {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(now);
-        if self.chip == Chip::F446 {
-            return self.write_f446(now, offset, value, violations);
-        }
-        match offset {
-            0x00 => self.acr = value & ACR_WRITABLE,
-            0x04 => return self.write_key(value, violations),
-            0x08 => {}
-            0x0C => {
-                self.errors &= !value;
-                self.ended &= value & END_OF_OPERATION == 0;
-            }
-            0x10 => self.write_cr(now, value, violations),
-            0x14 if self.busy_until.is_some() => {
-                violations.add("FLASH_AR", "written while the flash is busy");
-            }
-            0x14 => self.ar = value,
-            0x1C | 0x20 => return Err(AccessError::Refused("FLASH_OBR, FLASH_WRPR: read-only")),
-            _ => return Err(AccessError::Unmapped),
+        match (offset, self.chip) {
+            (KEYR, _) => return self.write_key(value, violations),
+            (OPTKEYR, _) => {}
+            (CR, _) => self.write_cr(now, value, violations),
+            (_, Chip::F103) => return self.write_f103(offset, value, violations),
+            (_, Chip::F446) => return self.write_f446(offset, value, violations),
         }
         Ok(())
     }
@@ -338,27 +200,13 @@ impl FlashInterface {
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         self.settle(now);
-        if self.chip == Chip::F446 {
-            self.program_f446(now, address, width, value, violations);
-            return Ok(());
+        match self.chip {
+            Chip::F103 => self.program_f103(now, address, width, value, violations),
+            Chip::F446 => {
+                self.program_f446(now, address, width, value, violations);
+                Ok(())
+            }
         }
-        if width != Width::HalfWord || !address.is_multiple_of(2) {
-            return Err(AccessError::Refused(
-                "flash: can be programmed by half-words only (bus error)",
-            ));
-        }
-        if self.cr & PROGRAM == 0 {
-            return Err(AccessError::Refused("flash: written without FLASH_CR.PG"));
-        }
-        if self.busy_until.is_some() {
-            return Err(AccessError::Refused("flash: written while it is busy"));
-        }
-        if self.program_unit(now, address, width, value, self.times.program, violations)
-            == Err(FlashError::NotErased)
-        {
-            self.errors |= PROGRAMMING_ERROR;
-        }
-        Ok(())
     }
 
     /// Programs a unit of the parameters and makes the flash busy, unless the memory does not permit it.
@@ -379,21 +227,26 @@ impl FlashInterface {
             return Ok(());
         };
         self.check_supply(now, duration, violations);
-        let length = width.bytes();
-        let value = &value.to_le_bytes()[..length];
+        let value = &value.to_le_bytes()[..width.bytes()];
         let result = self.parameters.program_unit(at, value);
         if result == Err(FlashError::NotErased) {
             return result;
         }
-        let held = self.parameters.bytes()[at..at + length].iter().rev();
         let work = Work::Program {
             address,
             width,
-            value: held.fold(0, |word, byte| word << 8 | u32::from(*byte)),
+            value: self.held(at, width),
             duration,
         };
         self.begin(now, result, work);
         Ok(())
+    }
+
+    /// The content of a unit of the parameters.
+    fn held(&self, at: usize, width: Width) -> u32 {
+        let bytes = &self.parameters.bytes()[at..at + width.bytes()];
+        let bytes = bytes.iter().rev();
+        bytes.fold(0, |word, byte| word << 8 | u32::from(*byte))
     }
 
     /// Erases the page of the parameters at an offset.
@@ -423,68 +276,6 @@ impl FlashInterface {
         parameters.contains(&address).then_some(offset as usize)
     }
 
-    fn write_key(&mut self, value: u32, violations: &mut Violations) -> Result<(), AccessError> {
-        self.keys = match (self.keys, value) {
-            (Keys::Locked, KEY1) => Keys::First,
-            (Keys::First, KEY2) => Keys::Unlocked,
-            (Keys::Unlocked, _) => {
-                violations.add("FLASH_KEYR", "written while it is unlocked");
-                Keys::Unlocked
-            }
-            _ => Keys::LockedUntilReset,
-        };
-        match self.keys {
-            Keys::LockedUntilReset => Err(AccessError::Refused(
-                "FLASH_KEYR: wrong key, locked until the next reset (bus error)",
-            )),
-            _ => Ok(()),
-        }
-    }
-
-    fn write_cr(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
-        if self.keys != Keys::Unlocked {
-            violations.add("FLASH_CR", LOCK_REASON);
-            return;
-        }
-        if self.busy_until.is_some() {
-            violations.add("FLASH_CR", "written while the flash is busy");
-            return;
-        }
-        violations.check(
-            value & (OPTION_BYTES | OPTION_WRITE_ENABLE | MASS_ERASE) != 0,
-            "FLASH_CR",
-            "option bytes or mass erase",
-        );
-        violations.check(
-            value & INTERRUPTS != 0,
-            "FLASH_CR",
-            "interrupt not modelled",
-        );
-        violations.check(
-            value & PROGRAM != 0 && value & PAGE_ERASE != 0,
-            "FLASH_CR",
-            "PG and PER together",
-        );
-        self.cr = value & (PROGRAM | PAGE_ERASE);
-        if value & START != 0 {
-            self.erase(now, violations);
-        }
-        if value & LOCK != 0 {
-            self.keys = Keys::Locked;
-        }
-    }
-
-    fn erase(&mut self, now: Picoseconds, violations: &mut Violations) {
-        if self.cr & PAGE_ERASE == 0 {
-            violations.add("FLASH_CR", "STRT without PER");
-            return;
-        }
-        match self.offset_in_parameters(self.ar) {
-            Some(offset) => self.erase_page(now, offset, self.times.erase, violations),
-            None => violations.add("FLASH_AR", "a page of the program is erased"),
-        }
-    }
-
     /// Makes the flash busy from now on. Faulty memory reports no error.
     fn begin(&mut self, now: Picoseconds, result: Result<(), FlashError>, work: Work) {
         let work = match result {
@@ -503,6 +294,3 @@ impl FlashInterface {
         }
     }
 }
-
-#[cfg(test)]
-mod tests;

@@ -2,7 +2,7 @@
 //! [image](elf::Image::chip) determines which one.
 //!
 //! - [`chip`]: what differs between the two: memories, address map, clock gates, pins
-//! - [`cortex_m3`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
+//! - [`cortex_m`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`timebase`] and [`violation`]: shared types
@@ -12,8 +12,9 @@
 //! - [`ism330dhcx`]: the accelerometer on the SPI
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //!
-//! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs` and `flash/f446.rs`. Of the STM32F446 this is not modelled, because
-//! no image uses it: floating point, CAN2, PWR (its voltage scale stays that of a reset), SYSCFG, DMA, and flash units of 64 bits.
+//! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. Of the STM32F446 this is not
+//! modelled, because no image uses it: floating point, CAN2, PWR (its voltage scale stays that of a reset), SYSCFG, DMA, and flash
+//! units of 64 bits.
 //!
 //! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
 //! STM32F103x8. RM0390 is the reference manual of the STM32F446, PM0214 the programming manual of its processor, DS10693 its
@@ -24,7 +25,7 @@ mod board;
 pub mod bxcan;
 pub mod capture_timer;
 pub mod chip;
-pub mod cortex_m3;
+pub mod cortex_m;
 pub mod dbgmcu;
 pub mod elf;
 pub mod firmware;

@@ -10,8 +10,8 @@ mod on_the_bus;
 
 use super::board;
 use super::bxcan::BxCan;
-use super::cortex_m3::timing::Buses;
-use super::cortex_m3::{CortexM3, Fault};
+use super::cortex_m::timing::Buses;
+use super::cortex_m::{CortexM3, Fault};
 use super::elf::Image;
 use super::flash::Work;
 use super::peripherals::Peripherals;

@@ -1,6 +1,9 @@
-//! All peripherals: clock gating, and the effects of one peripheral on another. The address map and the clock gates are those of the
-//! [chip](super::chip). Writes to the parameter pages of the flash are also handled here.
+//! All peripherals, and the effects of one peripheral on another. The address map and the clock gates are those of the
+//! [chip](super::chip). `peripherals/access.rs` has the accesses of the processor, with the clock gating, and
+//! `peripherals/accelerometer.rs` the SPI with the accelerometer.
 
+mod accelerometer;
+mod access;
 #[cfg(test)]
 mod tests;
 
@@ -12,25 +15,17 @@ use super::chip::{Chip, Module};
 use super::dbgmcu::Dbgmcu;
 use super::flash::FlashInterface;
 use super::gpio::Gpio;
-use super::io::{AccessError, Io, Width};
 use super::ism330dhcx::Ism330dhcx;
 use super::iwdg::Iwdg;
 use super::pwr::Pwr;
 use super::rcc::{Rcc, ResetCause};
 use super::signature::Signature;
-use super::spi::{Clocks, Spi, SpiPart};
+use super::spi::Spi;
 use super::timebase::Picoseconds;
 use super::timer::Timer;
 use super::violation::{Violation, Violations};
 use bench::Flash;
 use bench::motion::Motion;
-use std::ops::Range;
-
-/// The addresses of flash memories, for writes of the processor, which knows the size.
-const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x1000_0000;
-
-/// The size of the area of a peripheral.
-const AREA: u32 = 0x400;
 
 /// The peripherals and the parts connected to them.
 #[derive(Debug)]
@@ -213,40 +208,6 @@ impl Peripherals {
         self.rcc.timebase().time_at(cycle)
     }
 
-    fn clocks(&self) -> Clocks {
-        Clocks {
-            hclk: self.rcc.hclk(),
-            pclk: self.rcc.spi_clock(),
-        }
-    }
-
-    /// Updates SPI and accelerometer.
-    fn advance_spi(&mut self, cycle: u64) {
-        if !self.spi.is_due(cycle) {
-            return;
-        }
-        let timebase = *self.rcc.timebase();
-        let clocks = self.clocks();
-        let time_at = |cycle| timebase.time_at(cycle);
-        if board::spi_is_connected(self.chip, &self.afio, &self.gpio) {
-            let rate = self.spi.bit_rate(clocks);
-            if board::spi_pins_are_fast_enough(self.chip, &self.gpio, rate) {
-                self.spi.advance(cycle, clocks, time_at, &mut self.imu);
-            } else {
-                let reason = "the pins of the SPI are too slow for its clock";
-                self.violations.add("GPIOx_OSPEEDR", reason);
-                let mut late = LateEdges(&mut self.imu);
-                self.spi.advance(cycle, clocks, time_at, &mut late);
-            }
-        } else {
-            self.spi.advance(cycle, clocks, time_at, &mut OpenWires);
-        }
-        while let Some(register) = self.imu.take_unmodelled() {
-            let name = format!("ISM330DHCX {register:02X}h");
-            self.violations.add(name, "register not modelled");
-        }
-    }
-
     /// Resets the modules of RCC's reset registers.
     fn reset_module(&mut self, cycle: u64, module: Module) {
         match module {
@@ -259,284 +220,5 @@ impl Peripherals {
             Module::Tim4 => self.tim4 = CaptureTimer::default(),
             _ => {}
         }
-    }
-
-    /// Changes the pins and reports the chip select, which has a pull-up, to the accelerometer.
-    fn change_pins<T>(&mut self, cycle: u64, f: impl FnOnce(&mut Gpio, &mut Violations) -> T) -> T {
-        self.advance_spi(cycle);
-        let select = self.chip.facts().board.select;
-        let is_low = |gpio: &Gpio| gpio.output(select) == Some(false);
-        let before = is_low(&self.gpio);
-        let result = f(&mut self.gpio, &mut self.violations);
-        let after = is_low(&self.gpio);
-        if before != after {
-            self.violations.check(
-                self.spi.is_busy(),
-                "GPIOx",
-                "the accelerometer's chip select changes within a frame",
-            );
-            self.imu.select(self.now(cycle), after);
-        }
-        result
-    }
-
-    fn check_clock(&self, module: Module) -> Result<(), AccessError> {
-        match self.chip.gate(module) {
-            Some(gate) if !self.rcc.is_clocked(gate) => {
-                Err(AccessError::Unclocked(self.chip.name_of(module)))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    /// True when the module is held in reset: it does not answer, and the access is a violation.
-    fn is_held_in_reset(&mut self, module: Module) -> bool {
-        let held = self.holds_in_reset(module);
-        if held {
-            self.violations
-                .add(self.chip.name_of(module), "accessed while held in reset");
-        }
-        held
-    }
-
-    fn holds_in_reset(&self, module: Module) -> bool {
-        let gate = self.chip.gate(module);
-        gate.is_some_and(|gate| self.rcc.is_in_reset(gate))
-    }
-
-    /// The module at an address, and the offset in it.
-    fn module_at(&self, address: u32) -> Result<(Module, u32), AccessError> {
-        let module = self.chip.module(address & !(AREA - 1));
-        Ok((module.ok_or(AccessError::Unmapped)?, address % AREA))
-    }
-
-    fn read_register(
-        &mut self,
-        cycle: u64,
-        module: Module,
-        offset: u32,
-    ) -> Result<u32, AccessError> {
-        let now = self.now(cycle);
-        match module {
-            Module::Signature => Err(AccessError::Unmapped),
-            Module::Tim3 => self.tim3.read(offset),
-            Module::Tim4 => self.tim4.read(now, self.rcc.timer_clock(), offset),
-            Module::Iwdg => self.iwdg.read(now, offset),
-            Module::Can => self.can.read(now, offset),
-            Module::Pwr => self.pwr.read(now, offset),
-            Module::Afio => self.afio.read(offset),
-            Module::Gpio(port) => self.gpio.read(port, offset),
-            Module::Spi => {
-                self.advance_spi(cycle);
-                self.spi.read(offset)
-            }
-            Module::Rcc => self.rcc.read(cycle, offset),
-            Module::Flash => self.flash.read(now, offset),
-            Module::Dbgmcu => self.dbgmcu.read(offset),
-        }
-    }
-
-    fn write_register(
-        &mut self,
-        cycle: u64,
-        module: Module,
-        offset: u32,
-        value: u32,
-    ) -> Result<(), AccessError> {
-        let now = self.now(cycle);
-        let clocks = self.clocks();
-        match module {
-            Module::Signature => Err(AccessError::Refused("system memory is read-only")),
-            Module::Tim3 => self.tim3.write(offset, value, &mut self.violations),
-            Module::Tim4 => {
-                let clock = self.rcc.timer_clock();
-                self.tim4
-                    .write(now, clock, offset, value, &mut self.violations)
-            }
-            Module::Iwdg => {
-                self.iwdg.write(now, offset, value, &mut self.violations)?;
-                if self.iwdg.is_running() {
-                    self.rcc.watchdog_runs(now);
-                }
-                Ok(())
-            }
-            Module::Can => self.can.write(now, offset, value),
-            Module::Pwr => self.pwr.write(offset, value, &mut self.violations),
-            Module::Afio => self.afio.write(offset, value, &mut self.violations),
-            Module::Gpio(port) => self.change_pins(cycle, |gpio, violations| {
-                gpio.write(port, offset, value, violations)
-            }),
-            Module::Spi => {
-                self.advance_spi(cycle);
-                self.spi
-                    .write(cycle, offset, value, clocks, &mut self.violations)
-            }
-            Module::Rcc => self.write_rcc(cycle, offset, value),
-            Module::Flash => {
-                self.flash.set_supply(self.pwr.supply());
-                let busy = self.flash.is_busy();
-                self.flash.write(now, offset, value, &mut self.violations)?;
-                // Erasing needs HSI, as programming does (PM0075, section 2.3).
-                self.violations.check(
-                    !busy && self.flash.is_busy() && !self.rcc.hsi_is_on(),
-                    "RCC_CR",
-                    "the flash is erased without HSI",
-                );
-                self.flash
-                    .check_wait_states(self.rcc.sysclk(), &mut self.violations);
-                Ok(())
-            }
-            Module::Dbgmcu => self.dbgmcu.write(offset, value),
-        }
-    }
-
-    fn write_rcc(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), AccessError> {
-        // The clock at the start of a frame determines its timing.
-        self.advance_spi(cycle);
-        self.rcc.write(cycle, offset, value, &mut self.violations)?;
-        self.can.set_clock(self.rcc.pclk1());
-        self.flash
-            .check_wait_states(self.rcc.sysclk(), &mut self.violations);
-        for module in Module::WITH_RESET {
-            if self.holds_in_reset(module) {
-                self.reset_module(cycle, module);
-            }
-        }
-        Ok(())
-    }
-
-    /// The state that the machine checks after an access.
-    fn watched(&self) -> (Option<u64>, [bool; 2], bool) {
-        (
-            self.next_event(),
-            self.interrupts(),
-            self.transmits_dominant(),
-        )
-    }
-
-    /// The levels of the interrupt lines that a read can change.
-    fn interrupts(&self) -> [bool; 2] {
-        [self.spi.interrupt(), self.tim4.interrupt()]
-    }
-}
-
-impl Io for Peripherals {
-    fn read(&mut self, cycle: u64, address: u32, width: Width) -> Result<u32, AccessError> {
-        self.violations.at(cycle);
-        let (module, offset) = self.module_at(address)?;
-        if module == Module::Signature {
-            return self.signature.read(address, width);
-        }
-        self.check_clock(module)?;
-        check_width(module, width)?;
-        if self.is_held_in_reset(module) {
-            return Ok(0);
-        }
-        let before = self.interrupts();
-        let word = self.read_register(cycle, module, offset & !3)?;
-        self.changed |= self.interrupts() != before;
-        let (shift, mask) = lane(offset, width);
-        Ok(word >> shift & mask)
-    }
-
-    fn write(
-        &mut self,
-        cycle: u64,
-        address: u32,
-        width: Width,
-        value: u32,
-    ) -> Result<(), AccessError> {
-        self.violations.at(cycle);
-        if FLASH_MEMORY.contains(&address) {
-            self.changed = true;
-            let now = self.now(cycle);
-            // Programming needs HSI (PM0075, section 2.3).
-            self.violations.check(
-                self.chip == Chip::F103 && !self.rcc.hsi_is_on(),
-                "RCC_CR",
-                "the flash is programmed without HSI",
-            );
-            self.flash.set_supply(self.pwr.supply());
-            return self
-                .flash
-                .program(now, address, width, value, &mut self.violations);
-        }
-        let (module, offset) = self.module_at(address)?;
-        self.check_clock(module)?;
-        check_width(module, width)?;
-        if self.is_held_in_reset(module) {
-            return Ok(());
-        }
-        // The bridge to the APBs repeats a byte or half-word over the complete word (RM0008, section 3.1).
-        let value = match width {
-            Width::Byte => (value & 0xFF) * 0x0101_0101,
-            Width::HalfWord => (value & 0xFFFF) * 0x0001_0001,
-            Width::Word => value,
-        };
-        let before = match module {
-            Module::Can | Module::Rcc | Module::Flash => None,
-            _ => Some(self.watched()),
-        };
-        self.write_register(cycle, module, offset & !3, value)?;
-        let after = self.watched();
-        self.changed |= before.is_none_or(|before| before != after);
-        if before.is_some_and(|(_, _, dominant)| dominant != after.2) {
-            self.can.touch();
-        }
-        Ok(())
-    }
-
-    fn take_changed(&mut self) -> bool {
-        std::mem::take(&mut self.changed)
-    }
-}
-
-/// The pins of the SPI without a connection: the input floats high.
-struct OpenWires;
-
-impl SpiPart for OpenWires {
-    fn select(&mut self, _: Picoseconds, _: bool) {}
-
-    fn transfer(&mut self, _: Picoseconds, _: u8) -> u8 {
-        0xFF
-    }
-}
-
-/// Pins whose edges are late: the last bit that is read is the one before it.
-struct LateEdges<'a>(&'a mut Ism330dhcx);
-
-impl SpiPart for LateEdges<'_> {
-    fn select(&mut self, now: Picoseconds, selected: bool) {
-        self.0.select(now, selected);
-    }
-
-    fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8 {
-        let answer = self.0.transfer(now, byte);
-        answer & !1 | answer >> 1 & 1
-    }
-}
-
-fn check_width(module: Module, width: Width) -> Result<(), AccessError> {
-    let takes = match module {
-        Module::Signature | Module::Iwdg | Module::Spi => true,
-        // RM0008, section 15.4; RM0390, section 17.4.
-        Module::Tim3 | Module::Tim4 => width != Width::Byte,
-        // By words only, by the manual or in this model.
-        _ => width == Width::Word,
-    };
-    if takes {
-        Ok(())
-    } else {
-        Err(AccessError::Refused("accessed by words only"))
-    }
-}
-
-/// The position of a narrow access in its word: shift and mask.
-fn lane(offset: u32, width: Width) -> (u32, u32) {
-    let shift = 8 * (offset & 3);
-    match width {
-        Width::Byte => (shift, 0xFF),
-        Width::HalfWord => (shift, 0xFFFF),
-        Width::Word => (0, u32::MAX),
     }
 }

@@ -1,6 +1,6 @@
 //! Counts the instructions and cycles of function calls, with breakpoints at the first instruction and at the return address.
 
-use super::cortex_m3::CortexM3;
+use super::cortex_m::CortexM3;
 
 /// Register numbers.
 const SP: u8 = 13;

@@ -8,6 +8,13 @@
 //! The supply is an input: it changes linearly from one voltage to another. The programmable detector (PVD) compares it with the
 //! level that the firmware has selected. The power-down reset (PDR) is always on. The thresholds are typical ones (DS5319, table
 //! "Embedded reset and power control block characteristics").
+//!
+//! Assumptions, which no board has confirmed:
+//!
+//! - Each part has exactly these thresholds, and a detector responds at once.
+//! - The STM32F446 has the thresholds of the STM32F103, also the limit of the flash. Its datasheet has others: the firmware selects
+//!   PVD level 6 as 2.85 V and more, which is 2.68 V here, and programming by words needs 2.7 V.
+//! - The brown-out reset (BOR) of the STM32F446 is off, as in a new part. Its levels are not modelled.
 
 use super::io::AccessError;
 use super::timebase::Picoseconds;

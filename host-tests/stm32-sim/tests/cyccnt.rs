@@ -7,7 +7,7 @@ use plumbline::time::Instant;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
-use stm32_sim::cortex_m3::CortexM3;
+use stm32_sim::cortex_m::CortexM3;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
 

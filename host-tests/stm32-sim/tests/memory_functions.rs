@@ -4,7 +4,7 @@
 use proptest::prelude::*;
 use std::cell::RefCell;
 use std::sync::LazyLock;
-use stm32_sim::cortex_m3::{CortexM3, Pause};
+use stm32_sim::cortex_m::{CortexM3, Pause};
 use stm32_sim::elf::Image;
 use stm32_sim::io::NoPeripherals;
 

@@ -1,21 +1,36 @@
 //! Faults of the program: the handlers of the image make CAN_TX recessive, switch the heater off and reset.
 
+use crate::CHIP;
 use crate::rig::*;
 use plumbline::can::BitRate;
+use stm32_sim::chip::Chip;
 use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
 
-/// Free flash below the parameters, for code of a test.
-const CODE: u32 = 0x0800_F000;
+/// Free flash after the program, for code of a test.
+const CODE: u32 = match CHIP {
+    Chip::F103 => 0x0800_F000,
+    Chip::F446 => 0x0807_F000,
+};
 
-/// Executes this code in the main loop, with R0 and R1, from the moment at which `when` is true.
-fn execute(rig: &mut Rig, code: &[u16], registers: [u32; 2], when: impl Fn(&Rig) -> bool) {
+/// The requests until the main loop runs while the sensor drives a dominant bit: on the Nucleo it sleeps during most replies.
+const REQUESTS: usize = 100;
+
+/// The time from request to request in microseconds, longer than a reply. The period of the measurement, 5 ms, is no multiple of
+/// it, so that the requests come at different phases of the measurement.
+const PERIOD: u64 = 611;
+
+/// True while the main loop executes instructions.
+fn runs_main_loop(rig: &Rig) -> bool {
+    let core = rig.microcontroller().core();
+    core.active_exception() == 0 && !core.is_asleep()
+}
+
+/// Executes this code in the main loop, which runs, with R0 and R1.
+fn execute(rig: &mut Rig, code: &[u16], registers: [u32; 2]) {
+    assert!(runs_main_loop(rig));
     rig.microcontroller_mut().take_faults();
-    rig.wait_until(1, 100, |rig| {
-        let core = rig.microcontroller().core();
-        core.active_exception() == 0 && !core.is_asleep() && when(rig)
-    });
     let bytes: Vec<u8> = code.iter().flat_map(|it| it.to_le_bytes()).collect();
     let core = rig.microcontroller_mut().core_mut();
     assert!(core.load(CODE, &bytes));
@@ -27,11 +42,20 @@ fn execute(rig: &mut Rig, code: &[u16], registers: [u32; 2], when: impl Fn(&Rig)
     core.set_register(15, CODE);
 }
 
-/// A heated sensor that heats and is in the middle of a frame.
+/// A heated sensor that heats and is in the middle of a frame, while its main loop runs.
 fn busy(rig: &mut Rig) {
     rig.run(500);
     assert!(rig.microcontroller().heater() > 0);
-    rig.send(&[fsc::INCLINATION]);
+    for _ in 0..REQUESTS {
+        rig.send(&[fsc::INCLINATION]);
+        for _ in 0..PERIOD {
+            rig.run_us(1);
+            if is_dominant(rig) && runs_main_loop(rig) {
+                return;
+            }
+        }
+    }
+    panic!("the main loop never runs within a dominant bit");
 }
 
 fn is_dominant(rig: &Rig) -> bool {
@@ -42,7 +66,7 @@ fn is_dominant(rig: &Rig) -> bool {
 fn restarts(code: &[u16], registers: [u32; 2]) {
     let mut rig = Rig::booted("is2tk", RATE);
     busy(&mut rig);
-    execute(&mut rig, code, registers, is_dominant);
+    execute(&mut rig, code, registers);
     rig.expect_reset(ResetCause::Software);
     rig.run_us(20);
     assert_eq!(rig.device().boots(), 2, "a reset within 20 us");
@@ -78,7 +102,7 @@ fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
         let flash = if name == "is2" {
             fixed(name, RATE)
         } else {
-            Default::default()
+            blank()
         };
         let mut rig = Rig::with(name, bench::BusRate::Fixed(RATE), flash);
         rig.run(500);
@@ -91,7 +115,8 @@ fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
             bytes.expect("RAM").to_vec()
         };
         // PUSH {R0-R7, LR}; B to it.
-        execute(&mut rig, &[0xB5FF, 0xE7FD], [0xDEAD_BEEF; 2], |_| true);
+        rig.wait_until(1, 100, runs_main_loop);
+        execute(&mut rig, &[0xB5FF, 0xE7FD], [0xDEAD_BEEF; 2]);
         rig.expect_reset(ResetCause::Software);
         let mut last = statics(&rig);
         while rig.device().boots() == 1 {

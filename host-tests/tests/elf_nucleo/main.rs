@@ -32,6 +32,8 @@ mod clock;
 mod detection;
 #[path = "../elf/errors.rs"]
 mod errors;
+#[path = "../elf/faults.rs"]
+mod faults;
 #[path = "../elf/jn2101.rs"]
 mod jn2101;
 #[path = "../elf/load.rs"]

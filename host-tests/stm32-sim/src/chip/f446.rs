@@ -1,8 +1,7 @@
 //! STM32F446RE on a Nucleo-F446RE. The address map is that of RM0390, table 1, the clock gates those of section 6.3.
 
 use super::{Board, Facts, Module};
-use crate::cortex_m3::{MemorySizes, Model};
-use crate::dbgmcu;
+use crate::cortex_m::{MemorySizes, Model};
 use crate::gpio::{Pin, PortName};
 use crate::rcc::Gate;
 use bench::Geometry;
@@ -41,15 +40,11 @@ pub const FACTS: Facts = Facts {
     },
 };
 
+/// The peripherals that the chips do not have at the same address.
 pub(super) fn module(base: u32) -> Option<Module> {
     Some(match base {
         0x1FFF_7800 => Module::Signature,
-        0x4000_0400 => Module::Tim3,
-        0x4000_0800 => Module::Tim4,
-        0x4000_3000 => Module::Iwdg,
         0x4000_3800 => Module::Spi,
-        0x4000_6400 => Module::Can,
-        0x4000_7000 => Module::Pwr,
         0x4002_0000 => Module::Gpio(PortName::A),
         0x4002_0400 => Module::Gpio(PortName::B),
         0x4002_0800 => Module::Gpio(PortName::C),
@@ -57,17 +52,13 @@ pub(super) fn module(base: u32) -> Option<Module> {
         0x4002_1000 => Module::Gpio(PortName::E),
         0x4002_3800 => Module::Rcc,
         0x4002_3C00 => Module::Flash,
-        dbgmcu::BASE => Module::Dbgmcu,
         _ => return None,
     })
 }
 
+/// The clock gates of the peripherals that the chips do not have at the same place.
 pub(super) fn gate(module: Module) -> Option<Gate> {
     match module {
-        Module::Tim3 => Some(Gate::Apb1(1)),
-        Module::Tim4 => Some(Gate::Apb1(2)),
-        Module::Can => Some(Gate::Apb1(25)),
-        Module::Pwr => Some(Gate::Apb1(28)),
         Module::Gpio(port) => Some(Gate::Ahb1(port as u8)),
         Module::Spi => Some(Gate::Apb1(14)),
         _ => None,

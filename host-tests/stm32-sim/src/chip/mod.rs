@@ -9,7 +9,8 @@
 pub mod f103;
 pub mod f446;
 
-use super::cortex_m3::{MemorySizes, Model};
+use super::cortex_m::{MemorySizes, Model};
+use super::dbgmcu;
 use super::gpio::Pin;
 use super::rcc::Gate;
 use bench::Geometry;
@@ -120,17 +121,27 @@ impl Chip {
 
     /// The peripheral in the 1 KiB that begin at this address.
     pub(super) fn module(self, base: u32) -> Option<Module> {
-        match self {
-            Self::F103 => f103::module(base),
-            Self::F446 => f446::module(base),
+        match (base, self) {
+            (0x4000_0400, _) => Some(Module::Tim3),
+            (0x4000_0800, _) => Some(Module::Tim4),
+            (0x4000_3000, _) => Some(Module::Iwdg),
+            (0x4000_6400, _) => Some(Module::Can),
+            (0x4000_7000, _) => Some(Module::Pwr),
+            (dbgmcu::BASE, _) => Some(Module::Dbgmcu),
+            (_, Self::F103) => f103::module(base),
+            (_, Self::F446) => f446::module(base),
         }
     }
 
     /// The clock gate of a peripheral; None: it always has a clock.
     pub(super) fn gate(self, module: Module) -> Option<Gate> {
-        match self {
-            Self::F103 => f103::gate(module),
-            Self::F446 => f446::gate(module),
+        match (module, self) {
+            (Module::Tim3, _) => Some(Gate::Apb1(1)),
+            (Module::Tim4, _) => Some(Gate::Apb1(2)),
+            (Module::Can, _) => Some(Gate::Apb1(25)),
+            (Module::Pwr, _) => Some(Gate::Apb1(28)),
+            (_, Self::F103) => f103::gate(module),
+            (_, Self::F446) => f446::gate(module),
         }
     }
 

@@ -11,7 +11,8 @@
 //!
 //! The processor is stalled for the whole operation, also where it could take its instructions from the instruction cache.
 
-use super::{FlashInterface, Keys, LOCK_REASON};
+use super::FlashInterface;
+use super::control::{Bits, Control, ERASE, MASS_ERASE, PROGRAM};
 use crate::io::{AccessError, Width};
 use crate::timebase::{MICROSECOND, Picoseconds};
 use crate::violation::Violations;
@@ -31,14 +32,10 @@ pub(super) const LATENCY: u32 = 0xF;
 pub(super) const PREFETCH: u32 = 1 << 8;
 const INSTRUCTION_CACHE: u32 = 1 << 9;
 const DATA_CACHE: u32 = 1 << 10;
-const INSTRUCTION_CACHE_RESET: u32 = 1 << 11;
-const DATA_CACHE_RESET: u32 = 1 << 12;
-const ACR_WRITABLE: u32 = LATENCY
-    | PREFETCH
-    | INSTRUCTION_CACHE
-    | DATA_CACHE
-    | INSTRUCTION_CACHE_RESET
-    | DATA_CACHE_RESET;
+/// A cache's reset bit is two places above its enable bit.
+const CACHE_RESET_SHIFT: u32 = 2;
+const CACHES: u32 = INSTRUCTION_CACHE | DATA_CACHE;
+const ACR_WRITABLE: u32 = LATENCY | PREFETCH | CACHES | CACHES << CACHE_RESET_SHIFT;
 
 // FLASH_SR.
 const END_OF_OPERATION: u32 = 1 << 0;
@@ -48,24 +45,32 @@ const ERRORS: u32 = 0x1F2;
 const BUSY: u32 = 1 << 16;
 
 // FLASH_CR.
-const PROGRAM: u32 = 1 << 0;
-const SECTOR_ERASE: u32 = 1 << 1;
-const MASS_ERASE: u32 = 1 << 2;
 const SECTOR: u32 = 0xF << 3;
 const SIZE: u32 = 0b11 << 8;
 const START: u32 = 1 << 16;
-const END_INTERRUPT: u32 = 1 << 24;
-const ERROR_INTERRUPT: u32 = 1 << 25;
+const INTERRUPTS: u32 = 1 << 24 | 1 << 25;
 const LOCK: u32 = 1 << 31;
-const KNOWN: u32 = PROGRAM
-    | SECTOR_ERASE
-    | MASS_ERASE
-    | SECTOR
-    | SIZE
-    | START
-    | END_INTERRUPT
-    | ERROR_INTERRUPT
-    | LOCK;
+const WRITABLE: u32 = PROGRAM | ERASE | SECTOR | SIZE;
+
+pub(super) const CONTROL: Control = Control {
+    writable: WRITABLE,
+    start: START,
+    lock: LOCK,
+    forbidden: &[
+        (
+            Bits::Any(!(WRITABLE | MASS_ERASE | START | INTERRUPTS | LOCK)),
+            "changes reserved bits",
+        ),
+        (Bits::Any(INTERRUPTS), "interrupt not modelled"),
+        (Bits::Any(MASS_ERASE), "mass erase"),
+        (Bits::All(PROGRAM | ERASE), "PG and SER together"),
+        (
+            Bits::All(SIZE),
+            "PSIZE: 64 bits need an external programming voltage",
+        ),
+    ],
+    start_without_erase: "STRT without SER",
+};
 
 /// FLASH_OPTCR of a part without protection, locked.
 const OPTION_CONTROL: u32 = 0x0FFF_AAED;
@@ -74,43 +79,29 @@ const OPTION_CONTROL: u32 = 0x0FFF_AAED;
 const SMALL_SECTOR: u32 = 16 * 1024;
 
 impl FlashInterface {
+    /// Reads a register that the chips do not have in common.
     pub(super) fn read_f446(&self, offset: u32) -> Result<u32, AccessError> {
         let when = |on: bool, bits: u32| if on { bits } else { 0 };
         Ok(match offset {
             0x00 => self.acr,
-            // Write-only registers.
-            0x04 | 0x08 => 0,
             0x0C => self.errors | when(self.busy_until.is_some(), BUSY),
-            0x10 => self.cr | when(self.keys != Keys::Unlocked, LOCK),
             0x14 => OPTION_CONTROL,
             _ => return Err(AccessError::Unmapped),
         })
     }
 
+    /// Writes a register that the chips do not have in common.
     pub(super) fn write_f446(
         &mut self,
-        now: Picoseconds,
         offset: u32,
         value: u32,
         violations: &mut Violations,
     ) -> Result<(), AccessError> {
         match offset {
             0x00 => self.write_caches(value, violations),
-            0x04 => {
-                violations.check(
-                    self.stale,
-                    "FLASH_ACR",
-                    "the data cache is not reset after an erase",
-                );
-                return self.write_key(value, violations);
-            }
-            0x08 => {}
             // EOP is never set, because its interrupt is not modelled.
             0x0C => self.errors &= !(value & (ERRORS | END_OF_OPERATION)),
-            0x10 => self.write_cr_f446(now, value, violations),
-            0x14 => {
-                violations.add("FLASH_OPTCR", "option bytes");
-            }
+            0x14 => violations.add("FLASH_OPTCR", "option bytes"),
             _ => return Err(AccessError::Unmapped),
         }
         Ok(())
@@ -118,63 +109,21 @@ impl FlashInterface {
 
     /// FLASH_ACR: a cache is reset while it is disabled.
     fn write_caches(&mut self, value: u32, violations: &mut Violations) {
-        for (reset, enable) in [
-            (INSTRUCTION_CACHE_RESET, INSTRUCTION_CACHE),
-            (DATA_CACHE_RESET, DATA_CACHE),
-        ] {
+        for enable in [INSTRUCTION_CACHE, DATA_CACHE] {
             violations.check(
-                value & reset != 0 && (value | self.acr) & enable != 0,
+                value & enable << CACHE_RESET_SHIFT != 0 && (value | self.acr) & enable != 0,
                 "FLASH_ACR",
                 "a cache is reset while it is enabled",
             );
         }
         self.acr = value & ACR_WRITABLE;
-        if self.acr & DATA_CACHE_RESET != 0 {
+        if self.acr & DATA_CACHE << CACHE_RESET_SHIFT != 0 {
             self.stale = false;
         }
     }
 
-    fn write_cr_f446(&mut self, now: Picoseconds, value: u32, violations: &mut Violations) {
-        const NAME: &str = "FLASH_CR";
-        if self.keys != Keys::Unlocked {
-            violations.add(NAME, LOCK_REASON);
-            return;
-        }
-        if self.busy_until.is_some() {
-            violations.add(NAME, "written while the flash is busy");
-            return;
-        }
-        violations.check(value & !KNOWN != 0, NAME, "changes reserved bits");
-        violations.check(
-            value & (END_INTERRUPT | ERROR_INTERRUPT) != 0,
-            NAME,
-            "interrupt not modelled",
-        );
-        violations.check(value & MASS_ERASE != 0, NAME, "mass erase");
-        violations.check(
-            value & PROGRAM != 0 && value & SECTOR_ERASE != 0,
-            NAME,
-            "PG and SER together",
-        );
-        violations.check(
-            value & SIZE == SIZE,
-            NAME,
-            "PSIZE: 64 bits need an external programming voltage",
-        );
-        self.cr = value & (PROGRAM | SECTOR_ERASE | SECTOR | SIZE);
-        if value & START != 0 {
-            self.erase_sector(now, violations);
-        }
-        if value & LOCK != 0 {
-            self.keys = Keys::Locked;
-        }
-    }
-
-    fn erase_sector(&mut self, now: Picoseconds, violations: &mut Violations) {
-        if self.cr & SECTOR_ERASE == 0 {
-            violations.add("FLASH_CR", "STRT without SER");
-            return;
-        }
+    /// Erases the sector of FLASH_CR.SNB.
+    pub(super) fn erase_f446(&mut self, now: Picoseconds, violations: &mut Violations) {
         let sector = (self.cr & SECTOR) >> 3;
         let address = 0x0800_0000 + sector * SMALL_SECTOR;
         // Sectors 2 and 3 are the parameters; the others are larger or contain the program.
@@ -220,11 +169,9 @@ impl FlashInterface {
             self.errors |= PARALLELISM_ERROR;
             return;
         }
-        let held = self.offset_in_parameters(address).map(|at| {
-            let bytes = &self.parameters.bytes()[at..at + width.bytes()];
-            let bytes = bytes.iter().rev();
-            bytes.fold(0, |word, byte| word << 8 | u32::from(*byte))
-        });
+        let held = self
+            .offset_in_parameters(address)
+            .map(|at| self.held(at, width));
         violations.check_at(
             held.is_some_and(|held| value & !held != 0),
             place,

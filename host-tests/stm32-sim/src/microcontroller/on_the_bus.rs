@@ -1,7 +1,7 @@
 //! The microcontroller as a sensor on the bus of the bench: power, time, and its CAN controller on the wire.
 
 use super::Microcontroller;
-use crate::cortex_m3::Pause;
+use crate::cortex_m::Pause;
 use crate::rcc::ResetCause;
 use bench::motion::Motion;
 use bench::{Flash, Sensor};

@@ -1,5 +1,6 @@
-use super::super::flash::{Times, Work};
 use super::*;
+use crate::flash::{Times, Work};
+use crate::io::{AccessError, Io, Width};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 
 const IWDG: u32 = 0x4000_3000;

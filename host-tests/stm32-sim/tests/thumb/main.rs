@@ -22,8 +22,8 @@ mod sample;
 use host_tests::python;
 use sample::{Random, Sampler};
 use std::path::Path;
-use stm32_sim::cortex_m3::Model;
-use stm32_sim::cortex_m3::decode::instruction::Instruction;
+use stm32_sim::cortex_m::Model;
+use stm32_sim::cortex_m::decode::instruction::Instruction;
 
 /// Programs that run.
 const PROGRAMS: usize = 6000;

@@ -4,10 +4,10 @@
 //! execute (0: until the end of the code), bytes of code, the code, R0 to R15 and xPSR before and after, the number of changed
 //! bytes of RAM (16 bits), and each with its offset (16 bits) and value.
 
-use stm32_sim::cortex_m3::decode::instruction::{Instruction, ItRule, Register};
-use stm32_sim::cortex_m3::decode::rule::Rule;
-use stm32_sim::cortex_m3::decode::{self};
-use stm32_sim::cortex_m3::{CortexM3, FaultKind, MemorySizes, Model, Pause};
+use stm32_sim::cortex_m::decode::instruction::{Instruction, ItRule, Register};
+use stm32_sim::cortex_m::decode::rule::Rule;
+use stm32_sim::cortex_m::decode::{self};
+use stm32_sim::cortex_m::{CortexM3, FaultKind, MemorySizes, Model, Pause};
 use stm32_sim::io::NoPeripherals;
 
 const CODE: u32 = 0x0800_0400;

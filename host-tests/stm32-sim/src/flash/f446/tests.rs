@@ -7,6 +7,9 @@ const KEYR: u32 = 0x04;
 const SR: u32 = 0x0C;
 const CR: u32 = 0x10;
 
+/// FLASH_ACR.DCRST.
+const DATA_CACHE_RESET: u32 = 1 << 12;
+
 /// PSIZE.
 const HALF_WORDS: u32 = 1 << 8;
 const WORDS: u32 = 2 << 8;
@@ -48,8 +51,8 @@ impl Bench {
     }
 
     fn erase(&mut self, sector: u32, size: u32) -> Option<Work> {
-        self.write(CR, SECTOR_ERASE | sector << 3 | size);
-        self.write(CR, SECTOR_ERASE | sector << 3 | size | START);
+        self.write(CR, ERASE | sector << 3 | size);
+        self.write(CR, ERASE | sector << 3 | size | START);
         self.finish()
     }
 

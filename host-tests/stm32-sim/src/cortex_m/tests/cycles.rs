@@ -8,7 +8,7 @@ mod memories;
 mod table;
 
 use super::*;
-use crate::cortex_m3::timing::{Buses, Cycles, End, FlashTiming, Timing};
+use crate::cortex_m::timing::{Buses, Cycles, End, FlashTiming, Timing};
 use table::CASES;
 
 /// The start of a sequence.

@@ -32,8 +32,11 @@
 //! - [`charge`]: what the processor does with both
 //! - [`bus`]: data in flash, RAM and registers, the write buffer
 //!
-//! Assumptions, which no range covers: a divide takes a cycle for each four bits of the quotient between the ends that the TRM gives;
-//! an operand that is 0 shortens a long multiply also at the slow end.
+//! Assumptions, which no range covers and no board has confirmed:
+//!
+//! - The cycles of a divide are interpolated: between the ends that the TRM gives, it takes a cycle for each four bits of the quotient.
+//! - The cycles of a long multiply are interpolated: each small operand saves one cycle. So SMLAL and UMLAL take 5 cycles at least,
+//!   where the TRM has 4. An operand that is 0 is small also at the slow end.
 //!
 //! Not modelled:
 //!

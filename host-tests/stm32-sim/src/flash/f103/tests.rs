@@ -1,4 +1,7 @@
 use super::*;
+use crate::chip::Chip;
+use crate::flash::{Times, Work};
+use bench::Flash;
 
 const KEYR: u32 = 0x04;
 const SR: u32 = 0x0C;
@@ -51,9 +54,9 @@ impl Bench {
     }
 
     fn erase(&mut self, address: u32) -> (Option<Work>, u32) {
-        self.write(CR, PAGE_ERASE).unwrap();
+        self.write(CR, ERASE).unwrap();
         self.write(AR, address).unwrap();
-        self.write(CR, PAGE_ERASE | START).unwrap();
+        self.write(CR, ERASE | START).unwrap();
         self.finish()
     }
 
@@ -181,13 +184,13 @@ fn page_is_erased() {
 #[test]
 fn strt_reads_as_0_and_start_while_busy_is_violation() {
     let mut bench = Bench::unlocked();
-    bench.write(CR, PAGE_ERASE).unwrap();
+    bench.write(CR, ERASE).unwrap();
     bench.write(AR, PAGE).unwrap();
-    bench.write(CR, PAGE_ERASE | START).unwrap();
+    bench.write(CR, ERASE | START).unwrap();
     bench.write(CR, PROGRAM).unwrap();
     assert_eq!(bench.reasons(), ["written while the flash is busy"]);
     bench.finish();
-    assert_eq!(bench.read(CR), PAGE_ERASE);
+    assert_eq!(bench.read(CR), ERASE);
 }
 
 #[test]

@@ -1,0 +1,32 @@
+//! The pages of the memories of the microcontrollers.
+
+/// Size of an erase unit of the STM32F103, in bytes.
+pub const PAGE_SIZE: usize = 1024;
+
+/// The pages of a memory.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Geometry {
+    /// The size of each of the two pages, in bytes.
+    pub page_size: usize,
+    /// Only an erased half-word can be programmed, except to 0000h.
+    pub once_only: bool,
+}
+
+impl Geometry {
+    /// Two pages of the STM32F103.
+    pub const STM32F103: Self = Self {
+        page_size: PAGE_SIZE,
+        once_only: true,
+    };
+
+    /// Two sectors of 16 KiB of the STM32F446.
+    pub const STM32F446: Self = Self {
+        page_size: 16 * 1024,
+        once_only: false,
+    };
+
+    /// The size of both pages, in bytes.
+    pub const fn size(self) -> usize {
+        2 * self.page_size
+    }
+}

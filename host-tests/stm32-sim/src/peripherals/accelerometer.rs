@@ -1,0 +1,93 @@
+//! The SPI with the accelerometer: its clock, its pins, which can be without connection or too slow, and the chip select.
+
+use super::Peripherals;
+use crate::board;
+use crate::gpio::Gpio;
+use crate::ism330dhcx::Ism330dhcx;
+use crate::spi::{Clocks, SpiPart};
+use crate::timebase::Picoseconds;
+use crate::violation::Violations;
+
+impl Peripherals {
+    pub(super) fn clocks(&self) -> Clocks {
+        Clocks {
+            hclk: self.rcc.hclk(),
+            pclk: self.rcc.spi_clock(),
+        }
+    }
+
+    /// Updates SPI and accelerometer.
+    pub(super) fn advance_spi(&mut self, cycle: u64) {
+        if !self.spi.is_due(cycle) {
+            return;
+        }
+        let timebase = *self.rcc.timebase();
+        let clocks = self.clocks();
+        let time_at = |cycle| timebase.time_at(cycle);
+        if board::spi_is_connected(self.chip, &self.afio, &self.gpio) {
+            let rate = self.spi.bit_rate(clocks);
+            if board::spi_pins_are_fast_enough(self.chip, &self.gpio, rate) {
+                self.spi.advance(cycle, clocks, time_at, &mut self.imu);
+            } else {
+                let reason = "the pins of the SPI are too slow for its clock";
+                self.violations.add("GPIOx_OSPEEDR", reason);
+                let mut late = LateEdges(&mut self.imu);
+                self.spi.advance(cycle, clocks, time_at, &mut late);
+            }
+        } else {
+            self.spi.advance(cycle, clocks, time_at, &mut OpenWires);
+        }
+        while let Some(register) = self.imu.take_unmodelled() {
+            let name = format!("ISM330DHCX {register:02X}h");
+            self.violations.add(name, "register not modelled");
+        }
+    }
+
+    /// Changes the pins and reports the chip select, which has a pull-up, to the accelerometer.
+    pub(super) fn change_pins<T>(
+        &mut self,
+        cycle: u64,
+        f: impl FnOnce(&mut Gpio, &mut Violations) -> T,
+    ) -> T {
+        self.advance_spi(cycle);
+        let select = self.chip.facts().board.select;
+        let is_low = |gpio: &Gpio| gpio.output(select) == Some(false);
+        let before = is_low(&self.gpio);
+        let result = f(&mut self.gpio, &mut self.violations);
+        let after = is_low(&self.gpio);
+        if before != after {
+            self.violations.check(
+                self.spi.is_busy(),
+                "GPIOx",
+                "the accelerometer's chip select changes within a frame",
+            );
+            self.imu.select(self.now(cycle), after);
+        }
+        result
+    }
+}
+
+/// The pins of the SPI without a connection: the input floats high.
+struct OpenWires;
+
+impl SpiPart for OpenWires {
+    fn select(&mut self, _: Picoseconds, _: bool) {}
+
+    fn transfer(&mut self, _: Picoseconds, _: u8) -> u8 {
+        0xFF
+    }
+}
+
+/// Pins whose edges are late: the last bit that is read is the one before it.
+struct LateEdges<'a>(&'a mut Ism330dhcx);
+
+impl SpiPart for LateEdges<'_> {
+    fn select(&mut self, now: Picoseconds, selected: bool) {
+        self.0.select(now, selected);
+    }
+
+    fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8 {
+        let answer = self.0.transfer(now, byte);
+        answer & !1 | answer >> 1 & 1
+    }
+}

@@ -1,0 +1,44 @@
+//! The program `virtual-sensor`: its command line, its files, its output and its end.
+
+#[path = "../process/mod.rs"]
+mod process;
+
+mod command_line;
+mod image;
+mod output;
+mod store;
+
+use process::sensor::fails;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// A path for a file of this test, which does not exist yet.
+fn new_path(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    // Fails if it does not exist.
+    let _ = fs::remove_file(&path);
+    path
+}
+
+fn text(path: &Path) -> &str {
+    path.to_str().expect("a path in UTF-8")
+}
+
+/// It must exit with this code and one sentence that contains these words.
+#[track_caller]
+fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
+    let output = fails(arguments);
+    let error = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {error}");
+    for word in words {
+        assert!(
+            error.contains(word),
+            "{arguments:?}: {error:?} lacks {word:?}"
+        );
+    }
+    assert!(
+        !error.contains("panicked") && !error.contains("RUST_BACKTRACE"),
+        "{error}"
+    );
+    assert!(output.stdout.is_empty(), "{arguments:?}");
+}

@@ -1,0 +1,107 @@
+//! The file of the nonvolatile memory.
+
+use crate::image::image_for;
+use crate::process::client::{BEL, Client};
+use crate::process::sensor::Sensor;
+use crate::{assert_fails, new_path, text};
+use std::fs;
+use stm32_sim::chip::Chip;
+
+#[test]
+fn save_is_written_to_store_file() {
+    let path = new_path("saved.store");
+    let sensor = Sensor::start(&["--store", text(&path)]);
+    let mut client = Client::awake(&sensor);
+    client.say("t300550534156" /* 50h 'S' 'A' 'V' */);
+    client.find(BEL);
+    client.say("t30055053415645" /* 50h 'S' 'A' 'V' 'E' */);
+    client.find("t301250");
+    let stored = fs::read(&path).expect("it is there");
+    assert!(stored.iter().any(|byte| *byte != 0xFF));
+    drop(sensor);
+    // Starts again with the same file.
+    let sensor = Sensor::start(&["--store", text(&path)]);
+    Client::awake(&sensor).poll();
+}
+
+#[cfg(unix)]
+#[test]
+fn unusable_store_is_named_and_sensor_continues() {
+    let nowhere = new_path("no").join("such");
+    let foreign = new_path("foreign.store");
+    fs::write(&foreign, [b'x'; 5000]).expect("a folder");
+    for store in [&nowhere, &foreign] {
+        let mut sensor = Sensor::start(&["--store", text(store)]);
+        let mut client = Client::awake(&sensor);
+        client.say("t30055053415645");
+        // CmdParamError and EEPROMError, and factory values.
+        assert_eq!(client.find("t301250"), "t3012500F");
+        assert_eq!(sensor.interrupt(), Some(0));
+        let expected = format!("virtual-sensor: cannot use the store {}: ", text(store));
+        assert!(sensor.errors().starts_with(&expected));
+    }
+    assert_eq!(fs::read(&foreign).expect("it is there"), [b'x'; 5000]);
+}
+
+#[test]
+fn store_of_another_sensor_is_refused() {
+    let store = new_path("shared.store");
+    let first = Sensor::start(&["--store", text(&store)]);
+    assert_fails(
+        &["--store", text(&store)],
+        1,
+        &[text(&store), "another program uses it"],
+    );
+    drop(first);
+    Client::awake(&Sensor::start(&["--store", text(&store)]));
+}
+
+#[cfg(unix)]
+#[test]
+fn endless_store_is_damaged_memory() {
+    let sensor = Sensor::start(&["--store", "/dev/zero"]);
+    let mut client = Client::awake(&sensor);
+    client.say("t300102");
+    // EEPROMError, and factory values.
+    assert_eq!(client.find("t301202"), "t30120207");
+}
+
+#[test]
+fn truncated_store_is_damaged_memory() {
+    let store = new_path("short.store");
+    fs::write(&store, "P").expect("a folder");
+    let sensor = Sensor::start(&["--store", text(&store)]);
+    let mut client = Client::awake(&sensor);
+    client.say("t300102");
+    // EEPROMError, and factory values.
+    assert_eq!(client.find("t301202"), "t30120207");
+}
+
+/// The store of the Nucleo has two sectors of 16 KiB; a shorter one is the start of the first sector.
+#[cfg(unix)]
+#[test]
+fn image_for_the_nucleo_keeps_the_parameters_of_a_short_store() {
+    let store = new_path("sectors.store");
+    let mut sensor = Sensor::start(&["--store", text(&store)]);
+    let mut client = Client::awake(&sensor);
+    // The cyclic time, 777 ms.
+    client.say("t3003250903");
+    client.find("t301225");
+    client.say("t30055053415645");
+    assert_eq!(client.find("t301250"), "t30125002");
+    assert_eq!(sensor.interrupt(), Some(0));
+    assert_eq!(fs::read(&store).expect("it is there").len(), 2048);
+
+    let image = image_for(Chip::F446, "is2");
+    for _ in 0..2 {
+        let mut sensor = Sensor::start(&["--elf", text(&image), "--store", text(&store)]);
+        let mut client = Client::awake(&sensor);
+        client.say("t300115");
+        assert_eq!(client.find("t301415"), "t301415020903");
+        client.say("t30055053415645");
+        client.find("t301250");
+        assert_eq!(sensor.interrupt(), Some(0));
+        assert_eq!(sensor.errors(), "");
+        assert_eq!(fs::read(&store).expect("it is there").len(), 32_768);
+    }
+}
