@@ -95,7 +95,7 @@ impl Frame {
 
     /// A data frame with the first `length` of these bytes, 8 at most.
     pub fn of(id: impl Into<CanId>, bytes: [u8; 8], length: u8) -> Self {
-        // As numbers: this needs a few instructions, a copy of variable length fifty. A shift of 64 bits would be a call.
+        // Masks two 32-bit words. A copy of variable length takes about 50 instructions, and a 64-bit shift is a function call.
         let data = u64::from_le_bytes(bytes);
         let (low, high) = (data as u32, (data >> 32) as u32);
         let (low, high, length) = match length {

@@ -177,7 +177,7 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
     fn turn(&mut self) -> bool {
         self.measure();
         let link = self.link;
-        // Before the step: a controller that could join the bus at the end of this frame has done so in that step.
+        // Reads the bit time before the step: if the controller can join the bus at the end of this frame, the step completes the join.
         let time = if DETECTS { self.bus.bit_time() } else { None };
         self.step();
         while let Some(event) = self.bus.event() {

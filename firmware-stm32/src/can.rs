@@ -51,8 +51,8 @@ const LEC_SEEN: u8 = 7;
 /// The CAN controller of the board, for the bxcan crate.
 struct Controller(CanPeripheral);
 
-// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts access only registers that the main loop
-// does not use.
+// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts use the receive FIFO and the mailboxes.
+// The main loop uses these only within a critical section, except TSR: it reads it, or writes bits that have no effect at 0.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
 }
@@ -76,7 +76,7 @@ enum Change {
     },
     /// The controller waits for 11 recessive bits before it takes part in the bus.
     Joining {
-        /// The number of ends of frames since then.
+        /// The number of frames that have ended since the join was requested.
         frames: u8,
     },
 }
@@ -116,7 +116,7 @@ pub fn phase() -> Phase {
     }
 }
 
-/// Stops to pass received frames to the node and to send its frames, until the change of the mode that follows.
+/// Stops reception and transmission of the node until the next mode change is complete.
 pub fn stop() {
     set_phase(Phase::Leaving);
 }
@@ -132,7 +132,7 @@ struct Settings {
     rate: BitRate,
 }
 
-/// The part of the CAN controller that the main loop uses: all except the receive FIFO.
+/// The part of the CAN controller that the main loop uses: all except the receive FIFO and the mailboxes.
 pub struct Bus {
     can: bxcan::Can<Controller>,
     /// None until the first [`configure`](Self::configure).

@@ -15,7 +15,8 @@ use plumbline::can::Frame;
 use plumbline::node::{Communication, Divided, Protocol};
 use plumbline::time::Instant;
 
-/// The size of the receive queue: 1.5 ms at 1 Mbit/s with the shortest frames and 100 % bus load.
+/// The maximum number of received frames that wait while parameters are applied, or while the bus mode changes: 1.5 ms at 1 Mbit/s
+/// with the shortest frames and 100 % bus load.
 const QUEUE: usize = 32;
 
 /// Memory for the received frames that wait.

@@ -23,7 +23,10 @@ fn panic(_info: &PanicInfo) -> ! {
 #[exception]
 unsafe fn DefaultHandler(_number: i16) -> ! {
     board::make_safe();
-    error!("unexpected exception {=i16}; -14: HSE has stopped", _number);
+    error!(
+        "unexpected exception {=i16} (-14 is NMI: HSE failure)",
+        _number
+    );
     SCB::sys_reset()
 }
 

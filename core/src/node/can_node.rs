@@ -108,7 +108,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
 
 impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn ready(&self) -> bool {
-        // `receive` applies the parameters, and the driver performs the action first.
+        // PARAMETERS is ignored, because `receive` applies the parameters. BUS is ignored, because the driver performs the action
+        // before it passes frames.
         let shell = &self.communication.context.shell;
         shell.ready(cause::PARAMETERS | cause::BUS)
     }

@@ -42,7 +42,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// The step after those of the protocol.
     const LAST_STEP: u8 = u8::MAX;
 
-    /// Whether it can take the next received frame. While false, leave frames in the receive queue: there is no room for a reply, or
+    /// Whether it can take the next received frame. While false, keep the frames: there is no room for a reply, or
     /// it waits for a [task](Self::task), a save or a restart.
     #[inline(always)] // called for each frame
     pub fn ready(&self) -> bool {
@@ -137,7 +137,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         if A::HAS_OUTPUTS && !self.context.shell.has_reported(values.outputs()) {
             self.context.shell.wake_up();
         }
-        // A stopped application is no fault.
+        // The values of a stopped application are not published: the protocol would report them as faults.
         if !self.context.shell.is_leaving() {
             self.protocol.published(&mut self.context, now);
         }
@@ -247,7 +247,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         frame
     }
 
-    /// The latest time for the next poll or task.
+    /// The latest time for the next [`task`](Self::task) or [`tick`](Self::tick).
     pub fn deadline(&self) -> Deadline {
         self.context.shell.deadline()
     }

@@ -21,7 +21,7 @@ pub struct Context<A: Application> {
 }
 
 impl<A: Application> Context<A> {
-    /// Requests that the application applies the parameters before the next frame, sample or poll.
+    /// Requests that the application applies the parameters before the next frame or reading.
     pub fn apply(&mut self) {
         self.shell.block(cause::PARAMETERS, true);
         self.shell.wake_up();
@@ -114,8 +114,8 @@ pub trait Protocol<A: Application>: Sized {
         result: Result<(), StoreError>,
     );
 
-    /// Performs a step of the actions of expired timers. Returns true if there is another step; steps count from 0. A step builds
-    /// at most one frame, unless that is rare.
+    /// Performs a step of the actions of expired timers. Returns true if there is another step; steps count from 0. A step
+    /// normally builds at most one frame.
     fn tick(&mut self, cx: &mut Context<A>, now: Instant, step: u8) -> bool;
 
     /// Continues the answer to a received frame that consists of several frames. Returns false if it is complete.

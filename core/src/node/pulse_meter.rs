@@ -70,7 +70,7 @@ impl PulseMeter {
         }
     }
 
-    /// Some pulses before the next one were not measured: the time before it is not the end of a frame.
+    /// Reports missing pulses: the time before the next pulse is not evaluated as the end of a frame.
     pub fn skip(&mut self) {
         self.skips = true;
     }

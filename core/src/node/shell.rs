@@ -73,8 +73,7 @@ pub struct Shell {
     save: bool,
     /// The application must stop, because a restart is accepted.
     stop: bool,
-    /// There may be an action or a new deadline since the last poll that returned None. Each cause sets this flag, so that a poll
-    /// without work is short.
+    /// There may be an action or a new deadline. Each cause sets this flag, so that the check for work is short.
     dirty: bool,
     wake: Deadline,
 }
@@ -142,7 +141,7 @@ impl Shell {
         self.is_starting
     }
 
-    /// Requests a poll: there is an action, or a deadline has changed.
+    /// Requests the steps of the timers: there is an action, or a deadline has changed.
     pub fn wake_up(&mut self) {
         self.dirty = true;
     }
@@ -336,7 +335,7 @@ impl Shell {
         core::mem::take(&mut self.new_patterns).then_some(self.patterns)
     }
 
-    /// The work begins that was requested with [`wake_up`](Self::wake_up).
+    /// Clears the request of [`wake_up`](Self::wake_up).
     pub(super) fn begin_work(&mut self) {
         self.dirty = false;
     }

@@ -217,7 +217,7 @@ fn number_0_of_mapped_objects_keeps_tpdo_silent_until_the_number_is_written() {
     assert_eq!(t.write(0x1A01, 0, 1, 2), Ok(()));
     assert_eq!(t.read(0x1A01, 0), Ok(2));
     assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
-    // Either condition keeps the TPDO off.
+    // Each of the two conditions disables the TPDO.
     t.write(0x1801, 1, 4, OFF | 0x28A).unwrap();
     t.write(0x1A01, 0, 1, 0).unwrap();
     t.write(0x1801, 1, 4, 0x28A).unwrap();

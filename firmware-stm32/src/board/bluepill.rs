@@ -157,7 +157,7 @@ fn switch_on(rcc: &pac::RCC) {
 }
 
 /// Starts the voltage detector with its highest level: 2.66 to 2.9 V while the supply falls, at most 3.0 V while it rises (DS5319).
-/// So there is time for the operation under way, because the flash needs 2.0 V.
+/// A running flash operation can end, because the flash works down to 2.0 V.
 fn start_supply_monitor(pwr: &pac::PWR) {
     // SAFETY: all values of the field are levels.
     pwr.cr()
