@@ -11,6 +11,9 @@ from .report import Report
 # An identifier that the sensor does not use, for traffic on the bus.
 FOREIGN = 0x7FE
 
+# A flashed image measures the first angles 60 ms after its start. Replies before that have sensor errors.
+FIRST_MEASUREMENT = 0.15
+
 
 class Session(Expected):
     """One sensor, one adapter, and the expected state, from which every reply is known."""
@@ -62,6 +65,8 @@ class Session(Expected):
                 self.tester.send(FOREIGN)
             if frame := self.tester.receive(0.02):
                 frames.append(frame)
+        if self.program.images is not None:
+            time.sleep(FIRST_MEASUREMENT)
         return frames
 
     def boot_up(self) -> list[str]:
