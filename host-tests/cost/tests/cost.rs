@@ -83,6 +83,28 @@ fn document_has_the_measured_figures() {
     assert_table("README.md", &tables::markdown(&REPORTS));
 }
 
+/// A phase belongs to the time above it.
+#[test]
+fn each_phase_has_a_figure_above_it() {
+    let table = tables::markdown(&REPORTS);
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .map(|row| row.split('|').map(str::trim).collect())
+        .collect();
+    let mut phases = 0;
+    for pair in rows.windows(2) {
+        let [above, below] = pair else { continue };
+        if below.get(1) != Some(&"- at") {
+            continue;
+        }
+        for (figure, phase) in above.iter().zip(below).skip(2) {
+            assert_eq!(figure.is_empty(), phase.is_empty(), "{above:?}\n{below:?}");
+            phases += usize::from(!phase.is_empty());
+        }
+    }
+    assert!(phases > 0);
+}
+
 #[test]
 fn readme_of_the_project_has_the_measured_figures_of_is2() {
     let report = REPORTS.iter().find(|report| report.model == "is2");
