@@ -2,6 +2,8 @@
 //!
 //! `UPDATE=1 cargo test -p cost --test cost` writes the figures into the documents.
 
+mod limits;
+
 use cost::budgets::Budgets;
 use cost::products::{self, MeasuredProduct};
 use cost::{CostError, Report, measure, tables};
