@@ -1,7 +1,7 @@
 //! The budget of each figure. A budget far above its figure is also an error, because it would hide a later increase.
 
 use super::Report;
-use super::rows::Row;
+use super::rows::{Row, Unit};
 use std::collections::BTreeMap;
 use std::fmt;
 
@@ -110,7 +110,9 @@ impl Budgets {
             row: row.to_owned(),
             fault,
         };
-        let figures = report.figures.iter().filter_map(|&(row, figure)| {
+        let budgeted = report.figures.iter();
+        let budgeted = budgeted.filter(|(row, _)| row.unit != Unit::Saves);
+        let figures = budgeted.filter_map(|&(row, figure)| {
             let fault = judge(figure, self.of(report.model, row))?;
             Some(complaint(row.key, fault))
         });
@@ -185,6 +187,11 @@ mod tests {
     }
 
     #[test]
+    fn number_of_saves_has_no_budget() {
+        assert!(complaints("[is2]", &[("saves_between", 24)]).is_empty());
+    }
+
+    #[test]
     fn missing_budget_or_figure_is_an_error() {
         assert_eq!(
             complaints("[is2]\nflash = 10\nsync = 5", &[("flash", 10), ("ram", 7)]),
@@ -240,8 +247,8 @@ mod tests {
             ("sync_reply", 350),
             ("idle_poll", 60),
             ("flash_protocol", 14_336),
-            ("flash", 30_720),
-            ("ram", 8_192),
+            ("flash", 29_500),
+            ("ram", 6_144),
         ];
         assert_ceilings("jn2101", &ceilings);
     }

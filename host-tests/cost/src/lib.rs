@@ -116,19 +116,23 @@ pub fn measure_with(
     let scenario::Outcome {
         mut figures,
         cycles,
-        phases,
+        mut phases,
         stack,
         instructions,
     } = scenario::run(product, image, cycles)?;
     let speed = instructions as f64 / begin.elapsed().as_secs_f64() / 1e6;
     add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);
+    // The cycles of the Cortex-M4 are not modelled, so there are no times on the Nucleo.
+    figures.retain(|key, _| {
+        let row = Row::find(key);
+        product.chip == Chip::F103 || row.is_none_or(|row| row.unit != Unit::Nanoseconds)
+    });
+    phases.retain(|key, _| figures.contains_key(key));
     Ok(Report {
         model: product.label,
         figures: ROWS
             .iter()
-            // The cycles of the Cortex-M4 are not modelled, so there are no times on the Nucleo.
-            .filter(|row| product.chip == Chip::F103 || row.unit != Unit::Nanoseconds)
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
         // As the times.

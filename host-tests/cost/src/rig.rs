@@ -7,13 +7,14 @@ use bench::{AdapterId, Bus, DeviceId, Flash, Source};
 use plumbline::can::{Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::BusState;
-use plumbline::time::{Duration, Instant, after, millis};
+use plumbline::time::{Duration, Instant, after, millis, reached};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
 use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
+use stm32_sim::flash::Times;
 use stm32_sim::profile::Call;
 
 /// Maximum time of a reply: a save that erases a page takes 40 ms and more.
@@ -48,15 +49,26 @@ impl Motion for Tumble {
     }
 }
 
-/// The same, while the temperature swings slowly below the set point of the heater of the JN2101, 50 degC, so that its regulator
-/// changes the duty at each step.
-pub struct Warming;
+/// The same at the set point of the heater: the temperature is 6 K below it, then it swings around it, so that the regulator changes the
+/// duty in each period.
+pub struct Warming {
+    /// In 0.01 degC.
+    pub set_point: i16,
+    /// From this time on it swings.
+    pub swings: Instant,
+}
 
 impl Motion for Warming {
     fn reading(&mut self, now: Instant) -> Reading {
-        let seconds = now.ticks() as f64 / 1e6;
+        let deviation = if reached(now, self.swings) {
+            // Down and up by 2 K, each in 5 s.
+            let phase = (now.ticks() % 10_000_000) as f64 / 5e6;
+            200.0 * (phase - 1.0).abs() - 100.0
+        } else {
+            -600.0
+        };
         Reading {
-            temperature: (4800.0 + 400.0 * (TAU * seconds / 30.0).sin()) as i16,
+            temperature: self.set_point + deviation as i16,
             ..Tumble.reading(now)
         }
     }
@@ -80,6 +92,7 @@ impl Rig {
         // The cycles of the Cortex-M4 are not modelled.
         if product.chip == Chip::F103 {
             controller.core_mut().set_cycles(Some(cycles));
+            controller.io_mut().flash.set_times(Times::LONGEST);
         }
         let device = bus.attach(controller);
         let tester = bus.adapter();
@@ -110,6 +123,12 @@ impl Rig {
     /// True when the sensor is bus-off.
     pub fn is_bus_off(&self) -> bool {
         self.bus.device(self.device).bus_state() == Some(BusState::BusOff)
+    }
+
+    /// The transmit error counter of the sensor.
+    pub fn transmit_errors(&self) -> u16 {
+        let counters = self.bus.device(self.device).error_counters();
+        counters.map_or(0, |(transmit, _)| transmit)
     }
 
     /// Switches the sensor off and on.

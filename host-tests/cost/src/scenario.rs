@@ -4,7 +4,7 @@ mod latency;
 
 use super::CostError;
 use super::calls::{Count, exchange, median, most, reply, save};
-use super::function::{Angles, CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
+use super::function::{CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
 use super::products::{Filter, MeasuredProduct, Message, Protocol};
 use super::rig::Rig;
 use can_wire::protocol::Picoseconds;
@@ -56,8 +56,7 @@ pub fn run(
     let mut scenario = Scenario {
         rig: Rig::new(product, image, cycles),
         protocol: product.protocol,
-        angles: product.angles,
-        swept: product.swept,
+        product,
         figures: Figures::new(),
         cycles: Figures::new(),
         phases: BTreeMap::new(),
@@ -86,8 +85,7 @@ pub fn run(
 struct Scenario {
     rig: Rig,
     protocol: &'static Protocol,
-    angles: Angles,
-    swept: bool,
+    product: MeasuredProduct,
     figures: Figures,
     cycles: Figures,
     phases: BTreeMap<&'static str, String>,
@@ -110,7 +108,7 @@ impl Scenario {
         let shared = [CALIBRATION, STORE_SAVE, STORE_STEP];
         let filters = self.protocol.filters.iter();
         let of_filters = filters.flat_map(|filter| filter.step.into_iter().chain(filter.tune));
-        let of_rows = of_filters.chain(self.angles.0.iter().copied());
+        let of_rows = of_filters.chain(self.product.angles.0.iter().copied());
         // Each function once, though several filters share some.
         let functions: BTreeSet<&'static str> = of_node
             .into_iter()
@@ -137,9 +135,10 @@ impl Scenario {
         }
         self.saves()?;
         self.boot()?;
-        if self.swept {
+        if self.product.swept {
             self.answers_while_saving()?;
             self.answers_after_boot()?;
+            self.answers_while_flashing()?;
         }
         self.bus_off()?;
         self.rig.request(self.protocol.load)?;
@@ -204,7 +203,7 @@ impl Scenario {
             self.filter(filter)?;
         }
         let mut parts = vec![("calibration", CALIBRATION)];
-        parts.extend(self.angles.0);
+        parts.extend(self.product.angles.0);
         for (row, function) in parts {
             let count = most(&self.samples, function)?;
             self.count(row, count);
@@ -273,8 +272,11 @@ impl Scenario {
 
     /// Measures a power-up with the saved bit rate.
     fn boot(&mut self) -> Result<(), CostError> {
-        let instructions = |rig: &Rig| rig.controller().core().instructions();
-        let (start, before) = (self.rig.bus().now(), instructions(&self.rig));
+        let count = |rig: &Rig| {
+            let core = rig.controller().core();
+            (core.instructions(), core.cycle())
+        };
+        let (start, before) = (self.rig.bus().now(), count(&self.rig));
         self.rig.bus().take_log();
         self.rig.power_cycle();
         for _ in 0..1_000_000 {
@@ -283,8 +285,12 @@ impl Scenario {
                 break;
             }
         }
-        let figure = instructions(&self.rig) - before;
-        self.figures.insert("boot", figure);
+        let after = count(&self.rig);
+        let boot = Count {
+            instructions: after.0 - before.0,
+            cycles: after.1 - before.1,
+        };
+        self.count("boot", boot);
         self.rig
             .receive(self.protocol.boot_up, millis(100), || "boot-up".to_owned())?;
         let log = self.rig.bus().take_log();

@@ -77,7 +77,14 @@ pub fn markdown(reports: &[Report]) -> String {
 }
 
 /// The rows that the project's README shows, by key.
-const SUMMARY: [&str; 5] = ["flash", "ram", "sync", "sync_median", "sync_worst"];
+const SUMMARY: [&str; 6] = [
+    "flash",
+    "ram",
+    "sync",
+    "sync_median",
+    "sync_worst",
+    "read_worst",
+];
 
 /// The figures of one model that the project's README shows, as a Markdown table.
 pub fn summary(report: &Report) -> String {
@@ -97,7 +104,7 @@ pub fn summary(report: &Report) -> String {
 fn title(row: &Row) -> String {
     match row.unit {
         Unit::Instructions => format!("{}, instructions (cycles)", row.title),
-        Unit::Bytes | Unit::Nanoseconds => row.title.to_owned(),
+        Unit::Bytes | Unit::Nanoseconds | Unit::Saves => row.title.to_owned(),
     }
 }
 
@@ -133,6 +140,7 @@ fn unit(row: &Row) -> &'static str {
         Unit::Bytes => "B",
         Unit::Instructions => "instructions",
         Unit::Nanoseconds => "ns",
+        Unit::Saves => "saves",
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! `UPDATE=1 cargo test -p cost --test cost` writes the figures into the documents.
 
+mod limits;
+
 use cost::budgets::Budgets;
 use cost::products::{self, MeasuredProduct};
 use cost::{CostError, Report, measure, tables};
@@ -81,6 +83,28 @@ fn assert_table(document: &str, expected: &str) {
 #[test]
 fn document_has_the_measured_figures() {
     assert_table("README.md", &tables::markdown(&REPORTS));
+}
+
+/// A phase belongs to the time above it.
+#[test]
+fn each_phase_has_a_figure_above_it() {
+    let table = tables::markdown(&REPORTS);
+    let rows: Vec<Vec<&str>> = table
+        .lines()
+        .map(|row| row.split('|').map(str::trim).collect())
+        .collect();
+    let mut phases = 0;
+    for pair in rows.windows(2) {
+        let [above, below] = pair else { continue };
+        if below.get(1) != Some(&"- at") {
+            continue;
+        }
+        for (figure, phase) in above.iter().zip(below).skip(2) {
+            assert_eq!(figure.is_empty(), phase.is_empty(), "{above:?}\n{below:?}");
+            phases += usize::from(!phase.is_empty());
+        }
+    }
+    assert!(phases > 0);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Prints how fast this computer simulates an image, with the cycles of the instructions and with one cycle for each, and the
 //! ratio: `cargo run --release -p stm32-sim --example cycle_speed -- target/thumbv7m-none-eabi/release/is2`. The ratio must be at
-//! least 0.5.
+//! least 0.5; otherwise the exit code is 1.
 //!
 //! - function: the processor alone, in the function that calculates the angles of two axes (build the image of such a product)
 //! - sensor: the complete sensor on a bus with 2000 SYNC frames a second, which includes the bus and the peripherals
@@ -9,6 +9,7 @@ use bench::{Bus, BusRate, Flash};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::Reading;
 use plumbline::time::{Duration, after};
+use std::process::ExitCode;
 use std::rc::Rc;
 use std::time::Instant;
 use stm32_sim::Microcontroller;
@@ -25,11 +26,14 @@ const FUNCTION: &str = "plumbline::measure::definition::perpendicular";
 const TIME: u64 = 1_500;
 /// Measurements of each; the fastest one counts, because other programs disturb the slower ones.
 const ROUNDS: usize = 15;
+/// The smallest ratio.
+const RATIO: f64 = 0.5;
 
-fn main() {
+fn main() -> ExitCode {
     let path = std::env::args().nth(1).expect("the path of an image");
     let elf = std::fs::read(&path).expect("the image can be read");
     let image = Rc::new(Image::parse(&elf).expect("it is an image"));
+    let mut exit = ExitCode::SUCCESS;
     for (name, measure) in [
         ("function", function as fn(&Rc<Image>, _) -> f64),
         ("sensor", sensor),
@@ -41,11 +45,16 @@ fn main() {
             }
         }
         let [with, without] = best;
+        let ratio = with / without;
         println!(
-            "{name}: {with:.1} million instructions per second with cycles, {without:.1} without: ratio {:.2}",
-            with / without
+            "{name}: {with:.1} million instructions per second with cycles, {without:.1} without: ratio {ratio:.2}"
         );
+        if ratio < RATIO {
+            eprintln!("{name}: the ratio is below {RATIO}");
+            exit = ExitCode::FAILURE;
+        }
     }
+    exit
 }
 
 /// The processor alone.

@@ -1,0 +1,220 @@
+//! The messages of the scenario in each protocol.
+
+use super::super::function::{FIR_STEP, STEP, TUNE};
+use super::{Filter, Message, Protocol};
+use bench::BusRate;
+use plumbline::can::BitRate;
+
+/// A request with the factory's Set-Parameter-ID.
+const fn request(data: &'static [u8]) -> Message {
+    Message(0x300, data)
+}
+
+/// The Butterworth filter at 0.1 Hz.
+const BUTTERWORTH: Message = request(&[0x27, 0x64, 0x00, 1]);
+
+/// GEMAC's function select codes (table 17 of the manual). A one-axis product refuses the two writes to its second angle; this is
+/// also a reply.
+pub(super) const FSC: Protocol = Protocol {
+    module: "plumbline::fsc::",
+    // The sensor detects the bit rate.
+    bus: BusRate::Fixed(BitRate::M1),
+    preparation: &[],
+    boot_up: 2,
+    emergency: None,
+    read: request(&[0x00]),
+    // Cyclic time 20 ms.
+    write: request(&[0x25, 20, 0]),
+    read_code: 1,
+    sync: Message(0x100, &[]),
+    sync_code: 1,
+    // No SensorError.
+    has_angle: |reply| reply.get(1).is_some_and(|status| status & 0x30 == 0),
+    starting: request(&[0x00]),
+    filters: &[
+        Filter {
+            settings: &[request(&[0x27, 0xD0, 0x07, 0])],
+            sample: "sample_off",
+            step: None,
+            tune: None,
+        },
+        // 0.1 Hz, 25 Hz, and 2 Hz, at which the samples are measured.
+        Filter {
+            settings: &[
+                BUTTERWORTH,
+                request(&[0x27, 0xA8, 0x61, 1]),
+                request(&[0x27, 0xD0, 0x07, 1]),
+            ],
+            sample: "sample_butterworth",
+            step: Some(("step_butterworth", STEP)),
+            tune: Some(("tune_butterworth", TUNE)),
+        },
+        // 0.1 Hz, 8 Hz, 2 Hz.
+        Filter {
+            settings: &[
+                request(&[0x27, 0x64, 0x00, 2]),
+                request(&[0x27, 0x40, 0x1F, 2]),
+                request(&[0x27, 0xD0, 0x07, 2]),
+            ],
+            sample: "sample_critically_damped",
+            step: Some(("step_critically_damped", STEP)),
+            tune: Some(("tune_critically_damped", TUNE)),
+        },
+    ],
+    slowest_filter: BUTTERWORTH,
+    others: &[
+        request(&[0x02]),
+        request(&[0x03]),
+        request(&[0x04]),
+        request(&[0x10]),
+        request(&[0x11]),
+        request(&[0x12]),
+        request(&[0x13]),
+        request(&[0x14]),
+        request(&[0x15]),
+        request(&[0x16]),
+        request(&[0x17]),
+        request(&[0x18]),
+        request(&[0x19]),
+        request(&[0x20, 0x00, 0x03, 0, 0]),
+        request(&[0x21, 0x01, 0x03, 0, 0]),
+        request(&[0x22, 0x00, 0x01, 0, 0]),
+        // Automatic zero point adjustment, then a number.
+        request(&[0x28]),
+        request(&[0x29]),
+        request(&[0x28, 0x64, 0x00]),
+        request(&[0x29, 0x64, 0x00]),
+        request(&[0xFF]),
+        // An unknown code.
+        request(&[0x77]),
+    ],
+    cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
+    not_cyclic: request(&[0x26, 0]),
+    set_up: &[request(&[0x23, 9]), request(&[0x24, 1])],
+    save: request(&[0x50, b'S', b'A', b'V', b'E']),
+    load: request(&[0x40, b'L', b'O', b'A', b'D']),
+    restart: request(&[0xFF, b'R', b'E', b'S', b'E', b'T']),
+};
+
+/// An SDO request to the factory node id of the JN2101.
+const fn sdo(data: &'static [u8; 8]) -> Message {
+    Message(0x60A, data)
+}
+
+/// "save" to 1010h:01.
+const SAVE: Message = sdo(b"\x23\x10\x10\x01save");
+
+/// The FIR filter at 10 Hz (2043h).
+const TEN_HERTZ: Message = sdo(&[0x2F, 0x43, 0x20, 0, 1, 0, 0, 0]);
+
+const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
+    Filter {
+        settings: setting,
+        sample,
+        step: Some(("step_fir", FIR_STEP)),
+        tune: None,
+    }
+}
+
+/// CANopen with the objects of the JN2101 (section 14 of its manual).
+pub(super) const CANOPEN: Protocol = Protocol {
+    module: "plumbline::canopen::",
+    bus: BusRate::Follow,
+    preparation: &[
+        // 1000 kbit/s.
+        sdo(&[0x2B, 0x01, 0x20, 0, 0xE8, 0x03, 0, 0]),
+        // Operational after each boot-up message.
+        sdo(&[0x23, 0x80, 0x1F, 0, 8, 0, 0, 0]),
+        // The second TPDO by its timer only, which is switched off.
+        sdo(&[0x2B, 0x01, 0x18, 5, 0, 0, 0, 0]),
+        sdo(&[0x2F, 0x01, 0x18, 2, 254, 0, 0, 0]),
+        SAVE,
+        // Reset node, after which both settings are in effect.
+        Message(0x000, &[0x81, 0]),
+    ],
+    boot_up: 1,
+    emergency: Some(0x08A),
+    // Longitudinal, 16 bits.
+    read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
+    // The timer of the first TPDO, 20 ms; it is effective only with another transmission type.
+    write: sdo(&[0x2B, 0x00, 0x18, 5, 20, 0, 0, 0]),
+    // Command, index and subindex.
+    read_code: 4,
+    sync: Message(0x080, &[]),
+    sync_code: 0,
+    // No abort.
+    has_angle: |reply| reply.first().is_some_and(|command| *command != 0x80),
+    // The device type.
+    starting: sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
+    filters: &[
+        Filter {
+            settings: &[sdo(&[0x2F, 0x43, 0x20, 0, 0, 0, 0, 0])],
+            sample: "sample_off",
+            step: None,
+            tune: None,
+        },
+        fir(&[TEN_HERTZ], "sample_fir_10"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 2, 0, 0, 0])], "sample_fir_5"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 3, 0, 0, 0])], "sample_fir_1"),
+        fir(
+            &[sdo(&[0x2F, 0x43, 0x20, 0, 4, 0, 0, 0])],
+            "sample_fir_half",
+        ),
+    ],
+    slowest_filter: TEN_HERTZ,
+    others: &[
+        sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x01, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x03, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x05, 0x10, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x18, 0x10, 1, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x18, 0x10, 4, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x20, 0x60, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x10, 0x61, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x20, 0x61, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x80, 0x40, 0, 0, 0, 0, 0]),
+        sdo(&[0x40, 0x81, 0x40, 0, 0, 0, 0, 0]),
+        // The programming key, in segments; the last request is beyond its end.
+        sdo(&[0x40, 0x00, 0x30, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x60, 0, 0, 0, 0, 0, 0, 0]),
+        sdo(&[0x70, 0, 0, 0, 0, 0, 0, 0]),
+        // Terminating resistor and heating, off and on.
+        sdo(&[0x2F, 0x45, 0x20, 0, 0, 0, 0, 0]),
+        sdo(&[0x2F, 0x45, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x41, 0x20, 0, 0, 0, 0, 0]),
+        sdo(&[0x2F, 0x41, 0x20, 0, 1, 0, 0, 0]),
+        // All other angle definitions, then that of the factory.
+        sdo(&[0x2F, 0x44, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x44, 0x20, 0, 2, 0, 0, 0]),
+        sdo(&[0x2F, 0x44, 0x20, 0, 3, 0, 0, 0]),
+        sdo(&[0x2F, 0x44, 0x20, 0, 0, 0, 0, 0]),
+        // Teach-in and zero point, on and off.
+        sdo(&[0x2F, 0x42, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x42, 0x20, 0, 2, 0, 0, 0]),
+        sdo(&[0x2F, 0x46, 0x20, 0, 1, 0, 0, 0]),
+        sdo(&[0x2F, 0x46, 0x20, 0, 2, 0, 0, 0]),
+        // Heartbeat, off.
+        sdo(&[0x2B, 0x17, 0x10, 0, 0, 0, 0, 0]),
+        // An object that does not exist.
+        sdo(&[0x40, 0x77, 0x77, 0, 0, 0, 0, 0]),
+    ],
+    // The first TPDO every 5 ms.
+    cyclic: &[
+        sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
+        sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),
+    ],
+    not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
+    // The self-test, which runs during the saves.
+    set_up: &[sdo(&[0x2F, 0x04, 0x40, 1, 1, 0, 0, 0])],
+    save: SAVE,
+    load: sdo(b"\x23\x11\x10\x01load"),
+    restart: sdo(&[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]),
+};
