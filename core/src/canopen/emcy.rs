@@ -293,13 +293,11 @@ impl<H: History> Emergency<H> {
     /// Changes these faults. Queues a message for each. `is_new`: a fault that begins is stored in the history.
     #[cold]
     fn announce(&mut self, changed: u8, is_new: bool) {
-        let mut next: u8 = 1;
-        for fault in self.faults() {
-            let bit = next;
-            next <<= 1;
-            if changed & bit == 0 {
-                continue;
-            }
+        let mut rest = changed;
+        // Only the changed faults: a frame waits for this loop.
+        while let Some(fault) = self.faults().get(rest.trailing_zeros() as usize) {
+            let bit = rest & rest.wrapping_neg();
+            rest ^= bit;
             self.active ^= bit;
             if self.active & bit == 0 {
                 self.queue(0);
@@ -352,11 +350,12 @@ impl<H: History> Emergency<H> {
 
     /// The error register (1001h).
     pub fn register(&self) -> u8 {
-        let fault = |bit: usize| self.faults.and_then(|faults| faults.get(bit));
-        let register = |bit| fault(bit).map_or(0, |fault| fault.register);
-        (0..8)
-            .filter(|bit| self.active >> bit & 1 != 0)
-            .fold(0, |bits, bit| bits | GENERIC | register(bit))
+        let (mut register, mut rest) = (0, self.active);
+        while let Some(fault) = self.faults().get(rest.trailing_zeros() as usize) {
+            register |= GENERIC | fault.register;
+            rest &= rest.wrapping_sub(1);
+        }
+        register
     }
 
     /// The number of errors in the history.

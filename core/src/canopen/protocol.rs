@@ -148,7 +148,7 @@ impl<P: Product> Canopen<P> {
         const STOP: u32 = 2;
         self.services.report_guarding(cx);
         // Before the node stops: then it sends no more.
-        self.services.send_emergencies(cx, now);
+        while self.services.send_emergency(cx, now) {}
         match Services::<P>::ERROR_BEHAVIOUR.get(&cx.parameters) {
             NO_CHANGE => {}
             STOP => self.enter(cx, now, State::Stopped),
@@ -355,12 +355,12 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Sends a TPDO if its event timer has expired. After the last TPDO, sends emergency messages and returns false.
+    /// Sends a TPDO if its event timer has expired. After the last TPDO, sends an emergency message in each step. Returns false if
+    /// there is nothing more.
     fn send_event(&mut self, cx: &mut ContextOf<P>, now: Instant, number: u8) -> bool {
         let number = usize::from(number);
         let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
-            self.send_emergencies(cx, now);
-            return false;
+            return self.send_emergency(cx, now);
         };
         if tpdo.poll(now) {
             self.react(cx, number, Reaction::Send);
@@ -368,9 +368,10 @@ impl<P: Product> Services<P> {
         true
     }
 
-    fn send_emergencies(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+    /// Sends the next emergency message. Returns false if there is none, or if it must wait.
+    fn send_emergency(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         // `is_due` must be called first: it also ends the inhibit time.
-        while self.emergency.is_due(now)
+        if self.emergency.is_due(now)
             && cx.shell.is_online()
             && self.state.communicates()
             && cx.shell.has_room()
@@ -379,7 +380,9 @@ impl<P: Product> Services<P> {
             if let Some(id) = cob_id::in_use(Self::EMCY_COB_ID.get(&cx.parameters)) {
                 send(cx, id, &message);
             }
+            return true;
         }
+        false
     }
 
     /// Shows the LED patterns of the present state.
