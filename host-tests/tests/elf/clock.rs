@@ -35,7 +35,7 @@ fn bus_is_recessive_after_crystal_stops_in_a_frame() {
 }
 
 #[test]
-fn sensor_waits_for_a_crystal_that_has_stopped_and_goes_on() {
+fn sensor_restarts_when_stopped_crystal_oscillates_again() {
     let mut rig = Rig::booted("is2", RATE);
     stop_crystal_in_a_frame(&mut rig);
     rig.expect_reset(ResetCause::Software);

@@ -22,7 +22,7 @@ pub enum ResetTime {
     Cycles(u32),
     /// Until CAN_MCR was read as set this number of times.
     Reads(u32),
-    /// For ever: only a reset by RCC ends it.
+    /// RESET stays set until a reset by RCC.
     Endless,
 }
 
