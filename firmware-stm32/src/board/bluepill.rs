@@ -164,13 +164,6 @@ fn start_supply_monitor(pwr: &pac::PWR) {
         .write(|w| unsafe { w.pls().bits(0b111).pvde().set_bit() });
 }
 
-/// True while the supply is too low to begin an operation of the flash.
-pub fn supply_is_low() -> bool {
-    // SAFETY: reads a status bit.
-    let pwr = unsafe { pac::PWR::steal() };
-    pwr.csr().read().pvdo().bit_is_set()
-}
-
 /// Starts the PLL from the crystal: 64 MHz for core, APB2 and timers, 32 MHz for APB1. From now on, a crystal that stops causes
 /// an NMI.
 fn start_pll(rcc: &pac::RCC, flash: &pac::FLASH) {
