@@ -157,6 +157,12 @@ pub fn fixed(name: &str, rate: BitRate) -> Flash {
     saved(name, &[&[fsc::WRITE_BAUD_RATE, baud_rate_code(rate)]])
 }
 
+/// Free flash after the program, for code of a test.
+const CODE: u32 = match CHIP {
+    Chip::F103 => 0x0800_F000,
+    Chip::F446 => 0x0807_F000,
+};
+
 /// A data frame with an 11-bit identifier.
 pub fn data(id: u16, bytes: &[u8]) -> Frame {
     Frame::data(standard(id), bytes).expect("at most eight bytes")
@@ -363,6 +369,42 @@ impl Rig {
         self.write(&fsc::SAVE);
     }
 
+    /// Writes the cyclic time, a parameter for tests of saves.
+    #[track_caller]
+    pub fn write_time(&mut self, value: u16) {
+        let [low, high] = value.to_le_bytes();
+        self.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
+    }
+
+    /// Reads the cyclic time.
+    #[track_caller]
+    pub fn read_time(&mut self) -> u16 {
+        let reply = self.request(&[fsc::READ_CYCLIC_TIME]);
+        u16::from_le_bytes([reply[2], reply[3]])
+    }
+
+    /// True while the main loop executes instructions.
+    pub fn runs_main_loop(&self) -> bool {
+        let core = self.microcontroller().core();
+        core.active_exception() == 0 && !core.is_asleep()
+    }
+
+    /// Executes this code in the main loop, which runs, with these values in R0 and R1. A fault starts the handler of the image.
+    #[track_caller]
+    pub fn execute(&mut self, code: &[u16], registers: [u32; 2]) {
+        assert!(self.runs_main_loop());
+        self.microcontroller_mut().take_faults();
+        let bytes: Vec<u8> = code.iter().flat_map(|it| it.to_le_bytes()).collect();
+        let core = self.microcontroller_mut().core_mut();
+        assert!(core.load(CODE, &bytes));
+        for (number, value) in (0..).zip(registers) {
+            core.set_register(number, value);
+        }
+        // Not in an IT block.
+        core.set_xpsr(0);
+        core.set_register(15, CODE);
+    }
+
     /// Switches the power off and on again.
     pub fn power_cycle(&mut self) {
         self.expected.push(ResetCause::PowerOn);
@@ -372,6 +414,14 @@ impl Rig {
     /// Adds a reset to the expected ones.
     pub fn expect_reset(&mut self, cause: ResetCause) {
         self.expected.push(cause);
+    }
+
+    /// The program made the bus recessive and switched the heater off before the last reset.
+    #[track_caller]
+    pub fn assert_safe_at_reset(&self) {
+        let reset = self.microcontroller().resets().last();
+        let outputs = reset.map(|reset| (reset.dominant, reset.heater));
+        assert_eq!(outputs, Some((false, 0)), "TXD is dominant, the heater");
     }
 
     /// The test lets the stack overflow.
@@ -390,7 +440,7 @@ impl Rig {
         let causes: Vec<_> = microcontroller
             .resets()
             .iter()
-            .map(|(_, cause)| *cause)
+            .map(|reset| reset.cause)
             .collect();
         assert_eq!(causes, expected, "the resets");
     }
