@@ -15,6 +15,7 @@ use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
+use stm32_sim::flash::Times;
 use stm32_sim::peripherals::Peripherals;
 use stm32_sim::rcc::ResetCause;
 use virtual_sensor::scene::{Axes, Scene};
@@ -173,11 +174,10 @@ pub const fn ms(ms: u64) -> Duration {
     Duration::from_ticks(ms * 1000)
 }
 
-/// Maximum time of a reply in ms: a save that erases a sector of the Nucleo takes 250 ms and more.
-const PATIENCE: u64 = match CHIP {
-    Chip::F103 => 200,
-    Chip::F446 => 500,
-};
+/// Maximum time of a reply in ms: a save can erase a page first.
+fn patience() -> u64 {
+    Times::longest(CHIP).erase[2] / 1_000_000_000 + 160
+}
 
 /// A microcontroller with an image and a tester on a bus.
 pub struct Rig {
@@ -345,7 +345,7 @@ impl Rig {
     #[track_caller]
     pub fn request(&mut self, bytes: &[u8]) -> Vec<u8> {
         self.send(bytes);
-        let reply = self.expect(REPLY, PATIENCE);
+        let reply = self.expect(REPLY, patience());
         assert_eq!(reply.bytes()[0], bytes[0], "{reply:?}");
         reply.bytes().to_vec()
     }
