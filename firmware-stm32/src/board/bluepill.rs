@@ -60,6 +60,11 @@ pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 /// The filter banks of the CAN controller (medium-density devices; the PAC defines 28 for all devices).
 pub const FILTER_BANKS: u8 = 14;
 
+/// CAN_FMR with all filter banks for the CAN controller, from its present value: here all bits besides FINIT are reserved.
+pub const fn own_filters(master: u32) -> u32 {
+    master
+}
+
 /// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_LP_CAN_RX0;
 

@@ -64,6 +64,11 @@ pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 /// The filter banks of CAN1: the first 14 of the 28 that it shares with CAN2 (reset value of FMR.CAN2SB).
 pub const FILTER_BANKS: u8 = 14;
 
+/// CAN_FMR with [`FILTER_BANKS`] for CAN1, from its present value: CAN2SB is the first bank of CAN2.
+pub const fn own_filters(master: u32) -> u32 {
+    master & !(0x3F << 8) | (FILTER_BANKS as u32) << 8
+}
+
 /// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_RX0;
 

@@ -20,6 +20,8 @@ const DETECTION_LIMIT: u32 = 1_000;
 fn detecting(silicon: Silicon) -> Rig {
     let mut rig = Rig::with("is2", BusRate::Wire, blank());
     rig.io().0.can.set_silicon(silicon);
+    // The registers get their values by a reset.
+    rig.power_cycle();
     let tester = rig.tester;
     rig.bus.open(tester, Some(RATE), false);
     // Acknowledges the frames of the tester.
