@@ -13,8 +13,8 @@
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //!
 //! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. Of the STM32F446 this is not
-//! modelled, because no image uses it: floating point, CAN2, the voltage scale of PWR, SYSCFG, DMA, and flash units of 64 bits.
-//! The detectors of the supply are modelled ([`pwr`]).
+//! modelled, because no image uses it: floating point, CAN2, SYSCFG, DMA, the effect of the voltage scale, over-drive, and
+//! flash units of 64 bits. The detectors of the supply are modelled ([`pwr`]).
 //!
 //! RM0008 is the reference manual of the STM32F10x, PM0075 the programming manual of its flash, DS5319 the datasheet of the
 //! STM32F103x8. RM0390 is the reference manual of the STM32F446, PM0214 the programming manual of its processor, DS10693 its

@@ -2,7 +2,7 @@
 //!
 //! | offset | register | |
 //! |---|---|---|
-//! | 00h | PWR_CR | PVDE, PLS, DBP; low-power modes are violations |
+//! | 00h | PWR_CR | PVDE, PLS, DBP; VOS without effect; low-power modes are violations |
 //! | 04h | PWR_CSR | PVDO |
 //!
 //! The supply is an input: it changes linearly from one voltage to another. The programmable detector (PVD) compares it with the
@@ -59,6 +59,8 @@ const CLEAR_FLAGS: u32 = 0b11 << 2;
 const DETECTOR_ENABLE: u32 = 1 << 4;
 const LEVEL_SHIFT: u32 = 5;
 const BACKUP_ACCESS: u32 = 1 << 8;
+/// VOS, only on the STM32F446. It has no effect.
+const VOLTAGE_SCALE: u32 = 0b11 << 14;
 const WRITABLE: u32 = LOW_POWER | DETECTOR_ENABLE | 0b111 << LEVEL_SHIFT | BACKUP_ACCESS;
 
 // PWR_CSR.
@@ -120,6 +122,8 @@ impl Supply {
 #[derive(Debug)]
 pub struct Pwr {
     limits: &'static Limits,
+    /// The voltage scale in PWR_CR, which is its value after a reset.
+    scale: u32,
     part: Part,
     /// The option bytes enable the brown-out reset.
     brown_out: bool,
@@ -135,11 +139,16 @@ pub struct Pwr {
 impl Pwr {
     /// After power-on, with the usual supply and typical thresholds.
     pub fn new(chip: Chip) -> Self {
+        let scale = match chip {
+            Chip::F103 => 0,
+            Chip::F446 => VOLTAGE_SCALE,
+        };
         Self {
             limits: &chip.facts().supply,
             part: Part::default(),
             brown_out: true,
-            control: 0,
+            scale,
+            control: scale,
             status: 0,
             low: false,
             supply: Supply::default(),
@@ -149,7 +158,7 @@ impl Pwr {
 
     /// A reset of the microcontroller. The supply stays.
     pub fn reset(&mut self) {
-        (self.control, self.status, self.low) = (0, 0, false);
+        (self.control, self.status, self.low) = (self.scale, 0, false);
     }
 
     /// Sets the thresholds of this part.
@@ -245,12 +254,13 @@ impl Pwr {
         match offset {
             0x00 => {
                 violations.check(value & LOW_POWER != 0, "PWR_CR", "low power not modelled");
+                let writable = WRITABLE | self.scale;
                 violations.check(
-                    value & !(WRITABLE | CLEAR_FLAGS) != 0,
+                    value & !(writable | CLEAR_FLAGS) != 0,
                     "PWR_CR",
                     "reserved bits are written",
                 );
-                self.control = value & WRITABLE;
+                self.control = value & writable;
             }
             0x04 => self.status = value & WAKE_UP_PIN,
             _ => return Err(AccessError::Unmapped),
