@@ -29,13 +29,13 @@ pub type Threshold = [u32; 3];
 /// What the supply of a chip must be, in mV.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Limits {
-    /// The power-down reset, and what its end is higher.
+    /// The power-down reset: its threshold, and by how much the supply must be higher at its end.
     pub power_down: (Threshold, u32),
-    /// The brown-out reset at the level of the README, and what its end is higher; None: the chip does not have it.
+    /// The same of the brown-out reset at the level of the README; None: the chip does not have it.
     pub brown_out: Option<(Threshold, u32)>,
     /// PVD at each level (PLS).
     pub detector: [Threshold; 8],
-    /// What the thresholds of PVD are higher while the supply rises.
+    /// The hysteresis of PVD: its thresholds are higher by this while the supply rises.
     pub detector_hysteresis: u32,
     /// The lowest supply for operations of the flash by bytes, half-words, words.
     pub programming: [u32; 3],
