@@ -39,8 +39,9 @@ pub fn delay(us: u32) {
     cortex_m::asm::delay(us.saturating_mul(CORE_CLOCK / 1_000_000));
 }
 
-/// The causes of the last reset: bits 24 to 31 of RCC_CSR, kept for a debugger. Bit 1: brown-out (F446), 2: reset pin, 3:
-/// power-on, 4: software, 5: watchdog, 7: low power. An internal reset also sets the bit of the reset pin.
+/// The causes of the last reset: bits 24 to 31 of RCC_CSR. A debugger can read them. Bit 1: brown-out (F446), 2: reset pin, 3:
+/// power-on, 4: software, 5: watchdog, 7: low power.
+/// An internal reset also sets the bit of the reset pin.
 #[used]
 static RESET_CAUSES: AtomicU8 = AtomicU8::new(0);
 
