@@ -349,8 +349,10 @@ impl Bus {
         }
         let listening = self.is_listening();
         let status = self.registers().esr().read();
-        let state = if listening {
-            // Errors at a wrong bit rate are no fault.
+        let code = status.lec().bits();
+        let state = if listening || self.state == BusState::BusOff && code != LEC_SEEN {
+            // Errors at a wrong bit rate are no fault. Off the bus there are no frames and errors: after bus-off, the controller has
+            // been on the bus again, and can be off it a second time.
             BusState::Active
         } else if status.boff().bit_is_set() {
             BusState::BusOff
@@ -363,9 +365,11 @@ impl Bus {
         };
         if state != self.state {
             self.state = state;
+            if !listening {
+                self.forget_error();
+            }
             return Some(BusEvent::State(state));
         }
-        let code = status.lec().bits();
         if !listening || code == LEC_SEEN {
             return None;
         }

@@ -171,7 +171,7 @@ fn bit_30_switches_the_answer_to_remote_frames_off() {
 }
 
 #[test]
-fn mapping_accepts_only_its_present_value() {
+fn mapping_entry_accepts_only_its_current_value() {
     let mut t = tilted();
     for (index, entries) in ENTRIES {
         assert_eq!(t.write(index, 0, 1, 2), Ok(()));

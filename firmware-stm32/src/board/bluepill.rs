@@ -60,6 +60,11 @@ pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 /// The filter banks of the CAN controller (medium-density devices; the PAC defines 28 for all devices).
 pub const FILTER_BANKS: u8 = 14;
 
+/// CAN_FMR with all filter banks for the CAN controller, from its present value: here all bits besides FINIT are reserved.
+pub const fn own_filters(master: u32) -> u32 {
+    master
+}
+
 /// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_LP_CAN_RX0;
 
@@ -162,13 +167,6 @@ fn start_supply_monitor(pwr: &pac::PWR) {
     // SAFETY: all values of the field are levels.
     pwr.cr()
         .write(|w| unsafe { w.pls().bits(0b111).pvde().set_bit() });
-}
-
-/// True while the supply is too low to begin an operation of the flash.
-pub fn supply_is_low() -> bool {
-    // SAFETY: reads a status bit.
-    let pwr = unsafe { pac::PWR::steal() };
-    pwr.csr().read().pvdo().bit_is_set()
 }
 
 /// Starts the PLL from the crystal: 64 MHz for core, APB2 and timers, 32 MHz for APB1. From now on, a crystal that stops causes

@@ -41,13 +41,9 @@ pub fn delay(us: u32) {
 
 /// The causes of the last reset: bits 24 to 31 of RCC_CSR. A debugger can read them. Bit 1: brown-out (F446), 2: reset pin, 3:
 /// power-on, 4: software, 5: watchdog, 7: low power.
+/// An internal reset also sets the bit of the reset pin.
 #[used]
 static RESET_CAUSES: AtomicU8 = AtomicU8::new(0);
-
-/// The causes of the last reset. An internal reset also sets the bit of the reset pin.
-pub fn reset_causes() -> u8 {
-    RESET_CAUSES.load(Ordering::Relaxed)
-}
 
 /// Keeps the causes of the last reset and clears them in the hardware, which otherwise collects them until power-off.
 fn note_reset(rcc: &pac::RCC) {
@@ -61,6 +57,13 @@ fn note_reset(rcc: &pac::RCC) {
         causes >> 5 & 1 != 0,
         causes
     );
+}
+
+/// True while the supply is too low to begin an operation of the flash.
+fn supply_is_low() -> bool {
+    // SAFETY: reads a status bit.
+    let pwr = unsafe { pac::PWR::steal() };
+    pwr.csr().read().pvdo().bit_is_set()
 }
 
 /// The number of polls of the ready flag in an attempt to start the oscillator: 6 to 10 cycles each, so that an attempt takes

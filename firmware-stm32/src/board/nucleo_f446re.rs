@@ -23,7 +23,9 @@
 //! that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 128 MHz, so that APB1 runs at a quarter of it, 32
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
-use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator};
+use super::{
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator, supply_is_low,
+};
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
 use crate::imu::{SpiError, Wires};
@@ -61,6 +63,11 @@ pub const PULSE_INTERRUPT: pac::Interrupt = pac::Interrupt::TIM4;
 
 /// The filter banks of CAN1: the first 14 of the 28 that it shares with CAN2 (reset value of FMR.CAN2SB).
 pub const FILTER_BANKS: u8 = 14;
+
+/// CAN_FMR with [`FILTER_BANKS`] for CAN1, from its present value: CAN2SB is the first bank of CAN2.
+pub const fn own_filters(master: u32) -> u32 {
+    master & !(0x3F << 8) | (FILTER_BANKS as u32) << 8
+}
 
 /// Receive FIFO 0 contains a frame.
 pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_RX0;
@@ -208,13 +215,6 @@ fn start_supply_monitor(pwr: &pac::PWR) {
     // SAFETY: all values of the field are levels.
     pwr.cr()
         .modify(|_, w| unsafe { w.pls().bits(0b110).pvde().set_bit() });
-}
-
-/// True while the supply is too low to begin an operation of the flash.
-pub fn supply_is_low() -> bool {
-    // SAFETY: reads a status bit.
-    let pwr = unsafe { pac::PWR::steal() };
-    pwr.csr().read().pvdo().bit_is_set()
 }
 
 /// Resets the CAN controller and the timer of the heater, and keeps them in reset: TXD is recessive, the heater is off.

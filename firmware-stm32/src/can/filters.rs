@@ -32,7 +32,7 @@ pub(super) fn set(
     unsafe {
         registers
             .fmr()
-            .modify(|fmr, w| w.bits(fmr.bits() | INITIALIZATION));
+            .modify(|fmr, w| w.bits(board::own_filters(fmr.bits()) | INITIALIZATION));
         registers.fa1r().write(|w| w.bits(0));
         registers.fm1r().write(|w| w.bits(0));
         registers.ffa1r().write(|w| w.bits(0));

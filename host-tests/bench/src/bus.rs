@@ -94,6 +94,8 @@ pub struct Bus {
     adapters_made: usize,
     /// Until then a sensor goes first, because an adapter has just sent a frame.
     adapters_wait_until: Picoseconds,
+    /// After its frame, an adapter lets a sensor go first.
+    gives_way: bool,
     /// The silent participant that acknowledges; it is on the bus while an adapter is.
     assistant: (Protocol, Line),
     assists: bool,
@@ -122,6 +124,7 @@ impl Bus {
             adapters: BTreeMap::new(),
             adapters_made: 0,
             adapters_wait_until: 0,
+            gives_way: true,
             assistant: Default::default(),
             assists: rate != BusRate::Wire,
             leading: false,
@@ -230,6 +233,11 @@ impl Bus {
         if let Some((adapter, _)) = self.adapters.get_mut(&id) {
             adapter.push(frame);
         }
+    }
+
+    /// With false, an adapter begins its next frame right after the intermission, so that only the identifiers decide.
+    pub fn give_way(&mut self, gives_way: bool) {
+        self.gives_way = gives_way;
     }
 
     /// Frames that wait in an adapter.

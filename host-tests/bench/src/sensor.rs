@@ -48,7 +48,8 @@ pub trait Sensor: Any {
     /// Its CAN controller; None while the power is off.
     fn protocol(&self) -> Option<&Protocol>;
 
-    /// The level that it drives; true is dominant. A fault of its hardware can make it differ from that of its CAN controller.
+    /// True if the sensor drives the bus dominant. After a hardware fault, this level can differ from the level of the CAN
+    /// controller.
     fn is_dominant(&self) -> bool {
         self.protocol().is_some_and(Protocol::is_dominant)
     }

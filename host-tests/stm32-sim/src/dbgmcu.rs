@@ -12,6 +12,10 @@ pub const BASE: u32 = 0xE004_2000;
 /// DBGMCU_IDCODE of the STM32F446, revision A.
 const IDENTIFIER: u32 = 0x1000_6421;
 
+/// The bits of DBGMCU_CR, and on the STM32F446 of DBGMCU_APB1_FZ and DBGMCU_APB2_FZ.
+const F103_BITS: [u32; 3] = [0x7E3F_FFE7, 0, 0];
+const F446_BITS: [u32; 3] = [0x0000_00E7, 0x07E0_1DFF, 0x0007_0003];
+
 /// DBGMCU.
 #[derive(Clone, Copy, Debug)]
 pub struct Dbgmcu {
@@ -60,7 +64,12 @@ impl Dbgmcu {
         match (self.chip, offset) {
             (_, 0x00) => return Err(AccessError::Refused("DBGMCU_IDCODE is read-only")),
             (_, 0x04) | (Chip::F446, 0x08 | 0x0C) => {
-                self.registers[offset as usize / 4 - 1] = value;
+                let number = offset as usize / 4 - 1;
+                let bits = match self.chip {
+                    Chip::F103 => F103_BITS,
+                    Chip::F446 => F446_BITS,
+                };
+                self.registers[number] = value & bits[number];
             }
             _ => return Err(AccessError::Unmapped),
         }

@@ -11,7 +11,7 @@ mod operation;
 use super::chip::Chip;
 use super::cortex_m::timing::FlashTiming;
 use super::io::{AccessError, Width};
-use super::pwr::{PROGRAMMING_MIN, Supply};
+use super::pwr::Supply;
 use super::timebase::Picoseconds;
 use super::violation::Violations;
 use bench::{Flash, FlashError};
@@ -39,6 +39,8 @@ pub struct FlashInterface {
     busy_until: Option<Picoseconds>,
     work: Option<Work>,
     supply: Supply,
+    /// The supply in mV below which the microcontroller is reset.
+    reset_level: u32,
     times: Times,
 }
 
@@ -66,6 +68,7 @@ impl FlashInterface {
             busy_until: None,
             work: None,
             supply: Supply::default(),
+            reset_level: 0,
             times: Times::typical(chip),
         }
     }
@@ -105,24 +108,27 @@ impl FlashInterface {
         self.busy_until.is_some()
     }
 
-    /// Sets the supply of the next operation.
-    pub fn set_supply(&mut self, supply: Supply) {
-        self.supply = supply;
+    /// Sets the supply of the next operation, and the voltage in mV below which the microcontroller is reset.
+    pub fn set_supply(&mut self, supply: Supply, reset_level: u32) {
+        (self.supply, self.reset_level) = (supply, reset_level);
     }
 
-    /// An operation that needs this time begins now. If the supply becomes too low before its end, it is a violation, and the
-    /// operation is cut off.
+    /// An operation that needs this time begins now. If the supply becomes too low for its width before its end, or resets the
+    /// microcontroller, it is a violation, and the operation is cut off.
     fn check_supply(
         &mut self,
         now: Picoseconds,
         duration: Picoseconds,
         violations: &mut Violations,
     ) {
-        if self.supply.lowest(now, now + duration) < PROGRAMMING_MIN {
-            violations.add(
-                "flash",
-                "the supply is too low before the end of an operation",
-            );
+        let limit = self.chip.facts().supply.programming[self.parallelism()];
+        if self.supply.lowest(now, now + duration) < limit.max(self.reset_level) {
+            let reason = if self.supply.at(now) < limit {
+                "the supply is too low for an operation of this width"
+            } else {
+                "the supply is too low before the end of an operation"
+            };
+            violations.add("flash", reason);
             self.parameters.cut_in_operation_after(0, now);
         }
     }
@@ -216,7 +222,6 @@ impl FlashInterface {
         address: u32,
         width: Width,
         value: u32,
-        duration: Picoseconds,
         violations: &mut Violations,
     ) -> Result<(), FlashError> {
         let Some(at) = self.offset_in_parameters(address) else {
@@ -226,6 +231,7 @@ impl FlashInterface {
             );
             return Ok(());
         };
+        let duration = self.times.program;
         self.check_supply(now, duration, violations);
         let value = &value.to_le_bytes()[..width.bytes()];
         let result = self.parameters.program_unit(at, value);
@@ -250,13 +256,8 @@ impl FlashInterface {
     }
 
     /// Erases the page of the parameters at an offset.
-    fn erase_page(
-        &mut self,
-        now: Picoseconds,
-        offset: usize,
-        duration: Picoseconds,
-        violations: &mut Violations,
-    ) {
+    fn erase_page(&mut self, now: Picoseconds, offset: usize, violations: &mut Violations) {
+        let duration = self.times.erase[self.parallelism()];
         self.check_supply(now, duration, violations);
         let size = self.parameters.geometry().page_size;
         let start = offset / size * size;
@@ -274,6 +275,14 @@ impl FlashInterface {
         let parameters = &self.chip.facts().parameters;
         let offset = address.checked_sub(parameters.start)?;
         parameters.contains(&address).then_some(offset as usize)
+    }
+
+    /// The width of an operation: 0, 1, 2 for bytes, half-words, words.
+    fn parallelism(&self) -> usize {
+        match self.chip {
+            Chip::F103 => 1,
+            Chip::F446 => self.parallelism_f446(),
+        }
     }
 
     /// Makes the flash busy from now on. Faulty memory reports no error.

@@ -13,8 +13,8 @@
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //!
 //! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. Of the STM32F446 this is not
-//! modelled, because no image uses it: floating point, CAN2, PWR (its voltage scale stays that of a reset), SYSCFG, DMA, and flash
-//! units of 64 bits.
+//! modelled, because no image uses it: floating point, CAN2, SYSCFG, DMA, the effect of the voltage scale, over-drive, and
+//! flash units of 64 bits. The detectors of the supply are modelled ([`pwr`]).
 //!
 //! With the cycles of the instructions, the simulator executes at least half as many instructions per second as with one cycle for
 //! each instruction (measured: 0.9 for a complete sensor, 0.7 for the processor alone). The example `cycle_speed` measures this

@@ -54,7 +54,7 @@ pub struct Microcontroller {
     heated: Option<Heated>,
     on: bool,
     boots: u32,
-    resets: Vec<(Picoseconds, ResetCause)>,
+    resets: Vec<Reset>,
     leds: Leds,
     led_history: VecDeque<(Instant, Leds)>,
     lowest_stack: u32,
@@ -70,6 +70,19 @@ pub struct Microcontroller {
     faults: Vec<String>,
     /// A debugger halts the processor.
     halted: bool,
+}
+
+/// A start of the program, and what the board drove just before it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Reset {
+    /// The time.
+    pub at: Picoseconds,
+    /// The cause.
+    pub cause: ResetCause,
+    /// TXD was dominant.
+    pub dominant: bool,
+    /// The duty of the heater in permille.
+    pub heater: u16,
 }
 
 /// The violations that have been reported: the count in either list, and their kinds.
@@ -232,8 +245,8 @@ impl Microcontroller {
         new
     }
 
-    /// The first thousand starts, each with its time and its cause, oldest first; [`boots`](Sensor::boots) counts all.
-    pub fn resets(&self) -> &[(Picoseconds, ResetCause)] {
+    /// The first thousand starts, oldest first; [`boots`](Sensor::boots) counts all.
+    pub fn resets(&self) -> &[Reset] {
         &self.resets
     }
 
@@ -287,7 +300,12 @@ impl Microcontroller {
     /// A reset that leaves the power on.
     fn reset(&mut self, cause: ResetCause) {
         if self.resets.len() < RESETS {
-            self.resets.push((self.time(), cause));
+            self.resets.push(Reset {
+                at: self.time(),
+                cause,
+                dominant: self.is_dominant(),
+                heater: self.heater(),
+            });
         }
         self.boots += 1;
         if cause != ResetCause::PowerOn {

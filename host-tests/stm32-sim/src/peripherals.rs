@@ -75,7 +75,7 @@ impl Peripherals {
         Self {
             chip,
             rcc: Rcc::new(chip),
-            pwr: Pwr::default(),
+            pwr: Pwr::new(chip),
             gpio: Gpio::new(chip),
             afio: Afio::default(),
             flash: FlashInterface::new(chip, parameters),

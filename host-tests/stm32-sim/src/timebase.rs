@@ -60,7 +60,7 @@ impl Timebase {
         self.time
             + match self.period {
                 Some((period, 1)) => cycles * period,
-                // Times of a day and more fit (10^17 ps).
+                // The range is more than one day (10^17 ps).
                 Some((period, count)) => cycles * period / count,
                 None => {
                     let scaled = u128::from(cycles) * u128::from(SECOND);

@@ -20,6 +20,8 @@ const DETECTION_LIMIT: u32 = 1_000;
 fn detecting(silicon: Silicon) -> Rig {
     let mut rig = Rig::with("is2", BusRate::Wire, blank());
     rig.io().0.can.set_silicon(silicon);
+    // The registers get their values by a reset.
+    rig.power_cycle();
     let tester = rig.tester;
     rig.bus.open(tester, Some(RATE), false);
     // Acknowledges the frames of the tester.
@@ -126,7 +128,7 @@ fn frame_is_received_once_when_release_of_mailbox_takes_time() {
 }
 
 #[test]
-fn errors_of_the_search_are_not_shown_or_told() {
+fn bus_errors_during_bit_rate_detection_are_not_reported() {
     let mut rig = detecting(Silicon::default());
     // The receive error counter reaches its maximum.
     rig.bus.hold_dominant(ms(5));
@@ -178,7 +180,7 @@ fn hold(rig: &mut Rig, time: u64) {
 }
 
 #[test]
-fn dominant_wire_during_the_search_delays_only() {
+fn dominant_bus_during_bit_rate_detection_only_delays_the_start() {
     for reset in [ResetTime::Cycles(64), ResetTime::Endless] {
         let mut rig = detecting(Silicon {
             reset,
@@ -204,7 +206,7 @@ fn dominant_wire_during_the_search_delays_only() {
 }
 
 #[test]
-fn dominant_wire_while_joining_at_a_fixed_rate_delays_only() {
+fn dominant_bus_while_joining_at_a_fixed_rate_only_delays_the_start() {
     let mut rig = Rig::with("is2", BusRate::Wire, fixed("is2", RATE));
     let tester = rig.tester;
     rig.bus.open(tester, Some(RATE), false);
@@ -216,7 +218,7 @@ fn dominant_wire_while_joining_at_a_fixed_rate_delays_only() {
 
 /// The recovery from bus-off enters initialization mode, for which the controller waits for the end of a frame.
 #[test]
-fn dominant_wire_during_recovery_from_bus_off_delays_only() {
+fn dominant_bus_during_recovery_from_bus_off_only_delays_the_recovery() {
     for reset in [
         ResetTime::Cycles(64),
         ResetTime::Reads(1),
@@ -244,7 +246,7 @@ fn dominant_wire_during_recovery_from_bus_off_delays_only() {
 
 /// Another COB-ID begins with initialization mode, for which the controller waits for the end of a frame.
 #[test]
-fn dominant_wire_while_leaving_the_bus_delays_only() {
+fn dominant_bus_while_leaving_the_bus_only_delays_the_change() {
     const BOOT_UP: u16 = 0x70A;
     // SDO: the COB-ID of the SYNC (1005h) is 81h.
     let request = data(0x60A, &[0x23, 0x05, 0x10, 0, 0x81, 0, 0, 0]);

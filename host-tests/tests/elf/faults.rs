@@ -1,18 +1,10 @@
 //! Faults of the program: the handlers of the image make CAN_TX recessive, switch the heater off and reset.
 
-use crate::CHIP;
 use crate::rig::*;
 use plumbline::can::BitRate;
-use stm32_sim::chip::Chip;
 use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
-
-/// Free flash after the program, for code of a test.
-const CODE: u32 = match CHIP {
-    Chip::F103 => 0x0800_F000,
-    Chip::F446 => 0x0807_F000,
-};
 
 /// The requests until the main loop runs while the sensor drives a dominant bit: on the Nucleo it sleeps during most replies.
 const REQUESTS: usize = 100;
@@ -20,27 +12,6 @@ const REQUESTS: usize = 100;
 /// The time from request to request in microseconds, longer than a reply. The period of the measurement, 5 ms, is no multiple of
 /// it, so that the requests come at different phases of the measurement.
 const PERIOD: u64 = 611;
-
-/// True while the main loop executes instructions.
-fn runs_main_loop(rig: &Rig) -> bool {
-    let core = rig.microcontroller().core();
-    core.active_exception() == 0 && !core.is_asleep()
-}
-
-/// Executes this code in the main loop, which runs, with R0 and R1.
-fn execute(rig: &mut Rig, code: &[u16], registers: [u32; 2]) {
-    assert!(runs_main_loop(rig));
-    rig.microcontroller_mut().take_faults();
-    let bytes: Vec<u8> = code.iter().flat_map(|it| it.to_le_bytes()).collect();
-    let core = rig.microcontroller_mut().core_mut();
-    assert!(core.load(CODE, &bytes));
-    for (number, value) in (0..).zip(registers) {
-        core.set_register(number, value);
-    }
-    // Not in an IT block.
-    core.set_xpsr(0);
-    core.set_register(15, CODE);
-}
 
 /// A heated sensor that heats and is in the middle of a frame, while its main loop runs.
 fn busy(rig: &mut Rig) {
@@ -50,7 +21,7 @@ fn busy(rig: &mut Rig) {
         rig.send(&[fsc::INCLINATION]);
         for _ in 0..PERIOD {
             rig.run_us(1);
-            if is_dominant(rig) && runs_main_loop(rig) {
+            if rig.device().is_dominant() && rig.runs_main_loop() {
                 return;
             }
         }
@@ -58,19 +29,16 @@ fn busy(rig: &mut Rig) {
     panic!("the main loop never runs within a dominant bit");
 }
 
-fn is_dominant(rig: &Rig) -> bool {
-    rig.device().protocol().is_some_and(|it| it.is_dominant())
-}
-
 /// After a fault of this code the bus is recessive, the heater is off and the sensor starts again, all within some microseconds.
 fn restarts(code: &[u16], registers: [u32; 2]) {
     let mut rig = Rig::booted("is2tk", RATE);
     busy(&mut rig);
-    execute(&mut rig, code, registers);
+    rig.execute(code, registers);
     rig.expect_reset(ResetCause::Software);
     rig.run_us(20);
     assert_eq!(rig.device().boots(), 2, "a reset within 20 us");
-    assert!(!is_dominant(&rig));
+    rig.assert_safe_at_reset();
+    assert!(!rig.device().is_dominant());
     assert_eq!(rig.microcontroller().heater(), 0);
     rig.frames();
     rig.boot_up();
@@ -96,6 +64,16 @@ fn unexpected_interrupt_restarts_the_sensor() {
     restarts(&code, [1 << 6, 0xE000_E100]);
 }
 
+/// The linker removes the handler from an image in which nothing panics. Then there is nothing to execute.
+#[test]
+fn panic_restarts_the_sensor() {
+    match image("is2tk").address_of("rust_begin_unwind") {
+        // BX R0
+        Some(handler) => restarts(&[0x4700], [handler | 1, 0]),
+        None => println!("skipped: the image has no panic handler"),
+    }
+}
+
 #[test]
 fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
     for name in ["is2", "jn2101"] {
@@ -115,8 +93,8 @@ fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
             bytes.expect("RAM").to_vec()
         };
         // PUSH {R0-R7, LR}; B to it.
-        rig.wait_until(1, 100, runs_main_loop);
-        execute(&mut rig, &[0xB5FF, 0xE7FD], [0xDEAD_BEEF; 2]);
+        rig.wait_until(1, 100, Rig::runs_main_loop);
+        rig.execute(&[0xB5FF, 0xE7FD], [0xDEAD_BEEF; 2]);
         rig.expect_reset(ResetCause::Software);
         let mut last = statics(&rig);
         while rig.device().boots() == 1 {
@@ -133,6 +111,7 @@ fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
             "{:?}",
             rig.microcontroller().faults()
         );
+        rig.assert_safe_at_reset();
         rig.run(1000);
         assert_eq!(rig.device().boots(), 2);
         rig.ignore_stack();

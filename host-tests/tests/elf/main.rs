@@ -20,6 +20,7 @@ mod clock;
 mod detection;
 mod errors;
 mod faults;
+mod halves;
 mod jn2101;
 mod joining;
 mod load;

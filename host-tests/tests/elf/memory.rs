@@ -9,31 +9,21 @@ use stm32_sim::flash::Times;
 
 const RATE: BitRate = BitRate::M1;
 
-/// Maximum time of a save in ms: a half-word takes 70 us and the erase of a page 40 ms at most, a word 16 us and the erase of a
-/// sector 250 ms.
-const SAVE_TIME: u64 = match CHIP {
-    Chip::F103 => 60,
-    Chip::F446 => 300,
-};
-
 /// The bytes that are programmed together.
 const UNIT: u64 = match CHIP {
     Chip::F103 => 2,
     Chip::F446 => 4,
 };
 
+/// The time in ms in which a save with these times of the flash ends: it erases a page and programs a record, by units.
+fn save_time(times: Times) -> u64 {
+    let programs = RECORD as u64 / UNIT * times.program;
+    // PSIZE is that of a word on the Nucleo; on the Blue Pill all times are equal.
+    (times.erase[2] + programs).div_ceil(1_000_000_000) + 10
+}
+
 /// The size of a record of is2 in bytes, the largest of the tested models.
 const RECORD: usize = 40;
-
-fn write_time(rig: &mut Rig, value: u16) {
-    let [low, high] = value.to_le_bytes();
-    rig.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
-}
-
-fn read_time(rig: &mut Rig) -> u16 {
-    let reply = rig.request(&[fsc::READ_CYCLIC_TIME]);
-    u16::from_le_bytes([reply[2], reply[3]])
-}
 
 /// Saves until a save has erased a page; returns the number of saves.
 fn save_until_erased(rig: &mut Rig) -> u32 {
@@ -49,10 +39,10 @@ fn save_until_erased(rig: &mut Rig) -> u32 {
 /// Saves `new` over `old` and cuts the power in the flash operation after `others` operations. Returns the parameter after the
 /// next power-up, or None if the save ended before.
 fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> {
-    write_time(rig, new);
+    rig.write_time(new);
     rig.flash().cut_in_operation_after(others, others);
     rig.send(&fsc::SAVE);
-    rig.run(SAVE_TIME);
+    rig.run(save_time(Times::longest(CHIP)));
     if rig.device().is_on() {
         assert_eq!(rig.expect(REPLY, 1).bytes()[0], fsc::SAVE[0]);
         rig.flash().power_on();
@@ -61,7 +51,7 @@ fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> 
     assert!(rig.frames().is_empty(), "a reply before the save has ended");
     rig.power_cycle();
     rig.boot_up();
-    let value = read_time(rig);
+    let value = rig.read_time();
     assert!(
         value == old || value == new,
         "{value} after a cut in operation {others}"
@@ -71,7 +61,7 @@ fn save_with_cut(rig: &mut Rig, old: u16, new: u16, others: u64) -> Option<u16> 
 
 #[test]
 fn power_cut_at_any_half_word_keeps_the_old_or_the_new_parameters() {
-    for times in [Times::SHORTEST, Times::LONGEST] {
+    for times in [Times::shortest(CHIP), Times::longest(CHIP)] {
         power_cut_at_any_half_word(times);
     }
 }
@@ -88,7 +78,7 @@ fn power_cut_at_any_half_word(times: Times) {
     println!("a save takes {operations} operations");
     // A header, more than 20 bytes of parameters and a checksum.
     assert!(operations >= 34 / UNIT);
-    assert_eq!(read_time(&mut rig), new);
+    assert_eq!(rig.read_time(), new);
 }
 
 #[test]
@@ -113,13 +103,14 @@ fn power_cut_in_a_save_that_erases_keeps_the_old_or_the_new_parameters() {
     }
 }
 
-/// DS5319: 40 to 70 us for a half-word, 20 to 40 ms for a page.
+/// Blue Pill, DS5319: 40 to 70 us for a half-word, 20 to 40 ms for a page. Nucleo, DS10693: 16 to 100 us for a word, 250 to 500 ms
+/// for a sector.
 #[test]
 fn saves_work_across_page_changes_with_any_times_of_the_flash() {
     for (name, times) in [
-        ("is1", Times::SHORTEST),
-        ("is2", Times::TYPICAL),
-        ("is2", Times::LONGEST),
+        ("is1", Times::shortest(CHIP)),
+        ("is2", Times::typical(CHIP)),
+        ("is2", Times::longest(CHIP)),
     ] {
         let mut rig = Rig::booted(name, RATE);
         rig.io().0.flash.set_times(times);
@@ -131,12 +122,12 @@ fn saves_work_across_page_changes_with_any_times_of_the_flash() {
         };
         let saves = (changes * page).div_ceil(RECORD) as u16 + 32;
         for value in 1..=saves {
-            write_time(&mut rig, value);
+            rig.write_time(value);
             rig.save();
             if value % 32 == 0 && (CHIP == Chip::F103 || value > saves - 64) {
                 rig.power_cycle();
                 rig.boot_up();
-                assert_eq!(read_time(&mut rig), value);
+                assert_eq!(rig.read_time(), value);
             }
         }
         assert!(rig.flash().erased() - erased >= changes as u64 - 1);
@@ -150,25 +141,25 @@ fn broken_flash_sets_cmd_param_error_and_eeprom_error() {
         let mut rig = Rig::booted(name, RATE);
         rig.flash().fail_writes(true);
         rig.flash().fail_erases(true);
-        write_time(&mut rig, 777);
+        rig.write_time(777);
         let errors = status::CMD_PARAM_ERROR | status::EEPROM_ERROR;
         assert_eq!(rig.request(&fsc::SAVE), [fsc::SAVE[0], errors]);
         // Table 14: the bits stay until the status is read.
         assert_eq!(rig.request(&[fsc::STATUS])[1], errors);
         assert_eq!(rig.request(&[fsc::STATUS])[1], 0);
-        assert_eq!(read_time(&mut rig), 777);
+        assert_eq!(rig.read_time(), 777);
         rig.flash().fail_writes(false);
         rig.flash().fail_erases(false);
         rig.save();
         rig.power_cycle();
         rig.boot_up();
-        assert_eq!(read_time(&mut rig), 777);
+        assert_eq!(rig.read_time(), 777);
     }
 }
 
 #[test]
 fn erase_of_a_page_loses_only_frames_beyond_the_fifo() {
-    for times in [Times::SHORTEST, Times::LONGEST] {
+    for times in [Times::shortest(CHIP), Times::longest(CHIP)] {
         erase_of_a_page(times);
     }
 }
@@ -187,7 +178,7 @@ fn erase_of_a_page(times: Times) {
     let erased = rig.flash().erased();
     rig.send(&fsc::SAVE);
     rig.run(2);
-    // The processor is stalled for 30 ms, or 250 ms; the CAN controller acknowledges.
+    // The processor is stalled for 20 ms and more; the CAN controller acknowledges.
     for code in 0x10..=0x15 {
         rig.send(&[code]);
     }
@@ -195,7 +186,7 @@ fn erase_of_a_page(times: Times) {
     assert_eq!(rig.flash().erased(), erased + 1, "this save erases a page");
     assert_eq!(rig.bus.queued(rig.tester), 0, "all frames are acknowledged");
     assert!(rig.frames().is_empty());
-    rig.run(SAVE_TIME + 40);
+    rig.run(save_time(times) + 40);
     let replies: Vec<u8> = rig.frames().iter().map(|frame| frame.bytes()[0]).collect();
     // RM0008, section 24.7.3: without FIFO lock a new message overwrites the last one, so the first two and the newest are kept.
     assert_eq!(replies, [0x10, 0x11, 0x15, fsc::SAVE[0]]);

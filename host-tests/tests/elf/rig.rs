@@ -3,11 +3,16 @@
 //! At the end of a test, the rig checks that there was no violation of the reference manual, that the stack has not reached its
 //! limit, and that there was no reset that the test did not expect.
 
+#[path = "rig/parameters.rs"]
+mod parameters;
+
+pub use parameters::*;
+
 use crate::CHIP;
 use bench::motion::Motion;
-use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, NodeType, Sensor, Source};
+use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Logged, NodeType, Sensor, Source};
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::time::{Duration, Instant, after};
+use plumbline::time::{Duration, after};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::sync::OnceLock;
@@ -15,6 +20,7 @@ use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
+use stm32_sim::flash::Times;
 use stm32_sim::peripherals::Peripherals;
 use stm32_sim::rcc::ResetCause;
 use virtual_sensor::scene::{Axes, Scene};
@@ -24,51 +30,6 @@ pub const MODELS: [&str; 2] = ["is1", "is2"];
 
 /// The serial number of every sensor here.
 pub const SERIAL: u32 = 1;
-
-/// Factory identifiers (manual, table 17).
-pub const SET: u16 = 0x300;
-pub const REPLY: u16 = 0x301;
-pub const SYNC: u16 = 0x100;
-
-/// Function select codes (manual, table 17).
-pub mod fsc {
-    pub const INCLINATION: u8 = 0x00;
-    pub const STATUS: u8 = 0x02;
-    pub const READ_CYCLIC_TIME: u8 = 0x15;
-    pub const WRITE_BAUD_RATE: u8 = 0x23;
-    pub const WRITE_BUS_OFF_RECOVERY: u8 = 0x24;
-    pub const WRITE_CYCLIC_TIME: u8 = 0x25;
-    pub const WRITE_CYCLIC_MODE: u8 = 0x26;
-    pub const WRITE_FILTER: u8 = 0x27;
-    pub const SAVE: [u8; 5] = *b"\x50SAVE";
-    pub const RESET: [u8; 6] = *b"\xFFRESET";
-    pub const ALIVE: u8 = 0xFF;
-}
-
-/// Bits of the status byte (manual, tables 14 and 15).
-pub mod status {
-    pub const EEPROM_ERROR: u8 = 1 << 2;
-    pub const CMD_PARAM_ERROR: u8 = 1 << 3;
-    pub const SENSOR_ERROR_X: u8 = 1 << 4;
-    pub const SENSOR_ERROR_Y: u8 = 1 << 5;
-    pub const ACCURACY_WARNING: u8 = 1 << 6;
-}
-
-/// The code of a bit rate in the parameter of table 17 (section 9.10.3).
-pub fn baud_rate_code(rate: BitRate) -> u8 {
-    match rate {
-        BitRate::K10 => 1,
-        BitRate::K20 => 2,
-        BitRate::K50 => 3,
-        BitRate::K100 => 4,
-        BitRate::K125 => 5,
-        BitRate::K250 => 6,
-        BitRate::K500 => 7,
-        BitRate::K800 => 8,
-        BitRate::M1 => 9,
-        BitRate::K62_5 => 10,
-    }
-}
 
 /// The ELF file of a product for the board.
 pub fn elf(model: &str) -> &'static [u8] {
@@ -105,57 +66,11 @@ pub fn microcontroller(name: &str, flash: Flash) -> Microcontroller {
     Microcontroller::new(node_type(name).name, image(name), SERIAL, flash, motion)
 }
 
-/// A blank parameter memory.
-pub fn blank() -> Flash {
-    Flash::blank(CHIP.facts().geometry)
-}
-
-/// A parameter memory with these parameters, each as the data of the frame that writes it. A sensor built for the PC saves them
-/// in the same format; the pages of the microcontroller can be larger.
-pub fn saved(name: &str, parameters: &[&[u8]]) -> Flash {
-    let memory = saved_on_pc(name, parameters);
-    let from = memory.geometry().page_size;
-    let geometry = CHIP.facts().geometry;
-    let mut bytes = vec![0xFF; geometry.size()];
-    let pages = bytes.chunks_mut(geometry.page_size);
-    for (page, content) in pages.zip(memory.bytes().chunks(from)) {
-        page[..from].copy_from_slice(content);
-    }
-    Flash::with_content(geometry, bytes)
-}
-
-/// The memory of a sensor built for the PC with these parameters.
-pub fn saved_on_pc(name: &str, parameters: &[&[u8]]) -> Flash {
-    let mut bus = Bus::new(BusRate::Fixed(BitRate::M1));
-    let node_type = node_type(name);
-    let device = bus.attach(Device::new(
-        &node_type,
-        SERIAL,
-        Flash::default(),
-        tilt(name, 0.0, 0.0),
-    ));
-    let tester = bus.adapter();
-    bus.open(tester, None, false);
-    bus.lead_detection();
-    bus.run_until(Instant::from_ticks(100_000));
-    bus.send(tester, data(SET, &[]));
-    bus.run_until(Instant::from_ticks(110_000));
-    for parameter in parameters.iter().copied().chain([&fsc::SAVE[..]]) {
-        bus.send(tester, data(SET, parameter));
-    }
-    bus.run_until(Instant::from_ticks(200_000));
-    let received = bus.take_received(tester);
-    let is_reply = |frame: &Frame| frame.bytes()[0] == fsc::SAVE[0];
-    let reply = received.iter().find(|(_, frame)| is_reply(frame));
-    let (_, reply) = reply.expect("the reply to SAVE");
-    assert_eq!(reply.bytes()[1] & status::CMD_PARAM_ERROR, 0);
-    Flash::new(bus.device_mut(device).flash().bytes().to_vec())
-}
-
-/// A parameter memory with this fixed bit rate.
-pub fn fixed(name: &str, rate: BitRate) -> Flash {
-    saved(name, &[&[fsc::WRITE_BAUD_RATE, baud_rate_code(rate)]])
-}
+/// Free flash after the program, for code of a test.
+const CODE: u32 = match CHIP {
+    Chip::F103 => 0x0800_F000,
+    Chip::F446 => 0x0807_F000,
+};
 
 /// A data frame with an 11-bit identifier.
 pub fn data(id: u16, bytes: &[u8]) -> Frame {
@@ -167,11 +82,10 @@ pub const fn ms(ms: u64) -> Duration {
     Duration::from_ticks(ms * 1000)
 }
 
-/// Maximum time of a reply in ms: a save that erases a sector of the Nucleo takes 250 ms and more.
-const PATIENCE: u64 = match CHIP {
-    Chip::F103 => 200,
-    Chip::F446 => 500,
-};
+/// Maximum time of a reply in ms: a save can erase a page first.
+fn patience() -> u64 {
+    Times::longest(CHIP).erase[2] / 1_000_000_000 + 160
+}
 
 /// A microcontroller with an image and a tester on a bus.
 pub struct Rig {
@@ -339,7 +253,7 @@ impl Rig {
     #[track_caller]
     pub fn request(&mut self, bytes: &[u8]) -> Vec<u8> {
         self.send(bytes);
-        let reply = self.expect(REPLY, PATIENCE);
+        let reply = self.expect(REPLY, patience());
         assert_eq!(reply.bytes()[0], bytes[0], "{reply:?}");
         reply.bytes().to_vec()
     }
@@ -363,6 +277,42 @@ impl Rig {
         self.write(&fsc::SAVE);
     }
 
+    /// Writes the cyclic time, a parameter for tests of saves.
+    #[track_caller]
+    pub fn write_time(&mut self, value: u16) {
+        let [low, high] = value.to_le_bytes();
+        self.write(&[fsc::WRITE_CYCLIC_TIME, low, high]);
+    }
+
+    /// Reads the cyclic time.
+    #[track_caller]
+    pub fn read_time(&mut self) -> u16 {
+        let reply = self.request(&[fsc::READ_CYCLIC_TIME]);
+        u16::from_le_bytes([reply[2], reply[3]])
+    }
+
+    /// True while the main loop executes instructions.
+    pub fn runs_main_loop(&self) -> bool {
+        let core = self.microcontroller().core();
+        core.active_exception() == 0 && !core.is_asleep()
+    }
+
+    /// Executes this code in the main loop, which runs, with these values in R0 and R1. A fault starts the handler of the image.
+    #[track_caller]
+    pub fn execute(&mut self, code: &[u16], registers: [u32; 2]) {
+        assert!(self.runs_main_loop());
+        self.microcontroller_mut().take_faults();
+        let bytes: Vec<u8> = code.iter().flat_map(|it| it.to_le_bytes()).collect();
+        let core = self.microcontroller_mut().core_mut();
+        assert!(core.load(CODE, &bytes));
+        for (number, value) in (0..).zip(registers) {
+            core.set_register(number, value);
+        }
+        // Not in an IT block.
+        core.set_xpsr(0);
+        core.set_register(15, CODE);
+    }
+
     /// Switches the power off and on again.
     pub fn power_cycle(&mut self) {
         self.expected.push(ResetCause::PowerOn);
@@ -372,6 +322,14 @@ impl Rig {
     /// Adds a reset to the expected ones.
     pub fn expect_reset(&mut self, cause: ResetCause) {
         self.expected.push(cause);
+    }
+
+    /// The program made the bus recessive and switched the heater off before the last reset.
+    #[track_caller]
+    pub fn assert_safe_at_reset(&self) {
+        let reset = self.microcontroller().resets().last();
+        let outputs = reset.map(|reset| (reset.dominant, reset.heater));
+        assert_eq!(outputs, Some((false, 0)), "TXD is dominant, the heater");
     }
 
     /// The test lets the stack overflow.
@@ -390,7 +348,7 @@ impl Rig {
         let causes: Vec<_> = microcontroller
             .resets()
             .iter()
-            .map(|(_, cause)| *cause)
+            .map(|reset| reset.cause)
             .collect();
         assert_eq!(causes, expected, "the resets");
     }

@@ -34,6 +34,8 @@ mod detection;
 mod errors;
 #[path = "../elf/faults.rs"]
 mod faults;
+#[path = "../elf/halves.rs"]
+mod halves;
 #[path = "../elf/jn2101.rs"]
 mod jn2101;
 #[path = "../elf/load.rs"]

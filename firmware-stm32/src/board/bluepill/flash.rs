@@ -1,6 +1,7 @@
 //! Erasing and programming the flash (PM0075).
 
-use super::{pac, supply_is_low};
+use super::pac;
+use crate::board::supply_is_low;
 use crate::flash::Sectors;
 use embedded_storage::nor_flash::NorFlashErrorKind;
 

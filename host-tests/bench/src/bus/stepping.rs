@@ -317,7 +317,7 @@ impl Bus {
     }
 
     fn adapters_wait(&self) -> bool {
-        self.time < self.adapters_wait_until
+        self.gives_way && self.time < self.adapters_wait_until
     }
 
     /// True when a sensor has a frame that it could send next.

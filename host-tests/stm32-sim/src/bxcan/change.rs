@@ -1,4 +1,4 @@
-//! Changes of mode, and what follows from them: reset by CAN_MCR.RESET, joining and leaving the bus, recovery from bus-off.
+//! Mode changes and their effects: reset by CAN_MCR.RESET, joining and leaving the bus, recovery from bus-off.
 
 use super::errors::Confinement;
 use super::mode::{Change, Mode};

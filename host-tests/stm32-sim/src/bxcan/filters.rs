@@ -15,6 +15,7 @@
 
 use super::mailbox;
 use super::registers::Register;
+use super::silicon::GENUINE_FILTER_MASTER;
 use super::violations::Violations;
 use plumbline::can::Frame;
 
@@ -24,8 +25,6 @@ pub(super) const BANKS: usize = 14;
 const SHARED_BANKS: usize = 28;
 /// CAN_FMR.CAN2SB, which exists only where there is a CAN2. Elsewhere it is reserved and keeps its reset value.
 const SECOND_START: u32 = 0x3F << 8;
-/// CAN_FMR.CAN2SB after a reset: 14.
-const SECOND_START_RESET: u32 = 14 << 8;
 
 /// CAN_FMR.FINIT.
 const INITIALIZATION: u32 = 1;
@@ -72,17 +71,17 @@ pub(super) struct Filters {
 impl Default for Filters {
     /// Those of the STM32F103.
     fn default() -> Self {
-        Self::new(false)
+        Self::new(false, GENUINE_FILTER_MASTER)
     }
 }
 
 impl Filters {
-    /// After a reset; with the banks of the STM32F446 if they are shared with CAN2.
-    pub(super) fn new(shared: bool) -> Self {
+    /// After a reset; with the banks of the STM32F446 if they are shared with CAN2. `master`: the content of CAN_FMR.
+    pub(super) fn new(shared: bool, master: u32) -> Self {
         let count = if shared { SHARED_BANKS } else { BANKS };
         Self {
             shared,
-            second_start: SECOND_START_RESET,
+            second_start: master & SECOND_START,
             initialization: true,
             list: 0,
             wide: 0,
@@ -127,8 +126,12 @@ impl Filters {
 
     /// The banks of this controller.
     fn own(&self) -> usize {
-        let start = (self.second_start >> 8) as usize;
-        start.min(self.banks.len())
+        let banks = self.banks.len();
+        if self.shared {
+            banks.min((self.second_start >> 8) as usize)
+        } else {
+            banks
+        }
     }
 
     /// CAN_FMR.CAN2SB where it exists.

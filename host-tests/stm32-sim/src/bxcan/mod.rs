@@ -117,14 +117,16 @@ impl BxCan {
     /// CAN1 of the STM32F446, which shares its filter banks with CAN2.
     pub fn with_shared_filters() -> Self {
         let mut controller = Self::new();
-        controller.state.filters = Filters::new(true);
+        let master = controller.silicon.filter_master;
+        controller.state.filters = Filters::new(true, master);
         controller
     }
 
     /// A reset by RCC or of the microcontroller: resets the registers and the error counters; a current frame is aborted. The
     /// clock and the recorded history stay.
     pub fn reset(&mut self) {
-        let filters = Filters::new(self.state.filters.are_shared());
+        let shared = self.state.filters.are_shared();
+        let filters = Filters::new(shared, self.silicon.filter_master);
         self.state = State {
             filters,
             ..State::default()
@@ -143,7 +145,7 @@ impl BxCan {
         self.lock = Lock::default();
     }
 
-    /// Selects the behaviour that the manual leaves open.
+    /// Selects the behaviour that the manual leaves open. Where CAN2SB can be written, it changes with the next reset.
     pub fn set_silicon(&mut self, silicon: Silicon) {
         self.silicon = silicon;
     }

@@ -22,7 +22,7 @@ pub enum ResetTime {
     Cycles(u32),
     /// Until CAN_MCR was read as set this number of times.
     Reads(u32),
-    /// For ever: only a reset by RCC ends it.
+    /// RESET stays set until a reset by RCC.
     Endless,
 }
 
@@ -38,7 +38,7 @@ pub struct Silicon {
     /// In silent mode a frame locks the transmit output after this number of earlier uses of silent mode, each ended by a reset by
     /// RCC or of the microcontroller, since power-up. None: never.
     pub lock_after: Option<u32>,
-    /// CAN_FMR after a reset, without FINIT. Where CAN2SB can be written, it is 14 after a reset.
+    /// CAN_FMR after a reset, without FINIT. CAN2SB can be written where the banks are shared with CAN2.
     pub filter_master: u32,
 }
 

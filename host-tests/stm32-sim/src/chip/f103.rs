@@ -2,7 +2,9 @@
 
 use super::{Board, Facts, Module};
 use crate::cortex_m::{MemorySizes, Model};
+use crate::flash::Times;
 use crate::gpio::{Pin, PortName};
+use crate::pwr::Limits;
 use crate::rcc::Gate;
 use bench::Geometry;
 use std::ops::Range;
@@ -22,6 +24,31 @@ pub const FACTS: Facts = Facts {
     program: &[PROGRAM],
     parameters: 0x0800_F800..0x0801_0000,
     geometry: Geometry::STM32F103,
+    // DS5319, embedded reset and power control block characteristics, and flash memory characteristics (Vprog).
+    supply: Limits {
+        power_down: ([1800, 1880, 1960], 40),
+        brown_out: None,
+        detector: [
+            [2000, 2080, 2160],
+            [2090, 2180, 2270],
+            [2180, 2280, 2380],
+            [2280, 2380, 2480],
+            [2370, 2480, 2590],
+            [2470, 2580, 2690],
+            [2560, 2680, 2800],
+            [2660, 2780, 2900],
+        ],
+        detector_hysteresis: 100,
+        programming: [2000; 3],
+    },
+    // DS5319, flash memory characteristics. It has no typical time to erase.
+    flash_times: [
+        Times::of(40_000, [20; 3]),
+        Times::of(52_500, [30; 3]),
+        Times::of(70_000, [40; 3]),
+    ],
+    // PM0075, section 2.3.
+    flash_needs_hsi: true,
     hsi: 8_000_000,
     // DS5319, table 25.
     lsi: [30_000, 40_000, 60_000],

@@ -2,7 +2,9 @@
 
 use super::{Board, Facts, Module};
 use crate::cortex_m::{MemorySizes, Model};
+use crate::flash::Times;
 use crate::gpio::{Pin, PortName};
+use crate::pwr::Limits;
 use crate::rcc::Gate;
 use bench::Geometry;
 
@@ -19,6 +21,32 @@ pub const FACTS: Facts = Facts {
     // Sectors 2 and 3 (RM0390, table 5).
     parameters: 0x0800_8000..0x0801_0000,
     geometry: Geometry::STM32F446,
+    // DS10693, embedded reset and power control block characteristics; RM0390, section 3.6.2, program/erase parallelism.
+    supply: Limits {
+        power_down: ([1600, 1680, 1760], 40),
+        // Level 3.
+        brown_out: Some(([2750, 2830, 2880], 100)),
+        detector: [
+            [1980, 2040, 2080],
+            [2130, 2190, 2250],
+            [2290, 2350, 2390],
+            [2440, 2510, 2560],
+            [2590, 2660, 2710],
+            [2650, 2840, 2920],
+            [2850, 2930, 2990],
+            [2950, 3030, 3090],
+        ],
+        detector_hysteresis: 100,
+        programming: [1800, 2100, 2700],
+    },
+    // DS10693, flash memory programming; the time to erase is that of a sector of 16 KiB. It has no shortest times.
+    flash_times: [
+        Times::of(16_000, [400, 300, 250]),
+        Times::of(16_000, [400, 300, 250]),
+        Times::of(100_000, [800, 600, 500]),
+    ],
+    // RM0390, chapter 3, does not require it.
+    flash_needs_hsi: false,
     hsi: 16_000_000,
     // DS10693, table of LSI characteristics.
     lsi: [17_000, 32_000, 47_000],

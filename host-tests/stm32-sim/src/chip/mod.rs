@@ -11,7 +11,9 @@ pub mod f446;
 
 use super::cortex_m::{MemorySizes, Model};
 use super::dbgmcu;
+use super::flash::Times;
 use super::gpio::Pin;
+use super::pwr::Limits;
 use super::rcc::Gate;
 use bench::Geometry;
 use std::ops::Range;
@@ -40,6 +42,12 @@ pub struct Facts {
     pub parameters: Range<u32>,
     /// The pages of the parameters.
     pub geometry: Geometry,
+    /// What the supply must be.
+    pub supply: Limits,
+    /// The times of the flash: shortest, typical, longest.
+    pub flash_times: [Times; 3],
+    /// True if programming and erasing the flash need HSI.
+    pub flash_needs_hsi: bool,
     /// The internal oscillator HSI in Hz.
     pub hsi: u32,
     /// The internal oscillator LSI in Hz: lowest, typical, highest.

@@ -275,7 +275,7 @@ fn segments_outside_program_flash_are_refused() {
 
 /// The code of an image for the Nucleo starts after the parameters, at 0801_0000h.
 #[test]
-fn memory_map_tells_the_microcontroller() {
+fn start_address_of_image_determines_microcontroller() {
     let vectors = 52 + 32 * 2;
     let elf = |start: u32, stack: u32| {
         let sections = [

@@ -113,9 +113,7 @@ impl FlashInterface {
         if self.busy_until.is_some() {
             return Err(AccessError::Refused("flash: written while it is busy"));
         }
-        if self.program_unit(now, address, width, value, self.times.program, violations)
-            == Err(FlashError::NotErased)
-        {
+        if self.program_unit(now, address, width, value, violations) == Err(FlashError::NotErased) {
             self.errors |= PROGRAMMING_ERROR;
         }
         Ok(())
@@ -124,7 +122,7 @@ impl FlashInterface {
     /// Erases the page at FLASH_AR.
     pub(super) fn erase_f103(&mut self, now: Picoseconds, violations: &mut Violations) {
         match self.offset_in_parameters(self.ar) {
-            Some(offset) => self.erase_page(now, offset, self.times.erase, violations),
+            Some(offset) => self.erase_page(now, offset, violations),
             None => violations.add("FLASH_AR", "a page of the program is erased"),
         }
     }

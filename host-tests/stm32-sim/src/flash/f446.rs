@@ -7,25 +7,15 @@
 //! | 08h | FLASH_OPTKEYR | keys that unlock the option bytes: accepted, option bytes are not modelled |
 //! | 0Ch | FLASH_SR | BSY, PGSERR, PGPERR, PGAERR, EOP |
 //! | 10h | FLASH_CR | PG, SER, SNB, PSIZE, STRT, LOCK |
-//! | 14h | FLASH_OPTCR | option bytes of a new part: no protection |
+//! | 14h | FLASH_OPTCR | option bytes: no protection, brown-out level 3 |
 //!
 //! The processor is stalled for the whole operation, also where it could take its instructions from the instruction cache.
 
 use super::FlashInterface;
 use super::control::{Bits, Control, ERASE, MASS_ERASE, PROGRAM};
 use crate::io::{AccessError, Width};
-use crate::timebase::{MICROSECOND, Picoseconds};
+use crate::timebase::Picoseconds;
 use crate::violation::Violations;
-
-/// The time to program a unit (DS10693, flash memory programming: typical 16 us, at most 100 us).
-const PROGRAM_TIME: Picoseconds = 16 * MICROSECOND;
-
-/// The time to erase a sector of 16 KiB by bytes, half-words, words (DS10693: typical; at most twice as long).
-const ERASE_TIMES: [Picoseconds; 3] = [
-    400_000 * MICROSECOND,
-    300_000 * MICROSECOND,
-    250_000 * MICROSECOND,
-];
 
 // FLASH_ACR.
 pub(super) const LATENCY: u32 = 0xF;
@@ -46,7 +36,8 @@ const BUSY: u32 = 1 << 16;
 
 // FLASH_CR.
 const SECTOR: u32 = 0xF << 3;
-const SIZE: u32 = 0b11 << 8;
+const SIZE_SHIFT: u32 = 8;
+const SIZE: u32 = 0b11 << SIZE_SHIFT;
 const START: u32 = 1 << 16;
 const INTERRUPTS: u32 = 1 << 24 | 1 << 25;
 const LOCK: u32 = 1 << 31;
@@ -72,8 +63,8 @@ pub(super) const CONTROL: Control = Control {
     start_without_erase: "STRT without SER",
 };
 
-/// FLASH_OPTCR of a part without protection, locked.
-const OPTION_CONTROL: u32 = 0x0FFF_AAED;
+/// FLASH_OPTCR of a part without protection, locked, with brown-out level 3 as the README says. A new part has 0FFFAAEDh.
+const OPTION_CONTROL: u32 = 0x0FFF_AAE1;
 
 /// The size of sectors 0 to 3.
 const SMALL_SECTOR: u32 = 16 * 1024;
@@ -122,6 +113,11 @@ impl FlashInterface {
         }
     }
 
+    /// FLASH_CR.PSIZE: 0, 1, 2 for bytes, half-words, words.
+    pub(super) fn parallelism_f446(&self) -> usize {
+        ((self.cr & SIZE) >> SIZE_SHIFT).min(2) as usize
+    }
+
     /// Erases the sector of FLASH_CR.SNB.
     pub(super) fn erase_f446(&mut self, now: Picoseconds, violations: &mut Violations) {
         let sector = (self.cr & SECTOR) >> 3;
@@ -129,9 +125,8 @@ impl FlashInterface {
         // Sectors 2 and 3 are the parameters; the others are larger or contain the program.
         match self.offset_in_parameters(address) {
             Some(offset) => {
-                let time = ERASE_TIMES[(self.cr >> 8 & 0b11).min(2) as usize];
                 self.stale = self.acr & DATA_CACHE != 0;
-                self.erase_page(now, offset, time, violations);
+                self.erase_page(now, offset, violations);
             }
             None => violations.add("FLASH_CR", "a sector of the program is erased"),
         }
@@ -156,11 +151,8 @@ impl FlashInterface {
             self.errors |= SEQUENCE_ERROR;
             return;
         }
-        let unit = match self.cr & SIZE {
-            0x000 => Width::Byte,
-            0x100 => Width::HalfWord,
-            _ => Width::Word,
-        };
+        let units = [Width::Byte, Width::HalfWord, Width::Word];
+        let unit = units[self.parallelism()];
         if width != unit {
             violations.add(
                 place(),
@@ -178,7 +170,7 @@ impl FlashInterface {
             "a bit is programmed from 0 to 1",
         );
         // Memory that can be programmed again reports no error here.
-        let _ = self.program_unit(now, address, width, value, PROGRAM_TIME, violations);
+        let _ = self.program_unit(now, address, width, value, violations);
     }
 }
 

@@ -7,32 +7,39 @@ use crate::timebase::{MICROSECOND, Picoseconds};
 /// The times of the operations of a part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Times {
-    /// To program a half-word.
+    /// To program a unit.
     pub program: Picoseconds,
-    /// To erase a page.
-    pub erase: Picoseconds,
+    /// To erase a parameter page by bytes, half-words, words. The STM32F103 has no such choice.
+    pub erase: [Picoseconds; 3],
 }
 
 impl Times {
-    /// The shortest times (DS5319, flash memory characteristics).
-    pub const SHORTEST: Self = Self::of(40_000_000, 20);
-    /// The typical time to program, and the middle of the range to erase.
-    pub const TYPICAL: Self = Self::of(52_500_000, 30);
-    /// The longest times.
-    pub const LONGEST: Self = Self::of(70_000_000, 40);
-
-    /// Those of a usual part. On the STM32F446 (DS10693) PSIZE determines the time to erase; this one is for words.
-    pub(super) const fn typical(chip: Chip) -> Self {
-        match chip {
-            Chip::F103 => Self::TYPICAL,
-            Chip::F446 => Self::of(16_000_000, 250),
-        }
+    /// The shortest times of a chip; where its datasheet has none, the typical ones.
+    pub const fn shortest(chip: Chip) -> Self {
+        chip.facts().flash_times[0]
     }
 
-    const fn of(program: Picoseconds, erase_ms: u64) -> Self {
+    /// The typical times of a chip; where its datasheet has none, the middle of the range.
+    pub const fn typical(chip: Chip) -> Self {
+        chip.facts().flash_times[1]
+    }
+
+    /// The longest times of a chip.
+    pub const fn longest(chip: Chip) -> Self {
+        chip.facts().flash_times[2]
+    }
+
+    /// Nanoseconds to program, milliseconds to erase.
+    pub(crate) const fn of(program: u64, erase: [u64; 3]) -> Self {
+        const MILLISECOND: Picoseconds = 1000 * MICROSECOND;
+        let [bytes, half_words, words] = erase;
         Self {
-            program,
-            erase: erase_ms * 1000 * MICROSECOND,
+            program: program * 1000,
+            erase: [
+                bytes * MILLISECOND,
+                half_words * MILLISECOND,
+                words * MILLISECOND,
+            ],
         }
     }
 }

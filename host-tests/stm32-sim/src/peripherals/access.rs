@@ -1,8 +1,10 @@
 //! Accesses of the processor to the registers of the peripherals, with the clock gating, and its writes to the flash memory.
 
 use super::Peripherals;
-use crate::chip::{Chip, Module};
+use crate::chip::Module;
+use crate::flash::FlashInterface;
 use crate::io::{AccessError, Io, Width};
+use crate::violation::Violations;
 use std::ops::Range;
 
 /// The addresses of flash memories, for writes of the processor, which knows the size.
@@ -105,21 +107,31 @@ impl Peripherals {
             }
             Module::Rcc => self.write_rcc(cycle, offset, value),
             Module::Flash => {
-                self.flash.set_supply(self.pwr.supply());
-                let busy = self.flash.is_busy();
-                self.flash.write(now, offset, value, &mut self.violations)?;
-                // Erasing needs HSI, as programming does (PM0075, section 2.3).
-                self.violations.check(
-                    !busy && self.flash.is_busy() && !self.rcc.hsi_is_on(),
-                    "RCC_CR",
-                    "the flash is erased without HSI",
-                );
+                self.access_flash(|flash, violations| flash.write(now, offset, value, violations))?;
                 self.flash
                     .check_wait_states(self.rcc.sysclk(), &mut self.violations);
                 Ok(())
             }
             Module::Dbgmcu => self.dbgmcu.write(offset, value),
         }
+    }
+
+    /// An access that can start an operation of the flash, which depends on the supply, and on some chips needs HSI.
+    fn access_flash(
+        &mut self,
+        access: impl FnOnce(&mut FlashInterface, &mut Violations) -> Result<(), AccessError>,
+    ) -> Result<(), AccessError> {
+        self.flash
+            .set_supply(self.pwr.supply(), self.pwr.reset_level());
+        let busy = self.flash.is_busy();
+        let result = access(&mut self.flash, &mut self.violations);
+        let begins = !busy && self.flash.is_busy();
+        self.violations.check(
+            begins && self.chip.facts().flash_needs_hsi && !self.rcc.hsi_is_on(),
+            "RCC_CR",
+            "the flash is programmed or erased without HSI",
+        );
+        result
     }
 
     fn write_rcc(&mut self, cycle: u64, offset: u32, value: u32) -> Result<(), AccessError> {
@@ -182,16 +194,9 @@ impl Io for Peripherals {
         if FLASH_MEMORY.contains(&address) {
             self.changed = true;
             let now = self.now(cycle);
-            // Programming needs HSI (PM0075, section 2.3).
-            self.violations.check(
-                self.chip == Chip::F103 && !self.rcc.hsi_is_on(),
-                "RCC_CR",
-                "the flash is programmed without HSI",
-            );
-            self.flash.set_supply(self.pwr.supply());
-            return self
-                .flash
-                .program(now, address, width, value, &mut self.violations);
+            return self.access_flash(|flash, violations| {
+                flash.program(now, address, width, value, violations)
+            });
         }
         let (module, offset) = self.module_at(address)?;
         self.check_clock(module)?;

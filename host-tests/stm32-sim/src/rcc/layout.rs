@@ -28,9 +28,13 @@ pub(super) enum Register {
 #[derive(Debug)]
 struct Reserved {
     cfgr: u32,
-    ahb: u32,
+    ahb_reset: u32,
+    ahb_enable: u32,
     apb1: u32,
-    apb2: u32,
+    apb2_reset: u32,
+    apb2_enable: u32,
+    pll: u32,
+    dedicated: u32,
 }
 
 /// The highest clocks in Hz, and the violations.
@@ -88,12 +92,14 @@ impl Layout {
     ) -> u32 {
         let (name, reserved) = match register {
             Register::Cfgr => ("RCC_CFGR", self.reserved.cfgr),
-            Register::AhbReset => ("RCC_AHB1RSTR", self.reserved.ahb),
-            Register::AhbEnable => ("RCC_AHBENR", self.reserved.ahb),
+            Register::AhbReset => ("RCC_AHB1RSTR", self.reserved.ahb_reset),
+            Register::AhbEnable => ("RCC_AHBENR", self.reserved.ahb_enable),
             Register::Apb1Reset => ("RCC_APB1RSTR", self.reserved.apb1),
             Register::Apb1Enable => ("RCC_APB1ENR", self.reserved.apb1),
-            Register::Apb2Reset => ("RCC_APB2RSTR", self.reserved.apb2),
-            Register::Apb2Enable => ("RCC_APB2ENR", self.reserved.apb2),
+            Register::Apb2Reset => ("RCC_APB2RSTR", self.reserved.apb2_reset),
+            Register::Apb2Enable => ("RCC_APB2ENR", self.reserved.apb2_enable),
+            Register::PllCfgr => ("RCC_PLLCFGR", self.reserved.pll),
+            Register::DedicatedClocks => ("RCC_DCKCFGR", self.reserved.dedicated),
             _ => return value,
         };
         violations.check(value & reserved != 0, name, "reserved bits are written");
@@ -143,9 +149,13 @@ static F103: Layout = Layout {
     // Reserved on all STM32F103.
     reserved: Reserved {
         cfgr: 0xF880_0000,
-        ahb: 0xFFFF_FAA8,
+        ahb_reset: 0xFFFF_FAA8,
+        ahb_enable: 0xFFFF_FAA8,
         apb1: 0xC501_3600,
-        apb2: 0xFFC7_0002,
+        apb2_reset: 0xFFC7_0002,
+        apb2_enable: 0xFFC7_0002,
+        pll: 0,
+        dedicated: 0,
     },
 };
 
@@ -185,8 +195,12 @@ static F446: Layout = Layout {
     },
     reserved: Reserved {
         cfgr: 0x0080_0300,
-        ahb: 0x9F8B_EF00,
+        ahb_reset: 0xDF9F_EF00,
+        ahb_enable: 0x9F8B_EF00,
         apb1: 0xC000_3600,
-        apb2: 0xFF38_80CC,
+        apb2_reset: 0xFF38_86CC,
+        apb2_enable: 0xFF38_80CC,
+        pll: 0x80BC_8000,
+        dedicated: 0xE00F_E0E0,
     },
 };

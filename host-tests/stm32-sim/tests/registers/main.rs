@@ -5,11 +5,14 @@ mod pac;
 use bench::Flash;
 use pac::{Device, Register};
 use plumbline::measure::Reading;
+use stm32_sim::chip;
 use stm32_sim::io::{Io, Width};
 use stm32_sim::peripherals::Peripherals;
 
 /// A chip of the simulator.
 struct Chip {
+    /// Its name in the simulator.
+    chip: chip::Chip,
     /// The peripheral access crate and the module in it.
     source: (&'static str, &'static str),
     /// The modelled peripherals, by their names in the crate.
@@ -29,6 +32,7 @@ struct Chip {
 }
 
 const STM32F103: Chip = Chip {
+    chip: chip::Chip::F103,
     source: ("stm32f1", "stm32f103"),
     peripherals: &[
         "AFIO", "CAN", "DBGMCU", "FLASH", "GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "IWDG",
@@ -78,16 +82,74 @@ const STM32F103: Chip = Chip {
     also_answers: &[(0x4000_66B0, 0x4000_6720)],
 };
 
+const STM32F446: Chip = Chip {
+    chip: chip::Chip::F446,
+    source: ("stm32f4", "stm32f446"),
+    peripherals: &[
+        "CAN1", "DBGMCU", "FLASH", "GPIOA", "GPIOB", "GPIOC", "GPIOD", "GPIOE", "IWDG", "PWR",
+        "RCC", "SPI2", "TIM3", "TIM4",
+    ],
+    clocks: &[(0x4002_3830, 0x0010_001F), (0x4002_3840, 0x1200_4006)],
+    not_modelled: &[
+        "RCC.ahb1lpenr",
+        "RCC.ahb2enr",
+        "RCC.ahb2lpenr",
+        "RCC.ahb2rstr",
+        "RCC.ahb3enr",
+        "RCC.ahb3lpenr",
+        "RCC.ahb3rstr",
+        "RCC.apb1lpenr",
+        "RCC.apb2lpenr",
+        "RCC.bdcr",
+        "RCC.ckgatenr",
+        "RCC.dckcfgr2",
+        "RCC.plli2scfgr",
+        "RCC.pllsaicfgr",
+        "RCC.sscgr",
+        "SPI2.i2scfgr",
+        "SPI2.i2spr",
+        "SPI2.rxcrcr",
+        "SPI2.txcrcr",
+        "TIM3.cnt",
+        "TIM3.cr2",
+        "TIM3.dcr",
+        "TIM3.dier",
+        "TIM3.dmar",
+        "TIM3.smcr",
+        "TIM3.sr",
+        "TIM4.ccmr1_input",
+        "TIM4.ccmr1_output",
+        "TIM4.ccr1",
+        "TIM4.ccr2",
+        "TIM4.ccr[0]",
+        "TIM4.ccr[1]",
+        "TIM4.cr2",
+        "TIM4.dcr",
+        "TIM4.dmar",
+        "TIM4.smcr",
+    ],
+    resets: &[
+        ("CAN1.btr", 0x0123_0000, "RM0390, CAN_BTR: 01230000h"),
+        ("DBGMCU.idcode", 0x0000_0030, "RM0390: DEV_ID is 421h"),
+        ("FLASH.optcr", 0b1100, "README: brown-out level 3"),
+        ("GPIOA.ospeedr", 0x0C00_0000, "RM0390: 0C000000h for port A"),
+    ],
+    reserved: &[
+        ("CAN1.tx[0].tdtr", "the model stores the complete word"),
+        ("CAN1.tx[1].tdtr", "as above"),
+        ("CAN1.tx[2].tdtr", "as above"),
+        ("RCC.apb1rstr", "RM0390: bit 27 is CECRST"),
+    ],
+    write_only: &["TIM3.egr", "TIM4.egr"],
+    also_answers: &[],
+};
+
 impl Chip {
     /// The peripherals after a reset, with their clocks.
     fn machine(&self, with_clocks: bool) -> Peripherals {
         let motion = Box::new(Reading::default());
-        let mut machine = Peripherals::new(
-            stm32_sim::chip::Chip::F103,
-            [1, 2, 3],
-            Flash::default(),
-            motion,
-        );
+        let flash = Flash::blank(self.chip.facts().geometry);
+        let mut machine = Peripherals::new(self.chip, [1, 2, 3], flash, motion);
         for (address, value) in self.clocks.iter().filter(|_| with_clocks) {
             let written = machine.write(1, *address, Width::Word, *value);
             written.expect("a clock enable register");
@@ -209,5 +271,11 @@ fn differences(chip: &Chip) -> Vec<String> {
 #[test]
 fn registers_of_stm32f103_match_svd() {
     let differences = differences(&STM32F103);
+    assert!(differences.is_empty(), "\n{}", differences.join("\n"));
+}
+
+#[test]
+fn registers_of_stm32f446_match_svd() {
+    let differences = differences(&STM32F446);
     assert!(differences.is_empty(), "\n{}", differences.join("\n"));
 }

@@ -32,6 +32,8 @@ impl Device {
     pub fn open(package: &str, device: &str) -> Self {
         let metadata = cargo_metadata::MetadataCommand::new()
             .manifest_path(concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml"))
+            // Each board is a feature of the firmware.
+            .features(cargo_metadata::CargoOpt::AllFeatures)
             .other_options(["--locked".to_owned()])
             .exec()
             .expect("cargo metadata");
@@ -82,7 +84,7 @@ impl Device {
             } else if let Some((register, kind)) = accessor(line)
                 && let Some((from, to)) = offsets.take()
             {
-                let file = module.join(kind.to_lowercase());
+                let file = self.file(&source, module, &kind.to_lowercase());
                 let count = array(&source, register);
                 let step = to.map_or(0, |to| (to - from) / count);
                 let is_cluster =
@@ -99,6 +101,20 @@ impl Device {
                 }
             }
         }
+    }
+}
+
+impl Device {
+    /// The file of a register, without its extension: in the folder of the module, or of another one with the same register:
+    /// `pub use crate::stm32f446::gpioa::otyper;`.
+    fn file(&self, source: &str, module: &Path, register: &str) -> PathBuf {
+        let end = format!("::{register};");
+        let mut others = source
+            .lines()
+            .filter_map(|line| line.strip_prefix("pub use crate::")?.strip_suffix(&end));
+        let other = others.find_map(|path| path.split_once("::"));
+        let folder = other.map(|(_, module)| self.folder.join(module.replace("::", "/")));
+        folder.as_deref().unwrap_or(module).join(register)
     }
 }
 

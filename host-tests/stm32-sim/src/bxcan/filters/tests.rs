@@ -300,7 +300,7 @@ fn access_to_fifteenth_bank_is_violation() {
 
 #[test]
 fn shared_banks_from_can2sb_on_belong_to_can2() {
-    let mut filters = Filters::new(true);
+    let mut filters = Filters::new(true, 0x2A1C_0E00);
     let mut violations = Violations::default();
     // Bank 20 accepts everything into FIFO 0.
     for (register, value) in [
@@ -308,6 +308,7 @@ fn shared_banks_from_can2sb_on_belong_to_can2() {
         (Register::FilterActivation, 1 << 20),
         (Register::FilterMaster, 14 << 8),
     ] {
+        assert_eq!(filters.read(Register::FilterMaster), 14 << 8 | 1);
         filters.write(register, value, &mut violations);
     }
     assert_eq!(filters.read(Register::FilterMaster), 14 << 8);
@@ -337,4 +338,20 @@ fn can2sb_of_stm32f103_is_reserved() {
     assert_eq!(reserved, (!1, 0x2A1C_0E00));
     filters.write(Register::FilterMaster, 0x2A1C_1C01, &mut violations);
     assert_eq!(filters.read(Register::FilterMaster), 1);
+}
+
+#[test]
+fn shared_banks_belong_to_can2_after_a_reset_with_can2sb_0() {
+    let mut filters = Filters::new(true, 0);
+    let mut violations = Violations::default();
+    assert_eq!(filters.read(Register::FilterMaster), 1);
+    for (register, value) in [
+        (Register::FilterScale, 1),
+        (Register::FilterActivation, 1),
+        (Register::FilterMaster, 0),
+    ] {
+        filters.write(register, value, &mut violations);
+    }
+    assert_eq!(filters.accept(&data(standard(1))), None);
+    assert_eq!(violations.all, []);
 }

@@ -77,7 +77,7 @@ fn programmed(address: u32, value: u32) -> Work {
         address,
         width: Width::HalfWord,
         value,
-        duration: Times::TYPICAL.program,
+        duration: Times::typical(Chip::F103).program,
     }
 }
 
@@ -171,7 +171,7 @@ fn page_is_erased() {
     let expected = Work::Erase {
         page: PAGE + 1024,
         size: 1024,
-        duration: Times::TYPICAL.erase,
+        duration: Times::typical(Chip::F103).erase[0],
     };
     assert_eq!(work, Some(expected));
     assert_eq!(status, END_OF_OPERATION);
@@ -237,12 +237,12 @@ fn faulty_memory_takes_same_time_without_error() {
     let mut bench = Bench::unlocked();
     bench.flash.parameters_mut().fail_writes(true);
     bench.flash.parameters_mut().fail_erases(true);
-    let duration = Times::TYPICAL.program;
+    let duration = Times::typical(Chip::F103).program;
     assert_eq!(
         bench.program(PAGE, 0),
         (Some(Work::Failed { duration }), END_OF_OPERATION)
     );
-    let duration = Times::TYPICAL.erase;
+    let duration = Times::typical(Chip::F103).erase[0];
     assert_eq!(bench.erase(PAGE).0, Some(Work::Failed { duration }));
     bench.flash.parameters_mut().fail_writes(false);
     bench.flash.parameters_mut().wear_out(3);

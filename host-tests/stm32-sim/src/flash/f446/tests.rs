@@ -1,6 +1,8 @@
 use super::*;
 use crate::chip::Chip;
-use crate::flash::Work;
+use crate::flash::{Times, Work};
+use crate::pwr::Pwr;
+use crate::timebase::MICROSECOND;
 use bench::{Flash, Geometry};
 
 const KEYR: u32 = 0x04;
@@ -73,28 +75,31 @@ impl Bench {
 
 #[test]
 fn reset_values_match_manual() {
-    // RM0390, section 3.8.
+    // RM0390, section 3.8; FLASH_OPTCR has BOR_LEV = 0 (README).
     let memory = Flash::blank(Geometry::STM32F446);
     let mut flash = FlashInterface::new(Chip::F446, memory);
     let values = [0x00, SR, CR, 0x14].map(|offset| flash.read(0, offset).unwrap());
-    assert_eq!(values, [0, 0, 0x8000_0000, 0x0FFF_AAED]);
+    assert_eq!(values, [0, 0, 0x8000_0000, 0x0FFF_AAE1]);
 }
 
 #[test]
 fn units_of_one_two_and_four_bytes_are_programmed() {
-    for (size, width, value) in [
-        (0, Width::Byte, 0x12),
-        (HALF_WORDS, Width::HalfWord, 0x1234),
-        (WORDS, Width::Word, 0x1234_5678),
+    let (typical, longest) = (Times::typical(Chip::F446), Times::longest(Chip::F446));
+    for (times, microseconds, size, width, value) in [
+        (typical, 16, 0, Width::Byte, 0x12),
+        (typical, 16, HALF_WORDS, Width::HalfWord, 0x1234),
+        (typical, 16, WORDS, Width::Word, 0x1234_5678),
+        (longest, 100, WORDS, Width::Word, 0x1234_5678),
     ] {
         let mut bench = Bench::unlocked();
+        bench.flash.set_times(times);
         bench.write(CR, PROGRAM | size);
         let work = bench.put(PARAMETERS + 0x4000, width, value);
         let expected = Work::Program {
             address: PARAMETERS + 0x4000,
             width,
             value,
-            duration: 16 * MICROSECOND,
+            duration: microseconds * MICROSECOND,
         };
         assert_eq!(work, Some(expected));
         let held = &bench.flash.parameters().bytes()[0x4000..][..width.bytes()];
@@ -105,8 +110,18 @@ fn units_of_one_two_and_four_bytes_are_programmed() {
 
 #[test]
 fn sector_is_erased_and_takes_time_by_psize() {
-    for (size, milliseconds) in [(0, 400), (HALF_WORDS, 300), (WORDS, 250)] {
+    // DS10693: typical and longest times of a sector of 16 KiB.
+    let (typical, longest) = (Times::typical(Chip::F446), Times::longest(Chip::F446));
+    for (times, size, milliseconds) in [
+        (typical, 0, 400),
+        (typical, HALF_WORDS, 300),
+        (typical, WORDS, 250),
+        (longest, 0, 800),
+        (longest, HALF_WORDS, 600),
+        (longest, WORDS, 500),
+    ] {
         let mut bench = Bench::unlocked();
+        bench.flash.set_times(times);
         bench.write(CR, PROGRAM | WORDS);
         bench.put(PARAMETERS, Width::Word, 0);
         bench.put(PARAMETERS + 0x4000, Width::Word, 0);
@@ -199,4 +214,49 @@ fn required_wait_states_match_manual() {
             .check_wait_states(most + 1, &mut bench.violations);
         assert_eq!(bench.reasons().len(), 1);
     }
+}
+
+/// RM0390, program/erase parallelism: words need 2.7 V, half-words 2.1 V, bytes 1.8 V.
+#[test]
+fn supply_limits_width_of_operations() {
+    const TOO_LOW: &str = "the supply is too low for an operation of this width";
+    for (size, width, limit) in [
+        (0, Width::Byte, 1800),
+        (HALF_WORDS, Width::HalfWord, 2100),
+        (WORDS, Width::Word, 2700),
+    ] {
+        for (millivolts, reasons) in [(limit, &[][..]), (limit - 1, &[TOO_LOW])] {
+            for erases in [false, true] {
+                let mut bench = Bench::unlocked();
+                let mut pwr = Pwr::new(Chip::F446);
+                pwr.ramp(0, millivolts, 0);
+                pwr.disable_brown_out();
+                bench.flash.set_supply(pwr.supply(), pwr.reset_level());
+                if erases {
+                    bench.erase(3, size);
+                } else {
+                    bench.write(CR, PROGRAM | size);
+                    bench.put(PARAMETERS, width, 0);
+                }
+                assert_eq!(bench.reasons(), reasons, "{millivolts} mV");
+                assert_eq!(bench.flash.power_is_cut(), !reasons.is_empty());
+            }
+        }
+    }
+}
+
+#[test]
+fn reset_by_the_supply_cuts_off_an_operation() {
+    let mut bench = Bench::unlocked();
+    let mut pwr = Pwr::new(Chip::F446);
+    // 2.85 V to 2.75 V within the erase; the brown-out reset is typically at 2.83 V.
+    pwr.ramp(0, 2850, 0);
+    pwr.ramp(0, 2750, 200_000 * MICROSECOND);
+    bench.flash.set_supply(pwr.supply(), pwr.reset_level());
+    bench.erase(3, WORDS);
+    assert_eq!(
+        bench.reasons(),
+        ["the supply is too low before the end of an operation"]
+    );
+    assert!(bench.flash.power_is_cut());
 }
