@@ -92,7 +92,10 @@ impl Rig {
         // The cycles of the Cortex-M4 are not modelled.
         if product.chip == Chip::F103 {
             controller.core_mut().set_cycles(Some(cycles));
-            controller.io_mut().flash.set_times(Times::LONGEST);
+            controller
+                .io_mut()
+                .flash
+                .set_times(Times::longest(product.chip));
         }
         let device = bus.attach(controller);
         let tester = bus.adapter();
