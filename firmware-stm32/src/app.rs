@@ -198,9 +198,13 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
     /// Performs a step of a change of the bus mode.
     fn step(&mut self) {
         let link = self.link;
-        // `settle` follows, which handles the frames that waited for the change.
+        let restless = self.bus.restless();
         self.bus
             .step(|accept| link.with(|link| link.node.filters(accept)));
+        if restless && !self.bus.restless() {
+            // The frames that waited for the change.
+            link.settle();
+        }
     }
 
     /// The time of the next iteration if no interrupt comes before.

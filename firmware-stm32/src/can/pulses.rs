@@ -52,10 +52,6 @@ impl Pulses {
     #[inline(never)] // so that only it needs its stack
     pub(super) fn poll(&mut self, now: Instant) -> Option<BitTime> {
         let count = COUNT.load(Ordering::Relaxed);
-        if count.wrapping_sub(self.taken) > RING {
-            self.taken = count.wrapping_sub(RING);
-            self.meter.skip();
-        }
         while self.taken != count {
             let pulse = PULSES.get(self.taken % RING)?.load(Ordering::Relaxed);
             if COUNT.load(Ordering::Relaxed).wrapping_sub(self.taken) > RING {

@@ -59,8 +59,9 @@ fn access_to_an_unmapped_address_restarts_the_sensor() {
 /// EXTI0, which the firmware does not use: enabled and pending.
 #[test]
 fn unexpected_interrupt_restarts_the_sensor() {
-    // STR R0, [R1]; ADDS R1, #80h; ADDS R1, #80h; STR R0, [R1]; B .
-    let code = [0x6008, 0x3180, 0x3180, 0x6008, 0xE7FE];
+    // CPSIE i, because the code can begin while the firmware masks interrupts; STR R0, [R1]; ADDS R1, #80h; ADDS R1, #80h;
+    // STR R0, [R1]; B .
+    let code = [0xB662, 0x6008, 0x3180, 0x3180, 0x6008, 0xE7FE];
     restarts(&code, [1 << 6, 0xE000_E100]);
 }
 
