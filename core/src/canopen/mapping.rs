@@ -67,7 +67,8 @@ impl<P: Product> Services<P> {
 
     /// Takes over the mapped objects of a TPDO.
     fn take_mapping(&mut self, now: Instant, number: usize, entries: &[Entry]) {
-        self.tpdos.map(number, entries);
+        let entry = |sub| entries.get(usize::from(sub).wrapping_sub(1)).copied();
+        self.tpdos.map(number, entry);
         if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
             tpdo.set(now, MAPPED, !entries.is_empty());
         }
@@ -153,7 +154,7 @@ fn resolve<P: Product>(entry: u32) -> Result<Entry, Abort> {
 }
 
 /// The mapped object at a sub-index of the fixed mapping of TPDO `number`.
-fn fixed_entry<P: Product>(number: u16, sub: u8) -> Option<Entry> {
+pub(super) fn fixed_entry<P: Product>(number: u16, sub: u8) -> Option<Entry> {
     let row = find_row::<P>(FIRST + number, sub)?;
     let [_, sub, low, high] = match row.kind() {
         Kind::Constant => row.number().to_le_bytes(),
@@ -162,14 +163,6 @@ fn fixed_entry<P: Product>(number: u16, sub: u8) -> Option<Entry> {
     let row = find_row::<P>(u16::from_le_bytes([low, high]), sub)?;
     let size = row.size();
     row.source().map(|source| Entry { source, size })
-}
-
-/// The mapped objects of the fixed mapping of TPDO `number`.
-pub(super) fn fixed_mapping<P: Product>(number: usize) -> Entries {
-    (1..)
-        .map_while(|sub| fixed_entry::<P>(number as u16, sub))
-        .take(BYTES.into())
-        .collect()
 }
 
 /// Checks the dynamic mapping of TPDO `number` (from 0): its number and its entries are parameters with consecutive ids, and the

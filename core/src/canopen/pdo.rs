@@ -115,8 +115,8 @@ pub trait Tpdos {
     fn all_mut(&mut self) -> &mut [Tpdo];
     /// The mapped objects of a TPDO.
     fn mapping(&self, number: usize) -> &[Entry];
-    /// Maps these objects into a TPDO.
-    fn map(&mut self, number: usize, entries: &[Entry]);
+    /// Maps the objects that `entry` returns for a sub-index from 1 on into a TPDO.
+    fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>);
 }
 
 /// `N` TPDOs with at most `E` objects each, with a fixed mapping unless `DYNAMIC`.
@@ -150,11 +150,16 @@ impl<const N: usize, const E: usize, const DYNAMIC: bool> Tpdos for TpdoArray<N,
         self.mappings.get(number).map_or(&[], |mapping| mapping)
     }
 
-    fn map(&mut self, number: usize, entries: &[Entry]) {
-        if let Some(mapping) = self.mappings.get_mut(number) {
-            mapping.clear();
-            // There is always room: a fixed mapping is checked at compile time, another one before this call.
-            let _ = mapping.extend_from_slice(entries);
+    fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>) {
+        let Some(mapping) = self.mappings.get_mut(number) else {
+            return;
+        };
+        mapping.clear();
+        // A fixed mapping is checked at compile time, another one before this call. So there is always room.
+        while let Some(entry) = entry(mapping.len() as u8 + 1) {
+            if mapping.push(entry).is_err() {
+                break;
+            }
         }
     }
 }

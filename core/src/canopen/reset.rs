@@ -2,7 +2,7 @@
 
 use super::cob_id;
 use super::guarding::Guarding;
-use super::mapping::fixed_mapping;
+use super::mapping::fixed_entry;
 use super::nmt::State;
 use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
@@ -95,7 +95,8 @@ impl<P: Product> Services<P> {
             self.restore_mappings(cx, now);
         } else {
             for number in 0..P::Tpdos::COUNT {
-                self.tpdos.map(number, &fixed_mapping::<P>(number));
+                self.tpdos
+                    .map(number, |sub| fixed_entry::<P>(number as u16, sub));
             }
         }
         // Sent after the boot-up message.
