@@ -46,16 +46,12 @@ impl<P: Product> Services<P> {
         stored: u32,
         value: u32,
     ) -> Result<u32, Abort> {
-        let before = self.on_bus(stored);
         if !Self::FREE {
-            let changed = value ^ before;
-            let fixed = changed & !(cob_id::DISABLED | cob_id::BIT_30) != 0;
-            return if fixed {
-                Err(Abort::Value)
-            } else {
-                Ok(stored ^ changed)
-            };
+            let value = value.wrapping_sub(self.node_id.into());
+            let fixed = (value ^ stored) & !(cob_id::DISABLED | cob_id::BIT_30) != 0;
+            return if fixed { Err(Abort::Value) } else { Ok(value) };
         }
+        let before = self.on_bus(stored);
         let fits = if index == EMCY {
             cob_id::fits_emergency(value)
         } else {

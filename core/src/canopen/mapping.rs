@@ -144,13 +144,9 @@ fn resolve<P: Product>(entry: u32) -> Result<Entry, Abort> {
     let [bits, sub, low, high] = entry.to_le_bytes();
     let index = u16::from_le_bytes([low, high]);
     let row = lookup::<P>(Address { index, sub })?;
-    match row.source() {
-        Some(source) if u32::from(row.size()) * 8 == bits.into() => Ok(Entry {
-            source,
-            size: row.size(),
-        }),
-        _ => Err(Abort::NotMappable),
-    }
+    let mapped = row.mapped();
+    let fits = |entry: &Entry| u32::from(entry.size) * 8 == bits.into();
+    mapped.filter(fits).ok_or(Abort::NotMappable)
 }
 
 /// The mapped object at a sub-index of the fixed mapping of TPDO `number`.
@@ -161,8 +157,7 @@ pub(super) fn fixed_entry<P: Product>(number: u16, sub: u8) -> Option<Entry> {
         _ => return None,
     };
     let row = find_row::<P>(u16::from_le_bytes([low, high]), sub)?;
-    let size = row.size();
-    row.source().map(|source| Entry { source, size })
+    Some(row.mapped_value())
 }
 
 /// Checks the dynamic mapping of TPDO `number` (from 0): its number and its entries are parameters with consecutive ids, and the

@@ -14,7 +14,7 @@
 use super::cob_id;
 use super::timer::Periodic;
 use crate::can::Frame;
-use crate::param::{ParameterId, Ranges, ValueId};
+use crate::param::Ranges;
 use crate::time::{Deadline, Duration, Instant};
 
 /// The transmission types of a TPDO; 241 to 251 are reserved.
@@ -73,13 +73,13 @@ pub enum Reaction {
     SendKept,
 }
 
-/// The contents of a mapped object.
+/// The kind of contents of a mapped object.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Source {
     /// A published value.
-    Value(ValueId),
+    Value,
     /// A parameter.
-    Parameter(ParameterId),
+    Parameter,
     /// The status of the product.
     Status,
 }
@@ -87,7 +87,10 @@ pub(super) enum Source {
 /// A mapped object. It is resolved when it is mapped, so that a SYNC needs no search in the dictionary.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Entry {
+    /// In a fixed mapping, all objects are published values.
     pub(super) source: Source,
+    /// The id of the value or of the parameter.
+    pub(super) id: u8,
     /// The size in bytes.
     pub(super) size: u8,
 }
@@ -115,6 +118,8 @@ pub trait Tpdos {
     fn all_mut(&mut self) -> &mut [Tpdo];
     /// The mapped objects of a TPDO.
     fn mapping(&self, number: usize) -> &[Entry];
+    /// Maps the objects that `entry` returns for the number of a TPDO and a sub-index from 1 on.
+    fn map_all(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>);
     /// Maps the objects that `entry` returns for a sub-index from 1 on into a TPDO.
     fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>);
 }
@@ -150,17 +155,32 @@ impl<const N: usize, const E: usize, const DYNAMIC: bool> Tpdos for TpdoArray<N,
         self.mappings.get(number).map_or(&[], |mapping| mapping)
     }
 
-    fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>) {
-        let Some(mapping) = self.mappings.get_mut(number) else {
-            return;
-        };
-        mapping.clear();
-        // A fixed mapping is checked at compile time, another one before this call. So there is always room.
-        while let Some(entry) = entry(mapping.len() as u8 + 1) {
-            if mapping.push(entry).is_err() {
-                break;
-            }
+    fn map_all(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>) {
+        for (number, mapping) in (0..).zip(&mut self.mappings) {
+            fill(mapping, |sub| entry(number, sub));
         }
+    }
+
+    fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>) {
+        if let Some(mapping) = self.mappings.get_mut(number) {
+            fill(mapping, entry);
+        }
+    }
+}
+
+/// Maps the objects that `entry` returns for a sub-index from 1 on.
+#[inline(always)] // called from one place in a product
+fn fill<const E: usize>(
+    mapping: &mut heapless::Vec<Entry, E>,
+    entry: impl Fn(u8) -> Option<Entry>,
+) {
+    mapping.clear();
+    for sub in 1.. {
+        let Some(entry) = entry(sub) else {
+            break;
+        };
+        // There is always room: a fixed mapping is checked at compile time, another one before this call.
+        let _ = mapping.push(entry);
     }
 }
 

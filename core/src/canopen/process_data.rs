@@ -6,6 +6,7 @@ use super::protocol::{ContextOf, Services};
 
 use crate::application::Values;
 use crate::can::{CanId, Frame};
+use crate::param::{ParameterId, ValueId};
 use crate::time::Instant;
 
 impl<P: Product> Services<P> {
@@ -110,10 +111,9 @@ impl<P: Product> Services<P> {
         // From the last object to the first, because 64-bit shifts by a constant are short.
         for entry in self.tpdos.mapping(number).iter().rev() {
             let value = u64::from(match entry.source {
-                Source::Value(id) => cx.values.number(id),
-                Source::Parameter(id) if P::Tpdos::DYNAMIC => cx.parameters.get(id),
+                Source::Parameter if P::Tpdos::DYNAMIC => cx.parameters.get(ParameterId(entry.id)),
                 Source::Status if P::Tpdos::DYNAMIC => P::status(&cx.values, &cx.parameters),
-                _ => 0,
+                _ => cx.values.number(ValueId(entry.id)),
             });
             // A signed number can have more bits than its type.
             data = match entry.size {

@@ -221,6 +221,10 @@ const fn check_mapping<T: Tpdos>(
             panic!("a mapping entry must be a constant");
         };
         check_entry(objects, entry, parameters, quantities);
+        assert!(
+            is_value(objects, entry),
+            "a fixed mapping must consist of published values"
+        );
         bits += entry & 0xFF;
         sub += 1;
     }
@@ -229,6 +233,18 @@ const fn check_mapping<T: Tpdos>(
         sub as usize <= T::ENTRIES + 1,
         "more objects are mapped than the TPDO takes"
     );
+}
+
+/// Whether a mapping entry maps a published value.
+const fn is_value(objects: &[Object], entry: u32) -> bool {
+    let mapped = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8);
+    matches!(
+        mapped,
+        Some(Object {
+            target: Target::Value(_),
+            ..
+        })
+    )
 }
 
 /// Checks a mapping entry: the object exists, can be mapped, and has the mapped length.

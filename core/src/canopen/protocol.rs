@@ -369,10 +369,9 @@ impl<P: Product> Services<P> {
             && let Some(message) = self.emergency.take(now)
         {
             let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
-            if let Some(id) = self.emergency_id(id)
-                && let Some(frame) = Frame::data(id.into(), &message)
-            {
-                cx.shell.send(frame);
+            if let Some(id) = self.emergency_id(id) {
+                let message = u64::from_le_bytes(message);
+                cx.shell.send(Frame::word(id, message, 8));
             }
             return true;
         }

@@ -94,10 +94,7 @@ impl<P: Product> Services<P> {
         if P::Tpdos::DYNAMIC {
             self.restore_mappings(cx, now);
         } else {
-            for number in 0..P::Tpdos::COUNT {
-                self.tpdos
-                    .map(number, |sub| fixed_entry::<P>(number as u16, sub));
-            }
+            self.tpdos.map_all(fixed_entry::<P>);
         }
         // Sent after the boot-up message.
         self.emergency.announce_active();

@@ -15,7 +15,7 @@
 
 use super::Abort;
 use super::dictionary::{Access, Object, Service, Target};
-use super::pdo::Source;
+use super::pdo::{Entry, Source};
 use super::sdo::message::Address;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 
@@ -124,14 +124,29 @@ impl Row {
         Service::ALL.get(self.target as usize).copied()
     }
 
-    /// The contents, if the object can be mapped.
-    pub(super) const fn source(&self) -> Option<Source> {
-        match self.kind() {
-            Kind::Value if self.target & MAPPABLE != 0 => Some(Source::Value(self.value_id())),
-            Kind::Parameter if self.target & MAPPABLE != 0 => Some(Source::Parameter(self.id())),
-            Kind::Service if self.target == Service::Status as u32 => Some(Source::Status),
-            _ => None,
+    /// The published value, mapped into a PDO.
+    pub(super) const fn mapped_value(&self) -> Entry {
+        Entry {
+            source: Source::Value,
+            id: self.value_id().0,
+            size: self.size(),
         }
+    }
+
+    /// The object, mapped into a PDO; None if it cannot be mapped.
+    pub(super) const fn mapped(&self) -> Option<Entry> {
+        let value = self.mapped_value();
+        let (source, id) = match self.kind() {
+            Kind::Value if self.target & MAPPABLE != 0 => return Some(value),
+            Kind::Parameter if self.target & MAPPABLE != 0 => (Source::Parameter, self.id().0),
+            Kind::Service if self.target == Service::Status as u32 => (Source::Status, 0),
+            _ => return None,
+        };
+        Some(Entry {
+            source,
+            id,
+            ..value
+        })
     }
 
     /// The parameter, if the object is one of the communication profile. Reset communication restores it.
