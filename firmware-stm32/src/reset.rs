@@ -18,8 +18,8 @@ fn panic(_info: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-// SAFETY: cortex-m-rt requires `unsafe` because NMI can occur anywhere, also inside a critical section. The handler resets two peripherals and
-// writes the log, which can be corrupted in the worst case. It does not return.
+// SAFETY: cortex-m-rt requires `unsafe` because NMI can occur anywhere, also inside a critical section. The handler resets two peripherals,
+// writes the log, which can be corrupted in the worst case, and does not return.
 #[exception]
 unsafe fn DefaultHandler(_number: i16) -> ! {
     board::make_safe();
