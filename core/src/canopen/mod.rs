@@ -6,7 +6,9 @@
 //! - [`mod@cob_id`]: the identifiers.
 //! - [`dictionary`]: how a product describes its objects, and the compact form in the device; [`profile`]: the objects of CiA
 //!   301.
-//! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat.
+//! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat;
+//!   [`mod@lss`]: layer setting services.
+//! - [`feature`]: services that only some products have.
 //! - [`Product`]: the description of a product.
 //! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
 
@@ -14,7 +16,9 @@ mod abort;
 pub mod cob_id;
 pub mod dictionary;
 pub mod emcy;
+pub mod feature;
 mod guarding;
+pub mod lss;
 pub mod nmt;
 mod node;
 mod objects;
@@ -32,6 +36,8 @@ mod timer;
 
 pub use abort::Abort;
 pub use dictionary::Object;
+pub use feature::{Absent, Present};
+pub use lss::Lss;
 pub use node::CanopenNode;
 pub use pdo::{Tpdo, TpdoArray, Tpdos};
 pub use product::{ErrorHistory, LedTable, Product, Text};

@@ -4,6 +4,8 @@ use super::Abort;
 use super::cob_id;
 use super::dictionary::Service;
 use super::emcy::History;
+use super::feature::Feature;
+use super::lss::UNCONFIGURED;
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
@@ -142,6 +144,10 @@ impl<P: Product> Services<P> {
         // An identifier does not change, only bits 31 and 30.
         let changed = value ^ cx.parameters.get(row.id());
         if row.kind() == Kind::CobId && changed & !(cob_id::DISABLED | cob_id::BIT_30) != 0 {
+            return Err(Abort::Value);
+        }
+        // Only LSS takes the node-ID away.
+        if P::Lss::PRESENT && row.id() == P::NODE_ID && value == u32::from(UNCONFIGURED) {
             return Err(Abort::Value);
         }
         let effect = cx.write(row.id(), value)?;

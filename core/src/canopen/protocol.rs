@@ -2,6 +2,7 @@
 
 use super::cob_id;
 use super::emcy::{self, Cause, Emergency};
+use super::feature::Feature;
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
@@ -43,6 +44,7 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    pub(super) lss: P::Lss,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
     /// In [`State::Initialising`]: the delay of a reset.
@@ -69,8 +71,8 @@ impl<P: Product> Services<P> {
 }
 
 impl<P: Product> Canopen<P> {
-    /// Whether layer setting services (CiA 305) are supported: no.
-    pub const LSS: bool = false;
+    /// Whether layer setting services (CiA 305) are supported.
+    pub const LSS: bool = P::Lss::PRESENT;
 
     /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = super::product::check::<P>();
@@ -113,6 +115,7 @@ impl<P: Product> Canopen<P> {
             Command::Enter(state) => self.enter(cx, now, state),
             // An object has requested a reset of the node, which the reset communication must not cancel.
             Command::ResetCommunication if self.services.state != State::Initialising => {
+                self.services.reset_lss();
                 self.reset_communication(cx, now);
             }
             Command::ResetNode | Command::ResetCommunication => self.reset_node(cx, now),
@@ -163,8 +166,8 @@ impl<P: Product> Canopen<P> {
 impl<P: Product> Protocol<P::Application> for Canopen<P> {
     // The heartbeat, the TPDOs, and one emergency message.
     const FRAMES: usize = 2 + P::Tpdos::COUNT;
-    // NMT, SYNC, SDO requests, guarding, and remote frames for the TPDOs.
-    const FILTERS: usize = 4 + P::Tpdos::COUNT;
+    // NMT, SYNC, SDO requests, guarding, remote frames for the TPDOs, and LSS requests.
+    const FILTERS: usize = 4 + P::Tpdos::COUNT + P::Lss::PRESENT as usize;
 
     const INITIAL: Self = Self {
         sdo: Server::IDLE,
@@ -178,6 +181,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
+            lss: P::Lss::INITIAL,
             unsynchronised: 0,
             heartbeat: Periodic::OFF,
         },
@@ -188,6 +192,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if self.layer_setting(cx, now, frame) {
+            return;
+        }
         let services = &mut self.services;
         let id = frame.can_id();
         let node_id = u16::from(services.node_id);
@@ -213,7 +220,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         }
     }
 
-    fn bus_changed(&mut self, cx: &mut ContextOf<P>, _now: Instant, change: BusChange) {
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+        if change == BusChange::Recovered {
+            self.services.resume_flicker(now);
+        }
         let emergency = &mut self.services.emergency;
         let passive = match cx.shell.bus_state() {
             BusState::Passive => Services::<P>::PASSIVE,
@@ -248,6 +258,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.end_save(cx, saved, succeeded);
         let reply = self.sdo.stored(succeeded);
         self.services.send_sdo(cx, reply);
+        self.services.stored_lss(cx, succeeded);
     }
 
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
@@ -270,6 +281,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
+                self.tick_lss(cx, now);
             }
             3 => self.services.send_heartbeat(cx, now),
             _ => return self.services.send_event(cx, now, step - 4),
@@ -291,6 +303,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         earliest.consider(services.heartbeat.deadline());
         earliest.consider(services.guarding.deadline());
         earliest.consider(services.emergency.deadline());
+        if let Some(lss) = services.lss.get() {
+            lss.consider(earliest);
+        }
         for tpdo in services.tpdos.all() {
             tpdo.consider(earliest);
         }
@@ -298,6 +313,12 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         let services = &self.services;
+        if P::Lss::PRESENT {
+            accept(Filter::exact(CanId::standard(cob_id::LSS_REQUEST)));
+        }
+        if services.is_unconfigured() {
+            return;
+        }
         let node_id = u16::from(services.node_id);
         let own = [
             cob_id::NMT,
@@ -399,11 +420,13 @@ impl<P: Product> Services<P> {
             }
             state => leds.error.of(state),
         };
-        let patterns = Patterns {
+        let mut patterns = Patterns {
             run,
             error,
             ..Patterns::default()
         };
+        let bus_off = cx.shell.bus_state() == BusState::BusOff;
+        self.overlay_flicker(&mut patterns, bus_off);
         cx.shell.show(patterns);
     }
 

@@ -13,6 +13,8 @@ pub(super) enum What {
     Everything,
     /// The parameters that are stored when they are written.
     AtOnce,
+    /// The node-ID and the bit rate.
+    Configuration,
     /// The parameters of the communication profile get their factory values, which act after a reset.
     FactoryCommunication,
     /// All other parameters get their factory values.
@@ -68,6 +70,7 @@ impl<P: Product> Services<P> {
                     return Written::Done;
                 }
             }
+            What::Configuration => parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]),
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
             What::FactoryApplication => parameters.copy(&factory, Self::stored(false)),
         }
@@ -87,7 +90,7 @@ impl<P: Product> Services<P> {
             self.saved.parameters = *saved;
         }
         match self.saved.what {
-            What::Everything | What::FactoryCommunication => {}
+            What::Everything | What::Configuration | What::FactoryCommunication => {}
             What::AtOnce => {
                 // If the save has failed, the previous values are in force again.
                 let at_once = ParametersOf::<P>::stored_at_once();

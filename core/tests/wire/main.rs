@@ -5,6 +5,8 @@ mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_jn2101;
+mod canopen_lss;
+mod canopen_lss_unconfigured;
 mod canopen_memory;
 mod canopen_network;
 mod canopen_node_id;
