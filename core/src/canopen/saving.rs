@@ -13,8 +13,6 @@ pub(super) enum What {
     Everything,
     /// The parameters that are stored when they are written.
     AtOnce,
-    /// The node-ID and the bit rate.
-    Configuration,
     /// The parameters of the communication profile get their factory values, which act after a reset.
     FactoryCommunication,
     /// All other parameters get their factory values.
@@ -70,13 +68,21 @@ impl<P: Product> Services<P> {
                     return Written::Done;
                 }
             }
-            What::Configuration => parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]),
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
             What::FactoryApplication => parameters.copy(&factory, Self::stored(false)),
         }
         self.saved.what = what;
         cx.save(parameters);
         Written::Storing
+    }
+
+    /// Begins a save of the node-ID and the bit rate, while no other save is running. The other stored parameters keep their values.
+    pub(super) fn save_configuration(&mut self, cx: &mut ContextOf<P>) {
+        let mut parameters = self.saved.parameters;
+        parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        // As after a save of all parameters, its end changes no parameter in RAM.
+        self.saved.what = What::Everything;
+        cx.save(parameters);
     }
 
     /// Ends a save.
@@ -90,7 +96,7 @@ impl<P: Product> Services<P> {
             self.saved.parameters = *saved;
         }
         match self.saved.what {
-            What::Everything | What::Configuration | What::FactoryCommunication => {}
+            What::Everything | What::FactoryCommunication => {}
             What::AtOnce => {
                 // If the save has failed, the previous values are in force again.
                 let at_once = ParametersOf::<P>::stored_at_once();

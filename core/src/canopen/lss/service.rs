@@ -10,7 +10,6 @@ use crate::canopen::guarding::Guarding;
 use crate::canopen::nmt::State;
 use crate::canopen::product::{ParametersOf, Product};
 use crate::canopen::protocol::{Canopen, ContextOf, Services};
-use crate::canopen::saving::What;
 use crate::canopen::setting::Setting;
 use crate::node::Patterns;
 use crate::param::decode;
@@ -198,7 +197,7 @@ impl<P: Product> Services<P> {
             lss.store = Store::Waiting;
         } else {
             lss.store = Store::Running;
-            self.save(cx, What::Configuration);
+            self.save_configuration(cx);
         }
     }
 
