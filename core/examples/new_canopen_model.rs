@@ -54,6 +54,7 @@ impl Product for Mast {
     type History = ErrorHistory<4>;
     type Text = Text<0>;
     type Lss = Absent;
+    type Block = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),

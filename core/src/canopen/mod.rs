@@ -42,3 +42,4 @@ pub use node::CanopenNode;
 pub use pdo::{Tpdo, TpdoArray, Tpdos};
 pub use product::{ErrorHistory, LedTable, Product, Text};
 pub use protocol::Canopen;
+pub use sdo::Block;

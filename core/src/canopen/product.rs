@@ -7,7 +7,7 @@ use super::lss::{Lss, UNCONFIGURED};
 use super::pdo::Tpdos;
 use super::profile;
 use super::row::Row;
-use super::sdo::Buffer;
+use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
 use crate::application::{Application, Effect};
 use crate::can::BitRate;
@@ -72,6 +72,9 @@ pub trait Product: 'static {
     /// Layer setting services (CiA 305): [`Absent`](super::Absent) or `Present<Lss>`. With LSS, the dictionary has 1018h with its
     /// four numbers, and [`NODE_ID`](Self::NODE_ID) permits 255 ([`profile::lss_node_id`]).
     type Lss: Feature<Lss>;
+    /// SDO block transfer: [`Absent`](super::Absent) or `Present<Block>`. With block transfer, [`Text`](Self::Text) has at least 4
+    /// bytes.
+    type Block: Feature<Block>;
 
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
@@ -120,6 +123,7 @@ pub trait Product: 'static {
 /// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
 /// - constant texts fit into the buffer, which has at most 255 bytes;
 /// - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
+/// - with block transfer: the buffer for texts takes each number;
 /// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
@@ -130,6 +134,10 @@ pub(super) const fn check<P: Product>() {
         P::History::CAPACITY,
         P::Text::CAPACITY,
         parameters,
+    );
+    assert!(
+        P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
+        "block transfer needs a buffer for texts with at least 4 bytes"
     );
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS, parameters, P::NODE_ID);

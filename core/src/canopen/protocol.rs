@@ -24,7 +24,7 @@ pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The CANopen protocol for product `P`.
 pub struct Canopen<P: Product> {
-    pub(super) sdo: Server<&'static Row, P::Text>,
+    pub(super) sdo: Server<&'static Row, P::Text, P::Block>,
     pub(super) services: Services<P>,
 }
 
@@ -102,8 +102,17 @@ impl<P: Product> Canopen<P> {
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
         // A read of a number changes no deadline.
-        if self.sdo.deadline() != expires {
+        if self.sdo.deadline() != expires || self.sdo.is_streaming() {
             cx.shell.wake_up();
+        }
+    }
+
+    /// Sends the next segment of a block upload when all other frames have left the queue, so that they do not wait for it.
+    #[inline(always)] // called from one place
+    fn stream(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        if self.sdo.is_streaming() && cx.shell.is_online() && !cx.shell.is_sending() {
+            let segment = self.sdo.next_segment(now);
+            self.services.send_sdo(cx, segment);
         }
     }
 
@@ -278,6 +287,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             2 => {
                 let expired = self.sdo.poll(now);
                 self.services.send_sdo(cx, expired);
+                self.stream(cx, now);
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
@@ -294,7 +304,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn waits_for_room(&self) -> bool {
-        self.services.emergency.is_waiting()
+        self.services.emergency.is_waiting() || self.sdo.is_streaming()
     }
 
     fn deadlines(&self, earliest: &mut Deadline) {

@@ -1,11 +1,11 @@
-//! A product with layer setting services: node-ID 50, five bit rates from 125 kbit/s on, one TPDO, and a writable text.
+//! A product with layer setting services and SDO block transfer: node-ID 50, five bit rates from 125 kbit/s on, one TPDO, and a writable text.
 
 use super::Tester;
 use plumbline::application::Effect;
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
-    self, CanopenNode, ErrorHistory, Lss, Object, Present, Product, TpdoArray, profile,
+    self, Block, CanopenNode, ErrorHistory, Lss, Object, Present, Product, TpdoArray, profile,
 };
 use plumbline::param::{Permitted, Refused};
 use plumbline::prelude::*;
@@ -82,6 +82,7 @@ impl Product for GaugeProduct {
     type History = ErrorHistory<2>;
     type Text = canopen::Text<TEXT>;
     type Lss = Present<Lss>;
+    type Block = Present<Block>;
 
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
