@@ -3,6 +3,8 @@
 use super::Abort;
 use super::dictionary::{Service, has_service};
 use super::emcy::History;
+use super::feature::Feature;
+use super::lss::UNCONFIGURED;
 use super::mapping::is_mapping;
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
@@ -153,6 +155,10 @@ impl<P: Product> Services<P> {
         if row.kind() == Kind::CobId {
             let stored = cx.parameters.get(row.id());
             value = self.take_cob_id(row.index(), row.id(), stored, value)?;
+        }
+        // Only LSS takes the node-ID away.
+        if P::Lss::PRESENT && row.id() == P::NODE_ID && value == u32::from(UNCONFIGURED) {
+            return Err(Abort::Value);
         }
         let effect = cx.write(row.id(), value)?;
         if row.is_communication() {

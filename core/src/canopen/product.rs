@@ -2,15 +2,17 @@
 
 use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
+use super::feature::Feature;
+use super::lss::{Lss, UNCONFIGURED};
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
-use super::sdo::Buffer;
+use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
 use crate::application::{Application, Effect};
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
-use crate::param::{Parameter, ParameterId, Parameters, Quantity, Refused, Table};
+use crate::param::{Parameter, ParameterId, Parameters, Permitted, Quantity, Refused, Table};
 use crate::store::ImageId;
 
 /// Run and error LED patterns.
@@ -70,6 +72,12 @@ pub trait Product: 'static {
     type History: History;
     /// A buffer for the longest text, for example `Text<24>`.
     type Text: Buffer;
+    /// Layer setting services (CiA 305): [`Absent`](super::Absent) or `Present<Lss>`. With LSS, the dictionary has 1018h with its
+    /// four numbers, and [`NODE_ID`](Self::NODE_ID) permits 255 ([`profile::lss_node_id`]).
+    type Lss: Feature<Lss>;
+    /// SDO block transfer: [`Absent`](super::Absent) or `Present<Block>`. With block transfer, [`Text`](Self::Text) has at least 4
+    /// bytes.
+    type Block: Feature<Block>;
 
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
@@ -130,6 +138,8 @@ pub trait Product: 'static {
 /// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 /// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
 /// - constant texts fit into the buffer, which has at most 255 bytes;
+/// - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
+/// - with block transfer: the buffer for texts takes each number;
 /// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
@@ -141,6 +151,30 @@ pub(super) const fn check<P: Product>() {
         P::Text::CAPACITY,
         parameters,
     );
+    assert!(
+        P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
+        "block transfer needs a buffer for texts with at least 4 bytes"
+    );
+    if P::Lss::PRESENT {
+        check_lss(P::OBJECTS, parameters, P::NODE_ID);
+    }
+}
+
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+const fn check_lss(objects: &[Object], parameters: &[Parameter], node_id: ParameterId) {
+    let mut sub = 1;
+    while sub <= 4 {
+        assert!(
+            object_at(objects, 0x1018, sub).is_some(),
+            "a product with LSS needs all numbers of the identity object"
+        );
+        sub += 1;
+    }
+    let permitted = match parameters[node_id.0 as usize].permitted {
+        Permitted::Ranges(ranges) => ranges.contain(UNCONFIGURED as u32),
+        _ => false,
+    };
+    assert!(permitted, "a product with LSS permits the node-ID 255");
 }
 
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only

@@ -2,6 +2,7 @@
 
 use super::cob_id;
 use super::emcy::{self, Cause, Emergency};
+use super::feature::Feature;
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
@@ -23,7 +24,7 @@ pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The CANopen protocol for product `P`.
 pub struct Canopen<P: Product> {
-    pub(super) sdo: Server<&'static Row, P::Text>,
+    pub(super) sdo: Server<&'static Row, P::Text, P::Block>,
     pub(super) services: Services<P>,
 }
 
@@ -43,6 +44,7 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    pub(super) lss: P::Lss,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
     /// In [`State::Initialising`]: the delay of a reset.
@@ -69,8 +71,8 @@ impl<P: Product> Services<P> {
 }
 
 impl<P: Product> Canopen<P> {
-    /// Whether layer setting services (CiA 305) are supported: no.
-    pub const LSS: bool = false;
+    /// Whether layer setting services (CiA 305) are supported.
+    pub const LSS: bool = P::Lss::PRESENT;
 
     /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = super::product::check::<P>();
@@ -100,8 +102,17 @@ impl<P: Product> Canopen<P> {
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
         // A read of a number changes no deadline.
-        if self.sdo.deadline() != expires {
+        if self.sdo.deadline() != expires || self.sdo.is_streaming() {
             cx.shell.wake_up();
+        }
+    }
+
+    /// Sends the next segment of a block upload when all other frames have left the queue, so that they do not wait for it.
+    #[inline(always)] // called from one place
+    fn stream(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        if self.sdo.is_streaming() && cx.shell.is_online() && !cx.shell.is_sending() {
+            let segment = self.sdo.next_segment(now);
+            self.services.send_sdo(cx, segment);
         }
     }
 
@@ -113,6 +124,7 @@ impl<P: Product> Canopen<P> {
             Command::Enter(state) => self.enter(cx, now, state),
             // An object has requested a reset of the node, which the reset communication must not cancel.
             Command::ResetCommunication if self.services.state != State::Initialising => {
+                self.services.reset_lss();
                 self.reset_communication(cx, now);
             }
             Command::ResetNode | Command::ResetCommunication => self.reset_node(cx, now),
@@ -163,8 +175,8 @@ impl<P: Product> Canopen<P> {
 impl<P: Product> Protocol<P::Application> for Canopen<P> {
     // The heartbeat, the TPDOs, and one emergency message.
     const FRAMES: usize = 2 + P::Tpdos::COUNT;
-    // NMT, SYNC, SDO requests, guarding, and remote frames for the TPDOs.
-    const FILTERS: usize = 4 + P::Tpdos::COUNT;
+    // NMT, SYNC, SDO requests, guarding, remote frames for the TPDOs, and LSS requests.
+    const FILTERS: usize = 4 + P::Tpdos::COUNT + P::Lss::PRESENT as usize;
 
     const INITIAL: Self = Self {
         sdo: Server::IDLE,
@@ -178,6 +190,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
+            lss: P::Lss::INITIAL,
             unsynchronised: 0,
             heartbeat: Periodic::OFF,
         },
@@ -188,6 +201,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if self.layer_setting(cx, now, frame) {
+            return;
+        }
         let services = &mut self.services;
         let id = frame.can_id();
         let node_id = u16::from(services.node_id);
@@ -213,7 +229,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         }
     }
 
-    fn bus_changed(&mut self, cx: &mut ContextOf<P>, _now: Instant, change: BusChange) {
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+        if change == BusChange::Recovered {
+            self.services.resume_flicker(now);
+        }
         let emergency = &mut self.services.emergency;
         let passive = match cx.shell.bus_state() {
             BusState::Passive => Services::<P>::PASSIVE,
@@ -248,6 +267,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.end_save(cx, saved, succeeded);
         let reply = self.sdo.stored(succeeded);
         self.services.send_sdo(cx, reply);
+        self.services.stored_lss(cx, succeeded);
     }
 
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
@@ -267,9 +287,11 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             2 => {
                 let expired = self.sdo.poll(now);
                 self.services.send_sdo(cx, expired);
+                self.stream(cx, now);
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
+                self.tick_lss(cx, now);
             }
             3 => self.services.send_heartbeat(cx, now),
             // After the last TPDO, an emergency message in each step.
@@ -286,7 +308,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn waits_for_room(&self) -> bool {
-        self.services.emergency.is_waiting()
+        self.services.emergency.is_waiting() || self.sdo.is_streaming()
     }
 
     fn deadlines(&self, earliest: &mut Deadline) {
@@ -295,6 +317,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         earliest.consider(services.heartbeat.deadline());
         earliest.consider(services.guarding.deadline());
         earliest.consider(services.emergency.deadline());
+        if let Some(lss) = services.lss.get() {
+            lss.consider(earliest);
+        }
         for tpdo in services.tpdos.all() {
             tpdo.consider(earliest);
         }
@@ -302,6 +327,12 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         let services = &self.services;
+        if P::Lss::PRESENT {
+            accept(Filter::exact(CanId::standard(cob_id::LSS_REQUEST)));
+        }
+        if services.is_unconfigured() {
+            return;
+        }
         let node_id = u16::from(services.node_id);
         let own = [
             cob_id::NMT,
@@ -392,11 +423,13 @@ impl<P: Product> Services<P> {
             }
             state => leds.error.of(state),
         };
-        let patterns = Patterns {
+        let mut patterns = Patterns {
             run,
             error,
             ..Patterns::default()
         };
+        let bus_off = cx.shell.bus_state() == BusState::BusOff;
+        self.overlay_flicker(&mut patterns, bus_off);
         cx.shell.show(patterns);
     }
 

@@ -105,6 +105,8 @@ impl Product for Mapped {
     type Tpdos = DynamicTpdos<4, 8>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
+    type Lss = plumbline::canopen::Absent;
+    type Block = plumbline::canopen::Absent;
     const TRIGGERS: Triggers = Triggers {
         changes: true,
         restarts_timer: true,

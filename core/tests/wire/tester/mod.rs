@@ -2,6 +2,7 @@
 
 pub mod canopen;
 pub mod fsc;
+pub mod gauge;
 pub mod mapped;
 
 use plumbline::can::Frame;
