@@ -295,9 +295,16 @@ impl Tpdo {
 
     /// Returns true if the TPDO must be sent now: its event timer has expired, or the inhibit time that delayed an event has
     /// ended.
+    #[inline(always)] // usually there is no event, and a frame can wait
     pub fn poll(&mut self, now: Instant) -> bool {
         self.waiting |= self.event.poll(now);
-        if !self.waiting || (self.inhibited.is_set() && !self.inhibited.is_reached(now)) {
+        self.waiting && self.begin_inhibit_time(now)
+    }
+
+    /// Begins the inhibit time of the waiting event. Returns false if the last one has not ended.
+    #[inline(never)] // rarely called
+    fn begin_inhibit_time(&mut self, now: Instant) -> bool {
+        if self.inhibited.is_set() && !self.inhibited.is_reached(now) {
             return false;
         }
         self.waiting = false;
