@@ -5,7 +5,7 @@ use super::emcy::{self, Cause, Emergency};
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
-use super::pdo::{Reaction, Tpdo, Tpdos};
+use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::row::Row;
 use super::saving::Saved;
@@ -49,7 +49,7 @@ pub(super) struct Services<P: Product> {
     pub(super) heartbeat: Periodic,
     /// The earliest deadline. Each step of [`tick`](Protocol::tick) considers its own one: all of them in one step would take too
     /// long for a frame that waits.
-    earliest: Deadline,
+    pub(super) earliest: Deadline,
 }
 
 impl<P: Product> Services<P> {
@@ -215,7 +215,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        if cx.values.faults() != self.services.faults {
+        if cx.values.faults() != self.services.faults || self.services.watches() {
             cx.shell.wake_up();
         }
     }
@@ -277,7 +277,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 self.services.earliest.consider(self.sdo.deadline());
             }
             2 => self.services.send_heartbeat(cx, now),
-            _ => return self.services.send_event(cx, now, step - 3),
+            _ => {
+                return self.services.send_event(cx, now, usize::from(step - 3))
+                    || self.services.send_fault(cx, now);
+            }
         }
         true
     }
@@ -355,23 +358,13 @@ impl<P: Product> Services<P> {
         self.earliest.consider(self.heartbeat.deadline());
     }
 
-    /// Sends a TPDO if its event timer has expired. After the last TPDO, announces one fault of the application and sends one
-    /// emergency message in each step. Returns false if there is nothing more.
-    fn send_event(&mut self, cx: &mut ContextOf<P>, now: Instant, number: u8) -> bool {
-        let number = usize::from(number);
-        let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
-            // In the same step, so that a frame waits for a fault only if its answer waits for the emergency message.
-            let more = self.emergency.announce_next();
-            let sent = self.emergency.is_waiting() && self.send_emergency(cx, now);
-            self.earliest.consider(self.emergency.deadline());
-            return more || sent;
-        };
-        let due = tpdo.poll(now);
-        tpdo.consider(&mut self.earliest);
-        if due {
-            self.react(cx, number, Reaction::Send);
-        }
-        true
+    /// Announces one fault of the application and sends one emergency message, after the last TPDO. Both are in one step, so that a
+    /// frame waits for a fault only if its answer waits for the emergency message. Returns false if there is nothing more.
+    fn send_fault(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
+        let more = self.emergency.announce_next();
+        let sent = self.emergency.is_waiting() && self.send_emergency(cx, now);
+        self.earliest.consider(self.emergency.deadline());
+        more || sent
     }
 
     /// Sends the next emergency message. Returns false if there is none, or if it must wait.
@@ -383,8 +376,10 @@ impl<P: Product> Services<P> {
             && cx.shell.has_room()
             && let Some(message) = self.emergency.take(now)
         {
-            if let Some(id) = cob_id::in_use(Self::EMCY_COB_ID.get(&cx.parameters)) {
-                send(cx, id, &message);
+            let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
+            if let Some(id) = self.emergency_id(id) {
+                let message = u64::from_le_bytes(message);
+                cx.shell.send(Frame::word(id, message, 8));
             }
             return true;
         }

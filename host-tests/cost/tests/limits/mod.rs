@@ -1,4 +1,5 @@
-//! The limits that the project has set for the images of the Blue Pill. They are numbers here, so that a new budget cannot move them.
+//! The limits that the project has set for the images of the Blue Pill. They are written here as numbers, so that a new budget does not
+//! change them.
 
 use super::REPORTS;
 use cost::Report;
@@ -55,7 +56,7 @@ fn jn2101_answers_within_20_us() {
     assert_at_most("jn2101", &rows, 20_000);
 }
 
-/// The heater of a product that has one must change in the scenario.
+/// The scenario must contain changes of the heater of each heated product.
 #[test]
 fn each_heated_product_is_measured_while_its_heater_is_regulated() {
     let heated = PRODUCTS.iter().filter(|product| product.heater.is_some());
