@@ -14,11 +14,13 @@
 
 mod abort;
 pub mod cob_id;
+mod cob_ids;
 pub mod dictionary;
 pub mod emcy;
 pub mod feature;
 mod guarding;
 pub mod lss;
+mod mapping;
 pub mod nmt;
 mod node;
 mod objects;
@@ -39,7 +41,7 @@ pub use dictionary::Object;
 pub use feature::{Absent, Present};
 pub use lss::Lss;
 pub use node::CanopenNode;
-pub use pdo::{Tpdo, TpdoArray, Tpdos};
+pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
 pub use product::{ErrorHistory, LedTable, Product, Text};
 pub use protocol::Canopen;
 pub use sdo::Block;

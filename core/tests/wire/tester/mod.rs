@@ -3,6 +3,7 @@
 pub mod canopen;
 pub mod fsc;
 pub mod gauge;
+pub mod mapped;
 
 use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;
