@@ -1,9 +1,7 @@
 //! A CANopen sensor of your own, outside of Plumbline: one slope, one TPDO, and an object of the maker, 2100h, the mounting angle.
 //! Run it with `cargo run -p core --example new_canopen_model`.
 
-use plumbline::canopen::{
-    Absent, CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile,
-};
+use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile};
 use plumbline::prelude::*;
 
 const MOUNTING: ParameterId = ParameterId(2);
@@ -37,10 +35,8 @@ impl Application for Slope {
         self.2
     }
     fn sample(&mut self, _: Instant, reading: &Reading) -> Published<1> {
-        let slope = definition::perpendicular(self.0.sample(reading))
-            .x
-            .centidegrees();
-        self.2 = Published::new([slope - self.1], Faults::NONE);
+        let angles = definition::perpendicular(self.0.sample(reading));
+        self.2 = Published::new([angles.x.centidegrees() - self.1], Faults::NONE);
         self.2
     }
     fn stale(&mut self) -> Published<1> {
@@ -53,8 +49,8 @@ impl Product for Mast {
     type Tpdos = TpdoArray<1, 1>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
-    type Lss = Absent;
-    type Block = Absent;
+    type Lss = plumbline::canopen::Absent;
+    type Block = plumbline::canopen::Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),

@@ -11,7 +11,7 @@
 use super::Tester;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
-    CanopenNode, DynamicTpdos, ErrorHistory, Object, Product, Text, Triggers, profile,
+    Absent, CanopenNode, DynamicTpdos, ErrorHistory, Object, Product, Text, Triggers, profile,
 };
 use plumbline::measure::ONE_G;
 use plumbline::node::Boot;
@@ -105,8 +105,8 @@ impl Product for Mapped {
     type Tpdos = DynamicTpdos<4, 8>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
-    type Lss = plumbline::canopen::Absent;
-    type Block = plumbline::canopen::Absent;
+    type Lss = Absent;
+    type Block = Absent;
     const TRIGGERS: Triggers = Triggers {
         changes: true,
         restarts_timer: true,
