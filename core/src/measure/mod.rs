@@ -4,7 +4,7 @@
 //!    driver does this, so that the following filters do not depend on the accelerometer;
 //! 2. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
 //! 3. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
-//!    results near 0/360 deg and a bias under vibration;
+//!    results near 0/360 deg and a bias under vibration. Instead, [`fusion`] combines the acceleration with the angular rate;
 //! 4. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
 //! 5. [`definition`] calculates the angles of the vector;
 //! 6. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
@@ -45,6 +45,7 @@ pub mod calibration;
 pub mod clipping;
 pub mod definition;
 pub mod fir;
+pub mod fusion;
 pub mod low_pass;
 mod low_pass_design;
 pub mod resampler;
