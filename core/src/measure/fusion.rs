@@ -49,8 +49,9 @@ const KEPT: usize = 3;
 /// The rotation in the delay of the acceleration is limited to 1/2 rad about each axis, Q31: 2300 deg/s for 12 ms.
 const FORWARD_LIMIT: i64 = 1 << 30;
 
-/// The bias is limited to +-2^-11 rad in a sample period: 5.6 deg/s.
-const BIAS_LIMIT: i64 = 1 << 60;
+/// The bias about each axis is limited to +-2^-12 rad in a sample period, 2.8 deg/s: more than that of a gyroscope without fault
+/// (ISM330DHCX: typically 1 deg/s). Otherwise a long centripetal acceleration would cause a larger bias.
+const BIAS_LIMIT: i64 = 1 << 59;
 
 /// The Kalman filter. `DELAY` is the age of the acceleration in us, compared with the angular rate: 0 to 3 sample periods.
 ///
