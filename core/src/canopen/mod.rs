@@ -12,9 +12,11 @@
 
 mod abort;
 pub mod cob_id;
+mod cob_ids;
 pub mod dictionary;
 pub mod emcy;
 mod guarding;
+mod mapping;
 pub mod nmt;
 mod node;
 mod objects;
@@ -33,6 +35,6 @@ mod timer;
 pub use abort::Abort;
 pub use dictionary::Object;
 pub use node::CanopenNode;
-pub use pdo::{Tpdo, TpdoArray, Tpdos};
+pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
 pub use product::{ErrorHistory, LedTable, Product, Text};
 pub use protocol::Canopen;

@@ -2,7 +2,7 @@
 
 use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
-use super::pdo::Tpdos;
+use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
 use super::sdo::Buffer;
@@ -55,6 +55,9 @@ pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
 /// The parameter table of product `P`.
 pub(super) type TableOf<P> = <<P as Product>::Application as Application>::Table;
 
+/// The published values of product `P`.
+pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Values;
+
 /// A product with the CANopen protocol.
 ///
 /// [`project_objects!`](crate::project_objects) derives the last three constants from the description.
@@ -74,6 +77,10 @@ pub trait Product: 'static {
     const FAULTS: [FaultBit; 8] = CIA_301;
     /// The LED patterns.
     const LEDS: LedTable = LedTable::CIA_303_3;
+    /// The triggers of transmission types 254 and 255.
+    const TRIGGERS: Triggers = Triggers::TIMER;
+    /// Whether the COB-IDs of the SYNC and of the EMCY can be written in pre-operational only.
+    const BINDS_COB_IDS: bool = false;
     /// The parameter with the node-ID, 1 to 127.
     const NODE_ID: ParameterId;
     /// The parameter with the bit rate.
@@ -89,6 +96,15 @@ pub trait Product: 'static {
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];
+
+    /// The number in the object with [`Service::Status`].
+    fn status(values: &ValuesOf<Self>, parameters: &ParametersOf<Self>) -> u32
+    where
+        Self: Sized,
+    {
+        let _ = (values, parameters);
+        0
+    }
 
     /// The text of the object with [`Service::Text`].
     fn text(parameters: &ParametersOf<Self>) -> Self::Text
@@ -151,8 +167,8 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
                     "the default COB-ID of the SYNC is not free"
                 );
             }
-            Target::CobId(id) => {
-                let base = parameters[id.0 as usize].factory;
+            Target::CobId(id) | Target::FreeCobId(id) => {
+                let base = parameters[id.0 as usize].factory & 0x7FF;
                 let mut node_id = 1;
                 while node_id <= 127 {
                     assert!(
@@ -183,7 +199,9 @@ const fn check_tpdos<T: Tpdos>(
             communication == has && mapping == has,
             "the number of TPDOs is not that of the dictionary"
         );
-        if has {
+        if has && T::DYNAMIC {
+            super::mapping::check_dynamic(objects, number, T::ENTRIES, parameters, quantities);
+        } else if has {
             check_mapping::<T>(objects, number, parameters, quantities);
         }
         number += 1;
@@ -202,14 +220,10 @@ const fn check_mapping<T: Tpdos>(
         let Target::Constant(entry) = entry.target else {
             panic!("a mapping entry must be a constant");
         };
-        let Some(mapped) = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8) else {
-            panic!("a mapped object does not exist");
-        };
-        assert!(mapped.mappable, "a mapped object cannot be mapped");
-        let size = mapped.data_type(parameters, quantities).size() as u32;
+        check_entry(objects, entry, parameters, quantities);
         assert!(
-            8 * size == entry & 0xFF,
-            "a mapped object has another length"
+            is_value(objects, entry),
+            "a fixed mapping must consist of published values"
         );
         bits += entry & 0xFF;
         sub += 1;
@@ -218,6 +232,37 @@ const fn check_mapping<T: Tpdos>(
     assert!(
         sub as usize <= T::ENTRIES + 1,
         "more objects are mapped than the TPDO takes"
+    );
+}
+
+/// Whether a mapping entry maps a published value.
+const fn is_value(objects: &[Object], entry: u32) -> bool {
+    let mapped = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8);
+    matches!(
+        mapped,
+        Some(Object {
+            target: Target::Value(_),
+            ..
+        })
+    )
+}
+
+/// Checks a mapping entry: the object exists, can be mapped, and has the mapped length.
+#[allow(clippy::panic)] // evaluated at compile time only
+pub(super) const fn check_entry(
+    objects: &[Object],
+    entry: u32,
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) {
+    let Some(mapped) = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8) else {
+        panic!("a mapped object does not exist");
+    };
+    assert!(mapped.mappable, "a mapped object cannot be mapped");
+    let size = mapped.data_type(parameters, quantities).size() as u32;
+    assert!(
+        8 * size == entry & 0xFF,
+        "a mapped object has another length"
     );
 }
 

@@ -50,6 +50,11 @@ pub const fn join<T: Copy, const N: usize>(parts: &[&[T]], filler: T) -> [T; N] 
     joined
 }
 
+mod dynamic;
+pub use dynamic::{
+    dynamic_mapping, free_cob_id, free_tpdo, mapping_parameters, stored_tpdo_communication,
+};
+
 // Parameters.
 
 /// Node-ID, an object of the maker.

@@ -5,7 +5,7 @@ use super::emcy::{self, Cause, Emergency};
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
-use super::pdo::{Reaction, Tpdo, Tpdos};
+use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::row::Row;
 use super::saving::Saved;
@@ -208,7 +208,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        if cx.values.faults() != self.services.faults {
+        if cx.values.faults() != self.services.faults || self.services.watches() {
             cx.shell.wake_up();
         }
     }
@@ -272,7 +272,11 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 }
             }
             3 => self.services.send_heartbeat(cx, now),
-            _ => return self.services.send_event(cx, now, step - 4),
+            // After the last TPDO, an emergency message in each step.
+            _ => {
+                return self.services.send_event(cx, now, usize::from(step - 4))
+                    || self.services.send_emergency(cx, now);
+            }
         }
         true
     }
@@ -355,19 +359,6 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Sends a TPDO if its event timer has expired. After the last TPDO, sends an emergency message in each step. Returns false if
-    /// there is nothing more.
-    fn send_event(&mut self, cx: &mut ContextOf<P>, now: Instant, number: u8) -> bool {
-        let number = usize::from(number);
-        let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
-            return self.send_emergency(cx, now);
-        };
-        if tpdo.poll(now) {
-            self.react(cx, number, Reaction::Send);
-        }
-        true
-    }
-
     /// Sends the next emergency message. Returns false if there is none, or if it must wait.
     fn send_emergency(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         // `is_due` must be called first: it also ends the inhibit time.
@@ -377,8 +368,10 @@ impl<P: Product> Services<P> {
             && cx.shell.has_room()
             && let Some(message) = self.emergency.take(now)
         {
-            if let Some(id) = cob_id::in_use(Self::EMCY_COB_ID.get(&cx.parameters)) {
-                send(cx, id, &message);
+            let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
+            if let Some(id) = self.emergency_id(id) {
+                let message = u64::from_le_bytes(message);
+                cx.shell.send(Frame::word(id, message, 8));
             }
             return true;
         }

@@ -1,10 +1,12 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
+mod canopen_cob_ids;
 mod canopen_codings;
 mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_jn2101;
+mod canopen_mapping;
 mod canopen_memory;
 mod canopen_network;
 mod canopen_node_id;
@@ -12,6 +14,7 @@ mod canopen_pdo;
 mod canopen_saves;
 mod canopen_sdo;
 mod canopen_sizes;
+mod canopen_triggers;
 mod fsc_behaviour;
 mod fsc_codings;
 mod fsc_heating;

@@ -2,6 +2,7 @@
 
 pub mod canopen;
 pub mod fsc;
+pub mod mapped;
 
 use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;
