@@ -16,6 +16,7 @@ use crate::{clock, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
+use plumbline::application::Application;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Acquisition, Action, Boot, BusEvent, Divided, Indicator};
 use plumbline::store::{Owner, Store};
@@ -55,6 +56,9 @@ pub unsafe fn run<
         switches,
         can,
     } = start(board, owner, store, imu);
+    if N::Application::MEASURES_SUPPLY {
+        board::start_adc();
+    }
     let now = clock::now();
     let boot = store.boot();
     if boot.damaged {
@@ -318,7 +322,19 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         self.imu.start(now);
+        self.measure_supply();
         true
+    }
+
+    /// Takes the result of a conversion and starts the next one.
+    #[inline(always)] // nothing for most products
+    fn measure_supply(&mut self) {
+        if N::Application::MEASURES_SUPPLY
+            && let Some(millivolts) = board::supply()
+            && let Some(values) = self.acquisition.supply(millivolts)
+        {
+            self.link.call(|node, now| node.publish(now, values));
+        }
     }
 
     /// Performs one step of a save. Returns true if there is more to do at once.

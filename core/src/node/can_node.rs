@@ -146,6 +146,12 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         }
     }
 
+    fn supply(&mut self, now: Instant, millivolts: u16) {
+        if let Some(values) = self.acquisition.supply(millivolts) {
+            self.communication.publish(now, values);
+        }
+    }
+
     fn poll(&mut self, now: Instant) -> Option<Action> {
         self.measure(now);
         if let Some(values) = self.acquisition.tick(now) {
