@@ -189,6 +189,9 @@ pub trait Application: Sized {
     /// Whether it measures the supply voltage. If not, a driver does not need that function.
     const MEASURES_SUPPLY: bool = false;
 
+    /// Whether it needs [`Reading::angular_rate`]. If not, a driver does not need the gyroscope.
+    const HAS_GYROSCOPE: bool = false;
+
     /// An application that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
 

@@ -41,12 +41,14 @@
 //! assert_eq!(zero::two_axis(angles.y.centidegrees(), -5_00), 40_00);
 //! ```
 
+pub mod alignment;
 pub mod calibration;
 pub mod clipping;
 pub mod definition;
 pub mod fir;
 pub mod low_pass;
 mod low_pass_design;
+pub mod mean_rate;
 pub mod resampler;
 pub mod self_test;
 pub mod supply;

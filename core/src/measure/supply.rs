@@ -80,10 +80,10 @@ mod tests {
         hysteresis: 500,
     };
 
-    /// The monitor after half a second at each of these voltages: the fault, and how often it has changed.
+    /// The monitor after two seconds at each of these voltages: the fault, and how often it has changed.
     fn after(voltages: &[u16]) -> (bool, usize) {
         let mut monitor = Monitor::NONE;
-        let steps = voltages.iter().flat_map(|voltage| [*voltage; 100]);
+        let steps = voltages.iter().flat_map(|voltage| [*voltage; 400]);
         let changes = steps.filter(|voltage| monitor.step(*voltage, &LIMITS));
         let changes = changes.count();
         (monitor.is_faulty(), changes)
