@@ -95,7 +95,8 @@ pub unsafe fn run<
     }
 }
 
-/// The rounds of actions in one iteration of the loop, so that the watchdog is fed also if each frame causes an action.
+/// The maximum number of rounds of actions in one iteration of the main loop. The limit ensures that the watchdog is fed even if each frame
+/// causes an action.
 const ROUNDS: u8 = 8;
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
@@ -218,7 +219,7 @@ impl<
         self.bus
             .step(|accept| link.with(|link| link.node.filters(accept)));
         if restless && !self.bus.restless() {
-            // The frames that waited for the change.
+            // Handles the frames that waited for the change.
             link.settle();
         }
     }
@@ -241,7 +242,7 @@ impl<
         loop {
             let now = clock::now();
             let task = self.link.with(|link| link.node.task(now));
-            // By reference, so that the parameters are not copied again.
+            // Passed by reference, so that the parameters are not copied again.
             let Some(task) = &task else {
                 return;
             };
@@ -250,7 +251,7 @@ impl<
         }
     }
 
-    /// Processes a reading. The calculation takes long; the interrupts answer frames meanwhile.
+    /// Processes a reading. During the calculation, which takes long, the interrupts answer frames.
     fn measure(&mut self) {
         if let Some(values) = self.acquisition.tick(clock::now()) {
             self.link.call(|node, now| node.publish(now, values));
@@ -266,8 +267,8 @@ impl<
         }
     }
 
-    /// Performs the actions of the node. The interrupts are masked only during each call.
-    /// Returns true if there can be more.
+    /// Performs the actions of the node. The interrupts are masked only during each call of the node. Returns true if more actions can be
+    /// pending.
     fn settle(&mut self) -> bool {
         let link = self.link;
         for _ in 0..ROUNDS {
@@ -291,7 +292,7 @@ impl<
             let action = link.with(|link| {
                 let action = link.node.action(now);
                 if let Some(Action::Bus(..)) = action {
-                    // In the same section, so that no frame gets into a mailbox that is aborted.
+                    // In the same critical section, so that no frame is put into a mailbox that the change of the mode aborts.
                     can::stop();
                 }
                 action
@@ -377,7 +378,7 @@ impl<
                 }
                 self.bus.configure(mode, rate);
                 self.link.with(Link::discard);
-                // At once, so that the controller can join the bus at the end of the present frame.
+                // Immediately, so that the controller can join the bus at the end of the current frame.
                 self.step();
             }
             Action::Recover => {

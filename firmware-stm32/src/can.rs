@@ -51,8 +51,9 @@ const LEC_SEEN: u8 = 7;
 /// The CAN controller of the board, for the bxcan crate.
 struct Controller(CanPeripheral);
 
-// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts use the receive FIFO and the mailboxes.
-// The main loop uses these only within a critical section, except TSR: it reads it, or writes bits that have no effect at 0.
+// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts use the receive FIFO and the mailboxes. The main
+// loop uses these only within a critical section, except TSR. It reads TSR, or writes it with 0 in all bits that it does not use, which has
+// no effect on them.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
 }
@@ -278,8 +279,8 @@ impl Bus {
         time.filter(|_| self.is_listening())
     }
 
-    /// Handles the end of a frame. Returns true if the controller could not join the bus at the end of a frame that it has waited
-    /// for from its start on: at this bit rate, the end was too short.
+    /// Handles the end of a frame. Returns true if the controller has not joined the bus at the end of a frame that started after the join
+    /// was requested: at this bit rate, the recessive end of the frame was too short.
     pub fn misses_frame(&mut self) -> bool {
         let Change::Joining { frames } = &mut self.change else {
             return false;
@@ -351,8 +352,8 @@ impl Bus {
         let status = self.registers().esr().read();
         let code = status.lec().bits();
         let state = if listening || self.state == BusState::BusOff && code != LEC_SEEN {
-            // Errors at a wrong bit rate are no fault. Off the bus there are no frames and errors: after bus-off, the controller has
-            // been on the bus again, and can be off it a second time.
+            // Errors at a wrong bit rate are no fault. A controller in bus-off detects no frames and no errors. So if it has a new error
+            // code after bus-off, it has recovered, and the next bus-off is reported again.
             BusState::Active
         } else if status.boff().bit_is_set() {
             BusState::BusOff

@@ -97,7 +97,7 @@ macro_rules! firmware {
         #[cfg(target_os = "none")]
         #[unsafe(no_mangle)]
         extern "C" fn CAN_RECEIVE() {
-            // SAFETY: this is that interrupt.
+            // SAFETY: this is the receive interrupt.
             unsafe { LINK.on_received() };
         }
 
@@ -105,7 +105,7 @@ macro_rules! firmware {
         #[cfg(target_os = "none")]
         #[unsafe(no_mangle)]
         extern "C" fn CAN_TRANSMIT() {
-            // SAFETY: this is that interrupt.
+            // SAFETY: this is the transmit interrupt.
             unsafe { LINK.on_transmitted() };
         }
 

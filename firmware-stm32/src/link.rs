@@ -163,7 +163,7 @@ impl<N: Divided> Shared<N> {
     /// The receive interrupt.
     ///
     /// # Safety
-    /// Call it only in that interrupt. The interrupts that use the link, and SysTick, have the same priority.
+    /// Call it only in the receive interrupt. The interrupts that use the link, and SysTick, must have the same priority.
     #[inline(always)] // called from one place
     pub unsafe fn on_received(&self) {
         // SAFETY: no other interrupt that uses a `Mutex` interrupts this one, and the main loop does not run.
@@ -177,7 +177,7 @@ impl<N: Divided> Shared<N> {
     /// The transmit interrupt: a mailbox has become free.
     ///
     /// # Safety
-    /// As for [`on_received`](Self::on_received).
+    /// Call it only in the transmit interrupt. The priorities must be as for [`on_received`](Self::on_received).
     #[inline(always)] // called from one place
     pub unsafe fn on_transmitted(&self) {
         transmit::acknowledge();

@@ -33,7 +33,7 @@ global_asm!(
     "str r3, [r12], #4",
     "subs r2, #8",
     "bhs 1b",
-    // The lowest three bits of the length are those of the rest.
+    // The lowest three bits of r2 are the number of bytes that remain.
     "2:",
     "lsls r3, r2, #30",
     "itt cs",

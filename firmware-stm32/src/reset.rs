@@ -18,8 +18,8 @@ fn panic(_info: &PanicInfo) -> ! {
     SCB::sys_reset()
 }
 
-// SAFETY: cortex-m-rt requires `unsafe` because NMI can occur anywhere, also inside a critical section. The handler uses only the
-// log, which can be corrupted in the worst case, and does not return.
+// SAFETY: cortex-m-rt requires `unsafe` because NMI can occur anywhere, also inside a critical section. The handler resets two peripherals,
+// writes the log, which can be corrupted in the worst case, and does not return.
 #[exception]
 unsafe fn DefaultHandler(_number: i16) -> ! {
     board::make_safe();
@@ -45,7 +45,7 @@ unsafe extern "C" fn HardFault() -> ! {
     )
 }
 
-/// A hard fault with this address of the exception frame.
+/// Handles a hard fault. `_frame` is the address of the exception frame.
 extern "C" fn hard_fault(_frame: usize) -> ! {
     board::make_safe();
     #[cfg(feature = "defmt")]
@@ -60,7 +60,7 @@ fn log_fault(frame: usize) {
         defmt::error!("hard fault: stack overflow");
         return;
     }
-    // SAFETY: the processor has written the frame there.
+    // SAFETY: the processor has written the frame at this address.
     let frame = unsafe { &*(frame as *const cortex_m_rt::ExceptionFrame) };
     defmt::error!("hard fault at {=u32:#x}", frame.pc());
 }

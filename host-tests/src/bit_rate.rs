@@ -30,7 +30,7 @@ const FRAMES: [(u16, &[u8]); 4] = [
 const BOOT_MAX: Instant = Instant::from_ticks(200_000);
 
 /// Checks that a sensor detects each bit rate within `limit` frames of a master that polls it, back to back or with a period of up to 2 s.
-/// Prints the largest number of frames.
+/// It prints the largest number of frames.
 ///
 /// `phases` returns the times of the first poll in us, for a bit rate and a period in us. Each time is tried with a new sensor. The
 /// runs use frames of four shapes in turn.

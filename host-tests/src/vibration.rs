@@ -70,8 +70,8 @@ pub struct Shaker {
     bus: Bus,
     tester: AdapterId,
     vibration: Vibration,
-    /// The time of the first poll, modulo [`SAMPLE_PERIOD`]. A poll at the time of a new value would get the new one or the one
-    /// before.
+    /// The time of the first poll, modulo [`SAMPLE_PERIOD`]. A poll at the time of a new value could return the new value or the previous
+    /// one.
     phase: u64,
 }
 
@@ -157,7 +157,7 @@ impl Shaker {
 
     /// Sets the time of the polls to the middle between two new values.
     fn align(&mut self) {
-        // Fast enough for a difference between any two values.
+        // The vibration is so fast that each value differs from the previous one.
         self.shake(0.2, 20.0, 300, 0);
         let end = after(
             self.bus.now(),

@@ -1,6 +1,6 @@
-//! How many saves come to the one exception of the time of an answer: a save that has no erased page erases one first, and the flash
-//! stalls the processor for up to 40 ms. A start erases ahead, so they follow each other only while the power stays on.
-//! `host-tests/cost/README.md` has the numbers beside the time of the answer.
+//! The number of saves between two saves that have no erased page. Such a save erases a page first, and the flash stalls the processor for
+//! up to 40 ms: this is the only exception to the time of an answer. A start erases a page ahead, so these saves recur only while the power
+//! stays on. `host-tests/cost/README.md` has the numbers beside the time of the answer.
 
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
 use plumbline::can::{BitRate, Frame, standard};
@@ -23,7 +23,7 @@ struct Bench {
     device: DeviceId,
     tester: AdapterId,
     save: Frame,
-    /// Whether this is the reply to a save that has succeeded.
+    /// True if this is the reply to a save that has succeeded.
     is_saved: fn(&[u8]) -> bool,
 }
 
@@ -134,13 +134,13 @@ fn exact_number_of_saves_lies_between_two_without_an_erased_page() {
 
 /// A calibration takes 56 bytes of each page, and is there from the start.
 #[test]
-fn calibration_takes_the_place_of_some_saves() {
+fn exact_number_of_saves_with_calibration_lies_between_two_without_an_erased_page() {
     for (name, between) in [("is1", 23), ("is2", 23), ("is2tk", 23), ("jn2101", 11)] {
         assert_saves(name, calibrated(name), 2 * (between + 1), between);
     }
 }
 
-/// A start erases ahead, so with a restart before each half of a page is full no save erases.
+/// A start erases a page ahead. If the sensor restarts whenever half a page is full, no save erases.
 #[test]
 fn no_save_erases_within_half_a_page_after_a_start() {
     for (name, half) in [("is2", 12), ("jn2101", 6)] {

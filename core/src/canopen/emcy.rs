@@ -207,9 +207,9 @@ impl<const N: usize> History for Deque<u32, N> {
 pub(super) struct Emergency<H> {
     /// The fault of each bit of the status byte, from bit 0 on; None before the start.
     faults: Option<&'static [Fault; 8]>,
-    /// Active faults that are announced: the manufacturer's status byte.
+    /// Active faults for which a message was queued: the manufacturer's status byte.
     active: u8,
-    /// The same with the faults of the application that are not announced yet.
+    /// Active faults, including the changes of the application for which no message was queued yet.
     wanted: u8,
     waiting: Deque<[u8; 4], WAITING>,
     /// No messages are queued: the node is in NMT stopped.
@@ -269,8 +269,8 @@ impl<H: History> Emergency<H> {
         self.wanted = self.wanted & !mask | active;
     }
 
-    /// Queues the message for one fault of the application that has begun or ended. Returns true if there is another one: each
-    /// call is short, because a frame waits for it.
+    /// Queues the message for one fault of the application that has begun or ended. Returns true if there is another one. A call handles
+    /// one fault, because received frames wait until it returns.
     pub fn announce_next(&mut self) -> bool {
         let changed = self.active ^ self.wanted;
         if changed == 0 {
@@ -294,7 +294,7 @@ impl<H: History> Emergency<H> {
     #[cold]
     fn announce(&mut self, changed: u8, is_new: bool) {
         let mut rest = changed;
-        // Only the changed faults: a frame waits for this loop.
+        // Visits only the changed faults, because received frames wait until this loop ends.
         while let Some(fault) = self.faults().get(rest.trailing_zeros() as usize) {
             let bit = rest & rest.wrapping_neg();
             rest ^= bit;

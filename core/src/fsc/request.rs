@@ -15,7 +15,7 @@ impl<P: Product> Fsc<P> {
     const SAVE_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Save);
     const RESET_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Alive);
 
-    /// Answers the request in `frame`, except reads: `row` is the one of its code.
+    /// Answers the request in `frame`, which is no read. `row` is the row of its code.
     #[inline(never)] // keeps the path of a sync frame short
     pub(super) fn request(
         &mut self,

@@ -41,7 +41,6 @@
 //! assert_eq!(zero::two_axis(angles.y.centidegrees(), -5_00), 40_00);
 //! ```
 
-pub mod alignment;
 pub mod calibration;
 pub mod clipping;
 pub mod definition;

@@ -1,5 +1,5 @@
-//! The two halves of a node under a driver that handles frames at a higher priority than readings: frames wait as long as they
-//! must, and no action is lost. Time stays at 0.
+//! The two halves of a node under a driver that handles frames at a higher priority than readings: a frame waits until the node can take
+//! it, and no action is lost. The time is always 0.
 
 use crate::tester::canopen::frame;
 use plumbline::can::{BitRate, Frame, standard};
@@ -52,7 +52,7 @@ fn start(node: &mut impl Node) {
     while node.transmit(NOW).is_some() {}
 }
 
-/// The reply to a read has the values of an earlier write, and they are applied.
+/// The read waits until the application has applied the values of an earlier write. Its reply contains these values.
 #[test]
 fn frame_waits_until_parameters_of_earlier_write_are_applied() {
     let mut node = is2();
@@ -131,13 +131,13 @@ fn frames_that_waited_for_save_are_handled_before_later_frames() {
     );
 }
 
-/// A frame is handled between any two steps of the timers.
+/// A frame can be handled between any two steps of the timers.
 #[test]
 fn save_that_begins_between_two_steps_is_not_lost() {
     for steps in 0..4 {
         let mut node = is2();
         let (communication, acquisition) = node.halves();
-        // There is work for the timers.
+        // New values request the steps of the timers.
         let values = acquisition.sample(NOW, &Reading::default());
         communication.publish(NOW, values);
         let more = (0..steps).all(|_| communication.tick(NOW));

@@ -1,7 +1,8 @@
 //! The pulses at the receive pin, for the bit rate detection ([`PulseMeter`]).
 //!
-//! Two channels of a timer capture the edges of RXD: channel 4 the start of a dominant pulse, channel 3 its end. The interrupt at
-//! the end of a pulse keeps both for the main loop, which measures ([`Pulses`]). This works at any bit rate of the CAN controller, and a silent bus causes no interrupt.
+//! Two channels of a timer capture the edges of RXD: channel 4 the start of a dominant pulse, channel 3 its end. The interrupt at the end
+//! of a pulse stores both for the main loop, which calculates the bit time ([`Pulses`]). This works at any bit rate of the CAN controller,
+//! and a silent bus causes no interrupt.
 
 use crate::board::{self, PulseTimer};
 use crate::sleep;
@@ -25,10 +26,10 @@ const CHANNELS: u32 = 0x3231;
 /// CCER: channel 3 captures rising edges, channel 4 falling edges (CC3E, CC4E, CC4P).
 const EDGES: u32 = 1 << 8 | 1 << 12 | 1 << 13;
 
-/// The number of pulses that wait for the main loop: at least 250 us at 1 Mbit/s.
+/// The maximum number of pulses that wait for the main loop: those of at least 128 us at 1 Mbit/s, with a pulse each 2 us.
 const RING: usize = 64;
 
-/// The captured counter at the start (low half) and at the end of the last pulses.
+/// The captured counter at the start (lower 16 bits) and at the end (upper 16 bits) of the last pulses.
 static PULSES: [AtomicU32; RING] = [const { AtomicU32::new(0) }; RING];
 
 /// The number of pulses since the start of the program.
@@ -37,7 +38,7 @@ static COUNT: AtomicUsize = AtomicUsize::new(0);
 /// The measurement of the bit time.
 pub(super) struct Pulses {
     meter: PulseMeter,
-    /// The number of pulses that the meter has got.
+    /// The number of pulses that the meter has received.
     taken: usize,
 }
 
@@ -49,13 +50,13 @@ impl Pulses {
     };
 
     /// The bit time of the last frame, once.
-    #[inline(never)] // so that only it needs its stack
+    #[inline(never)] // so that its stack frame is not a part of the caller's
     pub(super) fn poll(&mut self, now: Instant) -> Option<BitTime> {
         let count = COUNT.load(Ordering::Relaxed);
         while self.taken != count {
             let pulse = PULSES.get(self.taken % RING)?.load(Ordering::Relaxed);
             if COUNT.load(Ordering::Relaxed).wrapping_sub(self.taken) > RING {
-                // It was overwritten.
+                // The interrupt has overwritten this pulse.
                 self.taken = self.taken.wrapping_add(1);
                 self.meter.skip();
                 continue;
@@ -79,7 +80,7 @@ pub(super) fn start() {
     // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
     unsafe {
         timer.psc().write(|w| w.bits(PRESCALER - 1));
-        // The sources do not agree on the reset value. At 0 the counter is blocked.
+        // The reset value is 0 in the SVD, and FFFFh in some revisions of the manual. With 0 the counter does not count.
         timer.arr().write(|w| w.bits(0xFFFF));
         timer.egr().write(|w| w.bits(1));
         timer.cnt().write(|w| w.bits(FIRST_COUNT));
@@ -110,8 +111,8 @@ pub(super) fn stop() {
     NVIC::mask(board::PULSE_INTERRUPT);
 }
 
-/// The interrupt at the end of a pulse. At 1 Mbit/s, the next one can come after 2 us, so it only keeps the captured counters. Its
-/// priority is higher than that of the other interrupts.
+/// The interrupt at the end of a pulse. At 1 Mbit/s, the next interrupt can follow after 2 us, so the handler only stores the captured
+/// counters. Its priority is higher than that of the other interrupts.
 #[inline(always)]
 pub fn on_pulse() {
     let timer = timer();

@@ -94,7 +94,7 @@ pub struct Bus {
     adapters_made: usize,
     /// Until then a sensor goes first, because an adapter has just sent a frame.
     adapters_wait_until: Picoseconds,
-    /// After its frame, an adapter lets a sensor go first.
+    /// After its frame, an adapter waits, so that a sensor can send first.
     gives_way: bool,
     /// The silent participant that acknowledges; it is on the bus while an adapter is.
     assistant: (Protocol, Line),
@@ -235,7 +235,8 @@ impl Bus {
         }
     }
 
-    /// With false, an adapter begins its next frame right after the intermission, so that only the identifiers decide.
+    /// Selects whether an adapter waits after its frame, so that a sensor can send first. Without this wait, the adapter sends its next
+    /// frame directly after the intermission, and the arbitration decides.
     pub fn give_way(&mut self, gives_way: bool) {
         self.gives_way = gives_way;
     }

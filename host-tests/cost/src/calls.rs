@@ -251,7 +251,7 @@ mod tests {
             missing(&[("receive", 1), ("is_idle", 1)]),
             never("transmit")
         );
-        // It is never idle.
+        // The node is never idle.
         let busy = [("receive", 1), ("transmit", 1), ("is_idle", 1)];
         assert_eq!(missing(&busy), never("is_idle"));
     }

@@ -135,7 +135,7 @@ pub fn measure_with(
             .iter()
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
-        // As the times.
+        // The cycles are not modelled on the Nucleo either.
         cycles: if product.chip == Chip::F103 {
             cycles
         } else {

@@ -63,7 +63,7 @@ pub struct Protocol {
     pub sync_code: usize,
     /// True when a reply to `read` has an angle: there is none before the first measurement.
     pub has_angle: fn(&[u8]) -> bool,
-    /// A request that is answered before the first measurement; its reply begins with as many bytes as that of `read`.
+    /// A request that is answered before the first measurement; its reply is also identified by the first `read_code` bytes.
     pub starting: Message,
     /// Each filter.
     pub filters: &'static [Filter],
@@ -141,8 +141,8 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
     })
 }
 
-/// Every product that has its own figures: not those that differ from a budgeted product only by constants. Then those with budgets on
-/// the Nucleo.
+/// Every product that has its own figures: not those that differ from a budgeted product only by constants. The products with budgets on
+/// the Nucleo follow.
 pub fn all(is_budgeted: impl Fn(&str) -> bool) -> Vec<MeasuredProduct> {
     let own = |product: &&Product| {
         let other = budgeted(product.name, &is_budgeted);

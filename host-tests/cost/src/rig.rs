@@ -49,19 +49,19 @@ impl Motion for Tumble {
     }
 }
 
-/// The same at the set point of the heater: the temperature is 6 K below it, then it swings around it, so that the regulator changes the
-/// duty in each period.
+/// The same motion with a changing temperature: first it is 6 K below the set point of the heater, then it rises and falls around the set
+/// point, so that the regulator changes the duty in each period.
 pub struct Warming {
     /// In 0.01 degC.
     pub set_point: i16,
-    /// From this time on it swings.
+    /// From this time on, the temperature rises and falls.
     pub swings: Instant,
 }
 
 impl Motion for Warming {
     fn reading(&mut self, now: Instant) -> Reading {
         let deviation = if reached(now, self.swings) {
-            // Down and up by 2 K, each in 5 s.
+            // Falls by 2 K in 5 s, then rises by 2 K in 5 s.
             let phase = (now.ticks() % 10_000_000) as f64 / 5e6;
             200.0 * (phase - 1.0).abs() - 100.0
         } else {

@@ -293,7 +293,7 @@ pub const ROWS: &[Row] = &[
     time(
         "boot_erase_time",
         "- with a page to erase ahead",
-        "the same when one page is more than half full and the other one is not erased: this start erases it",
+        "the same if one page is more than half full and the other one is not erased: this start erases the other one",
     ),
     time(
         "first_angle",
@@ -325,8 +325,8 @@ pub const ROWS: &[Row] = &[
     time(
         "heater_worst",
         "- SYNC, while the heater is regulated",
-        "the longest time of the reply at phases 2 us apart against a change of the heater's duty: from 60 us before the first of its places in \
-         the sampling period to 40 us behind the last one, twice",
+        "the longest time of the reply at phases 2 us apart against a change of the heater's duty: from 60 us before the earliest position of the \
+         change in the sampling period to 40 us after the latest one, in two passes",
     ),
     time(
         "heater_read_worst",
@@ -365,14 +365,14 @@ pub const ROWS: &[Row] = &[
         Unit::Saves,
         "saves_between",
         "- saves between two of these",
-        "the number of saves with an erased page between two saves without, while the power stays on; a start erases ahead",
+        "the number of saves with an erased page between two saves without an erased page, while the power stays on; a start erases a page ahead",
         "",
     ),
     time(
         "boot_worst",
         "- request, after the boot-up message",
         "the longest time of the reply to a request from the boot-up message to the first angle, after power-up with a saved bit rate: at \
-         phases 2 us apart, of those while the processor sleeps one",
+         phases 2 us apart; of the phases in which the processor sleeps, only one",
     ),
 ];
 

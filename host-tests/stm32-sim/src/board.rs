@@ -55,7 +55,7 @@ pub(super) fn heater(chip: Chip, gpio: &Gpio, afio: &Afio, tim3: &Timer) -> u16 
     }
 }
 
-/// True when the CAN controller sees RXD.
+/// True when RXD is connected to the CAN controller.
 pub(super) fn can_receives(chip: Chip, afio: &Afio, gpio: &Gpio) -> bool {
     match chip {
         Chip::F103 => afio.can_receives(gpio),
@@ -63,7 +63,7 @@ pub(super) fn can_receives(chip: Chip, afio: &Afio, gpio: &Gpio) -> bool {
     }
 }
 
-/// True when the CAN controller drives TXD.
+/// True when TXD is connected to the CAN controller.
 pub(super) fn can_drives(chip: Chip, afio: &Afio, gpio: &Gpio) -> bool {
     let pin = chip.facts().board.transmit;
     match chip {
@@ -92,9 +92,9 @@ pub(super) fn pulses_are_connected(chip: Chip, gpio: &Gpio) -> bool {
     }
 }
 
-/// True when the clock of the SPI is slow enough for the speed of its pins. At low speed the edges of SCK at a pin of the STM32F446
-/// are late, and the last bit of a transfer is wrong (stm32f4xx-hal 564). On the Blue Pill the speed is that of the output mode,
-/// which is not checked.
+/// True when the clock of the SPI is slow enough for the speed of its pins. At low speed the edges of SCK at a pin of the STM32F446 are
+/// late, and the last bit of a transfer is wrong (stm32f4xx-hal, issue 564). On the Blue Pill the speed is that of the output mode, which
+/// is not checked.
 pub(super) fn spi_pins_are_fast_enough(chip: Chip, gpio: &Gpio, clock: u32) -> bool {
     /// The highest frequency by GPIOx_OSPEEDR (DS10693, I/O AC characteristics, 50 pF, 2.7 V and more).
     const FASTEST: [u32; 4] = [4_000_000, 25_000_000, 50_000_000, 100_000_000];

@@ -9,7 +9,7 @@
 //! | 1Ch | TIMx_CCMR2 | CC3S = 01, CC4S = 10 (both on TI3), IC3F, IC4F |
 //! | 20h | TIMx_CCER | CC3E, CC3P, CC4E, CC4P |
 //! | 24h, 28h | TIMx_CNT, TIMx_PSC | counter and prescaler |
-//! | 2Ch | TIMx_ARR | 0: the counter is blocked; FFFFh |
+//! | 2Ch | TIMx_ARR | FFFFh; with 0 the counter does not count |
 //! | 3Ch, 40h | TIMx_CCR3, TIMx_CCR4 | captured counter |
 //!
 //! Both edges of a pulse pass the input filter with the same delay, so it is not modelled. The use of any other
@@ -67,7 +67,7 @@ pub struct CaptureTimer {
     prescaler: u32,
     /// The value of TIMx_PSC at the last update event.
     prescaler_in_force: u32,
-    /// TIMx_ARR. 0 after a reset in the SVD, FFFFh in some revisions of the manual.
+    /// TIMx_ARR. The reset value is 0 in the SVD, and FFFFh in some revisions of the manual.
     period: u32,
     /// A value of the counter, and its time.
     counted: (u16, Picoseconds),
@@ -273,7 +273,7 @@ mod tests {
             timer.edge(US, CLOCK, true);
             assert!(!timer.interrupt(), "{left_out}");
         }
-        // The counter is blocked.
+        // With TIMx_ARR = 0 the counter does not count.
         let mut timer = after(&SET_UP[..7]);
         timer.edge(US, CLOCK, true);
         assert_eq!(timer.read(0, CLOCK, 0x3C), Ok(0x2000));

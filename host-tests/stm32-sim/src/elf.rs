@@ -128,8 +128,8 @@ impl Image {
         })
     }
 
-    /// The microcontroller, by the memory map: the code of an image for the STM32F446 starts after the parameters, where the
-    /// flash of the STM32F103 has ended.
+    /// The microcontroller of the image, derived from the start address of the program: the program for the STM32F446 starts after its
+    /// parameters, which is beyond the end of the flash of the STM32F103.
     pub fn chip(&self) -> Chip {
         self.chip
     }
@@ -248,7 +248,7 @@ fn segments(elf: &[u8]) -> Result<Vec<Segment>, ImageError> {
     Ok(segments)
 }
 
-/// The two first vectors, at the start of flash: the initial stack pointer and the start of the program.
+/// The first two vectors, at the start of flash: the initial stack pointer and the start of the program.
 fn vectors(segments: &[Segment]) -> Option<[u32; 2]> {
     let mut segments = segments.iter();
     let first = segments.find(|segment| segment.load_address == FLASH_START)?;
@@ -259,7 +259,7 @@ fn vectors(segments: &[Segment]) -> Option<[u32; 2]> {
     Some([vector(0)?, vector(1)?])
 }
 
-/// The microcontroller by the start of the program; the STM32F103 if that is in no flash.
+/// The microcontroller, derived from the start address of the program. It is the STM32F103 if the address is in the flash of neither.
 fn chip_of(segments: &[Segment]) -> Result<Chip, ImageError> {
     if segments.is_empty() {
         return Err(ImageError::Empty);
@@ -270,7 +270,7 @@ fn chip_of(segments: &[Segment]) -> Result<Chip, ImageError> {
     Ok(if is_beyond { Chip::F446 } else { Chip::F103 })
 }
 
-/// The flash of the program as text.
+/// The address ranges of the program as text.
 fn places(chip: Chip) -> String {
     let parts = chip.facts().program.iter();
     let parts = parts.map(|part| format!("{:#010x} to {:#010x}", part.start, part.end - 1));

@@ -33,7 +33,7 @@ pub struct FlashInterface {
     ar: u32,
     errors: u32,
     ended: bool,
-    /// The data cache of the STM32F446 can contain erased data.
+    /// The data cache of the STM32F446 can contain data from before an erase.
     stale: bool,
     keys: Keys,
     busy_until: Option<Picoseconds>,
@@ -113,8 +113,8 @@ impl FlashInterface {
         (self.supply, self.reset_level) = (supply, reset_level);
     }
 
-    /// An operation that needs this time begins now. If the supply becomes too low for its width before its end, or resets the
-    /// microcontroller, it is a violation, and the operation is cut off.
+    /// Checks the supply for an operation that begins now and takes this time. If the supply falls below the limit for the width of the
+    /// operation, or below the level of the reset, before the operation ends, this is a violation, and the operation is cut off.
     fn check_supply(
         &mut self,
         now: Picoseconds,

@@ -143,7 +143,7 @@ impl Port {
         }
     }
 
-    /// Writes one of the eight possible words of the mode registers. Those of locked pins stay.
+    /// Writes the mode register at `offset`. The fields of locked pins do not change.
     fn set_modes(&mut self, offset: u32, value: u32) {
         let locked = match self.lock {
             Lock::Locked(pins) => pins,
@@ -160,7 +160,7 @@ impl Port {
         }
     }
 
-    /// The register of the STM32F103 with the same function as that at an offset of the STM32F446; None for mode registers.
+    /// The offset that the register at `offset` has on the STM32F103; None for mode registers.
     fn common(&self, offset: u32) -> Option<u32> {
         match (&self.modes, offset) {
             (Modes::F103(_), 0x00 | 0x04) => None,

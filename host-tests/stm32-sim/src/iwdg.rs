@@ -89,7 +89,7 @@ impl Iwdg {
         self.expires_at
     }
 
-    /// The watchdog was stopped for this time, by a debugger.
+    /// Extends the period by this time, for which a debugger has stopped the watchdog.
     pub fn delay(&mut self, length: Picoseconds) {
         if let Some((_, since)) = &mut self.counter {
             *since += length;

@@ -1,21 +1,21 @@
 //! A simulated STM32F103C8 on a Blue Pill, or STM32F446RE on a Nucleo, that runs the same ELF that is flashed. The
 //! [image](elf::Image::chip) determines which one.
 //!
-//! - [`chip`]: what differs between the two: memories, address map, clock gates, pins
+//! - [`chip`]: the differences of the two: memories, address map, clock gates, pins
 //! - [`cortex_m`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
 //! - [`timebase`] and [`violation`]: shared types
 //! - [`io`]: the interface between the processor and the peripherals
 //! - [`peripherals`]: all peripherals: address map, clocks, violations
-//! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`adc`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one
-//!   peripheral each
+//! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`adc`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`],
+//!   [`signature`]: one module for each peripheral
 //! - [`ism330dhcx`]: the accelerometer on the SPI
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //!
-//! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. Of the STM32F446 this is not
-//! modelled, because no image uses it: floating point, CAN2, SYSCFG, DMA, the effect of the voltage scale, over-drive, and
-//! flash units of 64 bits. The detectors of the supply are modelled ([`pwr`]).
+//! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. These parts of the STM32F446 are not
+//! modelled, because no image uses them: floating point, CAN2, SYSCFG, DMA, the effect of the voltage scale, over-drive, and flash units of
+//! 64 bits. The detectors of the supply are modelled ([`pwr`]).
 //!
 //! With the cycles of the instructions, the simulator executes at least half as many instructions per second as with one cycle for
 //! each instruction (measured: 0.9 for a complete sensor, 0.7 for the processor alone). The example `cycle_speed` measures this

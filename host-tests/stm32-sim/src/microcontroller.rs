@@ -1,9 +1,8 @@
 //! The microcontroller on its board: runs processor and peripherals together, handles power and reset, and attaches to the bus of
 //! the bench as a [`Sensor`].
 //!
-//! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault
-//! stops the program with a panic that names the place, unless the test wants its handler to run
-//! ([`Microcontroller::take_faults`]).
+//! The processor runs until a peripheral has an event, or an access to a register may have changed the state of others. A fault stops the
+//! program with a panic that names the place, unless [`Microcontroller::take_faults`] has selected the handler of the program.
 
 mod frozen;
 mod on_the_bus;
@@ -65,14 +64,14 @@ pub struct Microcontroller {
     /// A program that cannot continue is reported.
     reports_stop: bool,
     stopped: Option<String>,
-    /// The program's handlers take faults.
+    /// A fault starts its handler in the program.
     takes_faults: bool,
     faults: Vec<String>,
     /// A debugger halts the processor.
     halted: bool,
 }
 
-/// A start of the program, and what the board drove just before it.
+/// A start of the program, and the outputs just before it.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Reset {
     /// The time.

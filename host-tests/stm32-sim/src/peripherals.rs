@@ -53,7 +53,7 @@ pub struct Peripherals {
     pub tim4: CaptureTimer,
     /// The independent watchdog.
     pub iwdg: Iwdg,
-    /// What stops while a debugger halts the processor.
+    /// Debug support.
     pub dbgmcu: Dbgmcu,
     /// The accelerometer.
     pub imu: Ism330dhcx,

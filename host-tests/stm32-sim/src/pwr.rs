@@ -11,8 +11,8 @@
 //!
 //! Assumptions, which no board has confirmed:
 //!
-//! - The thresholds were written from memory of the datasheets. They were not compared with them again.
-//! - All thresholds of a part are at the same place in their ranges ([`Part`]), and a detector responds at once.
+//! - The thresholds have not been compared with the datasheets.
+//! - All thresholds of a part are at the same position in their ranges ([`Part`]), and a detector responds without delay.
 //! - The board has the option bytes of the README: the brown-out reset of the STM32F446 is on, with level 3.
 
 use super::chip::Chip;
@@ -20,16 +20,16 @@ use super::io::AccessError;
 use super::timebase::Picoseconds;
 use super::violation::Violations;
 
-/// The usual supply in mV.
+/// The nominal supply in mV.
 pub const NOMINAL: u32 = 3300;
 
 /// A threshold in mV while the supply falls: lowest, typical, highest value of a part.
 pub type Threshold = [u32; 3];
 
-/// What the supply of a chip must be, in mV.
+/// The limits and thresholds of the supply of a chip, in mV.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Limits {
-    /// The power-down reset: its threshold, and by how much the supply must be higher at its end.
+    /// The power-down reset: its threshold, and its hysteresis.
     pub power_down: (Threshold, u32),
     /// The same of the brown-out reset at the level of the README; None: the chip does not have it.
     pub brown_out: Option<(Threshold, u32)>,
@@ -41,7 +41,7 @@ pub struct Limits {
     pub programming: [u32; 3],
 }
 
-/// Where the thresholds of a part are in their ranges.
+/// The position of the thresholds of a part in their ranges.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub enum Part {
     /// The lowest of each range.
@@ -75,7 +75,7 @@ pub struct Supply {
 }
 
 impl Default for Supply {
-    /// Constant, with the usual voltage.
+    /// The nominal supply, constant.
     fn default() -> Self {
         Self {
             from: (0, NOMINAL),
@@ -105,7 +105,7 @@ impl Supply {
         self.at(from).min(self.at(to))
     }
 
-    /// When the voltage falls below `level`, or rises to it.
+    /// The time at which the voltage falls below `level`, or rises to it.
     fn crosses(&self, level: u32, rising: bool) -> Option<Picoseconds> {
         let ((start, from), (end, to)) = (self.from, self.to);
         let (level, crosses) = if rising {
@@ -129,7 +129,7 @@ pub struct Pwr {
     brown_out: bool,
     control: u32,
     status: u32,
-    /// PVDO at the last look, for the hysteresis.
+    /// PVDO when it was read last, for the hysteresis.
     low: bool,
     supply: Supply,
     /// The reset holds the microcontroller.
@@ -137,7 +137,7 @@ pub struct Pwr {
 }
 
 impl Pwr {
-    /// After power-on, with the usual supply and typical thresholds.
+    /// After power-on, with the nominal supply and typical thresholds.
     pub fn new(chip: Chip) -> Self {
         let scale = match chip {
             Chip::F103 => 0,

@@ -125,7 +125,7 @@ pub struct Rcc {
     pll: Oscillator,
     lsi: Oscillator,
     ahb_reset: u32,
-    /// LSI as the running watchdog needs it.
+    /// LSI, as switched on by the watchdog.
     watchdog_lsi: Oscillator,
     apb1_reset: u32,
     apb2_reset: u32,

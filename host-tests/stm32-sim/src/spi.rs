@@ -1,4 +1,5 @@
-//! The SPI at the accelerometer as a master (RM0008, chapter 25; RM0390, chapter 26): SPI1 or SPI2; full duplex, 8 or 16 bits, most significant bit first, software slave management.
+//! The SPI at the accelerometer as a master (RM0008, chapter 25; RM0390, chapter 26): SPI1 or SPI2, full duplex, 8 or 16 bits, most
+//! significant bit first, software slave management.
 //!
 //! | offset | register | |
 //! |---|---|---|

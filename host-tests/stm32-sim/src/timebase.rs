@@ -10,14 +10,14 @@ pub const MICROSECOND: Picoseconds = 1_000_000;
 
 /// The time of each cycle: a reference cycle with known time, and the frequency from there on.
 ///
-/// A cycle at 8, 64 or 128 MHz is a simple fraction of picoseconds, which avoids a wide division: each access to a register needs the
-/// time.
+/// One or two cycles at 8, 64 or 128 MHz take an integer number of picoseconds, which avoids a wide division: each access to a register
+/// needs the time.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Timebase {
     cycle: u64,
     time: Picoseconds,
     frequency: u32,
-    /// The length of this many cycles in picoseconds, if a few cycles are an integer number of them.
+    /// An integer number of picoseconds, and the number of cycles that take this time; None if more than 8 cycles would be necessary.
     period: Option<(Picoseconds, u64)>,
 }
 

@@ -59,7 +59,7 @@ impl Violations {
         }
     }
 
-    /// Adds a violation at a place without a name of its own if `wrong`.
+    /// Adds a violation if `wrong`. `place` builds the name of the place, and is called only then.
     pub fn check_at(&mut self, wrong: bool, place: impl FnOnce() -> String, reason: &'static str) {
         if wrong {
             self.add(place(), reason);

@@ -87,8 +87,8 @@ const ASSUMED: [(&str, u32); 8] = [
     ("load from the AHB", 1 + 3 + 1),
 ];
 
-/// The program runs without access to anything that the chip does not have, and its figures without wait states are those of the
-/// two tables: a sequence minus the empty one, and minus the two NOP around it that keep the loads of CYCCNT apart.
+/// The program accesses only what the chip has. Its figures without wait states are those of the two tables: the figure of a sequence,
+/// minus that of the empty sequence, and minus the two NOP around it that separate the loads of CYCCNT.
 #[test]
 fn figures_of_the_simulator_are_those_of_the_tables() {
     let rows = results();

@@ -35,7 +35,7 @@ fn first_frame_is_sent_within_30_ms() {
     }
 }
 
-/// Until then, replies with angles have the sensor errors.
+/// Before the first measurement, replies with angles have the sensor errors.
 #[test]
 fn first_angle_is_sent_within_60_ms_and_is_exact() {
     for name in MODELS {

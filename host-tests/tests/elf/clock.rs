@@ -21,7 +21,7 @@ fn bus_is_recessive_after_crystal_stops_in_a_frame() {
         let mut rig = Rig::booted(name, RATE);
         stop_crystal_in_a_frame(&mut rig);
         rig.expect_reset(ResetCause::Software);
-        // NMI and some instructions at 8 MHz.
+        // The first 20 us are for NMI and some instructions at 8 MHz.
         for _ in 0..10_000 {
             rig.run_us(20);
             assert!(
@@ -66,7 +66,8 @@ fn heater_is_off_after_crystal_stops() {
     assert_eq!(rig.microcontroller().heater(), 0);
 }
 
-/// A log message between the two can take long. The crystal stops at different phases of the instructions.
+/// The log message before the reset can take long, so the outputs must be safe before it. The crystal stops at different phases of the
+/// instructions.
 #[test]
 fn bus_is_recessive_and_heater_off_before_the_reset() {
     for phase in 0..8 {

@@ -6,14 +6,15 @@ use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
 
-/// The requests until the main loop runs while the sensor drives a dominant bit: on the Nucleo it sleeps during most replies.
+/// The maximum number of requests until the main loop runs while the sensor drives a dominant bit. On the Nucleo the processor sleeps
+/// during most replies.
 const REQUESTS: usize = 100;
 
 /// The time from request to request in microseconds, longer than a reply. The period of the measurement, 5 ms, is no multiple of
 /// it, so that the requests come at different phases of the measurement.
 const PERIOD: u64 = 611;
 
-/// A heated sensor that heats and is in the middle of a frame, while its main loop runs.
+/// Runs until the heater is on, and the sensor drives a dominant bit while its main loop runs.
 fn busy(rig: &mut Rig) {
     rig.run(500);
     assert!(rig.microcontroller().heater() > 0);
@@ -29,7 +30,7 @@ fn busy(rig: &mut Rig) {
     panic!("the main loop never runs within a dominant bit");
 }
 
-/// After a fault of this code the bus is recessive, the heater is off and the sensor starts again, all within some microseconds.
+/// After a fault of this code the bus is recessive, the heater is off and the sensor starts again, all within 20 us.
 fn restarts(code: &[u16], registers: [u32; 2]) {
     let mut rig = Rig::booted("is2tk", RATE);
     busy(&mut rig);
@@ -93,7 +94,7 @@ fn stack_overflow_restarts_the_sensor_without_overwriting_static_variables() {
             let bytes = microcontroller.core().bytes(range.start, length);
             bytes.expect("RAM").to_vec()
         };
-        // PUSH {R0-R7, LR}; B to it.
+        // PUSH {R0-R7, LR}, and a branch back to it.
         rig.wait_until(1, 100, Rig::runs_main_loop);
         rig.execute(&[0xB5FF, 0xE7FD], [0xDEAD_BEEF; 2]);
         rig.expect_reset(ResetCause::Software);

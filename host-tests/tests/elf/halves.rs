@@ -7,7 +7,7 @@ use can_wire::frame_length::{INTERMISSION, frame_bits};
 use plumbline::can::{BitRate, Frame};
 use stm32_sim::rcc::ResetCause;
 
-/// The identifier of the frames that hold the bus.
+/// The identifier with the highest priority, for the frames that occupy the bus.
 const STRONGEST: u16 = 0x000;
 
 /// Picoseconds per second.
@@ -17,10 +17,9 @@ const SECOND: u64 = 1_000_000_000_000;
 /// has 32 places.
 const REQUESTS: usize = 40;
 
-/// While the bus is held, each request comes between two frames of the strongest identifier, and a reply has a lower priority than
-/// both.
+/// The tester occupies the bus: each request is sent between two frames with identifier 000h, and a reply has a lower priority than both.
 #[test]
-fn requests_while_the_bus_is_held_are_answered_in_order_without_a_pause() {
+fn requests_on_an_occupied_bus_are_answered_in_order_without_a_pause() {
     for name in MODELS {
         for rate in [BitRate::K125, BitRate::K500, BitRate::M1] {
             burst(name, rate);
@@ -46,7 +45,7 @@ fn burst(name: &str, rate: BitRate) {
     let (held, replies) = sent.split_at(2 * REQUESTS + 1);
     assert!(
         held.iter().all(|logged| logged.source != own),
-        "{name}: the sensor sends while the bus is held"
+        "{name}: the sensor sends while the bus is occupied"
     );
     let answered: Vec<u8> = replies
         .iter()
@@ -112,7 +111,7 @@ fn change_of_the_bit_rate_loses_no_sdo_reply_and_no_boot_up_message() {
     assert_eq!(rig.bus.disturbed(Source::Adapter(tester)), 0);
 }
 
-/// The requests follow each other at once, so that RESET comes while SAVE programs.
+/// The requests follow each other without a pause, so that RESET is received while SAVE programs.
 #[test]
 fn restart_with_another_bit_rate_loses_no_reply_and_no_boot_up_message() {
     const RATES: [BitRate; 2] = [BitRate::K500, BitRate::K250];

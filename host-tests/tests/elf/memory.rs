@@ -9,13 +9,13 @@ use stm32_sim::flash::Times;
 
 const RATE: BitRate = BitRate::M1;
 
-/// The bytes that are programmed together.
+/// The number of bytes that are programmed together.
 const UNIT: u64 = match CHIP {
     Chip::F103 => 2,
     Chip::F446 => 4,
 };
 
-/// The time in ms in which a save with these times of the flash ends: it erases a page and programs a record, by units.
+/// The maximum time of a save in ms, with these times of the flash. The save erases a page and programs a record in units.
 fn save_time(times: Times) -> u64 {
     let programs = RECORD as u64 / UNIT * times.program;
     // PSIZE is that of a word on the Nucleo; on the Blue Pill all times are equal.

@@ -297,7 +297,8 @@ impl Rig {
         core.active_exception() == 0 && !core.is_asleep()
     }
 
-    /// Executes this code in the main loop, which runs, with these values in R0 and R1. A fault starts the handler of the image.
+    /// Executes this code in place of the main loop, with these values in R0 and R1. The main loop must be running. A fault starts the
+    /// handler of the image.
     #[track_caller]
     pub fn execute(&mut self, code: &[u16], registers: [u32; 2]) {
         assert!(self.runs_main_loop());
@@ -324,12 +325,16 @@ impl Rig {
         self.expected.push(cause);
     }
 
-    /// The program made the bus recessive and switched the heater off before the last reset.
+    /// Asserts that the program made the bus recessive and switched the heater off before the last reset.
     #[track_caller]
     pub fn assert_safe_at_reset(&self) {
         let reset = self.microcontroller().resets().last();
         let outputs = reset.map(|reset| (reset.dominant, reset.heater));
-        assert_eq!(outputs, Some((false, 0)), "TXD is dominant, the heater");
+        assert_eq!(
+            outputs,
+            Some((false, 0)),
+            "TXD is dominant, duty of the heater"
+        );
     }
 
     /// The test lets the stack overflow.
@@ -354,7 +359,7 @@ impl Rig {
     }
 }
 
-/// There was no violation of the reference manual, and the stack has not reached its limit.
+/// Asserts that there was no violation of the reference manual, and that the stack has not reached its limit.
 pub fn check(microcontroller: &Microcontroller) {
     check_violations(microcontroller);
     check_stack(microcontroller);

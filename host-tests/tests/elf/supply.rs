@@ -12,8 +12,8 @@ use stm32_sim::rcc::ResetCause;
 
 const RATE: BitRate = BitRate::K500;
 
-/// A supply in mV at which every part can program, and does not: the detector of each part reports it. The brown-out reset of a
-/// Nucleo can begin below it.
+/// A supply in mV at which the flash of every part can be programmed, but the firmware does not program, because the detector of every part
+/// reports it. The brown-out reset of the Nucleo can begin below it.
 const LOW: u32 = match CHIP {
     Chip::F103 => 2500,
     Chip::F446 => 2750,

@@ -1,8 +1,8 @@
 //! Measures short instruction sequences with DWT CYCCNT, at 0 and 2 wait states of the flash. This is not a sensor.
 //!
-//! The simulator charges cycles by the timing table of the Technical Reference Manual. If the manuals give
-//! a range, it uses the maximum (`host-tests/stm32-sim/src/cortex_m/timing.rs`). These figures of a board show what the chip does. The same image runs
-//! in the simulator, which prints its figures beside the names:
+//! The simulator charges cycles by the timing table of the Technical Reference Manual. If the manuals give a range, it uses the maximum
+//! (`host-tests/stm32-sim/src/cortex_m/timing.rs`). The figures of a board are the cycles of the chip. The same image runs in the
+//! simulator, which prints its figures beside the names:
 //!
 //! ```sh
 //! cargo bluepill cyccnt                                          # on a Blue Pill with a probe, figures in the log (RTT)

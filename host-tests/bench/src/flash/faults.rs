@@ -1,4 +1,4 @@
-//! The fuse that cuts the power, with what remains of the operation, and the faults of the memory.
+//! The fuse that cuts the power, the content after an incomplete operation, and the faults of the memory.
 
 use super::{Flash, FlashError};
 

@@ -1,6 +1,6 @@
-//! How long an answer takes, at every phase of the message against the firmware's own work: samples and ticks, heater, LEDs
-//! ([`changes`]), saves ([`saves`]) and boot ([`boot`]), in steps of 2 us. The worst phase has a name: the function that the processor
-//! executes at the end of the message, and the one behind the receive interrupt, for which the answer waits.
+//! How long an answer takes, at every phase of the message against the firmware's own work: samples and ticks, heater, LEDs ([`changes`]),
+//! saves ([`saves`]) and boot ([`boot`]), in steps of 2 us. For the worst phase, the table has the functions that the processor executes
+//! before the end of the message and after the receive interrupt: the answer waits for these.
 
 mod boot;
 mod changes;
@@ -105,7 +105,7 @@ impl Scenario {
         self.collect(asked, places, joining, trials)
     }
 
-    /// Sends a message; the places that the processor executes. `run` runs for a time in us.
+    /// Sends a message, and returns the addresses that the processor executes before and after its end. `run` lets a time in us pass.
     fn send_one(&mut self, asked: &Asked, mut run: impl FnMut(&mut Self, u64)) -> [Option<u32>; 2] {
         self.rig.send(asked.message);
         // Before the receive interrupt, which comes a bit before the end of the frame.
@@ -115,7 +115,7 @@ impl Scenario {
         [before, self.rig.place()]
     }
 
-    /// Notes the times of the answers to the messages in the log, which were sent at these places.
+    /// Adds the times of the answers in the log to `trials`. `places` are the addresses that the processor executed at each message.
     fn collect(
         &mut self,
         asked: &Asked,

@@ -1,4 +1,4 @@
-//! The filter banks (RM0008, 24.7.4 and 24.9.4; RM0390, 30.7.4 and 30.9.4): 14 on the STM32F103, and 28 on the STM32F446 that CAN1
+//! The filter banks (RM0008, 24.7.4 and 24.9.4; RM0390, 30.7.4 and 30.9.4). The STM32F103 has 14 banks. The STM32F446 has 28, which CAN1
 //! shares with CAN2: CAN_FMR.CAN2SB is the first bank of CAN2. CAN2 is not modelled.
 //!
 //! A bank is two words, CAN_FiR1 and CAN_FiR2, and makes one to four filters:
@@ -23,7 +23,7 @@ use plumbline::can::Frame;
 pub(super) const BANKS: usize = 14;
 /// Filter banks of the STM32F446.
 const SHARED_BANKS: usize = 28;
-/// CAN_FMR.CAN2SB, which exists only where there is a CAN2. Elsewhere it is reserved and keeps its reset value.
+/// CAN_FMR.CAN2SB, which exists only on a chip with CAN2. On other chips these bits are reserved and keep their reset value.
 const SECOND_START: u32 = 0x3F << 8;
 
 /// CAN_FMR.FINIT.
@@ -69,7 +69,7 @@ pub(super) struct Filters {
 }
 
 impl Default for Filters {
-    /// Those of the STM32F103.
+    /// The filter banks of the STM32F103 after a reset.
     fn default() -> Self {
         Self::new(false, GENUINE_FILTER_MASTER)
     }
@@ -124,7 +124,7 @@ impl Filters {
         }
     }
 
-    /// The banks of this controller.
+    /// The number of banks of this controller.
     fn own(&self) -> usize {
         let banks = self.banks.len();
         if self.shared {
@@ -134,7 +134,7 @@ impl Filters {
         }
     }
 
-    /// CAN_FMR.CAN2SB where it exists.
+    /// CAN_FMR.CAN2SB; 0 on a chip without CAN2.
     fn second_start(&self) -> u32 {
         if self.shared { self.second_start } else { 0 }
     }

@@ -145,7 +145,7 @@ impl BxCan {
         self.lock = Lock::default();
     }
 
-    /// Selects the behaviour that the manual leaves open. Where CAN2SB can be written, it changes with the next reset.
+    /// Selects the behaviour that the manual leaves open. If CAN2SB is writable, its new value takes effect at the next reset.
     pub fn set_silicon(&mut self, silicon: Silicon) {
         self.silicon = silicon;
     }
@@ -186,8 +186,8 @@ impl BxCan {
         self.clock = hz;
     }
 
-    /// Sets the frequency of PCLK1 in Hz after a failure of the crystal. A bit on the wire keeps its length until the firmware
-    /// reacts.
+    /// Sets the frequency of PCLK1 in Hz after a failure of the crystal. This is no violation. In this model, the bit time on the bus does
+    /// not change until the firmware reacts.
     pub fn lose_clock(&mut self, hz: u32) {
         self.clock = hz;
     }

@@ -109,7 +109,7 @@ impl Register {
         }
     }
 
-    /// The bits that must keep their reset value, and that value; not of the filter registers.
+    /// The bits that must keep their reset value, and that value. For the filter registers, see `Filters::reserved`.
     pub(super) fn reserved(self) -> (u32, u32) {
         match self {
             Self::MasterControl => (0xFFFE_7F00, 0),
@@ -120,7 +120,7 @@ impl Register {
             Self::ErrorStatus => (0x0000_FF88, 0),
             Self::BitTiming => (0x3C80_FC00, 0),
             Self::Transmit { word: 1, .. } => (0x0000_FEF0, 0),
-            // Those of the filters depend on the number of banks.
+            // The reserved bits of the filter registers depend on the number of banks.
             _ => (0, 0),
         }
     }

@@ -38,7 +38,7 @@ pub struct Silicon {
     /// In silent mode a frame locks the transmit output after this number of earlier uses of silent mode, each ended by a reset by
     /// RCC or of the microcontroller, since power-up. None: never.
     pub lock_after: Option<u32>,
-    /// CAN_FMR after a reset, without FINIT. CAN2SB can be written where the banks are shared with CAN2.
+    /// CAN_FMR after a reset, without FINIT. CAN2SB is writable if the banks are shared with CAN2.
     pub filter_master: u32,
 }
 

@@ -12,7 +12,7 @@ use std::ops::Range;
 /// The flash before the parameters.
 const PROGRAM: Range<u32> = 0x0800_0000..0x0800_F800;
 
-/// The facts.
+/// The numbers of the STM32F103C8 and of the Blue Pill.
 pub const FACTS: Facts = Facts {
     name: "STM32F103C8",
     processor: Model::CortexM3,
@@ -41,7 +41,7 @@ pub const FACTS: Facts = Facts {
         detector_hysteresis: 100,
         programming: [2000; 3],
     },
-    // DS5319, flash memory characteristics. It has no typical time to erase.
+    // DS5319, flash memory characteristics. The datasheet gives no typical time of an erase.
     flash_times: [
         Times::of(40_000, [20; 3]),
         Times::of(52_500, [30; 3]),
@@ -71,7 +71,7 @@ pub const FACTS: Facts = Facts {
     },
 };
 
-/// The peripherals that the chips do not have at the same address.
+/// The peripherals whose address is not the same on both chips.
 pub(super) fn module(base: u32) -> Option<Module> {
     Some(match base {
         0x1FFF_F000..0x2000_0000 => Module::Signature,
@@ -89,7 +89,7 @@ pub(super) fn module(base: u32) -> Option<Module> {
     })
 }
 
-/// The clock gates of the peripherals that the chips do not have at the same place.
+/// The clock gates that are not the same on both chips.
 pub(super) fn gate(module: Module) -> Option<Gate> {
     match module {
         Module::Afio => Some(Gate::Apb2(0)),

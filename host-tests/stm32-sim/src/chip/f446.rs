@@ -8,7 +8,7 @@ use crate::pwr::Limits;
 use crate::rcc::Gate;
 use bench::Geometry;
 
-/// The facts.
+/// The numbers of the STM32F446RE and of the Nucleo-F446RE.
 pub const FACTS: Facts = Facts {
     name: "STM32F446RE",
     processor: Model::CortexM4,
@@ -39,13 +39,13 @@ pub const FACTS: Facts = Facts {
         detector_hysteresis: 100,
         programming: [1800, 2100, 2700],
     },
-    // DS10693, flash memory programming; the time to erase is that of a sector of 16 KiB. It has no shortest times.
+    // DS10693, flash memory programming; the time to erase is that of a sector of 16 KiB. The datasheet gives no shortest times.
     flash_times: [
         Times::of(16_000, [400, 300, 250]),
         Times::of(16_000, [400, 300, 250]),
         Times::of(100_000, [800, 600, 500]),
     ],
-    // RM0390, chapter 3, does not require it.
+    // RM0390, chapter 3, does not require HSI.
     flash_needs_hsi: false,
     hsi: 16_000_000,
     // DS10693, table of LSI characteristics.
@@ -69,7 +69,7 @@ pub const FACTS: Facts = Facts {
     },
 };
 
-/// The peripherals that the chips do not have at the same address.
+/// The peripherals whose address is not the same on both chips.
 pub(super) fn module(base: u32) -> Option<Module> {
     Some(match base {
         0x1FFF_7800 => Module::Signature,
@@ -86,7 +86,7 @@ pub(super) fn module(base: u32) -> Option<Module> {
     })
 }
 
-/// The clock gates of the peripherals that the chips do not have at the same place.
+/// The clock gates that are not the same on both chips.
 pub(super) fn gate(module: Module) -> Option<Gate> {
     match module {
         Module::Gpio(port) => Some(Gate::Ahb1(port as u8)),

@@ -1,4 +1,4 @@
-//! The two microcontrollers on their boards: what differs between them, as tables. All other modules are shared.
+//! The two microcontrollers on their boards: their differences as tables. Registers that differ are in the modules of the peripherals.
 //!
 //! | | [`f103`] | [`f446`] |
 //! |---|---|---|
@@ -42,7 +42,7 @@ pub struct Facts {
     pub parameters: Range<u32>,
     /// The pages of the parameters.
     pub geometry: Geometry,
-    /// What the supply must be.
+    /// The limits and thresholds of the supply.
     pub supply: Limits,
     /// The times of the flash: shortest, typical, longest.
     pub flash_times: [Times; 3],
@@ -106,7 +106,7 @@ pub enum Module {
     Can,
     /// Alternate functions of the STM32F103.
     Afio,
-    /// A port.
+    /// A GPIO port.
     Gpio(super::gpio::PortName),
     /// The SPI at the accelerometer: SPI1, or SPI2.
     Spi,
@@ -119,10 +119,10 @@ pub enum Module {
 }
 
 impl Chip {
-    /// Both.
+    /// Both chips.
     pub const ALL: [Self; 2] = [Self::F103, Self::F446];
 
-    /// The facts.
+    /// The numbers of this chip and its board.
     #[inline]
     pub const fn facts(self) -> &'static Facts {
         match self {

@@ -1,7 +1,8 @@
 //! Faults as exceptions (ARM ARM B1.5.14 and B3.2.15): the fault status registers, escalation to HardFault, and lockup.
 //!
-//! A fault is precise here. On the chip a store can be reported some instructions later, without its address (IMPRECISERR).
-//! Accesses and instructions that the manuals forbid without a defined effect are no faults of the chip: they end the run.
+//! In this model each bus fault is precise. On the chip, the fault of a store can be reported some instructions later, without its address
+//! (IMPRECISERR). The chip reports no fault for accesses and instructions that the manuals forbid without a defined effect. In this model
+//! they end the run.
 
 use super::CortexM3;
 use super::exceptions::{BUS_FAULT, HARD_FAULT, USAGE_FAULT};
@@ -59,8 +60,8 @@ impl Fault {
 }
 
 impl CortexM3 {
-    /// Takes a fault of the last run as an exception: its handler runs next. In a handler of a fault or NMI the processor locks up,
-    /// until a reset. False if the chip does not report this operation as a fault.
+    /// Takes a fault of the last run as an exception: its handler runs next. If the fault is in the handler of HardFault or NMI, the
+    /// processor locks up until a reset. False if the chip does not report this operation as a fault.
     #[must_use]
     pub fn take_fault(&mut self, fault: &Fault) -> bool {
         let Some((number, bits)) = fault.status() else {
@@ -84,7 +85,7 @@ impl CortexM3 {
         true
     }
 
-    /// True after a fault in the handler of a fault or NMI: only a reset ends this state.
+    /// True after a fault in the handler of HardFault or NMI: only a reset ends this state.
     pub fn is_locked_up(&self) -> bool {
         self.locked_up
     }

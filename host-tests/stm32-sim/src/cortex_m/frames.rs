@@ -48,7 +48,7 @@ impl CortexM3 {
 
     /// The same for a fault. An error of the stacking is ignored: the handler starts with an invalid frame.
     pub(super) fn enter_fault(&mut self, number: u16) -> Result<()> {
-        // The instruction with the fault does not return from an exception any more.
+        // An instruction that has caused a fault does not complete an exception return.
         self.returned = false;
         self.exceptions.pending |= only(number);
         self.enter(number, true)

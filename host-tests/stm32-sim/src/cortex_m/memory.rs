@@ -21,7 +21,7 @@ pub struct MemorySizes {
 /// The content of RAM after power-up, which is undefined on the chip: neither zero nor an initial value of a variable.
 const AFTER_POWER_UP: u8 = 0xA5;
 
-/// The offset of an address in the largest flash, also in the alias at 0. The flash of the chip can end before it.
+/// The offset of an address in the largest flash, also in the alias at 0. The flash of the chip can be smaller.
 #[inline(always)]
 pub const fn flash_offset(address: u32) -> Option<usize> {
     if address & !(FLASH_START | (LARGEST_FLASH as u32 - 1)) == 0 {

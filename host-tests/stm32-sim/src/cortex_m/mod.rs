@@ -3,8 +3,8 @@
 //!
 //! "ARM ARM" in this module is the ARMv7-M Architecture Reference Manual, DDI 0403E; RM0008 is the reference manual of the chip.
 //!
-//! Both models share all of this except [`timing`], which is of the Cortex-M3 only: how many cycles each instruction takes. On the
-//! Cortex-M4 each takes one cycle: this is only a count of instructions, its cycles are not those of the chip.
+//! Both models share all of this except [`timing`], which has the cycles of the instructions of the Cortex-M3 only. On the Cortex-M4 each
+//! instruction takes one cycle: the cycles count instructions, and do not give the time on the chip.
 //!
 //! Only permitted operations run: UNDEFINED and UNPREDICTABLE instructions, accesses to unmapped addresses, and all other faults
 //! stop the run with a [`Fault`]. [`CortexM3::take_fault`] continues with the handler of the fault.
@@ -64,7 +64,7 @@ pub enum Pause {
     Bkpt(u8),
 }
 
-/// The processor with its memories, of either model.
+/// The processor, Cortex-M3 or Cortex-M4, with its memories.
 #[derive(Clone, Debug)]
 pub struct CortexM3 {
     model: Model,
@@ -113,7 +113,7 @@ pub struct CortexM3 {
     systick: SysTick,
     system: SystemControl,
     faults: FaultStatus,
-    /// A fault has occurred in the handler of a fault or NMI.
+    /// A fault has occurred in the handler of HardFault or NMI.
     locked_up: bool,
     dwt: Dwt,
 }

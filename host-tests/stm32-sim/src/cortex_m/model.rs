@@ -4,13 +4,14 @@ use super::decode::instruction::{Decoded, Instruction};
 use super::decode::rule::Rule;
 use super::decode::{self, dsp};
 
-/// A processor as it is in a microcontroller.
+/// The processor of a microcontroller.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Model {
     /// Cortex-M3 r1p1 of the STM32F103 (PM0056).
     CortexM3,
-    /// Cortex-M4 r0p1 of the STM32F446 (PM0214), with the DSP extension. Its floating-point unit can be enabled, but it has no
-    /// instructions here: the images have none, and such an instruction stops the run. So exceptions never stack its registers.
+    /// Cortex-M4 r0p1 of the STM32F446 (PM0214), with the DSP extension. Its floating-point unit can be enabled, but its instructions are
+    /// not modelled, because the images contain none: such an instruction stops the run. Therefore exceptions never stack the registers of
+    /// the unit.
     CortexM4,
 }
 
@@ -39,7 +40,7 @@ impl Model {
         }
     }
 
-    /// The writable bits of CPACR, which enables the floating-point unit (PM0214 4.6.1); None without this register.
+    /// The writable bits of CPACR, which enables the floating-point unit (PM0214 4.6.1); None if the processor does not have this register.
     pub(super) fn coprocessors(self) -> Option<u32> {
         match self {
             Self::CortexM3 => None,
@@ -47,7 +48,7 @@ impl Model {
         }
     }
 
-    /// MPU_TYPE: the STM32F103 has no MPU, the one of the STM32F446 has eight regions (PM0214 4.2.5). It is not modelled.
+    /// MPU_TYPE: the STM32F103 has no MPU; the MPU of the STM32F446 has eight regions (PM0214 4.2.5). The MPU is not modelled.
     pub(super) fn protection(self) -> u32 {
         match self {
             Self::CortexM3 => 0,

@@ -121,7 +121,7 @@ impl CortexM3 {
         Ok(())
     }
 
-    /// True for the priority registers, of which there is one for four interrupts.
+    /// True for a priority register. Each of them has the priorities of four interrupts.
     fn is_priority(&self, offset: u32) -> bool {
         let end = 0x400 + u32::from(self.exceptions.interrupts.next_multiple_of(4));
         (0x400..end).contains(&offset)

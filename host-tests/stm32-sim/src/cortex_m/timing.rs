@@ -32,7 +32,7 @@
 //! - [`charge`]: what the processor does with both
 //! - [`bus`]: data in flash, RAM and registers, the write buffer
 //!
-//! Assumptions, which no range covers and no board has confirmed:
+//! Assumptions. No [`Range`] covers them, and no measurement on a board has confirmed them:
 //!
 //! - The cycles of a divide are interpolated: between the ends that the TRM gives, it takes a cycle for each four bits of the quotient.
 //! - The cycles of a long multiply are interpolated: each small operand saves one cycle. So SMLAL and UMLAL take 5 cycles at least,

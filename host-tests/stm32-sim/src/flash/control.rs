@@ -1,4 +1,4 @@
-//! The key sequence and FLASH_CR, which are alike in both chips except for the places of the bits.
+//! The key sequence and FLASH_CR of both chips. [`Control`] has the bits of a chip.
 
 use super::{FlashInterface, f103, f446};
 use crate::chip::Chip;
@@ -29,9 +29,9 @@ pub(super) enum Keys {
 /// Bits that must not be written as 1.
 #[derive(Debug)]
 pub(super) enum Bits {
-    /// None of these.
+    /// Each of these bits must be 0.
     Any(u32),
-    /// Not all of these together.
+    /// These bits must not all be 1.
     All(u32),
 }
 
@@ -47,13 +47,13 @@ impl Bits {
 /// The bits of FLASH_CR of a chip.
 #[derive(Debug)]
 pub(super) struct Control {
-    /// Those that keep the value that is written.
+    /// The bits that keep the value that is written.
     pub writable: u32,
     /// STRT.
     pub start: u32,
     /// LOCK.
     pub lock: u32,
-    /// What is a violation, and its reason.
+    /// The bits whose write is a violation, each with the reason.
     pub forbidden: &'static [(Bits, &'static str)],
     /// The reason of the violation when STRT is written without PER or SER.
     pub start_without_erase: &'static str,
@@ -128,7 +128,7 @@ impl FlashInterface {
         }
     }
 
-    /// Erases what the registers select.
+    /// Erases the page or sector that the registers select.
     fn erase(&mut self, now: Picoseconds, violations: &mut Violations) {
         match self.chip {
             Chip::F103 => self.erase_f103(now, violations),

@@ -56,7 +56,7 @@ const OPTION_BYTE_REGISTER: u32 = 0x03FF_FFFC;
 const WRITE_PROTECTION_REGISTER: u32 = 0xFFFF_FFFF;
 
 impl FlashInterface {
-    /// Reads a register that the chips do not have in common.
+    /// Reads a register that is not the same on both chips.
     pub(super) fn read_f103(&self, offset: u32) -> Result<u32, AccessError> {
         let when = |on: bool, bits: u32| if on { bits } else { 0 };
         let busy = self.busy_until.is_some();
@@ -70,7 +70,7 @@ impl FlashInterface {
         })
     }
 
-    /// Writes a register that the chips do not have in common.
+    /// Writes a register that is not the same on both chips.
     pub(super) fn write_f103(
         &mut self,
         offset: u32,

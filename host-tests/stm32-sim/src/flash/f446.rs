@@ -9,7 +9,8 @@
 //! | 10h | FLASH_CR | PG, SER, SNB, PSIZE, STRT, LOCK |
 //! | 14h | FLASH_OPTCR | option bytes: no protection, brown-out level 3 |
 //!
-//! The processor is stalled for the whole operation, also where it could take its instructions from the instruction cache.
+//! In this model the processor is stalled for the complete operation, even if the chip could take its instructions from the instruction
+//! cache.
 
 use super::FlashInterface;
 use super::control::{Bits, Control, ERASE, MASS_ERASE, PROGRAM};
@@ -63,14 +64,14 @@ pub(super) const CONTROL: Control = Control {
     start_without_erase: "STRT without SER",
 };
 
-/// FLASH_OPTCR of a part without protection, locked, with brown-out level 3 as the README says. A new part has 0FFFAAEDh.
+/// FLASH_OPTCR of a part without protection, locked, with brown-out level 3 as in the README. The value of a new part is 0FFFAAEDh.
 const OPTION_CONTROL: u32 = 0x0FFF_AAE1;
 
 /// The size of sectors 0 to 3.
 const SMALL_SECTOR: u32 = 16 * 1024;
 
 impl FlashInterface {
-    /// Reads a register that the chips do not have in common.
+    /// Reads a register that is not the same on both chips.
     pub(super) fn read_f446(&self, offset: u32) -> Result<u32, AccessError> {
         let when = |on: bool, bits: u32| if on { bits } else { 0 };
         Ok(match offset {
@@ -81,7 +82,7 @@ impl FlashInterface {
         })
     }
 
-    /// Writes a register that the chips do not have in common.
+    /// Writes a register that is not the same on both chips.
     pub(super) fn write_f446(
         &mut self,
         offset: u32,
@@ -98,7 +99,7 @@ impl FlashInterface {
         Ok(())
     }
 
-    /// FLASH_ACR: a cache is reset while it is disabled.
+    /// Writes FLASH_ACR. A cache can be reset only while it is disabled.
     fn write_caches(&mut self, value: u32, violations: &mut Violations) {
         for enable in [INSTRUCTION_CACHE, DATA_CACHE] {
             violations.check(
@@ -169,7 +170,7 @@ impl FlashInterface {
             place,
             "a bit is programmed from 0 to 1",
         );
-        // Memory that can be programmed again reports no error here.
+        // `NotErased` is not possible, because this memory can be programmed again.
         let _ = self.program_unit(now, address, width, value, violations);
     }
 }

@@ -7,9 +7,9 @@ use crate::timebase::{MICROSECOND, Picoseconds};
 /// The times of the operations of a part.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Times {
-    /// To program a unit.
+    /// The time to program a unit.
     pub program: Picoseconds,
-    /// To erase a parameter page by bytes, half-words, words. The STM32F103 has no such choice.
+    /// The time to erase a parameter page by bytes, half-words, words. On the STM32F103 all three are equal.
     pub erase: [Picoseconds; 3],
 }
 
@@ -29,7 +29,7 @@ impl Times {
         chip.facts().flash_times[2]
     }
 
-    /// Nanoseconds to program, milliseconds to erase.
+    /// From `program` in nanoseconds and `erase` in milliseconds.
     pub(crate) const fn of(program: u64, erase: [u64; 3]) -> Self {
         const MILLISECOND: Picoseconds = 1000 * MICROSECOND;
         let [bytes, half_words, words] = erase;

@@ -1,17 +1,16 @@
-//! Periods in which the processor executes nothing and time passes: a debugger halts it, its clock has stopped, or the supply is too
-//! low.
+//! Periods in which the processor executes no instruction: a debugger halts it, its clock has stopped, or the supply is too low.
 
 use super::Microcontroller;
 use crate::rcc::ResetCause;
 use can_wire::protocol::Picoseconds;
 
 impl Microcontroller {
-    /// A debugger halts the processor. The peripherals go on, except those that DBGMCU_CR stops.
+    /// Halts the processor, as a debugger does. The peripherals continue, except those that DBGMCU_CR stops.
     pub fn halt(&mut self) {
         self.halted = true;
     }
 
-    /// The debugger lets the processor go on at this time.
+    /// Continues the processor at this time, as a debugger does.
     pub fn resume(&mut self, now: Picoseconds) {
         let length = now - self.time();
         if self.io.dbgmcu.stops_watchdog() {
@@ -21,12 +20,12 @@ impl Microcontroller {
         self.halted = false;
     }
 
-    /// True while the processor executes nothing: it is halted, has no clock, or the supply is too low.
+    /// True while the processor executes no instruction: it is halted, has no clock, or the supply is too low.
     pub(super) fn is_frozen(&self) -> bool {
         self.halted || self.io.rcc.is_stopped() || self.io.pwr.is_down()
     }
 
-    /// Starts with the supply at this time.
+    /// Switches the microcontroller on at this time.
     pub(super) fn start(&mut self, time: Picoseconds) {
         self.on = true;
         self.io.power_on(self.core.cycle(), time);
@@ -35,7 +34,7 @@ impl Microcontroller {
         self.parameters_touched = true;
     }
 
-    /// When a processor that executes nothing starts again: by the watchdog or by the supply.
+    /// The time of the reset that ends such a period: by the watchdog or by the supply.
     pub(super) fn wakes_at(&self) -> Option<Picoseconds> {
         if self.io.pwr.is_down() {
             return self.io.pwr.next_event();
@@ -44,7 +43,7 @@ impl Microcontroller {
         self.io.iwdg.expires_at().filter(|_| !stops)
     }
 
-    /// Passes the time up to `now` without executing anything. True after a start.
+    /// Lets the time pass up to `now` while no instruction is executed. True if a reset has started the program.
     pub(super) fn wait(&mut self, now: Picoseconds) -> bool {
         let Some(time) = self.wakes_at().filter(|time| *time <= now) else {
             return false;

@@ -78,7 +78,7 @@ impl SpiPart for OpenWires {
     }
 }
 
-/// Pins whose edges are late: the last bit that is read is the one before it.
+/// Pins whose edges are late: the last bit of each byte that is read repeats the bit before it.
 struct LateEdges<'a>(&'a mut Ism330dhcx);
 
 impl SpiPart for LateEdges<'_> {

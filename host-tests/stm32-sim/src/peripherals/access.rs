@@ -7,7 +7,7 @@ use crate::io::{AccessError, Io, Width};
 use crate::violation::Violations;
 use std::ops::Range;
 
-/// The addresses of flash memories, for writes of the processor, which knows the size.
+/// The addresses of flash memories, for writes of the processor. The processor passes only writes to the flash that exists.
 const FLASH_MEMORY: Range<u32> = 0x0800_0000..0x1000_0000;
 
 /// The size of the area of a peripheral.
@@ -125,7 +125,7 @@ impl Peripherals {
         }
     }
 
-    /// An access that can start an operation of the flash, which depends on the supply, and on some chips needs HSI.
+    /// Performs an access that can start an operation of the flash. The operation depends on the supply, and on the STM32F103 it needs HSI.
     fn access_flash(
         &mut self,
         access: impl FnOnce(&mut FlashInterface, &mut Violations) -> Result<(), AccessError>,

@@ -1,4 +1,4 @@
-//! What differs between the RCC of the two microcontrollers: register map, positions of fields, limits.
+//! The differences of the RCC of the two microcontrollers: register map, positions of fields, limits.
 
 use super::{MICROSECOND, PIN_RESET, PLL_FACTOR, PLL_HALVES_CRYSTAL, PLL_SOURCE, POWER_ON_RESET};
 use crate::chip::Chip;
@@ -24,7 +24,7 @@ pub(super) enum Register {
     DedicatedClocks,
 }
 
-/// The reserved bits of the registers with many of them.
+/// The reserved bits of the registers that are checked for them.
 #[derive(Debug)]
 struct Reserved {
     cfgr: u32,
@@ -37,7 +37,7 @@ struct Reserved {
     dedicated: u32,
 }
 
-/// The highest clocks in Hz, and the violations.
+/// The highest clocks in Hz, and the reasons of the violations.
 #[derive(Debug)]
 pub(super) struct Limits {
     pub(super) sysclk: u32,
@@ -146,7 +146,7 @@ static F103: Layout = Layout {
         pclk2: 72_000_000,
         pclk2_reason: "PCLK2 above 72 MHz",
     },
-    // Reserved on all STM32F103.
+    // These bits are reserved on every STM32F103.
     reserved: Reserved {
         cfgr: 0xF880_0000,
         ahb_reset: 0xFFFF_FAA8,
@@ -181,7 +181,7 @@ static F446: Layout = Layout {
     pll_reset: 0x2400_3010,
     ahb_enable_reset: 0x0010_0000,
     power_on_flags: BROWN_OUT_RESET | PIN_RESET | POWER_ON_RESET,
-    // The ST-LINK gives 8 MHz; no crystal is mounted (UM1724, "OSC clock").
+    // The ST-LINK supplies a clock of 8 MHz; no crystal is mounted (UM1724, "OSC clock").
     bypass: true,
     hse_startup: 2 * MICROSECOND,
     // DS10693: at scale 1 without over-drive, the reset value of PWR_CR.VOS, SYSCLK is at most 168 MHz.

@@ -1,4 +1,4 @@
-//! Compares each modelled register with the public SVD: value after a reset, access, reserved bits. The chips are a table.
+//! Compares each modelled register with the public SVD: value after a reset, access, reserved bits. There is a table for each chip.
 
 mod pac;
 
@@ -214,7 +214,7 @@ impl Chip {
         machine
     }
 
-    /// The words of the peripherals.
+    /// The addresses of the words of the peripherals.
     fn pages(&self) -> impl Iterator<Item = u32> {
         let device = Device::open(self.source.0, self.source.1);
         let bases: Vec<u32> = self
@@ -246,14 +246,14 @@ fn put(machine: &mut Peripherals, register: &Register, value: u32) -> bool {
         .is_ok()
 }
 
-/// What differs, one line each.
+/// The differences, one line each.
 fn differences(chip: &Chip) -> Vec<String> {
     let mut found = Vec::new();
     let mut not_modelled = Vec::new();
     let registers = chip.registers();
     for register in &registers {
         let name = register.name.as_str();
-        // The clocks of the others change registers of RCC.
+        // Enabling the clocks changes registers of RCC.
         let machine = || chip.machine(!name.starts_with("RCC"));
         let before = get(&mut machine(), register);
         let mut tell =
@@ -305,7 +305,7 @@ fn differences(chip: &Chip) -> Vec<String> {
             }
         }
     }
-    // The simulator answers only where there is a register.
+    // A read must succeed only at the address of a register.
     for address in chip.pages() {
         let mut machine = chip.machine(true);
         let read = machine.read(2, address, Width::Word);

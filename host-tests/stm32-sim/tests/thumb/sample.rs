@@ -24,7 +24,7 @@ const CLREX: [u16; 2] = [0xF3BF, 0x8F2F];
 /// The fixed bits of a group of encodings: masks and values of both half-words.
 type Group = (u16, u16, u16, u16);
 
-/// The groups of the DSP extension, and divisions, which are rare among the others.
+/// The groups of the DSP extension and of the divisions, which the other groups rarely contain.
 const DSP: [Group; 9] = [
     (0xFFD0, 0xFB90, 0xF0F0, 0xF0F0),
     (0xFFF0, 0xEAC0, 0x8010, 0),

@@ -1,4 +1,4 @@
-//! The command line: the values of the options, the files that they name, and what the program says about wrong ones.
+//! The command line: the values of the options, the files that they name, and the errors of the program for wrong values.
 
 use crate::image::image;
 use crate::process::client::Client;

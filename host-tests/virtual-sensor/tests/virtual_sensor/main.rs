@@ -24,7 +24,7 @@ fn text(path: &Path) -> &str {
     path.to_str().expect("a path in UTF-8")
 }
 
-/// It must exit with this code and one sentence that contains these words.
+/// Asserts that the program exits with this code and one sentence that contains these words.
 #[track_caller]
 fn assert_fails(arguments: &[&str], code: i32, words: &[&str]) {
     let output = fails(arguments);

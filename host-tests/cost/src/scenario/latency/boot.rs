@@ -4,7 +4,7 @@ use super::super::{Scenario, picoseconds};
 use super::{AFTER, STEP, TRAIN, us};
 use crate::CostError;
 
-/// The longest start, in us.
+/// The maximum time of a start, in us.
 const START: u64 = 200_000;
 
 /// The time of the boot-up messages at 1 Mbit/s, in us.
@@ -96,8 +96,8 @@ impl Scenario {
         Err(CostError::NeverHappened("an angle after power-up"))
     }
 
-    /// The phases after a start, until `end`, at which the processor executes, or will within [`AFTER`], in us after power-up. In
-    /// its sleep all phases are equal, so the first of them stands for them.
+    /// The phases between a start and `end`, in us after power-up, at which the processor executes instructions, or begins to within
+    /// [`AFTER`]. All phases in its sleep are equal, so only the first of them is included.
     fn busy_phases(&mut self, end: u64) -> Result<Vec<u64>, CostError> {
         let (start, _) = self.switch_on()?;
         self.rig.run(us(BOOT_UP));

@@ -21,13 +21,14 @@ const WARM_UP: Duration = millis(30_000);
 /// The phases around a change of the heater or of an LED, in us before and after it.
 const AROUND: (u64, u64) = (60, 40);
 
-/// The undisturbed changes whose places in the sampling period are taken.
+/// The number of changes that are observed without a message, to find their positions in the sampling period.
 const OBSERVED: u64 = 16;
 
-/// The passes over the phases of a change that has several places.
+/// The number of passes over the phases, if the change has several positions.
 const PASSES: usize = 2;
 
-/// The transmit error counter from which on the error LED must flash for some more messages; it flashes from 96 on.
+/// The transmit error counter at which the error LED still flashes after some more messages. It flashes from 96 on, and each message
+/// decrements the counter.
 const ENOUGH_ERRORS: u16 = 120;
 
 impl Scenario {
@@ -53,7 +54,7 @@ impl Scenario {
             self.ask(asked, period / STEP, period + STEP, false, &mut trials)?;
             self.record(Some(median), worst, &trials);
         }
-        // There are no times on the Nucleo. The messages above are for the peak of its stack.
+        // On the Nucleo, no times are measured. The messages above are sent because they determine the peak of the stack.
         if self.product.chip == Chip::F446 {
             return Ok(());
         }
@@ -76,7 +77,8 @@ impl Scenario {
         Ok(())
     }
 
-    /// The LEDs of a product that lights them steadily: its error LED flashes from the warning limit of the CAN controller on.
+    /// The LEDs of a product whose LEDs are steady in normal operation: its error LED flashes from the warning limit of the CAN controller
+    /// on.
     pub(in super::super) fn answers_while_flashing(&mut self) -> Result<(), CostError> {
         if self.figures.contains_key("led_worst") {
             return Ok(());
@@ -104,7 +106,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Corrupts frames of the sensor if necessary, so that its error LED flashes: each transmitted frame counts one down.
+    /// Corrupts frames of the sensor if necessary, so that its error LED flashes. Each transmitted frame decrements the error counter.
     fn flash(&mut self) -> Result<(), CostError> {
         if self.rig.transmit_errors() < ENOUGH_ERRORS {
             let own = self.rig.source();
@@ -114,9 +116,9 @@ impl Scenario {
         Ok(())
     }
 
-    /// Asks around a change that recurs with this period in us, or a sample later. The change is a part of the processing of a sample,
-    /// whose duration varies with the number of values, so the phases are those around all its places in the sampling period.
-    /// `prepare` is called before each message.
+    /// Sends a message at each phase around a change that recurs after this period in us, or one sample later. The change is a part of the
+    /// processing of a sample, whose duration varies with the number of values. So the change has several positions in the sampling period,
+    /// and the phases cover all of them. `prepare` is called before each message.
     fn around(
         &mut self,
         asked: &Asked,
@@ -138,7 +140,7 @@ impl Scenario {
         let (before, behind) = AROUND;
         let first = places.first().map_or(0, |place| place - before.min(*place));
         let end = places.last().map_or(0, |place| place + behind);
-        // A change at several places does not come to each of them in one pass.
+        // In one pass, a change with several positions does not occur at each of them.
         let passes = if places.len() == 1 { 1 } else { PASSES };
         let mut trials = Vec::new();
         for place in (0..passes).flat_map(|_| (first..end).step_by(STEP as usize)) {
@@ -163,7 +165,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// Sends a message and looks for a change of the state: the time of the change in us.
+    /// Sends a message, and returns the time in us at which the state changes; None if it does not change.
     fn ask_watching(
         &mut self,
         asked: &Asked,
@@ -192,7 +194,7 @@ impl Scenario {
         Ok(changed)
     }
 
-    /// Runs in steps until the state changes, at most two seconds: the time of the change in us.
+    /// Runs in steps until the state changes, at most two seconds. Returns the time of the change in us.
     fn next_change(&mut self, state: &impl Fn(&Rig) -> u64, step: u64) -> Option<u64> {
         let before = state(&self.rig);
         (0..2_000_000 / step).find_map(|_| {

@@ -8,7 +8,7 @@ use crate::CostError;
 use can_wire::frame_length::frame_bits;
 use erases::Erases;
 
-/// How long a save that erases a page takes at most, in us.
+/// The maximum time of a save that erases a page, in us.
 const ERASING: u64 = 60_000;
 
 impl Scenario {
@@ -78,7 +78,7 @@ impl Scenario {
         Err(CostError::NeverHappened("the erase of a page"))
     }
 
-    /// Requests a save, and runs until this long after the end of the request, in us.
+    /// Requests a save, and runs until `later` us after the end of the request.
     fn begin_save(&mut self, later: u64) {
         let save = self.protocol.save;
         self.rig.run(us(10 * ANSWER));

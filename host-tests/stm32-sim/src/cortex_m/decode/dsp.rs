@@ -1,5 +1,5 @@
-//! The DSP extension of the Cortex-M4 (ARM ARM A5.3.12 to A5.3.17, A7.7): what the decoder of the Cortex-M3 reports as a part of
-//! this extension.
+//! The DSP extension of the Cortex-M4 (ARM ARM A5.3.12 to A5.3.17, A7.7): the encodings that the decoder of the Cortex-M3 reports as
+//! [`Rule::DspExtension`].
 //!
 //! MSR with a mask for the GE bits is not modelled: it stays UNPREDICTABLE.
 
@@ -134,7 +134,7 @@ pub enum Dsp {
     },
 }
 
-/// What becomes of the results of a parallel operation.
+/// The range and the form of the results of a parallel operation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum ParallelKind {
     /// S: signed, sets the GE bits.
@@ -156,9 +156,9 @@ pub enum ParallelKind {
 pub enum ParallelOp {
     /// ADD16.
     Add16,
-    /// ASX: the difference below, the sum above, of exchanged half-words.
+    /// ASX: exchanges the half-words of the second operand; the lower result is the difference, the upper one the sum.
     Asx,
-    /// SAX: the sum below, the difference above, of exchanged half-words.
+    /// SAX: exchanges the half-words of the second operand; the lower result is the sum, the upper one the difference.
     Sax,
     /// SUB16.
     Sub16,
@@ -171,7 +171,7 @@ pub enum ParallelOp {
 /// An instruction, or the reason why the encoding is forbidden.
 type Entry = Result<Dsp, Instruction>;
 
-/// The instruction of the extension in place of `decoded`, which the other tables report as a part of it.
+/// Decodes an instruction of the extension. `decoded` is the result of the Cortex-M3 decoder, which reports it as UNDEFINED.
 pub(in super::super) fn extend(decoded: Decoded, first: u16, second: u16) -> Decoded {
     let word = u32::from(first) << 16 | u32::from(second);
     let entry = match bits(word, 24, 8) {
@@ -231,7 +231,7 @@ fn register_operands(word: u32) -> Entry {
     Ok(Dsp::Parallel { kind, op, d, n, m })
 }
 
-/// The extensions with an addition, or of two bytes.
+/// SXTAB, SXTAH, UXTAB, UXTAH, and the extensions of two bytes.
 fn extend_and_add(word: u32, d: Register, n: Register, m: Register) -> Entry {
     should_be(word, 1 << 6, 0)?;
     refuse_sp_and_pc(&[d, m])?;
@@ -261,7 +261,7 @@ fn extend_and_add(word: u32, d: Register, n: Register, m: Register) -> Entry {
     })
 }
 
-/// PC in place of an operand means that there is none.
+/// The register of an optional operand; the encoding of PC means that there is no operand.
 fn unless_pc(register: Register) -> Option<Register> {
     (register != Register::PC).then_some(register)
 }
@@ -276,7 +276,7 @@ fn pack(word: u32) -> Entry {
     refuse_sp_and_pc(&[d, n, m])?;
     let top = bit(word, 5);
     let amount = (bits(word, 12, 3) << 2 | bits(word, 6, 2)) as u8;
-    // DecodeImmShift (A7.4.2): ASR by "0" is by 32.
+    // DecodeImmShift (A7.4.2): an amount of 0 means ASR by 32.
     let amount = if top && amount == 0 { 32 } else { amount };
     Ok(Dsp::Pack {
         top,

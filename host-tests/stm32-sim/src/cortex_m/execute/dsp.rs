@@ -15,14 +15,14 @@ fn pair(low: u32, high: u32) -> u32 {
     high << 16 | low & 0xFFFF
 }
 
-/// A signed value of 32 bits, and whether it was limited.
+/// The value limited to the range of a signed 32-bit number, and true if the value was outside of this range.
 fn saturated(value: i64) -> (u32, bool) {
     let limited = value.clamp(i32::MIN.into(), i32::MAX.into());
     (limited as u32, limited != value)
 }
 
 impl CortexM3 {
-    /// Out of line: such instructions are rare, and the instruction loop stays small.
+    /// Not inlined: these instructions are rare, and the instruction loop stays small.
     #[inline(never)]
     pub(super) fn execute_dsp(&mut self, dsp: Dsp) {
         let get = |register: Register| self.registers.get(register);
@@ -185,7 +185,7 @@ impl CortexM3 {
         self.registers.set(d, value);
     }
 
-    /// The low bits of a sum; sets Q when it has more.
+    /// The lower 32 bits of a sum. Sets Q if the sum is not a signed 32-bit number.
     fn noted(&mut self, sum: i64) -> u32 {
         self.registers.flags.saturated |= i64::from(sum as i32) != sum;
         sum as u32

@@ -1,4 +1,4 @@
-//! What the Cortex-M4 has and the Cortex-M3 has not.
+//! The features of the Cortex-M4 that the Cortex-M3 does not have.
 
 use super::super::decode::rule::Rule;
 use super::*;
@@ -6,7 +6,7 @@ use super::*;
 /// CPACR.
 const CPACR: u32 = 0xE000_ED88;
 
-/// The compiler's start-up code enables the unit, but the images have no such instruction.
+/// The start-up code of cortex-m-rt enables the floating-point unit, but the images contain no floating-point instruction.
 #[test]
 fn floating_point_can_be_enabled_but_not_executed() {
     // VADD.F32 S0, S0, S0; VPUSH {D8}; VMOV R0, S0.

@@ -10,12 +10,12 @@ const SHCSR: u32 = 0xE000_ED24;
 /// UDF.
 const UNDEFINED: u16 = 0xDE00;
 const PUSH_R0: u16 = 0xB401;
-const NOWHERE: u32 = 0x6000_0000;
+const UNMAPPED: u32 = 0x6000_0000;
 
-/// Runs this program to its fault, which a handler takes.
+/// Runs this program until it causes a fault, then starts the handler of the fault.
 fn faulted(code: &[u16], prepare: impl FnOnce(&mut CortexM3)) -> CortexM3 {
     let mut processor = processor(code);
-    // Handlers of faults stay.
+    // The handlers of the faults are endless loops.
     for number in 3..7 {
         put(&mut processor, handler(number), &[STAY]);
     }
@@ -26,15 +26,15 @@ fn faulted(code: &[u16], prepare: impl FnOnce(&mut CortexM3)) -> CortexM3 {
 }
 
 #[test]
-fn load_from_nowhere_is_precise_bus_fault_that_escalates() {
-    let mut processor = faulted(&[NOP, LOAD], |it| it.set_register(1, NOWHERE));
+fn load_from_unmapped_address_is_precise_bus_fault_that_escalates() {
+    let mut processor = faulted(&[NOP, LOAD], |it| it.set_register(1, UNMAPPED));
     assert_eq!(processor.active_exception(), 3);
     assert_eq!(processor.pc(), handler(3));
     // The return address in the frame is that of the load.
     assert_eq!(processor.word(STACK - 8), Some(CODE + 2));
     assert_eq!(read(&mut processor, CFSR), 1 << 9 | 1 << 15);
     assert_eq!(read(&mut processor, HFSR), 1 << 30);
-    assert_eq!(read(&mut processor, BFAR), NOWHERE);
+    assert_eq!(read(&mut processor, BFAR), UNMAPPED);
     write(&mut processor, CFSR, 1 << 9);
     write(&mut processor, HFSR, 1 << 30);
     assert_eq!(read(&mut processor, CFSR), 1 << 15);
@@ -57,8 +57,8 @@ fn usage_faults_have_their_bits() {
 }
 
 #[test]
-fn fetch_from_nowhere_is_instruction_bus_error() {
-    let mut processor = faulted(&[0x4700], |it| it.set_register(0, NOWHERE | 1));
+fn fetch_from_unmapped_address_is_instruction_bus_error() {
+    let mut processor = faulted(&[0x4700], |it| it.set_register(0, UNMAPPED | 1));
     assert_eq!(read(&mut processor, CFSR), 1 << 8);
 }
 
@@ -67,13 +67,13 @@ fn enabled_handler_takes_its_fault() {
     // BUSFAULTENA, USGFAULTENA.
     let mut processor = faulted(&[LOAD], |it| {
         write(it, SHCSR, 1 << 17 | 1 << 18);
-        it.set_register(1, NOWHERE);
+        it.set_register(1, UNMAPPED);
     });
     assert_eq!(processor.active_exception(), 5);
     assert_eq!(read(&mut processor, HFSR), 0);
     let masked = faulted(&[CPSID_I, LOAD], |it| {
         write(it, SHCSR, 1 << 17);
-        it.set_register(1, NOWHERE);
+        it.set_register(1, UNMAPPED);
     });
     assert_eq!(masked.active_exception(), 3, "PRIMASK masks BusFault");
 }

@@ -54,7 +54,7 @@ fn modes_match_manual() {
 }
 
 #[test]
-fn outputs_speed_and_alternate_function() {
+fn output_speed_and_alternate_function_follow_registers() {
     let mut gpio = Gpio::new(Chip::F446);
     let pin = Pin(PortName::B, 13);
     write(&mut gpio, PortName::B, 0x00, 0x0400_0280);

@@ -56,7 +56,7 @@ fn accelerometer_answers_through_spi2_and_pins() {
     }
 }
 
-/// At 8 MHz a low speed is too slow (DS10693: 4 MHz).
+/// Pins with low speed permit up to 4 MHz (DS10693); SCK has 8 MHz.
 #[test]
 fn slow_pins_of_spi2_read_a_wrong_last_bit() {
     let mut bench = with_spi();

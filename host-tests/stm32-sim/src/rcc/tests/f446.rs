@@ -117,7 +117,7 @@ fn limits_of_clocks_and_pll_match_manual() {
 }
 
 #[test]
-fn gates_of_ahb1_and_apb1() {
+fn gates_of_ahb1_and_apb1_enable_and_reset_peripherals() {
     let mut bench = bench();
     let (gpiob, spi2) = (Gate::Ahb1(1), Gate::Apb1(14));
     bench.write(0x30, 0x0010_0002);
