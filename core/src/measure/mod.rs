@@ -24,7 +24,7 @@
 //! on a PC and of the flashed image.
 //!
 //! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
-//! requires. [`self_test`] checks the accelerometer.
+//! requires. [`self_test`] checks the accelerometer, [`supply`] the supply voltage.
 //!
 //! ```
 //! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
@@ -48,8 +48,10 @@ pub mod fir;
 pub mod fusion;
 pub mod low_pass;
 mod low_pass_design;
+pub mod mean_rate;
 pub mod resampler;
 pub mod self_test;
+pub mod supply;
 pub mod teach;
 pub mod zero;
 
