@@ -11,7 +11,7 @@ use motions::{MOTIONS, Motion};
 use plumbline::measure::definition::perpendicular;
 use plumbline::measure::fusion::{Fusion, Noise};
 use plumbline::measure::low_pass::{Kind, LowPass};
-use plumbline::measure::resampler::DELAY;
+use plumbline::measure::mean_rate::ACCELERATION_AGE;
 use plumbline::measure::{I32x3, ONE_G, SAMPLE_PERIOD};
 use std::path::{Path, PathBuf};
 
@@ -63,7 +63,7 @@ fn angles(motion: &Motion) -> Angles {
     low_pass
         .tune(Kind::CriticallyDamped, 3_000)
         .expect("3 Hz is permitted");
-    let mut fusion = Fusion::<DELAY>::new();
+    let mut fusion = Fusion::<ACCELERATION_AGE>::new();
     fusion.tune(Noise::new(1, -3), Noise::new(1, 1));
 
     let mut angles = Angles {
@@ -76,7 +76,7 @@ fn angles(motion: &Motion) -> Angles {
     let rest = (REST / PERIOD).round() as i32;
     for n in -rest..=samples {
         let now = f64::from(n) * PERIOD;
-        let force = motion.force(now - f64::from(DELAY) / 1e6);
+        let force = motion.force(now - f64::from(ACCELERATION_AGE) / 1e6);
         let rate = motion.mean_rate(now, PERIOD);
         let rate = [0, 1, 2].map(|axis| rate[axis] + BIAS[axis]);
         let acceleration = integers(force, ONE_G.into());

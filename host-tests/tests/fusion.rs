@@ -3,7 +3,7 @@
 use plumbline::angle::Angle;
 use plumbline::measure::definition::{cross_slope, perpendicular, rotation};
 use plumbline::measure::fusion::{Fusion, Noise};
-use plumbline::measure::{I32x3, resampler};
+use plumbline::measure::{I32x3, mean_rate};
 use std::collections::BTreeMap;
 
 const VECTORS: &str = include_str!("../vectors/fusion.csv");
@@ -64,7 +64,7 @@ fn filter_matches_double_precision_in_every_scene() {
     let names: Vec<_> = scenes.keys().copied().collect();
     assert_eq!(names, ["digging", "slewing", "swivel", "travelling"]);
     for (name, rows) in scenes {
-        let mut fusion = Fusion::<{ resampler::DELAY }>::new();
+        let mut fusion = Fusion::<{ mean_rate::ACCELERATION_AGE }>::new();
         fusion.tune(power_of_ten(rows[0].q), power_of_ten(10.0));
         let mut largest = 0.0_f64;
         for (n, row) in rows.iter().enumerate() {

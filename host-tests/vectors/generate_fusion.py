@@ -17,7 +17,7 @@ from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 PERIOD = 0.005  # s
-DELAY = 0.011405  # s, the age of the acceleration
+DELAY = 0.010799  # s, the age of the acceleration
 UPDATE_RATE = 80  # Hz, the rate to which Q and R refer
 COUNTS_PER_G = 2**14
 COUNTS_PER_DPS = 64

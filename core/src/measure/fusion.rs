@@ -18,8 +18,9 @@
 //! | 0.001 | 0.40 % | 1.3 s | 0.86 deg rms |
 //! | 0.0001 | 0.13 % | 4.0 s | 0.27 deg rms |
 //!
-//! The acceleration is older than the angular rate, because the [`resampler`](super::resampler) delays it. It is first rotated
-//! forward by the rotation in this time, so the output has the time of the angular rate.
+//! The acceleration is older than the angular rate by [`ACCELERATION_AGE`](super::mean_rate::ACCELERATION_AGE), because the
+//! [`resampler`](super::resampler) delays it. It is first rotated forward by the rotation in this time, so the output has the time
+//! of the angular rate.
 //!
 //! Numeric formats: vectors 1 g = 2^28 (Q28), the up vector with 32 more fractional bits; rotations in radians, Q31. The
 //! components of the acceleration are limited to +-2 g, so the length of the up vector is at most 3.5 g: all sums fit.

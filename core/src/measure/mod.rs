@@ -69,7 +69,7 @@ pub const SAMPLE_PERIOD: Duration = millis(5);
 pub struct Reading {
     /// Specific force in the coordinate frame of the sensor, 1 g = 2^28 ([`ONE_G`]). At rest it points up. Range +-2 g.
     pub acceleration: I32x3,
-    /// Angular rate about the same axes, right-handed, 1 deg/s = 2^16; zero without a gyroscope.
+    /// Mean angular rate since the previous sample about the same axes, right-handed, 1 deg/s = 2^16; zero without a gyroscope.
     pub angular_rate: I32x3,
     /// Temperature of the accelerometer, in 0.01 degC.
     pub temperature: i16,

@@ -36,9 +36,6 @@ use super::{I32x3, SAMPLE_PERIOD};
 /// The number of weighted values.
 pub const TAPS: usize = 20;
 
-/// The age of an output when its last value comes, in us: half of the response, 9 to 10 values at 833 Hz.
-pub const DELAY: u32 = 11_405;
-
 /// The base-2 logarithm of the number of points of the response per value.
 const POINTS: u32 = 2;
 

@@ -62,7 +62,7 @@ pub const MOTIONS: [Motion; 5] = [
     },
     Motion {
         name: "travelling",
-        title: "Travelling on rough ground: 0.1 g forward for 1.4 s from 1 s on, brake with 0.28 g for 0.5 s at 5 s",
+        title: "Travelling on rough ground: 0.1 g forward from 1 s, 0.28 g backward from 5 s",
         seconds: 8.0,
         angle: |t| 4.0 + started(t) * (2.0 * sine(0.4, t) + 0.8 * sine(1.7, t)),
         acceleration: |t| {

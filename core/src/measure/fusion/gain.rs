@@ -63,8 +63,8 @@ pub(super) fn gain(q: Noise, r: Noise) -> u32 {
     let down = (2 * halvings).wrapping_sub(exponent.cast_unsigned());
     let four_r = (u64::from(mantissa) << 28).checked_shr(down).unwrap_or(0);
     let root = square_root(((1 << 60) >> (2 * halvings)) + four_r);
-    let one = (1 << 30) >> halvings;
-    (ratio(2 * one, root + one) >> 1).max(1)
+    let (one, two) = ((1 << 30) >> halvings, (1 << 31) >> halvings);
+    (ratio(two, root + one) >> 1).max(1)
 }
 
 /// `numerator` / `denominator`; equal for equal quotients.

@@ -4,7 +4,7 @@
 use super::*;
 use crate::angle::Angle;
 use crate::measure::definition::{perpendicular, rotation};
-use crate::measure::{ONE_G, resampler};
+use crate::measure::{ONE_G, mean_rate};
 use core::f64::consts::{PI, TAU};
 use proptest::prelude::*;
 
@@ -12,7 +12,7 @@ use proptest::prelude::*;
 const PERIOD: f64 = SAMPLE_PERIOD.ticks() as f64 / 1e6;
 
 /// The age of the acceleration in the devices, in us.
-const DELAY: u32 = resampler::DELAY;
+const DELAY: u32 = mean_rate::ACCELERATION_AGE;
 
 /// R = 10.
 const R: Noise = Noise::new(1, 1);

@@ -5,7 +5,7 @@ use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNo
 use plumbline::can::{Frame, extended, standard};
 use plumbline::measure::fusion::{Fusion, Noise};
 use plumbline::measure::self_test::Working;
-use plumbline::measure::{I32x3, Reading, resampler};
+use plumbline::measure::{I32x3, Reading, mean_rate};
 use plumbline::model::gemac::is1::{self, Is1};
 use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::gemac::is2tk::{self, Is2tk};
@@ -98,7 +98,7 @@ fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instan
 
 /// Runs the fusion with opaque inputs.
 fn exercise_fusion() {
-    let mut fusion = Fusion::<{ resampler::DELAY }>::new();
+    let mut fusion = Fusion::<{ mean_rate::ACCELERATION_AGE }>::new();
     let noise = || Noise::new(black_box(0), black_box(0));
     while black_box(true) {
         match black_box(0) {
