@@ -186,6 +186,12 @@ pub trait Application: Sized {
     /// Whether it requests self-tests of the accelerometer. If not, a driver does not need that function.
     const HAS_SELF_TEST: bool = false;
 
+    /// Whether it measures the supply voltage. If not, a driver does not need that function.
+    const MEASURES_SUPPLY: bool = false;
+
+    /// Whether it needs [`Reading::angular_rate`]. If not, a driver does not need the gyroscope.
+    const HAS_GYROSCOPE: bool = false;
+
     /// An application that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
 
@@ -204,6 +210,13 @@ pub trait Application: Sized {
     /// Handles the result of the self-test of the accelerometer. Returns None if no value has changed.
     fn tested(&mut self, result: Working) -> Option<Self::Values> {
         let _ = result;
+        None
+    }
+
+    /// Handles a measurement of the supply voltage in mV, not filtered; one every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD), also
+    /// without readings. Returns None if no value has changed that must be published before the next reading.
+    fn supply(&mut self, millivolts: u16) -> Option<Self::Values> {
+        let _ = millivolts;
         None
     }
 
@@ -312,6 +325,7 @@ mod tests {
             z: true,
         };
         assert_eq!(plain.tested(working), None);
+        assert_eq!(plain.supply(24_000), None);
         let stale = Published::new([-1], Faults::SENSOR);
         assert_eq!(plain.tick(now), stale);
     }

@@ -16,6 +16,7 @@ use crate::{clock, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
+use plumbline::application::Application;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Acquisition, Action, Boot, BusEvent, Divided, Indicator};
 use plumbline::store::{Owner, Store};
@@ -28,7 +29,7 @@ const RESTART_LIMIT: Duration = millis(100);
 /// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `imu` are memory for
 /// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver of the
 /// accelerometer. `link` is shared with the CAN interrupts. `start_node` starts the node. `TESTS` is 1 if the node requests
-/// self-tests, otherwise 0. `DETECTS` is true if it detects the bit rate.
+/// self-tests, otherwise 0. `GYROSCOPES` is 1 if it needs the angular rate, otherwise 0. `DETECTS` is true if it detects the bit rate.
 ///
 /// # Safety
 /// Call it only once: it takes all peripherals. A check at run time would need 64 bytes of flash.
@@ -36,11 +37,12 @@ pub unsafe fn run<
     N: Divided + 'static,
     const BUFFER: usize,
     const TESTS: usize,
+    const GYROSCOPES: usize,
     const DETECTS: bool,
 >(
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
-    imu: &'static mut MaybeUninit<Imu<TESTS>>,
+    imu: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
     node: &'static mut N,
     link: &'static Shared<N>,
     start_node: impl FnOnce(&mut N, Instant, &Boot),
@@ -55,6 +57,9 @@ pub unsafe fn run<
         switches,
         can,
     } = start(board, owner, store, imu);
+    if N::Application::MEASURES_SUPPLY {
+        board::start_adc();
+    }
     let now = clock::now();
     let boot = store.boot();
     if boot.damaged {
@@ -70,7 +75,7 @@ pub unsafe fn run<
     let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()
     };
-    let mut app = App::<N, _, _, DETECTS> {
+    let mut app = App::<N, _, _, _, DETECTS> {
         acquisition,
         link,
         bus,
@@ -96,10 +101,10 @@ const ROUNDS: u8 = 8;
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
 /// are not moved over the stack.
-struct Parts<const BUFFER: usize, const TESTS: usize> {
+struct Parts<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize> {
     watchdog: Watchdog,
     store: &'static mut ParameterStore<BUFFER>,
-    imu: &'static mut Imu<TESTS>,
+    imu: &'static mut Imu<TESTS, GYROSCOPES>,
     leds: StatusLeds,
     switches: Switches,
     can: CanPeripheral,
@@ -110,12 +115,12 @@ pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash
 
 /// Performs the boot up to the start of the node.
 #[inline(never)] // the stack of the boot is free again when the main loop begins
-fn start<const BUFFER: usize, const TESTS: usize>(
+fn start<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize>(
     board: Board,
     owner: fn(u32) -> Owner,
     store: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
-    imu: &'static mut MaybeUninit<Imu<TESTS>>,
-) -> Parts<BUFFER, TESTS> {
+    imu: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
+) -> Parts<BUFFER, TESTS, GYROSCOPES> {
     let mut watchdog = board.watchdog;
     clock::start(board.systick);
 
@@ -149,19 +154,25 @@ fn create_store<const BUFFER: usize>(
 
 /// Creates the driver of the accelerometer in place.
 #[inline(never)] // same reason as `start`
-fn create_imu<const TESTS: usize>(
-    place: &'static mut MaybeUninit<Imu<TESTS>>,
+fn create_imu<const TESTS: usize, const GYROSCOPES: usize>(
+    place: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
     wires: ImuWires,
-) -> &'static mut Imu<TESTS> {
+) -> &'static mut Imu<TESTS, GYROSCOPES> {
     place.write(Imu::new(wires))
 }
 
 /// The state of the main loop.
-struct App<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool> {
+struct App<
+    N: Divided + 'static,
+    const BUFFER: usize,
+    const TESTS: usize,
+    const GYROSCOPES: usize,
+    const DETECTS: bool,
+> {
     acquisition: &'static mut Acquisition<N::Application>,
     link: &'static Shared<N>,
     bus: &'static mut Bus,
-    imu: &'static mut Imu<TESTS>,
+    imu: &'static mut Imu<TESTS, GYROSCOPES>,
     store: &'static mut ParameterStore<BUFFER>,
     leds: StatusLeds,
     indicator: Indicator,
@@ -171,8 +182,13 @@ struct App<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const 
     reading: Option<Reading>,
 }
 
-impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECTS: bool>
-    App<N, BUFFER, TESTS, DETECTS>
+impl<
+    N: Divided + 'static,
+    const BUFFER: usize,
+    const TESTS: usize,
+    const GYROSCOPES: usize,
+    const DETECTS: bool,
+> App<N, BUFFER, TESTS, GYROSCOPES, DETECTS>
 {
     /// One iteration of the loop: a small step of each task. Returns true if there can be more to do at once.
     fn turn(&mut self) -> bool {
@@ -319,7 +335,19 @@ impl<N: Divided + 'static, const BUFFER: usize, const TESTS: usize, const DETECT
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
         self.imu.start(now);
+        self.measure_supply();
         true
+    }
+
+    /// Takes the result of a conversion and starts the next one.
+    #[inline(always)] // nothing for most products
+    fn measure_supply(&mut self) {
+        if N::Application::MEASURES_SUPPLY
+            && let Some(millivolts) = board::supply()
+            && let Some(values) = self.acquisition.supply(millivolts)
+        {
+            self.link.call(|node, now| node.publish(now, values));
+        }
     }
 
     /// Performs one step of a save. Returns true if there is more to do at once.

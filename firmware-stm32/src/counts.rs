@@ -4,7 +4,8 @@
 //!  byte 0         1            3                 byte 0         1     2                           8
 //!       +---------+------------+                      +---------+-----+---------------------------+
 //!       | address | FIFO_      |                      | address | tag | acceleration X, Y, Z: i16 |
-//!       | byte    | STATUS 3Ah |                      | byte    | 78h | or temperature: i16, 0, 0 |
+//!       | byte    | STATUS 3Ah |                      | byte    | 78h | or rate X, Y, Z: i16      |
+//!       |         |            |                      |         |     | or temperature: i16, 0, 0 |
 //!       +---------+------------+                      +---------+-----+---------------------------+
 //! ```
 //!
@@ -12,6 +13,7 @@
 //!
 //! Acceleration at +-2 g: 61 ug per count (datasheet, LA_So). With 1 g = 2^28 that is 61e-6 * 2^28 = 16374.562816 units per
 //! count. From counts with 14 fractional bits it is calculated as 1 - 2473901 / 2^32 units; the error is below 2 units (8 ng).
+//! Angular rate at +-1000 deg/s: 35 mdps per count (datasheet, G_So). With 1 deg/s = 2^16 that is 2293.76 units per count.
 //! Temperature: 256 counts per degree, 0 at 25 degC.
 //!
 //! Data rate: the nominal 6667 Hz / 8, changed by 0.15 % for each unit of INTERNAL_FREQ_FINE (AN5398, "Timestamp and FIFO").
@@ -50,7 +52,8 @@ pub const WORD: usize = 1 + 7;
 /// The number of words that the FIFO holds (datasheet: 3 kbyte of six data bytes each).
 const FIFO_WORDS: u16 = 512;
 
-/// The tags of acceleration and temperature.
+/// The tags of angular rate, acceleration and temperature.
+const TAG_RATE: u8 = 0x01;
 const TAG_ACCELERATION: u8 = 0x02;
 const TAG_TEMPERATURE: u8 = 0x03;
 
@@ -98,6 +101,13 @@ pub fn word(bytes: &[u8; WORD]) -> Word {
     }
 }
 
+/// The angular rate in counts, if the bytes of a transfer are a word of the gyroscope.
+pub fn rate_word(bytes: &[u8; WORD]) -> Option<[i32; 3]> {
+    let &[_, tag, x0, x1, y0, y1, z0, z1] = bytes;
+    let counts = [[x0, x1], [y0, y1], [z0, z1]];
+    (tag >> 3 == TAG_RATE).then(|| counts.map(|count| i16::from_le_bytes(count).into()))
+}
+
 /// Whether an axis is at the limit of its range.
 pub fn is_clipped([x, y, z]: [i16; 3]) -> bool {
     let highest = x.unsigned_abs().max(y.unsigned_abs()).max(z.unsigned_abs());
@@ -122,17 +132,33 @@ const fn temperature(count: i16) -> i16 {
 /// The acceleration along the axes of the sensor, 1 g = 2^28, of counts with [`FRACTION`] fractional bits.
 #[inline(always)] // with a constant mounting, it is a few instructions
 pub fn acceleration(counts: I32x3, mounting: Mounting) -> I32x3 {
+    mounted(counts, mounting, units)
+}
+
+/// The angular rate about the axes of the sensor, 1 deg/s = 2^16, of counts with [`FRACTION`] fractional bits.
+pub fn angular_rate(counts: I32x3, mounting: Mounting) -> I32x3 {
+    mounted(counts, mounting, rate_units)
+}
+
+/// Counts of the gyroscope with [`FRACTION`] fractional bits in units of 2^-16 deg/s: 2293.76 / 2^14 = 9175.04 / 2^16.
+const fn rate_units(counts: i32) -> i32 {
+    ((counts as i64 * 9175) >> 16) as i32
+}
+
+/// The values along the axes of the sensor.
+#[inline(always)] // same reason as `acceleration`
+fn mounted(counts: I32x3, mounting: Mounting, units: impl Fn(i32) -> i32) -> I32x3 {
     let [x, y, z] = mounting.0;
     I32x3 {
-        x: along(x, counts),
-        y: along(y, counts),
-        z: along(z, counts),
+        x: along(x, counts, &units),
+        y: along(y, counts, &units),
+        z: along(z, counts, &units),
     }
 }
 
-/// The acceleration along one axis of the accelerometer.
+/// The value along one axis.
 #[inline(always)] // same reason as `acceleration`
-fn along(axis: Axis, counts: I32x3) -> i32 {
+fn along(axis: Axis, counts: I32x3, units: &impl Fn(i32) -> i32) -> i32 {
     match axis {
         Axis::X => units(counts.x),
         Axis::Y => units(counts.y),
@@ -221,6 +247,36 @@ mod tests {
         for sensor in (0..32).filter(|sensor| ![2, 3].contains(sensor)) {
             let read = word(&transfer(sensor << 3, [0xFF; 6]));
             assert_eq!(read, Word::Other, "{sensor:02X}h");
+        }
+    }
+
+    #[test]
+    fn rate_word_has_tag_1() {
+        let data = [0x34, 0x12, 0xFE, 0xFF, 0x00, 0x80];
+        for low in 0..8 {
+            let counts = [0x1234, -2, -0x8000];
+            assert_eq!(rate_word(&transfer(0x01 << 3 | low, data)), Some(counts));
+        }
+        for sensor in (0..32).filter(|sensor| *sensor != 1) {
+            assert_eq!(rate_word(&transfer(sensor << 3, data)), None);
+        }
+    }
+
+    #[test]
+    fn rate_has_35_mdps_per_count() {
+        let rate = |count: i32| {
+            let counts = I32x3 {
+                x: count << FRACTION,
+                y: 0,
+                z: -(count << FRACTION),
+            };
+            angular_rate(counts, Mounting([Axis::X, Axis::NegativeZ, Axis::Y]))
+        };
+        for count in [1, 100, 28_571, 32_767] {
+            let exact = f64::from(count) * 0.035 * 65_536.0;
+            let I32x3 { x, y, z } = rate(count);
+            assert!((f64::from(x) / exact - 1.0).abs() < 1e-3 / f64::from(count) + 5e-6);
+            assert_eq!((y, z), (x, 0));
         }
     }
 

@@ -1,4 +1,5 @@
-//! The driver of the ISM330DHCX: acceleration at +-2 g and temperature, gyroscope powered down.
+//! The driver of the ISM330DHCX: acceleration at +-2 g and temperature, and for products with a gyroscope the angular rate at +-1000
+//! deg/s.
 //!
 //! The accelerometer runs at 833 Hz in high-performance mode without LPF2. Each value goes into its FIFO, so none is lost or read
 //! twice, although its oscillator has an error of some per cent, and none is lost while the flash stalls the processor. Every 5 ms
@@ -7,6 +8,11 @@
 //!
 //! The number of words in the FIFO and each word are transfers of their own, a word in two halves ([`Imu::step`]). Between two
 //! halves the main loop handles frames.
+//!
+//! The gyroscope has the same data rate, and its values are in the same FIFO. A reading has their mean since the last reading
+//! ([`MeanRate`]). The FIFO holds values for 0.55 s, and with the gyroscope for 0.28 s. A longer stall loses the oldest values: while the
+//! F446 erases a sector, which takes 0.25 s and at most 0.5 s. No rotation is lost at rest, and the accelerometer corrects the
+//! angle after a loss. If the gyroscope gives no values, there are no readings.
 //!
 //! During the self-test ([`self_test`](crate::self_test)) the last acceleration before it is used.
 //!
@@ -17,12 +23,13 @@ use crate::counts::{self, FRACTION, WORD, Word};
 use crate::self_test::{self, SelfTest, SetUp};
 use ism330dhcx_rs::blocking::ISM330DHCX_ID;
 use ism330dhcx_rs::blocking::prelude::{
-    BdrXl, Ctrl1Xl, Ctrl3C, Ctrl4C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode, FsXl,
-    OdrTBatch, OdrXl, Reg, StXl,
+    BdrGy, BdrXl, Ctrl1Xl, Ctrl2G, Ctrl3C, Ctrl4C, Ctrl5C, Ctrl9Xl, FifoCtrl3, FifoCtrl4, FifoMode,
+    FsGy, FsXl, OdrGy, OdrTBatch, OdrXl, Reg, StXl,
 };
-use plumbline::measure::Reading;
+use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
 use plumbline::measure::self_test::Working;
+use plumbline::measure::{I32x3, Reading};
 use plumbline::time::{Instant, after, millis, reached};
 
 /// The time between attempts to find the accelerometer, in ms.
@@ -39,6 +46,9 @@ const SETTLING_VALUES: u8 = 16;
 
 /// The number of consecutive readings of the FIFO without a value after which the accelerometer has failed: 50 ms.
 const MISSES: u8 = 10;
+
+/// The number of consecutive samples without an angular rate after which the gyroscope has failed: 200 ms. It turns on within 35 ms.
+const SILENT_SAMPLES: u8 = 40;
 
 enum State {
     /// Not found, or lost. The next attempt is at `retry`.
@@ -62,8 +72,23 @@ enum Step {
     Evaluate,
 }
 
-/// The accelerometer. `TESTS` is 1 if the product has the self-test, otherwise 0; then the image does not contain it.
-pub struct Imu<const TESTS: usize> {
+/// The gyroscope.
+struct Gyroscope {
+    rate: MeanRate<FRACTION>,
+    /// The number of samples without an angular rate.
+    silent: u8,
+}
+
+impl Gyroscope {
+    const INITIAL: Self = Self {
+        rate: MeanRate::new(),
+        silent: 0,
+    };
+}
+
+/// The accelerometer. `TESTS` is 1 if the product has the self-test, otherwise 0, and `GYROSCOPES` is 1 if it has a gyroscope; an image
+/// does not contain what its product does not have.
+pub struct Imu<const TESTS: usize, const GYROSCOPES: usize> {
     wires: ImuWires,
     state: State,
     step: Step,
@@ -72,6 +97,7 @@ pub struct Imu<const TESTS: usize> {
     /// The present word: the bytes to send, replaced by the received ones.
     bytes: [u8; WORD],
     resampler: Resampler<i16, FRACTION>,
+    gyroscope: [Gyroscope; GYROSCOPES],
     /// An axis was at the limit of its range since the last reading.
     clipped: bool,
     /// The last temperature in 0.01 degC; None before the first one.
@@ -84,7 +110,7 @@ pub struct Imu<const TESTS: usize> {
     reported: bool,
 }
 
-impl<const TESTS: usize> Imu<TESTS> {
+impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     /// The driver for the accelerometer on this bus, before the first attempt to find it.
     pub fn new(wires: ImuWires) -> Self {
         Self {
@@ -96,6 +122,7 @@ impl<const TESTS: usize> Imu<TESTS> {
             words: 0,
             bytes: [0; WORD],
             resampler: const { Resampler::new() }, // as a constant, its values are cleared without a loop
+            gyroscope: [Gyroscope::INITIAL; GYROSCOPES],
             clipped: false,
             temperature: None,
             test: [const { None }; TESTS],
@@ -200,6 +227,12 @@ impl<const TESTS: usize> Imu<TESTS> {
 
     /// Processes a word. Returns a reading if one is complete.
     fn take(&mut self, now: Instant, bytes: &[u8; WORD]) -> Option<Reading> {
+        if let Some(gyroscope) = self.gyroscope.first_mut()
+            && let Some(counts) = counts::rate_word(bytes)
+        {
+            gyroscope.rate.push(counts);
+            return None;
+        }
         let counts = match counts::word(bytes) {
             Word::Acceleration(counts) => counts,
             Word::Temperature(temperature) => {
@@ -218,16 +251,34 @@ impl<const TESTS: usize> Imu<TESTS> {
         }
         self.clipped |= counts::is_clipped(counts);
         let output = self.resampler.push(counts)?;
-        let reading = Reading {
+        let rate = self.angular_rate(now);
+        let mut reading = Reading {
             acceleration: counts::acceleration(output, MOUNTING),
             temperature: self.temperature?,
             clipped: core::mem::take(&mut self.clipped),
             ..Reading::default()
         };
+        if GYROSCOPES > 0 {
+            reading.angular_rate = rate?;
+        }
         if self.running_test().is_some() {
             return self.carry_test_on(now, reading);
         }
         Some(reading)
+    }
+
+    /// The mean angular rate up to the last output of the resampler. None if there is none yet, or no gyroscope.
+    fn angular_rate(&mut self, now: Instant) -> Option<I32x3> {
+        let gyroscope = self.gyroscope.first_mut()?;
+        let Some(mean) = gyroscope.rate.take(&self.resampler) else {
+            gyroscope.silent += 1;
+            if gyroscope.silent >= SILENT_SAMPLES {
+                self.absent(now);
+            }
+            return None;
+        };
+        gyroscope.silent = 0;
+        Some(counts::angular_rate(mean, MOUNTING))
     }
 
     /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
@@ -312,8 +363,12 @@ impl<const TESTS: usize> Imu<TESTS> {
                 return Ok(false);
             }
         }
-        for (register, value) in SETTINGS {
+        for (register, value) in const { settings(GYROSCOPES) } {
             self.write(register, value)?;
+        }
+        if let Some(gyroscope) = self.gyroscope.first_mut() {
+            *gyroscope = Gyroscope::INITIAL;
+            self.write(Reg::Ctrl2G, GYROSCOPE_ON)?;
         }
         let fine = self.read(Reg::InternalFreqFine)? as i8;
         self.resampler.start(counts::data_rate(fine));
@@ -359,26 +414,39 @@ impl<const TESTS: usize> Imu<TESTS> {
 }
 
 /// The registers that never change after a reset of the accelerometer.
-const SETTINGS: [(Reg, u8); 5] = [
-    (Reg::Ctrl9Xl, Ctrl9Xl::new().with_device_conf(1).into_bits()),
-    // A disturbance on the lines of the SPI must not look like a start condition of I2C.
-    (Reg::Ctrl4C, Ctrl4C::new().with_i2c_disable(1).into_bits()),
-    // Block data update: the two bytes of a value are consistent.
-    (Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits()),
-    (
-        Reg::FifoCtrl3,
-        FifoCtrl3::new()
-            .with_bdr_xl(BdrXl::_833hz as u8)
-            .into_bits(),
-    ),
-    (
-        Reg::FifoCtrl4,
-        FifoCtrl4::new()
-            .with_fifo_mode(FifoMode::StreamMode as u8)
-            .with_odr_t_batch(OdrTBatch::_52hz as u8)
-            .into_bits(),
-    ),
-];
+const fn settings(gyroscopes: usize) -> [(Reg, u8); 5] {
+    let rate = match gyroscopes {
+        0 => BdrGy::NotBatched,
+        _ => BdrGy::_833hz,
+    };
+    [
+        (Reg::Ctrl9Xl, Ctrl9Xl::new().with_device_conf(1).into_bits()),
+        // A disturbance on the lines of the SPI must not look like a start condition of I2C.
+        (Reg::Ctrl4C, Ctrl4C::new().with_i2c_disable(1).into_bits()),
+        // Block data update: the two bytes of a value are consistent.
+        (Reg::Ctrl3C, Ctrl3C::new().with_bdu(1).into_bits()),
+        (
+            Reg::FifoCtrl3,
+            FifoCtrl3::new()
+                .with_bdr_xl(BdrXl::_833hz as u8)
+                .with_bdr_gy(rate as u8)
+                .into_bits(),
+        ),
+        (
+            Reg::FifoCtrl4,
+            FifoCtrl4::new()
+                .with_fifo_mode(FifoMode::StreamMode as u8)
+                .with_odr_t_batch(OdrTBatch::_52hz as u8)
+                .into_bits(),
+        ),
+    ]
+}
+
+/// CTRL2_G: 833 Hz, +-1000 deg/s.
+const GYROSCOPE_ON: u8 = Ctrl2G::new()
+    .with_fs_g(FsGy::_1000dps as u8)
+    .with_odr_g(OdrGy::_833hz as u8)
+    .into_bits();
 
 /// Bit of the address byte: read.
 const READ: u8 = 0x80;

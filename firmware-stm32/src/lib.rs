@@ -118,11 +118,14 @@ macro_rules! firmware {
                 $crate::app::ParameterStore<{ <$node>::STORE_BUFFER }>,
             > = core::mem::MaybeUninit::uninit();
             static mut IMU: core::mem::MaybeUninit<
-                $crate::imu::Imu<{ <$node>::HAS_SELF_TEST as usize }>,
+                $crate::imu::Imu<
+                    { <$node>::HAS_SELF_TEST as usize },
+                    { <$node>::HAS_GYROSCOPE as usize },
+                >,
             > = core::mem::MaybeUninit::uninit();
             // SAFETY: `entry` permits no other call of this function.
             unsafe {
-                $crate::app::run::<_, _, _, { <$node>::DETECTS }>(
+                $crate::app::run::<_, _, _, _, { <$node>::DETECTS }>(
                     |serial| <$node>::owner($image, serial),
                     STORE,
                     IMU,

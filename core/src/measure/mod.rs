@@ -4,7 +4,7 @@
 //!    driver does this, so that the following filters do not depend on the accelerometer;
 //! 2. [`calibration`] corrects offset, gain, cross-axis errors and temperature drift of the device;
 //! 3. [`low_pass`] or [`fir`] filters vibration out of each component of the vector. Filtering the angle instead would give wrong
-//!    results near 0/360 deg and a bias under vibration;
+//!    results near 0/360 deg and a bias under vibration. Instead, [`fusion`] combines the acceleration with the angular rate;
 //! 4. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
 //! 5. [`definition`] calculates the angles of the vector;
 //! 6. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
@@ -24,7 +24,7 @@
 //! on a PC and of the flashed image.
 //!
 //! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
-//! requires. [`self_test`] checks the accelerometer.
+//! requires. [`self_test`] checks the accelerometer, [`supply`] the supply voltage.
 //!
 //! ```
 //! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
@@ -45,10 +45,13 @@ pub mod calibration;
 pub mod clipping;
 pub mod definition;
 pub mod fir;
+pub mod fusion;
 pub mod low_pass;
 mod low_pass_design;
+pub mod mean_rate;
 pub mod resampler;
 pub mod self_test;
+pub mod supply;
 pub mod teach;
 pub mod zero;
 
@@ -66,7 +69,7 @@ pub const SAMPLE_PERIOD: Duration = millis(5);
 pub struct Reading {
     /// Specific force in the coordinate frame of the sensor, 1 g = 2^28 ([`ONE_G`]). At rest it points up. Range +-2 g.
     pub acceleration: I32x3,
-    /// Angular rate about the same axes, right-handed, 1 deg/s = 2^16; zero without a gyroscope.
+    /// Mean angular rate since the previous sample about the same axes, right-handed, 1 deg/s = 2^16; zero without a gyroscope.
     pub angular_rate: I32x3,
     /// Temperature of the accelerometer, in 0.01 degC.
     pub temperature: i16,

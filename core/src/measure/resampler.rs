@@ -50,7 +50,7 @@ static RESPONSE: [i16; (TAPS + 1) << POINTS] = [
 ];
 
 /// The base-2 logarithm of a period of the accelerometer, in the unit of the time.
-const PERIOD: u32 = 16;
+pub(crate) const PERIOD: u32 = 16;
 
 /// The base-2 logarithm of the distance of two points of the response.
 const POINT: u32 = PERIOD - POINTS;
@@ -169,6 +169,17 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
         let step = self.step.wrapping_add(self.correction);
         self.ahead = self.ahead.wrapping_sub(step);
         Some(output)
+    }
+
+    /// The time between two outputs, in 2^-16 periods of the accelerometer.
+    pub fn interval(&self) -> u32 {
+        self.step.wrapping_add(self.correction) as u32
+    }
+
+    /// The time from the last output to the newest value, in 2^-16 periods of the accelerometer. Call it before
+    /// [`follow`](Self::follow).
+    pub fn since_output(&self) -> i32 {
+        self.ahead.wrapping_add(self.interval() as i32)
     }
 
     /// The sum of all values multiplied by their weights. `ahead` is less than one period.

@@ -192,7 +192,7 @@ fn quotient(part: i32, whole: u32) -> i32 {
 }
 
 /// The square root, rounded down. Bit by bit: exact, small, and rarely needed.
-fn square_root(square: u64) -> u32 {
+pub(super) fn square_root(square: u64) -> u32 {
     (0..32).rev().fold(0, |root, bit| {
         let trial = root | (1 << bit);
         let fits = u64::from(trial) * u64::from(trial) <= square;

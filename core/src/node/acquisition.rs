@@ -50,6 +50,14 @@ impl<A: Application> Acquisition<A> {
         self.application.tested(result)
     }
 
+    /// Handles a measurement of the supply voltage in mV. Returns None if no value has changed.
+    pub fn supply(&mut self, millivolts: u16) -> Option<A::Values> {
+        if !A::MEASURES_SUPPLY {
+            return None;
+        }
+        self.application.supply(millivolts)
+    }
+
     /// The time at which [`tick`](Self::tick) is due.
     pub fn deadline(&self) -> Deadline {
         self.application.deadline()

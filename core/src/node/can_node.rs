@@ -52,6 +52,8 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     pub const DETECTS: bool = P::DETECTS;
     /// Whether it requests self-tests of the accelerometer.
     pub const HAS_SELF_TEST: bool = A::HAS_SELF_TEST;
+    /// Whether it needs the angular rate.
+    pub const HAS_GYROSCOPE: bool = A::HAS_GYROSCOPE;
 
     /// The owner of the records in its store.
     pub const fn owner(image: ImageId, serial: u32) -> Owner {
@@ -142,6 +144,12 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 
     fn tested(&mut self, now: Instant, result: Working) {
         if let Some(values) = self.acquisition.tested(result) {
+            self.communication.publish(now, values);
+        }
+    }
+
+    fn supply(&mut self, now: Instant, millivolts: u16) {
+        if let Some(values) = self.acquisition.supply(millivolts) {
             self.communication.publish(now, values);
         }
     }

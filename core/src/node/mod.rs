@@ -126,6 +126,12 @@ pub trait Node {
         let _ = (now, result);
     }
 
+    /// Handles a measurement of the supply voltage in mV, every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD). A product that does
+    /// not measure it does nothing.
+    fn supply(&mut self, now: Instant, millivolts: u16) {
+        let _ = (now, millivolts);
+    }
+
     /// The next action to perform; None if there is none. There can be new actions after each input call and at the deadline.
     fn poll(&mut self, now: Instant) -> Option<Action>;
 

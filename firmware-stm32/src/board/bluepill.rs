@@ -14,9 +14,10 @@
 //! | PB14 | red module LED with its resistor to ground, lit when high    |
 //! | PB0  | heater switch (a logic-level MOSFET), on when high, PWM      |
 //! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
+//! | PA0  | supply: divider of 100 k to the supply, 6.8 k to ground      |
 //!
 //! PB0 and PB1 are for products with a heater or a switched terminating resistor. Each has a resistor to ground, so that both are
-//! off while the microcontroller is in reset.
+//! off while the microcontroller is in reset. The divider is for products that measure their supply.
 //!
 //! CAN is remapped to PB8 and PB9, because PA12 has the pull-up of the USB socket. The transceiver runs at 3.3 V and must not
 //! have a dominant time-out that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 64 MHz instead of 72 so
@@ -30,7 +31,10 @@ mod vectors;
 
 pub use flash::Flash;
 
-use super::{HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator};
+use super::{
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, note_reset, start_oscillator,
+    supply_millivolts,
+};
 use crate::counts::Mounting;
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
@@ -378,4 +382,38 @@ pub fn enable_pulse_timer() {
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
+}
+
+/// Starts the converter at the divider of the supply: 10.7 MHz (14 MHz at most), calibrated, with a sampling time of 22 us for PA0.
+pub fn start_adc() {
+    // SAFETY: the main loop is the only code that uses these registers.
+    let (rcc, adc, port_a) =
+        unsafe { (pac::RCC::steal(), pac::ADC1::steal(), pac::GPIOA::steal()) };
+    rcc.cfgr().modify(|_, w| w.adcpre().div6());
+    rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
+    // The clock runs after this write.
+    cortex_m::asm::dsb();
+    // For an input, 00 is analog.
+    port_a
+        .crl()
+        .modify(|_, w| w.mode0().input().cnf0().push_pull());
+    adc.smpr2().write(|w| w.smp0().cycles239_5());
+    adc.cr2().write(|w| w.adon().set_bit());
+    // The converter is stable after 1 us (DS5319, tSTAB).
+    delay(2);
+    adc.cr2().write(|w| w.adon().set_bit().rstcal().set_bit());
+    while adc.cr2().read().rstcal().bit_is_set() {}
+    adc.cr2().write(|w| w.adon().set_bit().cal().set_bit());
+    while adc.cr2().read().cal().bit_is_set() {}
+}
+
+/// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 24 us.
+pub fn supply() -> Option<u16> {
+    // SAFETY: the main loop is the only code that uses this register.
+    let adc = unsafe { pac::ADC1::steal() };
+    let ended = adc.sr().read().eoc().bit_is_set();
+    let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
+    // Writing the value that the register has starts a conversion (RM0008, ADC_CR2.ADON).
+    adc.cr2().write(|w| w.adon().set_bit());
+    result
 }

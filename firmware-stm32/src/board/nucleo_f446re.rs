@@ -15,16 +15,18 @@
 //! | PC7  | red module LED with its resistor to ground, lit when high    |
 //! | PB0  | heater switch (a logic-level MOSFET), on when high, PWM      |
 //! | PB1  | switch of the 120 ohm terminating resistor, on when high     |
+//! | PC0  | supply: divider of 100 k to the supply, 6.8 k to ground      |
 //!
 //! PB0 and PB1 are for products with a heater or a switched terminating resistor. Each has a resistor to ground, so that both are
-//! off while the microcontroller is in reset.
+//! off while the microcontroller is in reset. The divider is for products that measure their supply.
 //!
 //! SPI2 is used because the clock of SPI1 is on PA5, the LED. The transceiver runs at 3.3 V and must not have a dominant time-out
 //! that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 128 MHz, so that APB1 runs at a quarter of it, 32
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
 use super::{
-    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, note_reset, start_oscillator, supply_is_low,
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, note_reset, start_oscillator,
+    supply_is_low, supply_millivolts,
 };
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
@@ -386,6 +388,40 @@ pub fn enable_pulse_timer() {
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
+}
+
+/// Starts the converter at the divider of the supply: 16 MHz (36 MHz at most), with a sampling time of 30 us for PC0.
+pub fn start_adc() {
+    // SAFETY: the main loop is the only code that uses these registers.
+    let (rcc, adc, common, port_c) = unsafe {
+        (
+            pac::RCC::steal(),
+            pac::ADC1::steal(),
+            pac::ADC_COMMON::steal(),
+            pac::GPIOC::steal(),
+        )
+    };
+    rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
+    // The clock runs after this write.
+    cortex_m::asm::dsb();
+    port_c.moder().modify(|_, w| w.moder0().analog());
+    common.ccr().write(|w| w.adcpre().div4());
+    adc.smpr1().write(|w| w.smp10().cycles480());
+    // SAFETY: channel 10 is PC0.
+    adc.sqr3().write(|w| unsafe { w.sq1().bits(10) });
+    adc.cr2().write(|w| w.adon().set_bit());
+    // The converter is stable after 3 us (DS10693, tSTAB).
+    delay(4);
+}
+
+/// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 31 us.
+pub fn supply() -> Option<u16> {
+    // SAFETY: the main loop is the only code that uses this register.
+    let adc = unsafe { pac::ADC1::steal() };
+    let ended = adc.sr().read().eoc().bit_is_set();
+    let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
+    adc.cr2().write(|w| w.adon().set_bit().swstart().set_bit());
+    result
 }
 
 unsafe extern "C" {

@@ -1,12 +1,17 @@
-//! The accelerometer of a sensor on the bench: values at its data rate, resampled to readings at 200 Hz as on the boards.
+//! The accelerometer and the gyroscope of a sensor on the bench: values at their data rate, resampled to readings at 200 Hz as on the
+//! boards.
 
 use crate::motion::Motion;
+use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
 use plumbline::measure::{ONE_G, Reading};
 use plumbline::time::Instant;
 
 /// The data rate in mHz, nominal: that of the ISM330DHCX (6667 Hz / 8).
 const DATA_RATE: u32 = 6_667_000 / 8;
+
+/// The range of the gyroscope in 2^-16 deg/s: 32767 counts of 35 mdps.
+const FASTEST: i32 = (32_767.0 * 0.035 * 65_536.0) as i32;
 
 /// The number of values that are there before a reading needs them.
 const AHEAD: u32 = 2;
@@ -17,6 +22,7 @@ const SECOND: u64 = 1_000_000_000_000;
 /// The accelerometer.
 pub struct Accelerometer {
     resampler: Resampler<i32, 0>,
+    rate: MeanRate<0>,
     start: Instant,
     /// The number of values since the start.
     values: u64,
@@ -31,6 +37,7 @@ impl Accelerometer {
     pub fn new(deviation: i32) -> Self {
         Self {
             resampler: Resampler::new(),
+            rate: MeanRate::new(),
             start: Instant::from_ticks(0),
             values: 0,
             deviation,
@@ -39,14 +46,15 @@ impl Accelerometer {
     }
 
     /// The data rate in mHz.
-    fn rate(&self) -> u32 {
+    fn data_rate(&self) -> u32 {
         let change = i64::from(DATA_RATE) * i64::from(self.deviation) / 1_000_000;
         (i64::from(DATA_RATE) + change) as u32
     }
 
     /// Starts at `now` and returns the first reading, that of an accelerometer that has been at rest before.
     pub fn start(&mut self, now: Instant, motion: &mut dyn Motion) -> Reading {
-        self.resampler.start(self.rate());
+        self.resampler.start(self.data_rate());
+        self.rate = MeanRate::new();
         self.start = now;
         self.values = 0;
         self.clipped = false;
@@ -63,7 +71,7 @@ impl Accelerometer {
     pub fn readings(&mut self, now: Instant, motion: &mut dyn Motion) -> Vec<Reading> {
         let mut readings = Vec::new();
         loop {
-            let period = u128::from(SECOND) * 1000 / u128::from(self.rate());
+            let period = u128::from(SECOND) * 1000 / u128::from(self.data_rate());
             let picoseconds = u128::from(self.values + 1) * period;
             let time = Instant::from_ticks(self.start.ticks() + (picoseconds / 1_000_000) as u64);
             if time > now {
@@ -81,10 +89,15 @@ impl Accelerometer {
         let range = -2 * ONE_G..=2 * ONE_G - 1;
         let value = reading.acceleration.to_array();
         let value = value.map(|component| component.clamp(*range.start(), *range.end()));
+        let rate = reading.angular_rate.to_array();
+        self.rate
+            .push(rate.map(|rate| rate.clamp(-FASTEST, FASTEST)));
         self.clipped |= reading.clipped;
         let acceleration = self.resampler.push(value)?;
         Some(Reading {
             acceleration,
+            // At the first sample there is no mean yet.
+            angular_rate: self.rate.take(&self.resampler).unwrap_or_default(),
             clipped: core::mem::take(&mut self.clipped),
             ..reading
         })

@@ -216,6 +216,7 @@ impl Device {
         while reached(now, power.next_sample) {
             power.next_sample = after(power.next_sample, SAMPLE_PERIOD);
         }
+        power.node.supply(now, self.motion.supply(now));
         for reading in self.accelerometer.readings(now, &mut *self.motion) {
             let reading = self.heated(now, reading);
             if let Some(power) = &mut self.power {

@@ -93,6 +93,10 @@ impl Motion for Inside {
         let (cell, duty) = &mut *self.heated.0.borrow_mut();
         cell.reading(now, *duty, scene)
     }
+
+    fn supply(&mut self, now: Instant) -> u16 {
+        self.motion.supply(now)
+    }
 }
 
 #[cfg(test)]

@@ -35,6 +35,7 @@ mod tests;
 use super::spi::SpiPart;
 use super::timebase::{MICROSECOND, Picoseconds};
 use bench::motion::Motion;
+use plumbline::time::Instant;
 use sampling::Sampling;
 use std::fmt;
 
@@ -176,6 +177,11 @@ impl Ism330dhcx {
     pub fn set_motion(&mut self, now: Picoseconds, motion: Box<dyn Motion>) {
         self.settle(now);
         self.motion = motion;
+    }
+
+    /// The supply of the sensor in the scene, in mV.
+    pub fn supply(&mut self, now: Picoseconds) -> u16 {
+        self.motion.supply(Instant::from_ticks(now / MICROSECOND))
     }
 
     /// Sets its fault from `now` on.

@@ -8,8 +8,8 @@
 //! - [`timebase`] and [`violation`]: shared types
 //! - [`io`]: the interface between the processor and the peripherals
 //! - [`peripherals`]: all peripherals: address map, clocks, violations
-//! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`], [`signature`]: one
-//!   module for each peripheral
+//! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`adc`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`],
+//!   [`signature`]: one module for each peripheral
 //! - [`ism330dhcx`]: the accelerometer on the SPI
 //! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
 //!
@@ -25,6 +25,7 @@
 //! STM32F103x8. RM0390 is the reference manual of the STM32F446, PM0214 the programming manual of its processor, DS10693 its
 //! datasheet.
 
+pub mod adc;
 pub mod afio;
 mod board;
 pub mod bxcan;

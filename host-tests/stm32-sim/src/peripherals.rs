@@ -1,12 +1,14 @@
 //! All peripherals, and the effects of one peripheral on another. The address map and the clock gates are those of the
 //! [chip](super::chip). `peripherals/access.rs` has the accesses of the processor, with the clock gating, and
-//! `peripherals/accelerometer.rs` the SPI with the accelerometer.
+//! `peripherals/accelerometer.rs` the SPI with the accelerometer, `peripherals/supply.rs` the converter at the sensor's supply.
 
 mod accelerometer;
 mod access;
+mod supply;
 #[cfg(test)]
 mod tests;
 
+use super::adc::Adc;
 use super::afio::Afio;
 use super::board;
 use super::bxcan::BxCan;
@@ -43,6 +45,8 @@ pub struct Peripherals {
     pub flash: FlashInterface,
     /// The SPI of the accelerometer.
     pub spi: Spi,
+    /// The converter at the divider of the sensor's supply.
+    pub adc: Adc,
     /// The timer of the heater's PWM.
     pub tim3: Timer,
     /// The timer at RXD, for the bit rate detection.
@@ -80,6 +84,7 @@ impl Peripherals {
             afio: Afio::default(),
             flash: FlashInterface::new(chip, parameters),
             spi: Spi::default(),
+            adc: Adc::new(chip),
             tim3: Timer::default(),
             tim4: CaptureTimer::default(),
             iwdg,
@@ -216,6 +221,7 @@ impl Peripherals {
             Module::Afio => self.afio = Afio::default(),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, _| gpio.reset(port)),
             Module::Spi => self.spi = Spi::default(),
+            Module::Adc => self.adc = Adc::new(self.chip),
             Module::Tim3 => self.tim3 = Timer::default(),
             Module::Tim4 => self.tim4 = CaptureTimer::default(),
             _ => {}

@@ -52,7 +52,7 @@ pub struct Options {
     pty: bool,
 
     /// The motion of the sensor: tilt=X,Y (degrees, at rest; with one axis X is the angle, Y the cross slope) or a CSV file with
-    /// the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c] [default: a slow sway]
+    /// the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c][,supply_v] [default: a slow sway]
     #[arg(long, allow_hyphen_values = true)]
     scene: Option<SceneArgument>,
 

@@ -3,7 +3,7 @@
 mod recording;
 
 use bench::NodeType;
-use bench::motion::Motion;
+use bench::motion::{Motion, NOMINAL_SUPPLY};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::Boot;
 use plumbline::time::Instant;
@@ -123,11 +123,11 @@ impl Scene {
         })
     }
 
-    /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c]`.
+    /// A recording: a CSV file with the columns `t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c][,supply_v]`.
     ///
-    /// Specific force in g, angular rate in deg/s, temperature in degC (25 without that column), in the sensor frame. Values are
-    /// linear between rows; the first row is held before its time, the last after its time. Lines that start with `#` are
-    /// comments.
+    /// Specific force in g, angular rate in deg/s (0 without these columns), temperature in degC (25), in the sensor frame, and the
+    /// supply of the sensor in V (24). Values are linear between rows; the first row is held before its time, the last after its
+    /// time. Lines that start with `#` are comments.
     pub fn recording(path: &Path) -> Result<Self, SceneError> {
         Recording::open(path)
             .map(|recording| Self(Kind::Recording(recording)))
@@ -149,9 +149,20 @@ impl Motion for Scene {
             Kind::Sway(axes) => sway(seconds, *axes).reading(),
         }
     }
+
+    fn supply(&mut self, now: Instant) -> u16 {
+        match &self.0 {
+            Kind::Recording(recording) => {
+                let volts = recording.at(now.ticks() as f64 / 1e6).supply;
+                // A cast saturates, at 65.5 V.
+                (volts * 1000.0).round() as u16
+            }
+            Kind::Rest(_) | Kind::Sway(_) => NOMINAL_SUPPLY,
+        }
+    }
 }
 
-/// A reading in g, deg/s and degC.
+/// A reading in g, deg/s and degC, and the supply.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Sample {
     /// Specific force in g.
@@ -160,6 +171,8 @@ struct Sample {
     rate: [f64; 3],
     /// Temperature in degC.
     temperature: f64,
+    /// Supply in V.
+    supply: f64,
 }
 
 impl Sample {
@@ -167,12 +180,15 @@ impl Sample {
     const RANGE: f64 = 2.0;
     /// The default temperature in degC.
     const ROOM: f64 = 25.0;
+    /// The default supply in V.
+    const SUPPLY: f64 = NOMINAL_SUPPLY as f64 / 1000.0;
 
     fn at_rest(force: [f64; 3]) -> Self {
         Self {
             force,
             rate: [0.0; 3],
             temperature: Self::ROOM,
+            supply: Self::SUPPLY,
         }
     }
 
@@ -239,6 +255,7 @@ fn sway(seconds: f64, axes: Axes) -> Sample {
         force: [0, 1, 2].map(|i| now[i] + vibration[i]),
         rate,
         temperature: Sample::ROOM,
+        supply: Sample::SUPPLY,
     }
 }
 

@@ -3,8 +3,9 @@
 use core::hint::black_box;
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 use plumbline::can::{Frame, extended, standard};
+use plumbline::measure::fusion::{Fusion, Noise};
 use plumbline::measure::self_test::Working;
-use plumbline::measure::{I32x3, Reading};
+use plumbline::measure::{I32x3, Reading, mean_rate};
 use plumbline::model::gemac::is1::{self, Is1};
 use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::gemac::is2tk::{self, Is2tk};
@@ -42,6 +43,7 @@ fn main() -> ! {
     });
     let jn2101 = Jn2101::owner(Jn2101::IMAGE, 1);
     exercise::<_, { Jn2101::STORE_BUFFER }>(jn2101, Jn2101::new);
+    exercise_fusion();
     loop {
         cortex_m::asm::wfi();
     }
@@ -89,6 +91,27 @@ fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instan
             }
             _ => {
                 black_box(store.step());
+            }
+        }
+    }
+}
+
+/// Runs the fusion with opaque inputs.
+fn exercise_fusion() {
+    let mut fusion = Fusion::<{ mean_rate::ACCELERATION_AGE }>::new();
+    let noise = || Noise::new(black_box(0), black_box(0));
+    while black_box(true) {
+        match black_box(0) {
+            0 => fusion.tune(noise(), noise()),
+            1 => fusion.restart(),
+            2 => fusion.settle(reading().acceleration),
+            _ => {
+                let Reading {
+                    acceleration,
+                    angular_rate,
+                    ..
+                } = reading();
+                black_box(fusion.step(acceleration, angular_rate));
             }
         }
     }

@@ -67,6 +67,7 @@ pub const FACTS: Facts = Facts {
         module_red: Pin(PortName::B, 14),
         heater: Pin(PortName::B, 0),
         termination: Pin(PortName::B, 1),
+        supply: Pin(PortName::A, 0),
     },
 };
 
@@ -80,6 +81,7 @@ pub(super) fn module(base: u32) -> Option<Module> {
         0x4001_1000 => Module::Gpio(PortName::C),
         0x4001_1400 => Module::Gpio(PortName::D),
         0x4001_1800 => Module::Gpio(PortName::E),
+        0x4001_2400 => Module::Adc,
         0x4001_3000 => Module::Spi,
         0x4002_1000 => Module::Rcc,
         0x4002_2000 => Module::Flash,
@@ -92,6 +94,7 @@ pub(super) fn gate(module: Module) -> Option<Gate> {
     match module {
         Module::Afio => Some(Gate::Apb2(0)),
         Module::Gpio(port) => Some(Gate::Apb2(2 + port as u8)),
+        Module::Adc => Some(Gate::Apb2(9)),
         Module::Spi => Some(Gate::Apb2(12)),
         _ => None,
     }

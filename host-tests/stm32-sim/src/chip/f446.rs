@@ -65,6 +65,7 @@ pub const FACTS: Facts = Facts {
         module_red: Pin(PortName::C, 7),
         heater: Pin(PortName::B, 0),
         termination: Pin(PortName::B, 1),
+        supply: Pin(PortName::C, 0),
     },
 };
 
@@ -73,6 +74,7 @@ pub(super) fn module(base: u32) -> Option<Module> {
     Some(match base {
         0x1FFF_7800 => Module::Signature,
         0x4000_3800 => Module::Spi,
+        0x4001_2000 => Module::Adc,
         0x4002_0000 => Module::Gpio(PortName::A),
         0x4002_0400 => Module::Gpio(PortName::B),
         0x4002_0800 => Module::Gpio(PortName::C),
@@ -89,6 +91,7 @@ pub(super) fn gate(module: Module) -> Option<Gate> {
     match module {
         Module::Gpio(port) => Some(Gate::Ahb1(port as u8)),
         Module::Spi => Some(Gate::Apb1(14)),
+        Module::Adc => Some(Gate::Apb2(8)),
         _ => None,
     }
 }

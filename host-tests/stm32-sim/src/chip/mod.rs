@@ -83,6 +83,8 @@ pub struct Board {
     pub heater: Pin,
     /// The switch of the terminating resistor, on when high.
     pub termination: Pin,
+    /// The divider of the sensor's supply.
+    pub supply: Pin,
 }
 
 /// A peripheral.
@@ -98,6 +100,8 @@ pub enum Module {
     Iwdg,
     /// Power control.
     Pwr,
+    /// The analog-to-digital converter ADC1.
+    Adc,
     /// The CAN controller: CAN, or CAN1.
     Can,
     /// Alternate functions of the STM32F103.
@@ -161,6 +165,7 @@ impl Chip {
             (Module::Tim4, _) => "TIM4",
             (Module::Iwdg, _) => "IWDG",
             (Module::Pwr, _) => "PWR",
+            (Module::Adc, _) => "ADC1",
             (Module::Can, Self::F103) => "CAN",
             (Module::Can, Self::F446) => "CAN1",
             (Module::Afio, _) => "AFIO",
@@ -182,12 +187,13 @@ impl Chip {
 
 impl Module {
     /// The peripherals of RCC's reset registers.
-    pub(super) const WITH_RESET: [Self; 11] = {
+    pub(super) const WITH_RESET: [Self; 12] = {
         use super::gpio::PortName as P;
         [
             Self::Tim3,
             Self::Tim4,
             Self::Pwr,
+            Self::Adc,
             Self::Can,
             Self::Afio,
             Self::Gpio(P::A),

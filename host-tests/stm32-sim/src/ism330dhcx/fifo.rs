@@ -26,8 +26,9 @@ pub(super) struct Fifo {
     rates: u8,
     /// FIFO_CTRL4: mode, and batch data rate of the temperature.
     control: u8,
-    /// The number of the batch, for the counter in the tag.
+    /// The number of the batch, for the counter in the tag, and the sensors in it. The words of a batch have the same number.
     batch: u8,
+    batched: [bool; 2],
     overrun: bool,
 }
 
@@ -71,8 +72,17 @@ impl Fifo {
             }
             self.words.pop_front();
         }
-        if sensor != Sensor::Thermometer {
-            self.batch = (self.batch + 1) & 0b11;
+        let place = match sensor {
+            Sensor::Gyroscope => Some(0),
+            Sensor::Accelerometer => Some(1),
+            Sensor::Thermometer => None,
+        };
+        if let Some(place) = place {
+            if self.batched[place] || self.batched == [false; 2] {
+                self.batch = (self.batch + 1) & 0b11;
+                self.batched = [false; 2];
+            }
+            self.batched[place] = true;
         }
         let tag = (sensor as u8) << 3 | self.batch << 1;
         let parity = (tag.count_ones() & 1) as u8;

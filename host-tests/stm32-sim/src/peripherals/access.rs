@@ -58,6 +58,10 @@ impl Peripherals {
             Module::Iwdg => self.iwdg.read(now, offset),
             Module::Can => self.can.read(now, offset),
             Module::Pwr => self.pwr.read(now, offset),
+            Module::Adc => {
+                self.advance_adc(now);
+                self.adc.read(offset)
+            }
             Module::Afio => self.afio.read(offset),
             Module::Gpio(port) => self.gpio.read(port, offset),
             Module::Spi => {
@@ -96,6 +100,11 @@ impl Peripherals {
             }
             Module::Can => self.can.write(now, offset, value),
             Module::Pwr => self.pwr.write(offset, value, &mut self.violations),
+            Module::Adc => {
+                self.advance_adc(now);
+                let around = self.around_adc(now);
+                self.adc.write(offset, value, around, &mut self.violations)
+            }
             Module::Afio => self.afio.write(offset, value, &mut self.violations),
             Module::Gpio(port) => self.change_pins(cycle, |gpio, violations| {
                 gpio.write(port, offset, value, violations)

@@ -8,6 +8,7 @@ const CAN: u32 = 0x4000_6400;
 const AFIO: u32 = 0x4001_0000;
 const GPIOA: u32 = 0x4001_0800;
 const GPIOB: u32 = 0x4001_0C00;
+const ADC1: u32 = 0x4001_2400;
 const SPI1: u32 = 0x4001_3000;
 const RCC: u32 = 0x4002_1000;
 const FLASH: u32 = 0x4002_2000;
@@ -105,6 +106,7 @@ fn peripheral_without_clock_does_not_answer() {
         (GPIOA, "GPIO", APB2ENR, 2),
         (GPIOB, "GPIO", APB2ENR, 3),
         (SPI1, "SPI1", APB2ENR, 12),
+        (ADC1, "ADC1", APB2ENR, 9),
     ] {
         let refused = AccessError::Unclocked(name);
         assert_eq!(bench.read(address), Err(refused.clone()));
@@ -117,10 +119,38 @@ fn peripheral_without_clock_does_not_answer() {
 #[test]
 fn missing_peripherals_are_unmapped() {
     let mut bench = Bench::new();
-    // TIM2, USART1, ADC1
-    for address in [0x4000_0000, 0x4001_3800, 0x4001_2400, 0x4002_3800] {
+    // TIM2, USART1, ADC2
+    for address in [0x4000_0000, 0x4001_3800, 0x4001_2800, 0x4002_3800] {
         assert_eq!(bench.read(address), Err(AccessError::Unmapped));
     }
+}
+
+/// A conversion of 24 V, which a scene has without a supply of its own, with ADCPRE / 2 of HSI.
+#[test]
+fn converter_measures_supply_of_scene_through_pa0() {
+    let mut bench = Bench::new();
+    bench.write(APB2ENR, 1 << 9 | 1 << 2);
+    bench.write(GPIOA, 0x4444_4440);
+    bench.write(ADC1 + 0x10, 0b111);
+    bench.write(ADC1 + 0x08, 1);
+    bench.cycle += 100;
+    bench.write(ADC1 + 0x08, 0b101);
+    bench.cycle += 1000;
+    bench.write(ADC1 + 0x08, 1);
+    assert_eq!(bench.read(ADC1), Ok(0x10));
+    bench.cycle += 1000;
+    assert_eq!(bench.read(ADC1), Ok(0x12));
+    assert_eq!(bench.read(ADC1 + 0x4C), Ok(1896));
+    assert_eq!(bench.reasons(), [""; 0]);
+    // The reset of the module.
+    bench.write(RCC + 0x0C, 1 << 9);
+    bench.write(RCC + 0x0C, 0);
+    assert_eq!(bench.read(ADC1 + 0x08), Ok(0));
+    // A floating input.
+    bench.write(GPIOA, 0x4444_4444);
+    bench.write(ADC1 + 0x08, 1);
+    bench.write(ADC1 + 0x08, 1);
+    assert!(bench.reasons().contains(&"the pin is not analog"));
 }
 
 #[test]

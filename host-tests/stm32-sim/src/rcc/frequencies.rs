@@ -45,6 +45,15 @@ impl Rcc {
         self.hclk() >> apb_shift(self.cfgr >> self.layout.apb2_at)
     }
 
+    /// The clock of the converter on the STM32F103, divided by RCC_CFGR.ADCPRE, in Hz. On the STM32F446 the clock of its bus, which the
+    /// converter divides itself.
+    pub fn adc_clock(&self) -> u32 {
+        match self.chip {
+            Chip::F103 => self.pclk2() / (2 * ((self.cfgr >> 14 & 0b11) + 1)),
+            Chip::F446 => self.pclk2(),
+        }
+    }
+
     /// The clock of the SPI at the accelerometer in Hz: SPI1 on APB2, or SPI2 on APB1.
     pub fn spi_clock(&self) -> u32 {
         match self.chip {

@@ -1,15 +1,25 @@
 //! A motion recorded in a CSV file.
 
 use super::Sample;
+use std::ops::Range;
 use std::path::Path;
 
-/// The columns. The three of the gyroscope and that of the temperature can be omitted.
-const COLUMNS: [&str; 8] = [
-    "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c",
+/// The columns.
+const COLUMNS: [&str; 9] = [
+    "t_s", "ax_g", "ay_g", "az_g", "gx_dps", "gy_dps", "gz_dps", "temp_c", "supply_v",
 ];
+
+/// The columns that every file has.
+const REQUIRED: usize = 4;
+
+/// The columns that can be omitted, in groups.
+const OPTIONAL: [Range<usize>; 3] = [4..7, TEMPERATURE..8, SUPPLY..9];
 
 /// The index of the column of the temperature.
 const TEMPERATURE: usize = 7;
+
+/// The index of the column of the supply.
+const SUPPLY: usize = 8;
 
 /// Rows of a CSV file, in order of time.
 #[derive(Clone, PartialEq, Debug)]
@@ -80,6 +90,7 @@ impl Recording {
             force: vector(before.1.force, after.1.force),
             rate: vector(before.1.rate, after.1.rate),
             temperature: between(before.1.temperature, after.1.temperature),
+            supply: between(before.1.supply, after.1.supply),
         }
     }
 }
@@ -104,12 +115,14 @@ fn fields(line: usize, text: &[u8]) -> Result<Vec<&str>, Mistake> {
 /// The columns of the file, as indices of [`COLUMNS`].
 fn read_header(line: usize, text: &[u8]) -> Result<Vec<usize>, Mistake> {
     let names = fields(line, text)?;
-    let columns: Vec<usize> = match names.len() {
-        0..=4 => (0..4).collect(),
-        _ if names[4] == COLUMNS[TEMPERATURE] => (0..4).chain([TEMPERATURE]).collect(),
-        5..=7 => (0..7).collect(),
-        _ => (0..8).collect(),
-    };
+    let mut columns: Vec<usize> = (0..REQUIRED).collect();
+    for group in OPTIONAL {
+        let name = names.get(columns.len());
+        // The group of the gyroscope also if a column of it is missing, so that the error names that column.
+        if name.is_some_and(|name| COLUMNS[group.clone()].contains(name)) {
+            columns.extend(group);
+        }
+    }
     for (index, &column) in columns.iter().enumerate() {
         let name = COLUMNS[column];
         match names.get(index) {
@@ -144,6 +157,7 @@ fn read_row(line: usize, text: &[u8], columns: &[usize]) -> Result<(f64, Sample)
     }
     let mut values = [0.0; COLUMNS.len()];
     values[TEMPERATURE] = Sample::ROOM;
+    values[SUPPLY] = Sample::SUPPLY;
     for (&column, text) in columns.iter().zip(&fields) {
         let name = COLUMNS[column];
         let value: f64 = text
@@ -154,13 +168,14 @@ fn read_row(line: usize, text: &[u8], columns: &[usize]) -> Result<(f64, Sample)
         }
         values[column] = value;
     }
-    let [time, ax, ay, az, gx, gy, gz, temperature] = values;
+    let [time, ax, ay, az, gx, gy, gz, temperature, supply] = values;
     Ok((
         time,
         Sample {
             force: [ax, ay, az],
             rate: [gx, gy, gz],
             temperature,
+            supply,
         },
     ))
 }
@@ -289,5 +304,24 @@ mod tests {
         let recording = parse("t_s,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps\n0,0,0,1,1,2,3\n");
         assert_eq!(recording.at(5.0).rate, [1.0, 2.0, 3.0]);
         assert_eq!(recording.at(5.0).temperature, 25.0);
+        assert_eq!(recording.at(5.0).supply, 24.0);
+    }
+
+    #[test]
+    fn supply_column_is_last() {
+        for columns in [
+            "",
+            ",temp_c",
+            ",gx_dps,gy_dps,gz_dps",
+            ",gx_dps,gy_dps,gz_dps,temp_c",
+        ] {
+            let zeros = ",0".repeat(columns.matches(',').count());
+            let recording = parse(&format!(
+                "t_s,ax_g,ay_g,az_g{columns},supply_v\n0,0,0,1{zeros},10\n2,0,0,1{zeros},12\n"
+            ));
+            assert_eq!(recording.at(1.0).supply, 11.0, "{columns}");
+        }
+        let wrong = b"t_s,ax_g,ay_g,az_g,supply_v,temp_c\n0,0,0,1,1,1\n";
+        assert_eq!(error(wrong), "1: there is no column \"temp_c\"");
     }
 }

@@ -121,6 +121,7 @@ fn rate_and_temperature_have_units_of_reading() {
         force: [0.0, 0.0, 1.0],
         rate: [1.0, -0.5, 1e9],
         temperature: -40.25,
+        supply: 24.0,
     };
     let reading = sample.reading();
     assert_eq!(

@@ -6,6 +6,8 @@ const SPI2: u32 = 0x4000_3800;
 const CAN1: u32 = 0x4000_6400;
 const GPIOA: u32 = 0x4002_0000;
 const GPIOB: u32 = 0x4002_0400;
+const GPIOC: u32 = 0x4002_0800;
+const ADC1: u32 = 0x4001_2000;
 const RCC: u32 = 0x4002_3800;
 const AHB1ENR: u32 = RCC + 0x30;
 const APB1ENR: u32 = RCC + 0x40;
@@ -80,6 +82,7 @@ fn peripheral_without_clock_does_not_answer() {
         (GPIOA, "GPIO", AHB1ENR, 0),
         (GPIOB, "GPIO", AHB1ENR, 1),
         (SPI2, "SPI2", APB1ENR, 14),
+        (ADC1, "ADC1", RCC + 0x44, 8),
         (0x4000_0400, "TIM3", APB1ENR, 1),
         (0x4000_0800, "TIM4", APB1ENR, 2),
     ] {
@@ -147,4 +150,22 @@ fn debug_registers_are_kept_in_a_reset() {
     let cycle = bench.cycle;
     bench.io.reset(cycle, ResetCause::Software);
     assert_eq!(bench.read(DBGMCU + 0x08), Ok(1 << 12));
+}
+
+#[test]
+fn converter_measures_supply_of_scene_through_pc0() {
+    let mut bench = Bench::of(Chip::F446);
+    bench.write(AHB1ENR, 0x0010_0004);
+    bench.write(RCC + 0x44, 1 << 8);
+    bench.write(GPIOC, 0b11);
+    bench.write(ADC1 + 0x0C, 0b111);
+    bench.write(ADC1 + 0x34, 10);
+    bench.write(ADC1 + 0x08, 1);
+    bench.cycle += 100;
+    bench.write(ADC1 + 0x08, 1 << 30 | 1);
+    assert_eq!(bench.read(ADC1 + 0x300), Ok(0x10));
+    bench.cycle += 2000;
+    assert_eq!(bench.read(ADC1 + 0x300), Ok(0x12));
+    assert_eq!(bench.read(ADC1 + 0x4C), Ok(1896));
+    assert_eq!(bench.reasons(), [""; 0]);
 }
