@@ -3,7 +3,7 @@
 use crate::CHIP;
 use crate::rig::{blank, image};
 use bench::motion::Motion;
-use bench::{AdapterId, Bus, BusRate, DeviceId, Sensor};
+use bench::{AdapterId, Bus, BusRate, DeviceId};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Duration, Instant, after};
@@ -138,12 +138,12 @@ impl Drop for Bench {
     }
 }
 
-/// The sum of the rates is the rotation, with each error of the clock of the gyroscope, and late by less than a sampling period and the
-/// time to read the FIFO.
+/// The sum of the rates is the rotation, with each error of the clock of the gyroscope. A value is published 3 to 4.5 ms after its time,
+/// and stays for a sampling period.
 #[test]
-fn rotation_is_exact_and_late_by_at_most_8_ms() {
+fn rotation_is_exact_and_late_by_at_most_10_ms() {
     let turn = Turn {
-        start: 0.5,
+        start: 6.0,
         length: 0.3,
     };
     for percent in [-5.0, 0.0, 5.0] {
@@ -151,32 +151,28 @@ fn rotation_is_exact_and_late_by_at_most_8_ms() {
             let imu = &mut microcontroller.io_mut().imu;
             imu.set_clock_deviation(0, percent);
         });
-        bench.run_until(490_000);
+        bench.run_until(5_990_000);
         let [start, ..] = bench.measure();
-        let (mut worst, mut sum, mut count) = (0.0_f64, 0.0, 0.0);
+        let mut lags = Vec::new();
         // Not a multiple of the sampling period.
-        for step in 0..60 {
-            bench.run_until(500_000 + step * 5_130);
+        for step in 10..50 {
+            bench.run_until(6_000_000 + step * 5_130);
             let time = bench.seconds();
-            let [rotation, rate, _] = bench.measure();
-            if rate > 200.0 {
-                let late = (turn.angle(time) - (rotation - start)) / rate;
-                worst = worst.max(late);
-                sum += late;
-                count += 1.0;
-            }
+            let [rotation, ..] = bench.measure();
+            let slope = (turn.angle(time) - turn.angle(time - 1e-6)) / 1e-6;
+            lags.push((turn.angle(time) - (rotation - start)) / slope);
         }
-        println!(
-            "{percent} %: late by {:.2} ms, at most {:.2} ms",
-            sum / count * 1e3,
-            worst * 1e3
-        );
-        assert!(worst < 8e-3, "{percent} %: {worst}");
-        bench.run_until(900_000);
+        let worst = lags.iter().copied().fold(f64::MIN, f64::max);
+        let least = lags.iter().copied().fold(f64::MAX, f64::min);
+        println!("{percent} %: {:.2} to {:.2} ms", least * 1e3, worst * 1e3);
+        assert!(worst < 10e-3, "{percent} %: {worst}");
+        assert!(least < 4.6e-3, "{percent} %: {least}");
+        bench.run_until(6_400_000);
         let [rotation, rate, _] = bench.measure();
         let error = rotation - start - 90.0;
+        println!("{percent} %: {error:.3} deg");
         assert!(error.abs() < 0.05, "{percent} %: {error}");
-        assert_eq!(rate, 0.0);
+        assert!(rate.abs() < 0.11, "{rate}");
     }
 }
 
