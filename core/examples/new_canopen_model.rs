@@ -1,7 +1,9 @@
 //! A CANopen sensor of your own, outside of Plumbline: one slope, one TPDO, and an object of the maker, 2100h, the mounting angle.
 //! Run it with `cargo run -p core --example new_canopen_model`.
 
-use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile};
+use plumbline::canopen::{
+    Absent, CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile,
+};
 use plumbline::prelude::*;
 
 const MOUNTING: ParameterId = ParameterId(2);
@@ -51,6 +53,8 @@ impl Product for Mast {
     type Tpdos = TpdoArray<1, 1>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
+    type Lss = Absent;
+    type Block = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),

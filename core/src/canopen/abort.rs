@@ -13,12 +13,24 @@ pub enum Abort {
     TimeOut = 0x0504_0000,
     /// The command specifier is unknown, or not valid without a transfer.
     Command = 0x0504_0001,
+    /// The access is not supported now: the TPDO is valid, or its number of mapped objects is not 0.
+    Access = 0x0601_0000,
+    /// The block size is not 1 to 127.
+    BlockSize = 0x0504_0002,
+    /// Block transfer: the sequence number is not valid.
+    SequenceNumber = 0x0504_0003,
+    /// Block transfer: the CRC is wrong.
+    Crc = 0x0504_0004,
     /// Read of a write-only object.
     WriteOnly = 0x0601_0001,
     /// Write to a read-only object.
     ReadOnly = 0x0601_0002,
     /// The object does not exist in the object dictionary.
     NoObject = 0x0602_0000,
+    /// The object cannot be mapped, or not with this length.
+    NotMappable = 0x0604_0041,
+    /// The mapped objects are too many or too long for the PDO.
+    TooManyMapped = 0x0604_0042,
     /// Access failed because the nonvolatile memory failed.
     Hardware = 0x0606_0000,
     /// The length of the data does not match the announced size.

@@ -58,10 +58,12 @@ pub enum Service {
     RestoreApplication,
     /// A text that the product generates and parses.
     Text,
+    /// A status that the product derives from its values and parameters. It can be mapped into a PDO.
+    Status,
 }
 
 impl Service {
-    pub(super) const ALL: [Self; 9] = [
+    pub(super) const ALL: [Self; 10] = [
         Self::ErrorRegister,
         Self::ErrorCount,
         Self::ErrorHistory,
@@ -71,6 +73,7 @@ impl Service {
         Self::Restart,
         Self::RestoreApplication,
         Self::Text,
+        Self::Status,
     ];
 }
 
@@ -87,6 +90,8 @@ pub enum Target {
     Parameter(ParameterId),
     /// A COB-ID: a parameter. The node-ID is added to its stored or factory value at each start.
     CobId(ParameterId),
+    /// A COB-ID that a master can change: a parameter. Its default, the factory value plus the node-ID, follows the node-ID.
+    FreeCobId(ParameterId),
     /// A published value.
     Value(ValueId),
     /// A command and its state: a write sets the parameter, a read returns the value.
@@ -158,9 +163,10 @@ impl Object {
     #[allow(clippy::indexing_slicing)] // evaluated at compile time, or with tables that were checked at compile time
     pub const fn data_type(&self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
         match self.target {
-            Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) => {
-                parameters[id.0 as usize].data_type
-            }
+            Target::Parameter(id)
+            | Target::CobId(id)
+            | Target::FreeCobId(id)
+            | Target::Command(id, _) => parameters[id.0 as usize].data_type,
             Target::Value(id) => quantities[id.0 as usize].data_type,
             Target::Text(_) => DataType::Text,
             Target::Constant(_) | Target::NodeRelative(_) | Target::Service(_) => self.data_type,
@@ -187,7 +193,8 @@ pub(super) const fn communication(objects: &[Object]) -> ParameterSet {
     let mut set = ParameterSet::EMPTY;
     let mut row = 0;
     while row < objects.len() {
-        if let Target::Parameter(id) | Target::CobId(id) = objects[row].target
+        if let Target::Parameter(id) | Target::CobId(id) | Target::FreeCobId(id) =
+            objects[row].target
             && objects[row].index < 0x2000
         {
             set = set.with(id);
@@ -195,4 +202,32 @@ pub(super) const fn communication(objects: &[Object]) -> ParameterSet {
         row += 1;
     }
     set
+}
+
+/// Whether a master can change COB-IDs.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn has_free_cob_ids(objects: &[Object]) -> bool {
+    let mut row = 0;
+    while row < objects.len() {
+        if let Target::FreeCobId(_) = objects[row].target {
+            return true;
+        }
+        row += 1;
+    }
+    false
+}
+
+/// Whether the dictionary has this service.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn has_service(objects: &[Object], service: Service) -> bool {
+    let mut row = 0;
+    while row < objects.len() {
+        if let Target::Service(own) = objects[row].target
+            && own as u8 == service as u8
+        {
+            return true;
+        }
+        row += 1;
+    }
+    false
 }

@@ -1,9 +1,11 @@
 //! Read and write access to objects: the function of each kind of row in the node.
 
 use super::Abort;
-use super::cob_id;
-use super::dictionary::Service;
+use super::dictionary::{Service, has_service};
 use super::emcy::History;
+use super::feature::Feature;
+use super::lss::UNCONFIGURED;
+use super::mapping::is_mapping;
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
@@ -32,7 +34,7 @@ pub(super) fn find_row<P: Product>(index: u16, sub: u8) -> Option<&'static Row> 
 }
 
 #[inline(never)] // many callers
-fn lookup<P: Product>(address: Address) -> Result<&'static Row, Abort> {
+pub(super) fn lookup<P: Product>(address: Address) -> Result<&'static Row, Abort> {
     find(P::ROWS, P::History::CAPACITY, address)
 }
 
@@ -105,7 +107,8 @@ impl<P: Product> Services<P> {
     /// The number in an object. A signed number can have more bits than its type.
     pub(super) fn number(&self, cx: &ContextOf<P>, row: &Row, sub: u8) -> u32 {
         match row.kind() {
-            Kind::Parameter | Kind::CobId => cx.parameters.get(row.id()),
+            Kind::Parameter => cx.parameters.get(row.id()),
+            Kind::CobId => self.on_bus(cx.parameters.get(row.id())),
             Kind::Value | Kind::Command => cx.values.number(row.value_id()),
             Kind::Constant if row.is_mapped_count() && !self.is_mapped(row) => 0,
             Kind::Constant => row.number(),
@@ -122,6 +125,9 @@ impl<P: Product> Services<P> {
             Some(Service::ErrorHistory) => self.emergency.entry(sub),
             Some(Service::SerialNumber) => cx.shell.serial(),
             Some(Service::RestoreApplication) => self.saved.restored.into(),
+            Some(Service::Status) if const { has_service(P::OBJECTS, Service::Status) } => {
+                P::status(&cx.values, &cx.parameters)
+            }
             _ => 0,
         }
     }
@@ -134,14 +140,24 @@ impl<P: Product> Services<P> {
         row: &Row,
         value: u32,
     ) -> Result<Written, Abort> {
+        if P::Tpdos::DYNAMIC && is_mapping(row.index()) {
+            let address = row.address();
+            self.write_dynamic_mapping(cx, now, address, row.id(), value)?;
+            return Ok(Written::Done);
+        }
         let at_once = ParametersOf::<P>::row(row.id()).is_some_and(ParameterRow::is_stored_at_once);
         // The end of a factory reset overwrites written parameters.
         if cx.is_saving() && (at_once || self.saved.is_factory_reset()) {
             return Err(Abort::DeviceState);
         }
-        // An identifier does not change, only bits 31 and 30.
-        let changed = value ^ cx.parameters.get(row.id());
-        if row.kind() == Kind::CobId && changed & !(cob_id::DISABLED | cob_id::BIT_30) != 0 {
+        self.check_state(row.index())?;
+        let mut value = value;
+        if row.kind() == Kind::CobId {
+            let stored = cx.parameters.get(row.id());
+            value = self.take_cob_id(row.index(), row.id(), stored, value)?;
+        }
+        // Only LSS takes the node-ID away.
+        if P::Lss::PRESENT && row.id() == P::NODE_ID && value == u32::from(UNCONFIGURED) {
             return Err(Abort::Value);
         }
         let effect = cx.write(row.id(), value)?;

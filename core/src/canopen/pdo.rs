@@ -7,11 +7,11 @@
 //! | 252       | on a remote frame, with the data of the last SYNC                           |
 //! | 253       | on a remote frame                                                           |
 //! | 254, 255  | when the event timer expires, at most once in the inhibit time              |
+//! | 255       | also when the data has changed, if the [`Triggers`] of the product say so   |
 //!
 //! Each type answers remote frames, unless bit 30 of the COB-ID is set.
 
 use super::cob_id;
-use super::row::Row;
 use super::timer::Periodic;
 use crate::can::Frame;
 use crate::param::Ranges;
@@ -24,6 +24,29 @@ pub const TRANSMISSION_TYPES: Ranges = Ranges {
     ranges: &[(0, 240), (252, 255)],
 };
 
+/// The transmission types of a TPDO without type 0.
+pub const TRANSMISSION_TYPES_FROM_1: Ranges = Ranges {
+    ranges: &[(1, 240), (252, 255)],
+    ..TRANSMISSION_TYPES
+};
+
+/// The triggers of transmission types 254 and 255, besides those that all products have.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Triggers {
+    /// Type 255 is also sent when its data has changed since the last transmission, and once at the beginning of operational.
+    pub changes: bool,
+    /// Each transmission restarts the event timer. A new event timer acts after the running period, but 0 stops it at once.
+    pub restarts_timer: bool,
+}
+
+impl Triggers {
+    /// Only the event timer, which a transmission on a remote frame does not shift. A new event timer acts at once.
+    pub const TIMER: Self = Self {
+        changes: false,
+        restarts_timer: false,
+    };
+}
+
 /// The transmission type: a SYNC, if the data has changed.
 const ACYCLIC: u8 = 0;
 /// The last transmission type that counts SYNCs; the first is 1.
@@ -32,6 +55,8 @@ const CYCLIC: u8 = 240;
 const SYNC_REMOTE: u8 = 252;
 /// The first of two transmission types: the event timer.
 const EVENT: u8 = 254;
+/// The second of them.
+const CHANGE: u8 = 255;
 
 /// The reaction of a TPDO to a SYNC or a remote frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -48,14 +73,30 @@ pub enum Reaction {
     SendKept,
 }
 
-/// A mapped object.
+/// The kind of contents of a mapped object.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Source {
+    /// A published value.
+    Value,
+    /// A parameter.
+    Parameter,
+    /// The status of the product.
+    Status,
+}
+
+/// A mapped object. It is resolved when it is mapped, so that a SYNC needs no search in the dictionary.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Entry {
-    pub(super) row: &'static Row,
-    pub(super) sub: u8,
+    /// In a fixed mapping, all objects are published values.
+    pub(super) source: Source,
+    /// The id of the value or of the parameter.
+    pub(super) id: u8,
     /// The size in bytes.
     pub(super) size: u8,
 }
+
+/// The mapped objects of one TPDO: at least one byte each, so 8 at most.
+pub(super) type Entries = heapless::Vec<Entry, 8>;
 
 /// The TPDOs of a product and their mapped objects.
 ///
@@ -66,6 +107,8 @@ pub trait Tpdos {
     const COUNT: usize;
     /// The maximum number of mapped objects of a TPDO.
     const ENTRIES: usize;
+    /// Whether a master can change the mapping. Then 1A00h and following consist of parameters.
+    const DYNAMIC: bool;
     /// Before the start.
     const INITIAL: Self;
 
@@ -75,20 +118,26 @@ pub trait Tpdos {
     fn all_mut(&mut self) -> &mut [Tpdo];
     /// The mapped objects of a TPDO.
     fn mapping(&self, number: usize) -> &[Entry];
-    /// Resets all TPDOs and maps the objects that `entry` returns for the number of a TPDO and a sub-index from 1 on.
-    fn map(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>);
+    /// Maps the objects that `entry` returns for the number of a TPDO and a sub-index from 1 on.
+    fn map_all(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>);
+    /// Maps the objects that `entry` returns for a sub-index from 1 on into a TPDO.
+    fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>);
 }
 
-/// `N` TPDOs with at most `E` objects each.
+/// `N` TPDOs with at most `E` objects each, with a fixed mapping unless `DYNAMIC`.
 #[derive(Debug)]
-pub struct TpdoArray<const N: usize, const E: usize> {
+pub struct TpdoArray<const N: usize, const E: usize, const DYNAMIC: bool = false> {
     tpdos: [Tpdo; N],
     mappings: [heapless::Vec<Entry, E>; N],
 }
 
-impl<const N: usize, const E: usize> Tpdos for TpdoArray<N, E> {
+/// `N` TPDOs to which a master maps up to `E` objects each, 8 at most.
+pub type DynamicTpdos<const N: usize, const E: usize> = TpdoArray<N, E, true>;
+
+impl<const N: usize, const E: usize, const DYNAMIC: bool> Tpdos for TpdoArray<N, E, DYNAMIC> {
     const COUNT: usize = N;
     const ENTRIES: usize = E;
+    const DYNAMIC: bool = DYNAMIC;
     const INITIAL: Self = Self {
         tpdos: [const { Tpdo::INITIAL }; N],
         mappings: [const { heapless::Vec::new() }; N],
@@ -106,20 +155,32 @@ impl<const N: usize, const E: usize> Tpdos for TpdoArray<N, E> {
         self.mappings.get(number).map_or(&[], |mapping| mapping)
     }
 
-    fn map(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>) {
-        for tpdo in &mut self.tpdos {
-            tpdo.reset();
-        }
+    fn map_all(&mut self, entry: impl Fn(u16, u8) -> Option<Entry>) {
         for (number, mapping) in (0..).zip(&mut self.mappings) {
-            mapping.clear();
-            for sub in 1.. {
-                let Some(entry) = entry(number, sub) else {
-                    break;
-                };
-                // There is always room: the mapping is checked at compile time.
-                let _ = mapping.push(entry);
-            }
+            fill(mapping, |sub| entry(number, sub));
         }
+    }
+
+    fn map(&mut self, number: usize, entry: impl Fn(u8) -> Option<Entry>) {
+        if let Some(mapping) = self.mappings.get_mut(number) {
+            fill(mapping, entry);
+        }
+    }
+}
+
+/// Maps the objects that `entry` returns for a sub-index from 1 on.
+#[inline(always)] // called from one place in a product
+fn fill<const E: usize>(
+    mapping: &mut heapless::Vec<Entry, E>,
+    entry: impl Fn(u8) -> Option<Entry>,
+) {
+    mapping.clear();
+    for sub in 1.. {
+        let Some(entry) = entry(sub) else {
+            break;
+        };
+        // There is always room: a fixed mapping is checked at compile time, another one before this call.
+        let _ = mapping.push(entry);
     }
 }
 
@@ -173,7 +234,7 @@ impl Tpdo {
     };
 
     /// Resets the TPDO. Its communication parameter stays until [`configure`](Self::configure).
-    fn reset(&mut self) {
+    pub(super) fn reset(&mut self) {
         // By field: a copy of the initial state needs more flash.
         self.conditions = MAPPED;
         self.event.stop();
@@ -189,13 +250,17 @@ impl Tpdo {
 
     /// Applies its communication parameter: COB-ID, transmission type, inhibit time in 100 us, event timer in ms. Returns true if
     /// the identifier has changed.
+    #[inline(always)] // called from one place
     pub(super) fn configure(
         &mut self,
         now: Instant,
+        triggers: Triggers,
         [cob_id, transmission_type, inhibit, event_ms]: [u32; 4],
     ) -> bool {
         let trigger = (transmission_type as u8, event_ms as u16);
-        if trigger != (self.transmission_type, self.event_ms) {
+        if triggers.restarts_timer && trigger.0 == self.transmission_type {
+            self.change_timer(now, trigger.1);
+        } else if trigger != (self.transmission_type, self.event_ms) {
             (self.transmission_type, self.event_ms) = trigger;
             self.restart(now);
         }
@@ -206,6 +271,16 @@ impl Tpdo {
         let readdressed = id != self.id;
         self.id = id;
         readdressed
+    }
+
+    /// Sets the event timer. A running period continues, unless the timer is switched off.
+    fn change_timer(&mut self, now: Instant, event_ms: u16) {
+        let before = core::mem::replace(&mut self.event_ms, event_ms);
+        if before != 0 && event_ms != 0 {
+            self.event.set_period(event_ms.into());
+        } else if before != event_ms {
+            self.start_timer(now);
+        }
     }
 
     /// Sets whether a condition holds.
@@ -223,9 +298,29 @@ impl Tpdo {
         self.waiting = false;
         self.syncs = 0;
         self.kept = None;
+        self.start_timer(now);
+    }
+
+    /// Begins the period of the event timer.
+    fn start_timer(&mut self, now: Instant) {
         let has_timer = self.is_sent() && self.transmission_type >= EVENT;
         let event_ms = if has_timer { self.event_ms } else { 0 };
         self.event.start(now, event_ms.into());
+    }
+
+    /// Whether bit 31 of its COB-ID is 0.
+    pub(super) fn is_valid(&self) -> bool {
+        self.conditions & VALID != 0
+    }
+
+    /// Whether a change of its data is an event, if the product has that [trigger](Triggers::changes).
+    pub(super) fn watches(&self) -> bool {
+        self.transmission_type == CHANGE && self.is_sent()
+    }
+
+    /// Notes that its data has changed.
+    pub(super) fn changed(&mut self) {
+        self.waiting = true;
     }
 
     /// Whether all conditions hold under which it is sent.
@@ -261,7 +356,7 @@ impl Tpdo {
     }
 
     /// Handles a remote frame with its identifier.
-    pub fn request(&mut self, now: Instant) -> Reaction {
+    pub fn request(&mut self, now: Instant, triggers: Triggers) -> Reaction {
         if !self.remote || !self.is_sent() {
             return Reaction::None;
         }
@@ -269,7 +364,7 @@ impl Tpdo {
             SYNC_REMOTE => Reaction::SendKept,
             EVENT.. => {
                 self.waiting = true;
-                if self.poll(now) {
+                if self.poll(now, triggers) {
                     Reaction::Send
                 } else {
                     Reaction::None
@@ -295,12 +390,16 @@ impl Tpdo {
 
     /// Returns true if the TPDO must be sent now: its event timer has expired, or the inhibit time that delayed an event has
     /// ended.
-    pub fn poll(&mut self, now: Instant) -> bool {
-        self.waiting |= self.event.poll(now);
+    pub fn poll(&mut self, now: Instant, triggers: Triggers) -> bool {
+        let expired = self.event.poll(now);
+        self.waiting |= expired;
         if !self.waiting || (self.inhibited.is_set() && !self.inhibited.is_reached(now)) {
             return false;
         }
         self.waiting = false;
+        if triggers.restarts_timer && !expired {
+            self.start_timer(now);
+        }
         self.inhibited = if self.inhibit > 0 {
             let inhibit = u64::from(self.inhibit) * 100;
             Deadline::after(now, Duration::from_ticks(inhibit))

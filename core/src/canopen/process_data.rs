@@ -1,10 +1,12 @@
 //! The process data of a node: which TPDOs a SYNC or a remote frame sends, and their present data.
 
-use super::pdo::{OPERATIONAL, Reaction, Tpdo, Tpdos};
+use super::pdo::{OPERATIONAL, Reaction, Source, Tpdo, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
 
+use crate::application::Values;
 use crate::can::{CanId, Frame};
+use crate::param::{ParameterId, ValueId};
 use crate::time::Instant;
 
 impl<P: Product> Services<P> {
@@ -29,12 +31,15 @@ impl<P: Product> Services<P> {
 
     /// Handles a remote frame that can be for a TPDO.
     pub(super) fn request(&mut self, cx: &mut ContextOf<P>, now: Instant, id: CanId) {
-        let same = |tpdo: &Tpdo| CanId::standard(tpdo.id()) == id;
+        // Of two TPDOs with the same identifier, the first that is sent answers.
+        let same = |tpdo: &Tpdo| {
+            CanId::standard(tpdo.id()) == id && (!P::Tpdos::DYNAMIC || tpdo.is_sent())
+        };
         let Some(number) = self.tpdos.all().iter().position(same) else {
             return;
         };
         if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
-            let reaction = tpdo.request(now);
+            let reaction = tpdo.request(now, P::TRIGGERS);
             self.react(cx, number, reaction);
             cx.shell.wake_up();
         }
@@ -60,8 +65,44 @@ impl<P: Product> Services<P> {
             if !tpdo.keep(&frame) || reaction == Reaction::Keep {
                 return;
             }
+        } else if P::TRIGGERS.changes
+            && let Some(tpdo) = self.tpdos.all_mut().get_mut(number)
+            && tpdo.watches()
+        {
+            tpdo.keep(&frame);
         }
         cx.shell.send_cyclic(frame);
+    }
+
+    /// Whether new values can be an event of a TPDO.
+    pub(super) fn watches(&self) -> bool {
+        P::TRIGGERS.changes && self.tpdos.all().iter().any(Tpdo::watches)
+    }
+
+    /// Sends a TPDO if one of its events has occurred. Returns false if there is no such TPDO.
+    pub(super) fn send_event(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        number: usize,
+    ) -> bool {
+        let Some(tpdo) = self.tpdos.all().get(number) else {
+            return false;
+        };
+        let mut changed = false;
+        if P::TRIGGERS.changes && tpdo.watches() && !cx.shell.is_starting() {
+            let frame = self.compose(cx, number, CanId::standard(tpdo.id()));
+            changed = tpdo.kept() != Some(frame);
+        }
+        if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
+            if changed {
+                tpdo.changed();
+            }
+            if tpdo.poll(now, P::TRIGGERS) {
+                self.react(cx, number, Reaction::Send);
+            }
+        }
+        true
     }
 
     /// The frame with the present data of a TPDO.
@@ -69,7 +110,11 @@ impl<P: Product> Services<P> {
         let (mut data, mut length) = (0_u64, 0);
         // From the last object to the first, because 64-bit shifts by a constant are short.
         for entry in self.tpdos.mapping(number).iter().rev() {
-            let value = u64::from(self.number(cx, entry.row, entry.sub));
+            let value = u64::from(match entry.source {
+                Source::Parameter if P::Tpdos::DYNAMIC => cx.parameters.get(ParameterId(entry.id)),
+                Source::Status if P::Tpdos::DYNAMIC => P::status(&cx.values, &cx.parameters),
+                _ => cx.values.number(ValueId(entry.id)),
+            });
             // A signed number can have more bits than its type.
             data = match entry.size {
                 1 => data << 8 | value & 0xFF,

@@ -2,15 +2,17 @@
 
 use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
-use super::pdo::Tpdos;
+use super::feature::Feature;
+use super::lss::{Lss, UNCONFIGURED};
+use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
-use super::sdo::Buffer;
+use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
 use crate::application::{Application, Effect};
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
-use crate::param::{Parameter, ParameterId, Parameters, Quantity, Refused, Table};
+use crate::param::{Parameter, ParameterId, Parameters, Permitted, Quantity, Refused, Table};
 use crate::store::ImageId;
 
 /// Run and error LED patterns.
@@ -55,6 +57,9 @@ pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
 /// The parameter table of product `P`.
 pub(super) type TableOf<P> = <<P as Product>::Application as Application>::Table;
 
+/// The published values of product `P`.
+pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Values;
+
 /// A product with the CANopen protocol.
 ///
 /// [`project_objects!`](crate::project_objects) derives the last three constants from the description.
@@ -67,6 +72,12 @@ pub trait Product: 'static {
     type History: History;
     /// A buffer for the longest text, for example `Text<24>`.
     type Text: Buffer;
+    /// Layer setting services (CiA 305): [`Absent`](super::Absent) or `Present<Lss>`. With LSS, the dictionary has 1018h with its
+    /// four numbers, and [`NODE_ID`](Self::NODE_ID) permits 255 ([`profile::lss_node_id`]).
+    type Lss: Feature<Lss>;
+    /// SDO block transfer: [`Absent`](super::Absent) or `Present<Block>`. With block transfer, [`Text`](Self::Text) has at least 4
+    /// bytes.
+    type Block: Feature<Block>;
 
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
@@ -74,6 +85,10 @@ pub trait Product: 'static {
     const FAULTS: [FaultBit; 8] = CIA_301;
     /// The LED patterns.
     const LEDS: LedTable = LedTable::CIA_303_3;
+    /// The triggers of transmission types 254 and 255.
+    const TRIGGERS: Triggers = Triggers::TIMER;
+    /// Whether the COB-IDs of the SYNC and of the EMCY can be written in pre-operational only.
+    const BINDS_COB_IDS: bool = false;
     /// The parameter with the node-ID, 1 to 127.
     const NODE_ID: ParameterId;
     /// The parameter with the bit rate.
@@ -89,6 +104,15 @@ pub trait Product: 'static {
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];
+
+    /// The number in the object with [`Service::Status`].
+    fn status(values: &ValuesOf<Self>, parameters: &ParametersOf<Self>) -> u32
+    where
+        Self: Sized,
+    {
+        let _ = (values, parameters);
+        0
+    }
 
     /// The text of the object with [`Service::Text`].
     fn text(parameters: &ParametersOf<Self>) -> Self::Text
@@ -114,6 +138,8 @@ pub trait Product: 'static {
 /// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 /// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
 /// - constant texts fit into the buffer, which has at most 255 bytes;
+/// - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
+/// - with block transfer: the buffer for texts takes each number;
 /// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
@@ -125,6 +151,30 @@ pub(super) const fn check<P: Product>() {
         P::Text::CAPACITY,
         parameters,
     );
+    assert!(
+        P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
+        "block transfer needs a buffer for texts with at least 4 bytes"
+    );
+    if P::Lss::PRESENT {
+        check_lss(P::OBJECTS, parameters, P::NODE_ID);
+    }
+}
+
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+const fn check_lss(objects: &[Object], parameters: &[Parameter], node_id: ParameterId) {
+    let mut sub = 1;
+    while sub <= 4 {
+        assert!(
+            object_at(objects, 0x1018, sub).is_some(),
+            "a product with LSS needs all numbers of the identity object"
+        );
+        sub += 1;
+    }
+    let permitted = match parameters[node_id.0 as usize].permitted {
+        Permitted::Ranges(ranges) => ranges.contain(UNCONFIGURED as u32),
+        _ => false,
+    };
+    assert!(permitted, "a product with LSS permits the node-ID 255");
 }
 
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
@@ -151,8 +201,8 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
                     "the default COB-ID of the SYNC is not free"
                 );
             }
-            Target::CobId(id) => {
-                let base = parameters[id.0 as usize].factory;
+            Target::CobId(id) | Target::FreeCobId(id) => {
+                let base = parameters[id.0 as usize].factory & 0x7FF;
                 let mut node_id = 1;
                 while node_id <= 127 {
                     assert!(
@@ -183,7 +233,9 @@ const fn check_tpdos<T: Tpdos>(
             communication == has && mapping == has,
             "the number of TPDOs is not that of the dictionary"
         );
-        if has {
+        if has && T::DYNAMIC {
+            super::mapping::check_dynamic(objects, number, T::ENTRIES, parameters, quantities);
+        } else if has {
             check_mapping::<T>(objects, number, parameters, quantities);
         }
         number += 1;
@@ -202,14 +254,10 @@ const fn check_mapping<T: Tpdos>(
         let Target::Constant(entry) = entry.target else {
             panic!("a mapping entry must be a constant");
         };
-        let Some(mapped) = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8) else {
-            panic!("a mapped object does not exist");
-        };
-        assert!(mapped.mappable, "a mapped object cannot be mapped");
-        let size = mapped.data_type(parameters, quantities).size() as u32;
+        check_entry(objects, entry, parameters, quantities);
         assert!(
-            8 * size == entry & 0xFF,
-            "a mapped object has another length"
+            is_value(objects, entry),
+            "a fixed mapping must consist of published values"
         );
         bits += entry & 0xFF;
         sub += 1;
@@ -218,6 +266,37 @@ const fn check_mapping<T: Tpdos>(
     assert!(
         sub as usize <= T::ENTRIES + 1,
         "more objects are mapped than the TPDO takes"
+    );
+}
+
+/// Whether a mapping entry maps a published value.
+const fn is_value(objects: &[Object], entry: u32) -> bool {
+    let mapped = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8);
+    matches!(
+        mapped,
+        Some(Object {
+            target: Target::Value(_),
+            ..
+        })
+    )
+}
+
+/// Checks a mapping entry: the object exists, can be mapped, and has the mapped length.
+#[allow(clippy::panic)] // evaluated at compile time only
+pub(super) const fn check_entry(
+    objects: &[Object],
+    entry: u32,
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) {
+    let Some(mapped) = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8) else {
+        panic!("a mapped object does not exist");
+    };
+    assert!(mapped.mappable, "a mapped object cannot be mapped");
+    let size = mapped.data_type(parameters, quantities).size() as u32;
+    assert!(
+        8 * size == entry & 0xFF,
+        "a mapped object has another length"
     );
 }
 

@@ -2,10 +2,11 @@
 
 use super::cob_id;
 use super::emcy::{self, Cause, Emergency};
+use super::feature::Feature;
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
-use super::pdo::{Reaction, Tpdo, Tpdos};
+use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::row::Row;
 use super::saving::Saved;
@@ -23,7 +24,7 @@ pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The CANopen protocol for product `P`.
 pub struct Canopen<P: Product> {
-    pub(super) sdo: Server<&'static Row, P::Text>,
+    pub(super) sdo: Server<&'static Row, P::Text, P::Block>,
     pub(super) services: Services<P>,
 }
 
@@ -43,6 +44,7 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    pub(super) lss: P::Lss,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
     /// In [`State::Initialising`]: the delay of a reset.
@@ -69,8 +71,8 @@ impl<P: Product> Services<P> {
 }
 
 impl<P: Product> Canopen<P> {
-    /// Whether layer setting services (CiA 305) are supported: no.
-    pub const LSS: bool = false;
+    /// Whether layer setting services (CiA 305) are supported.
+    pub const LSS: bool = P::Lss::PRESENT;
 
     /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = super::product::check::<P>();
@@ -100,8 +102,17 @@ impl<P: Product> Canopen<P> {
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
         // A read of a number changes no deadline.
-        if self.sdo.deadline() != expires {
+        if self.sdo.deadline() != expires || self.sdo.is_streaming() {
             cx.shell.wake_up();
+        }
+    }
+
+    /// Sends the next segment of a block upload when all other frames have left the queue, so that they do not wait for it.
+    #[inline(always)] // called from one place
+    fn stream(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        if self.sdo.is_streaming() && cx.shell.is_online() && !cx.shell.is_sending() {
+            let segment = self.sdo.next_segment(now);
+            self.services.send_sdo(cx, segment);
         }
     }
 
@@ -113,6 +124,7 @@ impl<P: Product> Canopen<P> {
             Command::Enter(state) => self.enter(cx, now, state),
             // An object has requested a reset of the node, which the reset communication must not cancel.
             Command::ResetCommunication if self.services.state != State::Initialising => {
+                self.services.reset_lss();
                 self.reset_communication(cx, now);
             }
             Command::ResetNode | Command::ResetCommunication => self.reset_node(cx, now),
@@ -163,8 +175,8 @@ impl<P: Product> Canopen<P> {
 impl<P: Product> Protocol<P::Application> for Canopen<P> {
     // The heartbeat, the TPDOs, and one emergency message.
     const FRAMES: usize = 2 + P::Tpdos::COUNT;
-    // NMT, SYNC, SDO requests, guarding, and remote frames for the TPDOs.
-    const FILTERS: usize = 4 + P::Tpdos::COUNT;
+    // NMT, SYNC, SDO requests, guarding, remote frames for the TPDOs, and LSS requests.
+    const FILTERS: usize = 4 + P::Tpdos::COUNT + P::Lss::PRESENT as usize;
 
     const INITIAL: Self = Self {
         sdo: Server::IDLE,
@@ -178,6 +190,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
+            lss: P::Lss::INITIAL,
             unsynchronised: 0,
             heartbeat: Periodic::OFF,
         },
@@ -188,6 +201,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if self.layer_setting(cx, now, frame) {
+            return;
+        }
         let services = &mut self.services;
         let id = frame.can_id();
         let node_id = u16::from(services.node_id);
@@ -208,12 +224,15 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        if cx.values.faults() != self.services.faults {
+        if cx.values.faults() != self.services.faults || self.services.watches() {
             cx.shell.wake_up();
         }
     }
 
-    fn bus_changed(&mut self, cx: &mut ContextOf<P>, _now: Instant, change: BusChange) {
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+        if change == BusChange::Recovered {
+            self.services.resume_flicker(now);
+        }
         let emergency = &mut self.services.emergency;
         let passive = match cx.shell.bus_state() {
             BusState::Passive => Services::<P>::PASSIVE,
@@ -248,6 +267,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.end_save(cx, saved, succeeded);
         let reply = self.sdo.stored(succeeded);
         self.services.send_sdo(cx, reply);
+        self.services.stored_lss(cx, succeeded);
     }
 
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
@@ -267,12 +287,18 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             2 => {
                 let expired = self.sdo.poll(now);
                 self.services.send_sdo(cx, expired);
+                self.stream(cx, now);
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
+                self.tick_lss(cx, now);
             }
             3 => self.services.send_heartbeat(cx, now),
-            _ => return self.services.send_event(cx, now, step - 4),
+            // After the last TPDO, an emergency message in each step.
+            _ => {
+                return self.services.send_event(cx, now, usize::from(step - 4))
+                    || self.services.send_emergency(cx, now);
+            }
         }
         true
     }
@@ -282,7 +308,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn waits_for_room(&self) -> bool {
-        self.services.emergency.is_waiting()
+        self.services.emergency.is_waiting() || self.sdo.is_streaming()
     }
 
     fn deadlines(&self, earliest: &mut Deadline) {
@@ -291,6 +317,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         earliest.consider(services.heartbeat.deadline());
         earliest.consider(services.guarding.deadline());
         earliest.consider(services.emergency.deadline());
+        if let Some(lss) = services.lss.get() {
+            lss.consider(earliest);
+        }
         for tpdo in services.tpdos.all() {
             tpdo.consider(earliest);
         }
@@ -298,6 +327,12 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         let services = &self.services;
+        if P::Lss::PRESENT {
+            accept(Filter::exact(CanId::standard(cob_id::LSS_REQUEST)));
+        }
+        if services.is_unconfigured() {
+            return;
+        }
         let node_id = u16::from(services.node_id);
         let own = [
             cob_id::NMT,
@@ -355,19 +390,6 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Sends a TPDO if its event timer has expired. After the last TPDO, sends an emergency message in each step. Returns false if
-    /// there is nothing more.
-    fn send_event(&mut self, cx: &mut ContextOf<P>, now: Instant, number: u8) -> bool {
-        let number = usize::from(number);
-        let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
-            return self.send_emergency(cx, now);
-        };
-        if tpdo.poll(now) {
-            self.react(cx, number, Reaction::Send);
-        }
-        true
-    }
-
     /// Sends the next emergency message. Returns false if there is none, or if it must wait.
     fn send_emergency(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         // `is_due` must be called first: it also ends the inhibit time.
@@ -377,8 +399,10 @@ impl<P: Product> Services<P> {
             && cx.shell.has_room()
             && let Some(message) = self.emergency.take(now)
         {
-            if let Some(id) = cob_id::in_use(Self::EMCY_COB_ID.get(&cx.parameters)) {
-                send(cx, id, &message);
+            let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
+            if let Some(id) = self.emergency_id(id) {
+                let message = u64::from_le_bytes(message);
+                cx.shell.send(Frame::word(id, message, 8));
             }
             return true;
         }
@@ -399,11 +423,13 @@ impl<P: Product> Services<P> {
             }
             state => leds.error.of(state),
         };
-        let patterns = Patterns {
+        let mut patterns = Patterns {
             run,
             error,
             ..Patterns::default()
         };
+        let bus_off = cx.shell.bus_state() == BusState::BusOff;
+        self.overlay_flicker(&mut patterns, bus_off);
         cx.shell.show(patterns);
     }
 

@@ -2,14 +2,13 @@
 
 use super::cob_id;
 use super::guarding::Guarding;
+use super::mapping::fixed_entry;
 use super::nmt::State;
-use super::objects::find_row;
-use super::pdo::{Entry, Tpdos};
+use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
-use super::row::Kind;
-use crate::can::{BitRate, CanId};
-use crate::param::{ParameterRow, decode};
+use crate::can::CanId;
+use crate::param::ParameterRow;
 use crate::time::Instant;
 
 /// The NMT start-up value that starts all nodes (1F80h).
@@ -33,6 +32,7 @@ impl<P: Product> Canopen<P> {
         // is not one of them.
         let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
         self.services.emergency.reset();
+        self.services.reset_lss();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
     }
@@ -41,8 +41,10 @@ impl<P: Product> Canopen<P> {
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
         self.services.reset_communication(cx, now);
-        self.start_up(cx, now);
-        self.services.show(cx);
+        if !self.services.is_unconfigured() {
+            self.start_up(cx, now);
+        }
+        self.services.indicate_lss(cx, now);
     }
 
     /// Sends the boot-up message and performs the NMT start-up (1F80h).
@@ -81,9 +83,8 @@ impl<P: Product> Services<P> {
     fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         // The node-ID is 0 before the first call, so the first call always configures the controller.
         let before = (self.node_id, self.rate);
-        self.node_id = (cx.parameters.get(P::NODE_ID) as u8).clamp(1, 127);
-        let rate = decode(P::BIT_RATES, cx.parameters.get(P::BIT_RATE));
-        self.rate = rate.unwrap_or(BitRate::K125);
+        self.node_id = Self::pending_node_id(cx);
+        self.rate = Self::pending_rate(cx);
         self.restore_communication(cx);
         cx.shell.clear_queue();
         self.state = State::PreOperational;
@@ -91,13 +92,24 @@ impl<P: Product> Services<P> {
         self.configure_guarding(cx, now);
         self.configure_heartbeat(cx, now);
         self.configure_emergency(cx);
+        self.tpdos.all_mut().iter_mut().for_each(Tpdo::reset);
+        if P::Tpdos::DYNAMIC {
+            self.restore_mappings(cx, now);
+        } else {
+            self.tpdos.map_all(fixed_entry::<P>);
+        }
         // Sent after the boot-up message.
         self.emergency.announce_active();
-        self.tpdos.map(mapped::<P>);
         let mut changed = before != (self.node_id, self.rate);
         changed |= self.take_sync(cx);
         for number in 0..P::Tpdos::COUNT {
             changed |= self.configure_tpdo(cx, now, number);
+        }
+        if self.is_unconfigured() {
+            self.state = State::Initialising;
+            self.heartbeat.stop();
+            self.guarding = Guarding::OFF;
+            self.emergency.silence();
         }
         if changed {
             self.readdress(cx);
@@ -112,14 +124,11 @@ impl<P: Product> Services<P> {
                 continue;
             };
             let is_stored = ParametersOf::<P>::row(id).is_some_and(ParameterRow::is_stored);
-            let mut value = if is_stored {
+            let value = if is_stored {
                 self.parameters_after_reset(cx).get(id)
             } else {
                 ParametersOf::<P>::factory_value(id)
             };
-            if row.kind() == Kind::CobId {
-                value = value.wrapping_add(self.node_id.into());
-            }
             cx.parameters.set(id, value);
         }
     }
@@ -162,12 +171,23 @@ impl<P: Product> Services<P> {
         now: Instant,
         number: usize,
     ) -> bool {
-        let tpdo = self.tpdos.all_mut().get_mut(number);
-        let (Some(tpdo), Some(settings)) = (tpdo, P::TPDO_SETTINGS.get(number)) else {
+        let Some(settings) = P::TPDO_SETTINGS.get(number) else {
             return false;
         };
-        let readdressed = tpdo.configure(now, settings.map(|id| cx.parameters.get(id)));
-        self.withdraw(cx);
+        let mut settings = settings.map(|id| cx.parameters.get(id));
+        let [cob_id, ..] = &mut settings;
+        *cob_id = self.on_bus(*cob_id);
+        let Some(tpdo) = self.tpdos.all_mut().get_mut(number) else {
+            return false;
+        };
+        let before = tpdo.id();
+        let readdressed = tpdo.configure(now, P::TRIGGERS, settings);
+        if !P::Tpdos::DYNAMIC {
+            self.withdraw(cx);
+        } else if readdressed || !tpdo.is_sent() {
+            // Only this TPDO: a disabled one can have the identifier of another one.
+            cx.shell.withdraw(CanId::standard(before));
+        }
         readdressed
     }
 
@@ -182,16 +202,4 @@ impl<P: Product> Services<P> {
     pub(super) fn readdress(&self, cx: &mut ContextOf<P>) {
         cx.shell.go_online(self.rate);
     }
-}
-
-/// The object at a sub-index of the mapping of TPDO `number` (1A00h and following).
-fn mapped<P: Product>(number: u16, sub: u8) -> Option<Entry> {
-    let entry = find_row::<P>(0x1A00 + number, sub)?;
-    let [_, sub, low, high] = match entry.kind() {
-        Kind::Constant => entry.number().to_le_bytes(),
-        _ => return None,
-    };
-    let row = find_row::<P>(u16::from_le_bytes([low, high]), sub)?;
-    let size = row.size();
-    Some(Entry { row, sub, size })
 }

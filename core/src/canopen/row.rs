@@ -9,10 +9,13 @@
 //!       | bits 16..31 index, 8..15 sub-index, 5..7 kind,   | constant, ids or   |
 //!       |      2..4 type, 0 readable, 1 writable           | index of a text    |
 //!       +--------------------------------------------------+--------------------+
+//!
+//!  ids  bits 0..7 parameter, 8..15 value, 16 mappable
 //! ```
 
 use super::Abort;
 use super::dictionary::{Access, Object, Service, Target};
+use super::pdo::{Entry, Source};
 use super::sdo::message::Address;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 
@@ -39,11 +42,21 @@ pub struct Row {
 
 const KIND: u32 = 5;
 const DATA_TYPE: u32 = 2;
+/// In the target of a parameter or a value: it can be mapped.
+const MAPPABLE: u32 = 1 << 16;
 
 impl Row {
     /// The index.
     pub const fn index(&self) -> u16 {
         (self.columns >> 16) as u16
+    }
+
+    /// The index and the sub-index, or the first one.
+    pub(super) const fn address(&self) -> Address {
+        Address {
+            index: self.index(),
+            sub: (self.columns >> 8) as u8,
+        }
     }
 
     /// The type.
@@ -109,6 +122,31 @@ impl Row {
     /// The service of a [`Kind::Service`].
     pub(super) fn service(&self) -> Option<Service> {
         Service::ALL.get(self.target as usize).copied()
+    }
+
+    /// The published value, mapped into a PDO.
+    pub(super) const fn mapped_value(&self) -> Entry {
+        Entry {
+            source: Source::Value,
+            id: self.value_id().0,
+            size: self.size(),
+        }
+    }
+
+    /// The object, mapped into a PDO; None if it cannot be mapped.
+    pub(super) const fn mapped(&self) -> Option<Entry> {
+        let value = self.mapped_value();
+        let (source, id) = match self.kind() {
+            Kind::Value if self.target & MAPPABLE != 0 => return Some(value),
+            Kind::Parameter if self.target & MAPPABLE != 0 => (Source::Parameter, self.id().0),
+            Kind::Service if self.target == Service::Status as u32 => (Source::Status, 0),
+            _ => return None,
+        };
+        Some(Entry {
+            source,
+            id,
+            ..value
+        })
     }
 
     /// The parameter, if the object is one of the communication profile. Reset communication restores it.
@@ -202,20 +240,25 @@ pub const fn rows<const N: usize>(
             row == 0 || end(&objects[row - 1]) <= key(object.index, object.sub),
             "rows must be sorted"
         );
+        let mappable = if object.mappable { MAPPABLE } else { 0 };
         let (kind, target) = match object.target {
             Target::Constant(number) => (Kind::Constant, number),
             Target::NodeRelative(number) => (Kind::NodeRelative, number),
             Target::Text(_) => (Kind::Text, texts),
-            Target::Parameter(id) => (Kind::Parameter, id.0 as u32),
-            Target::CobId(id) => (Kind::CobId, id.0 as u32),
-            Target::Value(id) => (Kind::Value, (id.0 as u32) << 8),
+            Target::Parameter(id) => (Kind::Parameter, id.0 as u32 | mappable),
+            Target::CobId(id) | Target::FreeCobId(id) => (Kind::CobId, id.0 as u32),
+            Target::Value(id) => (Kind::Value, (id.0 as u32) << 8 | mappable),
             Target::Command(id, value) => (Kind::Command, id.0 as u32 | (value.0 as u32) << 8),
             Target::Service(service) => (Kind::Service, service as u32),
         };
         if let Target::Text(_) = object.target {
             texts += 1;
         }
-        if let Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) = object.target {
+        if let Target::Parameter(id)
+        | Target::CobId(id)
+        | Target::FreeCobId(id)
+        | Target::Command(id, _) = object.target
+        {
             assert!(!mapped.contains(id), "a parameter in two rows");
             mapped = mapped.with(id);
         }

@@ -76,6 +76,15 @@ impl<P: Product> Services<P> {
         Written::Storing
     }
 
+    /// Begins a save of the node-ID and the bit rate, while no other save is running. The other stored parameters keep their values.
+    pub(super) fn save_configuration(&mut self, cx: &mut ContextOf<P>) {
+        let mut parameters = self.saved.parameters;
+        parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        // As after a save of all parameters, its end changes no parameter in RAM.
+        self.saved.what = What::Everything;
+        cx.save(parameters);
+    }
+
     /// Ends a save.
     pub(super) fn end_save(
         &mut self,

@@ -24,7 +24,9 @@ impl Setting {
         match object_at(objects, index, sub) {
             None => Self::Constant(default),
             Some(object) => match object.target {
-                Target::Parameter(id) | Target::CobId(id) => Self::Parameter(id),
+                Target::Parameter(id) | Target::CobId(id) | Target::FreeCobId(id) => {
+                    Self::Parameter(id)
+                }
                 Target::Constant(number) => Self::Constant(number),
                 _ => panic!("the protocol needs a parameter or a constant here"),
             },

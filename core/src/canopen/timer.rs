@@ -26,6 +26,11 @@ impl Periodic {
         }
     }
 
+    /// Sets the length of the periods after the running one, in milliseconds.
+    pub fn set_period(&mut self, period_ms: u32) {
+        self.period_ms = period_ms;
+    }
+
     /// Switches the timer off.
     pub fn stop(&mut self) {
         self.due = Deadline::NEVER;

@@ -22,9 +22,10 @@ impl<'a> Described<'a> {
     /// The parameter that a write changes.
     pub fn parameter(&self) -> Option<&'a Parameter> {
         match self.object.target {
-            Target::Parameter(id) | Target::CobId(id) | Target::Command(id, _) => {
-                self.product.parameters.get(usize::from(id.0))
-            }
+            Target::Parameter(id)
+            | Target::CobId(id)
+            | Target::FreeCobId(id)
+            | Target::Command(id, _) => self.product.parameters.get(usize::from(id.0)),
             _ => None,
         }
     }
@@ -106,9 +107,10 @@ impl<'a> Described<'a> {
             Target::Text(_) | Target::Service(Service::SerialNumber | Service::Text) => None,
             // There is no error yet, and no save is running.
             Target::Service(_) => Some(0),
-            Target::Parameter(_) | Target::CobId(_) | Target::Command(..) => {
-                self.parameter().map(|parameter| parameter.factory)
-            }
+            Target::Parameter(_)
+            | Target::CobId(_)
+            | Target::FreeCobId(_)
+            | Target::Command(..) => self.parameter().map(|parameter| parameter.factory),
         }
     }
 
@@ -129,7 +131,7 @@ impl<'a> Described<'a> {
     pub fn is_node_relative(&self) -> bool {
         matches!(
             self.object.target,
-            Target::NodeRelative(_) | Target::CobId(_)
+            Target::NodeRelative(_) | Target::CobId(_) | Target::FreeCobId(_)
         )
     }
 
@@ -151,9 +153,11 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
         Service::RestoreCommunication => ("\"load\"", None),
         Service::Restart => ("0..1; 1 = reset", Some((0, 1))),
         Service::RestoreApplication => ("1; 0 = failed, 1 = make, or made", Some((0, 1))),
-        Service::ErrorRegister | Service::ErrorHistory | Service::SerialNumber | Service::Text => {
-            ("", None)
-        }
+        Service::ErrorRegister
+        | Service::ErrorHistory
+        | Service::SerialNumber
+        | Service::Text
+        | Service::Status => ("", None),
     }
 }
 

@@ -153,7 +153,7 @@ pub fn check(frame: &Frame, tables: &Tables, product: &Product) -> Option<u8> {
 /// The identifier of each TPDO, for node 0, and the length of its data.
 fn tpdos(tables: &Tables, product: &Product) -> impl Iterator<Item = (u16, usize)> {
     tables.objects.iter().filter_map(|object| {
-        let Target::CobId(id) = object.target else {
+        let (Target::CobId(id) | Target::FreeCobId(id)) = object.target else {
             return None;
         };
         let mapping = object.index.checked_add(0x200)?;

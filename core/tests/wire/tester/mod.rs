@@ -2,6 +2,8 @@
 
 pub mod canopen;
 pub mod fsc;
+pub mod gauge;
+pub mod mapped;
 
 use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;

@@ -76,7 +76,7 @@ impl Objects for Memory {
     }
 }
 
-type Tested = Server<Object, Vec<u8, 16>>;
+type Tested = Server<Object, Vec<u8, 16>, crate::canopen::Absent>;
 
 fn at(ms: u64) -> Instant {
     Instant::from_ticks(ms * 1000)
