@@ -49,6 +49,9 @@ pub(super) struct Services<P: Product> {
     pub(super) unsynchronised: u8,
     /// In [`State::Initialising`]: the delay of a reset.
     pub(super) heartbeat: Periodic,
+    /// The earliest deadline. Each step of [`tick`](Protocol::tick) considers its own one: all of them in one step would take too
+    /// long for a frame that waits.
+    pub(super) earliest: Deadline,
 }
 
 impl<P: Product> Services<P> {
@@ -57,6 +60,9 @@ impl<P: Product> Services<P> {
     const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
     pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
     const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
+    const CAUSES: emcy::Causes = emcy::causes(&P::FAULTS);
+    /// The bits that faults of the application cause.
+    const APPLICATION: u8 = emcy::caused(Self::CAUSES, Faults(u16::MAX));
     const FAULTS: &'static [emcy::Fault; 8] = &emcy::faults(&P::FAULTS);
 
     pub(super) const SYNC_COB_ID: Setting =
@@ -193,6 +199,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             lss: P::Lss::INITIAL,
             unsynchronised: 0,
             heartbeat: Periodic::OFF,
+            earliest: Deadline::NEVER,
         },
     };
 
@@ -270,6 +277,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.stored_lss(cx, succeeded);
     }
 
+    // A frame between two steps that changes a deadline wakes the node up: then all steps follow again.
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
         match step {
             0 => {
@@ -277,27 +285,26 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 if self.services.guarding.poll(now) {
                     self.lose_master(cx, now);
                 }
+                self.services.earliest = self.services.guarding.deadline();
             }
             1 => {
-                if self.services.emergency.announce_next() {
-                    // The next fault in the next round.
-                    cx.shell.wake_up();
+                if let Some(expired) = self.sdo.poll(now) {
+                    self.services.send_sdo(cx, Some(expired));
                 }
-            }
-            2 => {
-                let expired = self.sdo.poll(now);
-                self.services.send_sdo(cx, expired);
                 self.stream(cx, now);
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
                 self.tick_lss(cx, now);
+                self.services.earliest.consider(self.sdo.deadline());
+                if let Some(lss) = self.services.lss.get() {
+                    lss.consider(&mut self.services.earliest);
+                }
             }
-            3 => self.services.send_heartbeat(cx, now),
-            // After the last TPDO, an emergency message in each step.
+            2 => self.services.send_heartbeat(cx, now),
             _ => {
-                return self.services.send_event(cx, now, usize::from(step - 4))
-                    || self.services.send_emergency(cx, now);
+                return self.services.send_event(cx, now, usize::from(step - 3))
+                    || self.services.send_fault(cx, now);
             }
         }
         true
@@ -312,17 +319,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn deadlines(&self, earliest: &mut Deadline) {
-        let services = &self.services;
-        earliest.consider(self.sdo.deadline());
-        earliest.consider(services.heartbeat.deadline());
-        earliest.consider(services.guarding.deadline());
-        earliest.consider(services.emergency.deadline());
-        if let Some(lss) = services.lss.get() {
-            lss.consider(earliest);
-        }
-        for tpdo in services.tpdos.all() {
-            tpdo.consider(earliest);
-        }
+        earliest.consider(self.services.earliest);
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
@@ -378,7 +375,8 @@ impl<P: Product> Services<P> {
     fn take_faults(&mut self, faults: Faults) {
         if faults != self.faults {
             self.faults = faults;
-            self.emergency.set_application(faults);
+            let bits = emcy::caused(Self::CAUSES, faults);
+            self.emergency.want(Self::APPLICATION, bits);
         }
     }
 
@@ -388,6 +386,16 @@ impl<P: Product> Services<P> {
             let state = self.state as u8;
             cx.shell.send_cyclic(Frame::word(id, state.into(), 1));
         }
+        self.earliest.consider(self.heartbeat.deadline());
+    }
+
+    /// Announces one fault of the application and sends one emergency message, after the last TPDO. Both are in one step, so that a
+    /// frame waits for a fault only if its answer waits for the emergency message. Returns false if there is nothing more.
+    fn send_fault(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
+        let more = self.emergency.announce_next();
+        let sent = self.emergency.is_waiting() && self.send_emergency(cx, now);
+        self.earliest.consider(self.emergency.deadline());
+        more || sent
     }
 
     /// Sends the next emergency message. Returns false if there is none, or if it must wait.
