@@ -13,7 +13,9 @@
 //! Rotation and angular rate are those about X. The rotation is the sum of the rates since the start.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
-use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile};
+use plumbline::canopen::{
+    Absent, CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile,
+};
 use plumbline::prelude::*;
 
 const TPDO: ParameterId = ParameterId(2); // and the three that follow
@@ -90,6 +92,8 @@ impl Product for Sensing {
     type Tpdos = TpdoArray<1, 3>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
+    type Lss = Absent;
+    type Block = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0), profile::ERROR_REGISTER],
         profile::error_history(4),
