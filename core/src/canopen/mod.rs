@@ -42,6 +42,6 @@ pub use feature::{Absent, Present};
 pub use lss::Lss;
 pub use node::CanopenNode;
 pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
-pub use product::{ErrorHistory, LedTable, Product, Text};
+pub use product::{ErrorHistory, LedTable, Product, Text, Variant};
 pub use protocol::Canopen;
 pub use sdo::Block;

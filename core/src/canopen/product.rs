@@ -45,6 +45,17 @@ impl LedTable {
     };
 }
 
+/// A variant of a product: the values that differ from the factory values of its parameters.
+///
+/// A setting of the device selects it; it is no product of its own. It has an Electronic Data Sheet of its own.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Variant {
+    /// The suffix of its data sheet, for example `1axis`.
+    pub name: &'static str,
+    /// The parameters with another value, and that value.
+    pub factory: &'static [(ParameterId, u32)],
+}
+
 /// A history of up to `N` errors.
 pub type ErrorHistory<const N: usize> = heapless::Deque<u32, N>;
 
@@ -95,6 +106,8 @@ pub trait Product: 'static {
     const BIT_RATE: ParameterId;
     /// The values of the bit rate parameter and their bit rates.
     const BIT_RATES: &'static [(u16, BitRate)] = profile::BIT_RATES;
+    /// The variants that a setting selects, except that of the factory values.
+    const VARIANTS: &'static [Variant] = &[];
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
 

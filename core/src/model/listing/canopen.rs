@@ -5,7 +5,7 @@ use crate::application::Application;
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
-use crate::canopen::{self, Canopen, CanopenNode, LedTable};
+use crate::canopen::{self, Canopen, CanopenNode, LedTable, Variant};
 use crate::param::{ParameterId, Table};
 use core::marker::PhantomData;
 
@@ -28,6 +28,8 @@ pub struct Tables {
     pub bit_rates: &'static [(u16, BitRate)],
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
+    /// Its variants, except that of the factory values.
+    pub variants: &'static [Variant],
 }
 
 impl Tables {
@@ -70,6 +72,7 @@ impl<P: canopen::Product> Listing<P> {
                 bit_rate: P::BIT_RATE,
                 bit_rates: P::BIT_RATES,
                 lss: Canopen::<P>::LSS,
+                variants: P::VARIANTS,
             }),
             parameters: <P::Application as Application>::Table::PARAMETERS,
             constraints: <P::Application as Application>::Table::CONSTRAINTS,
