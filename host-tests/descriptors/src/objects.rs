@@ -1,21 +1,35 @@
 //! The description of a CANopen object as text: name, unit, permitted values, limits and factory value.
 
 use super::number::{Number, named, permitted};
-use plumbline::canopen::dictionary::{Object, Service, Target};
-use plumbline::model::catalog::Product;
-use plumbline::param::{DataType, Parameter, Permitted, Persistence};
+use plumbline::canopen::Variant;
+use plumbline::canopen::dictionary::{Access, Object, Service, Target};
+use plumbline::canopen::lss::UNCONFIGURED;
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::param::{DataType, Parameter, Permitted, Persistence, Ranges};
 
 /// An object with its description in the tables of the product.
 #[derive(Clone, Copy, Debug)]
 pub struct Described<'a> {
     pub object: &'a Object,
     product: &'a Product,
+    variant: Option<&'a Variant>,
 }
 
+/// The object with the COB-ID of emergency messages, which can have 29 bits.
+const EMCY_COB_ID: u16 = 0x1014;
+
 impl<'a> Described<'a> {
-    /// All objects of a product, each with its description.
-    pub fn all(objects: &'a [Object], product: &'a Product) -> Vec<Self> {
-        let of = |object| Self { object, product };
+    /// All objects of a product, or of a variant of it, each with its description.
+    pub fn all(
+        objects: &'a [Object],
+        product: &'a Product,
+        variant: Option<&'a Variant>,
+    ) -> Vec<Self> {
+        let of = |object| Self {
+            object,
+            product,
+            variant,
+        };
         objects.iter().map(of).collect()
     }
 
@@ -68,6 +82,15 @@ impl<'a> Described<'a> {
         if matches!(self.object.target, Target::CobId(_)) && self.object.access.is_writable() {
             return "this identifier, with or without bits 31 and 30".to_owned();
         }
+        if matches!(self.object.target, Target::FreeCobId(_)) {
+            return match self.object.index {
+                EMCY_COB_ID => {
+                    "11-bit identifier that is free, or with bit 29 any of 29 bits; bit 31 = off"
+                }
+                _ => "11-bit identifier that is free; bit 31 = off, bit 30 = no remote frames",
+            }
+            .to_owned();
+        }
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).0.to_owned();
         };
@@ -87,12 +110,32 @@ impl<'a> Described<'a> {
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).1;
         };
+        if let Permitted::Ranges(ranges) = parameter.permitted
+            && self.is_assigned_by_lss(parameter)
+        {
+            return assigned(ranges);
+        }
         if matches!(parameter.permitted, Permitted::Any | Permitted::Ranges(_)) {
             return None;
         }
         let (low, high) = Number::from(parameter).limits;
         let factory = parameter.data_type.value(parameter.factory);
         Some((low.min(factory), high.max(factory)))
+    }
+
+    /// True for the node-ID of a product with layer setting services, of which SDO cannot write every value.
+    fn is_assigned_by_lss(&self, parameter: &Parameter) -> bool {
+        match &self.product.protocol {
+            Protocol::Canopen(tables) => tables.lss && tables.node_id == parameter.id,
+            Protocol::Fsc(_) => false,
+        }
+    }
+
+    /// The factory value of a parameter, which a variant can replace.
+    fn factory_of(&self, parameter: &Parameter) -> u32 {
+        let list = self.variant.map_or(&[][..], |variant| variant.factory);
+        let own = list.iter().find(|(id, _)| *id == parameter.id);
+        own.map_or(parameter.factory, |&(_, value)| value)
     }
 
     /// The factory value, without the node-ID; None for texts, for measured values and for values that differ between units.
@@ -110,12 +153,16 @@ impl<'a> Described<'a> {
             Target::Parameter(_)
             | Target::CobId(_)
             | Target::FreeCobId(_)
-            | Target::Command(..) => self.parameter().map(|parameter| parameter.factory),
+            | Target::Command(..) => self.parameter().map(|parameter| self.factory_of(parameter)),
         }
     }
 
     /// True when a write does more than to change the value: a tool must not write back what it has read.
     pub fn is_command(&self) -> bool {
+        // It cannot be read, so nothing can be written back.
+        if self.object.access == Access::Wo {
+            return true;
+        }
         match self.object.target {
             Target::Service(_) => self.object.access.is_writable(),
             Target::Command(..) => true,
@@ -140,6 +187,15 @@ impl<'a> Described<'a> {
         let stored = |parameter: &Parameter| parameter.persistence != Persistence::Volatile;
         self.parameter().is_some_and(stored)
     }
+}
+
+/// The lowest and the highest node-ID that SDO can write.
+fn assigned(ranges: &Ranges) -> Option<(i64, i64)> {
+    let is_written = |(low, _): &&(u32, u32)| *low != u32::from(UNCONFIGURED);
+    let written = ranges.ranges.iter().filter(is_written);
+    let low = written.clone().map(|(low, _)| *low).min()?;
+    let high = written.map(|(_, high)| *high).max()?;
+    Some((low.into(), high.into()))
 }
 
 /// The values that can be written to a service, as text, and the limits.
@@ -171,7 +227,7 @@ mod tests {
         let Protocol::Canopen(tables) = &product.protocol else {
             panic!("the JN2101 speaks CANopen")
         };
-        let objects = Described::all(tables.objects, product);
+        let objects = Described::all(tables.objects, product, None);
         let at =
             |described: &&Described| (described.object.index, described.object.sub) == (index, sub);
         judge(*objects.iter().find(at).unwrap());
