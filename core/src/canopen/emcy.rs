@@ -158,20 +158,37 @@ pub(super) const fn caused([a, b, c, d, e, f, g, h]: Causes, faults: Faults) -> 
 pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
     let (mut mask, mut bit) = (0, 0);
     while bit < 8 {
-        let same = matches!(
-            (bits[bit].cause, cause),
-            (Cause::Memory, Cause::Memory)
-                | (Cause::Overrun, Cause::Overrun)
-                | (Cause::Passive, Cause::Passive)
-                | (Cause::Guarding, Cause::Guarding)
-                | (Cause::BusOff, Cause::BusOff)
-        );
-        if same {
+        if is_same(bits[bit].cause, cause) {
             mask |= 1 << bit;
         }
         bit += 1;
     }
     mask
+}
+
+/// The event with this cause.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn event_of(events: &[FaultBit], cause: Cause) -> Option<FaultBit> {
+    let mut place = 0;
+    while place < events.len() {
+        if is_same(events[place].cause, cause) {
+            return Some(events[place]);
+        }
+        place += 1;
+    }
+    None
+}
+
+/// Whether both are the same cause, which is not [`Cause::Application`].
+const fn is_same(one: Cause, other: Cause) -> bool {
+    matches!(
+        (one, other),
+        (Cause::Memory, Cause::Memory)
+            | (Cause::Overrun, Cause::Overrun)
+            | (Cause::Passive, Cause::Passive)
+            | (Cause::Guarding, Cause::Guarding)
+            | (Cause::BusOff, Cause::BusOff)
+    )
 }
 
 /// Bit 0 of the error register: generic error.
@@ -319,7 +336,7 @@ impl<H: History> Emergency<H> {
             self.active ^= bit;
             let begins = self.active & bit != 0;
             let code = if begins { fault.code } else { 0 };
-            self.queue(code);
+            self.queue(code, self.register());
             if begins && is_new {
                 let entry = u32::from(self.active) << 16 | u32::from(code);
                 self.history.push(entry);
@@ -327,7 +344,7 @@ impl<H: History> Emergency<H> {
         }
     }
 
-    fn queue(&mut self, code: u16) {
+    fn queue(&mut self, code: u16, register: u8) {
         if self.silent {
             return;
         }
@@ -335,7 +352,7 @@ impl<H: History> Emergency<H> {
             self.waiting.pop_front();
         }
         let [low, high] = code.to_le_bytes();
-        let message = [low, high, self.register(), self.active];
+        let message = [low, high, register, self.active];
         let _ = self.waiting.push_back(message);
     }
 
@@ -357,6 +374,20 @@ impl<H: History> Emergency<H> {
     pub fn event(&mut self, bits: u8) {
         self.update(bits, bits);
         self.update(bits, 0);
+    }
+
+    /// A momentary fault without a bit in the status byte: queues the error, then the error reset.
+    pub fn momentary(&mut self, event: &FaultBit) {
+        let register = self.register();
+        self.queue(event.code, register | GENERIC | event.register);
+        self.history.push(event.code.into());
+        self.queue(0, register);
+    }
+
+    /// Replaces the history by these errors, the oldest first.
+    pub fn recall(&mut self, errors: impl Iterator<Item = u32>) {
+        self.history.clear();
+        errors.for_each(|error| self.history.push(error));
     }
 
     /// Active faults.

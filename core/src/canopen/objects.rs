@@ -46,11 +46,19 @@ impl<P: Product> Objects for View<'_, P> {
         lookup::<P>(address)
     }
 
-    fn check_read(&self, row: &'static Row) -> Result<(), Abort> {
+    fn check_read(&self, row: &'static Row, sub: u8) -> Result<(), Abort> {
         if !row.is_readable() {
             return Err(Abort::WriteOnly);
         }
         if row.kind() == Kind::Value && self.cx.shell.is_starting() {
+            return Err(Abort::NoData);
+        }
+        // CiA 301 has no value for an error that did not occur.
+        if P::KEPT.is_some()
+            && row.service() == Some(Service::ErrorHistory)
+            && row.kind() == Kind::Service
+            && u32::from(sub) > self.services.emergency.count()
+        {
             return Err(Abort::NoData);
         }
         Ok(())
@@ -79,6 +87,12 @@ impl<P: Product> Objects for View<'_, P> {
     }
 
     fn text(&self, row: &'static Row) -> P::Text {
+        if const { has_service(P::OBJECTS, Service::SerialText) }
+            && row.kind() == Kind::Service
+            && row.service() == Some(Service::SerialText)
+        {
+            return decimal(self.cx.shell.serial());
+        }
         if row.kind() != Kind::Text {
             return P::text(&self.cx.parameters);
         }
@@ -122,12 +136,15 @@ impl<P: Product> Services<P> {
         match row.service() {
             Some(Service::ErrorRegister) => self.emergency.register().into(),
             Some(Service::ErrorCount) => self.emergency.count(),
-            Some(Service::ErrorHistory) => self.emergency.entry(sub),
+            Some(Service::ErrorHistory) if P::REPORTS_STATUS => self.emergency.entry(sub),
+            Some(Service::ErrorHistory) => self.emergency.entry(sub) & 0xFFFF,
             Some(Service::SerialNumber) => cx.shell.serial(),
             Some(Service::RestoreApplication) => self.saved.restored.into(),
             Some(Service::Status) if const { has_service(P::OBJECTS, Service::Status) } => {
                 P::status(&cx.values, &cx.parameters)
             }
+            // The device stores and restores on command (7.5.2.13 of CiA 301).
+            Some(Service::StoreGroup | Service::RestoreGroup) if P::KEPT.is_some() => 1,
             _ => 0,
         }
     }
@@ -209,7 +226,12 @@ impl<P: Product> Services<P> {
     ) -> Result<Written, Abort> {
         let service = row.service().ok_or(Abort::ReadOnly)?;
         // All others are stored at once.
-        if cx.is_saving() && !matches!(service, Service::ErrorCount | Service::Restart) {
+        let is_stored = match service {
+            Service::ErrorCount | Service::Restart => false,
+            Service::ResetDevice => const { !has_service(P::OBJECTS, Service::ResetDevice) },
+            _ => true,
+        };
+        if cx.is_saving() && is_stored {
             return Err(Abort::DeviceState);
         }
         match (service, number(data)) {
@@ -224,6 +246,21 @@ impl<P: Product> Services<P> {
             }
             (Service::ErrorCount, _) => Err(Abort::Value),
             (Service::Store, SAVE) => Ok(self.save(cx, What::Everything)),
+            (Service::StoreGroup, SAVE) if P::KEPT.is_some() => {
+                Ok(self.save_group(cx, row.address().sub))
+            }
+            (Service::RestoreGroup, LOAD) if P::KEPT.is_some() => {
+                Ok(self.request_restore(cx, row.address().sub))
+            }
+            (Service::ResetDevice, number) if const { has_service(P::OBJECTS, Service::ResetDevice) } =>
+            {
+                if number != 1 {
+                    return Err(Abort::Value);
+                }
+                self.saved.restart();
+                self.prepare_reset(now);
+                Ok(Written::Done)
+            }
             (Service::RestoreCommunication, LOAD) => Ok(self.save(cx, What::FactoryCommunication)),
             (Service::RestoreApplication, 1) => Ok(self.save(cx, What::FactoryApplication)),
             (Service::RestoreApplication, _) => Err(Abort::Value),
@@ -257,6 +294,20 @@ impl<P: Product> Services<P> {
             self.readdress(cx);
         }
     }
+}
+
+/// A number as a decimal text.
+fn decimal<B: Buffer>(number: u32) -> B {
+    let (mut text, mut unit, mut rest) = (B::EMPTY, 1_000_000_000, number);
+    while unit > 0 {
+        if number >= unit || unit == 1 {
+            let digit = rest.checked_div(unit).unwrap_or(0);
+            rest = rest.wrapping_sub(digit.wrapping_mul(unit));
+            text.append(&[b'0'.wrapping_add(digit as u8)]);
+        }
+        unit /= 10;
+    }
+    text
 }
 
 /// The number of the TPDO (from 0) with this object: 1800h, 1A00h and following.

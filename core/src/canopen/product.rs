@@ -3,12 +3,14 @@
 use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::Feature;
+use super::groups::Kept;
 use super::lss::{Lss, UNCONFIGURED};
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
 use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
+use super::variant::Variant;
 use crate::application::{Application, Effect};
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
@@ -43,17 +45,6 @@ impl LedTable {
         },
         guarding: Pattern::DoubleFlash,
     };
-}
-
-/// A variant of a product: the values that differ from the factory values of its parameters.
-///
-/// A setting of the device selects it; it is no product of its own. It has an Electronic Data Sheet of its own.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Variant {
-    /// The suffix of its data sheet, for example `1axis`.
-    pub name: &'static str,
-    /// The parameters with another value, and that value.
-    pub factory: &'static [(ParameterId, u32)],
 }
 
 /// A history of up to `N` errors.
@@ -96,6 +87,11 @@ pub trait Product: 'static {
     const FAULTS: [FaultBit; 8] = CIA_301;
     /// The LED patterns.
     const LEDS: LedTable = LedTable::CIA_303_3;
+    /// Momentary faults without a bit in the status byte: [`Cause::Overrun`](super::emcy::Cause::Overrun) or
+    /// [`Cause::BusOff`](super::emcy::Cause::BusOff).
+    const EVENTS: &'static [FaultBit] = &[];
+    /// Whether emergency messages and the history contain the status byte. Otherwise, its place is 0.
+    const REPORTS_STATUS: bool = true;
     /// The triggers of transmission types 254 and 255.
     const TRIGGERS: Triggers = Triggers::TIMER;
     /// Whether the COB-IDs of the SYNC and of the EMCY can be written in pre-operational only.
@@ -106,7 +102,13 @@ pub trait Product: 'static {
     const BIT_RATE: ParameterId;
     /// The values of the bit rate parameter and their bit rates.
     const BIT_RATES: &'static [(u16, BitRate)] = profile::BIT_RATES;
-    /// The variants that a setting selects, except that of the factory values.
+    /// A number in [`BIT_RATES`](Self::BIT_RATES) multiplied by this is the value of the bit rate parameter; at least 1.
+    const BIT_RATE_UNIT: u32 = 1;
+    /// The parameter that is not 0 while the node leaves bus-off automatically; None: it always does.
+    const BUS_OFF_RECOVERY: Option<ParameterId> = None;
+    /// The hidden parameters of a product with groups of stored parameters and a stored history.
+    const KEPT: Option<Kept> = None;
+    /// The variants with other factory values.
     const VARIANTS: &'static [Variant] = &[];
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
@@ -168,6 +170,7 @@ pub(super) const fn check<P: Product>() {
         P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
         "block transfer needs a buffer for texts with at least 4 bytes"
     );
+    assert!(P::BIT_RATE_UNIT > 0, "the unit of the bit rate is 0");
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS, parameters, P::NODE_ID);
     }

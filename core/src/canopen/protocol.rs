@@ -1,7 +1,7 @@
 //! The protocol: received frames, timers, saves and faults.
 
 use super::cob_id;
-use super::emcy::{self, Cause, Emergency};
+use super::emcy::{self, Cause, Emergency, FaultBit};
 use super::feature::Feature;
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
@@ -60,6 +60,8 @@ impl<P: Product> Services<P> {
     const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
     pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
     const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
+    const OVERRUN_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::Overrun);
+    const BUS_OFF_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::BusOff);
     const CAUSES: emcy::Causes = emcy::causes(&P::FAULTS);
     /// The bits that faults of the application cause.
     const APPLICATION: u8 = emcy::caused(Self::CAUSES, Faults(u16::MAX));
@@ -84,11 +86,12 @@ impl<P: Product> Canopen<P> {
     const CHECKED: () = super::product::check::<P>();
 
     /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
-    pub(super) fn restored(&mut self, parameters: &ParametersOf<P>, damaged: bool) {
+    pub(super) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
         let () = Self::CHECKED;
         let services = &mut self.services;
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);
+        services.begin(parameters);
         if damaged {
             services
                 .emergency
@@ -205,6 +208,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 
     fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.reset_communication(cx, now);
+        self.services.use_up_request(cx);
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
@@ -246,12 +250,18 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             _ => 0,
         };
         match change {
-            BusChange::Overrun => emergency.event(Services::<P>::OVERRUN),
+            BusChange::Overrun => match Services::<P>::OVERRUN_EVENT {
+                Some(event) => emergency.momentary(&event),
+                None => emergency.event(Services::<P>::OVERRUN),
+            },
             BusChange::State if cx.shell.bus_state() != BusState::BusOff => {
                 emergency.update(Services::<P>::PASSIVE, passive);
             }
             BusChange::Recovered => {
-                emergency.event(Services::<P>::BUS_OFF);
+                match Services::<P>::BUS_OFF_EVENT {
+                    Some(event) => emergency.momentary(&event),
+                    None => emergency.event(Services::<P>::BUS_OFF),
+                }
                 emergency.update(Services::<P>::PASSIVE, passive);
             }
             BusChange::State | BusChange::Online => {}
@@ -259,8 +269,8 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.show(cx);
     }
 
-    fn recovers(&self, _parameters: &ParametersOf<P>) -> bool {
-        true
+    fn recovers(&self, parameters: &ParametersOf<P>) -> bool {
+        P::BUS_OFF_RECOVERY.is_none_or(|id| parameters.get(id) != 0)
     }
 
     fn stored(
@@ -409,7 +419,10 @@ impl<P: Product> Services<P> {
         {
             let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
             if let Some(id) = self.emergency_id(id) {
-                let message = u64::from_le_bytes(message);
+                let mut message = u64::from_le_bytes(message);
+                if !P::REPORTS_STATUS {
+                    message &= 0xFF_FFFF;
+                }
                 cx.shell.send(Frame::word(id, message, 8));
             }
             return true;

@@ -25,16 +25,20 @@ impl<P: Product> Canopen<P> {
     /// stored.
     pub(super) fn reset_node(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let mut parameters = *self.services.parameters_after_reset(cx);
-        parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        if !self.services.saved.restarts() {
+            parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        }
         cx.parameters = parameters;
         cx.apply();
         // The history is cleared. Active faults are sent again after the boot-up message. Life guarding restarts, so its time-out
         // is not one of them.
         let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
         self.services.emergency.reset();
+        self.services.begin(&mut cx.parameters);
         self.services.reset_lss();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
+        self.services.use_up_request(cx);
     }
 
     /// Resets the communication: restarts it with its stored parameters, the node-ID and the bit rate.
@@ -85,7 +89,13 @@ impl<P: Product> Services<P> {
         let before = (self.node_id, self.rate);
         self.node_id = Self::pending_node_id(cx);
         self.rate = Self::pending_rate(cx);
-        self.restore_communication(cx);
+        if P::KEPT.is_none() || !self.saved.has_begun() {
+            let in_force = P::VARIANTS
+                .first()
+                .map(|variant| cx.parameters.get(variant.mark.0));
+            self.restore_communication(cx);
+            self.restore_requested(cx, in_force);
+        }
         cx.shell.clear_queue();
         self.state = State::PreOperational;
         self.guarding = Guarding::OFF;

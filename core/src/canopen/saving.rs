@@ -1,6 +1,7 @@
 //! Stored parameters: saves all parameters, or some of them together with the values that are already stored.
 
 use super::dictionary::communication;
+use super::groups::Start;
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
 use super::sdo::Written;
@@ -17,6 +18,12 @@ pub(super) enum What {
     FactoryCommunication,
     /// All other parameters get their factory values.
     FactoryApplication,
+    /// The parameters of the communication profile get their present values.
+    Communication,
+    /// All other parameters get their present values.
+    Application,
+    /// The request of a restore changes.
+    Request,
 }
 
 /// The contents of the nonvolatile memory.
@@ -26,6 +33,8 @@ pub(super) struct Saved<P: Product> {
     what: What,
     /// The last restore of the parameters of the application has succeeded.
     pub restored: bool,
+    /// The restart and the request of a restore, for a product with groups.
+    pub(super) start: Start,
 }
 
 impl<P: Product> Saved<P> {
@@ -39,6 +48,7 @@ impl<P: Product> Saved<P> {
         parameters: ParametersOf::<P>::INITIAL,
         what: What::Everything,
         restored: false,
+        start: Start::INITIAL,
     };
 }
 
@@ -47,7 +57,7 @@ impl<P: Product> Services<P> {
     const COMMUNICATION: ParameterSet = communication(P::OBJECTS);
 
     /// The persistent parameters of the communication profile, or all other persistent parameters.
-    fn stored(communication: bool) -> impl Iterator<Item = ParameterId> {
+    pub(super) fn stored(communication: bool) -> impl Iterator<Item = ParameterId> {
         ParametersOf::<P>::rows()
             .filter(move |(id, row)| {
                 row.is_stored() && Self::COMMUNICATION.contains(*id) == communication
@@ -70,7 +80,11 @@ impl<P: Product> Services<P> {
             }
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
             What::FactoryApplication => parameters.copy(&factory, Self::stored(false)),
+            What::Communication => parameters.copy(&cx.parameters, Self::stored(true)),
+            What::Application => parameters.copy(&cx.parameters, Self::stored(false)),
+            What::Request => {}
         }
+        self.keep(what, &mut parameters);
         self.saved.what = what;
         cx.save(parameters);
         Written::Storing
@@ -96,7 +110,11 @@ impl<P: Product> Services<P> {
             self.saved.parameters = *saved;
         }
         match self.saved.what {
-            What::Everything | What::FactoryCommunication => {}
+            What::Everything
+            | What::FactoryCommunication
+            | What::Communication
+            | What::Application
+            | What::Request => {}
             What::AtOnce => {
                 // If the save has failed, the previous values are in force again.
                 let at_once = ParametersOf::<P>::stored_at_once();
@@ -113,5 +131,6 @@ impl<P: Product> Services<P> {
         cx.apply();
         let fault = if succeeded { 0 } else { Self::MEMORY };
         self.emergency.update(Self::MEMORY, fault);
+        self.use_up_request(cx);
     }
 }

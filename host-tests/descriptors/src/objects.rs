@@ -133,9 +133,13 @@ impl<'a> Described<'a> {
 
     /// The factory value of a parameter, which a variant can replace.
     fn factory_of(&self, parameter: &Parameter) -> u32 {
-        let list = self.variant.map_or(&[][..], |variant| variant.factory);
-        let own = list.iter().find(|(id, _)| *id == parameter.id);
-        own.map_or(parameter.factory, |&(_, value)| value)
+        let own = self.variant.and_then(|variant| {
+            let mut values = [variant.selector, variant.mark]
+                .into_iter()
+                .chain(variant.defaults.iter().copied());
+            values.find(|(id, _)| *id == parameter.id)
+        });
+        own.map_or(parameter.factory, |(_, value)| value)
     }
 
     /// The factory value, without the node-ID; None for texts, for measured values and for values that differ between units.
@@ -147,7 +151,10 @@ impl<'a> Described<'a> {
                 // A state, not a measured value: no operation has been started yet.
                 quantity.unit.is_empty().then_some(0)
             }
-            Target::Text(_) | Target::Service(Service::SerialNumber | Service::Text) => None,
+            Target::Text(_)
+            | Target::Service(Service::SerialNumber | Service::SerialText | Service::Text) => None,
+            // The device makes it on command.
+            Target::Service(Service::StoreGroup | Service::RestoreGroup) => Some(1),
             // There is no error yet, and no save is running.
             Target::Service(_) => Some(0),
             Target::Parameter(_)
@@ -205,13 +212,15 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
     };
     match service {
         Service::ErrorCount => ("0 clears", None),
-        Service::Store => ("\"save\"", None),
-        Service::RestoreCommunication => ("\"load\"", None),
+        Service::Store | Service::StoreGroup => ("\"save\"", None),
+        Service::RestoreCommunication | Service::RestoreGroup => ("\"load\"", None),
         Service::Restart => ("0..1; 1 = reset", Some((0, 1))),
+        Service::ResetDevice => ("1 = reset", Some((1, 1))),
         Service::RestoreApplication => ("1; 0 = failed, 1 = make, or made", Some((0, 1))),
         Service::ErrorRegister
         | Service::ErrorHistory
         | Service::SerialNumber
+        | Service::SerialText
         | Service::Text
         | Service::Status => ("", None),
     }

@@ -53,9 +53,10 @@ impl<P: Product> Device for Unit<'_, P> {
         let Some(&(code, _)) = P::BIT_RATES.iter().find(|(_, known)| *known == rate) else {
             return false;
         };
-        let permitted = ParametersOf::<P>::check(P::BIT_RATE, code.into()).is_ok();
+        let number = u32::from(code) * P::BIT_RATE_UNIT;
+        let permitted = ParametersOf::<P>::check(P::BIT_RATE, number).is_ok();
         if permitted {
-            self.cx.parameters.set(P::BIT_RATE, code.into());
+            self.cx.parameters.set(P::BIT_RATE, number);
         }
         permitted
     }
@@ -176,7 +177,10 @@ impl<P: Product> Services<P> {
     /// The bit rate after reset communication.
     #[inline(always)]
     pub(in crate::canopen) fn pending_rate(cx: &ContextOf<P>) -> BitRate {
-        let rate = decode(P::BIT_RATES, cx.parameters.get(P::BIT_RATE));
+        let number = cx.parameters.get(P::BIT_RATE);
+        let rate = number
+            .checked_div(P::BIT_RATE_UNIT)
+            .and_then(|number| decode(P::BIT_RATES, number));
         rate.unwrap_or(BitRate::K125)
     }
 

@@ -300,7 +300,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     ) -> Result<Option<[u8; 8]>, Abort> {
         check_size(size)?;
         let object = objects.find(address)?;
-        objects.check_read(object)?;
+        objects.check_read(object, address.sub)?;
         let length = T::size(object);
         if length > 0 {
             let number = objects.number(object, address.sub).to_le_bytes();

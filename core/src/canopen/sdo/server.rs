@@ -35,8 +35,8 @@ pub trait Objects {
     /// Finds an object. Errors: [`Abort::NoObject`], [`Abort::NoSubIndex`].
     fn find(&self, address: Address) -> Result<Self::Object, Abort>;
 
-    /// Checks that it can be read. Errors: [`Abort::WriteOnly`], [`Abort::NoData`].
-    fn check_read(&self, object: Self::Object) -> Result<(), Abort>;
+    /// Checks that the object at a sub-index can be read. Errors: [`Abort::WriteOnly`], [`Abort::NoData`].
+    fn check_read(&self, object: Self::Object, sub: u8) -> Result<(), Abort>;
 
     /// Whether it can be written.
     fn is_writable(object: Self::Object) -> bool;
@@ -270,7 +270,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         address: Address,
     ) -> Result<[u8; 8], Abort> {
         let object = objects.find(address)?;
-        objects.check_read(object)?;
+        objects.check_read(object, address.sub)?;
         let size = T::size(object);
         if size > 0 {
             let number = objects.number(object, address.sub);

@@ -18,6 +18,8 @@ pub struct Tables {
     pub objects: &'static [Object],
     /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     pub faults: [FaultBit; 8],
+    /// Momentary faults without a bit in the status byte.
+    pub events: &'static [FaultBit],
     /// The LED patterns.
     pub leds: LedTable,
     /// The parameter with the node-ID.
@@ -28,7 +30,7 @@ pub struct Tables {
     pub bit_rates: &'static [(u16, BitRate)],
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
-    /// Its variants, except that of the factory values.
+    /// The variants with other factory values.
     pub variants: &'static [Variant],
 }
 
@@ -67,6 +69,7 @@ impl<P: canopen::Product> Listing<P> {
                 article: self.article,
                 objects: P::OBJECTS,
                 faults: P::FAULTS,
+                events: P::EVENTS,
                 leds: P::LEDS,
                 node_id: P::NODE_ID,
                 bit_rate: P::BIT_RATE,

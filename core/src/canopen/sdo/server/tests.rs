@@ -32,7 +32,7 @@ impl Objects for Memory {
         }
     }
 
-    fn check_read(&self, object: Object) -> Result<(), Abort> {
+    fn check_read(&self, object: Object, _sub: u8) -> Result<(), Abort> {
         let readable = object != Object::Command;
         if readable {
             Ok(())
