@@ -78,7 +78,7 @@ def absent(context: Context) -> None:
             session.refused(f"{index:04X}h: read", p.NO_OBJECT, session.upload, index)
             session.refused(f"{index:04X}h: write", p.NO_OBJECT, session.download, index, 0, b"\x00")
         for index in sorted(LISTED):
-            subs = {one.sub for one in OBJECTS if one.index == index}
+            subs = {one.sub for one in OBJECTS if one.index == index} | (set(range(1, 9)) if index == 0x1003 else set())
             for sub in ({max(subs) + 1, 127, 255} | ({4} if 0x1800 <= index < 0x1804 else set())) - subs:
                 session.refused(f"{index:04X}h:{sub:02X}h: read", p.NO_SUB_INDEX, session.upload, index, sub)
                 session.refused(f"{index:04X}h:{sub:02X}h: write", p.NO_SUB_INDEX, session.download, index, sub, b"\x00")
@@ -111,13 +111,15 @@ def limits(context: Context) -> None:
 
 def low_pass(session: Session) -> None:
     """Type and frequency (S58): the write that would break the pair is refused."""
-    for kind, good, bad in ((0, (100, 25000), (0, 99, 25001)), (1, (100, 25000), (99, 25001)), (2, (100, 8000), (99, 8001, 25000))):
+    for kind, good, bad in ((0, (100, 25000), ()), (1, (100, 25000), ()), (2, (100, 8000), (8001, 25000))):
         session.put(0x3111, 0, 2000)
         session.accepted(f"3110h:01h = {kind}", 0x3110, 1, kind)
         for value in good:
             session.accepted(f"type {kind}: 3111h = {value}", 0x3111, 0, value)
         for value in bad:
             session.refused(f"type {kind}: 3111h = {value}", p.INVALID_VALUE, session.put, 0x3111, 0, value)
+        for value in (0, 99, 25001, 65535):
+            session.refused(f"type {kind}: 3111h = {value}", p.RANGE, session.put, 0x3111, 0, value)
     session.put(0x3110, 1, 1)
     session.put(0x3111, 0, 8001)
     session.refused("type 2 at 8001 mHz", p.INVALID_VALUE, session.put, 0x3110, 1, 2)

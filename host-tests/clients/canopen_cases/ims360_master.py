@@ -57,7 +57,7 @@ def mapping_by_master(context: Context) -> None:
     store = context.store()
     with context.session(scene="tilt=12.34,-5.67", store=store) as session, network(session.sensor.port) as (net, node):
         report = session.report
-        session.settle()
+        time.sleep(1.5)
         node.tpdo.read()
         report.equal("TPDO 1", (0x1B2, True, [LONGITUDINAL, LATERAL]), (node.tpdo[1].cob_id, node.tpdo[1].enabled, mapped(node, 1)))
         report.equal("TPDO 2", (0x2B2, False, []), (node.tpdo[2].cob_id, node.tpdo[2].enabled, mapped(node, 2)))
@@ -94,11 +94,11 @@ def blocks_by_master(context: Context) -> None:
         for index, sub in ((0x1008, 0), (0x100A, 0), (0x2000, 1), (0x2000, 3), (0x1018, 4)):
             with node.sdo.open(index, sub, "rb", block_transfer=True) as stream:
                 value = stream.read()
-            report.equal(f"{index:04X}h:{sub:02X}h: block upload", session.upload(index, sub), value)
+            report.equal(f"{index:04X}h:{sub:02X}h: block upload", node.sdo.upload(index, sub), value)
         for index, sub, value in ((0x1017, 0, p.encode(3000, 2)), (0x3210, 0, p.encode(-5, 4))):
             with node.sdo.open(index, sub, "wb", size=len(value), block_transfer=True) as stream:
                 stream.write(value)
-            report.equal(f"{index:04X}h:{sub:02X}h: block download", value, session.upload(index, sub))
+            report.equal(f"{index:04X}h:{sub:02X}h: block download", value, node.sdo.upload(index, sub))
 
 
 def lss_by_master(context: Context) -> None:
@@ -145,7 +145,7 @@ def events_by_master(context: Context) -> None:
     """Heartbeat, EMCY and the boot-up as python-canopen sees them."""
     with context.session(scene="tilt=10,0") as session, network(session.sensor.port) as (net, node):
         report = session.report
-        session.settle()
+        time.sleep(1.5)
         net.scanner.search()
         time.sleep(0.5)
         report.equal("the scanner finds the sensor", [NODE], net.scanner.nodes)

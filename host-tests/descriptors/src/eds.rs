@@ -258,12 +258,21 @@ fn default(described: &Described) -> Option<String> {
         return Some(text.to_owned());
     }
     let data_type = described.data_type();
-    let value = number(data_type, data_type.value(described.factory()?));
+    let factory = described.factory()?;
+    if is_entry(described.object) {
+        return Some(format!("0x{factory:08X}"));
+    }
+    let value = number(data_type, data_type.value(factory));
     Some(if described.is_node_relative() {
         format!("$NODEID+{value}")
     } else {
         value
     })
+}
+
+/// Whether an object is an entry of a mapping. It has eight digits: index, sub-index and length.
+fn is_entry(object: &Object) -> bool {
+    (0x1A00..0x1C00).contains(&object.index) && object.sub > 0
 }
 
 /// UNSIGNED32 is written in hexadecimal, because most values are identifiers, signatures and bit fields.
