@@ -6,6 +6,7 @@ mod canopen_codings;
 mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
+mod canopen_ims360;
 mod canopen_jn2101;
 mod canopen_lss;
 mod canopen_lss_unconfigured;

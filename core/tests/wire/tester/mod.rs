@@ -3,6 +3,7 @@
 pub mod canopen;
 pub mod fsc;
 pub mod gauge;
+pub mod ims360;
 pub mod mapped;
 
 use plumbline::can::Frame;
