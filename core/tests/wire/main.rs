@@ -7,6 +7,8 @@ mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_ims360;
+mod canopen_ims360_faults;
+mod canopen_ims360_measuring;
 mod canopen_jn2101;
 mod canopen_lss;
 mod canopen_lss_unconfigured;
