@@ -5,6 +5,7 @@
 //! them when it downloads a configuration: it would clear errors, take a zero point or reset the sensor.
 
 use crate::objects::Described;
+use plumbline::canopen::Variant;
 use plumbline::canopen::dictionary::{Access, Object, Target};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::canopen::Tables;
@@ -25,15 +26,16 @@ const BIT_RATES: [u32; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 /// The mandatory objects of a CANopen device (CiA 301, 7.5.1).
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
 
-/// The data sheet of a product.
-pub fn eds(product: &Product, tables: &Tables) -> String {
-    let described = Described::all(tables.objects, product);
+/// The data sheet `name` of a product, or of a variant of it.
+pub fn eds(name: &str, product: &Product, tables: &Tables, variant: Option<&Variant>) -> String {
+    let file = format!("{name}.eds");
+    let described = Described::all(tables.objects, product, variant);
     let objects: Vec<&[Described]> = described
         .chunk_by(|one, next| one.object.index == next.object.index)
         .collect();
     let (name, maker) = (designation(tables.objects), product.maker);
     let mut text = String::new();
-    file_info(&mut text, product.name, maker, name);
+    file_info(&mut text, &file, maker, name);
     device_info(&mut text, tables, name, &objects);
     dummy_usage(&mut text);
     comments(&mut text, maker, name);
@@ -76,9 +78,9 @@ fn end(text: &mut String) {
     text.push('\n');
 }
 
-fn file_info(text: &mut String, name: &str, maker: &str, product: &str) {
+fn file_info(text: &mut String, file: &str, maker: &str, product: &str) {
     section(text, "FileInfo");
-    entry(text, "FileName", format!("{name}.eds"));
+    entry(text, "FileName", file);
     entry(text, "FileVersion", 1);
     entry(text, "FileRevision", 0);
     entry(text, "EDSVersion", "4.0");
@@ -256,12 +258,21 @@ fn default(described: &Described) -> Option<String> {
         return Some(text.to_owned());
     }
     let data_type = described.data_type();
-    let value = number(data_type, data_type.value(described.factory()?));
+    let factory = described.factory()?;
+    if is_entry(described.object) {
+        return Some(format!("0x{factory:08X}"));
+    }
+    let value = number(data_type, data_type.value(factory));
     Some(if described.is_node_relative() {
         format!("$NODEID+{value}")
     } else {
         value
     })
+}
+
+/// Whether an object is an entry of a mapping. It has eight digits: index, sub-index and length.
+fn is_entry(object: &Object) -> bool {
+    (0x1A00..0x1C00).contains(&object.index) && object.sub > 0
 }
 
 /// UNSIGNED32 is written in hexadecimal, because most values are identifiers, signatures and bit fields.
