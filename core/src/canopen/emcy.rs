@@ -336,7 +336,7 @@ impl<H: History> Emergency<H> {
             self.active ^= bit;
             let begins = self.active & bit != 0;
             let code = if begins { fault.code } else { 0 };
-            self.queue(code, self.register());
+            self.queue(code);
             if begins && is_new {
                 let entry = u32::from(self.active) << 16 | u32::from(code);
                 self.history.push(entry);
@@ -344,7 +344,13 @@ impl<H: History> Emergency<H> {
         }
     }
 
-    fn queue(&mut self, code: u16, register: u8) {
+    fn queue(&mut self, code: u16) {
+        self.queue_with(code, 0);
+    }
+
+    /// Queues a message with these bits besides those of the active faults in its error register.
+    #[inline(always)]
+    fn queue_with(&mut self, code: u16, register: u8) {
         if self.silent {
             return;
         }
@@ -352,7 +358,7 @@ impl<H: History> Emergency<H> {
             self.waiting.pop_front();
         }
         let [low, high] = code.to_le_bytes();
-        let message = [low, high, register, self.active];
+        let message = [low, high, self.register() | register, self.active];
         let _ = self.waiting.push_back(message);
     }
 
@@ -378,10 +384,9 @@ impl<H: History> Emergency<H> {
 
     /// A momentary fault without a bit in the status byte: queues the error, then the error reset.
     pub fn momentary(&mut self, event: &FaultBit) {
-        let register = self.register();
-        self.queue(event.code, register | GENERIC | event.register);
+        self.queue_with(event.code, GENERIC | event.register);
         self.history.push(event.code.into());
-        self.queue(0, register);
+        self.queue(0);
     }
 
     /// Replaces the history by these errors, the oldest first.

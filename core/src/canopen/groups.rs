@@ -9,13 +9,16 @@
 //!           bit 2  node-ID and bit rate
 //! ```
 
+use super::Abort;
+use super::dictionary::Service;
 use super::emcy::History;
+use super::objects::{LOAD, SAVE};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
-use super::saving::What;
 use super::sdo::Written;
 use super::variant;
 use crate::param::{ParameterId, Parameters};
+use crate::time::Instant;
 
 /// The hidden stored parameters of a product with groups. Their factory values are 0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -55,7 +58,7 @@ impl Start {
 
 impl<P: Product> super::saving::Saved<P> {
     /// The next reset of the node acts as power-up.
-    pub fn restart(&mut self) {
+    fn restart(&mut self) {
         self.start.cold = true;
     }
 
@@ -71,19 +74,63 @@ impl<P: Product> super::saving::Saved<P> {
 }
 
 impl<P: Product> Services<P> {
+    /// Writes a service of a product with groups; None if `service` is another one.
+    #[inline(always)] // called from one place
+    pub(super) fn write_group(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        service: Service,
+        sub: u8,
+        number: u32,
+    ) -> Option<Result<Written, Abort>> {
+        let kept = P::KEPT?;
+        Some(match (service, number) {
+            (Service::ResetDevice, 1) => {
+                self.saved.restart();
+                self.prepare_reset(now);
+                Ok(Written::Done)
+            }
+            (Service::ResetDevice, _) => Err(Abort::Value),
+            (Service::StoreGroup | Service::RestoreGroup, _) if cx.is_saving() => {
+                Err(Abort::DeviceState)
+            }
+            (Service::StoreGroup, SAVE) => Ok(self.save_group(cx, kept, sub)),
+            (Service::RestoreGroup, LOAD) => Ok(self.request_restore(cx, kept, sub)),
+            _ => return None,
+        })
+    }
+
     /// Stores a group of parameters (1010h).
-    pub(super) fn save_group(&mut self, cx: &mut ContextOf<P>, group: u8) -> Written {
+    fn save_group(&mut self, cx: &mut ContextOf<P>, kept: Kept, group: u8) -> Written {
+        let mut parameters = self.saved.parameters;
         match group {
-            1 => self.save(cx, What::Everything),
-            2 => self.save(cx, What::Communication),
-            4 => self.save(cx, What::Application),
+            1 => {
+                let request = parameters.get(kept.request);
+                parameters = cx.parameters;
+                parameters.set(kept.request, request);
+            }
+            2 => parameters.copy(&cx.parameters, Self::stored(true)),
+            4 => {
+                let hidden = |id: &ParameterId| *id == kept.request || is_error::<P>(kept, *id);
+                let others = Self::stored(false).filter(|id| !hidden(id));
+                parameters.copy(&cx.parameters, others);
+            }
             // The device profile has no parameters.
-            _ => Written::Done,
+            _ => return Written::Done,
         }
+        // The history is part of the communication profile.
+        if group != 4 {
+            for (sub, id) in (1..).zip(errors::<P>(kept)) {
+                parameters.set(id, self.emergency.entry(sub) & 0xFFFF);
+            }
+        }
+        self.save_these(cx, parameters);
+        Written::Storing
     }
 
     /// Requests the factory values of a group of parameters for the next start (1011h).
-    pub(super) fn request_restore(&mut self, cx: &mut ContextOf<P>, group: u8) -> Written {
+    fn request_restore(&mut self, cx: &mut ContextOf<P>, kept: Kept, group: u8) -> Written {
         let wanted = match group {
             1 => COMMUNICATION | APPLICATION,
             2 => COMMUNICATION,
@@ -91,37 +138,17 @@ impl<P: Product> Services<P> {
             5 => COMMUNICATION | APPLICATION | CONNECTION,
             _ => return Written::Done,
         };
-        let Some(kept) = P::KEPT else {
-            return Written::Done;
-        };
         let request = self.saved.parameters.get(kept.request) as u8 | wanted;
         // A new request for a part that was used during a running save stays.
         self.saved.start.used &= !wanted;
-        self.save_request(cx, kept, request)
+        self.save_request(cx, kept, request);
+        Written::Storing
     }
 
-    fn save_request(&mut self, cx: &mut ContextOf<P>, kept: Kept, request: u8) -> Written {
-        let before = self.saved.parameters.get(kept.request);
-        self.saved.parameters.set(kept.request, request.into());
-        let written = self.save(cx, What::Request);
-        // In force when it is in memory.
-        self.saved.parameters.set(kept.request, before);
-        written
-    }
-
-    /// Adds the hidden parameters to a set that will be stored.
-    #[inline(always)]
-    pub(super) fn keep(&self, what: What, parameters: &mut ParametersOf<P>) {
-        let Some(kept) = P::KEPT else { return };
-        let request = self.saved.parameters.get(kept.request);
-        parameters.set(kept.request, request);
-        for (sub, id) in (1..).zip(errors::<P>(kept)) {
-            let error = match what {
-                What::Everything | What::Communication => self.emergency.entry(sub) & 0xFFFF,
-                _ => self.saved.parameters.get(id),
-            };
-            parameters.set(id, error);
-        }
+    fn save_request(&mut self, cx: &mut ContextOf<P>, kept: Kept, request: u8) {
+        let mut parameters = self.saved.parameters;
+        parameters.set(kept.request, request.into());
+        self.save_these(cx, parameters);
     }
 
     /// Prepares a stored set for a start: takes the factory values of the request, the history and the variant.
@@ -182,6 +209,12 @@ impl<P: Product> Services<P> {
             self.save_request(cx, kept, request & !used);
         }
     }
+}
+
+/// Whether this is a hidden parameter of the history.
+fn is_error<P: Product>(kept: Kept, id: ParameterId) -> bool {
+    let place = id.0.wrapping_sub(kept.history.0);
+    usize::from(place) < P::History::CAPACITY
 }
 
 /// The hidden parameters of the history, the newest error first.

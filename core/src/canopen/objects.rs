@@ -18,9 +18,9 @@ use crate::param::{ParameterRow, number};
 use crate::time::Instant;
 
 /// The signature "save" (1010h) as a little-endian number.
-const SAVE: u32 = u32::from_le_bytes(*b"save");
+pub(super) const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// The signature "load" (1011h) as a little-endian number.
-const LOAD: u32 = u32::from_le_bytes(*b"load");
+pub(super) const LOAD: u32 = u32::from_le_bytes(*b"load");
 
 /// The objects of a node, for the SDO server.
 pub(super) struct View<'a, P: Product> {
@@ -225,13 +225,14 @@ impl<P: Product> Services<P> {
         data: &[u8],
     ) -> Result<Written, Abort> {
         let service = row.service().ok_or(Abort::ReadOnly)?;
+        if P::KEPT.is_some()
+            && let Some(result) =
+                self.write_group(cx, now, service, row.address().sub, number(data))
+        {
+            return result;
+        }
         // All others are stored at once.
-        let is_stored = match service {
-            Service::ErrorCount | Service::Restart => false,
-            Service::ResetDevice => const { !has_service(P::OBJECTS, Service::ResetDevice) },
-            _ => true,
-        };
-        if cx.is_saving() && is_stored {
+        if cx.is_saving() && !matches!(service, Service::ErrorCount | Service::Restart) {
             return Err(Abort::DeviceState);
         }
         match (service, number(data)) {
@@ -246,21 +247,6 @@ impl<P: Product> Services<P> {
             }
             (Service::ErrorCount, _) => Err(Abort::Value),
             (Service::Store, SAVE) => Ok(self.save(cx, What::Everything)),
-            (Service::StoreGroup, SAVE) if P::KEPT.is_some() => {
-                Ok(self.save_group(cx, row.address().sub))
-            }
-            (Service::RestoreGroup, LOAD) if P::KEPT.is_some() => {
-                Ok(self.request_restore(cx, row.address().sub))
-            }
-            (Service::ResetDevice, number) if const { has_service(P::OBJECTS, Service::ResetDevice) } =>
-            {
-                if number != 1 {
-                    return Err(Abort::Value);
-                }
-                self.saved.restart();
-                self.prepare_reset(now);
-                Ok(Written::Done)
-            }
             (Service::RestoreCommunication, LOAD) => Ok(self.save(cx, What::FactoryCommunication)),
             (Service::RestoreApplication, 1) => Ok(self.save(cx, What::FactoryApplication)),
             (Service::RestoreApplication, _) => Err(Abort::Value),

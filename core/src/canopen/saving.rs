@@ -18,12 +18,6 @@ pub(super) enum What {
     FactoryCommunication,
     /// All other parameters get their factory values.
     FactoryApplication,
-    /// The parameters of the communication profile get their present values.
-    Communication,
-    /// All other parameters get their present values.
-    Application,
-    /// The request of a restore changes.
-    Request,
 }
 
 /// The contents of the nonvolatile memory.
@@ -80,11 +74,7 @@ impl<P: Product> Services<P> {
             }
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
             What::FactoryApplication => parameters.copy(&factory, Self::stored(false)),
-            What::Communication => parameters.copy(&cx.parameters, Self::stored(true)),
-            What::Application => parameters.copy(&cx.parameters, Self::stored(false)),
-            What::Request => {}
         }
-        self.keep(what, &mut parameters);
         self.saved.what = what;
         cx.save(parameters);
         Written::Storing
@@ -94,6 +84,11 @@ impl<P: Product> Services<P> {
     pub(super) fn save_configuration(&mut self, cx: &mut ContextOf<P>) {
         let mut parameters = self.saved.parameters;
         parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        self.save_these(cx, parameters);
+    }
+
+    /// Begins a save of these parameters, while no other save is running.
+    pub(super) fn save_these(&mut self, cx: &mut ContextOf<P>, parameters: ParametersOf<P>) {
         // As after a save of all parameters, its end changes no parameter in RAM.
         self.saved.what = What::Everything;
         cx.save(parameters);
@@ -110,11 +105,7 @@ impl<P: Product> Services<P> {
             self.saved.parameters = *saved;
         }
         match self.saved.what {
-            What::Everything
-            | What::FactoryCommunication
-            | What::Communication
-            | What::Application
-            | What::Request => {}
+            What::Everything | What::FactoryCommunication => {}
             What::AtOnce => {
                 // If the save has failed, the previous values are in force again.
                 let at_once = ParametersOf::<P>::stored_at_once();

@@ -202,18 +202,4 @@ impl MappedTester {
         };
         self.hold([in_units(x), in_units(y), in_units(z)], 1);
     }
-
-    /// Maps these objects into a TPDO as a master does it, and enables it with its default COB-ID.
-    pub fn map(&mut self, number: u16, entries: &[u32]) {
-        let (communication, mapping) = (0x1800 + number, 0x1A00 + number);
-        let cob_id = 0x1B2 + 0x100 * u32::from(number);
-        self.write(communication, 1, 4, 0x8000_0000 | cob_id)
-            .unwrap();
-        self.write(mapping, 0, 1, 0).unwrap();
-        for (sub, &entry) in (1..).zip(entries) {
-            self.write(mapping, sub, 4, entry).unwrap();
-        }
-        self.write(mapping, 0, 1, entries.len() as u32).unwrap();
-        self.write(communication, 1, 4, cob_id).unwrap();
-    }
 }
