@@ -70,6 +70,8 @@ impl<P: Product> Services<P> {
     pub(super) const SYNC_COB_ID: Setting =
         Setting::at_or(P::OBJECTS, 0x1005, 0, cob_id::SYNC_DEFAULT as u32);
     pub(super) const GUARD_TIME: Setting = Setting::at(P::OBJECTS, 0x100C, 0);
+    /// Whether the product has node guarding.
+    const HAS_GUARDING: bool = matches!(Self::GUARD_TIME, Setting::Parameter(_));
     pub(super) const LIFE_TIME_FACTOR: Setting = Setting::at(P::OBJECTS, 0x100D, 0);
     const EMCY_COB_ID: Setting = Setting::at(P::OBJECTS, 0x1014, 0);
     pub(super) const EMCY_INHIBIT_TIME: Setting = Setting::at(P::OBJECTS, 0x1015, 0);
@@ -227,7 +229,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             self.serve(cx, now, frame);
         } else if id == CanId::standard(cob_id::NMT) {
             self.nmt(cx, now, frame);
-        } else if id == CanId::standard(cob_id::ERROR_CONTROL + node_id) {
+        } else if Services::<P>::HAS_GUARDING
+            && id == CanId::standard(cob_id::ERROR_CONTROL + node_id)
+        {
             services.guard(cx, now, frame);
         } else if frame.is_remote() {
             services.request(cx, now, id);

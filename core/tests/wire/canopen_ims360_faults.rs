@@ -197,3 +197,9 @@ fn leds_show_nmt_states_and_warning_limit() {
         .count();
     assert_eq!(red, 5, "single flash");
 }
+
+#[test]
+fn guarding_request_is_not_answered() {
+    let mut tester = booted();
+    assert_eq!(tester.exchange("732#R1"), [""; 0]);
+}

@@ -1,7 +1,7 @@
 //! The measurement of the IMS360 at the CAN frame level: raw values, filters, fusion, TPDOs and layer setting services.
 
 use crate::tester::canopen::in_g;
-use crate::tester::ims360::{Ims360Tester, booted};
+use crate::tester::ims360::booted;
 use plumbline::measure::ONE_G;
 
 #[test]
@@ -172,4 +172,48 @@ fn block_upload_sends_name_with_crc() {
         tester.exchange("632#A300000000000000"),
         ["5B2#81494D5333363000"]
     );
+}
+
+#[test]
+fn event_timer_inhibit_time_and_change_of_value_trigger_tpdos() {
+    let mut tester = booted();
+    tester.write(0x1800, 2, 1, 255).unwrap();
+    tester.write(0x1800, 3, 2, 500).unwrap();
+    tester.send("000#0132");
+    assert_eq!(
+        tester.sent_text(),
+        ["1B2#0000000000000000"],
+        "at the beginning of operational"
+    );
+    assert_eq!(tester.wait_text(100), []);
+    tester.temperature = 40_00;
+    assert_eq!(tester.wait_text(100), [], "not mapped");
+    let sent = tester.exchange("632#2310320001000000");
+    assert_eq!(sent, ["5B2#6010320000000000", "1B2#0100000000000000"]);
+    tester.write(0x3210, 0, 4, 2).unwrap();
+    tester.write(0x3210, 0, 4, 3).unwrap();
+    let sent = tester.wait_text(100);
+    assert_eq!(
+        sent,
+        [(50, "1B2#0300000000000000".to_string())],
+        "inhibit time"
+    );
+}
+
+#[test]
+fn mapped_settings_and_status_are_sent() {
+    let mut tester = booted();
+    tester.map(
+        1,
+        &[
+            0x3000_0108,
+            0x3100_0108,
+            0x3112_0408,
+            0x3110_0208,
+            0x6511_0008,
+        ],
+    );
+    tester.write(0x1801, 2, 1, 1).unwrap();
+    tester.send("000#0132");
+    assert_eq!(tester.exchange("080#"), ["2B2#0102010019"]);
 }

@@ -15,6 +15,7 @@ const BIT_RATE: ParameterId = ParameterId(1);
 const LENGTH: ParameterId = ParameterId(2);
 const HEARTBEAT: ParameterId = ParameterId(3);
 const TPDO: ParameterId = ParameterId(4);
+const GUARD_TIME: ParameterId = ParameterId(8);
 const SLOPE: ValueId = ValueId(0);
 
 /// The numbers of the identity object, except the serial number.
@@ -41,6 +42,7 @@ impl Table for GaugeProduct {
             profile::heartbeat_time(HEARTBEAT),
         ],
         profile::tpdo_communication(TPDO, 0x180),
+        [profile::guard_time(GUARD_TIME)],
     ];
     plumbline::project_parameters!();
 }
@@ -89,6 +91,7 @@ impl Product for GaugeProduct {
         profile::error_history(2),
         [
             profile::text(0x1008, "Device name", "Gauge with LSS"),
+            Object::parameter(0x100C, 0, GUARD_TIME),
             profile::highest(0x1010, "Store parameters", DataType::U8, 1),
             profile::service(
                 0x1010,
