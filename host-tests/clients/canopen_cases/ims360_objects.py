@@ -140,3 +140,14 @@ COMMANDS = {(0x1003, 0), (0x2010, 1), (0x3200, 0)} | {key for key in TABLE if ke
 SETTINGS = [one for one in OBJECTS if one.writable and (one.index, one.sub) not in COMMANDS]
 
 IMS360 = Subject("ims360", NODE, TABLE)
+
+# What dcfgen writes to map 6120h and 3000h:01 into TPDO 2, which is off as delivered: index, sub-index, value. `eds_check.py` compares it with the output of
+# dcfgen, and `configuration` writes it to the sensor.
+PDO_CONFIGURATION = [
+    (0x1801, 5, 20),
+    (0x1A01, 0, 0),
+    (0x1A01, 1, LATERAL),
+    (0x1A01, 2, 0x30000108),
+    (0x1A01, 0, 2),
+    (0x1801, 1, 0x2B2),
+]

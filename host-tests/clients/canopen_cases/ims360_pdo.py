@@ -6,7 +6,7 @@ import time
 from . import protocol as p
 from . import scenes
 from .cases_pdo import syncs
-from .ims360_objects import GYRO, LATERAL, LONGITUDINAL, MAPPABLE, NODE, OBJECTS, entry
+from .ims360_objects import GYRO, LATERAL, LONGITUDINAL, MAPPABLE, NODE, OBJECTS, PDO_CONFIGURATION, entry
 from .runner import Context
 from .session import Session
 
@@ -40,6 +40,20 @@ def example(context: Context) -> None:
         session.report.equal("length of the TPDO", {6}, {len(frame.data) for frame in frames})
         session.nmt(p.ENTER_PRE_OPERATIONAL)
         session.quiet("none in pre-operational", 0.25)
+
+
+def configuration(context: Context) -> None:
+    """What dcfgen writes to the sensor, in both states."""
+    with context.session(scene="tilt=12.34,-5.67") as session:
+        session.settle()
+        for state in (p.ENTER_PRE_OPERATIONAL, p.START):
+            session.nmt(state)
+            session.put(0x1801, 1, p.INVALID | 0x2B2)
+            codes = [session.abort_code(session.put, *written) for written in PDO_CONFIGURATION]
+            session.report.equal(f"NMT command {state}: aborts", [0] * len(PDO_CONFIGURATION), codes)
+        frames = session.collect(0.5, 0x280)
+        session.report.within("TPDOs in 0.5 s", 20, 27, len(frames))
+        session.report.equal("contents", {p.encode(-567, 4) + b"\x01"}, {frame.data for frame in frames[1:]})
 
 
 def steps(context: Context) -> None:
@@ -170,4 +184,4 @@ def inhibit(context: Context) -> None:
         session.report.within("50 ms for a timer of 10 ms: TPDOs in 1 s", 15, 21, len(session.collect(1.0, 0x180)))
 
 
-GROUPS = (example, steps, mappable, triggers, change_of_value, inhibit)
+GROUPS = (example, configuration, steps, mappable, triggers, change_of_value, inhibit)

@@ -9,7 +9,7 @@ use plumbline::canopen::Variant;
 use plumbline::canopen::dictionary::{Access, Object, Target};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::canopen::Tables;
-use plumbline::param::DataType;
+use plumbline::param::{DataType, Permitted};
 use std::fmt::Write;
 
 /// CiA 306 requires a date and a time; they are fixed, so that the same table always gives the same file.
@@ -36,7 +36,8 @@ pub fn eds(name: &str, product: &Product, tables: &Tables, variant: Option<&Vari
     let (name, maker) = (designation(tables.objects), product.maker);
     let mut text = String::new();
     file_info(&mut text, &file, maker, name);
-    device_info(&mut text, tables, name, &objects);
+    let rates = bit_rates(product, tables);
+    device_info(&mut text, tables, name, &objects, &rates);
     dummy_usage(&mut text);
     comments(&mut text, maker, name);
     let indices = || {
@@ -98,7 +99,13 @@ fn file_info(text: &mut String, file: &str, maker: &str, product: &str) {
     end(text);
 }
 
-fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[Described]]) {
+fn device_info(
+    text: &mut String,
+    tables: &Tables,
+    product: &str,
+    objects: &[&[Described]],
+    rates: &[u32],
+) {
     let identity = |sub| constant(tables.objects, 0x1018, sub);
     let count = |first: u16| {
         let indices = first..first + 512;
@@ -116,10 +123,7 @@ fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[D
     entry(text, "RevisionNumber", format!("0x{:X}", identity(3)));
     entry(text, "OrderCode", product);
     for kbits in BIT_RATES {
-        let offered = tables
-            .bit_rates
-            .iter()
-            .any(|(_, rate)| rate.bits_per_second() == 1000 * kbits);
+        let offered = rates.contains(&(1000 * kbits));
         entry(text, &format!("BaudRate_{kbits}"), u8::from(offered));
     }
     entry(text, "SimpleBootUpMaster", 0);
@@ -134,7 +138,21 @@ fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[D
     end(text);
 }
 
-/// Fixed mapping requires no dummy entries.
+/// The bit rates that the parameter of the bit rate permits, in bit/s.
+fn bit_rates(product: &Product, tables: &Tables) -> Vec<u32> {
+    let parameter = &product.parameters[usize::from(tables.bit_rate.0)];
+    let is_permitted = |code: u16| match parameter.permitted {
+        Permitted::OneOf(list) => list.contains(&(u32::from(code) * tables.bit_rate_unit)),
+        _ => true,
+    };
+    let permitted = tables
+        .bit_rates
+        .iter()
+        .filter(|(code, _)| is_permitted(*code));
+    permitted.map(|(_, rate)| rate.bits_per_second()).collect()
+}
+
+/// No receive PDO needs dummy entries.
 fn dummy_usage(text: &mut String) {
     section(text, "DummyUsage");
     for data_type in 1..=7 {

@@ -107,6 +107,9 @@ impl<'a> Described<'a> {
     ///
     /// The factory value is within these limits, because it can be read, though not always written.
     pub fn limits(&self) -> Option<(i64, i64)> {
+        if !self.object.access.is_writable() {
+            return None;
+        }
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).1;
         };
@@ -142,7 +145,7 @@ impl<'a> Described<'a> {
         own.map_or(parameter.factory, |(_, value)| value)
     }
 
-    /// The factory value, without the node-ID; None for texts, for measured values and for values that differ between units.
+    /// The factory value, without the node-ID; None for texts, for measured or derived values and for values that differ between units.
     pub fn factory(&self) -> Option<u32> {
         match self.object.target {
             Target::Constant(number) | Target::NodeRelative(number) => Some(number),
@@ -152,7 +155,9 @@ impl<'a> Described<'a> {
                 quantity.unit.is_empty().then_some(0)
             }
             Target::Text(_)
-            | Target::Service(Service::SerialNumber | Service::SerialText | Service::Text) => None,
+            | Target::Service(
+                Service::SerialNumber | Service::SerialText | Service::Text | Service::Status,
+            ) => None,
             // The device makes it on command.
             Target::Service(Service::StoreGroup | Service::RestoreGroup) => Some(1),
             // There is no error yet, and no save is running.

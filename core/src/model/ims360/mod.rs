@@ -1,6 +1,8 @@
 //! SIKO IMS360: one axis 0 to 360 deg or two axes +-90 deg, CANopen with the device profile for inclination sensors (CiA 410).
 //!
 //! Section numbers refer to the user manual "IMS360 CANopen", change status 088/25.
+//!
+#![doc = include_str!("README.md")]
 
 mod application;
 mod measuring;

@@ -28,6 +28,8 @@ pub struct Tables {
     pub bit_rate: ParameterId,
     /// The values of the bit rate parameter and their bit rates.
     pub bit_rates: &'static [(u16, BitRate)],
+    /// The bit rate parameter has these values times this number.
+    pub bit_rate_unit: u32,
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
     /// The variants with other factory values.
@@ -74,6 +76,7 @@ impl<P: canopen::Product> Listing<P> {
                 node_id: P::NODE_ID,
                 bit_rate: P::BIT_RATE,
                 bit_rates: P::BIT_RATES,
+                bit_rate_unit: P::BIT_RATE_UNIT,
                 lss: Canopen::<P>::LSS,
                 variants: P::VARIANTS,
             }),
