@@ -76,12 +76,13 @@ def both_ways(context: Context) -> None:
     with context.session() as session:
         for one in OBJECTS:
             if one.readable and not 0x2020 <= one.index < 0x3080 and one.index != 0x6511:
-                session.report.equal(f"{one}: block upload", session.upload(one.index, one.sub), upload(session, one.index, one.sub))
+                expected = session.upload(one.index, one.sub)
+                session.report.equal(f"{one}: block upload", expected, upload(session, one.index, one.sub))
         for index, sub, value in ((0x1017, 0, 500), (0x3210, 0, -123456), (0x3112, 2, -10), (0x1A01, 1, 0x61100020)):
-            session.report.equal(
-                f"{TABLE[index, sub]}: block download", 0, session.abort_code(download, session, index, sub, p.encode(value, TABLE[index, sub].size))
-            )
-            session.reads(f"{TABLE[index, sub]}: written", index, sub, value)
+            one = TABLE[index, sub]
+            code = session.abort_code(download, session, index, sub, p.encode(value, one.size))
+            session.report.equal(f"{one}: block download", 0, code)
+            session.reads(f"{one}: written", index, sub, value)
         session.put(0x1017, 0, 0)
 
 

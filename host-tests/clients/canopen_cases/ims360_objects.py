@@ -141,8 +141,8 @@ SETTINGS = [one for one in OBJECTS if one.writable and (one.index, one.sub) not 
 
 IMS360 = Subject("ims360", NODE, TABLE)
 
-# What dcfgen writes to map 6120h and 3000h:01 into TPDO 2, which is off as delivered: index, sub-index, value. `eds_check.py` compares it with the output of
-# dcfgen, and `configuration` writes it to the sensor.
+# What dcfgen writes to map 6120h and 3000h:01 into TPDO 2, which is off as delivered: index, sub-index, value. `eds_check.py`
+# compares it with the output of dcfgen, and `configuration` writes it to the sensor.
 PDO_CONFIGURATION = [
     (0x1801, 5, 20),
     (0x1A01, 0, 0),

@@ -134,7 +134,8 @@ def triggers(context: Context) -> None:
             for kind, count, wanted in ((1, 5, 5), (3, 9, 3), (240, 240, 1)):
                 session.put(0x1800 + number, 2, kind)
                 frames = syncs(session, base, count)
-                session.report.equal(f"TPDO {number + 1}, type {kind}: frames for {count} SYNCs", [expected] * wanted, [f.data for f in frames])
+                name = f"TPDO {number + 1}, type {kind}: frames for {count} SYNCs"
+                session.report.equal(name, [expected] * wanted, [frame.data for frame in frames])
             for kind in (252, 253):
                 session.put(0x1800 + number, 2, kind)
                 session.report.equal(f"TPDO {number + 1}, type {kind}: none after a SYNC", 0, len(syncs(session, base, 2)))
