@@ -154,6 +154,7 @@ impl Sensor {
             }
             // A report, also if the node has not requested anything.
             248 if source.byte() < 128 => self.node.stored(self.now, Ok(())),
+            248 if source.byte() < 64 => self.node.supply(self.now, source.number() as u16),
             248 => {
                 let [x, y, z] = [0, 1, 2].map(|bit| source.byte() >> bit & 1 != 0);
                 self.node.tested(self.now, Working { x, y, z });
@@ -274,9 +275,9 @@ impl Sensor {
                         "{deadline:?} has passed"
                     );
                     let readout = self.node.readout();
-                    let possible = match self.product.protocol {
+                    let possible = match &self.product.protocol {
                         Protocol::Fsc(_) => fsc::is_possible(readout),
-                        Protocol::Canopen(_) => canopen::is_possible(readout),
+                        Protocol::Canopen(tables) => canopen::is_possible(readout, tables),
                     };
                     assert!(possible, "{readout:?}");
                     return;

@@ -4,8 +4,8 @@
 
 use super::{Source, value};
 use plumbline::can::{Frame, extended, standard};
-use plumbline::canopen::cob_id;
 use plumbline::canopen::dictionary::{Object, Service, Target};
+use plumbline::canopen::{cob_id, profile};
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::model::listing::canopen::Tables;
 use plumbline::node::Readout;
@@ -34,6 +34,7 @@ pub fn frame(source: &mut impl Source, tables: &Tables, product: &Product, node_
         215..=224 => return remote(0x700 + node, source),
         225..=234 => return remote(0x180 + node, source),
         235..=239 => return remote(0x280 + node, source),
+        240..=243 if tables.lss => (cob_id::LSS_REQUEST, layer_setting(source).to_vec()),
         240..=247 => (source.number() as u16, bytes(source)),
         _ => {
             let frame = Frame::data(extended(source.number()), &bytes(source));
@@ -62,6 +63,22 @@ fn nmt(source: &mut impl Source) -> u8 {
         220..=239 => 130,
         _ => source.byte(),
     }
+}
+
+/// A request of layer setting services: mostly the switch to the configuration state and back, node-IDs and bit rates.
+fn layer_setting(source: &mut impl Source) -> [u8; 8] {
+    let argument = source.byte();
+    let [command, first, second] = match source.byte() {
+        0..=59 => [0x04, argument & 1, 0],
+        60..=109 => [0x11, argument, 0],
+        110..=139 => [0x13, 0, argument & 7],
+        140..=159 => [0x15, argument, 0],
+        160..=189 => [0x17, 0, 0],
+        190..=219 => [0x5A + argument % 5, 0, 0],
+        220..=239 => [0x40 + argument % 0x12, source.byte(), source.byte()],
+        _ => return std::array::from_fn(|_| source.byte()),
+    };
+    [command, first, second, 0, 0, 0, 0, 0]
 }
 
 /// An SDO request.
@@ -118,11 +135,27 @@ fn segment(source: &mut impl Source, size: u8) -> [u8; 8] {
 /// A number, mostly a permitted one.
 fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
     match object.target {
+        Target::Parameter(_) if (0x1A00..0x1C00).contains(&object.index) => {
+            mapping(object, product, source)
+        }
+        // Enabled or disabled, mostly the default.
+        Target::FreeCobId(id) => {
+            let base = product.parameters[usize::from(id.0)].factory & 0x7FF;
+            let node_id = u32::from(factory_node_id(product));
+            let other = if source.byte() < 32 {
+                source.number() & 0x7FF
+            } else {
+                0
+            };
+            u32::from(source.byte() & 1) << 31 | (base + node_id) ^ other
+        }
         Target::Parameter(id) | Target::Command(id, _) => {
             value(&product.parameters[usize::from(id.0)], source)
         }
-        Target::Service(Service::Store) => u32::from_le_bytes(*b"save"),
-        Target::Service(Service::RestoreCommunication) => u32::from_le_bytes(*b"load"),
+        Target::Service(Service::Store | Service::StoreGroup) => u32::from_le_bytes(*b"save"),
+        Target::Service(Service::RestoreCommunication | Service::RestoreGroup) => {
+            u32::from_le_bytes(*b"load")
+        }
         Target::Service(_) => source.number() % 2,
         _ => source.number() % 300,
     }
@@ -133,6 +166,9 @@ fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
 /// # Panics
 /// If a CANopen sensor never sends such a frame.
 pub fn check(frame: &Frame, tables: &Tables, product: &Product) -> Option<u8> {
+    if has_free_cob_ids(tables) {
+        return check_free(frame);
+    }
     let embedded_can::Id::Standard(id) = frame.id() else {
         panic!("no 29-bit identifiers: {frame:?}");
     };
@@ -148,6 +184,51 @@ pub fn check(frame: &Frame, tables: &Tables, product: &Product) -> Option<u8> {
     };
     assert!(keeps && !frame.is_remote(), "{frame:?}");
     (service == cob_id::ERROR_CONTROL && data == [0]).then_some(node_id)
+}
+
+/// The number of mapped objects, or an entry with a mappable object.
+fn mapping(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
+    let Protocol::Canopen(tables) = &product.protocol else {
+        return 0;
+    };
+    let choice = source.byte();
+    if object.sub == 0 {
+        return u32::from(choice % 10);
+    }
+    let mappable: Vec<_> = tables.objects.iter().filter(|row| row.mappable).collect();
+    let mapped = mappable[usize::from(choice) % mappable.len()];
+    let data_type = mapped.data_type(product.parameters, product.quantities);
+    profile::entry(mapped.index, mapped.sub, 8 * data_type.size())
+}
+
+/// Whether a master can change COB-IDs.
+fn has_free_cob_ids(tables: &Tables) -> bool {
+    let is_free = |object: &Object| matches!(object.target, Target::FreeCobId(_));
+    tables.objects.iter().any(is_free)
+}
+
+/// The check for a sensor with free COB-IDs: only the services with fixed identifiers have a fixed form.
+fn check_free(frame: &Frame) -> Option<u8> {
+    let data = frame.bytes();
+    let embedded_can::Id::Standard(id) = frame.id() else {
+        assert_eq!(
+            data.len(),
+            8,
+            "only an emergency message can have 29 bits: {frame:?}"
+        );
+        return None;
+    };
+    let id = id.as_raw();
+    let keeps = match id {
+        0x001..=0x080 | 0x101..=0x180 | 0x601..=0x67F | 0x6E0..=0x6FF => false,
+        0x581..=0x5FF | cob_id::LSS_REPLY => data.len() == 8,
+        0x701..=0x77F => matches!(data, [0 | 4 | 5 | 127]),
+        0x780.. => false,
+        _ => true,
+    };
+    assert!(keeps && !frame.is_remote(), "{frame:?}");
+    let is_boot_up = matches!(id, 0x701..=0x77F) && data == [0];
+    is_boot_up.then_some((id & 0x7F) as u8)
 }
 
 /// The identifier of each TPDO, for node 0, and the length of its data.
@@ -171,8 +252,16 @@ fn tpdos(tables: &Tables, product: &Product) -> impl Iterator<Item = (u16, usize
     })
 }
 
-/// Whether the angles are within the range of the sensor.
-pub fn is_possible(readout: Readout) -> bool {
+/// Whether the angles are within the range of the sensor. A sensor with free offsets has no range.
+pub fn is_possible(readout: Readout, tables: &Tables) -> bool {
+    if has_free_offset(tables) {
+        return true;
+    }
     let y = readout.y.is_some_and(|y| (-18_000..36_000).contains(&y));
     (-18_000..=18_000).contains(&readout.x) && y
+}
+
+/// Whether the sensor adds an offset (3210h) to its angle.
+fn has_free_offset(tables: &Tables) -> bool {
+    tables.objects.iter().any(|object| object.index == 0x3210)
 }

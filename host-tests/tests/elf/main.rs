@@ -21,6 +21,7 @@ mod detection;
 mod errors;
 mod faults;
 mod halves;
+mod ims360;
 mod jn2101;
 mod joining;
 mod load;

@@ -36,6 +36,8 @@ mod errors;
 mod faults;
 #[path = "../elf/halves.rs"]
 mod halves;
+#[path = "../elf/ims360.rs"]
+mod ims360;
 #[path = "../elf/jn2101.rs"]
 mod jn2101;
 #[path = "../elf/load.rs"]
