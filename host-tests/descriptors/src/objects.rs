@@ -237,9 +237,13 @@ mod tests {
     use plumbline::model::catalog::{Protocol, find};
 
     fn jn2101(index: u16, sub: u8, judge: impl Fn(Described)) {
-        let product = find("jn2101").unwrap();
+        described("jn2101", index, sub, judge);
+    }
+
+    fn described(name: &str, index: u16, sub: u8, judge: impl Fn(Described)) {
+        let product = find(name).unwrap();
         let Protocol::Canopen(tables) = &product.protocol else {
-            panic!("the JN2101 speaks CANopen")
+            panic!("{name} speaks CANopen")
         };
         let objects = Described::all(tables.objects, product, None);
         let at =
@@ -276,6 +280,36 @@ mod tests {
         jn2101(0x1029, 1, |object| {
             let expected = "0 = pre-operational, 1 = no change of state, 2 = stopped";
             assert_eq!(object.permitted(), expected);
+        });
+    }
+
+    #[test]
+    fn free_cob_id_is_described_by_its_flags() {
+        for (index, sub, expected) in [
+            (
+                0x1801,
+                1,
+                "11-bit identifier that is free; bit 31 = off, bit 30 = no remote frames",
+            ),
+            (
+                0x1014,
+                0,
+                "11-bit identifier that is free, or with bit 29 any of 29 bits; bit 31 = off",
+            ),
+        ] {
+            described("ims360", index, sub, |object| {
+                assert_eq!(object.permitted(), expected);
+            });
+        }
+    }
+
+    #[test]
+    fn read_only_parameter_has_no_limits() {
+        described("ims360", 0x1000, 0, |object| {
+            assert_eq!(object.limits(), None);
+        });
+        described("ims360", 0x2002, 0, |object| {
+            assert_eq!(object.limits(), Some((1, 126)));
         });
     }
 
