@@ -183,14 +183,14 @@ fn one_axis_variant_acts_after_store_and_restart() {
     assert_one_axis(&mut tester);
 
     tester.settle_at([1.0, 0.0, 0.0]);
-    assert_eq!(tester.read_i32(0x6110), 90_00);
+    assert_eq!(tester.read_i32(0x6110), 9_000);
     assert_eq!(tester.read_i32(0x6120), 0);
     tester.settle_at([-1.0, 0.0, 0.0]);
-    assert_eq!(tester.read_i32(0x6110), 270_00);
-    for offset in [100_00_i32, -280_00, 36_000 * 3 + 100_00] {
+    assert_eq!(tester.read_i32(0x6110), 27_000);
+    for offset in [10_000_i32, -28_000, 36_000 * 3 + 10_000] {
         tester.write(0x3210, 0, 4, offset as u32).unwrap();
         tester.write(0x3220, 0, 4, 5).unwrap();
-        let expected = (270_00 + offset).rem_euclid(360_00);
+        let expected = (27_000 + offset).rem_euclid(36_000);
         assert_eq!(tester.read_i32(0x6110), expected);
         assert_eq!(tester.read_i32(0x6120), 0);
     }
@@ -198,7 +198,7 @@ fn one_axis_variant_acts_after_store_and_restart() {
     assert_eq!(tester.write(0x3200, 0, 1, 3), Err(NOT_PERMITTED));
     assert_eq!(tester.write(0x3200, 0, 1, 1), Ok(()));
     assert_eq!(tester.read_i32(0x6110), 0);
-    assert_eq!(tester.read_i32(0x3210), -270_00);
+    assert_eq!(tester.read_i32(0x3210), -27_000);
 }
 
 fn assert_one_axis(tester: &mut Ims360Tester) {
@@ -377,7 +377,7 @@ fn controller_reset_starts_with_stored_values() {
 fn auto_zero_sets_offsets() {
     let mut tester = booted();
     tester.tilt(10.0, -20.0);
-    for (command, offsets, angles) in [(1, [-10_00, 0], [0, -20_00]), (2, [-10_00, 20_00], [0, 0])]
+    for (command, offsets, angles) in [(1, [-1_000, 0], [0, -2_000]), (2, [-1_000, 2_000], [0, 0])]
     {
         tester.write(0x3200, 0, 1, command).unwrap();
         assert_eq!(
@@ -387,11 +387,11 @@ fn auto_zero_sets_offsets() {
         assert_eq!([0x6110, 0x6120].map(|index| tester.read_i32(index)), angles);
     }
     tester.write(0x3210, 0, 4, 123).unwrap();
-    assert_eq!(tester.read_i32(0x6110), 11_23);
+    assert_eq!(tester.read_i32(0x6110), 1_123);
     tester.write(0x3200, 0, 1, 3).unwrap();
     assert_eq!(
         [0x3210, 0x3220].map(|index| tester.read_i32(index)),
-        [-10_00, 20_00]
+        [-1_000, 2_000]
     );
     // Not stored by itself.
     tester.power_cycle();

@@ -47,13 +47,13 @@ fn clipping_is_out_of_range_on_both_axes_while_angle_is_sent() {
 #[test]
 fn angle_beyond_90_deg_with_offset_is_out_of_range() {
     let mut tester = booted();
-    tester.write(0x3220, 0, 4, 90_00).unwrap();
+    tester.write(0x3220, 0, 4, 9_000).unwrap();
     assert_eq!(tester.sent_text(), [""; 0]);
     let sent = tester.exchange("632#2320320029230000");
     assert_eq!(sent, ["5B2#6020320000000000", "0B2#2050810000000000"]);
     let sent = tester.exchange("632#23203200D8DCFFFF");
     assert_eq!(sent[1..], ["0B2#0000000000000000"]);
-    tester.write(0x3210, 0, 4, -90_00_i32 as u32).unwrap();
+    tester.write(0x3210, 0, 4, -9_000_i32 as u32).unwrap();
     assert_eq!(tester.sent_text(), [""; 0]);
 }
 
@@ -79,7 +79,7 @@ fn one_axis_sensor_has_no_lateral_fault() {
     tester.store();
     tester.power_cycle();
     assert_eq!(tester.sent_text(), ["732#00"]);
-    tester.write(0x3210, 0, 4, 200_00).unwrap();
+    tester.write(0x3210, 0, 4, 20_000).unwrap();
     assert_eq!(tester.sent_text(), [""; 0], "360 deg have no limit");
     let sent = tester.wait_without_samples(150);
     let sent: Vec<_> = sent.iter().map(|(_, frame)| format!("{frame:?}")).collect();

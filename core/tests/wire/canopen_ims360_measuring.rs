@@ -95,7 +95,7 @@ fn largest_error(fusion: u32, exponent: i8) -> i32 {
 
 #[test]
 fn fusion_follows_rotation_without_delay() {
-    assert!(largest_error(0, -3) > 10_00, "low-pass");
+    assert!(largest_error(0, -3) > 1_000, "low-pass");
     for exponent in [-2, -3, -4] {
         let error = largest_error(1, exponent);
         assert!(error <= 30, "Q = 10^{exponent}: {error}");
@@ -186,7 +186,7 @@ fn event_timer_inhibit_time_and_change_of_value_trigger_tpdos() {
         "at the beginning of operational"
     );
     assert_eq!(tester.wait_text(100), []);
-    tester.temperature = 40_00;
+    tester.temperature = 4_000;
     assert_eq!(tester.wait_text(100), [], "not mapped");
     let sent = tester.exchange("632#2310320001000000");
     assert_eq!(sent, ["5B2#6010320000000000", "1B2#0100000000000000"]);
