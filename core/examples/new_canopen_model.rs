@@ -35,10 +35,8 @@ impl Application for Slope {
         self.2
     }
     fn sample(&mut self, _: Instant, reading: &Reading) -> Published<1> {
-        let slope = definition::perpendicular(self.0.sample(reading))
-            .x
-            .centidegrees();
-        self.2 = Published::new([slope - self.1], Faults::NONE);
+        let angles = definition::perpendicular(self.0.sample(reading));
+        self.2 = Published::new([angles.x.centidegrees() - self.1], Faults::NONE);
         self.2
     }
     fn stale(&mut self) -> Published<1> {
@@ -51,6 +49,8 @@ impl Product for Mast {
     type Tpdos = TpdoArray<1, 1>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
+    type Lss = plumbline::canopen::Absent;
+    type Block = plumbline::canopen::Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),

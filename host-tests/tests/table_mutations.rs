@@ -26,9 +26,11 @@ const IS1: &str = "gemac/is1.rs";
 const IS2: &str = "gemac/is2.rs";
 const OBJECTS: &str = "jn2101/objects.rs";
 const JN2101: &str = "jn2101/parameters.rs";
+const IMS360_OBJECTS: &str = "ims360/objects.rs";
+const IMS360: &str = "ims360/parameters.rs";
 const PROFILE: &str = "../canopen/profile.rs";
 
-/// The swaps, for each kind of entry in the tables of GEMAC's products and of the JN2101.
+/// The swaps, for each kind of entry in the tables of GEMAC's products, of the JN2101 and of the IMS360.
 const SWAPS: &[Swap] = &[
     // Rows.
     swap(
@@ -112,6 +114,13 @@ const SWAPS: &[Swap] = &[
         JN2101,
         ["Quadrants::FourSigned)", "Quadrants::FourUnsigned)"],
     ),
+    swap(IMS360, ["Kind::Off),", "Kind::Butterworth),"]),
+    swap(IMS360_OBJECTS, ["id::ZERO_X)", "id::ZERO_Y)"]),
+    swap(IMS360_OBJECTS, ["value::X)", "value::Y)"]),
+    swap(IMS360_OBJECTS, ["value::FORCE16)", "value::RATE16)"]),
+    swap(IMS360_OBJECTS, ["2, id::FUSION)", "1, id::FILTER_TYPE)"]),
+    swap(IMS360_OBJECTS, ["id::TPDO[2])", "id::TPDO[3])"]),
+    swap(IMS360_OBJECTS, ["id::PROTOCOL)", "id::BUS_OFF_RECOVERY)"]),
 ];
 
 /// Copies a file or a folder.

@@ -13,6 +13,12 @@ pub enum Abort {
     TimeOut = 0x0504_0000,
     /// The command specifier is unknown, or not valid without a transfer.
     Command = 0x0504_0001,
+    /// The block size is not 1 to 127.
+    BlockSize = 0x0504_0002,
+    /// Block transfer: the sequence number is not valid.
+    SequenceNumber = 0x0504_0003,
+    /// Block transfer: the CRC is wrong.
+    Crc = 0x0504_0004,
     /// The access is not supported now: the TPDO is valid, or its number of mapped objects is not 0.
     Access = 0x0601_0000,
     /// Read of a write-only object.

@@ -7,6 +7,7 @@
 //!  TPDO       180h + id   mapped objects in order
 //!  SDO        580h + id   server to client;  600h + id client to server
 //!  guarding   700h + id   state (remote frame: request); boot-up is state 0
+//!  LSS        7E4h        node to master;  7E5h master to node (CiA 305)
 //! ```
 
 use crate::param::Ranges;
@@ -23,6 +24,10 @@ pub const SDO_REPLY: u16 = 0x580;
 pub const SDO_REQUEST: u16 = 0x600;
 /// The identifier of boot-up, heartbeat and guarding, for node 0.
 pub const ERROR_CONTROL: u16 = 0x700;
+/// The identifier of LSS answers.
+pub const LSS_REPLY: u16 = 0x7E4;
+/// The identifier of LSS requests.
+pub const LSS_REQUEST: u16 = 0x7E5;
 
 /// Bit 31 of the COB-ID of a PDO or EMCY: the service is disabled.
 pub const DISABLED: u32 = 1 << 31;

@@ -60,10 +60,20 @@ pub enum Service {
     Text,
     /// A status that the product derives from its values and parameters. It can be mapped into a PDO.
     Status,
+    /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4
+    /// manufacturer. The product has [`KEPT`](super::Product::KEPT).
+    StoreGroup,
+    /// "load" requests the factory values of the group of parameters of the sub-index for the next start (1011h): as
+    /// [`StoreGroup`](Self::StoreGroup), but 1 without node-ID and bit rate, and 5 all.
+    RestoreGroup,
+    /// Writing 1 resets the device after the reply, as power-up does.
+    ResetDevice,
+    /// The serial number as a decimal text.
+    SerialText,
 }
 
 impl Service {
-    pub(super) const ALL: [Self; 10] = [
+    pub(super) const ALL: [Self; 14] = [
         Self::ErrorRegister,
         Self::ErrorCount,
         Self::ErrorHistory,
@@ -74,6 +84,10 @@ impl Service {
         Self::RestoreApplication,
         Self::Text,
         Self::Status,
+        Self::StoreGroup,
+        Self::RestoreGroup,
+        Self::ResetDevice,
+        Self::SerialText,
     ];
 }
 

@@ -104,8 +104,6 @@ pub const fn fault(name: &'static str, cause: Cause, code: u16, register: u8) ->
 pub(super) struct Fault {
     code: u16,
     register: u8,
-    /// The faults of the application that cause it.
-    faults: Faults,
 }
 
 /// Projects the description of the faults.
@@ -114,21 +112,45 @@ pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
     let mut faults = [Fault {
         code: 0,
         register: 0,
-        faults: Faults::NONE,
     }; 8];
     let mut bit = 0;
     while bit < 8 {
         faults[bit] = Fault {
             code: bits[bit].code,
             register: bits[bit].register,
-            faults: match bits[bit].cause {
-                Cause::Application(faults) => faults,
-                _ => Faults::NONE,
-            },
         };
         bit += 1;
     }
     faults
+}
+
+/// The faults of the application that cause each bit of the status byte, from bit 0 on.
+pub(super) type Causes = [Faults; 8];
+
+/// Projects the causes of the faults.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn causes(bits: &[FaultBit; 8]) -> Causes {
+    let mut causes = [Faults::NONE; 8];
+    let mut bit = 0;
+    while bit < 8 {
+        if let Cause::Application(faults) = bits[bit].cause {
+            causes[bit] = faults;
+        }
+        bit += 1;
+    }
+    causes
+}
+
+/// The bits of the status byte that these faults of the application cause. No loop, because a frame can wait: with constant causes, a
+/// bit without cause needs no instruction.
+#[inline(always)]
+pub(super) const fn caused([a, b, c, d, e, f, g, h]: Causes, faults: Faults) -> u8 {
+    const fn bit(number: u8, cause: Faults, faults: Faults) -> u8 {
+        (cause.intersects(faults) as u8) << number
+    }
+    let low = bit(0, a, faults) | bit(1, b, faults) | bit(2, c, faults) | bit(3, d, faults);
+    let high = bit(4, e, faults) | bit(5, f, faults) | bit(6, g, faults) | bit(7, h, faults);
+    low | high
 }
 
 /// The bits with this cause, which must not be [`Cause::Application`].
@@ -136,20 +158,37 @@ pub(super) const fn faults(bits: &[FaultBit; 8]) -> [Fault; 8] {
 pub(super) const fn bits_of(bits: &[FaultBit; 8], cause: Cause) -> u8 {
     let (mut mask, mut bit) = (0, 0);
     while bit < 8 {
-        let same = matches!(
-            (bits[bit].cause, cause),
-            (Cause::Memory, Cause::Memory)
-                | (Cause::Overrun, Cause::Overrun)
-                | (Cause::Passive, Cause::Passive)
-                | (Cause::Guarding, Cause::Guarding)
-                | (Cause::BusOff, Cause::BusOff)
-        );
-        if same {
+        if is_same(bits[bit].cause, cause) {
             mask |= 1 << bit;
         }
         bit += 1;
     }
     mask
+}
+
+/// The event with this cause.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn event_of(events: &[FaultBit], cause: Cause) -> Option<FaultBit> {
+    let mut place = 0;
+    while place < events.len() {
+        if is_same(events[place].cause, cause) {
+            return Some(events[place]);
+        }
+        place += 1;
+    }
+    None
+}
+
+/// Whether both are the same cause, which is not [`Cause::Application`].
+const fn is_same(one: Cause, other: Cause) -> bool {
+    matches!(
+        (one, other),
+        (Cause::Memory, Cause::Memory)
+            | (Cause::Overrun, Cause::Overrun)
+            | (Cause::Passive, Cause::Passive)
+            | (Cause::Guarding, Cause::Guarding)
+            | (Cause::BusOff, Cause::BusOff)
+    )
 }
 
 /// Bit 0 of the error register: generic error.
@@ -259,18 +298,14 @@ impl<H: History> Emergency<H> {
         self.inhibit = Duration::from_ticks(u64::from(inhibit) * 100);
     }
 
-    /// Sets the faults of the application. [`announce_next`](Self::announce_next) queues the messages.
-    pub fn set_application(&mut self, faults: Faults) {
-        let (mut mask, mut active) = (0, 0);
-        for fault in self.faults().iter().rev() {
-            mask = mask << 1 | u8::from(fault.faults != Faults::NONE);
-            active = active << 1 | u8::from(fault.faults.intersects(faults));
-        }
-        self.wanted = self.wanted & !mask | active;
+    /// Sets the faults in `mask` to `bits`. [`announce_next`](Self::announce_next) queues the messages.
+    pub fn want(&mut self, mask: u8, bits: u8) {
+        self.wanted = self.wanted & !mask | bits & mask;
     }
 
     /// Queues the message for one fault of the application that has begun or ended. Returns true if there is another one. A call handles
-    /// one fault, because received frames wait until it returns.
+    /// one fault, because received frames can wait until it returns.
+    #[inline(always)] // usually there is none
     pub fn announce_next(&mut self) -> bool {
         let changed = self.active ^ self.wanted;
         if changed == 0 {
@@ -283,7 +318,7 @@ impl<H: History> Emergency<H> {
 
     /// Sets the faults in `mask` to `bits`. Queues a message for each fault that begins or ends.
     pub fn update(&mut self, mask: u8, bits: u8) {
-        self.wanted = self.wanted & !mask | bits & mask;
+        self.want(mask, bits);
         let changed = (self.active ^ bits) & mask;
         if changed != 0 {
             self.announce(changed, true);
@@ -299,19 +334,23 @@ impl<H: History> Emergency<H> {
             let bit = rest & rest.wrapping_neg();
             rest ^= bit;
             self.active ^= bit;
-            if self.active & bit == 0 {
-                self.queue(0);
-            } else {
-                self.queue(fault.code);
-                let entry = u32::from(self.active) << 16 | u32::from(fault.code);
-                if is_new {
-                    self.history.push(entry);
-                }
+            let begins = self.active & bit != 0;
+            let code = if begins { fault.code } else { 0 };
+            self.queue(code);
+            if begins && is_new {
+                let entry = u32::from(self.active) << 16 | u32::from(code);
+                self.history.push(entry);
             }
         }
     }
 
     fn queue(&mut self, code: u16) {
+        self.queue_with(code, 0);
+    }
+
+    /// Queues a message with these bits besides those of the active faults in its error register.
+    #[inline(always)]
+    fn queue_with(&mut self, code: u16, register: u8) {
         if self.silent {
             return;
         }
@@ -319,7 +358,7 @@ impl<H: History> Emergency<H> {
             self.waiting.pop_front();
         }
         let [low, high] = code.to_le_bytes();
-        let message = [low, high, self.register(), self.active];
+        let message = [low, high, self.register() | register, self.active];
         let _ = self.waiting.push_back(message);
     }
 
@@ -341,6 +380,19 @@ impl<H: History> Emergency<H> {
     pub fn event(&mut self, bits: u8) {
         self.update(bits, bits);
         self.update(bits, 0);
+    }
+
+    /// A momentary fault without a bit in the status byte: queues the error, then the error reset.
+    pub fn momentary(&mut self, event: &FaultBit) {
+        self.queue_with(event.code, GENERIC | event.register);
+        self.history.push(event.code.into());
+        self.queue(0);
+    }
+
+    /// Replaces the history by these errors, the oldest first.
+    pub fn recall(&mut self, errors: impl Iterator<Item = u32>) {
+        self.history.clear();
+        errors.for_each(|error| self.history.push(error));
     }
 
     /// Active faults.

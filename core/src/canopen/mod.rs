@@ -6,7 +6,9 @@
 //! - [`mod@cob_id`]: the identifiers.
 //! - [`dictionary`]: how a product describes its objects, and the compact form in the device; [`profile`]: the objects of CiA
 //!   301.
-//! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat.
+//! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat;
+//!   [`mod@lss`]: layer setting services.
+//! - [`feature`]: services that only some products have.
 //! - [`Product`]: the description of a product.
 //! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
 
@@ -15,7 +17,10 @@ pub mod cob_id;
 mod cob_ids;
 pub mod dictionary;
 pub mod emcy;
+pub mod feature;
+mod groups;
 mod guarding;
+pub mod lss;
 mod mapping;
 pub mod nmt;
 mod node;
@@ -31,10 +36,16 @@ mod saving;
 pub mod sdo;
 pub mod setting;
 mod timer;
+mod variant;
 
 pub use abort::Abort;
 pub use dictionary::Object;
+pub use feature::{Absent, Present};
+pub use groups::Kept;
+pub use lss::Lss;
 pub use node::CanopenNode;
 pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
 pub use product::{ErrorHistory, LedTable, Product, Text};
 pub use protocol::Canopen;
+pub use sdo::Block;
+pub use variant::Variant;

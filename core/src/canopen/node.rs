@@ -23,7 +23,7 @@ impl<P: Product> CanNode<P::Application, Canopen<P>> {
 
     /// Starts an [`INITIAL`](Self::INITIAL) node in place.
     pub fn start(&mut self, now: Instant, boot: &Boot) {
-        self.start_with(now, boot, |_, protocol, parameters, damaged| {
+        self.start_with(now, boot, |_, protocol, parameters: &mut _, damaged| {
             protocol.restored(parameters, damaged);
         });
     }

@@ -3,6 +3,8 @@
 use super::Abort;
 use super::dictionary::{Service, has_service};
 use super::emcy::History;
+use super::feature::Feature;
+use super::lss::UNCONFIGURED;
 use super::mapping::is_mapping;
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
@@ -16,9 +18,9 @@ use crate::param::{ParameterRow, number};
 use crate::time::Instant;
 
 /// The signature "save" (1010h) as a little-endian number.
-const SAVE: u32 = u32::from_le_bytes(*b"save");
+pub(super) const SAVE: u32 = u32::from_le_bytes(*b"save");
 /// The signature "load" (1011h) as a little-endian number.
-const LOAD: u32 = u32::from_le_bytes(*b"load");
+pub(super) const LOAD: u32 = u32::from_le_bytes(*b"load");
 
 /// The objects of a node, for the SDO server.
 pub(super) struct View<'a, P: Product> {
@@ -44,11 +46,19 @@ impl<P: Product> Objects for View<'_, P> {
         lookup::<P>(address)
     }
 
-    fn check_read(&self, row: &'static Row) -> Result<(), Abort> {
+    fn check_read(&self, row: &'static Row, sub: u8) -> Result<(), Abort> {
         if !row.is_readable() {
             return Err(Abort::WriteOnly);
         }
         if row.kind() == Kind::Value && self.cx.shell.is_starting() {
+            return Err(Abort::NoData);
+        }
+        // CiA 301 has no value for an error that did not occur.
+        if P::KEPT.is_some()
+            && row.service() == Some(Service::ErrorHistory)
+            && row.kind() == Kind::Service
+            && u32::from(sub) > self.services.emergency.count()
+        {
             return Err(Abort::NoData);
         }
         Ok(())
@@ -77,6 +87,12 @@ impl<P: Product> Objects for View<'_, P> {
     }
 
     fn text(&self, row: &'static Row) -> P::Text {
+        if const { has_service(P::OBJECTS, Service::SerialText) }
+            && row.kind() == Kind::Service
+            && row.service() == Some(Service::SerialText)
+        {
+            return decimal(self.cx.shell.serial());
+        }
         if row.kind() != Kind::Text {
             return P::text(&self.cx.parameters);
         }
@@ -120,12 +136,15 @@ impl<P: Product> Services<P> {
         match row.service() {
             Some(Service::ErrorRegister) => self.emergency.register().into(),
             Some(Service::ErrorCount) => self.emergency.count(),
-            Some(Service::ErrorHistory) => self.emergency.entry(sub),
+            Some(Service::ErrorHistory) if P::REPORTS_STATUS => self.emergency.entry(sub),
+            Some(Service::ErrorHistory) => self.emergency.entry(sub) & 0xFFFF,
             Some(Service::SerialNumber) => cx.shell.serial(),
             Some(Service::RestoreApplication) => self.saved.restored.into(),
             Some(Service::Status) if const { has_service(P::OBJECTS, Service::Status) } => {
                 P::status(&cx.values, &cx.parameters)
             }
+            // The device stores and restores on command (7.5.2.13 of CiA 301).
+            Some(Service::StoreGroup | Service::RestoreGroup) if P::KEPT.is_some() => 1,
             _ => 0,
         }
     }
@@ -153,6 +172,10 @@ impl<P: Product> Services<P> {
         if row.kind() == Kind::CobId {
             let stored = cx.parameters.get(row.id());
             value = self.take_cob_id(row.index(), row.id(), stored, value)?;
+        }
+        // Only LSS takes the node-ID away.
+        if P::Lss::PRESENT && row.id() == P::NODE_ID && value == u32::from(UNCONFIGURED) {
+            return Err(Abort::Value);
         }
         let effect = cx.write(row.id(), value)?;
         if row.is_communication() {
@@ -202,6 +225,12 @@ impl<P: Product> Services<P> {
         data: &[u8],
     ) -> Result<Written, Abort> {
         let service = row.service().ok_or(Abort::ReadOnly)?;
+        if P::KEPT.is_some()
+            && let Some(result) =
+                self.write_group(cx, now, service, row.address().sub, number(data))
+        {
+            return result;
+        }
         // All others are stored at once.
         if cx.is_saving() && !matches!(service, Service::ErrorCount | Service::Restart) {
             return Err(Abort::DeviceState);
@@ -251,6 +280,20 @@ impl<P: Product> Services<P> {
             self.readdress(cx);
         }
     }
+}
+
+/// A number as a decimal text.
+fn decimal<B: Buffer>(number: u32) -> B {
+    let (mut text, mut unit, mut rest) = (B::EMPTY, 1_000_000_000, number);
+    while unit > 0 {
+        if number >= unit || unit == 1 {
+            let digit = rest.checked_div(unit).unwrap_or(0);
+            rest = rest.wrapping_sub(digit.wrapping_mul(unit));
+            text.append(&[b'0'.wrapping_add(digit as u8)]);
+        }
+        unit /= 10;
+    }
+    text
 }
 
 /// The number of the TPDO (from 0) with this object: 1800h, 1A00h and following.

@@ -390,14 +390,22 @@ impl Tpdo {
 
     /// Returns true if the TPDO must be sent now: its event timer has expired, or the inhibit time that delayed an event has
     /// ended.
+    #[inline(always)] // usually there is no event, and received frames wait until it returns
     pub fn poll(&mut self, now: Instant, triggers: Triggers) -> bool {
         let expired = self.event.poll(now);
         self.waiting |= expired;
-        if !self.waiting || (self.inhibited.is_set() && !self.inhibited.is_reached(now)) {
+        self.waiting && self.begin_inhibit_time(now, triggers.restarts_timer && !expired)
+    }
+
+    /// Begins the inhibit time of the waiting event, and restarts the event timer on request. Returns false if the last inhibit time
+    /// has not ended.
+    #[inline(never)] // rarely called
+    fn begin_inhibit_time(&mut self, now: Instant, restarts_timer: bool) -> bool {
+        if self.inhibited.is_set() && !self.inhibited.is_reached(now) {
             return false;
         }
         self.waiting = false;
-        if triggers.restarts_timer && !expired {
+        if restarts_timer {
             self.start_timer(now);
         }
         self.inhibited = if self.inhibit > 0 {

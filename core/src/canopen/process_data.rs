@@ -98,7 +98,9 @@ impl<P: Product> Services<P> {
             if changed {
                 tpdo.changed();
             }
-            if tpdo.poll(now, P::TRIGGERS) {
+            let due = tpdo.poll(now, P::TRIGGERS);
+            tpdo.consider(&mut self.earliest);
+            if due {
                 self.react(cx, number, Reaction::Send);
             }
         }

@@ -2,15 +2,19 @@
 
 use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::{CIA_301, FaultBit, History};
+use super::feature::Feature;
+use super::groups::Kept;
+use super::lss::{Lss, UNCONFIGURED};
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
-use super::sdo::Buffer;
+use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
+use super::variant::Variant;
 use crate::application::{Application, Effect};
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
-use crate::param::{Parameter, ParameterId, Parameters, Quantity, Refused, Table};
+use crate::param::{Parameter, ParameterId, Parameters, Permitted, Quantity, Refused, Table};
 use crate::store::ImageId;
 
 /// Run and error LED patterns.
@@ -70,6 +74,12 @@ pub trait Product: 'static {
     type History: History;
     /// A buffer for the longest text, for example `Text<24>`.
     type Text: Buffer;
+    /// Layer setting services (CiA 305): [`Absent`](super::Absent) or `Present<Lss>`. With LSS, the dictionary has 1018h with its
+    /// four numbers, and [`NODE_ID`](Self::NODE_ID) permits 255 ([`profile::lss_node_id`]).
+    type Lss: Feature<Lss>;
+    /// SDO block transfer: [`Absent`](super::Absent) or `Present<Block>`. With block transfer, [`Text`](Self::Text) has at least 4
+    /// bytes.
+    type Block: Feature<Block>;
 
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
@@ -77,6 +87,11 @@ pub trait Product: 'static {
     const FAULTS: [FaultBit; 8] = CIA_301;
     /// The LED patterns.
     const LEDS: LedTable = LedTable::CIA_303_3;
+    /// Momentary faults without a bit in the status byte: [`Cause::Overrun`](super::emcy::Cause::Overrun) or
+    /// [`Cause::BusOff`](super::emcy::Cause::BusOff).
+    const EVENTS: &'static [FaultBit] = &[];
+    /// Whether emergency messages and the history contain the status byte. Otherwise, its place is 0.
+    const REPORTS_STATUS: bool = true;
     /// The triggers of transmission types 254 and 255.
     const TRIGGERS: Triggers = Triggers::TIMER;
     /// Whether the COB-IDs of the SYNC and of the EMCY can be written in pre-operational only.
@@ -87,6 +102,14 @@ pub trait Product: 'static {
     const BIT_RATE: ParameterId;
     /// The values of the bit rate parameter and their bit rates.
     const BIT_RATES: &'static [(u16, BitRate)] = profile::BIT_RATES;
+    /// A number in [`BIT_RATES`](Self::BIT_RATES) multiplied by this is the value of the bit rate parameter; at least 1.
+    const BIT_RATE_UNIT: u32 = 1;
+    /// The parameter that is not 0 while the node leaves bus-off automatically; None: it always does.
+    const BUS_OFF_RECOVERY: Option<ParameterId> = None;
+    /// The hidden parameters of a product with groups of stored parameters and a stored history.
+    const KEPT: Option<Kept> = None;
+    /// The variants with other factory values.
+    const VARIANTS: &'static [Variant] = &[];
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
 
@@ -130,6 +153,8 @@ pub trait Product: 'static {
 /// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 /// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
 /// - constant texts fit into the buffer, which has at most 255 bytes;
+/// - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
+/// - with block transfer: the buffer for texts takes each number;
 /// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
 pub(super) const fn check<P: Product>() {
     let parameters = <TableOf<P> as Table>::PARAMETERS;
@@ -141,6 +166,31 @@ pub(super) const fn check<P: Product>() {
         P::Text::CAPACITY,
         parameters,
     );
+    assert!(
+        P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
+        "block transfer needs a buffer for texts with at least 4 bytes"
+    );
+    assert!(P::BIT_RATE_UNIT > 0, "the unit of the bit rate is 0");
+    if P::Lss::PRESENT {
+        check_lss(P::OBJECTS, parameters, P::NODE_ID);
+    }
+}
+
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+const fn check_lss(objects: &[Object], parameters: &[Parameter], node_id: ParameterId) {
+    let mut sub = 1;
+    while sub <= 4 {
+        assert!(
+            object_at(objects, 0x1018, sub).is_some(),
+            "a product with LSS needs all numbers of the identity object"
+        );
+        sub += 1;
+    }
+    let permitted = match parameters[node_id.0 as usize].permitted {
+        Permitted::Ranges(ranges) => ranges.contain(UNCONFIGURED as u32),
+        _ => false,
+    };
+    assert!(permitted, "a product with LSS permits the node-ID 255");
 }
 
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only

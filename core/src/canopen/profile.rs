@@ -6,9 +6,12 @@
 
 use super::cob_id;
 use super::dictionary::{Access, Object, Service, Target};
+use super::lss::UNCONFIGURED;
 use super::pdo::TRANSMISSION_TYPES;
 use crate::can::BitRate;
-use crate::param::{Coding, DataType, Parameter, ParameterId, Permitted, Persistence, ValueId};
+use crate::param::{
+    Coding, DataType, Parameter, ParameterId, Permitted, Persistence, Ranges, ValueId,
+};
 
 /// Joins arrays of objects, one table from several: `plumbline::objects![[profile::ERROR_REGISTER], profile::SERVER_SDO]`.
 #[macro_export]
@@ -65,6 +68,20 @@ pub const fn node_id(id: ParameterId, factory: u8) -> Parameter {
         ..Parameter::new(id, "Node-ID", DataType::U8)
     }
 }
+
+/// Node-ID of a product with LSS, an object of the maker: 1 to 126, or 255 for none. SDO cannot write 255.
+pub const fn lss_node_id(id: ParameterId, factory: u8) -> Parameter {
+    Parameter {
+        permitted: Permitted::Ranges(&LSS_NODE_IDS),
+        ..node_id(id, factory)
+    }
+}
+
+const LSS_NODE_IDS: Ranges = Ranges {
+    text: "1..126; 255 by LSS only",
+    ignored_bits: 0,
+    ranges: &[(1, 126), (UNCONFIGURED as u32, UNCONFIGURED as u32)],
+};
 
 /// Bit rate in kbit/s, an object of the maker; [`BIT_RATES`] are permitted.
 pub const fn bit_rate(id: ParameterId, factory: u16) -> Parameter {

@@ -1,7 +1,8 @@
 //! The protocol: received frames, timers, saves and faults.
 
 use super::cob_id;
-use super::emcy::{self, Cause, Emergency};
+use super::emcy::{self, Cause, Emergency, FaultBit};
+use super::feature::Feature;
 use super::guarding::Guarding;
 use super::nmt::{Command, State};
 use super::objects::View;
@@ -23,7 +24,7 @@ pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The CANopen protocol for product `P`.
 pub struct Canopen<P: Product> {
-    pub(super) sdo: Server<&'static Row, P::Text>,
+    pub(super) sdo: Server<&'static Row, P::Text, P::Block>,
     pub(super) services: Services<P>,
 }
 
@@ -43,10 +44,14 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    pub(super) lss: P::Lss,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
     /// In [`State::Initialising`]: the delay of a reset.
     pub(super) heartbeat: Periodic,
+    /// The earliest deadline. Each step of [`tick`](Protocol::tick) considers its own one: all of them in one step would take too
+    /// long for a frame that waits.
+    pub(super) earliest: Deadline,
 }
 
 impl<P: Product> Services<P> {
@@ -55,11 +60,18 @@ impl<P: Product> Services<P> {
     const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
     pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
     const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
+    const OVERRUN_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::Overrun);
+    const BUS_OFF_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::BusOff);
+    const CAUSES: emcy::Causes = emcy::causes(&P::FAULTS);
+    /// The bits that faults of the application cause.
+    const APPLICATION: u8 = emcy::caused(Self::CAUSES, Faults(u16::MAX));
     const FAULTS: &'static [emcy::Fault; 8] = &emcy::faults(&P::FAULTS);
 
     pub(super) const SYNC_COB_ID: Setting =
         Setting::at_or(P::OBJECTS, 0x1005, 0, cob_id::SYNC_DEFAULT as u32);
     pub(super) const GUARD_TIME: Setting = Setting::at(P::OBJECTS, 0x100C, 0);
+    /// Whether the product has node guarding.
+    const HAS_GUARDING: bool = matches!(Self::GUARD_TIME, Setting::Parameter(_));
     pub(super) const LIFE_TIME_FACTOR: Setting = Setting::at(P::OBJECTS, 0x100D, 0);
     const EMCY_COB_ID: Setting = Setting::at(P::OBJECTS, 0x1014, 0);
     pub(super) const EMCY_INHIBIT_TIME: Setting = Setting::at(P::OBJECTS, 0x1015, 0);
@@ -69,18 +81,19 @@ impl<P: Product> Services<P> {
 }
 
 impl<P: Product> Canopen<P> {
-    /// Whether layer setting services (CiA 305) are supported: no.
-    pub const LSS: bool = false;
+    /// Whether layer setting services (CiA 305) are supported.
+    pub const LSS: bool = P::Lss::PRESENT;
 
     /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = super::product::check::<P>();
 
     /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
-    pub(super) fn restored(&mut self, parameters: &ParametersOf<P>, damaged: bool) {
+    pub(super) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
         let () = Self::CHECKED;
         let services = &mut self.services;
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);
+        services.begin(parameters);
         if damaged {
             services
                 .emergency
@@ -100,8 +113,17 @@ impl<P: Product> Canopen<P> {
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
         // A read of a number changes no deadline.
-        if self.sdo.deadline() != expires {
+        if self.sdo.deadline() != expires || self.sdo.is_streaming() {
             cx.shell.wake_up();
+        }
+    }
+
+    /// Sends the next segment of a block upload when all other frames have left the queue, so that they do not wait for it.
+    #[inline(always)] // called from one place
+    fn stream(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        if self.sdo.is_streaming() && cx.shell.is_online() && !cx.shell.is_sending() {
+            let segment = self.sdo.next_segment(now);
+            self.services.send_sdo(cx, segment);
         }
     }
 
@@ -113,6 +135,7 @@ impl<P: Product> Canopen<P> {
             Command::Enter(state) => self.enter(cx, now, state),
             // An object has requested a reset of the node, which the reset communication must not cancel.
             Command::ResetCommunication if self.services.state != State::Initialising => {
+                self.services.reset_lss();
                 self.reset_communication(cx, now);
             }
             Command::ResetNode | Command::ResetCommunication => self.reset_node(cx, now),
@@ -163,8 +186,8 @@ impl<P: Product> Canopen<P> {
 impl<P: Product> Protocol<P::Application> for Canopen<P> {
     // The heartbeat, the TPDOs, and one emergency message.
     const FRAMES: usize = 2 + P::Tpdos::COUNT;
-    // NMT, SYNC, SDO requests, guarding, and remote frames for the TPDOs.
-    const FILTERS: usize = 4 + P::Tpdos::COUNT;
+    // NMT, SYNC, SDO requests, guarding, remote frames for the TPDOs, and LSS requests.
+    const FILTERS: usize = 4 + P::Tpdos::COUNT + P::Lss::PRESENT as usize;
 
     const INITIAL: Self = Self {
         sdo: Server::IDLE,
@@ -178,16 +201,22 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
+            lss: P::Lss::INITIAL,
             unsynchronised: 0,
             heartbeat: Periodic::OFF,
+            earliest: Deadline::NEVER,
         },
     };
 
     fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.reset_communication(cx, now);
+        self.services.use_up_request(cx);
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+        if self.layer_setting(cx, now, frame) {
+            return;
+        }
         let services = &mut self.services;
         let id = frame.can_id();
         let node_id = u16::from(services.node_id);
@@ -200,7 +229,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             self.serve(cx, now, frame);
         } else if id == CanId::standard(cob_id::NMT) {
             self.nmt(cx, now, frame);
-        } else if id == CanId::standard(cob_id::ERROR_CONTROL + node_id) {
+        } else if Services::<P>::HAS_GUARDING
+            && id == CanId::standard(cob_id::ERROR_CONTROL + node_id)
+        {
             services.guard(cx, now, frame);
         } else if frame.is_remote() {
             services.request(cx, now, id);
@@ -213,19 +244,28 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         }
     }
 
-    fn bus_changed(&mut self, cx: &mut ContextOf<P>, _now: Instant, change: BusChange) {
+    fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
+        if change == BusChange::Recovered {
+            self.services.resume_flicker(now);
+        }
         let emergency = &mut self.services.emergency;
         let passive = match cx.shell.bus_state() {
             BusState::Passive => Services::<P>::PASSIVE,
             _ => 0,
         };
         match change {
-            BusChange::Overrun => emergency.event(Services::<P>::OVERRUN),
+            BusChange::Overrun => match Services::<P>::OVERRUN_EVENT {
+                Some(event) => emergency.momentary(&event),
+                None => emergency.event(Services::<P>::OVERRUN),
+            },
             BusChange::State if cx.shell.bus_state() != BusState::BusOff => {
                 emergency.update(Services::<P>::PASSIVE, passive);
             }
             BusChange::Recovered => {
-                emergency.event(Services::<P>::BUS_OFF);
+                match Services::<P>::BUS_OFF_EVENT {
+                    Some(event) => emergency.momentary(&event),
+                    None => emergency.event(Services::<P>::BUS_OFF),
+                }
                 emergency.update(Services::<P>::PASSIVE, passive);
             }
             BusChange::State | BusChange::Online => {}
@@ -233,8 +273,8 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.show(cx);
     }
 
-    fn recovers(&self, _parameters: &ParametersOf<P>) -> bool {
-        true
+    fn recovers(&self, parameters: &ParametersOf<P>) -> bool {
+        P::BUS_OFF_RECOVERY.is_none_or(|id| parameters.get(id) != 0)
     }
 
     fn stored(
@@ -248,8 +288,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
         self.services.end_save(cx, saved, succeeded);
         let reply = self.sdo.stored(succeeded);
         self.services.send_sdo(cx, reply);
+        self.services.stored_lss(cx, succeeded);
     }
 
+    // A frame between two steps that changes a deadline wakes the node up: then all steps follow again.
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
         match step {
             0 => {
@@ -257,25 +299,26 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 if self.services.guarding.poll(now) {
                     self.lose_master(cx, now);
                 }
+                self.services.earliest = self.services.guarding.deadline();
             }
             1 => {
-                if self.services.emergency.announce_next() {
-                    // The next fault in the next round.
-                    cx.shell.wake_up();
+                if let Some(expired) = self.sdo.poll(now) {
+                    self.services.send_sdo(cx, Some(expired));
                 }
-            }
-            2 => {
-                let expired = self.sdo.poll(now);
-                self.services.send_sdo(cx, expired);
+                self.stream(cx, now);
                 if self.services.resets(now) {
                     self.reset_node(cx, now);
                 }
+                self.tick_lss(cx, now);
+                self.services.earliest.consider(self.sdo.deadline());
+                if let Some(lss) = self.services.lss.get() {
+                    lss.consider(&mut self.services.earliest);
+                }
             }
-            3 => self.services.send_heartbeat(cx, now),
-            // After the last TPDO, an emergency message in each step.
+            2 => self.services.send_heartbeat(cx, now),
             _ => {
-                return self.services.send_event(cx, now, usize::from(step - 4))
-                    || self.services.send_emergency(cx, now);
+                return self.services.send_event(cx, now, usize::from(step - 3))
+                    || self.services.send_fault(cx, now);
             }
         }
         true
@@ -286,22 +329,21 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn waits_for_room(&self) -> bool {
-        self.services.emergency.is_waiting()
+        self.services.emergency.is_waiting() || self.sdo.is_streaming()
     }
 
     fn deadlines(&self, earliest: &mut Deadline) {
-        let services = &self.services;
-        earliest.consider(self.sdo.deadline());
-        earliest.consider(services.heartbeat.deadline());
-        earliest.consider(services.guarding.deadline());
-        earliest.consider(services.emergency.deadline());
-        for tpdo in services.tpdos.all() {
-            tpdo.consider(earliest);
-        }
+        earliest.consider(self.services.earliest);
     }
 
     fn filters(&self, _cx: &ContextOf<P>, accept: &mut dyn FnMut(Filter)) {
         let services = &self.services;
+        if P::Lss::PRESENT {
+            accept(Filter::exact(CanId::standard(cob_id::LSS_REQUEST)));
+        }
+        if services.is_unconfigured() {
+            return;
+        }
         let node_id = u16::from(services.node_id);
         let own = [
             cob_id::NMT,
@@ -347,7 +389,8 @@ impl<P: Product> Services<P> {
     fn take_faults(&mut self, faults: Faults) {
         if faults != self.faults {
             self.faults = faults;
-            self.emergency.set_application(faults);
+            let bits = emcy::caused(Self::CAUSES, faults);
+            self.emergency.want(Self::APPLICATION, bits);
         }
     }
 
@@ -357,6 +400,16 @@ impl<P: Product> Services<P> {
             let state = self.state as u8;
             cx.shell.send_cyclic(Frame::word(id, state.into(), 1));
         }
+        self.earliest.consider(self.heartbeat.deadline());
+    }
+
+    /// Announces one fault of the application and sends one emergency message, after the last TPDO. Both are in one step, so that a
+    /// frame waits for a fault only if its answer waits for the emergency message. Returns false if there is nothing more.
+    fn send_fault(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
+        let more = self.emergency.announce_next();
+        let sent = self.emergency.is_waiting() && self.send_emergency(cx, now);
+        self.earliest.consider(self.emergency.deadline());
+        more || sent
     }
 
     /// Sends the next emergency message. Returns false if there is none, or if it must wait.
@@ -370,7 +423,10 @@ impl<P: Product> Services<P> {
         {
             let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
             if let Some(id) = self.emergency_id(id) {
-                let message = u64::from_le_bytes(message);
+                let mut message = u64::from_le_bytes(message);
+                if !P::REPORTS_STATUS {
+                    message &= 0xFF_FFFF;
+                }
                 cx.shell.send(Frame::word(id, message, 8));
             }
             return true;
@@ -392,11 +448,13 @@ impl<P: Product> Services<P> {
             }
             state => leds.error.of(state),
         };
-        let patterns = Patterns {
+        let mut patterns = Patterns {
             run,
             error,
             ..Patterns::default()
         };
+        let bus_off = cx.shell.bus_state() == BusState::BusOff;
+        self.overlay_flicker(&mut patterns, bus_off);
         cx.shell.show(patterns);
     }
 

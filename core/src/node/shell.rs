@@ -391,7 +391,7 @@ impl Shell {
     }
 
     /// Whether the queue has a frame.
-    pub(super) fn is_sending(&self) -> bool {
+    pub fn is_sending(&self) -> bool {
         !self.queue.is_empty()
     }
 

@@ -31,6 +31,7 @@ pub const fn rows<const N: usize>(
     assert!(parameters.len() == N && N <= PARAMETERS_MAX);
     let empty = ParameterRow::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
     let mut rows = [empty; N];
+    let places = places(parameters);
     let mut row = 0;
     while row < N {
         let parameter = &parameters[row];
@@ -47,7 +48,7 @@ pub const fn rows<const N: usize>(
             parameter.data_type,
             parameter.persistence,
             ignored_bits,
-            (place(parameters, row), count(parameter)),
+            (places[row], count(parameter)),
         );
         row += 1;
     }
@@ -57,15 +58,16 @@ pub const fn rows<const N: usize>(
 
 /// The number of ranges in the pool.
 pub const fn pool_size(parameters: &[Parameter]) -> usize {
-    place(parameters, parameters.len())
+    places(parameters)[parameters.len()]
 }
 
 /// The pool of permitted ranges of the rows. Parameters with the same ranges share them.
 pub const fn pool<const N: usize>(parameters: &[Parameter]) -> [Limits; N] {
     let mut pool = [(0, 0); N];
+    let places = places(parameters);
     let mut row = 0;
     while row < parameters.len() {
-        let first = place(parameters, row);
+        let first = places[row];
         let mut range = 0;
         while range < count(&parameters[row]) {
             pool[first + range] = limits(&parameters[row], range);
@@ -133,29 +135,35 @@ const fn limits(parameter: &Parameter, range: usize) -> Limits {
     )
 }
 
-/// The index of the first range of a row in the pool: that of an earlier row with the same ranges, or the next free one.
-const fn place(parameters: &[Parameter], row: usize) -> usize {
-    let (mut before, mut end) = (0, 0);
-    while before < row {
-        let first = place(parameters, before);
-        if row < parameters.len() && is_alike(&parameters[before], &parameters[row]) {
-            return first;
+/// The index of the first range of each row in the pool: that of an earlier row with the same ranges, or the next free one. After the
+/// last row: the size of the pool.
+const fn places(parameters: &[Parameter]) -> [usize; PARAMETERS_MAX + 1] {
+    let mut places = [0; PARAMETERS_MAX + 1];
+    let (mut row, mut end) = (0, 0);
+    while row < parameters.len() {
+        let mut alike = 0;
+        while !is_alike(&parameters[alike], &parameters[row]) {
+            alike += 1;
         }
-        if first + count(&parameters[before]) > end {
-            end = first + count(&parameters[before]);
+        places[row] = if alike < row { places[alike] } else { end };
+        let after = places[row] + count(&parameters[row]);
+        if after > end {
+            end = after;
         }
-        before += 1;
+        row += 1;
     }
-    end
+    places[row] = end;
+    places
 }
 
 /// Whether two parameters permit the same ranges.
 const fn is_alike(one: &Parameter, other: &Parameter) -> bool {
-    if count(one) != count(other) {
+    let ranges = count(one);
+    if ranges != count(other) {
         return false;
     }
     let mut range = 0;
-    while range < count(one) {
+    while range < ranges {
         let (a, b) = (limits(one, range), limits(other, range));
         if a.0 != b.0 || a.1 != b.1 {
             return false;

@@ -3,7 +3,9 @@
 
 use crate::tester::Tester;
 use crate::tester::canopen::frame;
-use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile};
+use plumbline::canopen::{
+    Absent, CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile,
+};
 use plumbline::prelude::*;
 
 const SLOPE: ValueId = ValueId(0);
@@ -62,6 +64,8 @@ macro_rules! product {
             type Tpdos = TpdoArray<$count, $mapped>;
             type History = ErrorHistory<1>;
             type Text = Text<0>;
+            type Lss = Absent;
+            type Block = Absent;
 
             const OBJECTS: &'static [Object] = plumbline::objects![
                 profile::error_history(1),

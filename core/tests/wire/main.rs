@@ -1,11 +1,17 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
+mod canopen_block;
 mod canopen_cob_ids;
 mod canopen_codings;
 mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
+mod canopen_ims360;
+mod canopen_ims360_faults;
+mod canopen_ims360_measuring;
 mod canopen_jn2101;
+mod canopen_lss;
+mod canopen_lss_unconfigured;
 mod canopen_mapping;
 mod canopen_memory;
 mod canopen_network;

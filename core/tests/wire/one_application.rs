@@ -185,6 +185,8 @@ impl canopen::Product for Both {
     type Tpdos = TpdoArray<1, 1>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
+    type Lss = canopen::Absent;
+    type Block = canopen::Absent;
 
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],

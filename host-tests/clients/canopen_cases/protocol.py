@@ -16,8 +16,15 @@ BOOT_UP, STOPPED, OPERATIONAL, PRE_OPERATIONAL = 0x00, 0x04, 0x05, 0x7F
 TOGGLE = 0x05030000
 TIME_OUT = 0x05040000
 UNKNOWN_COMMAND = 0x05040001
+BLOCK_SIZE = 0x05040002
+SEQUENCE_NUMBER = 0x05040003
+CRC_ERROR = 0x05040004
+UNSUPPORTED_ACCESS = 0x06010000
+WRITE_ONLY = 0x06010001
 READ_ONLY = 0x06010002
 NO_OBJECT = 0x06020000
+NOT_MAPPABLE = 0x06040041
+PDO_TOO_LONG = 0x06040042
 LENGTH = 0x06070010
 TOO_LONG = 0x06070012
 TOO_SHORT = 0x06070013
@@ -52,6 +59,7 @@ class Object:
     default: int | str | None
     signed: bool = False
     relative: bool = False  # the node-ID is added to the default
+    readable: bool = True
 
     def __str__(self) -> str:
         return f"{self.index:04X}h:{self.sub:02X}"

@@ -4,24 +4,37 @@ import argparse
 import itertools
 import tempfile
 import traceback
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
 from gemac.report import Report
 
+from . import protocol as p
 from .session import Session
 
-PRODUCT = "jn2101"
 # On a busy machine, single attempts of a group that measures in real time can fail.
 ATTEMPTS = 3
 
 
+@dataclass(frozen=True)
+class Subject:
+    """A product under test: its name, its factory node-ID and the objects of its manual."""
+
+    product: str
+    node: int
+    table: Mapping[tuple[int, int], p.Object]
+
+
+JN2101 = Subject("jn2101", p.FACTORY_NODE_ID, p.BY_KEY)
+
+
 @dataclass
 class Context:
-    """The sensor program with further arguments for it, an empty folder and the report."""
+    """The product, the sensor program with further arguments for it, an empty folder and the report."""
 
+    subject: Subject
     report: Report
     binary: Path
     arguments: tuple[str, ...]
@@ -29,7 +42,9 @@ class Context:
 
     def session(self, **options: object) -> Session:
         """Starts a sensor; see `Session` for the options."""
-        return Session(self.report, self.binary, PRODUCT, self.arguments, **options)
+        subject = self.subject
+        options = {"node": subject.node, "table": subject.table} | options
+        return Session(self.report, self.binary, subject.product, self.arguments, **options)
 
     def store(self, name: str = "memory") -> Path:
         """The path of a store file that does not exist yet."""
@@ -55,12 +70,12 @@ def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, 
     return known, tuple(others)
 
 
-def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterable[Group]) -> int:
-    """Runs the groups and prints every check in their order; returns the exit code."""
+def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterable[Group], subject: Subject = JN2101) -> int:
+    """Runs the groups for a product and prints every check in their order; returns the exit code."""
     passed = failed = 0
     binary = options.virtual_sensor.resolve()
     with ProcessPoolExecutor(options.jobs) as pool:
-        for report in pool.map(run_group, itertools.repeat(binary), itertools.repeat(arguments), groups):
+        for report in pool.map(run_group, itertools.repeat(subject), itertools.repeat(binary), itertools.repeat(arguments), groups):
             for line in report.lines:
                 print(line)
             passed += report.passed
@@ -69,10 +84,10 @@ def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterabl
     return 1 if failed or not passed else 0
 
 
-def run_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
+def run_group(subject: Subject, binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
     """Runs one group, which has several attempts."""
     for attempt in range(1, ATTEMPTS + 1):
-        report = attempt_group(binary, arguments, group)
+        report = attempt_group(subject, binary, arguments, group)
         if not report.failed or attempt == ATTEMPTS:
             break
         # Printed to show which checks often need a second attempt.
@@ -80,12 +95,12 @@ def run_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
     return report
 
 
-def attempt_group(binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
+def attempt_group(subject: Subject, binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
     """Runs one group in an empty folder."""
-    report = Report(f"{PRODUCT} {group.__name__}")
+    report = Report(f"{subject.product} {group.__name__}")
     with tempfile.TemporaryDirectory() as folder:
         try:
-            group(Context(report, binary, arguments, Path(folder)))
+            group(Context(subject, report, binary, arguments, Path(folder)))
         except Exception as error:  # the other groups must still run
             places = traceback.extract_tb(error.__traceback__)
             place = " in ".join(f"{step.name}:{step.lineno}" for step in reversed(places[-4:]))

@@ -1,7 +1,7 @@
 """A sensor under test and its master: NMT, SDO, and other frames of the sensor."""
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from gemac.harness import Frame, Program, Sensor, SensorGone, Tester
@@ -37,7 +37,9 @@ class Session:
         bus_rate: str | None = None,
         log: Path | None = None,
         node: int = p.FACTORY_NODE_ID,
+        table: Mapping[tuple[int, int], p.Object] = p.BY_KEY,
     ) -> None:
+        self.table = table
         self.report, self.binary, self.product, self.arguments = report, binary, product, arguments
         self.options = {"scene": scene, "store": store, "bus_rate": bus_rate, "log": log}
         self.node = node
@@ -204,12 +206,12 @@ class Session:
 
     def get(self, index: int, sub: int = 0) -> int:
         """Reads an integer."""
-        entry = p.BY_KEY.get((index, sub))
+        entry = self.table.get((index, sub))
         return p.decode(self.upload(index, sub), bool(entry and entry.signed))
 
     def put(self, index: int, sub: int, value: int) -> None:
         """Writes an integer with the size in the manual."""
-        self.download(index, sub, p.encode(value, p.BY_KEY[index, sub].size))
+        self.download(index, sub, p.encode(value, self.table[index, sub].size))
 
     def abort_code(self, action: Callable[..., object], *arguments: object) -> int:
         """The abort code of a transfer; 0 if it is not aborted."""

@@ -5,10 +5,11 @@
 //! them when it downloads a configuration: it would clear errors, take a zero point or reset the sensor.
 
 use crate::objects::Described;
+use plumbline::canopen::Variant;
 use plumbline::canopen::dictionary::{Access, Object, Target};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::canopen::Tables;
-use plumbline::param::DataType;
+use plumbline::param::{DataType, Permitted};
 use std::fmt::Write;
 
 /// CiA 306 requires a date and a time; they are fixed, so that the same table always gives the same file.
@@ -25,16 +26,18 @@ const BIT_RATES: [u32; 8] = [10, 20, 50, 125, 250, 500, 800, 1000];
 /// The mandatory objects of a CANopen device (CiA 301, 7.5.1).
 const MANDATORY: [u16; 3] = [0x1000, 0x1001, 0x1018];
 
-/// The data sheet of a product.
-pub fn eds(product: &Product, tables: &Tables) -> String {
-    let described = Described::all(tables.objects, product);
+/// The data sheet `name` of a product, or of a variant of it.
+pub fn eds(name: &str, product: &Product, tables: &Tables, variant: Option<&Variant>) -> String {
+    let file = format!("{name}.eds");
+    let described = Described::all(tables.objects, product, variant);
     let objects: Vec<&[Described]> = described
         .chunk_by(|one, next| one.object.index == next.object.index)
         .collect();
     let (name, maker) = (designation(tables.objects), product.maker);
     let mut text = String::new();
-    file_info(&mut text, product.name, maker, name);
-    device_info(&mut text, tables, name, &objects);
+    file_info(&mut text, &file, maker, name);
+    let rates = bit_rates(product, tables);
+    device_info(&mut text, tables, name, &objects, &rates);
     dummy_usage(&mut text);
     comments(&mut text, maker, name);
     let indices = || {
@@ -76,9 +79,9 @@ fn end(text: &mut String) {
     text.push('\n');
 }
 
-fn file_info(text: &mut String, name: &str, maker: &str, product: &str) {
+fn file_info(text: &mut String, file: &str, maker: &str, product: &str) {
     section(text, "FileInfo");
-    entry(text, "FileName", format!("{name}.eds"));
+    entry(text, "FileName", file);
     entry(text, "FileVersion", 1);
     entry(text, "FileRevision", 0);
     entry(text, "EDSVersion", "4.0");
@@ -96,7 +99,13 @@ fn file_info(text: &mut String, name: &str, maker: &str, product: &str) {
     end(text);
 }
 
-fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[Described]]) {
+fn device_info(
+    text: &mut String,
+    tables: &Tables,
+    product: &str,
+    objects: &[&[Described]],
+    rates: &[u32],
+) {
     let identity = |sub| constant(tables.objects, 0x1018, sub);
     let count = |first: u16| {
         let indices = first..first + 512;
@@ -114,10 +123,7 @@ fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[D
     entry(text, "RevisionNumber", format!("0x{:X}", identity(3)));
     entry(text, "OrderCode", product);
     for kbits in BIT_RATES {
-        let offered = tables
-            .bit_rates
-            .iter()
-            .any(|(_, rate)| rate.bits_per_second() == 1000 * kbits);
+        let offered = rates.contains(&(1000 * kbits));
         entry(text, &format!("BaudRate_{kbits}"), u8::from(offered));
     }
     entry(text, "SimpleBootUpMaster", 0);
@@ -132,7 +138,21 @@ fn device_info(text: &mut String, tables: &Tables, product: &str, objects: &[&[D
     end(text);
 }
 
-/// Fixed mapping requires no dummy entries.
+/// The bit rates that the parameter of the bit rate permits, in bit/s.
+fn bit_rates(product: &Product, tables: &Tables) -> Vec<u32> {
+    let parameter = &product.parameters[usize::from(tables.bit_rate.0)];
+    let is_permitted = |code: u16| match parameter.permitted {
+        Permitted::OneOf(list) => list.contains(&(u32::from(code) * tables.bit_rate_unit)),
+        _ => true,
+    };
+    let permitted = tables
+        .bit_rates
+        .iter()
+        .filter(|(code, _)| is_permitted(*code));
+    permitted.map(|(_, rate)| rate.bits_per_second()).collect()
+}
+
+/// No receive PDO needs dummy entries.
 fn dummy_usage(text: &mut String) {
     section(text, "DummyUsage");
     for data_type in 1..=7 {
@@ -256,12 +276,21 @@ fn default(described: &Described) -> Option<String> {
         return Some(text.to_owned());
     }
     let data_type = described.data_type();
-    let value = number(data_type, data_type.value(described.factory()?));
+    let factory = described.factory()?;
+    if is_entry(described.object) {
+        return Some(format!("0x{factory:08X}"));
+    }
+    let value = number(data_type, data_type.value(factory));
     Some(if described.is_node_relative() {
         format!("$NODEID+{value}")
     } else {
         value
     })
+}
+
+/// Whether an object is an entry of a mapping. It has eight digits: index, sub-index and length.
+fn is_entry(object: &Object) -> bool {
+    (0x1A00..0x1C00).contains(&object.index) && object.sub > 0
 }
 
 /// UNSIGNED32 is written in hexadecimal, because most values are identifiers, signatures and bit fields.

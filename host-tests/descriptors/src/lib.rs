@@ -10,7 +10,9 @@ pub use dbc::dbc;
 pub use eds::eds;
 pub use markdown::{Table, table};
 
+use plumbline::canopen::Variant;
 use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::listing::canopen::Tables;
 
 /// A description of a product in the format that its protocol uses.
 pub struct File {
@@ -22,12 +24,32 @@ pub struct File {
 
 /// The description of a product: a CAN database (DBC), or an Electronic Data Sheet (EDS) for CANopen.
 pub fn describe(product: &Product) -> File {
-    let (extension, text) = match &product.protocol {
-        Protocol::Fsc(tables) => ("dbc", dbc(product, tables)),
-        Protocol::Canopen(tables) => ("eds", eds(product, tables)),
+    match &product.protocol {
+        Protocol::Fsc(tables) => File {
+            name: format!("{}.dbc", product.name),
+            text: dbc(product, tables),
+        },
+        Protocol::Canopen(tables) => data_sheet(product, tables, None),
+    }
+}
+
+/// All descriptions of a product: [`describe`], and an Electronic Data Sheet of each variant.
+pub fn describe_all(product: &Product) -> Vec<File> {
+    let mut files = vec![describe(product)];
+    if let Protocol::Canopen(tables) = &product.protocol {
+        let variants = tables.variants.iter();
+        files.extend(variants.map(|variant| data_sheet(product, tables, Some(variant))));
+    }
+    files
+}
+
+fn data_sheet(product: &Product, tables: &Tables, variant: Option<&Variant>) -> File {
+    let name = match variant {
+        Some(variant) => format!("{}_{}", product.name, variant.name),
+        None => product.name.to_owned(),
     };
     File {
-        name: format!("{}.{extension}", product.name),
-        text,
+        text: eds(&name, product, tables, variant),
+        name: format!("{name}.eds"),
     }
 }

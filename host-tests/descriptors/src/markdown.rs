@@ -100,7 +100,7 @@ fn object_table(product: &Product, tables: &canopen::Tables) -> String {
         "| index | sub | object | type | access | values | unit | factory | stored |\n\
          |---|---|---|---|---|---|---|---|---|\n",
     );
-    for row in Described::all(tables.objects, product) {
+    for row in Described::all(tables.objects, product, None) {
         let object = row.object;
         let last = object.sub + object.count - 1;
         let subs = match object.count {

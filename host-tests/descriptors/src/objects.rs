@@ -1,21 +1,35 @@
 //! The description of a CANopen object as text: name, unit, permitted values, limits and factory value.
 
 use super::number::{Number, named, permitted};
-use plumbline::canopen::dictionary::{Object, Service, Target};
-use plumbline::model::catalog::Product;
-use plumbline::param::{DataType, Parameter, Permitted, Persistence};
+use plumbline::canopen::Variant;
+use plumbline::canopen::dictionary::{Access, Object, Service, Target};
+use plumbline::canopen::lss::UNCONFIGURED;
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::param::{DataType, Parameter, Permitted, Persistence, Ranges};
 
 /// An object with its description in the tables of the product.
 #[derive(Clone, Copy, Debug)]
 pub struct Described<'a> {
     pub object: &'a Object,
     product: &'a Product,
+    variant: Option<&'a Variant>,
 }
 
+/// The object with the COB-ID of emergency messages, which can have 29 bits.
+const EMCY_COB_ID: u16 = 0x1014;
+
 impl<'a> Described<'a> {
-    /// All objects of a product, each with its description.
-    pub fn all(objects: &'a [Object], product: &'a Product) -> Vec<Self> {
-        let of = |object| Self { object, product };
+    /// All objects of a product, or of a variant of it, each with its description.
+    pub fn all(
+        objects: &'a [Object],
+        product: &'a Product,
+        variant: Option<&'a Variant>,
+    ) -> Vec<Self> {
+        let of = |object| Self {
+            object,
+            product,
+            variant,
+        };
         objects.iter().map(of).collect()
     }
 
@@ -68,6 +82,15 @@ impl<'a> Described<'a> {
         if matches!(self.object.target, Target::CobId(_)) && self.object.access.is_writable() {
             return "this identifier, with or without bits 31 and 30".to_owned();
         }
+        if matches!(self.object.target, Target::FreeCobId(_)) {
+            return match self.object.index {
+                EMCY_COB_ID => {
+                    "11-bit identifier that is free, or with bit 29 any of 29 bits; bit 31 = off"
+                }
+                _ => "11-bit identifier that is free; bit 31 = off, bit 30 = no remote frames",
+            }
+            .to_owned();
+        }
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).0.to_owned();
         };
@@ -84,9 +107,17 @@ impl<'a> Described<'a> {
     ///
     /// The factory value is within these limits, because it can be read, though not always written.
     pub fn limits(&self) -> Option<(i64, i64)> {
+        if !self.object.access.is_writable() {
+            return None;
+        }
         let Some(parameter) = self.parameter() else {
             return service(self.object.target).1;
         };
+        if let Permitted::Ranges(ranges) = parameter.permitted
+            && self.is_assigned_by_lss(parameter)
+        {
+            return assigned(ranges);
+        }
         if matches!(parameter.permitted, Permitted::Any | Permitted::Ranges(_)) {
             return None;
         }
@@ -95,7 +126,26 @@ impl<'a> Described<'a> {
         Some((low.min(factory), high.max(factory)))
     }
 
-    /// The factory value, without the node-ID; None for texts, for measured values and for values that differ between units.
+    /// True for the node-ID of a product with layer setting services, of which SDO cannot write every value.
+    fn is_assigned_by_lss(&self, parameter: &Parameter) -> bool {
+        match &self.product.protocol {
+            Protocol::Canopen(tables) => tables.lss && tables.node_id == parameter.id,
+            Protocol::Fsc(_) => false,
+        }
+    }
+
+    /// The factory value of a parameter, which a variant can replace.
+    fn factory_of(&self, parameter: &Parameter) -> u32 {
+        let own = self.variant.and_then(|variant| {
+            let mut values = [variant.selector, variant.mark]
+                .into_iter()
+                .chain(variant.defaults.iter().copied());
+            values.find(|(id, _)| *id == parameter.id)
+        });
+        own.map_or(parameter.factory, |(_, value)| value)
+    }
+
+    /// The factory value, without the node-ID; None for texts, for measured or derived values and for values that differ between units.
     pub fn factory(&self) -> Option<u32> {
         match self.object.target {
             Target::Constant(number) | Target::NodeRelative(number) => Some(number),
@@ -104,18 +154,27 @@ impl<'a> Described<'a> {
                 // A state, not a measured value: no operation has been started yet.
                 quantity.unit.is_empty().then_some(0)
             }
-            Target::Text(_) | Target::Service(Service::SerialNumber | Service::Text) => None,
+            Target::Text(_)
+            | Target::Service(
+                Service::SerialNumber | Service::SerialText | Service::Text | Service::Status,
+            ) => None,
+            // The device makes it on command.
+            Target::Service(Service::StoreGroup | Service::RestoreGroup) => Some(1),
             // There is no error yet, and no save is running.
             Target::Service(_) => Some(0),
             Target::Parameter(_)
             | Target::CobId(_)
             | Target::FreeCobId(_)
-            | Target::Command(..) => self.parameter().map(|parameter| parameter.factory),
+            | Target::Command(..) => self.parameter().map(|parameter| self.factory_of(parameter)),
         }
     }
 
     /// True when a write does more than to change the value: a tool must not write back what it has read.
     pub fn is_command(&self) -> bool {
+        // It cannot be read, so nothing can be written back.
+        if self.object.access == Access::Wo {
+            return true;
+        }
         match self.object.target {
             Target::Service(_) => self.object.access.is_writable(),
             Target::Command(..) => true,
@@ -142,6 +201,15 @@ impl<'a> Described<'a> {
     }
 }
 
+/// The lowest and the highest node-ID that SDO can write.
+fn assigned(ranges: &Ranges) -> Option<(i64, i64)> {
+    let is_written = |(low, _): &&(u32, u32)| *low != u32::from(UNCONFIGURED);
+    let written = ranges.ranges.iter().filter(is_written);
+    let low = written.clone().map(|(low, _)| *low).min()?;
+    let high = written.map(|(_, high)| *high).max()?;
+    Some((low.into(), high.into()))
+}
+
 /// The values that can be written to a service, as text, and the limits.
 fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
     let Target::Service(service) = target else {
@@ -149,13 +217,15 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
     };
     match service {
         Service::ErrorCount => ("0 clears", None),
-        Service::Store => ("\"save\"", None),
-        Service::RestoreCommunication => ("\"load\"", None),
+        Service::Store | Service::StoreGroup => ("\"save\"", None),
+        Service::RestoreCommunication | Service::RestoreGroup => ("\"load\"", None),
         Service::Restart => ("0..1; 1 = reset", Some((0, 1))),
+        Service::ResetDevice => ("1 = reset", Some((1, 1))),
         Service::RestoreApplication => ("1; 0 = failed, 1 = make, or made", Some((0, 1))),
         Service::ErrorRegister
         | Service::ErrorHistory
         | Service::SerialNumber
+        | Service::SerialText
         | Service::Text
         | Service::Status => ("", None),
     }
@@ -171,7 +241,7 @@ mod tests {
         let Protocol::Canopen(tables) = &product.protocol else {
             panic!("the JN2101 speaks CANopen")
         };
-        let objects = Described::all(tables.objects, product);
+        let objects = Described::all(tables.objects, product, None);
         let at =
             |described: &&Described| (described.object.index, described.object.sub) == (index, sub);
         judge(*objects.iter().find(at).unwrap());

@@ -25,6 +25,7 @@ mod jn2101;
 mod joining;
 mod load;
 mod memory;
+mod sensing;
 mod supply;
 mod timing;
 mod traces;

@@ -42,6 +42,8 @@ mod jn2101;
 mod load;
 #[path = "../elf/memory.rs"]
 mod memory;
+#[path = "../elf/sensing.rs"]
+mod sensing;
 #[path = "../elf/supply.rs"]
 mod supply;
 #[path = "../elf/timing.rs"]

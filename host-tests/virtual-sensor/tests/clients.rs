@@ -117,26 +117,59 @@ const CANOPEN_IMAGE: &[&str] = &[
 
 #[test]
 fn canopen_of_flashed_image_matches_manual() {
-    canopen_matches_manual(Chip::F103);
+    image_matches_manual(Chip::F103, "jn2101", "canopen_check.py", CANOPEN_IMAGE);
 }
 
 #[test]
 fn canopen_of_image_for_the_nucleo_matches_manual() {
-    canopen_matches_manual(Chip::F446);
+    image_matches_manual(Chip::F446, "jn2101", "canopen_check.py", CANOPEN_IMAGE);
 }
 
-fn canopen_matches_manual(chip: Chip) {
+fn image_matches_manual(chip: Chip, product: &str, script: &str, groups: &[&str]) {
     let _alone = alone();
     let images = firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
-    let image = images["jn2101"].to_str().expect("a path in UTF-8");
+    let image = images[product].to_str().expect("a path in UTF-8");
     let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--jobs", "2"];
-    arguments.extend(CANOPEN_IMAGE.iter().flat_map(|group| ["--only", group]));
+    arguments.extend(groups.iter().flat_map(|group| ["--only", group]));
     arguments.extend(["--elf", image]);
+    python::run(script, &["can", "canopen", "serial"], &arguments);
+}
+
+#[test]
+fn ims360_matches_manual() {
+    let _alone = alone();
     python::run(
-        "canopen_check.py",
+        "ims360_check.py",
         &["can", "canopen", "serial"],
-        &arguments,
+        &["--virtual-sensor", VIRTUAL_SENSOR],
     );
+}
+
+/// The groups for the IMS360's image that do not measure time.
+const IMS360_IMAGE: &[&str] = &[
+    "defaults",
+    "absent",
+    "limits",
+    "angles",
+    "steps",
+    "mappable",
+    "services",
+    "errors",
+    "both_ways",
+    "refused_by_client",
+    "mapping_by_master",
+    "blocks_by_master",
+    "lss_by_master",
+];
+
+#[test]
+fn ims360_image_matches_manual() {
+    image_matches_manual(Chip::F103, "ims360", "ims360_check.py", IMS360_IMAGE);
+}
+
+#[test]
+fn ims360_image_for_the_nucleo_matches_manual() {
+    image_matches_manual(Chip::F446, "ims360", "ims360_check.py", IMS360_IMAGE);
 }
 
 #[test]

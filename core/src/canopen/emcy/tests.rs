@@ -27,7 +27,8 @@ fn at(us: u64) -> Instant {
 
 /// Sets the faults of the application and queues all messages.
 fn set<H: History>(emergency: &mut Emergency<H>, faults: Faults) {
-    emergency.set_application(faults);
+    let causes = causes(&BITS);
+    emergency.want(caused(causes, Faults(u16::MAX)), caused(causes, faults));
     while emergency.announce_next() {}
 }
 

@@ -215,3 +215,35 @@ fn highest_sub_index_is_constant() {
     let row = highest(0x1018, "Identity object", DataType::U8, 4);
     assert_eq!(row.target, Target::Constant(4));
 }
+
+/// Checks a product with LSS, after a change of its dictionary.
+fn check_lss_with(permitted: Permitted, change: impl FnOnce(&mut Vec<Object>)) {
+    let mut objects = profile::identity(1, 2, 3).to_vec();
+    change(&mut objects);
+    let parameters = [Parameter {
+        permitted,
+        ..profile::lss_node_id(ParameterId(0), 50)
+    }];
+    check_lss(&objects, &parameters, ParameterId(0));
+}
+
+#[test]
+fn identity_and_node_id_255_are_accepted_with_lss() {
+    let node_id = profile::lss_node_id(ParameterId(0), 50);
+    check_lss_with(node_id.permitted, |_| {});
+}
+
+#[test]
+#[should_panic = "needs all numbers of the identity object"]
+fn lss_without_serial_number_is_refused() {
+    let node_id = profile::lss_node_id(ParameterId(0), 50);
+    check_lss_with(node_id.permitted, |objects| {
+        objects.pop();
+    });
+}
+
+#[test]
+#[should_panic = "permits the node-ID 255"]
+fn lss_without_node_id_255_is_refused() {
+    check_lss_with(Permitted::Range(1, 255), |_| {});
+}

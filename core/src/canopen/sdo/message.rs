@@ -45,7 +45,7 @@ pub enum Request {
     },
     /// The client aborts the transfer of this object.
     Abort(Address),
-    /// Block transfer, or an unknown command.
+    /// An unknown command, or a block transfer, which is parsed in [`block`](super::block).
     Unsupported(Address),
 }
 
@@ -151,6 +151,32 @@ pub fn confirmation(command: u8, address: Address) -> [u8; 8] {
 /// The abort message.
 pub fn abort(address: Address, abort: Abort) -> [u8; 8] {
     addressed(0x80, address, (abort as u32).to_le_bytes())
+}
+
+/// The reply to the initiate request of a block upload: the server has the CRC, and the size of the data in bytes.
+pub fn block_upload_reply(address: Address, size: u32) -> [u8; 8] {
+    addressed(0xC6, address, size.to_le_bytes())
+}
+
+/// The end of a block upload: the number of unused bytes in the last segment, 0 to 7, and the CRC.
+pub fn block_end(unused: u8, crc: u16) -> [u8; 8] {
+    let [low, high] = crc.to_le_bytes();
+    [0xC1 | (unused & 7) << 2, low, high, 0, 0, 0, 0, 0]
+}
+
+/// The reply to the initiate request of a block download: the server has the CRC, and requests blocks of this size.
+pub fn block_download_reply(address: Address, size: u8) -> [u8; 8] {
+    addressed(0xA4, address, [size, 0, 0, 0])
+}
+
+/// The acknowledgement of the segments up to `number` of a block download, with the size of the next block.
+pub fn block_acknowledgement(number: u8, size: u8) -> [u8; 8] {
+    [0xA2, number, size, 0, 0, 0, 0, 0]
+}
+
+/// The reply to the end of a block download.
+pub fn block_download_end_reply() -> [u8; 8] {
+    [0xA1, 0, 0, 0, 0, 0, 0, 0]
 }
 
 fn addressed(command: u8, address: Address, [d0, d1, d2, d3]: [u8; 4]) -> [u8; 8] {

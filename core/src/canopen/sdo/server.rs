@@ -1,10 +1,12 @@
 //! The state machine of the SDO server.
 //!
 //! An initiate request is accepted at any time and ends the previous transfer. The client must send each segment within
-//! [`TIME_OUT`]. Block transfers are optional in CiA 301; the server aborts them with "command specifier not valid or unknown".
+//! [`TIME_OUT`]. A server without [block transfer](super::block) aborts it with "command specifier not valid or unknown".
 
+use super::block::Block;
 use super::message::{self, Address, Announced, Request};
 use crate::canopen::Abort;
+use crate::canopen::feature::Feature;
 use crate::time::{Deadline, Duration, Instant, millis};
 use heapless::Vec;
 
@@ -33,8 +35,8 @@ pub trait Objects {
     /// Finds an object. Errors: [`Abort::NoObject`], [`Abort::NoSubIndex`].
     fn find(&self, address: Address) -> Result<Self::Object, Abort>;
 
-    /// Checks that it can be read. Errors: [`Abort::WriteOnly`], [`Abort::NoData`].
-    fn check_read(&self, object: Self::Object) -> Result<(), Abort>;
+    /// Checks that the object at a sub-index can be read. Errors: [`Abort::WriteOnly`], [`Abort::NoData`].
+    fn check_read(&self, object: Self::Object, sub: u8) -> Result<(), Abort>;
 
     /// Whether it can be written.
     fn is_writable(object: Self::Object) -> bool;
@@ -110,21 +112,22 @@ enum Stage<O> {
     },
 }
 
-/// An SDO server for objects `O` with a buffer `B` for texts.
+/// An SDO server for objects `O` with a buffer `B` for texts, and `K` = `Present<Block>` for block transfer.
 #[derive(Clone, Debug)]
-pub struct Server<O, B> {
+pub struct Server<O, B, K> {
     stage: Stage<O>,
-    address: Address,
+    pub(super) address: Address,
     expires: Deadline,
     /// The command byte of the reply that is sent when written data is stored; 0: no data is being stored. Other transfers are
     /// possible meanwhile.
     confirmation: u8,
     /// The address of that data.
     stored: Address,
-    data: B,
+    pub(super) data: B,
+    pub(super) block: K,
 }
 
-impl<O: Copy, B: Buffer> Server<O, B> {
+impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     /// No transfer.
     pub const IDLE: Self = Self {
         stage: Stage::Idle,
@@ -133,6 +136,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         confirmation: 0,
         stored: Address { index: 0, sub: 0 },
         data: B::EMPTY,
+        block: K::INITIAL,
     };
 
     /// Handles a request. Returns the reply, if there is one now.
@@ -142,6 +146,9 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         now: Instant,
         bytes: [u8; 8],
     ) -> Option<[u8; 8]> {
+        if let Some(reply) = self.serve_block(objects, now, bytes) {
+            return reply.unwrap_or_else(|abort| Some(self.abort(abort)));
+        }
         let reply = match Request::parse(bytes) {
             Request::Upload(address) => {
                 self.begin(address);
@@ -223,12 +230,15 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     }
 
     /// Ends the transfer.
-    fn finish(&mut self) {
+    pub(super) fn finish(&mut self) {
         self.begin(Address::default());
     }
 
     /// Ends the transfer and begins a new one for this address.
-    fn begin(&mut self, address: Address) {
+    pub(super) fn begin(&mut self, address: Address) {
+        if let Some(block) = self.block.get_mut() {
+            block.end();
+        }
         self.stage = Stage::Idle;
         self.address = address;
         self.expires = Deadline::NEVER;
@@ -244,6 +254,12 @@ impl<O: Copy, B: Buffer> Server<O, B> {
     /// Waits for the next segment.
     fn wait(&mut self, stage: Stage<O>, now: Instant) {
         self.stage = stage;
+        self.extend(now);
+    }
+
+    /// Begins the time in which the next message of the client must come.
+    #[inline(always)] // smaller than a call
+    pub(super) fn extend(&mut self, now: Instant) {
         self.expires = Deadline::after(now, TIME_OUT);
     }
 
@@ -254,7 +270,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
         address: Address,
     ) -> Result<[u8; 8], Abort> {
         let object = objects.find(address)?;
-        objects.check_read(object)?;
+        objects.check_read(object, address.sub)?;
         let size = T::size(object);
         if size > 0 {
             let number = objects.number(object, address.sub);
@@ -380,7 +396,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
 
     /// The reply to a write, now or after the save.
     #[inline(always)] // smaller than a call
-    fn answer(&mut self, written: Written, reply: [u8; 8]) -> Option<[u8; 8]> {
+    pub(super) fn answer(&mut self, written: Written, reply: [u8; 8]) -> Option<[u8; 8]> {
         match written {
             Written::Done => {
                 self.finish();
@@ -398,7 +414,7 @@ impl<O: Copy, B: Buffer> Server<O, B> {
 }
 
 /// Whether data of `size` bytes can be written to an object.
-fn fits<T: Objects>(object: T::Object, size: u32) -> Result<(), Abort> {
+pub(super) fn fits<T: Objects>(object: T::Object, size: u32) -> Result<(), Abort> {
     let (least, most) = match T::size(object) {
         0 => (0, T::Text::CAPACITY as u32),
         size => (size.into(), size.into()),

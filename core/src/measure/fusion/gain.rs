@@ -112,7 +112,7 @@ fn without_two_and_five(number: u32) -> (u32, i32, i32) {
     let mut rest = number >> (twos & 31);
     let mut fives = 0;
     for _ in 0..2 {
-        if rest % 5 == 0 {
+        if rest.is_multiple_of(5) {
             rest /= 5;
             fives += 1;
         }

@@ -51,6 +51,8 @@ impl canopen::Product for Jn2101Product {
     type Tpdos = TpdoArray<2, 2>;
     type History = canopen::ErrorHistory<HISTORY>;
     type Text = canopen::Text<TEXT>;
+    type Lss = canopen::Absent;
+    type Block = canopen::Absent;
 
     const OBJECTS: &'static [Object] = objects::OBJECTS;
     /// The emergency codes of 7.6.1 and 11.

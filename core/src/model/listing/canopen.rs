@@ -5,7 +5,7 @@ use crate::application::Application;
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
-use crate::canopen::{self, Canopen, CanopenNode, LedTable};
+use crate::canopen::{self, Canopen, CanopenNode, LedTable, Variant};
 use crate::param::{ParameterId, Table};
 use core::marker::PhantomData;
 
@@ -18,6 +18,8 @@ pub struct Tables {
     pub objects: &'static [Object],
     /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     pub faults: [FaultBit; 8],
+    /// Momentary faults without a bit in the status byte.
+    pub events: &'static [FaultBit],
     /// The LED patterns.
     pub leds: LedTable,
     /// The parameter with the node-ID.
@@ -26,8 +28,12 @@ pub struct Tables {
     pub bit_rate: ParameterId,
     /// The values of the bit rate parameter and their bit rates.
     pub bit_rates: &'static [(u16, BitRate)],
+    /// The bit rate parameter has these values times this number.
+    pub bit_rate_unit: u32,
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
+    /// The variants with other factory values.
+    pub variants: &'static [Variant],
 }
 
 impl Tables {
@@ -65,11 +71,14 @@ impl<P: canopen::Product> Listing<P> {
                 article: self.article,
                 objects: P::OBJECTS,
                 faults: P::FAULTS,
+                events: P::EVENTS,
                 leds: P::LEDS,
                 node_id: P::NODE_ID,
                 bit_rate: P::BIT_RATE,
                 bit_rates: P::BIT_RATES,
+                bit_rate_unit: P::BIT_RATE_UNIT,
                 lss: Canopen::<P>::LSS,
+                variants: P::VARIANTS,
             }),
             parameters: <P::Application as Application>::Table::PARAMETERS,
             constraints: <P::Application as Application>::Table::CONSTRAINTS,

@@ -133,6 +133,16 @@ impl<N: Node> Tester<N> {
         }
     }
 
+    /// Begins to read an object of any type; the error is the abort code.
+    pub fn read_any(&mut self, index: u16, sub: u8) -> Result<(), u32> {
+        let [low, high] = index.to_le_bytes();
+        let reply = self.sdo(&hex(&[0x40, low, high, sub, 0, 0, 0, 0]));
+        match reply.strip_prefix("80") {
+            None => Ok(()),
+            Some(abort) => Err(u32::from_str_radix(&abort[6..], 16).unwrap().swap_bytes()),
+        }
+    }
+
     /// Reads a signed number of 16 bits.
     pub fn read_i16(&mut self, index: u16) -> i16 {
         self.read(index, 0).unwrap() as i16
@@ -157,9 +167,14 @@ impl<N: Node> Tester<N> {
 
     /// Reads a text with a segmented transfer.
     pub fn read_text(&mut self, index: u16) -> String {
+        self.read_text_at(index, 0)
+    }
+
+    /// Reads a text at a sub-index with a segmented transfer.
+    pub fn read_text_at(&mut self, index: u16, sub: u8) -> String {
         let [low, high] = index.to_le_bytes();
-        let reply = self.sdo(&hex(&[0x40, low, high, 0, 0, 0, 0, 0]));
-        assert_eq!(reply[..8], hex(&[0x41, low, high, 0]), "{reply}");
+        let reply = self.sdo(&hex(&[0x40, low, high, sub, 0, 0, 0, 0]));
+        assert_eq!(reply[..8], hex(&[0x41, low, high, sub]), "{reply}");
         let size = usize::from_str_radix(&reply[8..10], 16).unwrap();
         let mut text = Vec::new();
         for toggle in [0, 0x10].into_iter().cycle() {
@@ -194,6 +209,20 @@ impl<N: Node> Tester<N> {
             reply = self.sdo(&hex(&bytes));
         }
         reply
+    }
+
+    /// Maps these objects into a TPDO as a master does it, and enables it with its default COB-ID.
+    pub fn map(&mut self, number: u16, entries: &[u32]) {
+        let (communication, mapping) = (0x1800 + number, 0x1A00 + number);
+        let cob_id = 0x1B2 + 0x100 * u32::from(number);
+        self.write(communication, 1, 4, 0x8000_0000 | cob_id)
+            .unwrap();
+        self.write(mapping, 0, 1, 0).unwrap();
+        for (sub, &entry) in (1..).zip(entries) {
+            self.write(mapping, sub, 4, entry).unwrap();
+        }
+        self.write(mapping, 0, 1, entries.len() as u32).unwrap();
+        self.write(communication, 1, 4, cob_id).unwrap();
     }
 
     /// Stores all parameters.

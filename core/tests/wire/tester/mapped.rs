@@ -11,7 +11,7 @@
 use super::Tester;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
-    CanopenNode, DynamicTpdos, ErrorHistory, Object, Product, Text, Triggers, profile,
+    Absent, CanopenNode, DynamicTpdos, ErrorHistory, Object, Product, Text, Triggers, profile,
 };
 use plumbline::measure::ONE_G;
 use plumbline::node::Boot;
@@ -105,6 +105,8 @@ impl Product for Mapped {
     type Tpdos = DynamicTpdos<4, 8>;
     type History = ErrorHistory<4>;
     type Text = Text<0>;
+    type Lss = Absent;
+    type Block = Absent;
     const TRIGGERS: Triggers = Triggers {
         changes: true,
         restarts_timer: true,
@@ -199,19 +201,5 @@ impl MappedTester {
             units.div_euclid(1000) as i32 + 1
         };
         self.hold([in_units(x), in_units(y), in_units(z)], 1);
-    }
-
-    /// Maps these objects into a TPDO as a master does it, and enables it with its default COB-ID.
-    pub fn map(&mut self, number: u16, entries: &[u32]) {
-        let (communication, mapping) = (0x1800 + number, 0x1A00 + number);
-        let cob_id = 0x1B2 + 0x100 * u32::from(number);
-        self.write(communication, 1, 4, 0x8000_0000 | cob_id)
-            .unwrap();
-        self.write(mapping, 0, 1, 0).unwrap();
-        for (sub, &entry) in (1..).zip(entries) {
-            self.write(mapping, sub, 4, entry).unwrap();
-        }
-        self.write(mapping, 0, 1, entries.len() as u32).unwrap();
-        self.write(communication, 1, 4, cob_id).unwrap();
     }
 }

@@ -2,6 +2,8 @@
 
 pub mod canopen;
 pub mod fsc;
+pub mod gauge;
+pub mod ims360;
 pub mod mapped;
 
 use plumbline::can::Frame;
@@ -41,6 +43,8 @@ pub struct Tester<N> {
     pub memory_works: Option<bool>,
     /// The present specific force, 1 g = [`ONE_G`].
     pub force: [i32; 3],
+    /// The present angular rate, 1 deg/s = 2^16.
+    pub rate: [i32; 3],
     /// The temperature of the accelerometer in 0.01 degC.
     pub temperature: i16,
     pub clipped: bool,
@@ -77,6 +81,7 @@ impl<N: Node> Tester<N> {
             calibration: Calibration::IDENTITY,
             memory_works: Some(true),
             force: [0, 0, ONE_G],
+            rate: [0; 3],
             temperature: 25_00,
             clipped: false,
             sampled: true,
@@ -148,13 +153,25 @@ impl<N: Node> Tester<N> {
         let [x, y, z] = self.force;
         let reading = Reading {
             acceleration: I32x3 { x, y, z },
-            angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+            angular_rate: I32x3 {
+                x: self.rate[0],
+                y: self.rate[1],
+                z: self.rate[2],
+            },
             temperature: self.temperature,
             clipped: self.clipped,
         };
         self.node.sample(self.now, &reading);
         self.next_sample = self.now + self.sample_period;
         self.settle();
+    }
+
+    /// Hands in a measurement of the supply voltage in mV, 400 times: until its filter has settled.
+    pub fn supply(&mut self, millivolts: u16) {
+        for _ in 0..400 {
+            self.node.supply(self.now, millivolts);
+            self.settle();
+        }
     }
 
     /// Hands in `samples` samples of this specific force without passing time.

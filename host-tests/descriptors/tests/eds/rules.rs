@@ -242,15 +242,31 @@ fn structure(sheet: &Sheet, name: &str, subs: &BTreeMap<u8, String>, found: &mut
         }
     }
     let highest = subs.keys().last().copied().unwrap_or(0);
-    // 1003h:00 is the number of errors. Writing it is a command.
-    let expected = (name != "1003").then_some(i64::from(highest));
     let first = format!("{name}sub0");
+    let is_mapping = name.starts_with("1A");
+    let is_dynamic = is_mapping && sheet.get(&first, "AccessType") == Some("rw");
+    let expected = match name {
+        // The number of errors. Writing it is a command.
+        "1003" => None,
+        // The number of mapped objects.
+        _ if is_dynamic => Some(mapped_count(sheet, subs)),
+        // 2010h:02 does not exist, but the manual of the IMS360 prints 2.
+        "2010" => Some(2),
+        _ => Some(i64::from(highest)),
+    };
     if sheet.number(&first, "DefaultValue") != expected {
         found.push(format!("[{first}] is not {expected:?}"));
     }
     if sheet.number(&first, "DataType") != Some(0x0005) {
         found.push(format!("[{first}] is not UNSIGNED8"));
     }
+}
+
+/// The number of entries of a dynamic mapping that are not empty.
+fn mapped_count(sheet: &Sheet, subs: &BTreeMap<u8, String>) -> i64 {
+    let entries = subs.iter().filter(|(sub, _)| **sub > 0);
+    let used = entries.filter(|(_, section)| sheet.number(section, "DefaultValue") != Some(0));
+    used.count() as i64
 }
 
 fn variable_entries(sheet: &Sheet, name: &str, found: &mut Vec<String>) {
@@ -314,7 +330,7 @@ fn value(variable: &Variable, found: &mut Vec<String>) {
 /// Only the identifiers of the predefined connection set (CiA 301, table 76) depend on the node id.
 fn identifier(variable: &Variable, found: &mut Vec<String>) {
     let (index, sub) = variable.address;
-    let base = match (index, sub) {
+    let used = match (index, sub) {
         (0x1014, 0) => Some(0x080),
         (0x1200, 1) => Some(0x600),
         (0x1200, 2) => Some(0x580),
@@ -325,7 +341,9 @@ fn identifier(variable: &Variable, found: &mut Vec<String>) {
         .default
         .as_deref()
         .and_then(|text| text.strip_prefix("$NODEID+"));
-    if relative.and_then(number) != base {
+    // Bit 31: the TPDO is off.
+    let base = relative.and_then(number).map(|base| base & !(1 << 31));
+    if base != used {
         found.push(format!(
             "[{}] has a wrong dependency on the node id",
             variable.section
@@ -343,8 +361,12 @@ fn mappings(variables: &[Variable], found: &mut Vec<String>) {
             continue;
         }
         let section = &mapping.section;
-        let [length, mapped_sub, low, high] =
-            (mapping.default_at(0).unwrap_or(0) as u32).to_le_bytes();
+        let entry = mapping.default_at(0).unwrap_or(0) as u32;
+        // An empty entry of a dynamic mapping.
+        if entry == 0 && mapping.access == "rw" {
+            continue;
+        }
+        let [length, mapped_sub, low, high] = entry.to_le_bytes();
         let address = (u16::from_le_bytes([low, high]), mapped_sub);
         let Some(mapped) = variables
             .iter()

@@ -16,16 +16,44 @@ pub const NO_SUB_INDEX: u32 = 0x0609_0011;
 const VALUE: u32 = 0x0609_0030;
 const TOO_HIGH: u32 = 0x0609_0031;
 const TOO_LOW: u32 = 0x0609_0032;
+const NO_DATA: u32 = 0x0800_0024;
 const SIGNATURE: u32 = 0x0800_0020;
 
-/// The factory node id and bit rate of a sensor (manual 8.1).
-pub const NODE_ID: u8 = 10;
+/// The factory bit rate of both sensors.
 const RATE: BitRate = BitRate::K125;
+
+/// A sensor under test: the product, its factory node-ID, and whether it is made one with one axis first.
+#[derive(Clone, Copy, Debug)]
+pub struct Subject {
+    pub product: &'static str,
+    pub node_id: u8,
+    pub has_one_axis: bool,
+}
+
+/// ifm's JN2101 (manual 8.1).
+pub const JN2101: Subject = Subject {
+    product: "jn2101",
+    node_id: 10,
+    has_one_axis: false,
+};
+
+/// SIKO's IMS360 (manual 7.2.23), as delivered.
+pub const IMS360: Subject = Subject {
+    product: "ims360",
+    node_id: 50,
+    has_one_axis: false,
+};
+
+/// SIKO's IMS360 with one axis (manual 7.2.40).
+pub const IMS360_ONE_AXIS: Subject = Subject {
+    has_one_axis: true,
+    ..IMS360
+};
 
 /// Maximum time of a reply, which may wait for a save.
 const PATIENCE_MS: u32 = 1000;
 
-/// A bus with a JN2101 with factory values, in level position, and a client.
+/// A bus with a sensor with factory values, in level position, and a client.
 pub struct Client {
     bus: Bus,
     adapter: AdapterId,
@@ -33,8 +61,8 @@ pub struct Client {
 }
 
 impl Client {
-    pub fn new() -> Self {
-        let node_type = NodeType::find("jn2101").expect("a product");
+    pub fn new(subject: Subject) -> Self {
+        let node_type = NodeType::find(subject.product).expect("a product");
         let mut bus = Bus::new(BusRate::Fixed(RATE));
         bus.attach(Device::new(
             &node_type,
@@ -47,10 +75,25 @@ impl Client {
         let mut client = Self {
             bus,
             adapter,
-            node_id: NODE_ID,
+            node_id: subject.node_id,
         };
         client.wait(100);
+        if subject.has_one_axis {
+            client.take_one_axis();
+        }
         client
+    }
+
+    /// Makes an IMS360 a sensor with one axis: 3120h:01 = 0, "save", reset.
+    fn take_one_axis(&mut self) {
+        for (address, data) in [
+            ((0x3120, 1), &[0][..]),
+            ((0x1010, 1), b"save"),
+            ((0x2010, 1), &[1]),
+        ] {
+            assert_eq!(self.write(address, data), Ok(()), "{address:X?}");
+        }
+        self.wait(100);
     }
 
     pub fn wait(&mut self, ms: u32) {
@@ -137,9 +180,9 @@ fn accepted(reply: [u8; 8]) -> Result<u32, u32> {
     }
 }
 
-/// The differences between a sensor with factory values and a data sheet, one line each.
-pub fn differences(sheet: &Sheet) -> Vec<String> {
-    let mut client = Client::new();
+/// The differences between a new sensor and a data sheet, one line each.
+pub fn differences(subject: Subject, sheet: &Sheet) -> Vec<String> {
+    let mut client = Client::new(subject);
     let mut found = Vec::new();
     for variable in sheet.variables() {
         let mut note = |what: &str, got: String| {
@@ -165,7 +208,11 @@ fn reading(
         if read != Err(WRITE_ONLY) {
             note("can be read", format!("{read:X?}"));
         }
-        return Some(variable.data_type.bytes(0));
+        return Some(variable.data_type.bytes(1));
+    }
+    // There is no error yet, and the IMS360 has no entries above their number.
+    if variable.address.0 == 0x1003 && read == Err(NO_DATA) {
+        return None;
     }
     let Ok(data) = read else {
         note("cannot be read", format!("{read:X?}"));
@@ -197,6 +244,10 @@ fn writing(
 ) {
     let address = variable.address;
     let written = client.write(address, data);
+    if address == (0x2010, 1) {
+        // It restarts.
+        client.wait(100);
+    }
     let is_read_only = variable.access != "rw" && variable.access != "wo";
     let expected = match (variable.access.as_str(), address.0) {
         // A fixed mapping accepts its present contents.

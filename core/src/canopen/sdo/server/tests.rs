@@ -32,7 +32,7 @@ impl Objects for Memory {
         }
     }
 
-    fn check_read(&self, object: Object) -> Result<(), Abort> {
+    fn check_read(&self, object: Object, _sub: u8) -> Result<(), Abort> {
         let readable = object != Object::Command;
         if readable {
             Ok(())
@@ -76,7 +76,7 @@ impl Objects for Memory {
     }
 }
 
-type Tested = Server<Object, Vec<u8, 16>>;
+type Tested = Server<Object, Vec<u8, 16>, crate::canopen::Absent>;
 
 fn at(ms: u64) -> Instant {
     Instant::from_ticks(ms * 1000)

@@ -1,0 +1,284 @@
+//! The measurement and actions of the IMS360: angles, raw values, temperature, supply voltage, faults and automatic zero.
+
+use super::Ims360Product;
+use super::measuring::Measuring;
+use super::parameters::{are_consistent, has_two_axes, id};
+use crate::application::{Application, Effect, Faults, Readout, Values};
+use crate::measure::supply::{Limits, Monitor};
+use crate::measure::{Calibration, Clipping, Reading};
+use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId};
+use crate::time::Instant;
+
+/// The ids of the published values.
+pub mod value {
+    use crate::param::ValueId;
+
+    /// Longitudinal in 0.01 deg (6110h).
+    pub const X: ValueId = ValueId(0);
+    /// Lateral in 0.01 deg (6120h).
+    pub const Y: ValueId = ValueId(1);
+    /// Specific force X, Y, Z in 0.001 g (3011h to 3013h).
+    pub const FORCE32: [ValueId; 3] = [ValueId(2), ValueId(3), ValueId(4)];
+    /// The same, limited to the range of 16 bits (3010h).
+    pub const FORCE16: [ValueId; 3] = [ValueId(5), ValueId(6), ValueId(7)];
+    /// Angular rate X, Y, Z in 0.001 deg/s (3021h to 3023h).
+    pub const RATE32: [ValueId; 3] = [ValueId(8), ValueId(9), ValueId(10)];
+    /// Angular rate X, Y, Z in 0.1 deg/s, limited to the range of 16 bits (3020h).
+    pub const RATE16: [ValueId; 3] = [ValueId(11), ValueId(12), ValueId(13)];
+    /// Temperature in degC (6511h).
+    pub const TEMPERATURE: ValueId = ValueId(14);
+    /// Supply voltage in mV; 0: not measured (2020h:01).
+    pub const SUPPLY: ValueId = ValueId(15);
+}
+
+/// The number of published values.
+const VALUES: usize = 16;
+
+/// The limits of the supply voltage for the emergency 3100h. The manual has no numbers.
+const SUPPLY: Limits = Limits {
+    lowest: 8_000,
+    highest: 36_000,
+    hysteresis: 500,
+};
+
+/// The largest angle of a 2-axis sensor in 0.01 deg.
+const RANGE: i32 = 90_00;
+
+/// Auto zero (3200h): the first axis.
+const ZERO_X: u32 = 1;
+/// Auto zero: the second axis.
+const ZERO_Y: u32 = 2;
+
+/// The published values.
+#[derive(Clone, Copy, Debug)]
+pub struct Inclination {
+    /// The values in the order of their ids.
+    numbers: [i32; VALUES],
+    /// The angles without offset, in 0.01 deg; None before the first sample.
+    measured: Option<[i32; 2]>,
+    faults: Faults,
+}
+
+impl Values for Inclination {
+    const INITIAL: Self = Self {
+        numbers: [0; VALUES],
+        measured: None,
+        faults: Faults::NONE,
+    };
+
+    fn number(&self, id: ValueId) -> u32 {
+        let number = self.numbers.get(usize::from(id.0));
+        number.copied().unwrap_or(0) as u32
+    }
+
+    fn faults(&self) -> Faults {
+        self.faults
+    }
+}
+
+/// The application of the IMS360.
+pub struct Ims360Application {
+    measuring: Measuring,
+    clipping: Clipping,
+    supply: Monitor,
+    /// The temperature in degC.
+    temperature: i8,
+    /// A sample was at the limit of the range within the last 100 ms.
+    clips: bool,
+    /// Samples are missing.
+    defective: bool,
+}
+
+impl Ims360Application {
+    fn values(&self) -> Inclination {
+        let angles @ [x, y] = self.measuring.angles();
+        let [fx, fy, fz] = self.measuring.force();
+        let [rx, ry, rz] = self.measuring.rate(1000);
+        let [force_x, force_y, force_z] = [fx, fy, fz].map(limited);
+        let [rate_x, rate_y, rate_z] = self.measuring.rate(10).map(limited);
+        let numbers = [
+            x,
+            y,
+            fx,
+            fy,
+            fz,
+            force_x,
+            force_y,
+            force_z,
+            rx,
+            ry,
+            rz,
+            rate_x,
+            rate_y,
+            rate_z,
+            self.temperature.into(),
+            self.supply.millivolts().into(),
+        ];
+        let measured = self.measuring.has_measured();
+        Inclination {
+            numbers,
+            measured: measured.then(|| self.measuring.measured()),
+            faults: self.faults(angles),
+        }
+    }
+
+    /// The active faults with these angles.
+    fn faults(&self, [x, y]: [i32; 2]) -> Faults {
+        let two_axes = self.measuring.has_two_axes();
+        let beyond = |angle: i32| two_axes && !(-RANGE..=RANGE).contains(&angle);
+        Faults::SUPPLY
+            .when(self.supply.is_faulty())
+            .and(Faults::X.when(self.clips || beyond(x)))
+            .and(Faults::Y.when(self.clips || beyond(y)))
+            .and(Faults::X_DEFECTIVE.when(self.defective))
+            .and(Faults::Y_DEFECTIVE.when(self.defective && two_axes))
+    }
+}
+
+impl Application for Ims360Application {
+    type Table = Ims360Product;
+    type Values = Inclination;
+
+    const QUANTITIES: &'static [Quantity] = &[
+        slope(value::X, "Slope long32"),
+        slope(value::Y, "Slope lateral32"),
+        force(
+            value::FORCE32[0],
+            "Acceleration HiRes X axis",
+            DataType::I32,
+        ),
+        force(
+            value::FORCE32[1],
+            "Acceleration HiRes Y axis",
+            DataType::I32,
+        ),
+        force(
+            value::FORCE32[2],
+            "Acceleration HiRes Z axis",
+            DataType::I32,
+        ),
+        force(value::FORCE16[0], "Acceleration X axis", DataType::I16),
+        force(value::FORCE16[1], "Acceleration Y axis", DataType::I16),
+        force(value::FORCE16[2], "Acceleration Z axis", DataType::I16),
+        rate(value::RATE32[0], "Gyroscope HiRes X axis", DataType::I32),
+        rate(value::RATE32[1], "Gyroscope HiRes Y axis", DataType::I32),
+        rate(value::RATE32[2], "Gyroscope HiRes Z axis", DataType::I32),
+        rate(value::RATE16[0], "Gyroscope X axis", DataType::I16),
+        rate(value::RATE16[1], "Gyroscope Y axis", DataType::I16),
+        rate(value::RATE16[2], "Gyroscope Z axis", DataType::I16),
+        Quantity::new(value::TEMPERATURE, "Device temperature", DataType::I8).in_unit("degC", 0),
+        Quantity::new(value::SUPPLY, "Supply voltage", DataType::U32).in_unit("mV", 0),
+    ];
+    const HAS_GYROSCOPE: bool = true;
+    const MEASURES_SUPPLY: bool = true;
+
+    const INITIAL: Self = Self {
+        measuring: Measuring::INITIAL,
+        clipping: Clipping::NONE,
+        supply: Monitor::NONE,
+        temperature: 0,
+        clips: false,
+        defective: false,
+    };
+
+    fn start(&mut self, calibration: Calibration) {
+        self.measuring.calibrate(calibration);
+    }
+
+    fn apply(&mut self, _now: Instant, parameters: &Parameters<Ims360Product>) -> Inclination {
+        self.measuring.configure(parameters);
+        self.values()
+    }
+
+    fn sample(&mut self, _now: Instant, reading: &Reading) -> Inclination {
+        self.measuring.sample(reading);
+        self.clips = self.clipping.step(reading.clipped);
+        self.defective = false;
+        let degrees = (i32::from(reading.temperature) + 50).div_euclid(100);
+        self.temperature = degrees.clamp(i8::MIN.into(), i8::MAX.into()) as i8;
+        self.values()
+    }
+
+    fn stale(&mut self) -> Inclination {
+        self.measuring.interrupt();
+        self.defective = true;
+        self.values()
+    }
+
+    fn supply(&mut self, millivolts: u16) -> Option<Inclination> {
+        self.supply.step(millivolts, &SUPPLY).then(|| self.values())
+    }
+
+    fn write(
+        id: ParameterId,
+        value: u32,
+        values: &Inclination,
+        parameters: &mut Parameters<Ims360Product>,
+    ) -> Result<Effect, Refused> {
+        match id {
+            id::AUTO_ZERO => zero(value, values, parameters)?,
+            id::PROTOCOL | id::FILTER_TYPE | id::CUT_OFF => {
+                let before = parameters.get(id);
+                parameters.set(id, value);
+                if !are_consistent(parameters) {
+                    parameters.set(id, before);
+                    return Err(Refused::NotPermitted);
+                }
+            }
+            _ => parameters.set(id, value),
+        }
+        Ok(Effect::None)
+    }
+
+    fn is_consistent(parameters: &Parameters<Ims360Product>) -> bool {
+        are_consistent(parameters)
+    }
+
+    fn readout(values: &Inclination, parameters: &Parameters<Ims360Product>) -> Readout {
+        let [x, y, ..] = values.numbers;
+        Readout {
+            x,
+            y: has_two_axes(parameters).then_some(y),
+        }
+    }
+}
+
+/// Sets the offsets for which the present angles are 0 (7.2.41).
+fn zero(
+    axes: u32,
+    values: &Inclination,
+    parameters: &mut Parameters<Ims360Product>,
+) -> Result<(), Refused> {
+    if axes != ZERO_X && !has_two_axes(parameters) {
+        return Err(Refused::NotPermitted);
+    }
+    let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
+    let measured = values.measured;
+    let measured = measured.filter(|_| !values.faults.intersects(defective));
+    let [x, y] = measured.ok_or(Refused::State)?;
+    if axes & ZERO_X != 0 {
+        parameters.set(id::ZERO_X, x.wrapping_neg() as u32);
+    }
+    if axes & ZERO_Y != 0 {
+        parameters.set(id::ZERO_Y, y.wrapping_neg() as u32);
+    }
+    Ok(())
+}
+
+const fn slope(id: ValueId, name: &'static str) -> Quantity {
+    Quantity::new(id, name, DataType::I32).in_unit("deg", 2)
+}
+
+const fn force(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
+    Quantity::new(id, name, data_type).in_unit("g", 3)
+}
+
+const fn rate(id: ValueId, name: &'static str, data_type: DataType) -> Quantity {
+    let decimals = if data_type.size() == 4 { 3 } else { 1 };
+    Quantity::new(id, name, data_type).in_unit("deg/s", decimals)
+}
+
+/// A number limited to 16 bits.
+fn limited(number: i32) -> i32 {
+    number.clamp(i16::MIN.into(), i16::MAX.into())
+}

@@ -1,0 +1,154 @@
+//! The angles and raw values from a reading (manual 5 and 7.2.28 to 7.2.47): calibration, low-pass or Kalman filter, angle, offset.
+
+use super::Ims360Product;
+use super::parameters::{FILTER_KINDS, has_two_axes, id};
+use crate::measure::fusion::{Fusion, Noise};
+use crate::measure::low_pass::Kind;
+use crate::measure::mean_rate::ACCELERATION_AGE;
+use crate::measure::{Calibration, I32x3, LowPass, Reading, definition};
+use crate::param::{ParameterId, Parameters, meaning};
+
+/// 360 deg in 0.01 deg.
+const TURN: i64 = 36_000;
+
+/// The path of a sample.
+pub(super) struct Measuring {
+    calibration: Calibration,
+    low_pass: LowPass,
+    fusion: Fusion<{ ACCELERATION_AGE }>,
+    /// The Kalman filter is selected (3110h:02).
+    fuses: bool,
+    /// The variant in force has two axes.
+    two_axes: bool,
+    offsets: [i32; 2],
+    /// The filtered up vector; None before the first sample.
+    up: Option<I32x3>,
+    /// The angles without offset, in 0.01 deg.
+    measured: [i32; 2],
+    /// The calibrated acceleration, before all filters.
+    force: I32x3,
+    rate: I32x3,
+}
+
+impl Measuring {
+    /// The state before calibration and configuration.
+    pub const INITIAL: Self = Self {
+        calibration: Calibration::IDENTITY,
+        low_pass: LowPass::new(),
+        fusion: Fusion::new(),
+        fuses: false,
+        two_axes: false,
+        offsets: [0; 2],
+        up: None,
+        measured: [0; 2],
+        force: I32x3 { x: 0, y: 0, z: 0 },
+        rate: I32x3 { x: 0, y: 0, z: 0 },
+    };
+
+    /// Sets the calibration of the device.
+    pub fn calibrate(&mut self, calibration: Calibration) {
+        self.calibration = calibration;
+    }
+
+    /// Applies the parameters and updates the angles.
+    pub fn configure(&mut self, parameters: &Parameters<Ims360Product>) {
+        let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Off);
+        // The permitted values are always valid for the filter.
+        let _ = self.low_pass.tune(kind, parameters.get(id::CUT_OFF) as u16);
+        self.fusion
+            .tune(noise(parameters, id::Q), noise(parameters, id::R));
+        let fuses = parameters.get(id::FUSION) != 0;
+        // The angle continues without a step (3110h:02).
+        if let Some(up) = self.up.filter(|_| fuses != self.fuses) {
+            if fuses {
+                self.fusion.settle(up);
+            } else {
+                self.low_pass.restart(up);
+            }
+        }
+        self.fuses = fuses;
+        self.two_axes = has_two_axes(parameters);
+        self.offsets = [id::ZERO_X, id::ZERO_Y].map(|id| parameters.get(id) as i32);
+        self.update();
+    }
+
+    /// Processes a reading.
+    pub fn sample(&mut self, reading: &Reading) {
+        self.force = self
+            .calibration
+            .apply(reading.acceleration, reading.temperature);
+        self.rate = reading.angular_rate;
+        self.up = Some(if self.fuses {
+            self.fusion.step(self.force, self.rate)
+        } else {
+            self.low_pass.step(self.force)
+        });
+        self.update();
+    }
+
+    /// Samples are missing. The angles keep their values.
+    pub fn interrupt(&mut self) {
+        self.fusion.restart();
+    }
+
+    fn update(&mut self) {
+        let Some(up) = self.up else { return };
+        self.measured = if self.two_axes {
+            let angles = definition::perpendicular(up);
+            [angles.x.centidegrees(), angles.y.centidegrees()]
+        } else {
+            [definition::rotation(up).centidegrees_unsigned().into(), 0]
+        };
+    }
+
+    /// Whether the variant in force has two axes.
+    pub fn has_two_axes(&self) -> bool {
+        self.two_axes
+    }
+
+    /// Whether there was a sample.
+    pub fn has_measured(&self) -> bool {
+        self.up.is_some()
+    }
+
+    /// The angles without offset, in 0.01 deg.
+    pub fn measured(&self) -> [i32; 2] {
+        self.measured
+    }
+
+    /// The angles with their offsets, in 0.01 deg: 1-axis modulo 360 deg, 2-axis limited to 32 bits.
+    pub fn angles(&self) -> [i32; 2] {
+        let ([x, y], [offset_x, offset_y]) = (self.measured, self.offsets);
+        if self.two_axes {
+            [x.saturating_add(offset_x), y.saturating_add(offset_y)]
+        } else {
+            let turned = (i64::from(x) + i64::from(offset_x)).rem_euclid(TURN);
+            [turned as i32, 0]
+        }
+    }
+
+    /// The calibrated specific force in 0.001 g.
+    pub fn force(&self) -> [i32; 3] {
+        scaled::<28>(self.force, 1000)
+    }
+
+    /// The angular rate in 1 / `units` deg/s.
+    pub fn rate(&self, units: i64) -> [i32; 3] {
+        scaled::<16>(self.rate, units)
+    }
+}
+
+/// M x 10^E (3112h).
+fn noise(parameters: &Parameters<Ims360Product>, ids: [ParameterId; 2]) -> Noise {
+    let [mantissa, exponent] = ids.map(|id| parameters.get(id) as i8);
+    Noise::new(mantissa, exponent)
+}
+
+/// A vector in units of which 1 / 2^`BITS` is 1 in the result divided by `units`; rounded to nearest, halves away from zero.
+fn scaled<const BITS: u32>(vector: I32x3, units: i64) -> [i32; 3] {
+    vector.to_array().map(|component| {
+        let product = i64::from(component) * units;
+        let half = (1 << (BITS - 1)) - i64::from(product < 0);
+        ((product + half) >> BITS) as i32
+    })
+}

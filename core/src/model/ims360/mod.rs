@@ -1,0 +1,139 @@
+//! SIKO IMS360: one axis 0 to 360 deg or two axes +-90 deg, CANopen with the device profile for inclination sensors (CiA 410).
+//!
+//! Section numbers refer to the user manual "IMS360 CANopen", change status 088/25.
+//!
+#![doc = include_str!("README.md")]
+
+mod application;
+mod measuring;
+mod objects;
+mod parameters;
+
+pub use application::{Ims360Application, Inclination, value};
+pub use parameters::id;
+
+use crate::application::{Faults, Values};
+use crate::canopen::dictionary::Object;
+use crate::canopen::emcy::{self, Cause, FaultBit, fault};
+use crate::canopen::{
+    self, Block, CanopenNode, DynamicTpdos, Kept, Lss, Present, Triggers, Variant,
+};
+use crate::model::listing::Article;
+use crate::model::listing::canopen::Listing;
+use crate::param::{ParameterId, Parameters};
+use crate::store::ImageId;
+
+/// The product: its tables.
+pub struct Ims360Product;
+
+/// The sensor.
+pub type Ims360 = CanopenNode<Ims360Product>;
+
+/// The catalogue entry.
+pub const LISTING: Listing<Ims360Product> = Listing::new(
+    "ims360",
+    "SIKO",
+    Article {
+        name: "IMS360",
+        number: "IMS360",
+    },
+);
+
+/// The number of errors in the history (1003h).
+const HISTORY: usize = 8;
+
+/// The longest text: a serial number of 32 bits has ten digits.
+const TEXT: usize = 10;
+
+/// Bit 7 of the error register: manufacturer-specific, an error of the sensor (7.2.2).
+const SENSOR: u8 = 1 << 7;
+
+/// Status byte ST0 (3000h:01): the sensor has two axes.
+const TWO_AXES: u32 = 1 << 0;
+/// Status byte ST0: a sensing element is defective.
+const DEFECTIVE: u32 = 1 << 1;
+/// Status byte ST0: all settings have their factory values.
+const FACTORY: u32 = 1 << 2;
+
+impl canopen::Product for Ims360Product {
+    type Application = Ims360Application;
+    type Tpdos = DynamicTpdos<4, 8>;
+    type History = canopen::ErrorHistory<HISTORY>;
+    type Text = canopen::Text<TEXT>;
+    type Lss = Present<Lss>;
+    type Block = Present<Block>;
+
+    const OBJECTS: &'static [Object] = objects::OBJECTS;
+    /// The emergency codes of table 8 that last.
+    const FAULTS: [FaultBit; 8] = [
+        fault(
+            "supply voltage",
+            Cause::Application(Faults::SUPPLY),
+            0x3100,
+            0,
+        ),
+        fault(
+            "longitudinal value out of range",
+            Cause::Application(Faults::X),
+            0x5010,
+            SENSOR,
+        ),
+        fault(
+            "lateral value out of range",
+            Cause::Application(Faults::Y),
+            0x5020,
+            SENSOR,
+        ),
+        fault("parameter memory", Cause::Memory, 0xFF00, SENSOR),
+        fault(
+            "longitudinal sensor defective",
+            Cause::Application(Faults::X_DEFECTIVE),
+            0xFF01,
+            SENSOR,
+        ),
+        fault(
+            "lateral sensor defective",
+            Cause::Application(Faults::Y_DEFECTIVE),
+            0xFF02,
+            SENSOR,
+        ),
+        emcy::PASSIVE,
+        FaultBit::RESERVED,
+    ];
+    /// The emergency codes of table 8 for events.
+    const EVENTS: &'static [FaultBit] = &[
+        emcy::OVERRUN,
+        FaultBit {
+            code: 0xFF14,
+            ..emcy::BUS_OFF
+        },
+    ];
+    /// 6.2.1: "Manufacturer-specific error field (not used)".
+    const REPORTS_STATUS: bool = false;
+    const TRIGGERS: Triggers = Triggers {
+        changes: true,
+        restarts_timer: true,
+    };
+    const BINDS_COB_IDS: bool = true;
+    const NODE_ID: ParameterId = id::NODE_ID;
+    const BIT_RATE: ParameterId = id::BIT_RATE;
+    /// 2001h is in bit/s.
+    const BIT_RATE_UNIT: u32 = 1000;
+    const BUS_OFF_RECOVERY: Option<ParameterId> = Some(id::BUS_OFF_RECOVERY);
+    const KEPT: Option<Kept> = Some(Kept {
+        request: id::RESTORE_REQUEST,
+        history: id::HISTORY,
+    });
+    const VARIANTS: &'static [Variant] = &[parameters::ONE_AXIS];
+    const IMAGE: ImageId = ImageId::new(0x3600);
+    crate::project_objects!();
+
+    /// Status byte ST0 (7.2.27).
+    fn status(values: &Inclination, parameters: &Parameters<Self>) -> u32 {
+        let flag = |set: bool, flag: u32| if set { flag } else { 0 };
+        let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
+        flag(parameters::has_two_axes(parameters), TWO_AXES)
+            | flag(values.faults().intersects(defective), DEFECTIVE)
+            | flag(parameters.is_factory(), FACTORY)
+    }
+}

@@ -1,0 +1,275 @@
+//! The parameters of the IMS360 (manual 7.2).
+
+use super::{HISTORY, Ims360Product};
+use crate::canopen::{Variant, profile};
+use crate::measure::low_pass::Kind;
+use crate::param::{
+    Coding, DataType, Parameter, ParameterId, Parameters, Permitted, Persistence, Ranges, Table,
+};
+
+/// The ids of the parameters: their indices in the table. They also define the order in the stored image.
+pub mod id {
+    use crate::param::ParameterId;
+
+    /// Device type (1000h): that of the variant in force.
+    pub const DEVICE_TYPE: ParameterId = ParameterId(0);
+    /// COB-ID of the SYNC (1005h).
+    pub const SYNC_COB_ID: ParameterId = ParameterId(1);
+    /// COB-ID of the EMCY (1014h).
+    pub const EMCY_COB_ID: ParameterId = ParameterId(2);
+    /// Heartbeat time (1017h).
+    pub const HEARTBEAT_TIME: ParameterId = ParameterId(3);
+    /// The first of four parameters of each TPDO (1800h to 1803h).
+    pub const TPDO: [ParameterId; 4] = [
+        ParameterId(4),
+        ParameterId(8),
+        ParameterId(12),
+        ParameterId(16),
+    ];
+    /// The first of nine parameters of each mapping (1A00h to 1A03h).
+    pub const MAPPING: [ParameterId; 4] = [
+        ParameterId(20),
+        ParameterId(29),
+        ParameterId(38),
+        ParameterId(47),
+    ];
+    /// Baud rate (2001h).
+    pub const BIT_RATE: ParameterId = ParameterId(56);
+    /// Node-ID (2002h).
+    pub const NODE_ID: ParameterId = ParameterId(57);
+    /// CAN protocol (3100h:01).
+    pub const PROTOCOL: ParameterId = ParameterId(58);
+    /// Automatic bus-off recovery (3100h:02).
+    pub const BUS_OFF_RECOVERY: ParameterId = ParameterId(59);
+    /// Type of the low-pass filter (3110h:01).
+    pub const FILTER_TYPE: ParameterId = ParameterId(60);
+    /// Sensor fusion filter (3110h:02).
+    pub const FUSION: ParameterId = ParameterId(61);
+    /// Cut-off frequency of the low-pass filter (3111h).
+    pub const CUT_OFF: ParameterId = ParameterId(62);
+    /// Kalman filter (3112h): mantissa and exponent of Q.
+    pub const Q: [ParameterId; 2] = [ParameterId(63), ParameterId(64)];
+    /// Kalman filter (3112h): mantissa and exponent of R.
+    pub const R: [ParameterId; 2] = [ParameterId(65), ParameterId(66)];
+    /// Sensor configuration (3120h:01): the variant after the next restart.
+    pub const VARIANT: ParameterId = ParameterId(67);
+    /// Auto zero (3200h): a command.
+    pub const AUTO_ZERO: ParameterId = ParameterId(68);
+    /// Longitudinal zero offset (3210h).
+    pub const ZERO_X: ParameterId = ParameterId(69);
+    /// Lateral zero offset (3220h).
+    pub const ZERO_Y: ParameterId = ParameterId(70);
+    /// The requested restore (1011h); not an object.
+    pub const RESTORE_REQUEST: ParameterId = ParameterId(71);
+    /// The first of the stored errors (1003h); not objects.
+    pub const HISTORY: ParameterId = ParameterId(72);
+}
+
+/// The device type (1000h) with one axis.
+const ONE_AXIS_TYPE: u32 = 0x0703_019A;
+/// The device type with two axes.
+const TWO_AXES_TYPE: u32 = 0x0704_019A;
+
+/// The mapping entry of 6110h.
+const LONGITUDINAL: u32 = profile::entry(0x6110, 0, 32);
+/// The mapping entry of 6120h.
+const LATERAL: u32 = profile::entry(0x6120, 0, 32);
+
+/// The factory values that differ with one axis (3120h:01 = 0).
+pub(super) const ONE_AXIS: Variant = {
+    let ParameterId(first) = id::MAPPING[0];
+    Variant {
+        name: "1axis",
+        selector: (id::VARIANT, 0),
+        mark: (id::DEVICE_TYPE, ONE_AXIS_TYPE),
+        defaults: &[
+            (ParameterId(first), 1),
+            (ParameterId(first + 1), LONGITUDINAL),
+            (ParameterId(first + 2), 0),
+            (ParameterId(first + 3), 0),
+            (ParameterId(first + 4), 0),
+            (ParameterId(first + 5), 0),
+            (ParameterId(first + 6), 0),
+            (ParameterId(first + 7), 0),
+            (ParameterId(first + 8), 0),
+        ],
+    }
+};
+
+/// Whether the variant in force has two axes.
+pub(super) fn has_two_axes(parameters: &Parameters<Ims360Product>) -> bool {
+    parameters.get(id::DEVICE_TYPE) != ONE_AXIS_TYPE
+}
+
+/// The protocols of 3100h:01 that this firmware has: CANopen.
+const PROTOCOLS: [u32; 1] = [2];
+
+/// 3110h:01: critically damped.
+const CRITICALLY_DAMPED: u16 = 2;
+
+const FILTER_CODING: Coding<Kind, 3> = Coding([
+    (0, "filter disabled", Kind::Off),
+    (1, "Butterworth 8th order", Kind::Butterworth),
+    (
+        CRITICALLY_DAMPED,
+        "critically damped 8th order",
+        Kind::CriticallyDamped,
+    ),
+]);
+
+/// The types of the low-pass filter in the form that the device uses.
+pub(super) static FILTER_KINDS: [Kind; 3] = FILTER_CODING.sequence();
+
+/// Whether the parameters fit each other: the cut-off frequency is in the range of the filter type (7.2.38), and the firmware has the
+/// protocol.
+pub(super) fn are_consistent(parameters: &Parameters<Ims360Product>) -> bool {
+    let kind = parameters.get(id::FILTER_TYPE);
+    PROTOCOLS.contains(&parameters.get(id::PROTOCOL))
+        && (kind != CRITICALLY_DAMPED.into()
+            || parameters.get(id::CUT_OFF) <= (*Kind::CriticallyDamped.cutoffs().end()).into())
+}
+
+/// A parameter with named values.
+const fn named(
+    id: ParameterId,
+    name: &'static str,
+    meanings: &'static [(u32, &'static str)],
+    factory: u32,
+) -> Parameter {
+    Parameter {
+        permitted: Permitted::Named,
+        meanings,
+        factory,
+        ..Parameter::new(id, name, DataType::U8)
+    }
+}
+
+/// A mantissa or exponent of the Kalman filter.
+const fn digit(
+    id: ParameterId,
+    name: &'static str,
+    low: i64,
+    high: i64,
+    factory: i32,
+) -> Parameter {
+    Parameter::new(id, name, DataType::I8).within(low, high, factory)
+}
+
+const ERRORS: [&str; HISTORY] = [
+    "Error 1", "Error 2", "Error 3", "Error 4", "Error 5", "Error 6", "Error 7", "Error 8",
+];
+
+/// The stored errors.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn errors() -> [Parameter; HISTORY] {
+    let mut errors = [Parameter::PLAIN; HISTORY];
+    let mut place = 0;
+    while place < HISTORY {
+        let id = ParameterId(id::HISTORY.0 + place as u8);
+        errors[place] = Parameter::new(id, ERRORS[place], DataType::U16);
+        place += 1;
+    }
+    errors
+}
+
+impl Table for Ims360Product {
+    /// In the order of the objects; parameters that are not objects come last.
+    const PARAMETERS: &'static [Parameter] = crate::parameters![
+        [
+            Parameter {
+                permitted: Permitted::OneOf(&[ONE_AXIS_TYPE, TWO_AXES_TYPE]),
+                factory: TWO_AXES_TYPE,
+                ..Parameter::new(id::DEVICE_TYPE, "Device type", DataType::U32)
+            },
+            profile::sync_cob_id(id::SYNC_COB_ID),
+            Parameter {
+                persistence: Persistence::OnSave,
+                ..profile::emcy_cob_id(id::EMCY_COB_ID)
+            },
+            Parameter {
+                permitted: Permitted::Ranges(&Ranges {
+                    text: "0, 10..65535",
+                    ignored_bits: 0,
+                    ranges: &[(0, 0), (10, 65_535)],
+                }),
+                ..profile::heartbeat_time(id::HEARTBEAT_TIME)
+            },
+        ],
+        profile::stored_tpdo_communication(id::TPDO[0], 0x180),
+        profile::stored_tpdo_communication(id::TPDO[1], 0x8000_0280),
+        profile::stored_tpdo_communication(id::TPDO[2], 0x8000_0380),
+        profile::stored_tpdo_communication(id::TPDO[3], 0x8000_0480),
+        profile::mapping_parameters(id::MAPPING[0], &[LONGITUDINAL, LATERAL]),
+        profile::mapping_parameters(id::MAPPING[1], &[]),
+        profile::mapping_parameters(id::MAPPING[2], &[]),
+        profile::mapping_parameters(id::MAPPING[3], &[]),
+        [
+            Parameter {
+                unit: "bit/s",
+                permitted: Permitted::OneOf(&[125_000, 250_000, 500_000, 800_000, 1_000_000]),
+                factory: 125_000,
+                ..Parameter::new(id::BIT_RATE, "Baud rate", DataType::U32)
+            },
+            profile::lss_node_id(id::NODE_ID, 50),
+            Parameter {
+                permitted: Permitted::Ranges(&Ranges {
+                    text: "2",
+                    ignored_bits: 0,
+                    ranges: &[(1, 1), (2, 2)],
+                }),
+                meanings: &[(1, "SAE J1939"), (2, "CANopen")],
+                factory: 2,
+                ..Parameter::new(id::PROTOCOL, "CAN protocol", DataType::U8)
+            },
+            named(
+                id::BUS_OFF_RECOVERY,
+                "Automatic bus-off recovery",
+                &[(0, "disabled"), (1, "enabled")],
+                1,
+            ),
+            named(
+                id::FILTER_TYPE,
+                "Low-pass filter type",
+                &FILTER_CODING.meanings(),
+                CRITICALLY_DAMPED as u32,
+            ),
+            named(
+                id::FUSION,
+                "Sensor fusion filter",
+                &[(0, "low-pass filter"), (1, "sensor fusion filter")],
+                0,
+            ),
+            Parameter::new(id::CUT_OFF, "Low-pass filter frequency", DataType::U16)
+                .in_unit("mHz", 0)
+                .within(100, 25_000, 2_000),
+            digit(id::Q[0], "Q mantissa", 1, 127, 1),
+            digit(id::Q[1], "Q exponent", -10, 10, -3),
+            digit(id::R[0], "R mantissa", 1, 127, 1),
+            digit(id::R[1], "R exponent", -10, 10, 1),
+            Parameter {
+                data_type: DataType::I8,
+                ..named(
+                    id::VARIANT,
+                    "Sensor configuration",
+                    &[
+                        (0, "1-axis sensor (0 to 360 deg)"),
+                        (1, "2-axis sensor (+-90 deg)"),
+                    ],
+                    1,
+                )
+            },
+            Parameter {
+                permitted: Permitted::OneOf(&[1, 2, 3]),
+                factory: 1,
+                persistence: Persistence::Volatile,
+                ..Parameter::new(id::AUTO_ZERO, "Auto zero", DataType::I8)
+            },
+            Parameter::new(id::ZERO_X, "Slope long zero offset", DataType::I32).in_unit("deg", 2),
+            Parameter::new(id::ZERO_Y, "Slope lateral zero offset", DataType::I32)
+                .in_unit("deg", 2),
+            Parameter::new(id::RESTORE_REQUEST, "Requested restore", DataType::U8),
+        ],
+        errors(),
+    ];
+    crate::project_parameters!();
+}
