@@ -85,7 +85,7 @@ pub struct Fusion<const DELAY: u32> {
 
 impl<const DELAY: u32> Fusion<DELAY> {
     /// The weights of the last rotations for the rotation in the delay, Q16.
-    const WEIGHTS: [i64; KEPT] = {
+    const WEIGHTS: [i32; KEPT] = {
         assert!(DELAY as u64 <= KEPT as u64 * SAMPLE_PERIOD.ticks());
         [weight(DELAY, 0), weight(DELAY, 1), weight(DELAY, 2)]
     };
@@ -175,7 +175,7 @@ impl<const DELAY: u32> Fusion<DELAY> {
         let mut sum = [1 << 15; 3];
         for (rotation, weight) in self.rotations.iter().zip(Self::WEIGHTS) {
             for (sum, component) in sum.iter_mut().zip(rotation) {
-                *sum += weight * i64::from(*component);
+                *sum += i64::from(weight) * i64::from(*component);
             }
         }
         let sum = sum.map(|sum| (sum >> 16).clamp(-FORWARD_LIMIT, FORWARD_LIMIT) as i32);
@@ -185,11 +185,11 @@ impl<const DELAY: u32> Fusion<DELAY> {
 }
 
 /// The part of the sample period `index` (0 is the newest one) that is within `delay` (us), Q16.
-const fn weight(delay: u32, index: u64) -> i64 {
+const fn weight(delay: u32, index: u64) -> i32 {
     let period = SAMPLE_PERIOD.ticks();
     let covered = (delay as u64).saturating_sub(index * period);
     let covered = if covered > period { period } else { covered };
-    ((covered << 16) / period) as i64
+    ((covered << 16) / period) as i32
 }
 
 /// `vector` with each component limited to -2 g..2 g.
