@@ -230,6 +230,19 @@ fn bias_stays_known_after_a_restart() {
 }
 
 #[test]
+fn restarted_filter_starts_at_the_next_acceleration() {
+    let mut fusion = tuned::<DELAY>(Q[1], R);
+    Motion::REST.run(&mut fusion, 1.0);
+    fusion.restart();
+    let tilted = I32x3 {
+        x: ONE_G / 2,
+        y: 0,
+        z: ONE_G,
+    };
+    assert_eq!(fusion.step(tilted, I32x3 { x: 0, y: 0, z: 0 }), tilted);
+}
+
+#[test]
 fn vibration_of_half_a_g_at_3_hz_causes_less_than_1_deg_rms() {
     for axes in [Axes::One, Axes::Two] {
         for angle in [0.0, 45.0, -45.0] {
