@@ -241,6 +241,19 @@ mod tests {
     }
 
     #[test]
+    fn budgets_of_ims360_are_within_limits() {
+        let ceilings = [
+            ("sync_reply", 350),
+            ("sync", 310),
+            ("sync_worst", 19_300),
+            ("idle_poll", 60),
+            ("flash", 40_960),
+            ("ram", 10_240),
+        ];
+        assert_ceilings("ims360", &ceilings);
+    }
+
+    #[test]
     fn budgets_of_jn2101_are_within_limits() {
         let ceilings = [
             ("read_reply", 450),

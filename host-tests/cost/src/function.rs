@@ -38,6 +38,8 @@ pub const STEP: &str = "plumbline::measure::low_pass::LowPass::step";
 pub const TUNE: &str = "plumbline::measure::low_pass::LowPass::tune";
 /// One step of the FIR low-pass.
 pub const FIR_STEP: &str = "plumbline::measure::fir::Fir::step";
+/// One step of the Kalman filter.
+pub const FUSION_STEP: &str = "plumbline::measure::fusion::Fusion<_>::step";
 /// The start of a save.
 pub const STORE_SAVE: &str = "plumbline::store::slots::Store<M,_>::save";
 /// One step of a save.

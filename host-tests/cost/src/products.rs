@@ -1,9 +1,11 @@
-//! The measured products, the messages of their protocol (`messages`), and the functions in their images.
+//! The measured products, the messages of their protocol (`messages`, `ims360`), and the functions in their images.
 
+mod ims360;
 mod messages;
 
 use super::function::Angles;
 use bench::BusRate;
+use ims360::IMS360;
 use messages::{CANOPEN, FSC};
 use plumbline::can::{Frame, standard};
 use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start, with};
@@ -36,6 +38,28 @@ pub struct Filter {
     pub step: Option<(&'static str, &'static str)>,
     /// The row of a change of the setting, and its function.
     pub tune: Option<(&'static str, &'static str)>,
+}
+
+/// A message of a sequence.
+#[derive(Clone, Copy, Debug)]
+pub enum Step {
+    /// It has a reply of one frame.
+    Asked(Message),
+    /// It has no reply.
+    Told(Message),
+}
+
+/// A request within a sequence, and the row that it fills.
+#[derive(Clone, Copy, Debug)]
+pub struct Service {
+    /// The row of the request.
+    pub row: &'static str,
+    /// The messages before the request.
+    pub before: &'static [Step],
+    /// The request, whose reply is one frame.
+    pub message: Message,
+    /// The messages after its reply.
+    pub after: &'static [Step],
 }
 
 /// The messages of the scenario in a protocol. Each of them has a reply of one frame, unless stated otherwise.
@@ -71,6 +95,8 @@ pub struct Protocol {
     pub slowest_filter: Message,
     /// All other requests of the protocol.
     pub others: &'static [Message],
+    /// Requests that need other messages before and after them.
+    pub services: &'static [Service],
     /// Switches cyclic mode on.
     pub cyclic: &'static [Message],
     /// Switches cyclic mode off.
@@ -116,6 +142,7 @@ impl From<&Product> for MeasuredProduct {
             set_point: product.heater.map(|heater| heater.set_point),
             protocol: match product.protocol {
                 catalog::Protocol::Fsc(_) => &FSC,
+                catalog::Protocol::Canopen(_) if product.name == "ims360" => &IMS360,
                 catalog::Protocol::Canopen(_) => &CANOPEN,
             },
             angles: if has_y {

@@ -174,6 +174,18 @@ pub const ROWS: &[Row] = &[
         "",
     ),
     instructions(
+        "lss_request",
+        "LSS inquiry to reply",
+        "the same for the LSS inquiry of the node-ID",
+        "",
+    ),
+    instructions(
+        "block_segment",
+        "segment of an SDO block",
+        "the same for the start of a block upload whose block has one segment",
+        "",
+    ),
+    instructions(
         "sample_off",
         "sample, filter off",
         "Acquisition::sample: calibration, low-pass, angles, limit checks; the maximum of 100 samples in many directions",
@@ -206,6 +218,12 @@ pub const ROWS: &[Row] = &[
         "",
     ),
     instructions(
+        "sample_fusion",
+        "sample, Kalman filter",
+        "the same with the Kalman filter of acceleration and angular rate",
+        "",
+    ),
+    instructions(
         "calibration",
         "- calibration",
         "Calibration::apply: offset, gain, cross axes, temperature; the maximum of all samples",
@@ -227,6 +245,12 @@ pub const ROWS: &[Row] = &[
         "step_fir",
         "- low-pass, FIR",
         "Fir::step: the maximum of 100 at each frequency",
+        "",
+    ),
+    instructions(
+        "step_fusion",
+        "- Kalman filter",
+        "Fusion::step: the maximum of 100",
         "",
     ),
     instructions(

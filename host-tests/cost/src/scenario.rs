@@ -5,7 +5,7 @@ mod latency;
 use super::CostError;
 use super::calls::{Count, exchange, median, most, reply, save};
 use super::function::{CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
-use super::products::{Filter, MeasuredProduct, Message, Protocol};
+use super::products::{Filter, MeasuredProduct, Message, Protocol, Service, Step};
 use super::rig::Rig;
 use can_wire::protocol::Picoseconds;
 use plumbline::time::{Duration, Instant, millis};
@@ -176,6 +176,37 @@ impl Scenario {
         }
         for message in self.protocol.others {
             self.rig.request(*message)?;
+        }
+        self.protocol
+            .services
+            .iter()
+            .try_for_each(|service| self.service(service))
+    }
+
+    /// The maximum for the request of a service.
+    fn service(&mut self, service: &Service) -> Result<(), CostError> {
+        let mut total = Count::default();
+        for _ in 0..REPETITIONS {
+            self.steps(service.before)?;
+            let calls = self.rig.request(service.message)?;
+            total = total.max(exchange(&calls, &NODE)?);
+            self.steps(service.after)?;
+        }
+        self.count(service.row, total);
+        Ok(())
+    }
+
+    fn steps(&mut self, steps: &[Step]) -> Result<(), CostError> {
+        for step in steps {
+            match *step {
+                Step::Asked(message) => {
+                    self.rig.request(message)?;
+                }
+                Step::Told(message) => {
+                    self.rig.send(message);
+                    self.rig.run(millis(1));
+                }
+            }
         }
         Ok(())
     }

@@ -88,6 +88,7 @@ pub(super) const FSC: Protocol = Protocol {
         // An unknown code.
         request(&[0x77]),
     ],
+    services: &[],
     cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
     not_cyclic: request(&[0x26, 0]),
     set_up: &[request(&[0x23, 9]), request(&[0x24, 1])],
@@ -206,6 +207,7 @@ pub(super) const CANOPEN: Protocol = Protocol {
         // An object that does not exist.
         sdo(&[0x40, 0x77, 0x77, 0, 0, 0, 0, 0]),
     ],
+    services: &[],
     // The first TPDO every 5 ms.
     cyclic: &[
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
