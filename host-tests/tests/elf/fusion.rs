@@ -19,11 +19,11 @@ const SECOND: f64 = 1e12;
 
 /// A rotation about Y by an angle in deg, with a horizontal vibration along X in g and an offset of the gyroscope in deg/s.
 #[derive(Clone, Copy)]
-struct Rotation {
+pub struct Rotation {
     /// By the time in s.
-    angle: fn(f64) -> f64,
-    vibration: fn(f64) -> f64,
-    offset: f64,
+    pub angle: fn(f64) -> f64,
+    pub vibration: fn(f64) -> f64,
+    pub offset: f64,
 }
 
 impl Rotation {
