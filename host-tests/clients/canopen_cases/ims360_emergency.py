@@ -118,7 +118,8 @@ def memory(context: Context) -> None:
             session.report.equal(f"{name}: boot-up", True, session.wait_boot_up())
             check(session, f"{name}: behind the boot-up", MEMORY, 0x81, session.wait_id(p.EMCY, 2.0))
             session.reads(f"{name}: 1001h", 0x1001, 0, 0x81)
-            session.reads(f"{name}: 1003h:01h", 0x1003, 1, MEMORY)
+            codes = [session.get(0x1003, sub) for sub in range(1, session.get(0x1003) + 1)]
+            session.report.verdict(MEMORY in codes, f"{name}: 1003h", f"has {MEMORY:04X}h", codes)
             session.reads(f"{name}: 3210h", 0x3210, 0, kept)
             session.nmt(p.RESET_COMMUNICATION)
             session.report.equal(f"{name}: boot-up after the reset", True, session.wait_boot_up())
