@@ -171,6 +171,9 @@ def heartbeat(context: Context) -> None:
             frames = session.collect(1.0, p.ERROR_CONTROL)
             session.report.within(f"state {state}: heartbeats in 1 s", 18, 22, len(frames))
             session.report.equal(f"state {state}: contents", {bytes([state])}, {frame.data for frame in frames})
+        session.put(0x1017, 0, 0)
+        session.collect(0.1)
+        session.quiet("1017h = 0: no heartbeat", 0.5)
 
 
 GROUPS = (supply, out_of_range, clipping, memory, history, identifier, heartbeat)
