@@ -102,18 +102,17 @@ impl<P: Product> Canopen<P> {
     }
 
     fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
-        let Ok(bytes) = frame.bytes().try_into() else {
+        let Some(bytes) = frame.eight_bytes() else {
             return;
         };
         if !self.services.state.communicates() {
             return;
         }
-        let expires = self.sdo.deadline();
         let services = &mut self.services;
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
-        // A read of a number changes no deadline.
-        if self.sdo.deadline() != expires || self.sdo.is_streaming() {
+        // A read of a number has no deadline.
+        if self.sdo.deadline().is_set() {
             cx.shell.wake_up();
         }
     }
