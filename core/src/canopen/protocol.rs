@@ -47,6 +47,8 @@ pub(super) struct Services<P: Product> {
     pub(super) lss: P::Lss,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
+    /// A change of the data of a TPDO is an event, as of the last steps of [`tick`](Protocol::tick). What changes this wakes the node up.
+    pub(super) watches: bool,
     /// In [`State::Initialising`]: the delay of a reset.
     pub(super) heartbeat: Periodic,
     /// The earliest deadline. Each step of [`tick`](Protocol::tick) considers its own one: all of them in one step would take too
@@ -202,6 +204,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             guarding: Guarding::OFF,
             lss: P::Lss::INITIAL,
             unsynchronised: 0,
+            watches: false,
             heartbeat: Periodic::OFF,
             earliest: Deadline::NEVER,
         },
@@ -238,7 +241,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        if cx.values.faults() != self.services.faults || self.services.watches() {
+        if cx.values.faults() != self.services.faults
+            || P::TRIGGERS.changes && self.services.watches
+        {
             cx.shell.wake_up();
         }
     }
@@ -294,6 +299,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
         match step {
             0 => {
+                if P::TRIGGERS.changes {
+                    self.services.watches = false;
+                }
                 self.services.take_faults(cx.values.faults());
                 if self.services.guarding.poll(now) {
                     self.lose_master(cx, now);
