@@ -135,10 +135,10 @@ impl<X: Axes> Application for Tiltix<X> {
     type Values = Inclination;
 
     const QUANTITIES: &'static [Quantity] = &[
-        Quantity::new(value::SLOPE[0], "Slope long16", X::RANGE.word()),
-        Quantity::new(value::SLOPE[1], "Slope lateral16", X::RANGE.word()),
-        diagnostic(value::DIAGNOSTIC[0], "Diagnostic slope long"),
-        diagnostic(value::DIAGNOSTIC[1], "Diagnostic slope lateral"),
+        slope(value::SLOPE[0], "Slope long16", X::RANGE),
+        slope(value::SLOPE[1], "Slope lateral16", X::RANGE),
+        diagnostic(value::DIAGNOSTIC[0], "Diagnostic slope long", X::RANGE),
+        diagnostic(value::DIAGNOSTIC[1], "Diagnostic slope lateral", X::RANGE),
     ];
     const HAS_OUTPUTS: bool = true;
 
@@ -256,9 +256,25 @@ fn preset<X: Axes>(
     Ok(())
 }
 
-const fn diagnostic(id: ValueId, name: &'static str) -> Quantity {
+/// A quantity of this type. The sum of a 2-axis sensor is not limited.
+const fn quantity(id: ValueId, name: &'static str, data_type: DataType, range: Range) -> Quantity {
+    let all = Quantity::new(id, name, data_type);
+    match range {
+        Range::Signed => all,
+        Range::Circle => Quantity {
+            range: range.limits(),
+            ..all
+        },
+    }
+}
+
+const fn slope(id: ValueId, name: &'static str, range: Range) -> Quantity {
+    quantity(id, name, range.word(), range)
+}
+
+const fn diagnostic(id: ValueId, name: &'static str, range: Range) -> Quantity {
     Quantity {
         unit: "0.01 deg",
-        ..Quantity::new(id, name, DataType::I32)
+        ..quantity(id, name, DataType::I32, range)
     }
 }

@@ -131,10 +131,10 @@ const DELTA_MAX: i32 = 2_00;
 
 impl Range {
     /// The lowest and highest preset and differential offset, in 0.01 deg.
-    pub(super) const fn limits(self) -> (i32, i32) {
+    pub(super) const fn limits(self) -> (i64, i64) {
         match self {
             Self::Signed => (-80_00, 80_00),
-            Self::Circle => (0, TURN - 1),
+            Self::Circle => (0, TURN as i64 - 1),
         }
     }
 
@@ -180,8 +180,8 @@ impl Range {
     fn permits(self, raw: u32, resolution: Resolution) -> bool {
         let (low, high) = self.limits();
         let number = self.number(raw);
-        let lowest = resolution.highest(low.wrapping_neg()).wrapping_neg();
-        lowest <= number && number <= resolution.highest(high)
+        let lowest = resolution.highest(low.wrapping_neg() as i32).wrapping_neg();
+        lowest <= number && number <= resolution.highest(high as i32)
     }
 }
 
@@ -297,7 +297,7 @@ const fn angle(id: ParameterId, name: &'static str, range: Range) -> Parameter {
     let (low, high) = range.limits();
     Parameter {
         persistence: Persistence::AtOnce,
-        ..Parameter::new(id, name, range.word()).within(low as i64, high as i64, 0)
+        ..Parameter::new(id, name, range.word()).within(low, high, 0)
     }
 }
 

@@ -4,14 +4,21 @@ use super::application::{Axes, Tiltix};
 use super::objects;
 use super::parameters::{self, Range, Resolution};
 use crate::angle::Angle;
-use crate::devicenet::{self, Assembly, Identity, Object, Roles};
+use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 use crate::measure::I32x3;
 use crate::measure::definition::{self, Perpendicular};
+use crate::model::listing::devicenet::Listing;
 use crate::param::{Parameter, Parameters, Table};
 use crate::store::ImageId;
 
 /// The product: tables and measurement of two axes.
 pub struct Tiltix080Product;
+
+/// The sensor.
+pub type Tiltix080 = DevicenetNode<Tiltix080Product>;
+
+/// The catalogue entry.
+pub const LISTING: Listing<Tiltix080Product> = Listing::new("tiltix080", "TILTIX080");
 
 impl Table for Tiltix080Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);

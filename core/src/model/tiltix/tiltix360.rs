@@ -4,14 +4,21 @@ use super::application::{Axes, Tiltix};
 use super::objects;
 use super::parameters::{self, Range, Resolution};
 use crate::angle::Angle;
-use crate::devicenet::{self, Assembly, Identity, Object, Roles};
+use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 use crate::measure::I32x3;
 use crate::measure::definition;
+use crate::model::listing::devicenet::Listing;
 use crate::param::{Parameter, Parameters, Table};
 use crate::store::ImageId;
 
 /// The product: tables and measurement of one axis.
 pub struct Tiltix360Product;
+
+/// The sensor.
+pub type Tiltix360 = DevicenetNode<Tiltix360Product>;
+
+/// The catalogue entry.
+pub const LISTING: Listing<Tiltix360Product> = Listing::new("tiltix360", "TILTIX360");
 
 impl Table for Tiltix360Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);
