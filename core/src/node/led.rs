@@ -46,6 +46,8 @@ pub enum Pattern {
     Flickering,
     /// 200 ms on, 200 ms off.
     Blinking,
+    /// 500 ms on, 500 ms off.
+    Flashing,
     /// 200 ms on, 1000 ms off.
     SingleFlash,
     /// Twice 200 ms on with 200 ms between, then 1000 ms off.
@@ -70,6 +72,7 @@ impl Pattern {
     const fn time(self, phase: u8) -> u32 {
         match (self, phase) {
             (Self::Flickering, _) => 50,
+            (Self::Flashing, _) => 500,
             (Self::SingleFlash, 1) | (Self::DoubleFlash, 3) => 1000,
             _ => 200,
         }
@@ -247,6 +250,10 @@ mod tests {
         assert_eq!(
             changes(Pattern::Blinking, 700),
             [(0, true), (200, false), (400, true), (600, false)]
+        );
+        assert_eq!(
+            changes(Pattern::Flashing, 1500),
+            [(0, true), (500, false), (1000, true), (1500, false)]
         );
         assert_eq!(
             changes(Pattern::DoubleFlash, 1800),
