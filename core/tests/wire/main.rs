@@ -21,6 +21,7 @@ mod canopen_saves;
 mod canopen_sdo;
 mod canopen_sizes;
 mod canopen_triggers;
+mod devicenet_examples;
 mod fsc_behaviour;
 mod fsc_codings;
 mod fsc_heating;

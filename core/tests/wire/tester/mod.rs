@@ -1,6 +1,7 @@
 //! A test driver for a node: drives it like a board, with frames and times.
 
 pub mod canopen;
+pub mod devicenet;
 pub mod fsc;
 pub mod gauge;
 pub mod ims360;
