@@ -22,6 +22,7 @@ mod canopen_sdo;
 mod canopen_sizes;
 mod canopen_triggers;
 mod devicenet_examples;
+mod devicenet_tiltix;
 mod fsc_behaviour;
 mod fsc_codings;
 mod fsc_heating;
