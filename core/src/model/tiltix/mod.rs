@@ -1,6 +1,8 @@
 //! POSITAL TILTIX with DeviceNet, 080 and 360.
 //!
 //! Section numbers refer to the user manual "TILTIX MEMS inclinometer with DeviceNet interface" of 28 September 2011.
+//!
+#![doc = include_str!("README.md")]
 
 mod application;
 mod objects;
