@@ -129,7 +129,8 @@ fn next_fragment_follows_acknowledge_of_present_one() {
     for count in 0..4 {
         sender.acknowledge(count, 0);
         let (bytes, length) = sender.take(at(1)).unwrap();
-        assert_eq!(bytes[1], count + 1 | if count == 3 { LAST } else { MIDDLE });
+        let kind = if count == 3 { LAST } else { MIDDLE };
+        assert_eq!(bytes[1], kind | (count + 1));
         assert_eq!(length, if count == 3 { 3 } else { 8 });
         sender.acknowledge(count, 0);
         assert_eq!(sender.take(at(1)), None, "acknowledged twice");
