@@ -25,7 +25,7 @@ pub(super) mod choice {
     pub const UNSUPPORTED: u8 = !(EXPLICIT | POLL | PRODUCING | SUPPRESS);
 }
 
-use choice::{CHANGE, CYCLIC, EXPLICIT, POLL, PRODUCING, SUPPRESS, UNSUPPORTED};
+use choice::{CYCLIC, EXPLICIT, POLL, PRODUCING, SUPPRESS, UNSUPPORTED};
 
 /// The allocation information of a node without owner (attribute 5 of the DeviceNet object).
 const NO_OWNER: u8 = 0xFF;
@@ -133,6 +133,7 @@ impl ConnectionSet {
         if choice & PRODUCING != 0 {
             self.producing = Connection::NONEXISTENT;
             self.choice &= !SUPPRESS;
+            self.timed_out &= !PRODUCING;
         }
         self.choice &= !choice;
         self.timed_out &= !choice;
@@ -190,7 +191,7 @@ impl ConnectionSet {
     /// Handles the time-out of an I/O connection. A deferred explicit connection is deleted with it.
     fn lose(&mut self, bits: u8) {
         self.choice &= !bits;
-        self.timed_out |= bits;
+        self.timed_out |= bits & !SUPPRESS;
         if self.explicit.state() == State::Deferred {
             self.delete_explicit();
         }
@@ -294,9 +295,6 @@ impl ConnectionSet {
         }
     }
 }
-
-/// The choice of change-of-state messages.
-const _: () = assert!(CHANGE != CYCLIC && PRODUCING & SUPPRESS == 0);
 
 #[cfg(test)]
 mod tests;

@@ -127,11 +127,16 @@ impl<P: Product> Devicenet<P> {
     fn readdress(&mut self, cx: &mut ContextOf<P>) {
         self.departure = Departure::None;
         self.mac = cx.parameters.get(P::ROLES.mac_id) as u8;
-        cx.shell.clear_queue();
-        cx.shell.go_online(self.rate);
+        self.discard(cx);
         self.check.start();
         self.send_check(cx, false);
         cx.shell.wake_up();
+    }
+
+    /// Discards all frames that are not sent yet, also those in mailboxes, and sets the filters.
+    fn discard(&self, cx: &mut ContextOf<P>) {
+        cx.shell.clear_queue();
+        cx.shell.go_online(self.rate);
     }
 
     /// Sends a message of the duplicate MAC ID check.
@@ -155,8 +160,7 @@ impl<P: Product> Devicenet<P> {
             Step::Respond => self.send_check(cx, true),
             Step::Fault => {
                 self.release_all(cx);
-                cx.shell.clear_queue();
-                cx.shell.wake_up();
+                self.discard(cx);
             }
             Step::None | Step::Request | Step::Online => {}
         }
@@ -485,7 +489,8 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
 
     #[inline(always)] // called for each sample
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        let faulted = cx.values.faults().intersects(Faults::SENSOR);
+        let has_failed = cx.values.faults().intersects(Faults::SENSOR);
+        let faulted = has_failed && !cx.shell.is_starting();
         if faulted != self.faulted {
             self.faulted = faulted;
             cx.shell.wake_up();
@@ -501,7 +506,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
             BusChange::State if cx.shell.bus_state() == BusState::BusOff => {
                 self.bus_offs = self.bus_offs.saturating_add(1);
                 self.release_all(cx);
-                cx.shell.clear_queue();
+                self.discard(cx);
                 if !self.recovers(&cx.parameters) {
                     self.check.fault();
                 } else if !self.check.is_faulted() {

@@ -261,6 +261,12 @@ impl LevelTester {
         self.hold([in_units(x), in_units(y), 0], 1);
     }
 
+    /// Another node acknowledges the pending frame.
+    pub fn acknowledge(&mut self) {
+        self.node.sent(self.now);
+        self.settle();
+    }
+
     /// Allocates these choices for the master 0Ah.
     pub fn allocate(&mut self, choice: u8) {
         let request = format!("41E#0A4B0301{choice:02X}0A");
@@ -275,6 +281,11 @@ impl LevelTester {
         response
             .unwrap_or_else(|| panic!("{body} -> {sent:?}"))
             .to_string()
+    }
+
+    /// Hands a frame in and sends nothing yet: the driver is still busy.
+    pub fn node_receives(&mut self, text: &str) {
+        self.node.receive(self.now, &frame(text));
     }
 
     /// Sets the expected packet rate of a connection in ms.
