@@ -6,6 +6,7 @@ pub mod fsc;
 pub mod gauge;
 pub mod ims360;
 pub mod mapped;
+pub mod tiltix;
 
 use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;
