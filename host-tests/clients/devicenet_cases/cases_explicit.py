@@ -1,5 +1,7 @@
 """Explicit messages: each error code, the order of the checks, XID, malformed requests, services."""
 
+import time
+
 from . import protocol as p
 from .runner import Context
 from .session import Session
@@ -104,6 +106,7 @@ def examples(context: Context) -> None:
     with context.session(store=store) as session:
         session.connect()
         session.expect("MAC ID 3", "0A1003010103", "0A90")
+        time.sleep(1.0)
     with context.session(store=store, mac=3, scene="tilt=12.34,-5.67") as session:
         report, long = session.report, session.subject
         report.equal("identifiers", (0x41C, 0x41D, 0x41E, 0x41B, 0x3C3, 0x343), (*map(session.id, (4, 5, 6, 3)), p.poll_response(3), p.change_of_state(3)))

@@ -29,7 +29,7 @@ def invalid_frames(context: Context) -> None:
                     session.tester.collect_until_quiet(0.01)
             settle(session)
             session.report.equal(f"choice {choice:02X}h, {COUNT} invalid frames: nothing has changed", before, snapshot(session))
-            session.report.equal(f"choice {choice:02X}h: release", f"0A{0xCC:02X}", session.release(choice))
+            session.report.equal(f"choice {choice:02X}h: release", "0ACC", session.release(choice))
 
 
 def snapshot(session: Session) -> dict[str, object]:
@@ -100,10 +100,11 @@ def random_frames(context: Context) -> None:
         settle_random(session)
         session.report.equal("the process runs", True, session.sensor.running)
         session.report.equal("the sensor still answers", True, session.wait_online() is not None)
-        reset(session)
+        session.power_cycle()
         session.connect()
         session.report.equal("still its identity", session.subject.name.encode().hex().upper(), session.get(p.IDENTITY, 1, 7)[2:])
         session.expect("factory reset", "0A05010101", "0A85")
+        time.sleep(0.05)
         session.wait_online()
         session.connect(3, poll=0)
         expected = {str(entry): entry.factory for entry in p.ATTRIBUTES if entry.factory is not None}
@@ -116,11 +117,6 @@ def settle_random(session: Session) -> None:
     """Ends cyclic messages and drops all answers."""
     session.tester.collect_until_quiet(0.1, 1.0)
     session.others.clear()
-
-
-def reset(session: Session) -> None:
-    """A power cycle, which ends all allocations."""
-    session.power_cycle()
 
 
 def send_random(session: Session, generator: random.Random) -> None:

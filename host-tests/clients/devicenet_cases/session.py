@@ -59,6 +59,7 @@ class Session:
         self.tester = Tester(self.sensor.port)
         self.opened = time.monotonic()
         if online and not self.wait_online():
+            self.power_down()
             raise SensorGone(f"node {self.mac} is not on-line; {self.sensor.errors()}")
 
     def power_down(self) -> None:
