@@ -21,12 +21,13 @@ ATTEMPTS = 3
 
 @dataclass
 class Context:
-    """The product, the sensor program, an empty folder and the report."""
+    """The product, the sensor program, an empty folder, the report, and the folder with the data sheets if they are checked."""
 
     subject: Subject
     report: Report
     program: Program
     folder: Path
+    sheets: Path | None = None
 
     def session(self, **options: object) -> Session:
         """Starts a sensor; see `Session` for the options."""
@@ -40,8 +41,8 @@ class Context:
 Group = Callable[[Context], None]
 
 
-def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, tuple[str, ...]]:
-    """Parses the command line; returns the options and the arguments for the sensor program."""
+def parser(description: str, groups: Iterable[str]) -> argparse.ArgumentParser:
+    """The parser of the command line."""
     options = argparse.ArgumentParser(
         description=description,
         epilog=f"Other arguments go to the sensor program. Groups: {', '.join(groups)}.",
@@ -56,18 +57,22 @@ def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, 
         "--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)"
     )
     options.add_argument("--jobs", type=int, default=10, metavar="N", help="groups at the same time (default: 10)")
-    known, others = options.parse_known_args()
-    return known, tuple(others)
+    return options
 
 
-def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: dict[str, Group]) -> int:
+def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Parses the command line; returns the options and the arguments for the sensor program."""
+    return parser(description, groups).parse_known_args()
+
+
+def run(options: argparse.Namespace, arguments: list[str], groups: dict[str, Group], sheets: Path | None = None) -> int:
     """Runs the groups for the products and prints every check in their order; returns the exit code."""
     passed = failed = 0
     images = options.images and options.images.resolve()
-    program = Program(options.virtual_sensor.resolve(), images, arguments)
+    program = Program(options.virtual_sensor.resolve(), images, tuple(arguments))
     plan = [(product, groups[name]) for product in options.model or SUBJECTS for name in options.only or groups]
     with ProcessPoolExecutor(options.jobs) as pool:
-        for report in pool.map(run_group, itertools.repeat(program), *zip(*plan, strict=True)):
+        for report in pool.map(run_group, itertools.repeat(program), itertools.repeat(sheets), *zip(*plan, strict=True)):
             for line in report.lines:
                 print(line)
             passed += report.passed
@@ -76,10 +81,10 @@ def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: dict[st
     return 1 if failed or not passed else 0
 
 
-def run_group(program: Program, product: str, group: Group) -> Report:
+def run_group(program: Program, sheets: Path | None, product: str, group: Group) -> Report:
     """Runs one group, which has several attempts."""
     for attempt in range(1, ATTEMPTS + 1):
-        report = attempt_group(program, product, group)
+        report = attempt_group(program, sheets, product, group)
         if not report.failed or attempt == ATTEMPTS:
             break
         # Printed to show which checks often need a second attempt.
@@ -88,12 +93,12 @@ def run_group(program: Program, product: str, group: Group) -> Report:
     return report
 
 
-def attempt_group(program: Program, product: str, group: Group) -> Report:
+def attempt_group(program: Program, sheets: Path | None, product: str, group: Group) -> Report:
     """Runs one group in an empty folder."""
     report = Report(f"{product} {group.__name__}")
     with tempfile.TemporaryDirectory() as folder:
         try:
-            group(Context(SUBJECTS[product], report, program, Path(folder)))
+            group(Context(SUBJECTS[product], report, program, Path(folder), sheets))
         except Exception as error:  # the other groups must still run
             places = traceback.extract_tb(error.__traceback__)
             place = " in ".join(f"{step.name}:{step.lineno}" for step in reversed(places[-4:]))
