@@ -46,9 +46,7 @@ MODULES = (
     cases_acknowledge,
     cases_fuzz,
 )
-GROUPS = {
-    f"{module.__name__.rpartition('cases_')[2]}.{group.__name__}": group for module in MODULES for group in module.GROUPS
-}
+GROUPS = {f"{module.__name__.rpartition('cases_')[2]}.{group.__name__}": group for module in MODULES for group in module.GROUPS}
 
 
 def main() -> int:

@@ -4,8 +4,8 @@
     pip install -r requirements.txt
     python devicenet_client.py --virtual-sensor ../../target/release/virtual-sensor
 
-Needs Python 3.12. Prints one line per check and the count; the exit code is 1 if a check failed. The allocation is sent as a frame,
-because devicenet-py sends it on the explicit connection and with the MAC ID in other bits of its last byte.
+Needs Python 3.12. Prints one line per check and the count; the exit code is 1 if a check failed.
+The allocation is sent as a frame: devicenet-py sends it on the explicit connection, and with the MAC ID in other bits of its last byte.
 """
 
 import sys

@@ -2,7 +2,7 @@
 """Checks the DeviceNet data sheets of `descriptors` with eds-pie, and compares each parameter with the virtual sensor.
 
     pip install -r requirements.txt
-    python devicenet_eds_check.py --descriptors ../../target/release/descriptors --virtual-sensor ../../target/release/virtual-sensor
+    python devicenet_eds_check.py --descriptors PATH --virtual-sensor PATH
 
 Prints one line per check and the count; the exit code is 1 if a check failed.
 """

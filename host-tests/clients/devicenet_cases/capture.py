@@ -1,10 +1,10 @@
 """Files for tshark: a candump log with other identifiers, and requests and replies as EtherNet/IP in a capture file.
 
-    capture file     global header, then for each packet: header, Ethernet, IPv4, UDP, encapsulation, two items, CIP
-    encapsulation    command u16, length u16, session u32, status u32, context 8 bytes, options u32, interface u32, timeout u16
-    items            count u16; type u16, length u16 (null address); type u16, length u16, data (unconnected data)
-    CIP request      service, path words, 20 class 24 instance [30 attribute], data
-    CIP reply        service | 80, 00, general status, additional words, additional status u16..., data
+capture file     global header, then for each packet: header, Ethernet, IPv4, UDP, encapsulation, two items, CIP
+encapsulation    command u16, length u16, session u32, status u32, context 8 bytes, options u32, interface u32, timeout u16
+items            count u16; type u16, length u16 (null address); type u16, length u16, data (unconnected data)
+CIP request      service, path words, 20 class 24 instance [30 attribute], data
+CIP reply        service | 80, 00, general status, additional words, additional status u16..., data
 """
 
 import re

@@ -40,14 +40,15 @@ def resends(context: Context) -> None:
         session.rate(p.C_COS, 0)
         first = session.produced(0.3)
         report.equal("first message: twice", [session.words(session.subject.long)] * 2, [text(frame) for frame in first])
-        by = 0
-        for timer, retries in ((16, 1), (16, 3), (16, 0), (50, 1), (50, 3), (100, 2), (200, 1), (16, 1)):
+        plan = ((16, 1), (16, 3), (16, 0), (50, 1), (50, 3), (100, 2), (200, 1), (16, 1))
+        for by, (timer, retries) in enumerate(plan, 1):
             session.put(p.HANDLER, 1, 1, p.encode(timer, 2))
             session.put(p.HANDLER, 1, 2, f"{retries:02X}")
-            by += 1
             frames = production(session, by, 0.3 + 0.001 * timer * (retries + 1))
             name = f"timer {timer}, retries {retries}"
-            report.equal(f"{name}: messages", [session.words(session.subject.long + by)] * (retries + 1), [text(frame) for frame in frames])
+            report.equal(
+                f"{name}: messages", [session.words(session.subject.long + by)] * (retries + 1), [text(frame) for frame in frames]
+            )
             for gap in gaps(frames):
                 report.within(f"{name}: gap in s", 0.001 * timer - 0.004, 0.001 * timer + 0.012, gap)
         report.equal("still established", p.ESTABLISHED, session.state(p.C_COS))
@@ -66,7 +67,11 @@ def acknowledged(context: Context) -> None:
             shift(session, number)
             frames = [frame for frame in session.others if wanted(frame)] or [session.wait(wanted, 0.1)]
             session.send(p.ACKNOWLEDGE)
-            report.equal(f"acknowledged in time {number}", [session.words(session.subject.long + number)], [text(frame) for frame in frames])
+            report.equal(
+                f"acknowledged in time {number}",
+                [session.words(session.subject.long + number)],
+                [text(frame) for frame in frames],
+            )
             session.others.clear()
             report.equal(f"acknowledged in time {number}: nothing follows", [], session.produced(0.4))
         for late in (1, 2):

@@ -96,13 +96,17 @@ def resolutions(context: Context) -> None:
             long, lateral = subject.rounded(subject.long, value), subject.rounded(subject.lateral, value)
             report.equal(f"resolution {value}: slopes", (long, lateral), (session.angle(0x72), session.angle(0x7A)))
             report.equal(f"resolution {value}: poll", session.words(long, lateral), poll_once(session))
-            report.equal(f"resolution {value}: diagnostic", (subject.long, subject.lateral), (session.angle(0x78), session.angle(0x80)))
+            report.equal(
+                f"resolution {value}: diagnostic", (subject.long, subject.lateral), (session.angle(0x78), session.angle(0x80))
+            )
 
 
 def attitudes(context: Context) -> None:
     """The slopes at several attitudes, and their signs (T28)."""
     if context.subject.circular:
-        angles = [(x, y) for x in (0, 0.01, 45, 90, 180, 270, 327.68, 359.96, 359.99) for y in ((0, 20) if x in (45, 270) else (0,))]
+        angles = [
+            (x, y) for x in (0, 0.01, 45, 90, 180, 270, 327.68, 359.96, 359.99) for y in ((0, 20) if x in (45, 270) else (0,))
+        ]
     else:
         angles = [(0, 0), (80, 0), (-80, 0), (0, 80), (0, -80), (30, 40), (-45, 20.01), (-0.01, -50)]
     for first in range(0, len(angles), 3):
@@ -140,7 +144,9 @@ def rise_time(context: Context, average: int, weight: int) -> float:
             if data:
                 samples.append(((now + time.monotonic()) / 2, p.decode(data[:4], not session.subject.circular)))
             time.sleep(0.001)
-        context.report.equal(f"average {average}, weight {weight}: before and after", (1000, 5000), (samples[0][1], samples[-1][1]))
+        context.report.equal(
+            f"average {average}, weight {weight}: before and after", (1000, 5000), (samples[0][1], samples[-1][1])
+        )
         return crossing(samples, 4600) - crossing(samples, 1400)
 
 

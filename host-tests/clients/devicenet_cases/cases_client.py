@@ -85,14 +85,22 @@ def reads(context: Context) -> None:
         report, node = session.report, p.FACTORY_MAC
         session.connect()
         net.handle_messages(0.05)
-        for kind, attribute, expected in ((1, 1, p.encode(p.VENDOR, 2)), (3, 1, "3F"), (0x65, 0x72, p.encode(session.subject.long, 2))):
+        for kind, attribute, expected in (
+            (1, 1, p.encode(p.VENDOR, 2)),
+            (3, 1, "3F"),
+            (0x65, 0x72, p.encode(session.subject.long, 2)),
+        ):
             answer = DeviceNetExplicitMessageGenericService.unpack(request(net, node, kind, attribute))
             got = (answer.mac_id, answer.service_code, answer.is_response, answer.message.hex().upper())
             report.equal(f"{kind:02X}h attribute {attribute:02X}h", (p.MASTER, p.GET, True, expected), got)
         frames = [request(net, node, 1, 7)]
         while frames[-1][1] & 0xC0 != 0x80:
             frames.append(exchange(net, node, bytes([0x8A, 0xC0 | frames[-1][1] & 0x3F, 0])))
-        net.bus.send(can.Message(arbitration_id=p.group2(p.EXPLICIT, node), is_extended_id=False, data=bytes([0x8A, 0xC0 | len(frames) - 1, 0])))
+        net.bus.send(
+            can.Message(
+                arbitration_id=p.group2(p.EXPLICIT, node), is_extended_id=False, data=bytes([0x8A, 0xC0 | len(frames) - 1, 0])
+            )
+        )
         answer = DeviceNetExplicitMessageGenericService.unpack(frames)
         name = session.subject.name.encode()
         report.equal("product name in fragments", bytes([len(name)]) + name, bytes(answer.message))

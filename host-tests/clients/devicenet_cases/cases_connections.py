@@ -1,4 +1,5 @@
-"""The connection object: its attributes in each kind of allocation, rates, watchdog action, inhibit time; the acknowledge handler object."""
+"""The connection object: its attributes in each kind of allocation, rates, watchdog action, inhibit time. The acknowledge handler
+object."""
 
 from . import protocol as p
 from .runner import Context
@@ -37,7 +38,9 @@ def values(session: Session, choice: int, instance: int, assembly: int = 103) ->
     }
 
 
-def check_values(session: Session, name: str, choice: int, instance: int, assembly: int = 103, skip: tuple[int, ...] = ()) -> None:
+def check_values(
+    session: Session, name: str, choice: int, instance: int, assembly: int = 103, skip: tuple[int, ...] = ()
+) -> None:
     """Checks the attributes of one connection."""
     for attribute, expected in values(session, choice, instance, assembly).items():
         if attribute not in skip:
@@ -57,9 +60,13 @@ def attributes(context: Context) -> None:
                 if choice & bits:
                     check_values(session, name, choice, instance)
                 else:
-                    session.report.equal(f"{name}: connection {instance}", "?94" + p.NO_OBJECT, session.get(p.CONNECTION, instance, 1))
+                    session.report.equal(
+                        f"{name}: connection {instance}", "?94" + p.NO_OBJECT, session.get(p.CONNECTION, instance, 1)
+                    )
             for attribute in (7, 8):
-                session.report.within(f"{name}: connection 1 attribute {attribute}", 8, 65535, session.number(p.CONNECTION, 1, attribute))
+                session.report.within(
+                    f"{name}: connection 1 attribute {attribute}", 8, 65535, session.number(p.CONNECTION, 1, attribute)
+                )
             session.release(choice)
 
 
@@ -87,7 +94,14 @@ def attributes_of_assemblies(context: Context) -> None:
 def state_conflict(context: Context) -> None:
     """81h and 82h while their connection exists (T2, T17)."""
     with context.session() as session:
-        for choice, conflicts in ((0x03, (0x81,)), (0x11, (0x82,)), (0x21, (0x82,)), (0x61, (0x82,)), (0x13, (0x81, 0x82)), (0x01, ())):
+        for choice, conflicts in (
+            (0x03, (0x81,)),
+            (0x11, (0x82,)),
+            (0x21, (0x82,)),
+            (0x61, (0x82,)),
+            (0x13, (0x81, 0x82)),
+            (0x01, ()),
+        ):
             for established in (False, True):
                 session.connect(choice)
                 if established:
@@ -104,11 +118,15 @@ def state_conflict(context: Context) -> None:
                     for data, code in (("", p.TOO_SHORT), ("6500", p.TOO_LONG)):
                         session.report.equal(f"{name}, data '{data}'", "94" + code, session.set(p.ANGLE, 1, attribute, data))
                 if choice & 0x02 and established:
-                    session.report.equal(f"choice {choice:02X}h: poll goes on", session.words(session.subject.long), session.poll())
+                    session.report.equal(
+                        f"choice {choice:02X}h: poll goes on", session.words(session.subject.long), session.poll()
+                    )
                 session.release(choice)
                 session.connect()
                 for attribute in (0x81, 0x82):
-                    session.report.equal(f"after choice {choice:02X}h: {attribute:02X}h = 103", "90", session.set_angle(attribute, 103))
+                    session.report.equal(
+                        f"after choice {choice:02X}h: {attribute:02X}h = 103", "90", session.set_angle(attribute, 103)
+                    )
                 session.release(1)
                 session.others.clear()
 
@@ -142,7 +160,9 @@ def rates(context: Context) -> None:
                 for data, code in (("", p.TOO_SHORT), ("64", p.TOO_SHORT), ("640000", p.TOO_LONG)):
                     answer = session.set(p.CONNECTION, instance, 9, data)
                     session.report.equal(f"connection {instance}: rate '{data}'", "94" + code, answer)
-                session.report.equal(f"connection {instance}: rate after the refusals", "0000", session.get(p.CONNECTION, instance, 9))
+                session.report.equal(
+                    f"connection {instance}: rate after the refusals", "0000", session.get(p.CONNECTION, instance, 9)
+                )
                 session.report.equal(f"connection {instance}: established", p.ESTABLISHED, session.state(instance))
             session.release(choice)
             session.collect(0.05)
@@ -153,7 +173,9 @@ def rate(session: Session, name: str, instance: int, value: int, actual: int) ->
     """Sets a rate and checks the answer and the value read back."""
     answer = session.set(p.CONNECTION, instance, 9, p.encode(value, 2))
     session.report.equal(f"{name}, connection {instance}: rate {value}", "90" + p.encode(actual, 2), answer)
-    session.report.equal(f"{name}, connection {instance}: rate {value} read back", p.encode(actual, 2), session.get(p.CONNECTION, instance, 9))
+    session.report.equal(
+        f"{name}, connection {instance}: rate {value} read back", p.encode(actual, 2), session.get(p.CONNECTION, instance, 9)
+    )
 
 
 def watchdog_action(context: Context) -> None:
@@ -214,7 +236,13 @@ def handler(context: Context) -> None:
         for value in (0, 1, 3, 255):
             report.equal(f"retries {value}", "90", session.set(p.HANDLER, 1, 2, f"{value:02X}"))
             report.equal(f"retries {value} read back", value, number(2))
-        for attribute, data, code in ((1, "", p.TOO_SHORT), (1, "10", p.TOO_SHORT), (1, "100000", p.TOO_LONG), (2, "", p.TOO_SHORT), (2, "0100", p.TOO_LONG)):
+        for attribute, data, code in (
+            (1, "", p.TOO_SHORT),
+            (1, "10", p.TOO_SHORT),
+            (1, "100000", p.TOO_LONG),
+            (2, "", p.TOO_SHORT),
+            (2, "0100", p.TOO_LONG),
+        ):
             report.equal(f"attribute {attribute} = '{data}'", "94" + code, session.set(p.HANDLER, 1, attribute, data))
         for data in ("", "04", "0400", "05"):
             report.equal(f"connection instance = '{data}'", "94" + p.NOT_SETTABLE, session.set(p.HANDLER, 1, 3, data))

@@ -4,11 +4,42 @@ import time
 
 from . import protocol as p
 from .runner import Context
-from .session import Session
 
 # Class and instance pairs that exist without a connection of their own.
-EXISTING = ((1, 0), (1, 1), (2, 0), (2, 1), (3, 0), (3, 1), (4, 0), (4, 0x65), (4, 0x66), (4, 0x67), (5, 0), (5, 1), (0x65, 0), (0x65, 1))
-MISSING_INSTANCES = ((1, 2), (1, 255), (2, 2), (3, 2), (3, 255), (4, 1), (4, 0x64), (4, 0x68), (5, 2), (5, 3), (5, 4), (5, 5), (5, 255), (0x2B, 2), (0x65, 2), (0x65, 255))
+EXISTING = (
+    (1, 0),
+    (1, 1),
+    (2, 0),
+    (2, 1),
+    (3, 0),
+    (3, 1),
+    (4, 0),
+    (4, 0x65),
+    (4, 0x66),
+    (4, 0x67),
+    (5, 0),
+    (5, 1),
+    (0x65, 0),
+    (0x65, 1),
+)
+MISSING_INSTANCES = (
+    (1, 2),
+    (1, 255),
+    (2, 2),
+    (3, 2),
+    (3, 255),
+    (4, 1),
+    (4, 0x64),
+    (4, 0x68),
+    (5, 2),
+    (5, 3),
+    (5, 4),
+    (5, 5),
+    (5, 255),
+    (0x2B, 2),
+    (0x65, 2),
+    (0x65, 255),
+)
 MISSING_CLASSES = (0, 6, 7, 8, 0x0F, 0x10, 0x2A, 0x2C, 0x64, 0x66, 0x99, 0xFF)
 
 
@@ -109,7 +140,11 @@ def examples(context: Context) -> None:
         time.sleep(1.0)
     with context.session(store=store, mac=3, scene="tilt=12.34,-5.67") as session:
         report, long = session.report, session.subject
-        report.equal("identifiers", (0x41C, 0x41D, 0x41E, 0x41B, 0x3C3, 0x343), (*map(session.id, (4, 5, 6, 3)), p.poll_response(3), p.change_of_state(3)))
+        report.equal(
+            "identifiers",
+            (0x41C, 0x41D, 0x41E, 0x41B, 0x3C3, 0x343),
+            (*map(session.id, (4, 5, 6, 3)), p.poll_response(3), p.change_of_state(3)),
+        )
         words = "D204C9FD" if not long.circular else "D2040000"
         session.expect_port("6.1: allocate", "0A4B0301030A", "0ACB00")
         session.expect("6.1: rate of explicit", "0A100501090000", "0A900000")
@@ -167,7 +202,9 @@ def services(context: Context) -> None:
                     if answer not in allowed:
                         wrong[f"{service:02X}h"] = answer
                 if service % 16 == 15:
-                    session.report.equal(f"class {kind:02X}h instance {instance}: services {service - 15:02X}h..{service:02X}h", {}, wrong)
+                    session.report.equal(
+                        f"class {kind:02X}h instance {instance}: services {service - 15:02X}h..{service:02X}h", {}, wrong
+                    )
                     wrong = {}
 
 

@@ -180,7 +180,11 @@ def dropped(context: Context) -> None:
         session.expect("last", "8A820801", "8AC200")
         report.equal("answer", "0A90", session.answer())
         report.equal("85h", 0x108, session.angle(0x85))
-        for name, part in (("middle with a count too far", "428500"), ("last with a count too far", "8285"), ("last with the previous count", "8085")):
+        for name, part in (
+            ("middle with a count too far", "428500"),
+            ("last with a count too far", "8285"),
+            ("last with the previous count", "8085"),
+        ):
             session.expect("first", "8A00106501", "8AC000")
             session.send(p.EXPLICIT, "8A" + part)
             session.quiet(f"{name}: reset in silence", 0.04)

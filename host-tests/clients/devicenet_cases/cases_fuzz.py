@@ -35,7 +35,13 @@ def invalid_frames(context: Context) -> None:
 def snapshot(session: Session) -> dict[str, object]:
     """All that can be read and is constant."""
     found = session.angles()
-    for kind, instance, attributes in ((1, 1, range(1, 8)), (3, 1, range(1, 6)), (5, 1, (1, 4, 5, 7, 8, 9, 12)), (5, 2, (1, 9)), (5, 4, (1, 9))):
+    for kind, instance, attributes in (
+        (1, 1, range(1, 8)),
+        (3, 1, range(1, 6)),
+        (5, 1, (1, 4, 5, 7, 8, 9, 12)),
+        (5, 2, (1, 9)),
+        (5, 4, (1, 9)),
+    ):
         found |= {f"{kind}/{instance}/{n}": session.get(kind, instance, n) for n in attributes}
     return found
 
@@ -79,11 +85,22 @@ def send_invalid(session: Session, generator: random.Random) -> None:
         # On the port: services that are refused, allocations of others.
         service = generator.choice([n for n in range(128) if n not in (p.ALLOCATE, p.RELEASE)])
         other = generator.choice([n for n in range(64) if n != p.MASTER])
-        session.send(p.PORT, generator.choice([f"0A{service:02X}{data[:5].hex()}", f"{other:02X}4B0301{data[0]:02X}{other:02X}", f"{other:02X}4C0301{data[0]:02X}"]))
+        session.send(
+            p.PORT,
+            generator.choice(
+                [
+                    f"0A{service:02X}{data[:5].hex()}",
+                    f"{other:02X}4B0301{data[0]:02X}{other:02X}",
+                    f"{other:02X}4C0301{data[0]:02X}",
+                ]
+            ),
+        )
     else:
         # Fragments without a first one; a poll with data.
         if generator.randrange(2):
-            session.send(p.EXPLICIT, f"8A{generator.choice([0x40, 0x80, 0xC0]) | generator.randrange(64):02X}{data[:length][2:].hex()}")
+            session.send(
+                p.EXPLICIT, f"8A{generator.choice([0x40, 0x80, 0xC0]) | generator.randrange(64):02X}{data[:length][2:].hex()}"
+            )
         else:
             session.send(p.POLL, data[: max(1, length)].hex())
 

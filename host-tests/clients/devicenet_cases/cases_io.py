@@ -52,10 +52,8 @@ def burst(context: Context) -> None:
     with context.session() as session:
         session.connect(3, poll=0)
         report, words = session.report, session.words(session.subject.long)
-        sent = 0
         for number in range(1000):
             session.send(p.POLL)
-            sent += 1
             if number % 100 == 50:
                 session.send(p.EXPLICIT, "0A0E030101")
         polled, answers = [], []
@@ -118,7 +116,19 @@ def state_deltas(context: Context) -> None:
         session.put_angle(0x88, 20)
         session.rate(p.C_COS, 0)
         report.equal("established: once", [session.words(long)], produced(session, 0.2))
-        for by, sent in ((19, False), (20, True), (1, False), (0, True), (10, False), (19, False), (-19, None), (-20, None), (200, True), (181, False), (180, True)):
+        for by, sent in (
+            (19, False),
+            (20, True),
+            (1, False),
+            (0, True),
+            (10, False),
+            (19, False),
+            (-19, None),
+            (-20, None),
+            (200, True),
+            (181, False),
+            (180, True),
+        ):
             if by < 0 and sent is None:
                 sent = by == -20
             word = shift(session, by)
@@ -222,7 +232,12 @@ def cyclic(context: Context) -> None:
             session.others.clear()
             frames = session.produced(max(1.0, rate * 0.0045))
             gaps = [b.at - a.at for a, b in zip(frames, frames[1:], strict=False)]
-            report.within(f"rate {rate}: median period in s", 0.00095 * rate - 0.001, 0.00105 * rate + 0.001, statistics.median(gaps or [99]))
+            report.within(
+                f"rate {rate}: median period in s",
+                0.00095 * rate - 0.001,
+                0.00105 * rate + 0.001,
+                statistics.median(gaps or [99]),
+            )
         session.rate(p.C_COS, 0)
         time.sleep(0.05)
         session.collect(0.05)

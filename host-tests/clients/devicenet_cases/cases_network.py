@@ -172,7 +172,12 @@ def ignored_frames(session: Session, state: str) -> None:
         for data in ("", "0A0E010101", "0A4B0301030A", "FFFFFFFFFFFFFFFF"):
             session.ignored(f"{state}: message {message}", (session.id(message), data))
     generator = random.Random(session.mac)
-    for name, low, high in (("group 1", 0, 0x3FF), ("group 3", 0x600, 0x7BF), ("group 4", 0x7C0, 0x7EF), ("invalid", 0x7F0, 0x7FF)):
+    for name, low, high in (
+        ("group 1", 0, 0x3FF),
+        ("group 3", 0x600, 0x7BF),
+        ("group 4", 0x7C0, 0x7EF),
+        ("invalid", 0x7F0, 0x7FF),
+    ):
         numbers = [low, high, *(generator.randrange(low, high + 1) for _ in range(20))]
         if name == "group 3":
             numbers += [0x600 | message << 6 | mac for message in range(7) for mac in (session.master, session.mac)]

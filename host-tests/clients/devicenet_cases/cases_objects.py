@@ -1,4 +1,4 @@
-"""The objects: Get and Set of attributes 0..99 on each class and instance, values of the identity, DeviceNet and assembly objects."""
+"""Get and Set of attributes 0..255 on each class and instance; the identity, DeviceNet and assembly objects."""
 
 from . import protocol as p
 from .runner import Context
@@ -49,7 +49,9 @@ def get_sweep(context: Context) -> None:
     with context.session() as session:
         session.connect(0x13, poll=0, cos=0)
         for kind, instance in INSTANCES:
-            sweep(session, f"get class {kind:02X}h instance {instance}", lambda n, k=kind, i=instance: get_problem(session, k, i, n))
+            sweep(
+                session, f"get class {kind:02X}h instance {instance}", lambda n, k=kind, i=instance: get_problem(session, k, i, n)
+            )
 
 
 def get_problem(session: Session, kind: int, instance: int, attribute: int) -> str | None:

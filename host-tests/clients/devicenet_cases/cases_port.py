@@ -171,12 +171,16 @@ def other_requests(context: Context) -> None:
         for kind, instance in ((1, 1), (3, 0), (3, 2), (5, 1), (0x65, 1)):
             for service, rest in ((p.ALLOCATE, "010A"), (p.RELEASE, "01")):
                 data = f"0A{service:02X}{kind:02X}{instance:02X}{rest}"
-                session.expect_port("not object 3/1", data, p.error(p.PORT_UNSUPPORTED_SERVICE), p.error(p.NO_OBJECT), p.error(p.NO_SERVICE))
+                session.expect_port(
+                    "not object 3/1", data, p.error(p.PORT_UNSUPPORTED_SERVICE), p.error(p.NO_OBJECT), p.error(p.NO_SERVICE)
+                )
         for data in ("0ACB00", "0ACC", "0A940B02", "0A8E03013F"):
             session.ignored("response", (session.id(p.PORT), data))
         session.expect_port("nothing is allocated", "0A4C030101", p.error(p.CHOICE_STATE))
         for data in ("", "0A", "0A4B", "0A4B03", "0A4C03"):
-            session.expect_port("too short for class and instance", data, "", p.error(p.TOO_SHORT), p.error(p.PORT_UNSUPPORTED_SERVICE))
+            session.expect_port(
+                "too short for class and instance", data, "", p.error(p.TOO_SHORT), p.error(p.PORT_UNSUPPORTED_SERVICE)
+            )
         for data in ("0A4B0301", "0A4B030101", "0A4C0301"):
             session.expect_port("too short", data, p.error(p.TOO_SHORT))
         for data in ("0A4B0301010A00", "0A4C03010100"):

@@ -56,7 +56,21 @@ def factory_reset(context: Context) -> None:
         session.report.equal("MAC ID 7: on-line", True, session.wait_online() is not None)
         session.connect()
         session.put(p.DEVICENET, 1, 3, "01")
-        values = {0x71: 100, 0x73: 3, 0x74: 11, 0x77: 12, 0x7B: 2, 0x7C: 13, 0x7F: 14, 0x81: 101, 0x82: 102, 0x84: 9, 0x85: 8, 0x87: 1, 0x88: 7}
+        values = {
+            0x71: 100,
+            0x73: 3,
+            0x74: 11,
+            0x77: 12,
+            0x7B: 2,
+            0x7C: 13,
+            0x7F: 14,
+            0x81: 101,
+            0x82: 102,
+            0x84: 9,
+            0x85: 8,
+            0x87: 1,
+            0x88: 7,
+        }
         for attribute, value in values.items():
             session.put_angle(attribute, value)
         session.put_angle(0x75, 1)
@@ -76,7 +90,9 @@ def is_factory(session: Session, name: str) -> None:
     session.connect()
     expected = {str(entry): entry.factory for entry in p.ATTRIBUTES if entry.factory is not None}
     session.report.equal(f"{name}: angle object", expected, session.angles())
-    session.report.equal(f"{name}: MAC ID, baud rate, interrupt", ("3F", "00", "00"), tuple(session.get(3, 1, n) for n in (1, 2, 3)))
+    session.report.equal(
+        f"{name}: MAC ID, baud rate, interrupt", ("3F", "00", "00"), tuple(session.get(3, 1, n) for n in (1, 2, 3))
+    )
 
 
 def mac_change(context: Context) -> None:

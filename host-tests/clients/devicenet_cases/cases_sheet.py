@@ -2,7 +2,6 @@
 
 import logging
 import re
-from pathlib import Path
 
 from eds_pie.eds import EDS
 from eds_pie.eds_pie import CIP_EDS
@@ -13,7 +12,15 @@ from .session import Session
 
 FIELDS = 21
 # Type: size, whether it is signed.
-TYPES = {0xC1: (1, False), 0xC2: (1, True), 0xC3: (2, True), 0xC4: (4, True), 0xC6: (1, False), 0xC7: (2, False), 0xC8: (4, False)}
+TYPES = {
+    0xC1: (1, False),
+    0xC2: (1, True),
+    0xC3: (2, True),
+    0xC4: (4, True),
+    0xC6: (1, False),
+    0xC7: (2, False),
+    0xC8: (4, False),
+}
 ENUMERATED, READ_ONLY = 0x02, 0x10
 POLL, COS, CYCLIC = 0x0001, 0x0004, 0x0008
 # Fields of DeviceNet that the library does not know.
@@ -90,7 +97,14 @@ def general(context: Context) -> None:
     _, eds = sheet(context)
     report, get = context.report, lambda section, entry: (values(eds, section, entry) or [None])[0]
     report.equal("first sections", ["File", "Device"], list(eds.sections)[:2])
-    for entry, pattern in (("CreateDate", r"\d\d-\d\d-\d{4}"), ("ModDate", r"\d\d-\d\d-\d{4}"), ("CreateTime", r"\d\d:\d\d:\d\d"), ("ModTime", r"\d\d:\d\d:\d\d"), ("Revision", r"\d+\.\d+"), ("DescText", r".+")):
+    for entry, pattern in (
+        ("CreateDate", r"\d\d-\d\d-\d{4}"),
+        ("ModDate", r"\d\d-\d\d-\d{4}"),
+        ("CreateTime", r"\d\d:\d\d:\d\d"),
+        ("ModTime", r"\d\d:\d\d:\d\d"),
+        ("Revision", r"\d+\.\d+"),
+        ("DescText", r".+"),
+    ):
         found = str(get("File", entry))
         report.verdict(bool(re.fullmatch(pattern, found)), f"[File] {entry}", pattern, found)
     report.equal("[Device Classification]", "DeviceNet", get("Device Classification", "Class1"))
@@ -99,15 +113,28 @@ def general(context: Context) -> None:
         number = lambda attribute: session.number(p.IDENTITY, 1, attribute)  # noqa: E731
         major, minor = bytes.fromhex(session.get(p.IDENTITY, 1, 4))
         name = bytes.fromhex(session.get(p.IDENTITY, 1, 7))[1:].decode()
-        wire = {"VendCode": number(1), "ProdType": number(2), "ProdCode": number(3), "MajRev": major, "MinRev": minor, "ProdName": name}
+        wire = {
+            "VendCode": number(1),
+            "ProdType": number(2),
+            "ProdCode": number(3),
+            "MajRev": major,
+            "MinRev": minor,
+            "ProdName": name,
+        }
     for entry, expected in wire.items():
         report.equal(f"[Device] {entry}", expected, get("Device", entry))
-    report.equal("[Device] VendName", True, "FRABA" in str(get("Device", "VendName")).upper() or "POSITAL" in str(get("Device", "VendName")).upper())
+    report.equal(
+        "[Device] VendName",
+        True,
+        "FRABA" in str(get("Device", "VendName")).upper() or "POSITAL" in str(get("Device", "VendName")).upper(),
+    )
     report.equal("[Device] ProdTypeStr", "Generic Device", get("Device", "ProdTypeStr"))
     report.verdict(bool(get("Device", "Catalog")), "[Device] Catalog", "a text", get("Device", "Catalog"))
     report.equal("[ParamClass] MaxInst", len(entries(eds, "Params", "Param")), get("ParamClass", "MaxInst"))
     report.equal("[ParamClass] CfgAssembly", 0, get("ParamClass", "CfgAssembly"))
-    report.verdict(isinstance(get("ParamClass", "Descriptor"), int), "[ParamClass] Descriptor", "a number", get("ParamClass", "Descriptor"))
+    report.verdict(
+        isinstance(get("ParamClass", "Descriptor"), int), "[ParamClass] Descriptor", "a number", get("ParamClass", "Descriptor")
+    )
 
 
 def inputs_outputs(context: Context) -> None:
@@ -211,7 +238,9 @@ def settable(session: Session, eds: EDS, name: str, key: str, address: tuple[int
     report.verdict(bool(choices), f"{name}: names of values", "some", names)
     for value in choices:
         report.equal(f"{name}: {value} has a name and is accepted", "90", session.set(*address, p.encode(value, size)))
-    report.equal(f"{name}: named values are within the limits", (low, high), (min(choices, default=None), max(choices, default=None)))
+    report.equal(
+        f"{name}: named values are within the limits", (low, high), (min(choices, default=None), max(choices, default=None))
+    )
     session.set(*address, p.encode(default, size))
 
 

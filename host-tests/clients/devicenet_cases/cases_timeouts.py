@@ -126,7 +126,7 @@ def action_defer(context: Context) -> None:
 
 
 def defer_ends(context: Context) -> None:
-    """A deferred explicit connection is deleted with the time-out of the I/O connection; without established I/O it is not deferred."""
+    """A deferred explicit connection is deleted with the time-out of I/O; without established I/O it is not deferred."""
     with context.session() as session:
         session.connect(3, poll=300)
         session.put(p.CONNECTION, 1, 12, "03")
@@ -137,7 +137,7 @@ def defer_ends(context: Context) -> None:
         session.expect_port("deferred: another master", "0B4B0301010B", p.error(p.PORT_BUSY, 0x0B))
         timed(session, "deferred, then poll times out: all is free", 1.2, last, session.until_free(6))
         session.release(1, p.OTHER)
-        for name, choice, established in (("explicit alone", 1, False), ("poll configuring", 3, False)):
+        for name, choice in (("explicit alone", 1), ("poll configuring", 3)):
             session.connect(choice)
             session.put(p.CONNECTION, 1, 12, "03")
             session.rate(p.C_EXPLICIT, 100)

@@ -35,20 +35,70 @@ def traffic(context: Context) -> list[tuple[int, bytes]]:
             session.poll()
         session.send(p.ACKNOWLEDGE)
         for header in (0x0A, 0x4A):
-            for kind, instance in ((1, 1), (3, 1), (4, 0x65), (4, 0x66), (4, 0x67), (5, 1), (5, 2), (5, 4), (0x2B, 1), (3, 0), (4, 0), (5, 0)):
+            for kind, instance in (
+                (1, 1),
+                (3, 1),
+                (4, 0x65),
+                (4, 0x66),
+                (4, 0x67),
+                (5, 1),
+                (5, 2),
+                (5, 4),
+                (0x2B, 1),
+                (3, 0),
+                (4, 0),
+                (5, 0),
+            ):
                 for attribute in range(20):
                     if (kind, attribute) != (1, 7):
                         session.ask(f"{header:02X}0E{kind:02X}{instance:02X}{attribute:02X}")
             for attribute in range(0x70, 0x8A):
                 session.ask(f"{header:02X}0E6501{attribute:02X}")
         session.get(p.IDENTITY, 1, 7)
-        for data in ("1065018501 00", "1065018400", "106501710A00", "10650187 01", "106501730 3", "10650174 2300", "10650175 01", "100504090000", "1005041 10000", "102B01011000", "102B010201"):
+        for data in (
+            "1065018501 00",
+            "1065018400",
+            "106501710A00",
+            "10650187 01",
+            "106501730 3",
+            "10650174 2300",
+            "10650175 01",
+            "100504090000",
+            "1005041 10000",
+            "102B01011000",
+            "102B010201",
+        ):
             session.ask("0A" + data.replace(" ", ""))
-        for data in ("0E990101", "0E650201", "55650101", "0E650163", "10650172", "10650184FB", "10650184", "10650184FFFF", "05010102", "1065018165", "10650181FF", "0E0101", "1005020100"):
+        for data in (
+            "0E990101",
+            "0E650201",
+            "55650101",
+            "0E650163",
+            "10650172",
+            "10650184FB",
+            "10650184",
+            "10650184FFFF",
+            "05010102",
+            "1065018165",
+            "10650181FF",
+            "0E0101",
+            "1005020100",
+        ):
             session.ask("0A" + data)
         session.put(p.CONNECTION, p.C_COS, 17, "C800")
         session.set(p.CONNECTION, p.C_COS, 9, "6400")
-        for data in ("0B4B0301010B", "0A4B0301000A", "0A4B0301040A", "0A4B0301020A", "0A4C030100", "0A4C030104", "0A4C030120", "0A0E010101", "0A4C030113", "0A4C030101"):
+        for data in (
+            "0B4B0301010B",
+            "0A4B0301000A",
+            "0A4B0301040A",
+            "0A4B0301020A",
+            "0A4C030100",
+            "0A4C030104",
+            "0A4C030120",
+            "0A0E010101",
+            "0A4C030113",
+            "0A4C030101",
+        ):
             session.ask(data, p.PORT)
         time.sleep(0.2)
     frames = capture.frames(log)
@@ -66,7 +116,14 @@ def devicenet(context: Context) -> None:
     if not has_tshark(context):
         return
     frames = traffic(context)
-    names = ["devicenet.src_mac_id", "_ws.col.Info", "devicenet.dup_mac_id.rr", "devicenet.dup_mac_id.vendor", "devicenet.dup_mac_id.serial_number", "_ws.malformed"]
+    names = [
+        "devicenet.src_mac_id",
+        "_ws.col.Info",
+        "devicenet.dup_mac_id.rr",
+        "devicenet.dup_mac_id.vendor",
+        "devicenet.dup_mac_id.serial_number",
+        "_ws.malformed",
+    ]
     rows = capture.fields(context.folder / "sensor.log", names, *DISSECTOR)
     context.report.equal("number of frames", len(frames), len(rows))
     wrong, checks = [], []
@@ -81,7 +138,13 @@ def devicenet(context: Context) -> None:
         if shown != expected or row["devicenet.src_mac_id"] != str(p.FACTORY_MAC) or row["_ws.malformed"]:
             wrong.append((f"{number:03X}#{data.hex()}", row))
         if number == p.group2(p.DUPLICATE, p.FACTORY_MAC):
-            checks.append((row["devicenet.dup_mac_id.rr"], int(row["devicenet.dup_mac_id.vendor"], 0), row["devicenet.dup_mac_id.serial_number"]))
+            checks.append(
+                (
+                    row["devicenet.dup_mac_id.rr"],
+                    int(row["devicenet.dup_mac_id.vendor"], 0),
+                    row["devicenet.dup_mac_id.serial_number"],
+                )
+            )
     context.report.equal("each frame has its message", [], wrong[:5])
     context.report.equal("duplicate MAC ID check: requests and the response", ["0", "0", "0", "1"], [rr for rr, _, _ in checks])
     own = {(vendor, serial) for n, (_, vendor, serial) in enumerate(checks) if n != 2}
@@ -104,7 +167,15 @@ def group3(context: Context) -> None:
     bodies = [data for number, data in traffic(context) if number in ids]
     bodies = [data for data in bodies if len(data) > 1 and (data[0] & 0x80 or data[1] & 0x7F not in OPEN_CLOSE)]
     log = capture.write_log(context.folder / "group3.log", [(0x600 | p.FACTORY_MAC, data) for data in bodies])
-    names = ["devicenet.grp_msg3.frag", "devicenet.grp_msg3.xid", "devicenet.dest_mac_id", "devicenet.rr", "devicenet.service", "devicenet.fragment_type", "_ws.malformed"]
+    names = [
+        "devicenet.grp_msg3.frag",
+        "devicenet.grp_msg3.xid",
+        "devicenet.dest_mac_id",
+        "devicenet.rr",
+        "devicenet.service",
+        "devicenet.fragment_type",
+        "_ws.malformed",
+    ]
     rows = capture.fields(log, names, *DISSECTOR)
     context.report.equal("number of frames", len(bodies), len(rows))
     wrong = []
@@ -115,7 +186,11 @@ def group3(context: Context) -> None:
         if header[0]:
             good = good and int(row["devicenet.fragment_type"] or "0", 0) in (data[1] >> 6, data[1] & 0xC0)
         elif row["devicenet.rr"]:
-            good = good and int(row["devicenet.rr"], 0) in (data[1] >> 7, data[1] & 0x80) and int(row["devicenet.service"], 0) == data[1] & 0x7F
+            good = (
+                good
+                and int(row["devicenet.rr"], 0) in (data[1] >> 7, data[1] & 0x80)
+                and int(row["devicenet.service"], 0) == data[1] & 0x7F
+            )
         else:
             good = False
         if not good:

@@ -109,7 +109,7 @@ def delta(subject: Subject, resolution: int) -> tuple[int, ...]:
 
 @dataclass(frozen=True)
 class Attribute:
-    """An attribute of the angle object: name, size in bytes, its range if it can be set, factory value, whether it is an angle."""
+    """An attribute of the angle object: size in bytes, its range if it can be set, factory value, whether it is an angle."""
 
     id: int
     name: str

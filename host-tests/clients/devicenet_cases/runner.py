@@ -53,9 +53,7 @@ def parser(description: str, groups: Iterable[str]) -> argparse.ArgumentParser:
         "--images", type=Path, metavar="FOLDER", help="check the firmware images in this folder (named as the products)"
     )
     options.add_argument("--model", action="append", choices=list(SUBJECTS), help="only this product (repeatable)")
-    options.add_argument(
-        "--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)"
-    )
+    options.add_argument("--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)")
     options.add_argument("--jobs", type=int, default=10, metavar="N", help="groups at the same time (default: 10)")
     return options
 
