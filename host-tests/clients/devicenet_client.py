@@ -5,7 +5,8 @@
     python devicenet_client.py --virtual-sensor ../../target/release/virtual-sensor
 
 Needs Python 3.12. Prints one line per check and the count; the exit code is 1 if a check failed.
-The allocation is sent as a frame: devicenet-py sends it on the explicit connection, and with the MAC ID in other bits of its last byte.
+The allocation is sent as a frame: devicenet-py sends it on the explicit connection, with the MAC ID in other bits of its last
+byte.
 """
 
 import sys

@@ -146,7 +146,7 @@ def not_settable(context: Context) -> None:
 
 
 def rates(context: Context) -> None:
-    """The expected packet rate is taken exactly; 1 becomes 2 on the COS/cyclic connection (T18). The answer is the actual value."""
+    """The rate is taken exactly; 1 becomes 2 on the COS/cyclic connection (T18). The answer is the actual value."""
     with context.session() as session:
         for choice in (0x13, 0x63):
             session.connect(choice)

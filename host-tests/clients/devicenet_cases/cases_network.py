@@ -49,6 +49,16 @@ def power_up(context: Context) -> None:
         report.equal("no third request", [], [str(frame) for frame in duplicates(session, 0.5)])
 
 
+def lone_node(context: Context) -> None:
+    """Nobody acknowledges: the first request stays pending, and the second counts from its acknowledgement (T25)."""
+    with context.session(online=False, alone=3.5) as session:
+        first, second = duplicates(session, 4, 2)
+        session.report.within("first request after the adapter is opened", 0, 0.3, first.at - session.opened)
+        session.report.within("time between the requests", 0.97, 1.06, second.at - first.at)
+        online = session.wait_online(3, 0.02)
+        session.report.within("time from the second request until on-line", 0.97, 1.1, online - second.at)
+
+
 def silent_before_online(context: Context) -> None:
     """Nothing is answered before the sensor is on-line; frames for other MAC IDs do not matter."""
     with context.session(online=False) as session:
@@ -186,4 +196,4 @@ def ignored_frames(session: Session, state: str) -> None:
             session.ignored(f"{state}: {name}", *frames)
 
 
-GROUPS = (power_up, silent_before_online, faulted_at_start, online, cos_ends_with_fault, meaningless_frames)
+GROUPS = (power_up, lone_node, silent_before_online, faulted_at_start, online, cos_ends_with_fault, meaningless_frames)

@@ -38,12 +38,13 @@ class Session:
         log: Path | None = None,
         mac: int = p.FACTORY_MAC,
         online: bool = True,
+        alone: float = 0.0,
     ) -> None:
         self.report, self.program, self.subject, self.mac = report, program, subject, mac
         self.options = {"scene": scene or subject.scene, "store": store, "bus_rate": bus_rate, "log": log}
         self.master = p.MASTER
         self.others: list[Frame] = []
-        self.power_up(online=online)
+        self.power_up(online=online, alone=alone)
 
     def __enter__(self) -> "Session":
         return self
@@ -53,9 +54,11 @@ class Session:
 
     # Power.
 
-    def power_up(self, *, online: bool = True) -> None:
-        """Starts the process and opens an adapter; with `online`, waits until the sensor answers."""
+    def power_up(self, *, online: bool = True, alone: float = 0.0) -> None:
+        """Starts the process and opens an adapter after the sensor has been `alone` for some seconds; with `online`, waits until
+        the sensor answers."""
         self.sensor = Sensor(self.program, self.subject.product, **self.options)
+        time.sleep(alone)
         self.tester = Tester(self.sensor.port)
         self.opened = time.monotonic()
         if online and not self.wait_online():
