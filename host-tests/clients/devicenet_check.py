@@ -26,12 +26,14 @@ from devicenet_cases import (
     cases_scaling,
     cases_store,
     cases_timeouts,
+    cases_vanish,
     runner,
 )
 
 # The modules with the longest groups come first.
 MODULES = (
     cases_timeouts,
+    cases_vanish,
     cases_store,
     cases_reset,
     cases_fragments,

@@ -106,7 +106,7 @@ def check_order(context: Context) -> None:
         ("no switches", "1003010601", p.NO_ATTRIBUTE),
         ("assembly data", "1004650300", p.NOT_SETTABLE),
         ("assembly data", "10046703", p.NOT_SETTABLE),
-        ("assembly data", "1004670300000000", p.NOT_SETTABLE),
+        ("assembly data", "10046703000000", p.NOT_SETTABLE),
         ("reset type", "05010102", p.INVALID_PARAMETER),
         ("reset type", "05010103", p.INVALID_PARAMETER),
         ("reset type", "050101FF", p.INVALID_PARAMETER),

@@ -39,6 +39,10 @@ def polls(context: Context) -> None:
             report.equal(f"choice {choice:02X}h: poll after it", words, session.poll())
             session.release(choice)
             report.equal(f"choice {choice:02X}h: released", None, session.poll(timeout=0.1))
+        for choice in (0x01, 0x11, 0x51):
+            session.connect(choice)
+            report.equal(f"choice {choice:02X}h: poll of what is not allocated", None, session.poll(timeout=0.1))
+            session.release(choice)
         session.connect(3, poll=0)
         session.put_angle(0x73, SCALE)
         for by in (1, 100, 1000, 0):
@@ -194,11 +198,10 @@ def state_rate(context: Context) -> None:
         report.equal("a change in between: data", [session.words(long + 50)] * 3, [text(frame) for frame in frames[:3]])
         report.within("a change restarts the rate", 0.19, 0.21, frames[1].at - frames[0].at)
         session.rate(p.C_COS, 2)
-        time.sleep(0.1)
-        session.others.clear()
-        session.collect(0.01)
-        frames = session.collect(1.0, p.change_of_state(session.mac))
-        report.within("messages in 1 s at rate 2", 430, 520, len(frames))
+        # Long enough to read what has come in before.
+        session.collect(0.4)
+        frames = session.collect(2.0, p.change_of_state(session.mac))
+        report.within("messages in 2 s at rate 2", 900, 1030, len(frames))
         session.rate(p.C_COS, 0)
         time.sleep(0.05)
         session.collect(0.05)
@@ -274,6 +277,30 @@ def inhibit(context: Context) -> None:
             report.equal(f"no inhibit time: change {by}", [session.words(long + by)], produced(session, 0.05))
 
 
+def changes_of_parameters(context: Context) -> None:
+    """Parameters that change the words: one message each."""
+    with context.session() as session:
+        report, subject = session.report, session.subject
+        session.connect(0x51, cos=0)
+        report.equal("established: once", [session.words(subject.long)], produced(session, 0.2))
+        for resolution in (100, 1000, 100, 10):
+            session.put_angle(0x71, resolution)
+            words = session.words(*(subject.rounded(one, resolution) for one in (subject.long, subject.lateral)))
+            report.equal(f"resolution {resolution}: one message", [words], produced(session, 0.15))
+        session.put_angle(0x73, 1)
+        words = session.words(subject.rounded(-subject.long, 10))
+        report.equal("inversion: one message", [words], produced(session, 0.15))
+        session.put_angle(0x73, 3)
+        report.equal("scaling without offsets: no message", [], produced(session, 0.15))
+        session.put_angle(0x74, 100)
+        report.equal("preset value: no message", [], produced(session, 0.15))
+        session.put_angle(0x75, 1)
+        report.equal("preset: one message", [session.words(100)], produced(session, 0.15))
+        for attribute, value in ((0x87, 1), (0x84, 50), (0x85, 5), (0x88, 10), (0x81, 101)):
+            session.put_angle(attribute, value)
+            report.equal(f"{p.BY_ID[attribute]}: no message", [], produced(session, 0.1))
+
+
 def moving(context: Context) -> None:
     """A turn: each message differs from the one before by the delta or more, and polls agree with it."""
     up = scenes.one_axis_up if context.subject.circular else scenes.two_axis_up
@@ -296,4 +323,4 @@ def moving(context: Context) -> None:
         report.equal("end of the turn", 2500, session.angle(0x72))
 
 
-GROUPS = (polls, burst, change_of_state, state_deltas, delta_across, state_rate, cyclic, inhibit, moving)
+GROUPS = (polls, burst, change_of_state, state_deltas, delta_across, state_rate, changes_of_parameters, cyclic, inhibit, moving)

@@ -210,7 +210,7 @@ def parameter(session: Session, name: str, address: tuple[int, int, int], fields
     if entry is None or entry.factory is not None:
         report.equal(f"{name}: default", value, default)
     if descriptor & READ_ONLY:
-        report.equal(f"{name}: set is refused", "94" + p.NOT_SETTABLE, session.set(*address, wire))
+        report.equal(f"{name}: set is refused", "94" + p.NOT_SETTABLE, session.set(*address, wire[:6]))
 
 
 def settable(session: Session, eds: EDS, name: str, key: str, address: tuple[int, int, int], fields: list) -> None:

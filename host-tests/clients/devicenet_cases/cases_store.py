@@ -102,6 +102,23 @@ def kept_bus(context: Context) -> None:
         report.equal("bus-off interrupt 0 is kept", "00", session.get(p.DEVICENET, 1, 3))
 
 
+def answers_while_storing(context: Context) -> None:
+    """Polls and requests are answered at once while values are stored (T4)."""
+    with context.session(store=context.store()) as session:
+        session.connect(3, poll=0)
+        slowest, missing = 0.0, 0
+        end, size = time.monotonic() + 4.0, 0
+        while time.monotonic() < end:
+            if size % 40 == 0:
+                session.put_angle(0x84, size % 250)
+            started = time.monotonic()
+            missing += session.poll() is None
+            slowest = max(slowest, time.monotonic() - started)
+            size += 1
+        session.report.equal("polls without an answer", 0, missing)
+        session.report.within("slowest answer in s", 0, 0.2, slowest)
+
+
 def refusals_are_not_kept(context: Context) -> None:
     """A refused set changes nothing in the memory either; without a store, nothing is kept."""
     with context.session(store=context.store()) as session:
@@ -120,4 +137,14 @@ def refusals_are_not_kept(context: Context) -> None:
         session.report.equal("another memory: factory value", 100, session.angle(0x84))
 
 
-GROUPS = (kept_long, kept_lateral, kept_others, kept_filters, kept_offsets, kept_resolution, kept_bus, refusals_are_not_kept)
+GROUPS = (
+    kept_long,
+    kept_lateral,
+    kept_others,
+    kept_filters,
+    kept_offsets,
+    kept_resolution,
+    kept_bus,
+    answers_while_storing,
+    refusals_are_not_kept,
+)

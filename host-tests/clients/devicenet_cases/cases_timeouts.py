@@ -1,10 +1,10 @@
-"""Watchdogs: when connections time out, what each action does, and a master that vanishes in each state."""
+"""Watchdogs: when connections time out, and what each action does."""
 
 import time
 
 from . import protocol as p
 from .runner import Context
-from .session import Refused, Session
+from .session import Session
 
 # The default of the explicit connection (4 x 2500 ms) and the least time of an I/O connection until its first consumption.
 LONG = 10.0
@@ -184,6 +184,63 @@ def poll_times_out(context: Context) -> None:
         report.equal("rate 0: poll", True, session.poll() is not None)
 
 
+def deferred_and_released(context: Context) -> None:
+    """Releases of the last established connection: everything is released, also what is deferred or timed out."""
+    with context.session() as session:
+        for name, choice, release in (("poll", 0x03, 0x02), ("COS", 0x51, 0x10), ("both", 0x53, 0x52)):
+            rates = {key: 0 for key, bits in (("poll", 0x02), ("cos", 0x30)) if choice & bits}
+            session.connect(choice, **rates)
+            session.put(p.CONNECTION, 1, 12, "03")
+            session.rate(p.C_EXPLICIT, 50)
+            time.sleep(0.5)
+            session.expect_port(f"deferred beside {name}: release", f"0A4C0301{release:02X}", "0ACC")
+            session.expect_port(f"deferred beside {name}: all is free", "0B4B0301030B", "0BCB00")
+            session.release(3, p.OTHER)
+        session.connect(3, poll=20)
+        session.poll()
+        time.sleep(0.3)
+        session.expect_port("poll timed out: release of both", "0A4C030103", "0ACC")
+        session.expect_port("free", "0B4B0301010B", "0BCB00")
+        session.release(1, p.OTHER)
+        session.connect(0x13, poll=20, cos=0)
+        session.poll()
+        time.sleep(0.3)
+        session.report.equal("poll timed out beside COS: allocation", "110A", session.get(3, 1, 5))
+        session.report.equal("poll timed out beside COS: COS is established", p.ESTABLISHED, session.state(p.C_COS))
+
+
+def short_rates(context: Context) -> None:
+    """Poll rates of 1 and 2 ms: 4 and 8 ms after the first poll it is timed out."""
+    with context.session() as session:
+        for rate in (1, 2, 10):
+            session.connect(3, poll=rate)
+            session.report.equal(f"rate {rate}: established", p.ESTABLISHED, session.state(p.C_POLL))
+            session.report.equal(f"rate {rate}: first poll", True, session.poll() is not None)
+            time.sleep(0.1)
+            session.report.equal(f"rate {rate}: timed out", p.TIMED_OUT, session.state(p.C_POLL))
+            session.report.equal(f"rate {rate}: no answer", None, session.poll(timeout=0.1))
+            session.release(1)
+
+
+def fragments_end(context: Context) -> None:
+    """A time-out of the explicit connection ends a fragmented answer and a fragmented request."""
+    with context.session() as session:
+        session.allocate(1)
+        session.rate(p.C_EXPLICIT, 100)
+        session.ask("0A0E010107")
+        session.quiet("no second fragment 0 after the time-out", 1.5)
+        session.connect()
+        session.send(p.EXPLICIT, "8AC000")
+        session.quiet("an acknowledge in the new connection", 0.1)
+        session.rate(p.C_EXPLICIT, 100)
+        session.expect("first fragment of a request", "8A00106501", "8AC000")
+        time.sleep(0.6)
+        session.connect()
+        session.send(p.EXPLICIT, "8A81850900")
+        session.quiet("the rest in the new connection", 0.1)
+        session.report.equal("nothing has changed", 0, session.angle(0x85))
+
+
 def poll_with_data(context: Context) -> None:
     """A poll command with data is not consumed (T26): no answer, no restart of the watchdog."""
     with context.session() as session:
@@ -264,95 +321,6 @@ def suppressed_never_times_out(context: Context) -> None:
         session.report.equal("established", p.ESTABLISHED, session.state(p.C_COS))
 
 
-def vanishes(context: Context, name: str, choice: int, expected: float | None, prepare) -> None:
-    """A master that sends nothing more; the time until another one can allocate everything."""
-    with context.session() as session:
-        if session.allocate(choice) != "0ACB00":
-            raise Refused(name)
-        since = time.monotonic()
-        since = prepare(session) or since
-        at = session.until_free((expected or 13) + 3, step=0.05)
-        if expected is None:
-            session.report.equal(f"{name}: never free", None, at)
-        else:
-            timed(session, f"{name}: free for another master", expected, since, at)
-            session.expect("the new master is served", "0B0E030105", "0B8E010B")
-            session.report.equal("no answer to a poll", None, session.poll(timeout=0.1))
-            session.others.clear()
-            session.report.equal("no production", [], [str(frame) for frame in session.produced(0.3)])
-
-
-def vanishes_configuring(context: Context) -> None:
-    """All connections allocated, no rate set: 10 s."""
-    vanishes(context, "configuring", 0x13, LONG, lambda session: None)
-
-
-def vanishes_polling(context: Context) -> None:
-    """Poll established: both run out."""
-
-    def prepare(session: Session) -> float:
-        session.rate(p.C_POLL, 1000)
-        asked = time.monotonic()
-        for _ in range(3):
-            session.poll()
-            time.sleep(0.2)
-        return asked
-
-    vanishes(context, "polling", 0x03, LONG, prepare)
-
-
-def vanishes_polling_slowly(context: Context) -> None:
-    """The poll connection outlives the explicit one."""
-
-    def prepare(session: Session) -> float:
-        session.rate(p.C_POLL, 600)
-        session.rate(p.C_EXPLICIT, 100)
-        session.poll()
-        return time.monotonic()
-
-    vanishes(context, "polling, short explicit rate", 0x03, 2.4, prepare)
-
-
-def vanishes_unpolled(context: Context) -> None:
-    """Poll established but never polled, explicit gone early: the 10 s of the first poll."""
-
-    def prepare(session: Session) -> float:
-        session.rate(p.C_EXPLICIT, 500)
-        session.rate(p.C_POLL, 100)
-        return time.monotonic()
-
-    vanishes(context, "never polled", 0x03, LONG, prepare)
-
-
-def vanishes_with_rate_zero(context: Context) -> None:
-    """Explicit with rate 0 and poll configuring: never."""
-
-    def prepare(session: Session) -> None:
-        session.rate(p.C_EXPLICIT, 0)
-
-    vanishes(context, "explicit rate 0", 0x03, None, prepare)
-
-
-def vanishes_suppressed(context: Context) -> None:
-    """COS that only produces: it goes on, and the owner stays."""
-
-    def prepare(session: Session) -> None:
-        session.rate(p.C_COS, 200)
-        session.rate(p.C_EXPLICIT, 100)
-
-    vanishes(context, "COS, acknowledge suppressed", 0x51, None, prepare)
-
-
-def vanishes_fragmented(context: Context) -> None:
-    """In the middle of a fragmented request."""
-
-    def prepare(session: Session) -> float:
-        session.ask("8A00106501")
-        return time.monotonic()
-
-    vanishes(context, "fragmented request", 0x01, LONG, prepare)
-
-
 GROUPS = (
     explicit_default,
     explicit_rates,
@@ -361,6 +329,9 @@ GROUPS = (
     action_defer,
     defer_ends,
     poll_times_out,
+    deferred_and_released,
+    short_rates,
+    fragments_end,
     poll_with_data,
     first_poll,
     first_poll_slow,
@@ -368,11 +339,4 @@ GROUPS = (
     cos_times_out,
     acknowledge_with_data,
     suppressed_never_times_out,
-    vanishes_configuring,
-    vanishes_polling,
-    vanishes_polling_slowly,
-    vanishes_unpolled,
-    vanishes_with_rate_zero,
-    vanishes_suppressed,
-    vanishes_fragmented,
 )

@@ -100,6 +100,8 @@ class Session:
 
     def send(self, message: int, data: str = "") -> None:
         """Sends a group 2 message to this node."""
+        if len(data) > 16:
+            raise ValueError(f"{data} is longer than a frame")
         self.tester.send(self.id(message), bytes.fromhex(data))
 
     def wait(self, wanted: Callable[[Frame], bool], timeout: float = REPLY_TIMEOUT) -> Frame | None:
