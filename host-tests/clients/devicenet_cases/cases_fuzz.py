@@ -149,7 +149,7 @@ def send_random(session: Session, generator: random.Random) -> None:
         send(generator.randrange(0x800), remote=True, dlc=length)
     elif kind == 2:
         attribute = generator.choice(p.ATTRIBUTES)
-        value = generator.randbytes(generator.choice([attribute.size, 0, 1, 2, 3]))
+        value = generator.randbytes(min(3, generator.choice([attribute.size, 0, 1, 2, 3])))
         session.send(p.EXPLICIT, session.body(p.SET, p.ANGLE, 1, f"{attribute.id:02X}{value.hex()}"))
     elif kind == 3:
         choice = generator.choice([1, 3, 0x11, 0x51, 0x53, 0x23, generator.randrange(256)])
