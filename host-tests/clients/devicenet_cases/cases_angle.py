@@ -173,7 +173,7 @@ def recursive_filter(context: Context) -> None:
 
 def no_filter(context: Context) -> None:
     """Without filters, the step is there within a few ms."""
-    context.report.within("no filter: 10-90 % in s", 0, 0.008, rise_time(context, 0, 0))
+    context.report.within("no filter: 10-90 % in s", 0, 0.015, rise_time(context, 0, 0))
 
 
 def held(context: Context) -> None:

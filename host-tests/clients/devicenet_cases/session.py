@@ -12,7 +12,8 @@ from gemac.report import Report
 
 from . import protocol as p
 
-REPLY_TIMEOUT = 0.5  # a reply takes some milliseconds; this is long enough for a busy machine
+REPLY_TIMEOUT = 3.0  # a reply takes some milliseconds; this is long enough for a busy machine
+SILENCE = 0.12  # without an answer within this time, a frame is ignored
 START_TIME = 6.0
 # The answer to a release of what a stranger has not allocated: "not allocated" or "owned by another master".
 PROBE = f"{p.STRANGER:02X}4C030101"
@@ -82,8 +83,8 @@ class Session:
         while time.monotonic() < end:
             self.send(p.PORT, PROBE)
             if frame := self.wait_probe(step):
-                time.sleep(0.02)
-                self.collect(0.01)
+                # On a busy machine, several probes may be answered.
+                self.tester.collect_until_quiet(0.06, 1.0)
                 self.others.clear()
                 return frame.at
         return None
@@ -125,7 +126,7 @@ class Session:
         frames = self.tester.collect(seconds)
         return [frame for frame in frames if identifier is None or frame.id == identifier]
 
-    def quiet(self, name: str, seconds: float = 0.12) -> None:
+    def quiet(self, name: str, seconds: float = SILENCE) -> None:
         """Checks that no frame is sent for this time."""
         self.report.equal(name, [], [str(frame) for frame in self.collect(seconds)])
 
@@ -154,7 +155,7 @@ class Session:
 
     def expect(self, name: str, data: str, *expected: str, on: int = p.EXPLICIT) -> bool:
         """Checks the answer to a request; with several expected answers, each of them is right."""
-        got = self.ask(data, on, REPLY_TIMEOUT if expected != ("",) else 0.1)
+        got = self.ask(data, on, SILENCE if "" in expected else REPLY_TIMEOUT)
         name = f"{name}: {self.id(on):03X}#{data}"
         return self.report.verdict(got in expected, name, " or ".join(expected) or "no answer", got or "no answer")
 
