@@ -301,6 +301,14 @@ impl Scenario {
         Ok(())
     }
 
+    /// Lets the sensor answer the synchronous message after a start.
+    fn begin(&mut self) {
+        for message in self.protocol.begin {
+            self.rig.send(*message);
+            self.rig.run(millis(1));
+        }
+    }
+
     /// Measures a power-up with the saved bit rate.
     fn boot(&mut self) -> Result<(), CostError> {
         let count = |rig: &Rig| {
@@ -332,6 +340,7 @@ impl Scenario {
         self.figures.insert("boot_time", time.div_ceil(1_000));
         // Until the first measurement.
         self.rig.run(millis(100));
+        self.begin();
         Ok(())
     }
 

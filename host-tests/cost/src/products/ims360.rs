@@ -58,6 +58,8 @@ pub(in super::super) const IMS360: Protocol = Protocol {
         sdo(&[0x2B, 0x00, 0x18, 5, 0, 0, 0, 0]),
     ],
     boot_up: 1,
+    // Operational.
+    begin: &[Message(0x000, &[0x01, 0])],
     emergency: Some(0x0B2),
     // Longitudinal, 32 bits.
     read: sdo(&[0x40, 0x10, 0x61, 0, 0, 0, 0, 0]),

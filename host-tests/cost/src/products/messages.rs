@@ -21,6 +21,7 @@ pub(super) const FSC: Protocol = Protocol {
     bus: BusRate::Fixed(BitRate::M1),
     preparation: &[],
     boot_up: 2,
+    begin: &[],
     emergency: None,
     read: request(&[0x00]),
     // Cyclic time 20 ms.
@@ -134,6 +135,7 @@ pub(super) const CANOPEN: Protocol = Protocol {
         Message(0x000, &[0x81, 0]),
     ],
     boot_up: 1,
+    begin: &[],
     emergency: Some(0x08A),
     // Longitudinal, 16 bits.
     read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
