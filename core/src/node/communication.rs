@@ -248,6 +248,15 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         frame
     }
 
+    /// Handles that all mailboxes are empty, because their frames were sent. Call it at least when the last mailbox becomes empty, if
+    /// the protocol [needs it](Protocol::HEARS_SENT).
+    #[inline(always)] // nothing for most products
+    pub fn sent(&mut self, now: Instant) {
+        if P::HEARS_SENT && !self.context.shell.is_sending() {
+            self.protocol.sent(&mut self.context, now);
+        }
+    }
+
     /// The latest time for the next [`task`](Self::task) or [`tick`](Self::tick).
     pub fn deadline(&self) -> Deadline {
         self.context.shell.deadline()

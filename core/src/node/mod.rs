@@ -139,6 +139,12 @@ pub trait Node {
     /// so that a newer cyclic value can replace an older one.
     fn transmit(&mut self, now: Instant) -> Option<Frame>;
 
+    /// Handles that all mailboxes are empty, because the frames of [`transmit`](Self::transmit) were sent. Call it then, before
+    /// [`poll`](Self::poll); more calls have no effect. After [`Action::Bus`] has discarded the frames, there is no call.
+    fn sent(&mut self, now: Instant) {
+        let _ = now;
+    }
+
     /// The latest time for the next poll; None: no poll is necessary before the next input.
     fn deadline(&self) -> Option<Instant>;
 

@@ -90,6 +90,9 @@ pub trait Protocol<A: Application>: Sized {
     /// Whether it [defers](Shell::defer) requests during a save.
     const DEFERS: bool = false;
 
+    /// Whether it is told when its frames are [sent](Self::sent).
+    const HEARS_SENT: bool = false;
+
     /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 
@@ -113,6 +116,11 @@ pub trait Protocol<A: Application>: Sized {
         saved: &Parameters<A::Table>,
         result: Result<(), StoreError>,
     );
+
+    /// All queued frames have been sent, and acknowledged by another node.
+    fn sent(&mut self, cx: &mut Context<A>, now: Instant) {
+        let _ = (cx, now);
+    }
 
     /// Performs a step of the actions of expired timers. Returns true if there is another step; steps count from 0. A step
     /// normally builds at most one frame.

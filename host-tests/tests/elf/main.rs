@@ -30,6 +30,7 @@ mod load;
 mod memory;
 mod sensing;
 mod supply;
+mod tiltix;
 mod timing;
 mod traces;
 mod vibration;

@@ -52,6 +52,8 @@ mod memory;
 mod sensing;
 #[path = "../elf/supply.rs"]
 mod supply;
+#[path = "../elf/tiltix.rs"]
+mod tiltix;
 #[path = "../elf/timing.rs"]
 mod timing;
 #[path = "../elf/traces.rs"]

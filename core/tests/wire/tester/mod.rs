@@ -1,10 +1,12 @@
 //! A test driver for a node: drives it like a board, with frames and times.
 
 pub mod canopen;
+pub mod devicenet;
 pub mod fsc;
 pub mod gauge;
 pub mod ims360;
 pub mod mapped;
+pub mod tiltix;
 
 use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;
@@ -51,6 +53,8 @@ pub struct Tester<N> {
     /// The accelerometer delivers samples.
     pub sampled: bool,
     pub sample_period: Duration,
+    /// Another node acknowledges the frames of the node.
+    pub acknowledged: bool,
     /// The node-ID of a CANopen node for SDO requests.
     pub node_id: u8,
     next_sample: Instant,
@@ -86,6 +90,7 @@ impl<N: Node> Tester<N> {
             clipped: false,
             sampled: true,
             sample_period: millis(5),
+            acknowledged: true,
             node_id: 10,
             next_sample: now,
             boot: Box::new(boot),
@@ -207,6 +212,10 @@ impl<N: Node> Tester<N> {
         while let Some(frame) = self.node.transmit(self.now) {
             frames.push(frame);
             self.settle();
+            if self.acknowledged {
+                self.node.sent(self.now);
+                self.settle();
+            }
         }
         frames
     }

@@ -149,7 +149,7 @@ impl Scenario {
             let sample = (change + period) / grid * grid;
             let mut changed = None;
             for sample in [sample, sample + grid] {
-                let begin = sample + place - asked.bits;
+                let begin = sample + place - asked.time;
                 let now = self.rig.bus().now().ticks();
                 self.rig.run(us(begin.saturating_sub(now)));
                 changed = self.ask_watching(asked, &state, &mut trials)?;

@@ -21,7 +21,7 @@ impl Scenario {
         let between = self.save_until_erase()? - 1;
         self.figures.insert("saves_between", between);
         let begin = self.rig.bus().now();
-        self.rig.request(protocol.save)?;
+        self.rig.request(protocol.saves[0])?;
         let duration = (picoseconds(self.rig.bus().now()) - picoseconds(begin)) / 1_000_000;
         let shifts = || (0..TRAIN).step_by(STEP as usize);
         let mut programs = shifts()
@@ -33,7 +33,7 @@ impl Scenario {
         loop {
             for _ in 0..later {
                 let Some((asked, shift)) = programs.next() else {
-                    self.rig.request(protocol.save)?;
+                    self.rig.request(protocol.saves[0])?;
                     continue;
                 };
                 let trials = if std::ptr::eq(asked, &sync) {
@@ -70,7 +70,7 @@ impl Scenario {
     fn save_until_erase(&mut self) -> Result<u64, CostError> {
         let before = self.rig.erased();
         for count in 1..=SAVES as u64 {
-            self.rig.request(self.protocol.save)?;
+            self.rig.request(self.protocol.saves[0])?;
             if self.rig.erased() != before {
                 return Ok(count);
             }
@@ -80,7 +80,7 @@ impl Scenario {
 
     /// Requests a save, and runs until `later` us after the end of the request.
     fn begin_save(&mut self, later: u64) {
-        let save = self.protocol.save;
+        let save = self.protocol.saves[0];
         self.rig.run(us(10 * ANSWER));
         self.rig.send(save);
         self.rig
