@@ -8,6 +8,7 @@ mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_ims360;
 mod canopen_ims360_faults;
+mod canopen_ims360_interrupted;
 mod canopen_ims360_measuring;
 mod canopen_jn2101;
 mod canopen_lss;

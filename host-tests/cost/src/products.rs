@@ -78,6 +78,8 @@ pub struct Protocol {
     pub preparation: &'static [Message],
     /// Boot-up messages after each start.
     pub boot_up: usize,
+    /// Messages without a reply after a start with saved parameters, so that the sensor answers the synchronous message.
+    pub begin: &'static [Message],
     /// The time from the first boot-up message until the sensor answers requests.
     pub online: Duration,
     /// Requests before all others after each start: they allocate connections.
@@ -149,7 +151,7 @@ impl From<&Product> for MeasuredProduct {
             label: product.name,
             chip: Chip::F103,
             name: product.name,
-            swept: ["is2", "jn2101"].contains(&product.name),
+            swept: ["is2", "jn2101", "ims360"].contains(&product.name),
             set_point: product.heater.map(|heater| heater.set_point),
             protocol: match product.protocol {
                 catalog::Protocol::Fsc(_) => &FSC,

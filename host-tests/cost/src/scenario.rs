@@ -316,6 +316,14 @@ impl Scenario {
         Ok(())
     }
 
+    /// Lets the sensor answer the synchronous message after a start.
+    fn begin(&mut self) {
+        for message in self.protocol.begin {
+            self.rig.send(*message);
+            self.rig.run(millis(1));
+        }
+    }
+
     /// Measures a power-up with the saved bit rate.
     fn boot(&mut self) -> Result<(), CostError> {
         let count = |rig: &Rig| {
@@ -347,7 +355,9 @@ impl Scenario {
         self.figures.insert("boot_time", time.div_ceil(1_000));
         // Until the first measurement.
         self.rig.run(millis(100));
-        self.rig.connect()
+        self.rig.connect()?;
+        self.begin();
+        Ok(())
     }
 
     /// Forces bus-off and waits for the recovery.

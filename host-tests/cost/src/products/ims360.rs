@@ -59,6 +59,8 @@ pub(in super::super) const IMS360: Protocol = Protocol {
         sdo(&[0x2B, 0x00, 0x18, 5, 0, 0, 0, 0]),
     ],
     boot_up: 1,
+    // Operational.
+    begin: &[Message(0x000, &[0x01, 0])],
     online: millis(0),
     connection: &[],
     emergency: Some(0x0B2),

@@ -30,6 +30,7 @@ pub(super) const DEVICENET: Protocol = Protocol {
         request(&[0x0A, 0x05, 1, 1]),
     ],
     boot_up: 1,
+    begin: &[],
     online: millis(2200),
     connection: &[
         // Explicit and poll; both do not time out.

@@ -84,6 +84,7 @@ impl Scenario {
             return Ok(());
         }
         let protocol = self.protocol;
+        self.begin();
         let sync = self.asked(protocol.sync, protocol.sync_code)?;
         let read = self.asked(protocol.read, protocol.read_code)?;
         self.flash()?;
