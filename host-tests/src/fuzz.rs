@@ -214,6 +214,7 @@ impl Sensor {
         let Some(frame) = self.node.transmit(self.now) else {
             return;
         };
+        self.node.sent(self.now);
         self.sent += 1;
         match &self.product.protocol {
             Protocol::Fsc(tables) => fsc::check(&frame, tables, self.product.heater.is_some()),

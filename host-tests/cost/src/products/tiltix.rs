@@ -37,6 +37,8 @@ pub(super) const DEVICENET: Protocol = Protocol {
         Message(0x5FE, &[0x0A, 0x4B, 3, 1, 3, 0x0A]),
         request(&[0x0A, 0x10, 5, 1, 9, 0, 0]),
         request(&[0x0A, 0x10, 5, 2, 9, 0, 0]),
+        // The first poll also ends the wait for it.
+        Message(0x5FD, &[]),
     ],
     emergency: None,
     // Slope long16.
