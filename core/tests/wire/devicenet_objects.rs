@@ -199,6 +199,19 @@ fn sets_are_stored_together_within_a_second() {
 }
 
 #[test]
+fn change_is_stored_within_a_second_while_others_follow() {
+    let mut tester = allocated(0);
+    for number in 1..=10 {
+        tester.explicit(&format!("10650171{number:02X}00"));
+        tester.wait(99);
+    }
+    let stored = tester.memory.as_ref().unwrap()[6];
+    assert!(stored >= 4, "{stored}");
+    tester.wait(300);
+    assert_eq!(tester.memory.as_ref().unwrap()[6], 10);
+}
+
+#[test]
 fn change_during_a_save_is_stored_after_it() {
     let mut tester = allocated(0);
     tester.memory_works = None;
