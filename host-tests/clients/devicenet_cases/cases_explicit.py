@@ -4,6 +4,7 @@ import time
 
 from . import protocol as p
 from .runner import Context
+from .session import text
 
 # Class and instance pairs that exist without a connection of their own.
 EXISTING = (
@@ -189,6 +190,35 @@ def headers(context: Context) -> None:
         session.expect("still there", "0A0E030101", "0A8E3F")
 
 
+def bursts(context: Context) -> None:
+    """Requests one after the other without waiting: each is answered once, in order."""
+    with context.session() as session:
+        session.connect(3, poll=0)
+        values = ("3F", "00", "00", "00")
+        expected = []
+        for number in range(300):
+            header = 0x0A | (number & 1) << 6
+            session.send(p.EXPLICIT, f"{header:02X}0E0301{1 + number % 4:02X}")
+            expected.append(f"{header:02X}8E{values[number % 4]}")
+        got = [text(frame) for frame in session.tester.collect_until_quiet(0.3)]
+        session.report.equal("300 requests", expected, got)
+        for _ in range(100):
+            session.send(p.EXPLICIT, "0A0E030101")
+            session.send(p.POLL)
+            session.send(p.DUPLICATE, "00341201000000")
+            session.send(p.PORT, "0B4B0301010B")
+        frames = [frame.id for frame in session.tester.collect_until_quiet(0.3)]
+        counts = {
+            name: frames.count(number)
+            for name, number in (
+                ("response", session.id(p.RESPONSE)),
+                ("check", session.id(p.DUPLICATE)),
+                ("poll", p.poll_response(session.mac)),
+            )
+        }
+        session.report.equal("100 of each request", {"response": 200, "check": 100, "poll": 100}, counts)
+
+
 def services(context: Context) -> None:
     """Services 0..127 on each class and instance: 08h, but those that exist."""
     with context.session() as session:
@@ -224,4 +254,4 @@ def service_answers(kind: int, instance: int, service: int) -> tuple[str, ...]:
     return ("94" + p.NO_SERVICE,)
 
 
-GROUPS = (unknown_objects, check_order, examples, headers, services)
+GROUPS = (unknown_objects, check_order, examples, headers, bursts, services)

@@ -115,6 +115,8 @@ def interrupted(context: Context) -> None:
         session.expect("an error ends the transfer", "0A0E030163", "0A9414FF")
         session.quiet("no fragment after the error", 1.3)
         start(session, 1)
+        session.expect_port("the port refuses another master", "0B4B0301010B", p.error(p.PORT_BUSY, 0x0B))
+        session.report.equal("the transfer goes on", expected[2], session.ask("8AC100"))
         session.expect_port("release on the port", "0A4C030101", "0ACC")
         session.quiet("no fragment after the release", 1.3)
         session.connect()
