@@ -46,7 +46,7 @@ const CYCLES: u32 = CYCLE_RATE / SAMPLE_RATE;
 /// The number of entries: the largest array, a partial entry at each end, and the next entry.
 const ENTRIES: usize = (SIZE_MAX as u32 / CYCLES) as usize + 3;
 
-/// The response of the recursive filter to a number of cycles, as fractions of 2^32.
+/// The response of the recursive filter to a number of cycles, as fractions of 2^32. `u32::MAX` is all: only [`WEIGHT_MAX`] has it.
 #[derive(Clone, Copy, Debug)]
 struct Response {
     /// The part of the difference between state and input that remains after the cycles.

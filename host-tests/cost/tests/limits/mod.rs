@@ -100,3 +100,15 @@ fn images_fit_into_their_share_of_flash_and_ram() {
         assert_at_most(model, &["flash"], flash);
     }
 }
+
+/// At 500 kbit/s the intermission takes 6 us of the time of an answer.
+#[test]
+fn tiltix_answers_polls_within_20_us_beyond_the_intermission() {
+    for model in ["tiltix080", "tiltix360"] {
+        assert_at_most(model, &["sync_worst"], 26_000);
+        assert_at_most(model, &["sync"], 350);
+        assert_at_most(model, &["read_request"], 450);
+        assert_at_most(model, &["flash"], 30 * 1024);
+        assert_at_most(model, &["ram"], 8 * 1024);
+    }
+}
