@@ -56,6 +56,18 @@ fn jn2101_answers_within_20_us() {
     assert_at_most("jn2101", &rows, 20_000);
 }
 
+#[test]
+fn ims360_answers_within_20_8_us() {
+    let rows = [
+        "sync_worst",
+        "read_worst",
+        "led_worst",
+        "led_read_worst",
+        "boot_worst",
+    ];
+    assert_at_most("ims360", &rows, 20_800);
+}
+
 /// The scenario must contain changes of the heater of each heated product.
 #[test]
 fn each_heated_product_is_measured_while_its_heater_is_regulated() {
@@ -74,7 +86,7 @@ fn each_heated_product_is_measured_while_its_heater_is_regulated() {
 /// An answer while a save programs is late by at most the half-word that is being programmed.
 #[test]
 fn save_delays_an_answer_by_at_most_one_half_word() {
-    for model in ["is2", "jn2101"] {
+    for model in ["is2", "jn2101", "ims360"] {
         for (saving, otherwise) in [
             ("save_worst", "sync_worst"),
             ("save_read_worst", "read_worst"),
