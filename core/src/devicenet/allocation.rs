@@ -91,6 +91,9 @@ impl ConnectionSet {
         {
             return Err(Failure::ALREADY.with(CHOICE));
         }
+        if self.owner.is_none() {
+            self.timed_out = 0;
+        }
         self.owner = Some(master);
         self.choice |= choice;
         self.timed_out &= !choice;

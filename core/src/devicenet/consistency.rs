@@ -1,10 +1,12 @@
 //! Checks that the description of a product is consistent. Evaluated at compile time, so an error is a compile error.
 
+use super::fragment::{PRODUCED, SHORTEST};
+use super::identifiers::MAC_MAX;
 use super::table::{Assembly, Identity, Roles};
 use crate::param::{DataType, Parameter, ParameterId, Persistence};
 
-/// The longest product name (SHORT_STRING of the identity object).
-const NAME_MAX: usize = 32;
+/// The longest product name: its response has the service and the length besides the characters.
+const NAME_MAX: usize = PRODUCED - 2;
 
 /// Checks the identity, the roles, and the persistence of the parameters.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
@@ -16,8 +18,8 @@ pub const fn check(
 ) {
     let name = identity.name;
     assert!(
-        !name.is_empty() && name.len() <= NAME_MAX && name.is_ascii(),
-        "a product name has 1 to 32 characters"
+        name.len() >= SHORTEST && name.len() <= NAME_MAX && name.is_ascii(),
+        "a product name has 5 to 32 characters"
     );
     assert!(identity.product_code > 0, "the product code is at least 1");
     let (major, minor) = identity.revision;
@@ -25,7 +27,7 @@ pub const fn check(
         major >= 1 && major <= 127 && minor >= 1,
         "the revision is 1 to 127, 1 to 255"
     );
-    check_role(parameters, roles.mac_id, 63);
+    check_role(parameters, roles.mac_id, MAC_MAX as u32);
     check_role(
         parameters,
         roles.baud_rate,

@@ -17,7 +17,7 @@ pub(super) const FRAGMENT: u8 = 0x80;
 /// Bits of the header of a response that are those of its request: XID and MAC ID.
 pub(super) const ECHO: u8 = 0x7F;
 /// Bits of the header: the MAC ID of the master.
-pub(super) const MAC: u8 = 0x3F;
+pub(super) const MAC: u8 = super::identifiers::MAC_MAX;
 /// Bit of the service: response.
 const RESPONSE: u8 = 0x80;
 /// The service of an error response.

@@ -34,6 +34,9 @@ pub(super) const CONSUMED: usize = 32;
 /// The longest body of a response in bytes (attribute 7 of connection 1): a text of 32 characters.
 pub(super) const PRODUCED: usize = 34;
 
+/// The shortest text of a response in characters: its body needs two fragments.
+pub(super) const SHORTEST: usize = PART - 1;
+
 /// The wait for an acknowledge.
 const PATIENCE: Duration = millis(1000);
 

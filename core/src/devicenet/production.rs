@@ -79,8 +79,13 @@ impl Production {
         self.inhibit
     }
 
-    /// Sets the production inhibit time in ms.
+    /// Sets the production inhibit time in ms. It begins with the last message.
     pub fn set_inhibit(&mut self, inhibit: u16) {
+        if let Some(end) = self.inhibited.time() {
+            let present = millis(self.inhibit.into());
+            let sent = Instant::from_ticks(end.ticks().wrapping_sub(present.ticks()));
+            self.inhibited = Deadline::after(sent, millis(inhibit.into()));
+        }
         self.inhibit = inhibit;
     }
 

@@ -180,11 +180,19 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
             BusChange::State if cx.shell.bus_state() == BusState::BusOff => {
                 self.bus_offs = self.bus_offs.saturating_add(1);
                 self.release_all(cx);
-                self.discard(cx);
-                if !self.recovers(&cx.parameters) {
+                if self.departure == Departure::Readdress {
+                    // The check of the new MAC ID follows the recovery.
+                    self.departure = Departure::None;
+                }
+                if self.recovers(&cx.parameters) {
+                    self.discard(cx);
+                    if !self.check.is_faulted() {
+                        self.check.stop();
+                    }
+                } else {
+                    // A change of the mode would let the controller recover.
+                    cx.shell.clear_queue();
                     self.check.fault();
-                } else if !self.check.is_faulted() {
-                    self.check.stop();
                 }
             }
             BusChange::Recovered

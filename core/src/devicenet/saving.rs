@@ -14,6 +14,8 @@ const ATTEMPTS: u8 = 3;
 /// The contents of the nonvolatile memory.
 pub(super) struct Saving<A: Application> {
     saved: Parameters<A::Table>,
+    /// The contents are damaged: they differ from all parameters.
+    unusable: bool,
     due: Deadline,
     /// The number of saves that have failed since the last successful one.
     failed: u8,
@@ -25,6 +27,7 @@ impl<A: Application> Saving<A> {
     /// Before the start.
     pub const INITIAL: Self = Self {
         saved: Parameters::INITIAL,
+        unusable: false,
         due: Deadline::NEVER,
         failed: 0,
         faulted: false,
@@ -33,6 +36,7 @@ impl<A: Application> Saving<A> {
     /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
     pub fn start(&mut self, parameters: &Parameters<A::Table>, damaged: bool) {
         self.saved = *parameters;
+        self.unusable = damaged;
         self.faulted = damaged;
     }
 
@@ -51,6 +55,9 @@ impl<A: Application> Saving<A> {
 
     /// Whether stored parameters have other values than in the memory.
     fn has_changes(&self, parameters: &Parameters<A::Table>) -> bool {
+        if self.unusable {
+            return true;
+        }
         Parameters::<A::Table>::rows()
             .filter(|(_, row)| ParameterRow::is_stored(*row))
             .any(|(id, _)| parameters.get(id) != self.saved.get(id))
@@ -82,6 +89,7 @@ impl<A: Application> Saving<A> {
         self.faulted = !succeeded;
         if succeeded {
             self.saved = *saved;
+            self.unusable = false;
             self.failed = 0;
         } else {
             self.failed = self.failed.saturating_add(1);

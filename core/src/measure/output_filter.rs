@@ -130,6 +130,14 @@ impl<const AXES: usize> OutputFilter<AXES> {
         self.size = size.min(SIZE_MAX).into();
     }
 
+    /// Handles a gap before the next reading: the next reading is the state of both filters, as the first one. A recursive filter that
+    /// holds its output holds it further.
+    pub fn restart(&mut self) {
+        let holds = |[usual, _]: [Response; 2]| usual.last == u32::MAX;
+        self.started &= self.responses.is_some_and(holds);
+        (self.count, self.filled) = (0, 0);
+    }
+
     /// Processes the angles of a reading. The first reading is the state of both filters.
     pub fn step(&mut self, angles: [Angle; AXES]) -> [Angle; AXES] {
         let extra = self.advance();

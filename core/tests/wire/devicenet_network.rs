@@ -265,17 +265,39 @@ fn reset_with_another_type_is_refused() {
     assert_eq!(tester.explicit("0E030101"), "8E03");
 }
 
+/// Whether the node requests a new mode of the CAN controller or its recovery. Both end bus-off.
+fn ends_bus_off(tester: &LevelTester) -> bool {
+    let ends = |action: &Action| matches!(action, Action::Bus(..) | Action::Recover);
+    tester.actions.iter().any(ends)
+}
+
 #[test]
 fn bus_off_without_boi_silences_the_node() {
     let mut tester = allocated(2);
     tester.set_rate(2, 0);
+    tester.actions.clear();
     tester.bus(BusEvent::State(BusState::BusOff));
-    assert!(!tester.actions.contains(&Action::Recover));
     assert!(tester.leds.error && !tester.leds.run);
+    assert_eq!(tester.wait_text(1000), []);
+    assert!(!ends_bus_off(&tester), "{:?}", tester.actions);
     tester.bus(BusEvent::State(BusState::Active));
     assert_eq!(tester.wait_text(5000), []);
     tester.ignores("41D#");
     tester.ignores("41E#0A4C030101");
+    assert!(!ends_bus_off(&tester), "{:?}", tester.actions);
+}
+
+#[test]
+fn bus_off_without_boi_ends_the_change_of_the_mac_id() {
+    let mut tester = allocated(0);
+    tester.acknowledged = false;
+    assert_eq!(tester.explicit("1003010105"), "90");
+    tester.actions.clear();
+    tester.bus(BusEvent::State(BusState::BusOff));
+    assert_eq!(tester.wait_text(1000), []);
+    assert!(!ends_bus_off(&tester), "{:?}", tester.actions);
+    assert!(tester.leds.error && !tester.leds.run);
+    assert_eq!(tester.memory.as_ref().unwrap()[0], 5);
 }
 
 #[test]

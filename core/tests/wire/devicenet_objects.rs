@@ -1,6 +1,9 @@
 //! DeviceNet: the attributes of the objects, and stored parameters.
 
-use crate::tester::devicenet::{allocated, compare};
+use crate::tester::Tester;
+use crate::tester::devicenet::{Level, LevelTester, allocated, compare};
+use plumbline::devicenet::DevicenetNode;
+use plumbline::node::{Action, Boot};
 
 #[test]
 fn identity_has_its_attributes() {
@@ -236,4 +239,57 @@ fn failed_save_is_repeated_and_reported() {
     tester.wait(350);
     assert_eq!(tester.explicit("0E010105"), "8E0500");
     assert_eq!(tester.memory.as_ref().unwrap()[6..8], [0x2C, 1]);
+}
+
+/// The nodes with a memory that is damaged and with one that is not usable: with factory values, on-line and allocated.
+fn with_unusable_memory() -> [LevelTester; 2] {
+    let damaged = Boot {
+        damaged: true,
+        ..Boot::default()
+    };
+    // The MAC ID 64.
+    let not_usable = Boot {
+        parameters: Some(&[64]),
+        ..Boot::default()
+    };
+    [damaged, not_usable].map(|boot| {
+        let mut tester = Tester::power_up(boot, DevicenetNode::<Level>::new);
+        assert_eq!(tester.wait_text(2001).len(), 2);
+        assert_eq!(tester.exchange("5FE#0A4B0301010A"), ["5FB#0ACB00"]);
+        assert_eq!(tester.exchange("5FC#0A0E010105"), ["5FB#0A8E0101"]);
+        assert!(!tester.actions.contains(&Action::Save), "no change");
+        tester
+    })
+}
+
+#[test]
+fn set_to_the_factory_value_mends_an_unusable_memory() {
+    for mut tester in with_unusable_memory() {
+        assert_eq!(tester.exchange("5FC#0A106501710A00"), ["5FB#0A90"]);
+        tester.wait(1000);
+        assert_eq!(tester.memory.as_ref().unwrap()[..2], [63, 0]);
+        assert_eq!(tester.exchange("5FC#0A0E010105"), ["5FB#0A8E0100"]);
+        tester.actions.clear();
+        assert_eq!(tester.exchange("5FC#0A106501710A00"), ["5FB#0A90"]);
+        tester.wait(1000);
+        assert!(!tester.actions.contains(&Action::Save), "no change");
+    }
+}
+
+#[test]
+fn reset_type_1_mends_an_unusable_memory() {
+    for mut tester in with_unusable_memory() {
+        tester.actions.clear();
+        assert_eq!(tester.exchange("5FC#0A05010101"), ["5FB#0A85"]);
+        tester.wait(500);
+        let order = tester.actions.iter();
+        let order: Vec<_> = order
+            .filter(|action| matches!(action, Action::Save | Action::Restart))
+            .collect();
+        assert_eq!(order, [&Action::Save, &Action::Restart]);
+        tester.power_cycle();
+        assert_eq!(tester.wait_text(2001).len(), 2);
+        assert_eq!(tester.exchange("5FE#0A4B0301010A"), ["5FB#0ACB00"]);
+        assert_eq!(tester.exchange("5FC#0A0E010105"), ["5FB#0A8E0100"]);
+    }
 }

@@ -1,6 +1,7 @@
 //! The attributes and words of the TILTIX (manual 5.1), with the MAC ID 3 and the master 0Ah of the manual's examples.
 
 use crate::tester::tiltix::{tiltix080, tiltix360};
+use plumbline::measure::ONE_G;
 
 const EXPLICIT: u8 = 0x01;
 const POLL: u8 = 0x03;
@@ -362,6 +363,18 @@ fn weight_1000_holds_the_slope_until_it_changes() {
     tester.set(0x85, "0000").unwrap();
     tester.tilt(-40.0, 0.0);
     assert_eq!(tester.get(0x72).as_deref(), Ok("60F0"));
+}
+
+#[test]
+fn filter_begins_again_after_missing_readings() {
+    let mut tester = tiltix080(EXPLICIT);
+    tester.set(0x84, "FA").unwrap();
+    tester.set(0x85, "E703").unwrap();
+    tester.tilt(5.0, 6.0);
+    tester.wait_without_samples(225);
+    tester.hold([0, 0, ONE_G], 1);
+    assert_eq!(tester.get(0x72).as_deref(), Ok("0000"));
+    assert_eq!(tester.get(0x7A).as_deref(), Ok("0000"));
 }
 
 /// Attribute 7 of the identity: `INCLINOMETER 360 degree`, in fragments.

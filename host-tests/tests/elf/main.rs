@@ -31,6 +31,7 @@ mod memory;
 mod sensing;
 mod supply;
 mod tiltix;
+mod tiltix_network;
 mod timing;
 mod traces;
 mod vibration;

@@ -8,14 +8,14 @@ use plumbline::time::{after, millis};
 use stm32_sim::Microcontroller;
 
 /// A sensor at rest that is on-line with its factory MAC ID 63, and a master.
-struct Bench {
-    bus: Bus,
-    sensor: DeviceId,
-    master: AdapterId,
+pub struct Bench {
+    pub bus: Bus,
+    pub sensor: DeviceId,
+    pub master: AdapterId,
 }
 
 impl Bench {
-    fn new(name: &'static str, x: f64, y: f64) -> Self {
+    pub fn new(name: &'static str, x: f64, y: f64) -> Self {
         let mut bus = Bus::new(BusRate::Follow);
         let motion = tilt(name, x, y);
         let sensor = bus.attach(Microcontroller::new(name, image(name), 1, blank(), motion));
@@ -31,12 +31,12 @@ impl Bench {
     }
 
     /// Both requests of the duplicate MAC ID check.
-    fn check_duplicate(&mut self, request: &str) {
+    pub fn check_duplicate(&mut self, request: &str) {
         assert_eq!(self.wait(2200), [request, request]);
     }
 
     /// The frames that the sensor sends within this many milliseconds.
-    fn wait(&mut self, ms: u32) -> Vec<String> {
+    pub fn wait(&mut self, ms: u32) -> Vec<String> {
         self.bus.take_received(self.master);
         self.bus.run_until(after(self.bus.now(), millis(ms)));
         let frames = self.bus.take_received(self.master).into_iter();
@@ -44,19 +44,19 @@ impl Bench {
     }
 
     /// Sends a frame; returns the frames received within 5 ms.
-    fn exchange(&mut self, id: u16, bytes: &[u8]) -> Vec<String> {
+    pub fn exchange(&mut self, id: u16, bytes: &[u8]) -> Vec<String> {
         let frame = Frame::data(standard(id), bytes).expect("at most eight bytes");
         self.bus.send(self.master, frame);
         self.wait(5)
     }
 
     /// A request on the explicit connection.
-    fn ask(&mut self, request: &[u8]) -> String {
+    pub fn ask(&mut self, request: &[u8]) -> String {
         self.exchange(0x5FC, &[&[0x0A], request].concat()).concat()
     }
 
     /// Allocates an explicit and a poll connection.
-    fn allocate(&mut self) {
+    pub fn allocate(&mut self) {
         let allocated = self.exchange(0x5FE, &[0x0A, 0x4B, 3, 1, 3, 0x0A]);
         assert_eq!(allocated, ["5FB#0ACB00"]);
         assert_eq!(self.ask(&[0x10, 5, 1, 9, 0, 0]), "5FB#0A900000");

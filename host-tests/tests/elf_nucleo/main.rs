@@ -54,6 +54,8 @@ mod sensing;
 mod supply;
 #[path = "../elf/tiltix.rs"]
 mod tiltix;
+#[path = "../elf/tiltix_network.rs"]
+mod tiltix_network;
 #[path = "../elf/timing.rs"]
 mod timing;
 #[path = "../elf/traces.rs"]

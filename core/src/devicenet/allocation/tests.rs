@@ -195,3 +195,14 @@ fn timed_out_io_can_be_released_or_allocated_again() {
         assert!(!set.has_timed_out());
     }
 }
+
+#[test]
+fn new_owner_ends_the_time_out_of_another_connection() {
+    let mut set = allocated(EXPLICIT | POLL);
+    set.poll().set_rate(at(0), 100);
+    assert!(set.expire(at(20_000)));
+    assert_eq!(set.information(), [0, 0xFF]);
+    assert!(set.has_timed_out());
+    assert_eq!(set.allocate(at(20_000), EXPLICIT, MASTER), Ok(()));
+    assert!(!set.has_timed_out());
+}

@@ -13,7 +13,7 @@ const IDENTITY: Identity = Identity {
     device_type_name: "",
     product_code: 1,
     revision: (1, 1),
-    name: "name",
+    name: "level",
     catalog: "",
 };
 
@@ -89,7 +89,17 @@ fn consistent_description_is_accepted() {
 }
 
 #[test]
-#[should_panic(expected = "1 to 32 characters")]
+#[should_panic(expected = "5 to 32 characters")]
+fn product_name_for_a_single_fragment_is_refused() {
+    let identity = Identity {
+        name: "tilt",
+        ..IDENTITY
+    };
+    check(&identity, &ROLES, &ASSEMBLIES, &PARAMETERS);
+}
+
+#[test]
+#[should_panic(expected = "5 to 32 characters")]
 fn longer_product_name_is_refused() {
     let name = "0123456789 0123456789 0123456789 ";
     check(

@@ -51,6 +51,21 @@ fn cyclic_messages_ignore_changes_and_have_no_drift() {
 }
 
 #[test]
+fn new_inhibit_time_begins_with_the_last_message() {
+    for (inhibit, due) in [(0, 150), (100, 200), (400, 500)] {
+        let mut cos = running(0, false, 300);
+        cos.change();
+        assert_eq!(next(&cos), Some(400));
+        assert!(!cos.is_due(at(150), |_| true));
+        cos.set_inhibit(inhibit);
+        if inhibit > 0 {
+            assert!(!cos.is_due(at(due - 1), |_| true));
+        }
+        assert!(cos.is_due(at(due), |_| true));
+    }
+}
+
+#[test]
 fn rate_0_has_no_repetition() {
     for is_cyclic in [false, true] {
         let mut production = running(0, is_cyclic, 0);

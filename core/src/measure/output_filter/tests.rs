@@ -260,3 +260,18 @@ proptest! {
         prop_assert_eq!(filter.axes[0].sum, 0);
     }
 }
+
+#[test]
+fn first_reading_after_a_gap_is_the_state() {
+    for (weight, size) in [(999, 0), (0, 250), (998, 250)] {
+        let (mut filter, _) = settled(weight, size, 10.0);
+        assert_ne!(filter.step([angle(50.0)]), [angle(50.0)]);
+        filter.restart();
+        for _ in 0..100 {
+            assert_eq!(filter.step([angle(-30.0)]), [angle(-30.0)]);
+        }
+    }
+    let (mut filter, _) = settled(1000, 50, 10.0);
+    filter.restart();
+    assert_eq!(filter.step([angle(50.0)]), [angle(10.0)], "held");
+}

@@ -197,7 +197,12 @@ impl<X: Axes> Application for Tiltix<X> {
         self.values()
     }
 
+    fn interrupt(&mut self) {
+        self.filter.restart();
+    }
+
     fn stale(&mut self) -> Inclination {
+        self.filter.restart();
         self.is_measured = false;
         self.faults = Faults::SENSOR;
         self.values()
