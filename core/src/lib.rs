@@ -48,6 +48,7 @@ pub mod can;
 pub mod canopen;
 pub mod fsc;
 pub mod heater;
+pub mod j1939;
 pub mod measure;
 pub mod model;
 pub mod node;

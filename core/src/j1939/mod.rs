@@ -1,0 +1,17 @@
+//! SAE J1939: the network of vehicles and machines.
+//!
+//! The node claims an address, sends its measurements to all nodes, answers requests, and reports its active faults. Its parameters are
+//! the objects of its CANopen object dictionary: the bytes of an SDO in frames of Proprietary A.
+//!
+//! - [`identifier`]: the 29-bit identifier; [`name`]: the NAME; [`claim`]: the address;
+//! - [`request`]: request and acknowledgement; [`transport`]: messages of more than eight bytes;
+//! - [`groups`]: the groups with process data, described by their [signals](signal); [`diagnostics`]: active trouble codes.
+
+pub mod claim;
+pub mod diagnostics;
+pub mod groups;
+pub mod identifier;
+pub mod name;
+pub mod request;
+pub mod signal;
+pub mod transport;
