@@ -49,6 +49,7 @@ pub mod canopen;
 pub mod devicenet;
 pub mod fsc;
 pub mod heater;
+pub mod j1939;
 pub mod measure;
 pub mod model;
 pub mod node;

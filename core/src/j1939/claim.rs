@@ -1,0 +1,396 @@
+//! Address claim (SAE J1939-81, 4.4): the address of the node and its defence.
+//!
+//! ```text
+//!  18EEFFSA  8 bytes: the NAME. SA is the claimed address, or 254: cannot claim.
+//!
+//!             +-----------+  250 ms  +----------+
+//!   start --> | claiming  | -------> | claimed  |
+//!             +-----------+          +----------+
+//!               |   ^  lower NAME at      |
+//!               |   |  our address: next  |
+//!               v   |  address            |
+//!             +--------------+            |
+//!             | cannot claim | <----------+   no other address
+//!             +--------------+
+//! ```
+//!
+//! A node that is arbitrary address capable takes the next free address above its own in 128..247, after 247 from 128 on. Free
+//! is an address that no other node was heard to claim.
+
+use super::identifier::{ADDRESS_CLAIMED, GLOBAL, Identifier, NO_ADDRESS};
+use super::name::Name;
+use crate::can::Frame;
+use crate::time::{Deadline, Duration, Instant, millis};
+
+/// The time without contention after which the address is ours.
+pub const SILENCE: Duration = millis(250);
+
+/// The addresses that a node takes by itself.
+const FIRST: u8 = 128;
+const COUNT: u8 = 120;
+
+/// The number of delays before "cannot claim", in steps of 1 ms: 0..153 ms.
+const DELAYS: u32 = 154;
+
+/// The state of the address.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)] // off is 0, so that it needs no flash in static memory
+pub enum State {
+    /// Not started.
+    Off,
+    /// The address is claimed, and others can contend for it.
+    Claiming,
+    /// The address is ours.
+    Claimed,
+    /// There is no address.
+    CannotClaim,
+}
+
+/// What follows from a claim of another node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Outcome {
+    /// Nothing.
+    None,
+    /// The claim must be sent again at once.
+    Defended,
+    /// The address was left. Nothing more may be sent from it. A claim for another address must be sent, unless there is none.
+    Left,
+}
+
+/// The address of a node.
+#[derive(Clone, Debug)]
+pub struct Claim {
+    name: Name,
+    state: State,
+    /// The claimed address.
+    address: u8,
+    /// The claim is queued, and not on its way yet: the silence has not begun.
+    queued: bool,
+    /// Claiming: the end of the silence. Cannot claim: the end of the delay before it is sent.
+    due: Deadline,
+    /// The addresses from 128 on that other nodes were heard to claim, a bit for each.
+    heard: [u32; 4],
+    random: u32,
+}
+
+impl Claim {
+    /// Not started. All bits are 0.
+    pub const OFF: Self = Self {
+        name: Name(0),
+        state: State::Off,
+        address: 0,
+        queued: false,
+        due: Deadline::NEVER,
+        heard: [0; 4],
+        random: 0,
+    };
+
+    /// Begins to claim the preferred address. The [claim](Self::frame) must be sent. The seed is different in each device.
+    pub fn start(&mut self, name: Name, preferred: u8, seed: u32) {
+        *self = Self {
+            name,
+            random: seed,
+            ..Self::OFF
+        };
+        self.take(preferred);
+    }
+
+    /// Ends all activity.
+    pub fn stop(&mut self) {
+        *self = Self::OFF;
+    }
+
+    /// The state.
+    pub fn state(&self) -> State {
+        self.state
+    }
+
+    /// Our NAME.
+    pub fn name(&self) -> Name {
+        self.name
+    }
+
+    /// The address that is ours; None before.
+    pub fn address(&self) -> Option<u8> {
+        (self.state == State::Claimed).then_some(self.address)
+    }
+
+    /// The source address of a claim: our address, or 254.
+    pub fn source(&self) -> u8 {
+        match self.state {
+            State::Claiming | State::Claimed => self.address,
+            State::Off | State::CannotClaim => NO_ADDRESS,
+        }
+    }
+
+    /// The frame Address Claimed or Cannot Claim.
+    pub fn frame(&self) -> Frame {
+        let id = Identifier::new(ADDRESS_CLAIMED, GLOBAL, self.source());
+        id.frame(self.name.to_bytes())
+    }
+
+    /// Begins to claim an address. The [claim](Self::frame) must be sent.
+    pub fn take(&mut self, address: u8) {
+        self.state = State::Claiming;
+        self.address = address;
+        self.begin();
+    }
+
+    /// Begins to claim the same address again, after bus-off. Returns false if there is none.
+    pub fn take_again(&mut self) -> bool {
+        let has_address = matches!(self.state, State::Claiming | State::Claimed);
+        if has_address {
+            self.take(self.address);
+        }
+        has_address
+    }
+
+    /// The silence begins when the claim is sent.
+    fn begin(&mut self) {
+        self.queued = true;
+        self.due = Deadline::NEVER;
+    }
+
+    /// Whether [`sent`](Self::sent) must follow.
+    pub fn is_queued(&self) -> bool {
+        self.queued
+    }
+
+    /// The claim is on its way: begins the silence.
+    pub fn sent(&mut self, now: Instant) {
+        if core::mem::take(&mut self.queued) {
+            self.due = Deadline::after(now, SILENCE);
+        }
+    }
+
+    /// Handles the claim of another node.
+    pub fn hear(&mut self, now: Instant, source: u8, name: Name) -> Outcome {
+        let is_ours =
+            matches!(self.state, State::Claiming | State::Claimed) && source == self.address;
+        if !is_ours {
+            self.note(source);
+            return Outcome::None;
+        }
+        // A node with our NAME would answer each answer.
+        if name == self.name {
+            return Outcome::None;
+        }
+        if name > self.name {
+            if self.state == State::Claiming {
+                self.begin();
+            }
+            return Outcome::Defended;
+        }
+        self.note(source);
+        match self.next() {
+            Some(address) if self.name.is_arbitrary() => self.take(address),
+            _ => {
+                self.state = State::CannotClaim;
+                self.queued = false;
+                self.delay(now);
+            }
+        }
+        Outcome::Left
+    }
+
+    /// Handles a request for Address Claimed. Returns true if the [claim](Self::frame) must be sent at once.
+    pub fn requested(&mut self, now: Instant) -> bool {
+        if self.state == State::CannotClaim && !self.due.is_set() {
+            self.delay(now);
+        }
+        matches!(self.state, State::Claiming | State::Claimed)
+    }
+
+    /// Returns true if a time has ended: the address is ours now, or "cannot claim" must be sent.
+    pub fn poll(&mut self, now: Instant) -> bool {
+        let ended = self.due.is_reached(now);
+        if ended {
+            self.due = Deadline::NEVER;
+            if self.state == State::Claiming {
+                self.state = State::Claimed;
+            }
+        }
+        ended
+    }
+
+    /// The time of the next [`poll`](Self::poll).
+    pub fn deadline(&self) -> Deadline {
+        self.due
+    }
+
+    /// Begins the random delay before "cannot claim".
+    fn delay(&mut self, now: Instant) {
+        // Numerical Recipes; the upper bits are the better ones.
+        let random = self.random.wrapping_mul(1_664_525);
+        self.random = random.wrapping_add(1_013_904_223);
+        self.due = Deadline::after(now, millis((self.random >> 16) % DELAYS));
+        // A delay of 0 at time 0.
+        if !self.due.is_set() {
+            self.due = Deadline::after(now, Duration::from_ticks(1));
+        }
+    }
+
+    /// Marks an address as that of another node.
+    fn note(&mut self, address: u8) {
+        let place = address.wrapping_sub(FIRST);
+        if let Some(word) = self.heard.get_mut(usize::from(place / 32)) {
+            *word |= 1 << (place % 32);
+        }
+    }
+
+    /// The next free address.
+    fn next(&self) -> Option<u8> {
+        let own = self.address.wrapping_sub(FIRST);
+        let first = if own < COUNT { own + 1 } else { 0 };
+        let places = (first..COUNT).chain(0..first);
+        let mut free = places.filter(|place| {
+            let word = self.heard.get(usize::from(place / 32));
+            word.is_none_or(|word| word >> (place % 32) & 1 == 0)
+        });
+        free.next().map(|place| place + FIRST)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LOWER: Name = Name(5);
+    const OURS: Name = Name(1 << 63 | 100);
+    const HIGHER: Name = Name(1 << 63 | 200);
+    /// Not arbitrary address capable.
+    const FIXED: Name = Name(100);
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_ticks(ms * 1000)
+    }
+
+    /// A node with this address.
+    fn claimed(name: Name, address: u8) -> Claim {
+        let mut claim = Claim::OFF;
+        claim.start(name, address, 1);
+        claim.sent(at(0));
+        assert!(claim.poll(at(250)));
+        assert_eq!(claim.address(), Some(address));
+        claim
+    }
+
+    #[test]
+    fn address_is_ours_250_ms_after_the_claim_is_sent() {
+        let mut claim = Claim::OFF;
+        claim.start(OURS, 0x80, 1);
+        assert!(claim.is_queued());
+        assert!(!claim.poll(at(1000)), "the claim waits for the bus");
+        claim.sent(at(1000));
+        claim.sent(at(1100));
+        assert!(!claim.poll(at(1249)));
+        assert_eq!(claim.address(), None);
+        assert!(claim.poll(at(1250)));
+        assert_eq!(claim.address(), Some(0x80));
+        assert_eq!(claim.deadline(), Deadline::NEVER);
+    }
+
+    #[test]
+    fn claim_has_the_name_in_a_frame_to_all() {
+        let mut claim = Claim::OFF;
+        claim.start(Name(0x8000_9100_FFE0_0001), 0x80, 1);
+        let text = std::format!("{:?}", claim.frame());
+        assert_eq!(text, "18EEFF80#0100E0FF00910080");
+    }
+
+    #[test]
+    fn address_is_kept_against_a_higher_name() {
+        let mut claim = claimed(OURS, 0x80);
+        assert_eq!(claim.hear(at(300), 0x80, HIGHER), Outcome::Defended);
+        assert_eq!(claim.address(), Some(0x80));
+        // While claiming, the silence begins again.
+        claim.take(0x90);
+        claim.sent(at(400));
+        assert_eq!(claim.hear(at(500), 0x90, HIGHER), Outcome::Defended);
+        assert!(!claim.poll(at(700)));
+        claim.sent(at(700));
+        assert!(!claim.poll(at(949)) && claim.poll(at(950)));
+    }
+
+    #[test]
+    fn address_is_left_to_a_lower_name() {
+        let mut claim = claimed(OURS, 0x80);
+        assert_eq!(claim.hear(at(300), 0x80, LOWER), Outcome::Left);
+        assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x81));
+        assert!(claim.is_queued());
+    }
+
+    #[test]
+    fn addresses_that_others_claimed_are_passed_over() {
+        let mut claim = claimed(OURS, 246);
+        for source in [247, 128, 129, 0, 127, 254, 253] {
+            assert_eq!(claim.hear(at(300), source, LOWER), Outcome::None);
+        }
+        assert_eq!(claim.hear(at(300), 246, LOWER), Outcome::Left);
+        assert_eq!(claim.source(), 130);
+        let mut claim = claimed(OURS, 10);
+        claim.hear(at(300), 10, LOWER);
+        assert_eq!(claim.source(), 128, "from an address outside the range");
+    }
+
+    #[test]
+    fn node_without_a_free_address_cannot_claim() {
+        let mut claim = claimed(OURS, 200);
+        for source in 128..=247 {
+            if source != 200 {
+                claim.hear(at(300), source, LOWER);
+            }
+        }
+        assert_eq!(claim.hear(at(300), 200, LOWER), Outcome::Left);
+        assert_eq!((claim.state(), claim.source()), (State::CannotClaim, 254));
+    }
+
+    #[test]
+    fn fixed_address_is_lost_with_a_random_delay() {
+        let mut delays = std::collections::BTreeSet::new();
+        for seed in 0..200 {
+            let mut claim = Claim::OFF;
+            claim.start(FIXED, 0x80, seed);
+            assert_eq!(claim.hear(at(0), 0x80, LOWER), Outcome::Left);
+            assert_eq!(claim.state(), State::CannotClaim);
+            let due = claim.deadline().time().unwrap();
+            assert!(due <= at(153));
+            delays.insert(due);
+            assert!(claim.poll(due));
+            assert!(!claim.deadline().is_set());
+            // A request is answered with a delay, too. Another one in this time does not extend it.
+            assert!(!claim.requested(at(500)));
+            let due = claim.deadline();
+            assert!(!claim.requested(at(500)));
+            assert!(due.is_set() && claim.deadline() == due);
+        }
+        assert!(delays.len() > 80, "{}", delays.len());
+    }
+
+    #[test]
+    fn request_is_answered_at_once_with_an_address() {
+        let mut claim = claimed(OURS, 0x80);
+        assert!(claim.requested(at(300)));
+        claim.take(0x81);
+        assert!(claim.requested(at(300)));
+        let mut off = Claim::OFF;
+        assert!(!off.requested(at(300)));
+    }
+
+    #[test]
+    fn own_name_at_the_own_address_is_ignored() {
+        let mut claim = claimed(OURS, 0x80);
+        assert_eq!(claim.hear(at(300), 0x80, OURS), Outcome::None);
+        assert_eq!(claim.address(), Some(0x80));
+    }
+
+    #[test]
+    fn same_address_is_claimed_again_after_bus_off() {
+        let mut claim = claimed(OURS, 0x80);
+        assert!(claim.take_again());
+        assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x80));
+        let mut lost = claimed(FIXED, 0x80);
+        lost.hear(at(300), 0x80, LOWER);
+        assert!(!lost.take_again());
+    }
+}

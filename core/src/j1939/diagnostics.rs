@@ -1,0 +1,210 @@
+//! Active diagnostic trouble codes: DM1 (SAE J1939-73, 5.7.1).
+//!
+//! ```text
+//!  byte 0       1       2                                     6
+//!       +-------+-------+-------------------------------------+-----
+//!       | lamps | FFh   | code                                | further codes
+//!       +-------+-------+-------------------------------------+-----
+//!
+//!  lamps  04h: amber warning lamp on, 00h: no code is active
+//!  code   SPN bits 0..15, then 3 bits SPN 16..18 and 5 bits FMI, then the number of occurrences (7 bits)
+//! ```
+//!
+//! Without active code, the code is 0. A message with fewer than two codes has eight bytes, unused ones are FFh.
+
+use super::transport::Message;
+use crate::time::{Deadline, Duration, Instant, millis};
+
+/// The period of DM1.
+pub const PERIOD: Duration = millis(1000);
+
+/// The shortest time between two messages because of changes.
+const INTERVAL: Duration = millis(50);
+
+/// The maximum number of codes of a product.
+pub const CODES: usize = 14;
+
+/// The largest number of occurrences.
+const OCCURRENCES: u8 = 126;
+
+/// Amber warning lamp on.
+const AMBER: u8 = 0x04;
+
+/// A trouble code.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Code {
+    /// Suspect parameter number.
+    pub spn: u32,
+    /// Failure mode identifier.
+    pub fmi: u8,
+}
+
+/// The trouble codes of a node: one bit for each code of the table of its product.
+#[derive(Clone, Debug)]
+pub struct Diagnostics {
+    active: u16,
+    /// The number of occurrences of each code since the start.
+    occurrences: [u8; CODES],
+    /// A message must be sent.
+    changed: bool,
+    /// The end of the period.
+    due: Deadline,
+    /// The end of the time in which changes wait.
+    inhibited: Deadline,
+}
+
+impl Diagnostics {
+    /// No code was active, and no message is sent. All bits are 0.
+    pub const OFF: Self = Self {
+        active: 0,
+        occurrences: [0; CODES],
+        changed: false,
+        due: Deadline::NEVER,
+        inhibited: Deadline::NEVER,
+    };
+
+    /// Begins to send, at once.
+    pub fn start(&mut self, now: Instant) {
+        self.due = Deadline::after(now, Duration::from_ticks(0));
+        self.inhibited = Deadline::NEVER;
+    }
+
+    /// Ends sending. The codes continue.
+    pub fn stop(&mut self) {
+        self.due = Deadline::NEVER;
+        self.inhibited = Deadline::NEVER;
+    }
+
+    /// The active codes.
+    pub fn active(&self) -> u16 {
+        self.active
+    }
+
+    /// Takes the active codes over.
+    pub fn set(&mut self, active: u16) {
+        let begun = active & !self.active;
+        self.changed |= active != self.active;
+        self.active = active;
+        for (place, count) in self.occurrences.iter_mut().enumerate() {
+            if begun >> place & 1 != 0 && *count < OCCURRENCES {
+                *count += 1;
+            }
+        }
+    }
+
+    /// Whether a message must be sent now. [`sent`](Self::sent) must follow.
+    pub fn is_due(&self, now: Instant) -> bool {
+        let waits = self.inhibited.is_set() && !self.inhibited.is_reached(now);
+        self.due.is_reached(now) || self.changed && self.due.is_set() && !waits
+    }
+
+    /// The message is sent.
+    pub fn sent(&mut self, now: Instant) {
+        self.changed = false;
+        self.due = Deadline::after(now, PERIOD);
+        self.inhibited = Deadline::after(now, INTERVAL);
+    }
+
+    /// The time at which a message is due.
+    pub fn deadline(&self) -> Deadline {
+        if self.changed && self.due.is_set() && self.inhibited.is_set() {
+            return self.inhibited;
+        }
+        self.due
+    }
+
+    /// The message with the active codes of this table.
+    pub fn message(&self, codes: &[Code]) -> Message {
+        let mut message = Message::new();
+        let lamps = if self.active == 0 { 0 } else { AMBER };
+        // There is always room.
+        let mut append = |bytes: &[u8]| {
+            let _ = message.extend_from_slice(bytes);
+        };
+        append(&[lamps, 0xFF]);
+        if self.active == 0 {
+            append(&[0; 4]);
+        }
+        for (place, (code, count)) in codes.iter().zip(self.occurrences).enumerate() {
+            if self.active >> place & 1 != 0 {
+                let [low, middle, high, _] = code.spn.to_le_bytes();
+                append(&[low, middle, high << 5 | code.fmi & 0x1F, count]);
+            }
+        }
+        while message.len() < 8 {
+            let _ = message.push(0xFF);
+        }
+        message
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::string::String;
+
+    const TABLE: [Code; 3] = [
+        Code { spn: 4976, fmi: 0 },
+        Code { spn: 4977, fmi: 12 },
+        Code {
+            spn: 0x7_FFFF,
+            fmi: 31,
+        },
+    ];
+
+    fn at(ms: u64) -> Instant {
+        Instant::from_ticks(ms * 1000)
+    }
+
+    fn text(diagnostics: &Diagnostics) -> String {
+        let message = diagnostics.message(&TABLE);
+        message
+            .iter()
+            .map(|byte| std::format!("{byte:02X}"))
+            .collect()
+    }
+
+    #[test]
+    fn message_has_all_active_codes() {
+        let mut diagnostics = Diagnostics::OFF;
+        assert_eq!(text(&diagnostics), "00FF00000000FFFF");
+        diagnostics.set(1);
+        assert_eq!(text(&diagnostics), "04FF70130001FFFF");
+        diagnostics.set(7);
+        assert_eq!(text(&diagnostics), "04FF7013000171130C01FFFFFF01");
+    }
+
+    #[test]
+    fn occurrences_count_up_to_126() {
+        let mut diagnostics = Diagnostics::OFF;
+        for count in 1..200 {
+            diagnostics.set(2);
+            diagnostics.set(2);
+            let expected = std::format!("04FF71130C{:02X}FFFF", count.min(126));
+            assert_eq!(text(&diagnostics), expected);
+            diagnostics.set(0);
+        }
+    }
+
+    #[test]
+    fn message_is_due_every_second_and_after_a_change() {
+        let mut diagnostics = Diagnostics::OFF;
+        diagnostics.set(1);
+        assert!(!diagnostics.is_due(at(0)) && !diagnostics.deadline().is_set());
+        diagnostics.start(at(250));
+        assert!(diagnostics.is_due(at(250)));
+        diagnostics.sent(at(250));
+        assert!(!diagnostics.is_due(at(1249)) && diagnostics.is_due(at(1250)));
+        diagnostics.set(1);
+        assert!(!diagnostics.is_due(at(400)), "no change");
+        diagnostics.set(0);
+        assert!(diagnostics.is_due(at(400)));
+        diagnostics.sent(at(400));
+        assert_eq!(diagnostics.deadline().time(), Some(at(1400)));
+        diagnostics.set(3);
+        assert!(!diagnostics.is_due(at(449)) && diagnostics.is_due(at(450)));
+        assert_eq!(diagnostics.deadline().time(), Some(at(450)));
+        diagnostics.stop();
+        assert!(!diagnostics.is_due(at(9999)));
+    }
+}

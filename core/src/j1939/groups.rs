@@ -1,0 +1,188 @@
+//! The broadcast groups with process data: SSI2, SSI, ARI and ACCS.
+//!
+//! ```text
+//!  byte           0                2    3            4            6       6           7         8
+//!                 +---------------------+-------------------------+-------------------+---------+
+//!  SSI2 (61481)   | pitch (24 bits)     | roll (24 bits)          | quality           | latency |
+//!                 +----------------+----+------------+------------+-------------------+---------+
+//!  SSI  (61459)   | pitch          | roll            | pitch rate | quality           | latency |
+//!  ARI  (61482)   | pitch rate     | roll rate       | yaw rate   | quality           | FFh     |
+//!  ACCS (61485)   | lateral (Y)    | longitudinal (X)| vertical(Z)| quality           | FFh     |
+//!                 +----------------+-----------------+------------+-------------------+---------+
+//! ```
+//!
+//! Quality has two bits for each figure of merit and each compensation. The sources contradict each other on what 0 and 1 mean as
+//! compensation, so it is always 3, not available.
+
+use super::signal::{Contents, Field, Group, Motion, Signal, Source, compose, fields};
+use crate::j1939::identifier::Pgn;
+
+/// The number of groups.
+pub const COUNT: usize = 4;
+
+/// The names of the groups, in the order of [`GROUPS`].
+pub const NAMES: [&str; COUNT] = ["SSI2", "SSI", "ARI", "ACCS"];
+
+/// The groups.
+pub const GROUPS: [Group; COUNT] = [
+    Group {
+        name: NAMES[0],
+        pgn: 61_481,
+        signals: &SSI2,
+    },
+    Group {
+        name: NAMES[1],
+        pgn: 61_459,
+        signals: &SSI,
+    },
+    Group {
+        name: NAMES[2],
+        pgn: 61_482,
+        signals: &ARI,
+    },
+    Group {
+        name: NAMES[3],
+        pgn: 61_485,
+        signals: &ACCS,
+    },
+];
+
+const SSI2: [Signal; 7] = [
+    fine_angle("PitchAngleExRange", 4976, 0, Source::Pitch),
+    fine_angle("RollAngleExRange", 4977, 24, Source::Roll),
+    compensation("PitchAngleExRangeCompensation", 4978, 48),
+    merit("PitchAngleExRangeFigureOfMerit", 4979, 50, Source::Pitch),
+    compensation("RollAngleExRangeCompensation", 4980, 52),
+    merit("RollAngleExRangeFigureOfMerit", 4981, 54, Source::Roll),
+    latency("RollAndPitchExRangeMeasurementLatency", 4982),
+];
+
+const SSI: [Signal; 8] = [
+    angle("PitchAngle", 3318, 0, Source::Pitch),
+    angle("RollAngle", 3319, 16, Source::Roll),
+    value(
+        "PitchRate",
+        3322,
+        32,
+        Source::PitchRate,
+        ((2, 1000), -64, "deg/s"),
+    ),
+    merit("PitchAngleFigureOfMerit", 3323, 48, Source::Pitch),
+    merit("RollAngleFigureOfMerit", 3324, 50, Source::Roll),
+    merit("PitchRateFigureOfMerit", 3325, 52, Source::PitchRate),
+    compensation("PitchAndRollCompensated", 3326, 54),
+    latency("RollAndPitchMeasurementLatency", 3327),
+];
+
+const ARI: [Signal; 8] = [
+    rate("PitchRateExRange", 0, Source::PitchRate),
+    rate("RollRateExRange", 16, Source::RollRate),
+    rate("YawRateExRange", 32, Source::YawRate),
+    merit("PitchRateExRangeFigureOfMerit", 0, 48, Source::PitchRate),
+    merit("RollRateExRangeFigureOfMerit", 0, 50, Source::RollRate),
+    merit("YawRateExRangeFigureOfMerit", 0, 52, Source::YawRate),
+    compensation("AngularRateCompensation", 0, 54),
+    unavailable("AngularRateMeasurementLatency", 56),
+];
+
+const ACCS: [Signal; 8] = [
+    force("LateralAcceleration", 0, Source::ForceY),
+    force("LongitudinalAcceleration", 16, Source::ForceX),
+    force("VerticalAcceleration", 32, Source::ForceZ),
+    merit("LateralAccelerationFigureOfMerit", 0, 48, Source::ForceY),
+    merit(
+        "LongitudinalAccelerationFigureOfMerit",
+        0,
+        50,
+        Source::ForceX,
+    ),
+    merit("VerticalAccelerationFigureOfMerit", 0, 52, Source::ForceZ),
+    compensation("AccelerationCompensation", 0, 54),
+    unavailable("AccelerationMeasurementLatency", 56),
+];
+
+/// The value of one bit as a fraction, the value of the number 0, and the unit of both.
+type Scale = ((u64, u64), i32, &'static str);
+
+const fn value(name: &'static str, spn: u32, start: u8, source: Source, scale: Scale) -> Signal {
+    let (resolution, offset, unit) = scale;
+    let contents = Contents::Value {
+        source,
+        resolution,
+        offset,
+        unit,
+    };
+    signal(name, spn, start, 16, contents)
+}
+
+const fn fine_angle(name: &'static str, spn: u32, start: u8, source: Source) -> Signal {
+    Signal {
+        bits: 24,
+        ..value(name, spn, start, source, ((1, 32_768), -250, "deg"))
+    }
+}
+
+const fn angle(name: &'static str, spn: u32, start: u8, source: Source) -> Signal {
+    value(name, spn, start, source, ((2, 1000), -64, "deg"))
+}
+
+const fn rate(name: &'static str, start: u8, source: Source) -> Signal {
+    value(name, 0, start, source, ((1, 128), -250, "deg/s"))
+}
+
+const fn force(name: &'static str, start: u8, source: Source) -> Signal {
+    value(name, 0, start, source, ((1, 100), -320, "m/s^2"))
+}
+
+const fn merit(name: &'static str, spn: u32, start: u8, source: Source) -> Signal {
+    signal(name, spn, start, 2, Contents::Merit(source))
+}
+
+const fn compensation(name: &'static str, spn: u32, start: u8) -> Signal {
+    signal(name, spn, start, 2, Contents::Compensation)
+}
+
+const fn latency(name: &'static str, spn: u32) -> Signal {
+    signal(name, spn, 56, 8, Contents::Latency)
+}
+
+const fn unavailable(name: &'static str, start: u8) -> Signal {
+    signal(name, 0, start, 8, Contents::Unavailable)
+}
+
+const fn signal(name: &'static str, spn: u32, start: u8, bits: u8, contents: Contents) -> Signal {
+    Signal {
+        name,
+        spn,
+        start,
+        bits,
+        contents,
+    }
+}
+
+static SSI2_FIELDS: [Field; SSI2.len()] = fields(&SSI2);
+static SSI_FIELDS: [Field; SSI.len()] = fields(&SSI);
+static ARI_FIELDS: [Field; ARI.len()] = fields(&ARI);
+static ACCS_FIELDS: [Field; ACCS.len()] = fields(&ACCS);
+
+/// The groups in the form that the device uses, in the order of [`GROUPS`].
+static ROWS: [(Pgn, &[Field]); COUNT] = [
+    (GROUPS[0].pgn, &SSI2_FIELDS),
+    (GROUPS[1].pgn, &SSI_FIELDS),
+    (GROUPS[2].pgn, &ARI_FIELDS),
+    (GROUPS[3].pgn, &ACCS_FIELDS),
+];
+
+/// The place of a group in [`GROUPS`].
+pub fn place(pgn: Pgn) -> Option<usize> {
+    ROWS.iter().position(|(own, _)| *own == pgn)
+}
+
+/// The PGN and the data of a group.
+pub fn frame(place: usize, motion: &Motion) -> Option<(Pgn, [u8; 8])> {
+    let (pgn, fields) = ROWS.get(place)?;
+    Some((*pgn, compose(fields, motion)))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,248 @@
+//! The description of the broadcast groups: their signals, and the compact form in the device.
+//!
+//! A [`Group`] describes a parameter group by its [`Signal`]s, with names, resolutions and offsets. It is the source of the descriptor
+//! (DBC) and of documents on a PC. The device uses the [`Field`]s that are derived from it.
+//!
+//! A number beyond its valid range is never sent limited: all its bits are 1 and its figure of merit is 3.
+
+use super::identifier::Pgn;
+
+/// The quality of a value, as a figure of merit.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default)]
+#[repr(u8)]
+pub enum Merit {
+    /// Fully functional.
+    Good = 0,
+    /// The value is outside the range in which the sensor is specified.
+    Degraded = 1,
+    /// The sensor is defective: all bytes of the value are FEh.
+    Error = 2,
+    /// Not available: all bits of the value are 1.
+    #[default]
+    Unavailable = 3,
+}
+
+/// A value of the application with its quality.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Measured {
+    /// The number in the unit of its [`Source`].
+    pub number: i32,
+    /// The quality.
+    pub merit: Merit,
+}
+
+/// The value that a signal sends.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum Source {
+    /// Pitch, in 1/32768 deg.
+    Pitch,
+    /// Roll, in 1/32768 deg.
+    Roll,
+    /// The rate at which pitch grows, in 0.001 deg/s.
+    PitchRate,
+    /// The rate at which roll grows, in 0.001 deg/s.
+    RollRate,
+    /// The rate about the vertical axis of a level sensor, in 0.001 deg/s.
+    YawRate,
+    /// The specific force along X, in 0.001 g.
+    ForceX,
+    /// The specific force along Y, in 0.001 g.
+    ForceY,
+    /// The specific force along Z, in 0.001 g.
+    ForceZ,
+}
+
+/// The number of sources.
+pub const SOURCES: usize = 8;
+
+/// The units in 1/32768 deg, 0.001 deg/s and 0.001 g (9.80665 m/s^2): a fraction of deg, deg/s or m/s^2.
+const fn unit_of(source: Source) -> (u64, u64) {
+    match source {
+        Source::Pitch | Source::Roll => (1, 32_768),
+        Source::PitchRate | Source::RollRate | Source::YawRate => (1, 1000),
+        Source::ForceX | Source::ForceY | Source::ForceZ => (980_665, 100_000_000),
+    }
+}
+
+/// The values of a group, and the latency.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Motion {
+    /// The values in the order of [`Source`].
+    pub values: [Measured; SOURCES],
+    /// The delay of the angles in 0.5 ms, up to 250; 255: longer.
+    pub latency: u8,
+}
+
+/// The contents of a signal.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Contents {
+    /// A value.
+    Value {
+        /// The value.
+        source: Source,
+        /// The value of one bit in deg, deg/s or m/s^2, as a fraction.
+        resolution: (u64, u64),
+        /// The value of the number 0.
+        offset: i32,
+        /// The unit of resolution and offset.
+        unit: &'static str,
+    },
+    /// The figure of merit of a value.
+    Merit(Source),
+    /// Whether a value is compensated for acceleration. Always 3, not available.
+    Compensation,
+    /// The latency of the angles in 0.5 ms.
+    Latency,
+    /// Not available: all bits are 1.
+    Unavailable,
+}
+
+/// A signal of a group.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Signal {
+    /// The name.
+    pub name: &'static str,
+    /// The suspect parameter number; 0 if it is not known.
+    pub spn: u32,
+    /// The first bit, 0 to 63.
+    pub start: u8,
+    /// The number of bits.
+    pub bits: u8,
+    /// The contents.
+    pub contents: Contents,
+}
+
+/// A group that is sent to all nodes.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Group {
+    /// The acronym.
+    pub name: &'static str,
+    /// The parameter group number.
+    pub pgn: Pgn,
+    /// Its signals. The figure of merit of a value comes after the value.
+    pub signals: &'static [Signal],
+}
+
+/// The fraction bits of [`Field::scale`].
+const FRACTION: u32 = 24;
+
+/// A [`Signal`] in the form that the device uses.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Field {
+    /// Number of the source: the raw number is its product with this, divided by 2^24, plus `offset`. 0 for another kind.
+    scale: i32,
+    offset: i32,
+    start: u8,
+    bits: u8,
+    kind: Kind,
+    source: u8,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+enum Kind {
+    Value,
+    Merit,
+    Latency,
+    Ones,
+}
+
+/// Projects the signals of a group. A signal that does not fit into the frame, or whose scale has more than 31 bits, is a compile
+/// error.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn fields<const N: usize>(signals: &[Signal]) -> [Field; N] {
+    assert!(signals.len() == N, "one field for each signal");
+    let mut fields = [Field {
+        scale: 0,
+        offset: 0,
+        start: 0,
+        bits: 0,
+        kind: Kind::Ones,
+        source: 0,
+    }; N];
+    let mut place = 0;
+    while place < N {
+        fields[place] = field(&signals[place]);
+        place += 1;
+    }
+    fields
+}
+
+const fn field(signal: &Signal) -> Field {
+    assert!(
+        signal.start + signal.bits <= 64,
+        "the signal does not fit into the frame"
+    );
+    let (kind, source, scale, offset) = match signal.contents {
+        Contents::Value {
+            source,
+            resolution: (value, divisor),
+            offset,
+            ..
+        } => {
+            let (unit, part) = unit_of(source);
+            let (high, low) = ((unit * divisor) << FRACTION, part * value);
+            let scale = (high + low / 2) / low;
+            assert!(scale < 1 << 31, "the resolution is too fine");
+            let zero = -(offset as i64) * divisor as i64 / value as i64;
+            (Kind::Value, source as u8, scale as i32, zero as i32)
+        }
+        Contents::Merit(source) => (Kind::Merit, source as u8, 0, 0),
+        Contents::Latency => (Kind::Latency, 0, 0, 0),
+        Contents::Compensation | Contents::Unavailable => (Kind::Ones, 0, 0, 0),
+    };
+    Field {
+        scale,
+        offset,
+        start: signal.start,
+        bits: signal.bits,
+        kind,
+        source,
+    }
+}
+
+/// The data of a group.
+pub fn compose(fields: &[Field], motion: &Motion) -> [u8; 8] {
+    let mut merits = motion.values.map(|value| value.merit);
+    // Unused bits are 1.
+    let mut data = u64::MAX;
+    for field in fields {
+        let place = usize::from(field.source);
+        let raw = match (field.kind, merits.get_mut(place)) {
+            (Kind::Value, Some(merit)) => {
+                let number = motion.values.get(place).map_or(0, |value| value.number);
+                let (raw, own) = field.raw(number, *merit);
+                *merit = own;
+                raw
+            }
+            (Kind::Merit, Some(merit)) => *merit as u32,
+            (Kind::Latency, _) => motion.latency.into(),
+            _ => u32::MAX,
+        };
+        let ones = (1_u64 << field.bits) - 1;
+        data &= !(ones << field.start) | (u64::from(raw) & ones) << field.start;
+    }
+    data.to_le_bytes()
+}
+
+impl Field {
+    /// The raw number and the figure of merit of a value.
+    fn raw(&self, number: i32, merit: Merit) -> (u32, Merit) {
+        const ERROR: u32 = 0xFEFE_FEFE;
+        match merit {
+            Merit::Unavailable => return (u32::MAX, merit),
+            Merit::Error => return (ERROR, merit),
+            Merit::Good | Merit::Degraded => {}
+        }
+        let half = 1 << (FRACTION - 1);
+        let scaled = (i64::from(number) * i64::from(self.scale) + half) >> FRACTION;
+        let raw = scaled + i64::from(self.offset);
+        // FAh in the most significant byte is the last valid value.
+        let valid = 0xFBu32 << (self.bits - 8);
+        match u32::try_from(raw) {
+            Ok(raw) if raw < valid => (raw, merit),
+            _ => (u32::MAX, Merit::Unavailable),
+        }
+    }
+}
