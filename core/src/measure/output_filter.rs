@@ -18,7 +18,9 @@
 //!
 //! let mut filter = OutputFilter::<1>::INITIAL;
 //! filter.tune(0, 100);
-//! filter.step([Angle::from_centidegrees(359_90)]);
+//! for _ in 0..15 {
+//!     filter.step([Angle::from_centidegrees(359_90)]);
+//! }
 //! // 100 cycles are 70 ms or 14 readings.
 //! let outputs = [0; 15].map(|_| filter.step([Angle::from_centidegrees(10)]));
 //! assert_eq!(outputs[6][0].centidegrees(), 0);
