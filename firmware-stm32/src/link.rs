@@ -192,7 +192,7 @@ impl<N: Divided> Shared<N> {
         let cs = unsafe { CriticalSection::new() };
         let mut link = self.take(cs);
         link.send();
-        if N::Protocol::HEARS_SENT && can::phase() == Phase::Normal && transmit::is_idle() {
+        if N::Protocol::USES_SENT && can::phase() == Phase::Normal && transmit::is_idle() {
             link.node.sent(clock::now());
         }
         self.0.borrow(cs).set(Some(link));

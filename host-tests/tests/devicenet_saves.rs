@@ -2,7 +2,7 @@
 //! parameter, and the erased pages are counted. The page of the TILTIX has the numbers.
 
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
-use plumbline::can::{Frame, standard};
+use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::Reading;
 use plumbline::time::{after, millis};
 
@@ -14,6 +14,8 @@ struct Bench {
     bus: Bus,
     device: DeviceId,
     master: AdapterId,
+    /// The MAC ID that the sensor has checked at its start.
+    mac: u16,
 }
 
 impl Bench {
@@ -28,6 +30,7 @@ impl Bench {
             bus,
             device,
             master,
+            mac: MAC,
         };
         bench.connect();
         bench
@@ -36,7 +39,12 @@ impl Bench {
     /// Waits until the sensor is on-line and allocates the explicit connection.
     fn connect(&mut self) {
         self.run(2200);
-        self.bus.take_received(self.master);
+        let received = self.bus.take_received(self.master);
+        let [(_, one), (_, other)] = &received[..] else {
+            panic!("two requests of the duplicate MAC ID check: {received:?}")
+        };
+        assert_eq!(one, other);
+        self.mac = (one.can_id().bits() >> 3 & 63) as u16;
         assert_eq!(self.ask(6, &[0x4B, 3, 1, 1, 0x0A]), [0xCB, 0]);
         assert_eq!(self.ask(4, &[0x10, 5, 1, 9, 0, 0]), [0x90, 0, 0]);
     }
@@ -48,7 +56,7 @@ impl Bench {
     /// The response to a request, without its header.
     fn ask(&mut self, message: u16, request: &[u8]) -> Vec<u8> {
         let bytes = [&[0x0A], request].concat();
-        let id = standard(0x400 | MAC << 3 | message);
+        let id = standard(0x400 | self.mac << 3 | message);
         let frame = Frame::data(id, &bytes).expect("at most 8 bytes");
         self.bus.send(self.master, frame);
         self.run(5);
@@ -122,6 +130,37 @@ fn power_cut_in_any_operation_of_a_set_keeps_the_old_or_the_new_value() {
         }
         assert!(cuts > 8, "{before} saves before: only {cuts} operations");
     }
+}
+
+/// Sets the MAC ID with a power cut in each operation of its save. The bit rate and other parameters are set before.
+#[test]
+fn power_cut_in_a_change_of_the_mac_id_keeps_the_old_or_the_new_one() {
+    let mut kept = Vec::new();
+    loop {
+        let cuts = kept.len() as u64;
+        let mut bench = Bench::new("tiltix080", Flash::default());
+        assert_eq!(bench.ask(4, &[0x10, 3, 1, 2, 2]), [0x90]);
+        bench.set(0x85, &[1, 0]);
+        bench.run(1000);
+        bench.flash().cut_in_operation_after(cuts, cuts);
+        let set = Frame::data(standard(0x5FC), &[0x0A, 0x10, 3, 1, 1, 5]);
+        bench.bus.send(bench.master, set.expect("6 bytes"));
+        bench.run(3000);
+        bench.bus.take_received(bench.master);
+        let is_cut = bench.flash().is_cut();
+        bench.restart();
+        kept.push(bench.mac);
+        assert!(bench.mac == 5 || is_cut && bench.mac == MAC, "cut {cuts}");
+        let rate = bench.bus.device(bench.device).rate();
+        assert_eq!(rate, Some(BitRate::K500), "cut {cuts}");
+        assert_eq!(bench.get(0x85), [1, 0], "cut {cuts}");
+        let stored = bench.ask(4, &[0x0E, 3, 1, 1]);
+        assert_eq!(stored, [0x8E, bench.mac as u8], "cut {cuts}");
+        if !is_cut {
+            break;
+        }
+    }
+    assert!(kept.len() > 8 && kept[0] == MAC, "{kept:?}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! The network access: the start of the duplicate MAC ID check, its messages, and the departure from the network after a request.
+//! The network access: the start of the duplicate MAC ID check, its messages, and leaving the network after a request.
 
 use super::allocation::ConnectionSet;
 use super::duplicate_check::{self, Step};
@@ -9,11 +9,11 @@ use crate::can::Frame;
 use crate::time::{Deadline, Duration, Instant, millis};
 
 /// The longest time that a change of the MAC ID waits until its answer is sent.
-const READDRESS_PATIENCE: Duration = millis(250);
+const READDRESS_LIMIT: Duration = millis(250);
 
 /// What follows when the answer to a request is sent.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Departure {
+pub(super) enum Leaving {
     /// Nothing.
     None,
     /// The node checks its new MAC ID.
@@ -24,9 +24,9 @@ pub(super) enum Departure {
 
 impl<P: Product> Devicenet<P> {
     /// Leaves the network after the answer to the present request: all connections are released at once.
-    pub(super) fn depart(&mut self, cx: &mut ContextOf<P>, now: Instant, departure: Departure) {
-        self.departure = departure;
-        self.patience = Deadline::after(now, READDRESS_PATIENCE);
+    pub(super) fn leave_network(&mut self, cx: &mut ContextOf<P>, now: Instant, leaving: Leaving) {
+        self.leaving = leaving;
+        self.leaves_until = Deadline::after(now, READDRESS_LIMIT);
         self.check.stop();
         self.release_all(cx);
     }
@@ -34,12 +34,12 @@ impl<P: Product> Devicenet<P> {
     /// Releases all connections.
     pub(super) fn release_all(&mut self, cx: &mut ContextOf<P>) {
         self.connections = ConnectionSet::EMPTY;
-        self.follow(cx);
+        self.update_io(cx);
     }
 
     /// Takes the MAC ID from the parameters, and checks it.
     pub(super) fn readdress(&mut self, cx: &mut ContextOf<P>) {
-        self.departure = Departure::None;
+        self.leaving = Leaving::None;
         self.mac = cx.parameters.get(P::ROLES.mac_id) as u8;
         self.discard(cx);
         self.check.start();
@@ -73,18 +73,18 @@ impl<P: Product> Devicenet<P> {
         }
     }
 
-    /// Continues a departure.
-    pub(super) fn leave(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        match self.departure {
-            Departure::None => {}
-            Departure::Readdress => {
-                if self.patience.is_reached(now) {
+    /// Continues to leave the network.
+    pub(super) fn continue_leaving(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        match self.leaving {
+            Leaving::None => {}
+            Leaving::Readdress => {
+                if self.leaves_until.is_reached(now) {
                     self.readdress(cx);
                 } else {
-                    self.earliest.consider(self.patience);
+                    self.earliest.consider(self.leaves_until);
                 }
             }
-            Departure::Restart => {
+            Leaving::Restart => {
                 if !self.saving.save(cx) && !cx.shell.is_leaving() {
                     cx.shell.restart(now);
                 }

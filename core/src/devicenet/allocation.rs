@@ -168,12 +168,12 @@ impl ConnectionSet {
         let mut changed = false;
         if self.poll.expire(now) {
             self.poll.suspend(State::TimedOut);
-            self.lose(POLL);
+            self.time_out_io(POLL);
             changed = true;
         }
         if self.producing.expire(now) {
             self.producing.suspend(State::TimedOut);
-            self.lose(PRODUCING | SUPPRESS);
+            self.time_out_io(PRODUCING | SUPPRESS);
             changed = true;
         }
         if self.explicit.expire(now) {
@@ -192,7 +192,7 @@ impl ConnectionSet {
     }
 
     /// Handles the time-out of an I/O connection. A deferred explicit connection is deleted with it.
-    fn lose(&mut self, bits: u8) {
+    fn time_out_io(&mut self, bits: u8) {
         self.choice &= !bits;
         self.timed_out |= bits & !SUPPRESS;
         if self.explicit.state() == State::Deferred {
@@ -225,7 +225,7 @@ impl ConnectionSet {
 
     /// Whether an explicit message of this master is handled.
     #[inline(always)] // on the path of a request
-    pub fn hears(&self, master: u8) -> bool {
+    pub fn accepts_from(&self, master: u8) -> bool {
         self.owner == Some(master) && self.explicit.is_allocated()
     }
 

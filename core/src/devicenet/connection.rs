@@ -8,7 +8,7 @@ use crate::time::{Deadline, Duration, Instant, millis};
 /// The expected packet rate of an explicit connection after its allocation, in ms.
 const EXPLICIT_RATE: u16 = 2500;
 
-/// The least wait of the watchdog for the first consumed I/O message.
+/// The minimum wait of the watchdog for the first consumed I/O message.
 const FIRST_WAIT: u32 = 10_000;
 
 /// The state of a connection (attribute 1).

@@ -112,7 +112,7 @@ impl DuplicateCheck {
         begins
     }
 
-    /// Handles a received message of the check. Frames of another length are none.
+    /// Handles a received message of the check. Ignores frames of another length.
     pub fn receive(&mut self, frame: &Frame) -> Step {
         let &[kind, _, _, _, _, _, _] = frame.bytes() else {
             return Step::None;

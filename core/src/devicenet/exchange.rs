@@ -57,7 +57,7 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Adapts the I/O to the states of the connections.
-    pub(super) fn follow(&mut self, cx: &mut ContextOf<P>) {
+    pub(super) fn update_io(&mut self, cx: &mut ContextOf<P>) {
         let connections = &mut self.connections;
         if connections.poll().is_allocated() {
             self.polled = selected::<P>(cx, P::ROLES.polled_assembly);

@@ -20,8 +20,8 @@ const ACKNOWLEDGE: u8 = 0xC0;
 /// Bits of byte 1: the count.
 const COUNT: u8 = 0x3F;
 
-/// Status of an acknowledge: the fragment is taken.
-const TAKEN: u8 = 0;
+/// Status of an acknowledge: the fragment is accepted.
+const ACCEPTED: u8 = 0;
 /// Status of an acknowledge: the message is too long.
 const TOO_MUCH: u8 = 1;
 
@@ -38,7 +38,7 @@ pub(super) const PRODUCED: usize = 34;
 pub(super) const SHORTEST: usize = PART - 1;
 
 /// The wait for an acknowledge.
-const PATIENCE: Duration = millis(1000);
+const LIMIT: Duration = millis(1000);
 
 /// The contents of a received fragment.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -119,12 +119,12 @@ impl Receiver {
         if !self.running {
             return None;
         }
-        let taken = Answer {
+        let accepted = Answer {
             count,
-            status: TAKEN,
+            status: ACCEPTED,
         };
         if kind == MIDDLE && count == self.next.wrapping_sub(1) & COUNT {
-            return Some((taken, false));
+            return Some((accepted, false));
         }
         if count != self.next {
             self.running = false;
@@ -143,7 +143,7 @@ impl Receiver {
         self.next = (count + 1) & COUNT;
         let complete = kind == LAST;
         self.running = !complete;
-        Some((taken, complete))
+        Some((accepted, complete))
     }
 
     /// The body of the last complete message, and its length.
@@ -235,7 +235,7 @@ impl Sender {
             }
         }
         self.pending = false;
-        self.until = Deadline::after(now, PATIENCE);
+        self.until = Deadline::after(now, LIMIT);
         Some((bytes, length))
     }
 
@@ -246,7 +246,7 @@ impl Sender {
             return;
         }
         let next = usize::from(self.count + 1) * PART;
-        if status != TAKEN || self.byte(next).is_none() {
+        if status != ACCEPTED || self.byte(next).is_none() {
             return self.stop();
         }
         self.count += 1;

@@ -1,6 +1,6 @@
 //! The protocol: its state, received frames, timers and LEDs.
 
-use super::access::Departure;
+use super::access::Leaving;
 use super::allocation::ConnectionSet;
 use super::duplicate_check::{DuplicateCheck, Step};
 use super::fragment::{Receiver, Sender};
@@ -44,9 +44,9 @@ pub struct Devicenet<P: Product> {
     pub(super) receiver: Receiver,
     pub(super) sender: Sender,
     pub(super) saving: Saving<P::Application>,
-    pub(super) departure: Departure,
-    /// The end of the wait of [`Departure::Readdress`].
-    pub(super) patience: Deadline,
+    pub(super) leaving: Leaving,
+    /// The end of the wait of [`Leaving::Readdress`].
+    pub(super) leaves_until: Deadline,
     /// The number of times that the controller has gone bus-off.
     pub(super) bus_offs: u8,
     pub(super) leds: StatusLeds,
@@ -113,7 +113,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
     // A message of the duplicate MAC ID check, a COS or cyclic message, and a fragment.
     const FRAMES: usize = 3;
     const FILTERS: usize = 5;
-    const HEARS_SENT: bool = true;
+    const USES_SENT: bool = true;
 
     const INITIAL: Self = Self {
         mac: 0,
@@ -127,8 +127,8 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
         receiver: Receiver::IDLE,
         sender: Sender::IDLE,
         saving: Saving::INITIAL,
-        departure: Departure::None,
-        patience: Deadline::NEVER,
+        leaving: Leaving::None,
+        leaves_until: Deadline::NEVER,
         bus_offs: 0,
         leds: StatusLeds::DARK,
         faulted: false,
@@ -180,9 +180,9 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
             BusChange::State if cx.shell.bus_state() == BusState::BusOff => {
                 self.bus_offs = self.bus_offs.saturating_add(1);
                 self.release_all(cx);
-                if self.departure == Departure::Readdress {
+                if self.leaving == Leaving::Readdress {
                     // The check of the new MAC ID follows the recovery.
-                    self.departure = Departure::None;
+                    self.leaving = Leaving::None;
                 }
                 if self.recovers(&cx.parameters) {
                     self.discard(cx);
@@ -196,7 +196,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
                 }
             }
             BusChange::Recovered
-                if !self.check.is_faulted() && self.departure != Departure::Restart =>
+                if !self.check.is_faulted() && self.leaving != Leaving::Restart =>
             {
                 self.readdress(cx);
             }
@@ -220,7 +220,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
     }
 
     fn sent(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        if self.departure == Departure::Readdress {
+        if self.leaving == Leaving::Readdress {
             self.readdress(cx);
         } else if self.check.sent(now) {
             cx.shell.wake_up();
@@ -236,7 +236,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
                 }
                 self.earliest.consider(self.check.deadline());
                 if self.connections.expire(now) {
-                    self.follow(cx);
+                    self.update_io(cx);
                 }
                 self.connections.consider(&mut self.earliest);
             }
@@ -251,7 +251,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
             }
             3 => {
                 self.saving.poll(cx, now);
-                self.leave(cx, now);
+                self.continue_leaving(cx, now);
                 self.earliest.consider(self.saving.deadline(cx));
             }
             _ => {

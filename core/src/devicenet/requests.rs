@@ -19,7 +19,7 @@ impl<P: Product> Devicenet<P> {
         let Some(&service) = body.first() else {
             return;
         };
-        if !self.connections.hears(header & explicit::MAC) {
+        if !self.connections.accepts_from(header & explicit::MAC) {
             return;
         }
         if header & FRAGMENT != 0 {
@@ -76,7 +76,7 @@ impl<P: Product> Devicenet<P> {
         let service = body.first().copied().unwrap_or(0);
         self.respond(cx, header, service, result);
         if service != service::GET {
-            self.follow(cx);
+            self.update_io(cx);
         }
     }
 
@@ -104,7 +104,7 @@ impl<P: Product> Devicenet<P> {
             _ => Err(NOT_SUPPORTED),
         };
         self.respond(cx, header, service, result);
-        self.follow(cx);
+        self.update_io(cx);
     }
 
     /// Queues the response to a request.

@@ -72,6 +72,18 @@ pub struct Assembly {
     pub words: &'static [ValueId],
 }
 
+impl Assembly {
+    /// The size of the data in bytes.
+    pub const fn size(&self) -> u8 {
+        2 * self.words.len() as u8
+    }
+
+    /// The path of the data (EPATH): class 4, the instance, attribute 3.
+    pub const fn path(&self) -> [u8; 6] {
+        super::objects::assembly::path(self.instance)
+    }
+}
+
 /// The identity of the product (class 1).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Identity {

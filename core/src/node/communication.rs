@@ -249,10 +249,10 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     }
 
     /// Handles that all mailboxes are empty, because their frames were sent. Call it at least when the last mailbox becomes empty, if
-    /// the protocol [needs it](Protocol::HEARS_SENT).
+    /// the protocol [needs it](Protocol::USES_SENT).
     #[inline(always)] // nothing for most products
     pub fn sent(&mut self, now: Instant) {
-        if P::HEARS_SENT && !self.context.shell.is_sending() {
+        if P::USES_SENT && !self.context.shell.is_sending() {
             self.protocol.sent(&mut self.context, now);
         }
     }

@@ -36,8 +36,15 @@ impl Patterns {
 
 /// The blink pattern of one LED.
 ///
-/// Bits 0 to 3 of the discriminant are the time of a phase in units of 50 ms; 0 for an LED that does not change. The last phase takes
-/// 1000 ms if bit 6 is set. Bit 7: there are four phases instead of two. So the device needs no table.
+/// The discriminant describes the pattern, so the device needs no table:
+///
+/// ```text
+///  bit 7         6             5   4             3..0
+///  +------------+-------------+---+-------------+----------------------------------+
+///  | 4 phases,  | last phase  | 0 | permanently | time of a phase in units of      |
+///  | otherwise 2| of 1000 ms  |   | on          | 50 ms; 0: the LED does not change|
+///  +------------+-------------+---+-------------+----------------------------------+
+/// ```
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[repr(u8)]
 pub enum Pattern {

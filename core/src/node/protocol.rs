@@ -91,7 +91,7 @@ pub trait Protocol<A: Application>: Sized {
     const DEFERS: bool = false;
 
     /// Whether it is told when its frames are [sent](Self::sent).
-    const HEARS_SENT: bool = false;
+    const USES_SENT: bool = false;
 
     /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);

@@ -333,7 +333,7 @@ fn poll_and_cos_work_beside_each_other() {
 }
 
 #[test]
-fn explicit_released_io_goes_on() {
+fn io_continues_after_release_of_explicit() {
     let mut tester = producing(0x52, 100);
     tester.set_rate(2, 0);
     assert_eq!(tester.exchange("41E#0A4C030101"), ["41B#0ACC"]);
@@ -346,7 +346,7 @@ fn explicit_released_io_goes_on() {
 }
 
 #[test]
-fn vanished_master_loses_everything_and_comes_back() {
+fn connections_time_out_and_are_allocated_again() {
     let mut tester = producing(0x12, 100);
     tester.set_rate(2, 100);
     tester.set_rate(1, 2500);

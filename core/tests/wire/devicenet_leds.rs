@@ -1,7 +1,7 @@
 //! DeviceNet: the module status LED and the network status LED.
 
 use crate::tester::devicenet::{LevelTester, MAC_3, allocated, online, power_up};
-use plumbline::node::Leds;
+use plumbline::node::{BusEvent, BusState, Leds};
 
 /// The colours of the module status LED and of the network status LED: green, red or off.
 fn colours(leds: Leds) -> [char; 2] {
@@ -79,4 +79,39 @@ fn module_status_flashes_red_without_measurements() {
     tester.sample();
     assert_eq!(colours(tester.leds)[0], 'g');
     assert_eq!(tester.explicit("0E010105"), "8E0500");
+}
+
+#[test]
+fn network_status_is_red_in_bus_off() {
+    let mut tester = allocated(2);
+    tester.bus(BusEvent::State(BusState::BusOff));
+    assert_eq!(network(&mut tester), "rrrrrrrr");
+}
+
+#[test]
+fn network_status_is_off_during_the_check_of_a_new_mac_id() {
+    let mut tester = allocated(0);
+    let sent = tester.exchange("41C#0A1003010105");
+    assert_eq!(sent, ["41B#0A90", "42F#00620101020304"]);
+    let shown = network(&mut tester);
+    assert_eq!(shown, "--------", "two seconds");
+    assert!(flashes(&network(&mut tester), 'g'));
+}
+
+#[test]
+fn module_status_flashes_red_after_a_failed_save() {
+    let mut tester = allocated(0);
+    tester.memory_works = Some(false);
+    assert_eq!(tester.explicit("106501712C01"), "90");
+    tester.wait(350);
+    let mut shown = String::new();
+    for _ in 0..4 {
+        tester.wait(500);
+        shown.push(colours(tester.leds)[0]);
+    }
+    assert!(shown == "r-r-" || shown == "-r-r", "{shown}");
+    tester.memory_works = Some(true);
+    assert_eq!(tester.explicit("106501712D01"), "90");
+    tester.wait(350);
+    assert_eq!(colours(tester.leds)[0], 'g');
 }

@@ -293,7 +293,7 @@ fn change_of_state_message_follows_the_delta() {
 }
 
 #[test]
-fn change_across_360_degrees_is_small() {
+fn change_across_360_degrees_below_delta_sends_no_message() {
     let mut tester = tiltix360(COS);
     tester.set(0x84, "00").unwrap();
     tester.turn(359.9);

@@ -188,10 +188,10 @@ fn io_info(text: &mut String, product: &Product, tables: &Tables) {
     }
     let all = POLL | COS | CYCLIC;
     for (place, assembly) in (1..).zip(tables.assemblies) {
-        let size = 2 * assembly.words.len();
-        let name = quoted(assembly.name);
-        let path = format!("20 04 24 {:02X} 30 03", assembly.instance);
-        let input = format!("{size}, 0, 0x{all:04X}, {name}, 6, \"{path}\", \"\"");
+        let (size, name) = (assembly.size(), quoted(assembly.name));
+        let path = assembly.path().map(|byte| format!("{byte:02X}"));
+        let (length, path) = (path.len(), quoted(&path.join(" ")));
+        let input = format!("{size}, 0, 0x{all:04X}, {name}, {length}, {path}, \"\"");
         entry(text, &format!("Input{place}"), input);
     }
 }

@@ -131,10 +131,14 @@ fn request(source: &mut impl Source, tables: &Tables, product: &Product) -> Vec<
             };
             let service = if source.byte() < 180 { 0x0E } else { 0x10 };
             let mut data = vec![header, service, class, instance, source.byte() % 20];
-            // A new MAC ID takes two seconds, in which the sensor is not on-line.
+            // A new MAC ID is rare: it takes two seconds, in which the sensor is not on-line.
             if (service, class) == (0x10, 3) {
-                data[4] = 2 + source.byte() % 3;
-                data.push(source.byte() % 4);
+                let (attribute, value) = match source.byte() {
+                    0..=19 => (1, source.byte() % 66),
+                    other => (2 + other % 3, source.byte() % 4),
+                };
+                data[4] = attribute;
+                data.push(value);
             }
             data
         }

@@ -113,7 +113,7 @@ fn established_io_survives_release_of_explicit() {
     assert_eq!(set.release(MASTER, EXPLICIT), Ok(()));
     assert_eq!(set.information(), [0x52, MASTER]);
     assert_eq!(states(&mut set), [0, 3, 1]);
-    assert!(!set.hears(MASTER));
+    assert!(!set.accepts_from(MASTER));
     assert_eq!(set.allocate(at(1), EXPLICIT, MASTER), Ok(()));
     assert_eq!(set.release(MASTER, SUPPRESS | CHANGE), Ok(()));
     assert_eq!(set.information(), [0x03, MASTER]);
@@ -155,7 +155,7 @@ fn deferred_explicit_is_still_allocated_and_established_by_next_request() {
     assert_eq!(set.information(), [0x03, MASTER]);
     let again = set.allocate(at(10_001), EXPLICIT, MASTER);
     assert_eq!(code(again), [0x0B, 2]);
-    assert!(set.hears(MASTER));
+    assert!(set.accepts_from(MASTER));
     assert!(set.requested(at(20_000)));
     assert_eq!(states(&mut set), [3, 3, 0]);
     assert!(!set.requested(at(20_000)));

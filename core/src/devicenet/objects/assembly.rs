@@ -1,5 +1,6 @@
 //! The assembly object (class 4): the data of the I/O messages.
 
+use super::class;
 use crate::devicenet::exchange::{pack, words};
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
 use crate::devicenet::protocol::ContextOf;
@@ -9,7 +10,12 @@ use crate::devicenet::table::Product;
 const REVISION: u8 = 2;
 
 /// The attribute with the data.
-pub(super) const DATA: u8 = 3;
+const DATA: u8 = 3;
+
+/// The path of the data of an instance: class, instance, attribute.
+pub(in crate::devicenet) const fn path(instance: u8) -> [u8; 6] {
+    [0x20, class::ASSEMBLY, 0x24, instance, 0x30, DATA]
+}
 
 pub(super) fn serve<P: Product>(cx: &ContextOf<P>, request: &Request) -> Result<Data, Failure> {
     if request.instance == 0 {

@@ -1,5 +1,6 @@
 //! The connection object (class 5): instances 1 explicit, 2 poll, 4 COS or cyclic.
 
+use super::class;
 use crate::devicenet::connection::{Connection, State};
 use crate::devicenet::exchange::selected;
 use crate::devicenet::explicit::{Data, Failure, Request, exactly, nothing, service};
@@ -127,24 +128,16 @@ fn get<P: Product>(
         WATCHDOG_ACTION if device.connections.defers() => Data::byte(DEFERRED_DELETE),
         WATCHDOG_ACTION => Data::byte(AUTO_DELETE),
         13 if is_io => Data::word(6),
-        14 if is_io => Data::Bytes {
-            // Class 4, the instance, attribute 3.
-            bytes: u64::from_le_bytes([
-                0x20,
-                0x04,
-                0x24,
-                assembly,
-                0x30,
-                super::assembly::DATA,
-                0,
-                0,
-            ]),
-            length: 6,
-        },
+        14 if is_io => {
+            let [a, b, c, d, e, f] = super::assembly::path(assembly);
+            Data::Bytes {
+                bytes: u64::from_le_bytes([a, b, c, d, e, f, 0, 0]),
+                length: 6,
+            }
+        }
         15 if instance == PRODUCING && consumes => Data::word(4),
         16 if instance == PRODUCING && consumes => Data::Bytes {
-            // The acknowledge handler.
-            bytes: u64::from_le_bytes([0x20, 0x2B, 0x24, 0x01, 0, 0, 0, 0]),
+            bytes: u64::from_le_bytes([0x20, class::ACKNOWLEDGE_HANDLER, 0x24, 1, 0, 0, 0, 0]),
             length: 4,
         },
         13 | 15 => Data::word(0),

@@ -1,6 +1,6 @@
 //! The DeviceNet object (class 3): MAC ID, bit rate, bus-off, and the allocation of the connection set.
 
-use crate::devicenet::access::Departure;
+use crate::devicenet::access::Leaving;
 use crate::devicenet::explicit::{Data, Failure, Request, exactly, nothing, service};
 use crate::devicenet::protocol::{ContextOf, Devicenet, ParametersOf};
 use crate::devicenet::table::Product;
@@ -92,7 +92,7 @@ fn set<P: Product>(
     device.saving.changed(now);
     cx.shell.wake_up();
     if attribute == MAC_ID && value != u32::from(device.mac) {
-        device.depart(cx, now, Departure::Readdress);
+        device.leave_network(cx, now, Leaving::Readdress);
     }
     Ok(Data::NONE)
 }

@@ -1,7 +1,7 @@
 //! The identity object (class 1).
 
 use crate::application::{Faults, Values};
-use crate::devicenet::access::Departure;
+use crate::devicenet::access::Leaving;
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
 use crate::devicenet::protocol::{ContextOf, Devicenet};
 use crate::devicenet::table::Product;
@@ -99,6 +99,6 @@ fn reset<P: Product>(
         [_] => return Err(Failure::PARAMETER),
         _ => return Err(Failure::TOO_MUCH),
     }
-    device.depart(cx, now, Departure::Restart);
+    device.leave_network(cx, now, Leaving::Restart);
     Ok(Data::NONE)
 }

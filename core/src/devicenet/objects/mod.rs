@@ -11,7 +11,7 @@
 //! | 64h to C7h | the objects of the vendor, as the product describes them |
 
 mod acknowledge_handler;
-mod assembly;
+pub(super) mod assembly;
 mod connection;
 pub(super) mod devicenet;
 mod identity;

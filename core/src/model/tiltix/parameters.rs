@@ -1,6 +1,7 @@
 //! The parameters of the TILTIX (manual 5.1): those of the DeviceNet object and those of the angle object.
 
 use crate::can::BitRate;
+use crate::devicenet::identifiers::MAC_MAX;
 use crate::measure::output_filter::{SIZE_MAX, WEIGHT_MAX};
 use crate::param::{
     Coding, DataType, Meaning, Parameter, ParameterId, Parameters, Permitted, Persistence, Refused,
@@ -337,7 +338,7 @@ pub(super) const fn parameters(range: Range) -> [Parameter; COUNT] {
     let [x0, x1, x2, x3, x4] = axis(0, LONGITUDINAL, range);
     let [y0, y1, y2, y3, y4] = axis(1, LATERAL, range);
     [
-        byte(id::MAC_ID, "MAC ID", 0, 63, 63),
+        byte(id::MAC_ID, "MAC ID", 0, MAC_MAX as i64, MAC_MAX as i32),
         named(id::BAUD_RATE, "Baud rate", BAUD_RATES),
         named(id::BUS_OFF_INTERRUPT, "BOI (bus-off interrupt)", SWITCH),
         Parameter {
