@@ -12,7 +12,7 @@ use critical_section::{CriticalSection, Mutex};
 use heapless::Deque;
 use plumbline::application::Application;
 use plumbline::can::Frame;
-use plumbline::node::{Communication, Divided, Protocol};
+use plumbline::node::{BusEvent, Communication, Divided, Protocol};
 use plumbline::time::Instant;
 
 /// The maximum number of received frames that wait while parameters are applied, or while the bus mode changes: 1.5 ms at 1 Mbit/s
@@ -185,6 +185,9 @@ impl<N: Divided> Shared<N> {
         let cs = unsafe { CriticalSection::new() };
         let mut link = self.take(cs);
         link.send();
+        if Communication::<N::Application, N::Protocol>::CONFIRMS && transmit::is_idle() {
+            link.node.bus(clock::now(), BusEvent::Sent);
+        }
         self.0.borrow(cs).set(Some(link));
         sleep::wake();
     }

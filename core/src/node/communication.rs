@@ -39,6 +39,9 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         step: 0,
     };
 
+    /// Whether it needs [`BusEvent::Sent`].
+    pub const CONFIRMS: bool = P::CONFIRMS;
+
     /// The step after those of the protocol.
     const LAST_STEP: u8 = u8::MAX;
 
@@ -85,6 +88,12 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
                 None
             }
             BusEvent::Overrun => Some(BusChange::Overrun),
+            BusEvent::Sent => {
+                if P::CONFIRMS && !shell.is_sending() {
+                    self.protocol.sent(&mut self.context, now);
+                }
+                None
+            }
             BusEvent::State(state) => {
                 let recovers = self.protocol.recovers(&self.context.parameters);
                 shell.confine(state, recovers)

@@ -96,6 +96,9 @@ pub enum BusEvent {
     BitTime(BitTime),
     /// Received frames were lost because the receive queue was full.
     Overrun,
+    /// All frames of [`Node::transmit`] are sent: the mailboxes are empty. Used only by a node that
+    /// [needs](Communication::CONFIRMS) it.
+    Sent,
 }
 
 /// A CAN sensor without its hardware.

@@ -90,6 +90,9 @@ pub trait Protocol<A: Application>: Sized {
     /// Whether it [defers](Shell::defer) requests during a save.
     const DEFERS: bool = false;
 
+    /// Whether it uses [`sent`](Self::sent).
+    const CONFIRMS: bool = false;
+
     /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 
@@ -101,6 +104,11 @@ pub trait Protocol<A: Application>: Sized {
 
     /// The bus state of the node has changed.
     fn bus_changed(&mut self, cx: &mut Context<A>, now: Instant, change: BusChange);
+
+    /// All frames of the node are sent: the queue and the mailboxes are empty.
+    fn sent(&mut self, cx: &mut Context<A>, now: Instant) {
+        let _ = (cx, now);
+    }
 
     /// Whether the node leaves bus-off automatically.
     fn recovers(&self, parameters: &Parameters<A::Table>) -> bool;

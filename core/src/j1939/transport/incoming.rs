@@ -71,6 +71,13 @@ impl<const N: usize> Incoming<N> {
         }
     }
 
+    /// Ends the transfers to us without a message.
+    pub fn end_addressed(&mut self) {
+        for transfer in self.transfers.iter_mut().filter(|one| one.addressed) {
+            transfer.due = Deadline::NEVER;
+        }
+    }
+
     /// Handles a TP.CM message. `wanted` is our group, `addressed` whether the message is to us.
     pub fn control(
         &mut self,

@@ -25,7 +25,7 @@ mod incoming;
 mod outgoing;
 
 pub use incoming::{Incoming, Reaction};
-pub use outgoing::{Message, Outgoing};
+pub use outgoing::{MESSAGE, Message, Outgoing};
 
 use super::identifier::{Identifier, Pgn, TRANSPORT_CONTROL, TRANSPORT_DATA, pgn_bytes, pgn_of};
 use crate::can::Frame;

@@ -4,8 +4,11 @@ use super::{BAM_INTERVAL, Control, PACKET, Packet, Reason, T3, T4, packets};
 use crate::j1939::identifier::{GLOBAL, Pgn};
 use crate::time::{Deadline, Instant};
 
-/// A message of up to 64 bytes.
-pub type Message = heapless::Vec<u8, 64>;
+/// The length of the longest message.
+pub const MESSAGE: usize = 64;
+
+/// A message.
+pub type Message = heapless::Vec<u8, MESSAGE>;
 
 /// The progress of a transfer.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

@@ -4,6 +4,7 @@ pub mod canopen;
 pub mod fsc;
 pub mod gauge;
 pub mod ims360;
+pub mod j1939;
 pub mod mapped;
 
 use plumbline::can::Frame;
@@ -208,7 +209,16 @@ impl<N: Node> Tester<N> {
             frames.push(frame);
             self.settle();
         }
+        if !frames.is_empty() {
+            self.bus(BusEvent::Sent);
+        }
         frames
+    }
+
+    /// The frames that the node passes to the mailboxes, where they wait.
+    pub fn node_transmit(&mut self) -> Vec<String> {
+        let frames = std::iter::from_fn(|| self.node.transmit(self.now));
+        frames.map(|frame| format!("{frame:?}")).collect()
     }
 
     /// Lets time pass and polls at each deadline. Returns the sent frames with the time since power-up in ms.
