@@ -18,10 +18,10 @@ use crate::canopen::{Text, decimal};
 /// The message with this identification; None for another group.
 pub fn message<P: Product>(pgn: Pgn, serial: u32) -> Option<Message> {
     let serial: Text<10> = decimal(serial);
-    let (make, model) = (P::MAKE.as_bytes(), model::<P>().as_bytes());
+    let (make, model) = (P::MAKE.as_bytes(), const { model::<P>() }.as_bytes());
     let fields: &[&[u8]] = match pgn {
         COMPONENT_IDENTIFICATION => &[make, model, &serial, b""],
-        SOFTWARE_IDENTIFICATION => &[version::<P>().as_bytes()],
+        SOFTWARE_IDENTIFICATION => &[const { version::<P>() }.as_bytes()],
         ECU_IDENTIFICATION => &[model, &serial, b"", P::TYPE.as_bytes(), make],
         _ => return None,
     };

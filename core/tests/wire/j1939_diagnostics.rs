@@ -88,11 +88,12 @@ fn defective_sensor_memory_supply_and_network_have_codes() {
     tester.supply(24_000);
     tester.wait(100);
     tester.memory_works = Some(false);
-    let reply = tester.parameter("2310100173617665");
-    assert_eq!(reply, "8010100100000606");
-    assert_eq!(sent(&mut tester, 60), dm1("76020C01"));
+    let sent_at_once = tester.exchange("18EF8021#2310100173617665");
+    assert_eq!(sent_at_once[0], "18EF2180#8010100100000606");
+    assert_eq!(sent_at_once[1..], dm1("76020C01"));
     tester.memory_works = Some(true);
-    assert_eq!(tester.parameter("2310100173617665"), "6010100100000000");
+    tester.wait(100);
+    assert_eq!(write(&mut tester, "2310100173617665"), [NO_CODES]);
     tester.wait(100);
     tester.bus(BusEvent::State(BusState::Passive));
     assert_eq!(sent(&mut tester, 60), dm1("7F020201"));
@@ -103,8 +104,7 @@ fn defective_sensor_memory_supply_and_network_have_codes() {
         sent(&mut tester, 60),
         [dm1("7F020202"), vec![NO_CODES.into()]].concat()
     );
-    tester.wait_without_samples(99);
-    let stale = tester.wait_without_samples(60);
+    let stale = tester.wait_without_samples(160);
     let stale: Vec<_> = stale
         .iter()
         .map(|(_, frame)| format!("{frame:?}"))

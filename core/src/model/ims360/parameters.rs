@@ -280,12 +280,16 @@ impl Table for Ims360Product {
                 ..Parameter::new(id::BIT_RATE, "Baud rate", DataType::U32)
             },
             profile::lss_node_id(id::NODE_ID, 50),
-            named(
-                id::PROTOCOL,
-                "CAN protocol",
-                &[(1, "SAE J1939"), (CANOPEN, "CANopen")],
-                CANOPEN,
-            ),
+            Parameter {
+                // Another error than that of a range.
+                permitted: Permitted::OneOf(&[1, CANOPEN]),
+                ..named(
+                    id::PROTOCOL,
+                    "CAN protocol",
+                    &[(1, "SAE J1939"), (CANOPEN, "CANopen")],
+                    CANOPEN,
+                )
+            },
             named(
                 id::BUS_OFF_RECOVERY,
                 "Automatic bus-off recovery",
