@@ -198,6 +198,7 @@ impl<P: Product> J1939<P> {
     }
 
     /// Performs a step of the actions of expired timers. Returns true if there is another step.
+    #[inline(never)] // CANopen must not pay for its stack
     pub(super) fn tick(
         &mut self,
         cx: &mut ContextOf<P>,

@@ -27,6 +27,7 @@ impl<P: Product> J1939<P> {
     pub(super) const FILTERS: usize = 8;
 
     /// Handles a received frame.
+    #[inline(never)] // CANopen must not pay for its stack
     pub(super) fn receive(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -165,11 +166,11 @@ impl<P: Product> J1939<P> {
     }
 
     /// Handles the reaction to a packet of Commanded Address.
-    fn react(&mut self, cx: &mut ContextOf<P>, reaction: Reaction<9>, objects: &mut Canopen<P>) {
+    fn react(&mut self, cx: &mut ContextOf<P>, reaction: Reaction, objects: &mut Canopen<P>) {
         let (packet, message) = match reaction {
             Reaction::None => return,
             Reaction::Answer(packet) => (Some(packet), None),
-            Reaction::Complete(message, packet) => (packet, Some(message)),
+            Reaction::Complete(packet) => (packet, Some(self.commanded.message())),
         };
         let own = self.claim.address();
         let answer = packet.and_then(|packet| Some(packet.frame(own?)));

@@ -41,28 +41,37 @@ impl<const N: usize> Transfer<N> {
 
 /// What follows from a received frame.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Reaction<const N: usize> {
+pub enum Reaction {
     /// Nothing.
     None,
     /// This frame must be sent.
     Answer(Packet),
-    /// The message is complete. This frame must be sent.
-    Complete([u8; N], Option<Packet>),
+    /// The [message](Incoming::message) is complete. This frame must be sent.
+    Complete(Option<Packet>),
 }
 
 /// Receives messages of `N` bytes of one group.
 #[derive(Clone, Debug)]
 pub struct Incoming<const N: usize> {
+    /// The place of the transfer of the last complete message.
+    complete: u8,
     transfers: [Transfer<N>; TRANSFERS],
 }
 
 impl<const N: usize> Incoming<N> {
     /// No transfer. All bits are 0.
     pub const IDLE: Self = Self {
+        complete: 0,
         transfers: [Transfer::NONE; TRANSFERS],
     };
 
     const PACKETS: u8 = packets(N);
+
+    /// The last complete message.
+    pub fn message(&self) -> [u8; N] {
+        let transfer = self.transfers.get(usize::from(self.complete));
+        transfer.map_or([0; N], |transfer| transfer.data)
+    }
 
     /// Ends all transfers without a message.
     pub fn end(&mut self) {
@@ -85,7 +94,7 @@ impl<const N: usize> Incoming<N> {
         (source, addressed): (u8, bool),
         (control, pgn): (Control, Pgn),
         wanted: Pgn,
-    ) -> Reaction<N> {
+    ) -> Reaction {
         let (size, count, limit) = match control {
             Control::RequestToSend {
                 size,
@@ -146,8 +155,8 @@ impl<const N: usize> Incoming<N> {
         (source, addressed): (u8, bool),
         bytes: [u8; 8],
         pgn: Pgn,
-    ) -> Reaction<N> {
-        let Some(transfer) = self.find(source, addressed) else {
+    ) -> Reaction {
+        let Some((place, transfer)) = self.find(source, addressed) else {
             return Reaction::None;
         };
         let [number, packet @ ..] = bytes;
@@ -171,7 +180,8 @@ impl<const N: usize> Incoming<N> {
                 packets: Self::PACKETS,
             };
             let end = addressed.then(|| Packet::control(source, end, pgn));
-            return Reaction::Complete(transfer.data, end);
+            self.complete = place as u8;
+            return Reaction::Complete(end);
         }
         if addressed && number == transfer.granted {
             let count = transfer.limit.min(Self::PACKETS - number);
@@ -205,14 +215,14 @@ impl<const N: usize> Incoming<N> {
         earliest
     }
 
-    fn find(&mut self, source: u8, addressed: bool) -> Option<&mut Transfer<N>> {
-        self.transfers.iter_mut().find(|transfer| {
+    fn find(&mut self, source: u8, addressed: bool) -> Option<(usize, &mut Transfer<N>)> {
+        self.transfers.iter_mut().enumerate().find(|(_, transfer)| {
             transfer.due.is_set() && transfer.source == source && transfer.addressed == addressed
         })
     }
 
     fn forget(&mut self, source: u8, addressed: bool) {
-        if let Some(transfer) = self.find(source, addressed) {
+        if let Some((_, transfer)) = self.find(source, addressed) {
             transfer.due = Deadline::NEVER;
         }
     }
@@ -254,11 +264,11 @@ mod tests {
         (control, PGN)
     }
 
-    fn answer(control: Control) -> Reaction<9> {
+    fn answer(control: Control) -> Reaction {
         Reaction::Answer(Packet::control(0x21, control, PGN))
     }
 
-    fn cts(count: u8, next: u8) -> Reaction<9> {
+    fn cts(count: u8, next: u8) -> Reaction {
         answer(Control::ClearToSend { count, next })
     }
 
@@ -280,7 +290,8 @@ mod tests {
         assert_eq!(incoming.data(at(20), TO_ALL, FIRST, PGN), Reaction::None);
         incoming.data(at(30), (0x22, false), SECOND, PGN);
         let complete = incoming.data(at(40), TO_ALL, SECOND, PGN);
-        assert_eq!(complete, Reaction::Complete(MESSAGE, None));
+        assert_eq!(complete, Reaction::Complete(None));
+        assert_eq!(incoming.message(), MESSAGE);
         let repeated = incoming.data(at(50), TO_ALL, SECOND, PGN);
         assert_eq!(repeated, Reaction::None);
     }
@@ -296,7 +307,8 @@ mod tests {
         };
         let end = Packet::control(0x21, end, PGN);
         let complete = incoming.data(at(2), TO_US, SECOND, PGN);
-        assert_eq!(complete, Reaction::Complete(MESSAGE, Some(end)));
+        assert_eq!(complete, Reaction::Complete(Some(end)));
+        assert_eq!(incoming.message(), MESSAGE);
     }
 
     #[test]
@@ -305,7 +317,8 @@ mod tests {
         assert_eq!(incoming.control(at(0), TO_US, rts(1), PGN), cts(1, 1));
         assert_eq!(incoming.data(at(1), TO_US, FIRST, PGN), cts(1, 2));
         let complete = incoming.data(at(2), TO_US, SECOND, PGN);
-        assert!(matches!(complete, Reaction::Complete(MESSAGE, Some(_))));
+        assert!(matches!(complete, Reaction::Complete(Some(_))));
+        assert_eq!(incoming.message(), MESSAGE);
     }
 
     #[test]
@@ -370,7 +383,8 @@ mod tests {
         incoming.control(at(2), TO_ALL, bam(PGN), PGN);
         incoming.data(at(3), TO_ALL, FIRST, PGN);
         let complete = incoming.data(at(4), TO_ALL, SECOND, PGN);
-        assert_eq!(complete, Reaction::Complete(MESSAGE, None));
+        assert_eq!(complete, Reaction::Complete(None));
+        assert_eq!(incoming.message(), MESSAGE);
         // Another message of the same sender.
         let mut incoming = begun(TO_ALL, bam(PGN));
         incoming.control(at(2), TO_ALL, bam(0xFECA), PGN);
