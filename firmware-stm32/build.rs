@@ -31,9 +31,6 @@ fn main() {
     }
     // Do not align the segments to pages of 64 KiB: there are none.
     link("--nmagic");
-    // The order of the functions does not depend on how the compiler divides the crates: it determines the alignment of the fetches, and
-    // so the cycles.
-    link("--sort-section=name");
     link("-Tlink.x");
     if feature("DEFMT") {
         link("-Tdefmt.x");

@@ -213,6 +213,10 @@ pub trait Application: Sized {
     /// Handles missing readings. Also called before a restart. Switches the outputs off that must not stay on without readings.
     fn stale(&mut self) -> Self::Values;
 
+    /// Handles a gap before the next reading: values of the accelerometer and the gyroscope were lost. A driver without gyroscope does
+    /// not call it.
+    fn interrupt(&mut self) {}
+
     /// Handles the result of the self-test of the accelerometer. Returns None if no value has changed.
     fn tested(&mut self, result: Working) -> Option<Self::Values> {
         let _ = result;

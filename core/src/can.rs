@@ -154,6 +154,11 @@ impl Frame {
         }
     }
 
+    /// The data bytes of a data frame with eight of them; None for any other frame.
+    pub(crate) fn eight_bytes(&self) -> Option<[u8; 8]> {
+        (!self.is_remote() && self.length == 8).then_some(self.data)
+    }
+
     /// The eight data bytes as two little-endian words, as in the registers of CAN controllers. Bytes beyond the data are 0.
     pub const fn data_words(&self) -> [u32; 2] {
         let data = u64::from_le_bytes(self.data);
@@ -369,6 +374,15 @@ mod tests {
             None
         );
         assert_eq!(Frame::new_remote(standard(1), 9), None);
+    }
+
+    #[test]
+    fn only_a_data_frame_with_eight_bytes_has_eight_bytes() {
+        let data = [1, 2, 3, 4, 5, 6, 7, 8];
+        let bytes = |frame: Option<Frame>| frame.and_then(|frame| frame.eight_bytes());
+        assert_eq!(bytes(Frame::data(standard(5), &data)), Some(data));
+        assert_eq!(bytes(Frame::data(standard(5), &data[..7])), None);
+        assert_eq!(bytes(Frame::remote(standard(5), 8)), None);
     }
 
     #[test]

@@ -46,6 +46,7 @@ pub mod angle;
 pub mod application;
 pub mod can;
 pub mod canopen;
+pub mod devicenet;
 pub mod fsc;
 pub mod heater;
 pub mod j1939;

@@ -316,6 +316,9 @@ impl<
         if self.imu.busy() {
             self.reading = self.imu.step(now);
             if let Some(reading) = &self.reading {
+                if self.imu.lost() {
+                    self.acquisition.interrupt();
+                }
                 // The input for a calibration.
                 let [x, y, z] = micro_g(reading);
                 let temperature = reading.temperature;

@@ -77,6 +77,12 @@ pub const fn level(status: [u8; 2]) -> u16 {
     if words <= FIFO_WORDS { words } else { 0 }
 }
 
+/// Whether the FIFO has lost values since its last word was read, from the two bytes of FIFO_STATUS (FIFO_OVR_IA).
+pub const fn has_lost(status: [u8; 2]) -> bool {
+    let [_, high] = status;
+    level(status) > 0 && high & 1 << 6 != 0
+}
+
 /// The data rate in mHz for the value of INTERNAL_FREQ_FINE.
 pub const fn data_rate(fine: i8) -> u32 {
     // 6667 Hz / 8 = 833375 mHz, and 0.15 % of it.
@@ -221,6 +227,14 @@ mod tests {
         // Full, with the flags FIFO_OVR_IA and FIFO_FULL_IA.
         assert_eq!(level([0x00, 0x62]), 512);
         assert_eq!(level([0xFF, 0xFF]), 0);
+    }
+
+    #[test]
+    fn values_are_lost_with_the_overrun_flag() {
+        assert!(has_lost([0x00, 0x4A]));
+        assert!(!has_lost([0x00, 0x22]), "full, without an overrun");
+        assert!(!has_lost([0xFF, 0xFF]), "a stuck bus");
+        assert!(!has_lost([0x05, 0x00]));
     }
 
     /// A transfer of a word with this tag.

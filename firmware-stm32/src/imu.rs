@@ -11,8 +11,8 @@
 //!
 //! The gyroscope has the same data rate, and its values are in the same FIFO. A reading has their mean since the last reading
 //! ([`MeanRate`]). The FIFO holds values for 0.55 s, and with the gyroscope for 0.28 s. A longer stall loses the oldest values: while the
-//! F446 erases a sector, which takes 0.25 s and at most 0.5 s. No rotation is lost at rest, and the accelerometer corrects the
-//! angle after a loss. If the gyroscope gives no values, there are no readings.
+//! F446 erases a sector, which takes 0.25 s and at most 0.5 s. The rotation in these values is not known, so the driver reports the gap
+//! ([`Imu::lost`]). If the gyroscope gives no values, there are no readings.
 //!
 //! During the self-test ([`self_test`](crate::self_test)) the last acceleration before it is used.
 //!
@@ -77,12 +77,15 @@ struct Gyroscope {
     rate: MeanRate<FRACTION>,
     /// The number of samples without an angular rate.
     silent: u8,
+    /// Values were lost before the next reading.
+    lost: bool,
 }
 
 impl Gyroscope {
     const INITIAL: Self = Self {
         rate: MeanRate::new(),
         silent: 0,
+        lost: false,
     };
 }
 
@@ -220,9 +223,32 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     fn level(&mut self) -> u16 {
         let mut bytes = [Reg::FifoStatus1 as u8 | READ, 0, 0];
         match self.transfer(&mut bytes) {
-            Ok(()) => counts::level([bytes[1], bytes[2]]),
+            Ok(()) => {
+                let status = [bytes[1], bytes[2]];
+                self.check_loss(status);
+                counts::level(status)
+            }
             Err(_) => 0,
         }
+    }
+
+    /// The rotation in lost values is not known, and a reading must not have values from before and after the gap.
+    fn check_loss(&mut self, status: [u8; 2]) {
+        if let Some(gyroscope) = self.gyroscope.first_mut()
+            && counts::has_lost(status)
+        {
+            *gyroscope = Gyroscope {
+                lost: true,
+                ..Gyroscope::INITIAL
+            };
+            self.resampler.restart();
+        }
+    }
+
+    /// Returns true once if values were lost before the last reading.
+    pub fn lost(&mut self) -> bool {
+        let gyroscope = self.gyroscope.first_mut();
+        gyroscope.is_some_and(|gyroscope| core::mem::take(&mut gyroscope.lost))
     }
 
     /// Processes a word. Returns a reading if one is complete.

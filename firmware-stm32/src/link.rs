@@ -12,7 +12,7 @@ use critical_section::{CriticalSection, Mutex};
 use heapless::Deque;
 use plumbline::application::Application;
 use plumbline::can::Frame;
-use plumbline::node::{BusEvent, Communication, Divided, Protocol};
+use plumbline::node::{Communication, Divided, Protocol};
 use plumbline::time::Instant;
 
 /// The maximum number of received frames that wait while parameters are applied, or while the bus mode changes: 1.5 ms at 1 Mbit/s
@@ -49,6 +49,10 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
 
     #[inline(always)] // the path of a received frame
     fn handle(&mut self, frame: &Frame) {
+        // A frame that the main loop has just built does not wait for this answer.
+        if self.node.is_sending() {
+            self.send();
+        }
         self.node.receive(clock::now(), frame);
         self.transmit();
         while self.node.proceed() {
@@ -74,7 +78,10 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             self.node.receive(clock::now(), &frame);
             while self.node.proceed() {}
         }
-        self.send();
+        // Usually nothing: the check is shorter than the call, which saves many registers.
+        if self.node.is_sending() {
+            self.send();
+        }
     }
 
     /// As [`transmit`](Self::transmit).
@@ -185,8 +192,8 @@ impl<N: Divided> Shared<N> {
         let cs = unsafe { CriticalSection::new() };
         let mut link = self.take(cs);
         link.send();
-        if Communication::<N::Application, N::Protocol>::CONFIRMS && transmit::is_idle() {
-            link.node.bus(clock::now(), BusEvent::Sent);
+        if N::Protocol::HEARS_SENT && can::phase() == Phase::Normal && transmit::is_idle() {
+            link.node.sent(clock::now());
         }
         self.0.borrow(cs).set(Some(link));
         sleep::wake();

@@ -4,6 +4,7 @@
 //! must always hold: see [`Sensor::step`].
 
 mod canopen;
+mod devicenet;
 mod fsc;
 
 use bench::{Flash, NodeType, STORE_BUFFER};
@@ -98,7 +99,8 @@ impl Sensor {
             node: (node_type.start)(&node_type, now, &store.boot()),
             store: Some(store),
             now,
-            node_id: canopen::factory_node_id(product),
+            node_id: devicenet::factory_mac_id(product)
+                .unwrap_or_else(|| canopen::factory_node_id(product)),
             written: Vec::new(),
             known: Some(vec![None]),
             restarts: 0,
@@ -121,6 +123,9 @@ impl Sensor {
                         Protocol::Fsc(tables) => fsc::frame(source, tables, self.product),
                         Protocol::Canopen(tables) => {
                             canopen::frame(source, tables, self.product, self.node_id)
+                        }
+                        Protocol::Devicenet(tables) => {
+                            devicenet::frame(source, tables, self.product, self.node_id)
                         }
                     };
                     self.node.receive(self.now, &frame);
@@ -209,11 +214,16 @@ impl Sensor {
         let Some(frame) = self.node.transmit(self.now) else {
             return;
         };
+        self.node.sent(self.now);
         self.sent += 1;
         match &self.product.protocol {
             Protocol::Fsc(tables) => fsc::check(&frame, tables, self.product.heater.is_some()),
             Protocol::Canopen(tables) => {
                 let started = canopen::check(&frame, tables, self.product);
+                self.node_id = started.unwrap_or(self.node_id);
+            }
+            Protocol::Devicenet(tables) => {
+                let started = devicenet::check(&frame, tables, self.node_id);
                 self.node_id = started.unwrap_or(self.node_id);
             }
         }
@@ -278,6 +288,7 @@ impl Sensor {
                     let possible = match &self.product.protocol {
                         Protocol::Fsc(_) => fsc::is_possible(readout),
                         Protocol::Canopen(tables) => canopen::is_possible(readout, tables),
+                        Protocol::Devicenet(_) => devicenet::is_possible(readout),
                     };
                     assert!(possible, "{readout:?}");
                     return;

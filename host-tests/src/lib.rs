@@ -19,6 +19,7 @@ pub mod documents;
 pub mod fuzz;
 pub mod plots;
 pub mod python;
+pub mod rise_time;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod vibration;

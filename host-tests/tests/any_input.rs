@@ -49,7 +49,7 @@ fn two_million_random_steps_of_each_product_neither_panic_nor_lose_parameters() 
         // The input must cause enough restarts, power cuts, saves and frames, or the test shows nothing. A sensor with CANopen
         // resets itself without a restart.
         let restarted = match product.protocol {
-            Protocol::Fsc(_) => restarts > 100,
+            Protocol::Fsc(_) | Protocol::Devicenet(_) => restarts > 100,
             Protocol::Canopen(_) => restarts == 0,
         };
         assert!(

@@ -32,6 +32,9 @@ const QUIET: Duration = millis(5);
 /// Time for an action without a reply: a restart, a change of the state.
 const WITHOUT_REPLY: Duration = millis(300);
 
+/// Maximum time until a sensor is on-line: two seconds of the duplicate MAC ID check of DeviceNet.
+const ONLINE: Duration = millis(2200);
+
 struct Run {
     bus: Bus,
     sensor: DeviceId,
@@ -70,7 +73,7 @@ impl Run {
         self.wait(WITHOUT_REPLY);
         let any = Frame::data(standard(0x7FF), &[]).expect("no data");
         self.bus.send(self.tester, any);
-        self.wait(WITHOUT_REPLY);
+        self.wait(ONLINE);
         self.received.clear();
     }
 

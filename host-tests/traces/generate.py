@@ -19,6 +19,7 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).parent.parent / "clients"))
 
 import canopen_traces  # noqa: E402
+import devicenet_traces  # noqa: E402
 import gemac_traces  # noqa: E402
 
 
@@ -26,7 +27,7 @@ def main() -> int:
     """Writes or compares the files; returns the exit code."""
     folder = Path(__file__).parent
     differing = []
-    for trace in [*gemac_traces.all_traces(), *canopen_traces.all_traces()]:
+    for trace in [*gemac_traces.all_traces(), *canopen_traces.all_traces(), *devicenet_traces.all_traces()]:
         path = folder / f"{trace.name}.log"
         if "--check" in sys.argv[1:]:
             if not path.exists() or path.read_text() != trace.text():

@@ -21,6 +21,10 @@ ONE_G = 2**28
 ORDER = 8
 mp.mp.dps = 40
 
+CYCLE_RATE = 1428  # Hz, the program cycles of the TILTIX
+# Weights of the recursive filter in 1/1000 and sizes of the moving average
+OUTPUT_FILTERS = [(900, 0), (990, 0), (999, 0), (0, 100), (0, 250), (999, 50), (900, 250)]
+
 # Cut-off frequencies in mHz
 CUTOFFS = {"butterworth": [100, 500, 2000, 8000, 25000], "critical": [100, 500, 2000, 8000]}
 
@@ -113,8 +117,20 @@ def response_rows():
                 yield kind, cutoff, frequency, mp.nstr(-10 * mp.log10(power), 12)
 
 
+def output_filter_rows():
+    """A step of 100 behind a recursive filter and a moving average, at the end of each reading of 1428 / RATE program cycles."""
+    for weight, size in OUTPUT_FILTERS:
+        w = weight / 1000
+        response = scipy.signal.lfilter([1 - w], [1, -w], np.full(3 * CYCLE_RATE, 100.0))
+        if size:
+            response = scipy.signal.lfilter(np.ones(size) / size, [1], response)
+        for reading in range(1, 3 * RATE):
+            yield weight, size, reading, f"{response[reading * CYCLE_RATE // RATE - 1]:.8f}"
+
+
 write("atan2.csv", ["y", "x", "deg"], atan2_rows())
 write("angles.csv", ["ux", "uy", "uz", "x_deg", "y_deg", "rotation_deg", "cross_slope_deg"], angle_rows())
 write("steps.csv", ["filter", "cutoff_mhz", "sample", "response"], step_rows())
 write("overshoot.csv", ["cutoff_mhz", "overshoot"], overshoot_rows())
 write("responses.csv", ["filter", "cutoff_mhz", "frequency_hz", "magnitude_db"], response_rows())
+write("output_filter.csv", ["weight", "size", "reading", "response"], output_filter_rows())

@@ -74,11 +74,6 @@ impl<P: Product> Services<P> {
         cx.shell.send_cyclic(frame);
     }
 
-    /// Whether new values can be an event of a TPDO.
-    pub(super) fn watches(&self) -> bool {
-        P::TRIGGERS.changes && self.tpdos.all().iter().any(Tpdo::watches)
-    }
-
     /// Sends a TPDO if one of its events has occurred. Returns false if there is no such TPDO.
     pub(super) fn send_event(
         &mut self,
@@ -90,9 +85,12 @@ impl<P: Product> Services<P> {
             return false;
         };
         let mut changed = false;
-        if P::TRIGGERS.changes && tpdo.watches() && !cx.shell.is_starting() {
-            let frame = self.compose(cx, number, CanId::standard(tpdo.id()));
-            changed = tpdo.kept() != Some(frame);
+        if P::TRIGGERS.changes && tpdo.watches() {
+            self.watches = true;
+            if !cx.shell.is_starting() {
+                let frame = self.compose(cx, number, CanId::standard(tpdo.id()));
+                changed = tpdo.kept() != Some(frame);
+            }
         }
         if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
             if changed {

@@ -49,6 +49,8 @@ pub(super) struct Services<P: Product> {
     pub(super) lss: P::Lss,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
+    /// A change of the data of a TPDO is an event, as of the last steps of [`tick`](Protocol::tick). What changes this wakes the node up.
+    pub(super) watches: bool,
     /// In [`State::Initialising`]: the delay of a reset.
     pub(super) heartbeat: Periodic,
     /// The earliest deadline. Each step of [`tick`](Protocol::tick) considers its own one: all of them in one step would take too
@@ -105,18 +107,17 @@ impl<P: Product> Canopen<P> {
     }
 
     fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
-        let Ok(bytes) = frame.bytes().try_into() else {
+        let Some(bytes) = frame.eight_bytes() else {
             return;
         };
         if !self.services.state.communicates() {
             return;
         }
-        let expires = self.sdo.deadline();
         let services = &mut self.services;
         let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
         self.services.send_sdo(cx, reply);
-        // A read of a number changes no deadline.
-        if self.sdo.deadline() != expires || self.sdo.is_streaming() {
+        // A read of a number has no deadline.
+        if self.sdo.deadline().is_set() {
             cx.shell.wake_up();
         }
     }
@@ -207,6 +208,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             guarding: Guarding::OFF,
             lss: P::Lss::INITIAL,
             unsynchronised: 0,
+            watches: false,
             heartbeat: Periodic::OFF,
             earliest: Deadline::NEVER,
         },
@@ -243,7 +245,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        if cx.values.faults() != self.services.faults || self.services.watches() {
+        if cx.values.faults() != self.services.faults
+            || P::TRIGGERS.changes && self.services.watches
+        {
             cx.shell.wake_up();
         }
     }
@@ -299,6 +303,9 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
         match step {
             0 => {
+                if P::TRIGGERS.changes {
+                    self.services.watches = false;
+                }
                 self.services.take_faults(cx.values.faults());
                 if self.services.guarding.poll(now) {
                     self.lose_master(cx, now);

@@ -76,7 +76,7 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
         let j1939 = J1939::<P>::FILTERS;
         if canopen > j1939 { canopen } else { j1939 }
     };
-    const CONFIRMS: bool = true;
+    const HEARS_SENT: bool = true;
 
     const INITIAL: Self = Self {
         canopen: Canopen::INITIAL,

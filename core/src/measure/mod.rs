@@ -7,8 +7,9 @@
 //!    results near 0/360 deg and a bias under vibration. Instead, [`fusion`] combines the acceleration with the angular rate;
 //! 4. [`teach`] rotates the vector into the reference frame of the machine, if the product has teach-in;
 //! 5. [`definition`] calculates the angles of the vector;
-//! 6. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
-//! 7. [`zero`] adds the zero offset. GEMAC products add it to the rounded angle, the JN2101 subtracts it before the rounding.
+//! 6. [`output_filter`] smooths the angles, if the manual defines a filter on the output (TILTIX);
+//! 7. [`Angle`](crate::angle::Angle) rounds them to the resolution of the product, for example 0.01 deg;
+//! 8. [`zero`] adds the zero offset. GEMAC products add it to the rounded angle, the JN2101 subtracts it before the rounding.
 //!
 //! What is filtered where, from the sensing element to the angle:
 //!
@@ -49,6 +50,7 @@ pub mod fusion;
 pub mod low_pass;
 mod low_pass_design;
 pub mod mean_rate;
+pub mod output_filter;
 pub mod resampler;
 pub mod self_test;
 pub mod supply;

@@ -128,10 +128,15 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
         const UNIT: u32 = SAMPLE_RATE * 1000 / 16;
         let rate = rate.clamp(SAMPLE_RATE * 1000, u32::MAX >> (PERIOD - 4));
         self.step = (rate.wrapping_mul(SCALE) / UNIT) as i32;
-        self.filled = 0;
-        self.ahead = -(1 << PERIOD);
         self.correction = 0;
         self.drift = 0;
+        self.restart();
+    }
+
+    /// Starts again without values, at the same data rate: after values that were lost.
+    pub fn restart(&mut self) {
+        self.filled = 0;
+        self.ahead = -(1 << PERIOD);
     }
 
     /// Adjusts the rate of the outputs. Call it every [`SAMPLE_PERIOD`], after the values of this period.

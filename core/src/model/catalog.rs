@@ -14,7 +14,7 @@
 //! ```
 
 pub use super::listing::{Article, Product, Protocol, Settings, Start};
-use super::{gemac, ims360, jn2101};
+use super::{gemac, ims360, jn2101, tiltix};
 use crate::node::Node;
 
 macro_rules! products {
@@ -45,6 +45,8 @@ products![
     gemac::is2tk::LISTING,
     jn2101::LISTING,
     ims360::LISTING,
+    tiltix::tiltix080::LISTING,
+    tiltix::tiltix360::LISTING,
 ];
 
 /// The product with this name.

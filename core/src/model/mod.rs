@@ -6,3 +6,4 @@ pub mod gemac;
 pub mod ims360;
 pub mod jn2101;
 pub mod listing;
+pub mod tiltix;

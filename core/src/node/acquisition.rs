@@ -27,6 +27,11 @@ impl<A: Application> Acquisition<A> {
         self.application.sample(now, reading)
     }
 
+    /// Handles a gap before the next reading.
+    pub fn interrupt(&mut self) {
+        self.application.interrupt();
+    }
+
     /// Performs a task that the communicating half requests.
     pub fn perform(&mut self, now: Instant, task: &Task<A>) -> A::Values {
         match task {

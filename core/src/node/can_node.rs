@@ -180,6 +180,10 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         self.communication.transmit()
     }
 
+    fn sent(&mut self, now: Instant) {
+        self.communication.sent(now);
+    }
+
     fn deadline(&self) -> Option<Instant> {
         let mut earliest = self.communication.deadline();
         earliest.consider(self.acquisition.deadline());

@@ -39,9 +39,6 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         step: 0,
     };
 
-    /// Whether it needs [`BusEvent::Sent`].
-    pub const CONFIRMS: bool = P::CONFIRMS;
-
     /// The step after those of the protocol.
     const LAST_STEP: u8 = u8::MAX;
 
@@ -88,12 +85,6 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
                 None
             }
             BusEvent::Overrun => Some(BusChange::Overrun),
-            BusEvent::Sent => {
-                if P::CONFIRMS && !shell.is_sending() {
-                    self.protocol.sent(&mut self.context, now);
-                }
-                None
-            }
             BusEvent::State(state) => {
                 let recovers = self.protocol.recovers(&self.context.parameters);
                 shell.confine(state, recovers)
@@ -255,6 +246,15 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             self.context.shell.wake_up();
         }
         frame
+    }
+
+    /// Handles that all mailboxes are empty, because their frames were sent. Call it at least when the last mailbox becomes empty, if
+    /// the protocol [needs it](Protocol::HEARS_SENT).
+    #[inline(always)] // nothing for most products
+    pub fn sent(&mut self, now: Instant) {
+        if P::HEARS_SENT && !self.context.shell.is_sending() {
+            self.protocol.sent(&mut self.context, now);
+        }
     }
 
     /// The latest time for the next [`task`](Self::task) or [`tick`](Self::tick).

@@ -35,44 +35,51 @@ impl Patterns {
 }
 
 /// The blink pattern of one LED.
+///
+/// Bits 0 to 3 of the discriminant are the time of a phase in units of 50 ms; 0 for an LED that does not change. The last phase takes
+/// 1000 ms if bit 6 is set. Bit 7: there are four phases instead of two. So the device needs no table.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[repr(u8)]
 pub enum Pattern {
     /// Permanently off.
     #[default]
-    Off,
+    Off = 0x00,
     /// Permanently on.
-    On,
+    On = 0x10,
     /// 50 ms on, 50 ms off.
-    Flickering,
+    Flickering = 0x01,
     /// 200 ms on, 200 ms off.
-    Blinking,
+    Blinking = 0x04,
+    /// 500 ms on, 500 ms off.
+    Flashing = 0x0A,
     /// 200 ms on, 1000 ms off.
-    SingleFlash,
+    SingleFlash = PAUSE | 0x04,
     /// Twice 200 ms on with 200 ms between, then 1000 ms off.
-    DoubleFlash,
+    DoubleFlash = PAUSE | FOUR | 0x04,
 }
+
+/// Bits of the discriminant of a [`Pattern`].
+const TIME: u8 = 0x0F;
+const PAUSE: u8 = 0x40;
+const FOUR: u8 = 0x80;
 
 impl Pattern {
     /// Whether the LED switches on and off.
     const fn changes(self) -> bool {
-        !matches!(self, Self::Off | Self::On)
+        self as u8 & TIME != 0
     }
 
     /// The number of phases of a pattern that changes; a power of two. The phases are on and off in turn.
     const fn phases(self) -> u8 {
-        match self {
-            Self::DoubleFlash => 4,
-            _ => 2,
-        }
+        if self as u8 & FOUR != 0 { 4 } else { 2 }
     }
 
     /// The time of a phase in ms.
     const fn time(self, phase: u8) -> u32 {
-        match (self, phase) {
-            (Self::Flickering, _) => 50,
-            (Self::SingleFlash, 1) | (Self::DoubleFlash, 3) => 1000,
-            _ => 200,
+        if self as u8 & PAUSE != 0 && phase == self.phases() - 1 {
+            return 1000;
         }
+        50 * (self as u8 & TIME) as u32
     }
 }
 
@@ -247,6 +254,10 @@ mod tests {
         assert_eq!(
             changes(Pattern::Blinking, 700),
             [(0, true), (200, false), (400, true), (600, false)]
+        );
+        assert_eq!(
+            changes(Pattern::Flashing, 1500),
+            [(0, true), (500, false), (1000, true), (1500, false)]
         );
         assert_eq!(
             changes(Pattern::DoubleFlash, 1800),

@@ -96,9 +96,6 @@ pub enum BusEvent {
     BitTime(BitTime),
     /// Received frames were lost because the receive queue was full.
     Overrun,
-    /// All frames of [`Node::transmit`] are sent: the mailboxes are empty. Used only by a node that
-    /// [needs](Communication::CONFIRMS) it.
-    Sent,
 }
 
 /// A CAN sensor without its hardware.
@@ -141,6 +138,12 @@ pub trait Node {
     /// The next frame to send. Call it only when a mailbox is free. Frames stay in the queue of the node while the bus is busy,
     /// so that a newer cyclic value can replace an older one.
     fn transmit(&mut self, now: Instant) -> Option<Frame>;
+
+    /// Handles that all mailboxes are empty, because the frames of [`transmit`](Self::transmit) were sent. Call it then, before
+    /// [`poll`](Self::poll); more calls have no effect. After [`Action::Bus`] has discarded the frames, there is no call.
+    fn sent(&mut self, now: Instant) {
+        let _ = now;
+    }
 
     /// The latest time for the next poll; None: no poll is necessary before the next input.
     fn deadline(&self) -> Option<Instant>;

@@ -90,8 +90,8 @@ pub trait Protocol<A: Application>: Sized {
     /// Whether it [defers](Shell::defer) requests during a save.
     const DEFERS: bool = false;
 
-    /// Whether it uses [`sent`](Self::sent).
-    const CONFIRMS: bool = false;
+    /// Whether it is told when its frames are [sent](Self::sent).
+    const HEARS_SENT: bool = false;
 
     /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
@@ -105,11 +105,6 @@ pub trait Protocol<A: Application>: Sized {
     /// The bus state of the node has changed.
     fn bus_changed(&mut self, cx: &mut Context<A>, now: Instant, change: BusChange);
 
-    /// All frames of the node are sent: the queue and the mailboxes are empty.
-    fn sent(&mut self, cx: &mut Context<A>, now: Instant) {
-        let _ = (cx, now);
-    }
-
     /// Whether the node leaves bus-off automatically.
     fn recovers(&self, parameters: &Parameters<A::Table>) -> bool;
 
@@ -121,6 +116,11 @@ pub trait Protocol<A: Application>: Sized {
         saved: &Parameters<A::Table>,
         result: Result<(), StoreError>,
     );
+
+    /// All queued frames have been sent, and acknowledged by another node.
+    fn sent(&mut self, cx: &mut Context<A>, now: Instant) {
+        let _ = (cx, now);
+    }
 
     /// Performs a step of the actions of expired timers. Returns true if there is another step; steps count from 0. A step
     /// normally builds at most one frame.

@@ -398,7 +398,7 @@ impl Shell {
     /// The frame for [`Node::transmit`](super::Node::transmit).
     pub(super) fn transmit(&mut self) -> Option<Frame> {
         // `Action::Bus` would discard the frame in its mailbox.
-        if self.queue.is_empty() || self.is_blocked(cause::BUS) {
+        if self.is_blocked(cause::BUS) {
             return None;
         }
         match self.state {

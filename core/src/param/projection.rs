@@ -213,7 +213,7 @@ const fn fits(data_type: DataType, number: u32) -> bool {
     data_type.size() == 4 || number >> (8 * data_type.size()) == 0
 }
 
-const fn permits(parameter: &Parameter, value: u32) -> bool {
+pub(crate) const fn permits(parameter: &Parameter, value: u32) -> bool {
     let value = match parameter.permitted {
         Permitted::Any => return true,
         Permitted::Ranges(ranges) => return ranges.contain(value),

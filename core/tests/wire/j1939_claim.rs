@@ -2,7 +2,7 @@
 
 use crate::tester::j1939::{CLAIM, NAME, NO_CODES, claimed, claimed_with, with};
 use plumbline::can::extended;
-use plumbline::node::{BusEvent, BusState, Leds};
+use plumbline::node::{BusEvent, BusState, Leds, Node};
 
 /// A NAME that is lower than ours, and one that is higher.
 const LOWER: &str = "0000000000000000";
@@ -21,10 +21,12 @@ fn traffic_begins_250_ms_after_the_claim() {
 #[test]
 fn silence_begins_when_the_claim_has_left_the_mailbox() {
     let mut tester = with(&[]);
-    let claim = tester.node_transmit();
-    assert_eq!(claim, [CLAIM]);
+    tester.acknowledged = false;
+    assert_eq!(tester.sent_text(), [CLAIM]);
     assert_eq!(tester.wait_text(5000), [], "nobody acknowledges");
-    tester.bus(BusEvent::Sent);
+    tester.acknowledged = true;
+    tester.node.sent(tester.now);
+    tester.sample();
     assert_eq!(tester.wait_text(249), []);
     assert_eq!(tester.wait_text(1), [(1, NO_CODES.to_string())]);
 }
@@ -33,10 +35,10 @@ fn silence_begins_when_the_claim_has_left_the_mailbox() {
 fn only_requests_for_the_claim_are_answered_before() {
     let mut tester = with(&[]);
     assert_eq!(tester.sent_text(), [CLAIM]);
-    assert_eq!(tester.request("FF", "00EE00"), [CLAIM]);
-    assert_eq!(tester.request("80", "00EE00"), [CLAIM]);
+    assert_eq!(tester.request_group("FF", "00EE00"), [CLAIM]);
+    assert_eq!(tester.request_group("80", "00EE00"), [CLAIM]);
     for (destination, pgn) in [("FF", "29F000"), ("80", "EBFE00"), ("80", "EEFE00")] {
-        assert_eq!(tester.request(destination, pgn), [""; 0]);
+        assert_eq!(tester.request_group(destination, pgn), [""; 0]);
     }
     assert_eq!(tester.exchange("18EF8021#4000100000000000"), [""; 0]);
     assert_eq!(tester.exchange("1CEC8021#10090002FFD8FE00"), [""; 0]);
@@ -46,7 +48,7 @@ fn only_requests_for_the_claim_are_answered_before() {
 fn address_is_kept_against_a_higher_name() {
     let mut tester = claimed();
     assert_eq!(tester.exchange(&format!("18EEFF80#{HIGHER}")), [CLAIM]);
-    assert_eq!(tester.request("80", "29F000"), [SSI2]);
+    assert_eq!(tester.request_group("80", "29F000"), [SSI2]);
     // While claiming, the silence begins again.
     let mut tester = with(&[]);
     tester.wait(200);
@@ -88,13 +90,13 @@ fn fixed_address_is_lost_with_one_message() {
     assert_eq!(sent.len(), 1, "{sent:?}");
     assert!(sent[0].0 <= 153 && sent[0].1 == lost, "{sent:?}");
     for destination in ["FF", "FE"] {
-        assert_eq!(tester.request(destination, "00EE00"), [""; 0]);
-        assert_eq!(tester.request(destination, "00EE00"), [""; 0]);
+        assert_eq!(tester.request_group(destination, "00EE00"), [""; 0]);
+        assert_eq!(tester.request_group(destination, "00EE00"), [""; 0]);
         let sent = tester.wait_text(200);
         assert_eq!(sent.len(), 1, "{sent:?}");
         assert_eq!(sent[0].1, lost);
     }
-    assert_eq!(tester.request("FE", "EEFE00"), [""; 0]);
+    assert_eq!(tester.request_group("FE", "EEFE00"), [""; 0]);
     assert_eq!(tester.exchange("18EFFE21#4000100000000000"), [""; 0]);
 }
 

@@ -66,10 +66,10 @@ fn several_codes_are_sent_by_transport_protocol() {
             "1CEBFF80#02130201FFFFFFFF",
         ]
     );
-    let answer = tester.request("80", "CAFE00");
+    let answer = tester.request_group("80", "CAFE00");
     assert_eq!(answer, ["1CEC2180#100A0002FFCAFE00"]);
     assert_eq!(
-        tester.request("FF", "CAFE00"),
+        tester.request_group("FF", "CAFE00"),
         ["1CECFF80#200A0002FFCAFE00"]
     );
 }

@@ -5,7 +5,7 @@ use crate::tester::j1939::{claimed, claimed_with};
 
 /// The data of a group: SSI2, SSI, ARI, ACCS.
 fn group(tester: &mut Ims360Tester, pgn: &str) -> String {
-    let sent = tester.request("80", pgn);
+    let sent = tester.request_group("80", pgn);
     sent[0].split_once('#').unwrap().1.to_string()
 }
 

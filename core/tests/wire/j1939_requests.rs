@@ -16,7 +16,7 @@ fn supported_groups_are_answered_to_us_and_to_all() {
             ("DAFE00", "18FEDA80#013031303030302A"),
         ];
         for (pgn, answer) in rows {
-            assert_eq!(tester.request(destination, pgn), [answer]);
+            assert_eq!(tester.request_group(destination, pgn), [answer]);
         }
     }
 }
@@ -24,11 +24,11 @@ fn supported_groups_are_answered_to_us_and_to_all() {
 #[test]
 fn other_groups_are_refused_only_to_us() {
     let mut tester = claimed();
-    let answer = tester.request("80", "EEFE00");
+    let answer = tester.request_group("80", "EEFE00");
     assert_eq!(answer, ["18E8FF80#01FFFFFF21EEFE00"]);
-    assert_eq!(tester.request("FF", "EEFE00"), [""; 0]);
+    assert_eq!(tester.request_group("FF", "EEFE00"), [""; 0]);
     for pgn in ["00EF00", "00EA00", "00EC00", "D8FE00", "CBFE00"] {
-        let answer = tester.request("80", pgn);
+        let answer = tester.request_group("80", pgn);
         assert_eq!(answer, [format!("18E8FF80#01FFFFFF21{pgn}")]);
     }
 }
@@ -70,9 +70,9 @@ fn frames_to_others_and_of_other_protocols_are_ignored() {
 #[test]
 fn priority_of_a_group_is_a_parameter() {
     let mut tester = claimed_with(&[(0x2105, 1, 1, 7), (0x2105, 4, 1, 0)]);
-    let answer = tester.request("80", "29F000");
+    let answer = tester.request_group("80", "29F000");
     assert_eq!(answer, ["1CF02980#00007D00007D33FF"]);
-    let answer = tester.request("80", "2DF000");
+    let answer = tester.request_group("80", "2DF000");
     assert_eq!(answer, ["00F02D80#007D007DD580C0FF"]);
 }
 
@@ -88,6 +88,6 @@ fn name_is_made_of_its_parameters() {
         (0x2106, 7, 1, 5),
         (0x2106, 8, 2, 0x123),
     ]);
-    let answer = tester.request("80", "00EE00");
+    let answer = tester.request_group("80", "00EE00");
     assert_eq!(answer, ["18EEFF80#010263248D12AA2F"]);
 }

@@ -16,14 +16,14 @@ const ABORT: &str = "1CEC2180#FF03FFFFFFEBFE00";
 /// A sensor that has sent its RTS to 21h.
 fn requested() -> Ims360Tester {
     let mut tester = claimed();
-    assert_eq!(tester.request("80", "EBFE00"), [RTS]);
+    assert_eq!(tester.request_group("80", "EBFE00"), [RTS]);
     tester
 }
 
 #[test]
 fn message_to_all_is_sent_every_60_ms() {
     let mut tester = claimed();
-    let mut sent = tester.request("FF", "EBFE00");
+    let mut sent = tester.request_group("FF", "EBFE00");
     sent.extend(tester.wait_text(240).into_iter().map(|(at, text)| {
         assert_eq!(at % 60, 0, "{text}");
         text
@@ -36,9 +36,9 @@ fn message_to_all_is_sent_every_60_ms() {
 #[test]
 fn messages_to_all_follow_each_other() {
     let mut tester = claimed();
-    tester.request("FF", "EBFE00");
-    assert_eq!(tester.request("FF", "C5FD00"), [""; 0]);
-    assert_eq!(tester.request("FF", "C5FD00"), [""; 0]);
+    tester.request_group("FF", "EBFE00");
+    assert_eq!(tester.request_group("FF", "C5FD00"), [""; 0]);
+    assert_eq!(tester.request_group("FF", "C5FD00"), [""; 0]);
     let sent: Vec<_> = tester.wait_text(900);
     // 40 bytes: "IMS360*67305985**Inclinometer*Plumbline*".
     let controls: Vec<_> = sent
@@ -58,7 +58,7 @@ fn message_to_one_node_is_sent_on_request_of_the_receiver() {
     assert_eq!(tester.exchange("1CEC8021#131B0004FFEBFE00"), [""; 0]);
     // The connection has ended.
     assert_eq!(tester.exchange("1CEC8021#110401FFFFEBFE00"), [""; 0]);
-    assert_eq!(tester.request("80", "EBFE00"), [RTS]);
+    assert_eq!(tester.request_group("80", "EBFE00"), [RTS]);
 }
 
 #[test]

@@ -104,10 +104,7 @@ impl Controller {
         match event {
             _ if self.changing => self.change(now),
             Event::Received(frame) => self.receive(frame, stalled),
-            Event::Transmitted => {
-                self.mailbox = None;
-                self.events.push_back(BusEvent::Sent);
-            }
+            Event::Transmitted => self.mailbox = None,
             Event::Error { .. } => self.events.push_back(BusEvent::Error),
             Event::Joined | Event::Started | Event::LostArbitration | Event::Recovered => {}
         }

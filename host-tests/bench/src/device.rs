@@ -146,6 +146,11 @@ impl Device {
 
     /// Polls the node until it returns None, then fills the mailbox.
     fn settle(&mut self, now: Instant) {
+        if let Some(power) = self.awake()
+            && power.controller.mailbox_free()
+        {
+            power.node.sent(now);
+        }
         let mut actions = 0;
         while let Some(power) = self.awake()
             && let Some(action) = power.node.poll(now)

@@ -1,7 +1,12 @@
-"""IMS360: emergency messages, 1001h and 1003h (section 6.2, S36, S53, S66..S71), heartbeat."""
+"""IMS360: emergency messages, 1001h and 1003h (section 6.2, S36, S53, S66..S71), heartbeat.
+
+The virtual sensor cannot cause a defective axis (FF01h, FF02h), bus-off (FF14h) and an overrun (8110h):
+core/tests/wire/canopen_ims360_faults.rs has the checks of their messages.
+"""
 
 from pathlib import Path
 
+from gemac import record
 from gemac.harness import Frame
 
 from . import protocol as p
@@ -10,7 +15,7 @@ from .ims360_objects import NODE
 from .runner import Context
 from .session import Session
 
-SUPPLY, LONGITUDINAL, LATERAL = 0x3100, 0x5010, 0x5020
+SUPPLY, LONGITUDINAL, LATERAL, MEMORY = 0x3100, 0x5010, 0x5020, 0xFF00
 
 
 def supply_scene(path: Path, volts: list[tuple[float, float]]) -> Path:
@@ -79,6 +84,53 @@ def out_of_range(context: Context) -> None:
         check(session, "announced on leaving stopped", LATERAL, 0x81, session.wait_id(p.EMCY, 2.0))
 
 
+def clipping(context: Context) -> None:
+    """The accelerometer at the limit of its range: 5010h and 5020h, and the angle is still sent (S36)."""
+    level, shock = (0.0, 0.0, 1.0), (0.0, 0.0, 3.0)
+    rows = [(0.0, level), (2.0, level), (2.001, shock), (3.5, shock), (3.501, level)]
+    with context.session(scene=scenes.write(context.folder / "shock.csv", rows)) as session:
+        check(session, "clipping: longitudinal", LONGITUDINAL, 0x81, session.wait_id(p.EMCY, 4.0))
+        check(session, "clipping: lateral", LATERAL, 0x81, session.wait_id(p.EMCY, 1.0))
+        session.reads("clipping: the angle is sent", 0x6110, 0, 0)
+        check(session, "afterwards: one", 0, 0x81, session.wait_id(p.EMCY, 4.0))
+        check(session, "afterwards: none", 0, 0x00, session.wait_id(p.EMCY, 1.0))
+        session.reads("afterwards: 1001h", 0x1001, 0, 0)
+
+
+def memory(context: Context) -> None:
+    """Damaged parameter memory: the older values or factory values, and FF00h until the next good save (S70, J29)."""
+
+    def newest(store: Path) -> None:
+        record.flip(store, record.find(store)[-1].offset + record.HEADER + 20)
+
+    def everything(store: Path) -> None:
+        store.write_bytes(bytes(store.stat().st_size))
+
+    for damage, kept in ((newest, 111), (everything, 0)):
+        name, store = damage.__name__, context.store(damage.__name__)
+        with context.session(store=store) as session:
+            for value in (111, 222):
+                session.put(0x3210, 0, value)
+                session.download(0x1010, 1, p.SAVE)
+            session.power_down()
+            damage(store)
+            session.power_up(boot=False)
+            session.report.equal(f"{name}: boot-up", True, session.wait_boot_up())
+            check(session, f"{name}: behind the boot-up", MEMORY, 0x81, session.wait_id(p.EMCY, 2.0))
+            session.reads(f"{name}: 1001h", 0x1001, 0, 0x81)
+            codes = [session.get(0x1003, sub) for sub in range(1, session.get(0x1003) + 1)]
+            session.report.verdict(MEMORY in codes, f"{name}: 1003h", f"has {MEMORY:04X}h", codes)
+            session.reads(f"{name}: 3210h", 0x3210, 0, kept)
+            session.nmt(p.RESET_COMMUNICATION)
+            session.report.equal(f"{name}: boot-up after the reset", True, session.wait_boot_up())
+            check(session, f"{name}: announced again", MEMORY, 0x81, session.wait_id(p.EMCY, 2.0))
+            session.download(0x1010, 1, p.SAVE)
+            check(session, f"{name}: saved", 0, 0x00, session.wait_id(p.EMCY, 2.0))
+            session.power_cycle()
+            session.quiet(f"{name}: saved, after a power cycle")
+            session.reads(f"{name}: saved: 1001h", 0x1001, 0, 0)
+
+
 def history(context: Context) -> None:
     """1003h: eight entries, the newest first."""
     with context.session(scene="tilt=10,0") as session:
@@ -119,6 +171,9 @@ def heartbeat(context: Context) -> None:
             frames = session.collect(1.0, p.ERROR_CONTROL)
             session.report.within(f"state {state}: heartbeats in 1 s", 18, 22, len(frames))
             session.report.equal(f"state {state}: contents", {bytes([state])}, {frame.data for frame in frames})
+        session.put(0x1017, 0, 0)
+        session.collect(0.1)
+        session.quiet("1017h = 0: no heartbeat", 0.5)
 
 
-GROUPS = (supply, out_of_range, history, identifier, heartbeat)
+GROUPS = (supply, out_of_range, clipping, memory, history, identifier, heartbeat)

@@ -80,7 +80,8 @@ def stored(context: Context) -> None:
     with context.session(store=context.store("wrong")) as session:
         for index in (0x1010, 0x1011):
             for sub in range(1, 5):
-                for signature in (b"SAVE", b"LOAD", bytes(4), p.LOAD if index == 0x1010 else p.SAVE):
+                right, other = (p.SAVE, p.LOAD) if index == 0x1010 else (p.LOAD, p.SAVE)
+                for signature in (b"SAVE", b"LOAD", bytes(4), right[::-1], other):
                     session.refused(f"{TABLE[index, sub]} = {signature}", p.CANNOT_STORE, session.download, index, sub, signature)
         session.nmt(p.START)
         session.report.equal("1010h:01h in operational", 0, session.abort_code(save, session))

@@ -43,7 +43,13 @@ class Session:
         self.report, self.binary, self.product, self.arguments = report, binary, product, arguments
         self.options = {"scene": scene, "store": store, "bus_rate": bus_rate, "log": log}
         self.node = node
-        self.power_up()
+        try:
+            self.power_up()
+        except BaseException:
+            # There will be no call of `__exit__`.
+            if hasattr(self, "sensor"):
+                self.sensor.kill()
+            raise
 
     def __enter__(self) -> "Session":
         return self

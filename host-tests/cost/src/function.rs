@@ -30,6 +30,9 @@ pub const NODE: NodeFunctions = NodeFunctions {
     stored: "plumbline::node::communication::Communication<A,P>::stored",
 };
 
+/// The end of a change of parameters: the values are published, as those of a reading.
+pub const FINISH: &str = "plumbline::node::communication::Communication<A,P>::finish";
+
 /// The calibration of a reading.
 pub const CALIBRATION: &str = "plumbline::measure::calibration::Calibration::apply";
 /// One step of the low-pass.

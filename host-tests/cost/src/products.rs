@@ -1,7 +1,8 @@
-//! The measured products, the messages of their protocol (`messages`, `ims360`), and the functions in their images.
+//! The measured products, the messages of their protocol (`messages`, `ims360`, `tiltix`), and the functions in their images.
 
 mod ims360;
 mod messages;
+mod tiltix;
 
 use super::function::Angles;
 use bench::BusRate;
@@ -10,8 +11,10 @@ use messages::{CANOPEN, FSC};
 use plumbline::can::{Frame, standard};
 use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start, with};
 use plumbline::node::Node;
+use plumbline::time::Duration;
 use std::any::TypeId;
 use stm32_sim::chip::Chip;
+use tiltix::DEVICENET;
 
 /// A message of the tester: an 11-bit identifier and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -60,6 +63,8 @@ pub struct Service {
     pub message: Message,
     /// The messages after its reply.
     pub after: &'static [Step],
+    /// The function that the row counts; None: all calls of the node for the request.
+    pub function: Option<&'static str>,
 }
 
 /// The messages of the scenario in a protocol. Each of them has a reply of one frame, unless stated otherwise.
@@ -73,6 +78,12 @@ pub struct Protocol {
     pub preparation: &'static [Message],
     /// Boot-up messages after each start.
     pub boot_up: usize,
+    /// Messages without a reply after a start with saved parameters, so that the sensor answers the synchronous message.
+    pub begin: &'static [Message],
+    /// The time from the first boot-up message until the sensor answers requests.
+    pub online: Duration,
+    /// Requests before all others after each start: they allocate connections.
+    pub connection: &'static [Message],
     /// The identifier of frames that report faults, which are not replies.
     pub emergency: Option<u16>,
     /// Requests the inclination.
@@ -103,8 +114,10 @@ pub struct Protocol {
     pub not_cyclic: Message,
     /// Settings for a start at 1 Mbit/s, recovery from bus-off, and the activity during a save.
     pub set_up: &'static [Message],
-    /// Saves the parameters.
-    pub save: Message,
+    /// Each of these messages saves the parameters. They are sent in turn.
+    pub saves: &'static [Message],
+    /// The time from the answer to the end of a save that begins later.
+    pub saves_later: Duration,
     /// Loads the factory values.
     pub load: Message,
     /// Restarts the sensor; the boot-up messages follow.
@@ -138,12 +151,13 @@ impl From<&Product> for MeasuredProduct {
             label: product.name,
             chip: Chip::F103,
             name: product.name,
-            swept: ["is2", "jn2101"].contains(&product.name),
+            swept: ["is2", "jn2101", "ims360"].contains(&product.name),
             set_point: product.heater.map(|heater| heater.set_point),
             protocol: match product.protocol {
                 catalog::Protocol::Fsc(_) => &FSC,
                 catalog::Protocol::Canopen(_) if product.name == "ims360" => &IMS360,
                 catalog::Protocol::Canopen(_) => &CANOPEN,
+                catalog::Protocol::Devicenet(_) => &DEVICENET,
             },
             angles: if has_y {
                 Angles::TWO_AXES

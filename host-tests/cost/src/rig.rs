@@ -235,10 +235,22 @@ impl Rig {
             if !self.bus.take_received(self.tester).is_empty() {
                 // Until the first measurement.
                 self.run(millis(100));
-                return Ok(());
+                return self.connect();
             }
         }
         Err(self.silent("bit rate detection".to_owned()))
+    }
+
+    /// Waits until the sensor answers requests, and allocates connections.
+    ///
+    /// # Errors
+    /// It refuses them.
+    pub fn connect(&mut self) -> Result<(), CostError> {
+        self.run(self.product.protocol.online);
+        for message in self.product.protocol.connection {
+            self.request(*message)?;
+        }
+        Ok(())
     }
 
     /// Waits until the sensor has sent `count` frames. Emergency messages do not count.

@@ -82,7 +82,7 @@ pub const ROWS: &[Row] = &[
         Unit::Bytes,
         "flash_protocol",
         "- - node and protocol",
-        "part of core: the functions of the modules node, param, and fsc or canopen, including inlined functions",
+        "part of core: the functions of the modules node, param, and fsc, canopen or devicenet, including inlined functions",
         "CANopenNode 17656",
     ),
     bytes(
@@ -164,7 +164,7 @@ pub const ROWS: &[Row] = &[
     instructions(
         "sync",
         "SYNC to reply",
-        "the same for a synchronous message whose reply contains the angles",
+        "the same for a synchronous message whose reply contains the angles; with DeviceNet, a poll command",
         "SYNC to TPDO of two 16-bit values: CANopenNode 701, zencan 1254",
     ),
     instructions(
@@ -186,9 +186,22 @@ pub const ROWS: &[Row] = &[
         "",
     ),
     instructions(
+        "publish",
+        "new values, change-of-state check",
+        "one call of Communication::finish, which publishes values as after a sample; with DeviceNet while a COS connection compares each word \
+         with the one last sent; the maximum of 20",
+        "",
+    ),
+    instructions(
         "sample_off",
         "sample, filter off",
         "Acquisition::sample: calibration, low-pass, angles, limit checks; the maximum of 100 samples in many directions",
+        "",
+    ),
+    instructions(
+        "sample_average",
+        "sample, recursive filter and moving average",
+        "the same with both filters of the TILTIX on two angles, 250 entries",
         "",
     ),
     instructions(

@@ -108,7 +108,11 @@ impl Scenario {
         let shared = [CALIBRATION, STORE_SAVE, STORE_STEP];
         let filters = self.protocol.filters.iter();
         let of_filters = filters.flat_map(|filter| filter.step.into_iter().chain(filter.tune));
-        let of_rows = of_filters.chain(self.product.angles.0.iter().copied());
+        let of_services = self.protocol.services.iter();
+        let of_services = of_services.filter_map(|service| Some((service.row, service.function?)));
+        let of_rows = of_filters
+            .chain(of_services)
+            .chain(self.product.angles.0.iter().copied());
         // Each function once, though several filters share some.
         let functions: BTreeSet<&'static str> = of_node
             .into_iter()
@@ -124,6 +128,10 @@ impl Scenario {
         self.rig.detect()?;
         for message in self.protocol.preparation {
             self.rig.request(*message)?;
+        }
+        if !self.protocol.connection.is_empty() {
+            // The sensor has restarted.
+            self.rig.detect()?;
         }
         self.quiet()?;
         self.requests()?;
@@ -189,7 +197,10 @@ impl Scenario {
         for _ in 0..REPETITIONS {
             self.steps(service.before)?;
             let calls = self.rig.request(service.message)?;
-            total = total.max(exchange(&calls, &NODE)?);
+            total = total.max(match service.function {
+                Some(function) => most(&calls, function)?,
+                None => exchange(&calls, &NODE)?,
+            });
             self.steps(service.after)?;
         }
         self.count(service.row, total);
@@ -286,12 +297,16 @@ impl Scenario {
     /// Saves until a page must be erased.
     fn saves(&mut self) -> Result<(), CostError> {
         let before = self.rig.erased();
+        let mut saves = self.protocol.saves.iter().cycle();
         let mut figures = Vec::new();
         while self.rig.erased() == before {
             if figures.len() == SAVES {
                 return Err(CostError::NeverHappened("the erase of a page"));
             }
-            let calls = self.rig.request(self.protocol.save)?;
+            let message = saves.next().ok_or(CostError::NeverHappened("a save"))?;
+            let mut calls = self.rig.request(*message)?;
+            self.rig.run(self.protocol.saves_later);
+            calls.extend(self.rig.take_calls());
             figures.push(save(&calls, &NODE)?);
         }
         let most = figures.iter().copied().reduce(Count::max);
@@ -299,6 +314,14 @@ impl Scenario {
         let median = Count::middle(&figures).unwrap_or_default();
         self.count("save", median);
         Ok(())
+    }
+
+    /// Lets the sensor answer the synchronous message after a start.
+    fn begin(&mut self) {
+        for message in self.protocol.begin {
+            self.rig.send(*message);
+            self.rig.run(millis(1));
+        }
     }
 
     /// Measures a power-up with the saved bit rate.
@@ -332,6 +355,8 @@ impl Scenario {
         self.figures.insert("boot_time", time.div_ceil(1_000));
         // Until the first measurement.
         self.rig.run(millis(100));
+        self.rig.connect()?;
+        self.begin();
         Ok(())
     }
 
@@ -348,6 +373,7 @@ impl Scenario {
         if !was_off {
             return Err(CostError::NeverHappened("bus-off"));
         }
+        self.rig.connect()?;
         self.rig.request(self.protocol.read)?;
         Ok(())
     }

@@ -1,6 +1,7 @@
 //! Descriptions of the products for tools and documents, generated from the tables of the products.
 
 mod dbc;
+mod devicenet;
 mod eds;
 mod markdown;
 mod number;
@@ -22,7 +23,7 @@ pub struct File {
     pub text: String,
 }
 
-/// The description of a product: a CAN database (DBC), or an Electronic Data Sheet (EDS) for CANopen.
+/// The description of a product: a CAN database (DBC), or an Electronic Data Sheet (EDS) for CANopen and DeviceNet.
 pub fn describe(product: &Product) -> File {
     match &product.protocol {
         Protocol::Fsc(tables) => File {
@@ -30,6 +31,10 @@ pub fn describe(product: &Product) -> File {
             text: dbc(product, tables),
         },
         Protocol::Canopen(tables) => data_sheet(product, tables, None),
+        Protocol::Devicenet(tables) => File {
+            name: format!("{}.eds", product.name),
+            text: devicenet::eds(product, tables),
+        },
     }
 }
 

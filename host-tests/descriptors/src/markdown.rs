@@ -1,13 +1,15 @@
 //! The tables in the documents of the products, written from the products' own tables.
 
+use crate::devicenet::Described as Attribute;
 use crate::number::{Number, named, permitted};
 use crate::objects::Described;
 use embedded_can::Id;
 use plumbline::can::CanId;
 use plumbline::canopen::dictionary::{Access, Target};
+use plumbline::devicenet::Source;
 use plumbline::model::catalog::{Product, Protocol};
-use plumbline::model::listing::{canopen, fsc};
-use plumbline::param::{DataType, Parameter};
+use plumbline::model::listing::{canopen, devicenet, fsc};
+use plumbline::param::{DataType, Parameter, Persistence};
 use std::fmt::Write;
 
 /// The table of a product for its document.
@@ -23,6 +25,7 @@ pub fn table(product: &Product) -> Table {
     let (title, text) = match &product.protocol {
         Protocol::Fsc(tables) => ("parameters", parameters(product, tables)),
         Protocol::Canopen(tables) => ("objects", object_table(product, tables)),
+        Protocol::Devicenet(tables) => ("attributes", attributes(product, tables)),
     };
     Table { title, text }
 }
@@ -121,6 +124,43 @@ fn object_table(product: &Product, tables: &canopen::Tables) -> String {
             row.unit(),
             delivered(&row),
             if row.is_stored() { "yes" } else { "" }
+        )
+        .unwrap();
+    }
+    text
+}
+
+/// The attributes of the objects of the vendor of a product that speaks DeviceNet as a Markdown table.
+fn attributes(product: &Product, tables: &devicenet::Tables) -> String {
+    let mut text = String::from(
+        "| class | attribute | name | type | access | values | factory | stored |\n|---|---|---|---|---|---|---|---|\n",
+    );
+    for row in Attribute::all(product, tables) {
+        let (class, number) = (row.object.class, row.attribute.number);
+        let access = if row.attribute.settable {
+            "get/set"
+        } else {
+            "get"
+        };
+        let stored = |parameter: &Parameter| parameter.persistence != Persistence::Volatile;
+        let values = match row.attribute.source {
+            Source::Parameter(_) if row.attribute.settable => {
+                row.parameter.map_or(String::new(), range)
+            }
+            _ => row.number.unit.to_owned(),
+        };
+        let factory = row.factory().map(|factory| factory.to_string());
+        writeln!(
+            text,
+            "| {class:02X}h | {number:02X}h | {} | {} | {access} | {values} | {} | {} |",
+            row.number.name,
+            data_type(row.number.data_type),
+            factory.unwrap_or_default(),
+            if row.parameter.is_some_and(stored) {
+                "yes"
+            } else {
+                ""
+            }
         )
         .unwrap();
     }

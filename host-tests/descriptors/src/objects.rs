@@ -130,7 +130,7 @@ impl<'a> Described<'a> {
     fn is_assigned_by_lss(&self, parameter: &Parameter) -> bool {
         match &self.product.protocol {
             Protocol::Canopen(tables) => tables.lss && tables.node_id == parameter.id,
-            Protocol::Fsc(_) => false,
+            _ => false,
         }
     }
 

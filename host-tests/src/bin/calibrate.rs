@@ -22,7 +22,7 @@ struct Options {
     /// -z); six more rows at another temperature give the drift
     #[arg(long, value_name = "FILE")]
     positions: PathBuf,
-    /// The store file, as for `virtual-sensor --store`; it is created if it does not exist
+    /// The store file of a Blue Pill or a Nucleo, as for `virtual-sensor --store`; it is created if it does not exist
     #[arg(long, value_name = "FILE")]
     store: PathBuf,
 }
@@ -39,8 +39,8 @@ fn main() -> ExitCode {
 
 fn run(options: &Options) -> Result<(), String> {
     let name = options.positions.display().to_string();
-    let text =
-        std::fs::read_to_string(&options.positions).map_err(|error| format!("{name}: {error}"))?;
+    let text = std::fs::read_to_string(&options.positions)
+        .map_err(|error| format!("cannot read {name}: {error}"))?;
     let calibration = calibration(&name, &text)?;
     let product = find(&options.model).ok_or("there is no such product")?;
     write(product.owner(options.serial), &calibration, &options.store)?;

@@ -100,6 +100,8 @@ pub enum Fault {
     Frozen,
     /// Its oscillator has stopped: it answers, but there are no samples.
     Stopped,
+    /// Its gyroscope has stopped; the accelerometer and the thermometer work.
+    WithoutRate,
 }
 
 /// The state of a transfer.

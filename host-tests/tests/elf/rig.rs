@@ -3,6 +3,8 @@
 //! At the end of a test, the rig checks that there was no violation of the reference manual, that the stack has not reached its
 //! limit, and that there was no reset that the test did not expect.
 
+#[path = "rig/ims360.rs"]
+pub mod ims360;
 #[path = "rig/parameters.rs"]
 mod parameters;
 

@@ -34,10 +34,14 @@ mod detection;
 mod errors;
 #[path = "../elf/faults.rs"]
 mod faults;
+#[path = "../elf/fusion.rs"]
+mod fusion;
 #[path = "../elf/halves.rs"]
 mod halves;
 #[path = "../elf/ims360.rs"]
 mod ims360;
+#[path = "../elf/ims360_faults.rs"]
+mod ims360_faults;
 #[path = "../elf/jn2101.rs"]
 mod jn2101;
 #[path = "../elf/load.rs"]
@@ -48,6 +52,8 @@ mod memory;
 mod sensing;
 #[path = "../elf/supply.rs"]
 mod supply;
+#[path = "../elf/tiltix.rs"]
+mod tiltix;
 #[path = "../elf/timing.rs"]
 mod timing;
 #[path = "../elf/traces.rs"]

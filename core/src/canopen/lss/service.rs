@@ -82,7 +82,7 @@ impl<P: Product> Canopen<P> {
             return unconfigured;
         }
         if (unconfigured || self.services.state != State::Initialising)
-            && let Ok(bytes) = frame.bytes().try_into()
+            && let Some(bytes) = frame.eight_bytes()
         {
             self.serve_lss(cx, now, bytes);
         }

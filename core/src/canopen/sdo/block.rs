@@ -26,7 +26,7 @@
 //! In a download, the server requests blocks of [`DOWNLOAD_BLOCK`] segments. So byte 0 of a segment is different from byte 0 of
 //! each initiate request, and a client that begins another transfer in the middle of a block gets its reply.
 
-use super::message::{self, Address, Request};
+use super::message::{self, Address};
 use super::server::{Buffer, Objects, Server, fits};
 use crate::canopen::Abort;
 use crate::canopen::feature::{Feature, Initial};
@@ -224,8 +224,9 @@ fn check_size(size: u8) -> Result<(), Abort> {
 }
 
 impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
-    /// Handles a request of a block transfer. Returns None if it is none.
-    #[inline(always)] // called from one place
+    /// Handles a request of a block transfer, which is not the [initiate request](message::is_initiate) of another transfer. Returns
+    /// None if it is none.
+    #[inline(never)] // not on the path of the other transfers
     pub(super) fn serve_block<T: Objects<Object = O, Text = B>>(
         &mut self,
         objects: &mut T,
@@ -236,10 +237,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         let [command, low, high, sub, ..] = bytes;
         let index = u16::from_le_bytes([low, high]);
         let address = Address { index, sub };
-        let is_initiate = matches!(
-            Request::parse(bytes),
-            Request::Upload(_) | Request::Download(..)
-        );
         match (stage, command) {
             (_, command::UPLOAD | command::UPLOAD_WITH_CRC) => {
                 self.begin(address);
@@ -250,7 +247,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
                 Some(self.block_download(objects, now, address, bytes))
             }
             (Stage::Receiving | Stage::Received, command::ABORT) => None,
-            (Stage::Receiving, _) if !is_initiate => Some(self.block_segment(now, bytes)),
+            (Stage::Receiving, _) => Some(self.block_segment(now, bytes)),
             // The last segment, repeated.
             (Stage::Received, 0x81..=0x9F) => Some(Ok(None)),
             (Stage::Received, _) if command & command::DOWNLOAD_MASK == command::DOWNLOAD_END => {

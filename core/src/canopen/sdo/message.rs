@@ -89,6 +89,11 @@ impl Request {
     }
 }
 
+/// Whether this is the initiate request of an expedited or segmented transfer.
+pub fn is_initiate([command, ..]: [u8; 8]) -> bool {
+    matches!(command >> 5, 1 | 2)
+}
+
 /// The reply to a read of a number of `size` bytes, 1 to 4.
 pub fn number_reply(address: Address, number: u32, size: u8) -> [u8; 8] {
     let unused = 4_u8.saturating_sub(size);

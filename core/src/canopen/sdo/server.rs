@@ -146,7 +146,10 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         now: Instant,
         bytes: [u8; 8],
     ) -> Option<[u8; 8]> {
-        if let Some(reply) = self.serve_block(objects, now, bytes) {
+        if K::PRESENT
+            && !message::is_initiate(bytes)
+            && let Some(reply) = self.serve_block(objects, now, bytes)
+        {
             return reply.unwrap_or_else(|abort| Some(self.abort(abort)));
         }
         let reply = match Request::parse(bytes) {
@@ -178,12 +181,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
             }
         };
         match reply {
-            Ok(reply) => {
-                if reply.is_some() && matches!(self.stage, Stage::Idle) {
-                    self.finish();
-                }
-                reply
-            }
+            Ok(reply) => reply,
             Err(abort) => Some(self.abort(abort)),
         }
     }
@@ -273,11 +271,14 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         objects.check_read(object, address.sub)?;
         let size = T::size(object);
         if size > 0 {
+            self.address = Address::default();
             let number = objects.number(object, address.sub);
             return Ok(message::number_reply(address, number, size));
         }
         self.data = objects.text(object);
-        if !message::is_expedited(self.data.bytes().len()) {
+        if message::is_expedited(self.data.bytes().len()) {
+            self.finish();
+        } else {
             let stage = Stage::Upload {
                 toggle: false,
                 sent: 0,

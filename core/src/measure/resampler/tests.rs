@@ -37,6 +37,23 @@ fn outputs(rate: u32, count: u32, signal: impl Fn(f64) -> f64) -> Vec<(f64, f64)
 }
 
 #[test]
+fn output_after_a_restart_has_only_the_values_after_it() {
+    let mut resampler = started(RATES[1]);
+    for _ in 0..1000 {
+        resampler.push(at_x(ONE_G));
+    }
+    resampler.restart();
+    let outputs: Vec<_> = (0..TAPS).map(|_| resampler.push(at_x(-ONE_G))).collect();
+    assert!(outputs[..TAPS - 1].iter().all(Option::is_none));
+    let level = I32x3 {
+        x: -ONE_G,
+        y: 0,
+        z: 0,
+    };
+    assert_eq!(outputs[TAPS - 1], Some(level));
+}
+
+#[test]
 fn first_output_needs_twenty_values() {
     let mut resampler = started(833_375);
     for value in 1..20 {

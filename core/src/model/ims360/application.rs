@@ -211,6 +211,10 @@ impl Application for Ims360Application {
         self.values()
     }
 
+    fn interrupt(&mut self) {
+        self.measuring.interrupt();
+    }
+
     fn stale(&mut self) -> Inclination {
         self.measuring.interrupt();
         self.defective = true;

@@ -90,7 +90,7 @@ impl Measuring {
         self.update();
     }
 
-    /// Samples are missing. The angles keep their values.
+    /// Samples are missing. The angles keep their values until the next sample.
     pub fn interrupt(&mut self) {
         self.fusion.restart();
     }

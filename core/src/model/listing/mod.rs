@@ -3,6 +3,7 @@
 //! Each product has a constant `LISTING`. The [`catalog`](super::catalog) is the list of these constants.
 
 pub mod canopen;
+pub mod devicenet;
 pub mod fsc;
 
 use crate::heater;
@@ -42,6 +43,7 @@ impl Product {
         (0..).map_while(|place| match &self.protocol {
             Protocol::Fsc(tables) => tables.article(place),
             Protocol::Canopen(tables) => tables.article(place),
+            Protocol::Devicenet(tables) => tables.article(place),
         })
     }
 
@@ -78,6 +80,8 @@ pub enum Protocol {
     Fsc(fsc::Tables),
     /// CANopen.
     Canopen(canopen::Tables),
+    /// DeviceNet.
+    Devicenet(devicenet::Tables),
 }
 
 /// The settings for the start of a node.

@@ -57,7 +57,7 @@ impl Ims360Tester {
     }
 
     /// Requests a group from 21h: `EBFE00`, of 80h or of all.
-    pub fn request(&mut self, destination: &str, pgn: &str) -> Vec<String> {
+    pub fn request_group(&mut self, destination: &str, pgn: &str) -> Vec<String> {
         self.exchange(&format!("18EA{destination}21#{pgn}"))
     }
 }

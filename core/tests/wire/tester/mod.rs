@@ -1,11 +1,13 @@
 //! A test driver for a node: drives it like a board, with frames and times.
 
 pub mod canopen;
+pub mod devicenet;
 pub mod fsc;
 pub mod gauge;
 pub mod ims360;
 pub mod j1939;
 pub mod mapped;
+pub mod tiltix;
 
 use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;
@@ -52,6 +54,8 @@ pub struct Tester<N> {
     /// The accelerometer delivers samples.
     pub sampled: bool,
     pub sample_period: Duration,
+    /// Another node acknowledges the frames of the node.
+    pub acknowledged: bool,
     /// The node-ID of a CANopen node for SDO requests.
     pub node_id: u8,
     next_sample: Instant,
@@ -87,6 +91,7 @@ impl<N: Node> Tester<N> {
             clipped: false,
             sampled: true,
             sample_period: millis(5),
+            acknowledged: true,
             node_id: 10,
             next_sample: now,
             boot: Box::new(boot),
@@ -208,17 +213,12 @@ impl<N: Node> Tester<N> {
         while let Some(frame) = self.node.transmit(self.now) {
             frames.push(frame);
             self.settle();
-        }
-        if !frames.is_empty() {
-            self.bus(BusEvent::Sent);
+            if self.acknowledged {
+                self.node.sent(self.now);
+                self.settle();
+            }
         }
         frames
-    }
-
-    /// The frames that the node passes to the mailboxes, where they wait.
-    pub fn node_transmit(&mut self) -> Vec<String> {
-        let frames = std::iter::from_fn(|| self.node.transmit(self.now));
-        frames.map(|frame| format!("{frame:?}")).collect()
     }
 
     /// Lets time pass and polls at each deadline. Returns the sent frames with the time since power-up in ms.

@@ -10,6 +10,7 @@ use plumbline::model::gemac::is1::{self, Is1};
 use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::gemac::is2tk::{self, Is2tk};
 use plumbline::model::jn2101::Jn2101;
+use plumbline::model::tiltix::tiltix360::Tiltix360;
 use plumbline::node::{BitTime, Boot, BusEvent, Node};
 use plumbline::store::{Owner, Store, StoreError};
 use plumbline::time::Instant;
@@ -43,6 +44,8 @@ fn main() -> ! {
     });
     let jn2101 = Jn2101::owner(Jn2101::IMAGE, 1);
     exercise::<_, { Jn2101::STORE_BUFFER }>(jn2101, Jn2101::new);
+    let tiltix360 = Tiltix360::owner(Tiltix360::IMAGE, 1);
+    exercise::<_, { Tiltix360::STORE_BUFFER }>(tiltix360, Tiltix360::new);
     exercise_fusion();
     loop {
         cortex_m::asm::wfi();
@@ -84,6 +87,7 @@ fn exercise<N: Node, const BUFFER: usize>(owner: Owner, node: impl FnOnce(Instan
                 let [x, y, z] = black_box([false; 3]);
                 node.tested(now(), Working { x, y, z });
             }
+            14 => node.sent(now()),
             15 => store.prepare(),
             12 => store.save(|buffer| node.image(buffer)),
             13 => {

@@ -25,6 +25,13 @@ impl Geometry {
         once_only: false,
     };
 
+    /// The pages of a memory file of this length in bytes: the smallest memory that holds it; None if it is longer than each memory.
+    pub fn of_file(length: u64) -> Option<Self> {
+        let all = [Self::STM32F103, Self::STM32F446];
+        all.into_iter()
+            .find(|geometry| length <= geometry.size() as u64)
+    }
+
     /// The size of both pages, in bytes.
     pub const fn size(self) -> usize {
         2 * self.page_size

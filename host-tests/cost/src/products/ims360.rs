@@ -3,6 +3,7 @@
 use super::super::function::{FUSION_STEP, STEP, TUNE};
 use super::{Filter, Message, Protocol, Service, Step};
 use bench::BusRate;
+use plumbline::time::millis;
 
 /// An SDO request to the factory node-ID.
 const fn sdo(data: &'static [u8; 8]) -> Message {
@@ -58,6 +59,10 @@ pub(in super::super) const IMS360: Protocol = Protocol {
         sdo(&[0x2B, 0x00, 0x18, 5, 0, 0, 0, 0]),
     ],
     boot_up: 1,
+    // Operational.
+    begin: &[Message(0x000, &[0x01, 0])],
+    online: millis(0),
+    connection: &[],
     emergency: Some(0x0B2),
     // Longitudinal, 32 bits.
     read: sdo(&[0x40, 0x10, 0x61, 0, 0, 0, 0, 0]),
@@ -146,6 +151,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
             before: &[Step::Told(lss(&[0x04, 1, 0, 0, 0, 0, 0, 0]))],
             message: lss(&[0x5E, 0, 0, 0, 0, 0, 0, 0]),
             after: &[Step::Told(lss(&[0x04, 0, 0, 0, 0, 0, 0, 0]))],
+            function: None,
         },
         // The device name with CRC: the block has one segment.
         Service {
@@ -156,6 +162,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
                 Step::Asked(sdo(&[0xA2, 1, 127, 0, 0, 0, 0, 0])),
                 Step::Told(sdo(&[0xA1, 0, 0, 0, 0, 0, 0, 0])),
             ],
+            function: None,
         },
     ],
     // The first TPDO every 5 ms.
@@ -166,7 +173,8 @@ pub(in super::super) const IMS360: Protocol = Protocol {
     not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
     // Recovery from bus-off.
     set_up: &[sdo(&[0x2F, 0x00, 0x31, 2, 1, 0, 0, 0])],
-    save: SAVE,
+    saves: &[SAVE],
+    saves_later: millis(0),
     load: sdo(b"\x23\x11\x10\x01load"),
     restart: sdo(&[0x2F, 0x10, 0x20, 1, 1, 0, 0, 0]),
 };

@@ -1,9 +1,10 @@
 //! The messages of the scenario in each protocol.
 
-use super::super::function::{FIR_STEP, STEP, TUNE};
-use super::{Filter, Message, Protocol};
+use super::super::function::{FINISH, FIR_STEP, STEP, TUNE};
+use super::{Filter, Message, Protocol, Service};
 use bench::BusRate;
 use plumbline::can::BitRate;
+use plumbline::time::millis;
 
 /// A request with the factory's Set-Parameter-ID.
 const fn request(data: &'static [u8]) -> Message {
@@ -21,6 +22,9 @@ pub(super) const FSC: Protocol = Protocol {
     bus: BusRate::Fixed(BitRate::M1),
     preparation: &[],
     boot_up: 2,
+    begin: &[],
+    online: millis(0),
+    connection: &[],
     emergency: None,
     read: request(&[0x00]),
     // Cyclic time 20 ms.
@@ -92,7 +96,8 @@ pub(super) const FSC: Protocol = Protocol {
     cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
     not_cyclic: request(&[0x26, 0]),
     set_up: &[request(&[0x23, 9]), request(&[0x24, 1])],
-    save: request(&[0x50, b'S', b'A', b'V', b'E']),
+    saves: &[request(&[0x50, b'S', b'A', b'V', b'E'])],
+    saves_later: millis(0),
     load: request(&[0x40, b'L', b'O', b'A', b'D']),
     restart: request(&[0xFF, b'R', b'E', b'S', b'E', b'T']),
 };
@@ -134,6 +139,9 @@ pub(super) const CANOPEN: Protocol = Protocol {
         Message(0x000, &[0x81, 0]),
     ],
     boot_up: 1,
+    begin: &[],
+    online: millis(0),
+    connection: &[],
     emergency: Some(0x08A),
     // Longitudinal, 16 bits.
     read: sdo(&[0x40, 0x10, 0x60, 0, 0, 0, 0, 0]),
@@ -207,7 +215,13 @@ pub(super) const CANOPEN: Protocol = Protocol {
         // An object that does not exist.
         sdo(&[0x40, 0x77, 0x77, 0, 0, 0, 0, 0]),
     ],
-    services: &[],
+    services: &[Service {
+        row: "publish",
+        before: &[],
+        message: sdo(&[0x2B, 0x00, 0x18, 5, 21, 0, 0, 0]),
+        after: &[],
+        function: Some(FINISH),
+    }],
     // The first TPDO every 5 ms.
     cyclic: &[
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
@@ -216,7 +230,8 @@ pub(super) const CANOPEN: Protocol = Protocol {
     not_cyclic: sdo(&[0x2F, 0x00, 0x18, 2, 1, 0, 0, 0]),
     // The self-test, which runs during the saves.
     set_up: &[sdo(&[0x2F, 0x04, 0x40, 1, 1, 0, 0, 0])],
-    save: SAVE,
+    saves: &[SAVE],
+    saves_later: millis(0),
     load: sdo(b"\x23\x11\x10\x01load"),
     restart: sdo(&[0x2F, 0x02, 0x20, 0, 1, 0, 0, 0]),
 };

@@ -33,7 +33,7 @@ const TRAIN: u64 = 500;
 struct Asked {
     message: Message,
     /// Its duration in us.
-    bits: u64,
+    time: u64,
     /// An answer, and how many of its first bytes every answer has.
     answer: (Frame, usize),
 }
@@ -81,7 +81,8 @@ impl Scenario {
         let answer = answer.ok_or_else(|| self.rig.silent(format!("{message:?}")))?;
         Ok(Asked {
             message,
-            bits: frame_bits(&message.frame()).into(),
+            time: u64::from(frame_bits(&message.frame())) * bit_time(self.rig.bus().rate())
+                / 1_000_000,
             answer: (answer.frame, code),
         })
     }
@@ -100,7 +101,7 @@ impl Scenario {
         let mut places = VecDeque::new();
         for _ in 0..count {
             places.push_back(self.send_one(asked, |scenario, time| scenario.rig.run(us(time))));
-            self.rig.run(us(period - asked.bits - AFTER));
+            self.rig.run(us(period - asked.time - AFTER));
         }
         self.collect(asked, places, joining, trials)
     }
@@ -109,7 +110,7 @@ impl Scenario {
     fn send_one(&mut self, asked: &Asked, mut run: impl FnMut(&mut Self, u64)) -> [Option<u32>; 2] {
         self.rig.send(asked.message);
         // Before the receive interrupt, which comes a bit before the end of the frame.
-        run(self, asked.bits - 2);
+        run(self, asked.time - 2);
         let before = self.rig.place();
         run(self, 2 + AFTER);
         [before, self.rig.place()]
@@ -126,7 +127,7 @@ impl Scenario {
         let count = places.len();
         self.rig.run(us(ANSWER));
         let own = self.rig.source();
-        let length = Picoseconds::from(asked.bits) * bit_time(self.rig.bus().rate());
+        let length: Picoseconds = asked.time * 1_000_000;
         let frame = asked.message.frame();
         let mut waiting: VecDeque<Waiting> = VecDeque::new();
         for logged in self.rig.bus().take_log() {

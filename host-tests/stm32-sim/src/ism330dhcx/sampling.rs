@@ -265,6 +265,8 @@ impl Sampling {
             }
             if due[1] {
                 self.gyroscope.samples += 1;
+            }
+            if due[1] && fault != Fault::WithoutRate {
                 let counts = vector(reading.angular_rate, 65536.0)
                     .map(|rate| count(rate * 1e6 / self.rate_unit));
                 self.status.rate |= set(&mut self.outputs[1..4], counts, fault);

@@ -44,7 +44,7 @@ impl Scenario {
                 }
                 free = phase + APART;
                 let now = self.rig.bus().now().ticks();
-                self.rig.run(us(start + phase - read.bits - now));
+                self.rig.run(us(start + phase - read.time - now));
                 self.ask(&read, 1, TRAIN, true, &mut trials)?;
             }
             left = later;

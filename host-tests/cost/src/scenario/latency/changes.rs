@@ -84,6 +84,7 @@ impl Scenario {
             return Ok(());
         }
         let protocol = self.protocol;
+        self.begin();
         let sync = self.asked(protocol.sync, protocol.sync_code)?;
         let read = self.asked(protocol.read, protocol.read_code)?;
         self.flash()?;
@@ -148,7 +149,7 @@ impl Scenario {
             let sample = (change + period) / grid * grid;
             let mut changed = None;
             for sample in [sample, sample + grid] {
-                let begin = sample + place - asked.bits;
+                let begin = sample + place - asked.time;
                 let now = self.rig.bus().now().ticks();
                 self.rig.run(us(begin.saturating_sub(now)));
                 changed = self.ask_watching(asked, &state, &mut trials)?;

@@ -21,19 +21,20 @@ impl Scenario {
         let between = self.save_until_erase()? - 1;
         self.figures.insert("saves_between", between);
         let begin = self.rig.bus().now();
-        self.rig.request(protocol.save)?;
+        self.rig.request(protocol.saves[0])?;
         let duration = (picoseconds(self.rig.bus().now()) - picoseconds(begin)) / 1_000_000;
         let shifts = || (0..TRAIN).step_by(STEP as usize);
         let mut programs = shifts()
             .map(|shift| (&sync, shift))
-            .chain(shifts().map(|shift| (&read, shift)));
+            .chain(shifts().map(|shift| (&read, shift)))
+            .peekable();
         let (mut of_sync, mut of_read, mut erasing) = (Vec::new(), Vec::new(), Vec::new());
         let mut later = between - 1;
         let mut erases = Erases::default();
         loop {
             for _ in 0..later {
                 let Some((asked, shift)) = programs.next() else {
-                    self.rig.request(protocol.save)?;
+                    self.rig.request(protocol.saves[0])?;
                     continue;
                 };
                 let trials = if std::ptr::eq(asked, &sync) {
@@ -47,7 +48,14 @@ impl Scenario {
             }
             later = between;
             let before = self.rig.erased();
-            let Some(phase) = erases.next() else { break };
+            let Some(phase) = erases.next() else {
+                if programs.peek().is_none() {
+                    break;
+                }
+                // The longer the image, the fewer saves are between two erases.
+                self.rig.request(protocol.saves[0])?;
+                continue;
+            };
             self.begin_save(phase);
             let mut one = Vec::new();
             self.ask(&sync, 1, ERASING + ANSWER, false, &mut one)?;
@@ -56,9 +64,6 @@ impl Scenario {
             }
             erases.note(one.first().map_or(0, |trial| trial.time));
             erasing.extend(one);
-        }
-        if programs.next().is_some() {
-            return Err(CostError::NeverHappened("a save at each phase"));
         }
         self.record(None, "save_worst", &of_sync);
         self.record(None, "save_read_worst", &of_read);
@@ -70,7 +75,7 @@ impl Scenario {
     fn save_until_erase(&mut self) -> Result<u64, CostError> {
         let before = self.rig.erased();
         for count in 1..=SAVES as u64 {
-            self.rig.request(self.protocol.save)?;
+            self.rig.request(self.protocol.saves[0])?;
             if self.rig.erased() != before {
                 return Ok(count);
             }
@@ -80,7 +85,7 @@ impl Scenario {
 
     /// Requests a save, and runs until `later` us after the end of the request.
     fn begin_save(&mut self, later: u64) {
-        let save = self.protocol.save;
+        let save = self.protocol.saves[0];
         self.rig.run(us(10 * ANSWER));
         self.rig.send(save);
         self.rig

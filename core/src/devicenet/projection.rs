@@ -1,0 +1,426 @@
+//! The description of a product in the compact form that the device uses.
+//!
+//! ```text
+//!  object     | class      | revision, u8 | index of the first attribute | number of attributes |
+//!  attribute  | number     | source       | form: bits 0..2 type, 3 settable, 4..5 kind of the source |
+//!  assembly   | instance   | number of words | the value of each word, 4 bytes |
+//! ```
+//!
+//! All functions are evaluated at compile time. An inconsistent description is a compile error.
+
+use super::table::{Assembly, Identity, Object, Roles, Source};
+use crate::param::{DataType, Parameter, ParameterId, Persistence, Quantity, ValueId};
+
+/// The most words of an assembly: they fit into a frame.
+const WORDS: usize = 4;
+
+/// The longest product name (SHORT_STRING of the identity object).
+const NAME_MAX: usize = 32;
+
+/// An object of the vendor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ObjectRow {
+    pub(super) class: u8,
+    pub(super) revision: u8,
+    first: u8,
+    count: u8,
+}
+
+/// An attribute of an object of the vendor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct AttributeRow {
+    number: u8,
+    source: u8,
+    form: u8,
+}
+
+/// An input assembly.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct AssemblyRow {
+    pub(super) instance: u8,
+    count: u8,
+    words: [u8; WORDS],
+}
+
+/// Bit of `form`: the attribute is settable.
+const SETTABLE: u8 = 1 << 3;
+/// Bits of `form`: the kind of the source.
+const KIND: u8 = 3 << 4;
+const PARAMETER: u8 = 0 << 4;
+const VALUE: u8 = 1 << 4;
+const CONSTANT: u8 = 2 << 4;
+
+/// The place of the number of an attribute.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Place {
+    Parameter(ParameterId),
+    Value(ValueId),
+    /// An index in the constants.
+    Constant(u8),
+}
+
+impl AttributeRow {
+    const EMPTY: Self = Self {
+        number: 0,
+        source: 0,
+        form: 0,
+    };
+
+    /// The place of its number.
+    #[inline(always)] // a few instructions
+    pub(super) const fn place(self) -> Place {
+        match self.form & KIND {
+            PARAMETER => Place::Parameter(ParameterId(self.source)),
+            VALUE => Place::Value(ValueId(self.source)),
+            _ => Place::Constant(self.source),
+        }
+    }
+
+    /// The size in bytes: 1, 2 or 4.
+    pub(super) const fn size(self) -> u8 {
+        1 << (self.form & 3)
+    }
+
+    /// The parameter, if a master can set it.
+    pub(super) const fn settable(self) -> Option<ParameterId> {
+        if self.form & SETTABLE == 0 {
+            return None;
+        }
+        Some(ParameterId(self.source))
+    }
+}
+
+impl ObjectRow {
+    /// The attribute with this number.
+    pub(super) fn attribute(
+        self,
+        rows: &'static [AttributeRow],
+        number: u8,
+    ) -> Option<AttributeRow> {
+        let (first, count) = (usize::from(self.first), usize::from(self.count));
+        let rows = rows.get(first..first + count)?;
+        let place = rows.partition_point(|row| row.number < number);
+        rows.get(place).filter(|row| row.number == number).copied()
+    }
+}
+
+impl AssemblyRow {
+    /// The values of its words.
+    pub(super) fn words(&self) -> impl Iterator<Item = ValueId> {
+        self.words
+            .iter()
+            .take(self.count.into())
+            .map(|&id| ValueId(id))
+    }
+
+    /// The size in bytes.
+    pub(super) const fn size(&self) -> u8 {
+        2 * self.count
+    }
+}
+
+/// Derives the rows of the device from the description of a product. Use it in an `impl` of
+/// [`Product`](crate::devicenet::Product) for a type without generic parameters.
+#[macro_export]
+macro_rules! project_attributes {
+    () => {
+        const OBJECT_ROWS: &'static [$crate::devicenet::projection::ObjectRow] = const {
+            $crate::devicenet::projection::check(
+                &<Self as $crate::devicenet::Product>::IDENTITY,
+                &<Self as $crate::devicenet::Product>::ROLES,
+                <Self as $crate::devicenet::Product>::ASSEMBLIES,
+                <<<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
+            );
+            &$crate::devicenet::projection::objects::<
+                { <Self as $crate::devicenet::Product>::OBJECTS.len() },
+            >(<Self as $crate::devicenet::Product>::OBJECTS)
+        };
+        const ATTRIBUTE_ROWS: &'static [$crate::devicenet::projection::AttributeRow] = const {
+            &$crate::devicenet::projection::attributes::<
+                { $crate::devicenet::projection::attribute_count(<Self as $crate::devicenet::Product>::OBJECTS) },
+            >(
+                <Self as $crate::devicenet::Product>::OBJECTS,
+                <<<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
+                <<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::QUANTITIES,
+            )
+        };
+        const CONSTANTS: &'static [u32] = const {
+            &$crate::devicenet::projection::constants::<
+                { $crate::devicenet::projection::constant_count(<Self as $crate::devicenet::Product>::OBJECTS) },
+            >(<Self as $crate::devicenet::Product>::OBJECTS)
+        };
+        const ASSEMBLY_ROWS: &'static [$crate::devicenet::projection::AssemblyRow] = const {
+            &$crate::devicenet::projection::assemblies::<
+                { <Self as $crate::devicenet::Product>::ASSEMBLIES.len() },
+            >(
+                <Self as $crate::devicenet::Product>::ASSEMBLIES,
+                <<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::QUANTITIES,
+            )
+        };
+    };
+}
+
+/// Projects the objects.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn objects<const N: usize>(objects: &[Object]) -> [ObjectRow; N] {
+    let mut rows = [ObjectRow {
+        class: 0,
+        revision: 0,
+        first: 0,
+        count: 0,
+    }; N];
+    let (mut place, mut first) = (0, 0);
+    while place < N {
+        let object = &objects[place];
+        assert!(
+            object.class >= 0x64 && object.class <= 0xC7,
+            "the class of a vendor is 64h to C7h"
+        );
+        assert!(
+            object.revision >= 1 && object.revision <= 255,
+            "the revision of a class is 1 to 255"
+        );
+        let mut other = 0;
+        while other < place {
+            assert!(
+                objects[other].class != object.class,
+                "two objects have the same class"
+            );
+            other += 1;
+        }
+        rows[place] = ObjectRow {
+            class: object.class,
+            revision: object.revision as u8,
+            first,
+            count: object.attributes.len() as u8,
+        };
+        first += object.attributes.len() as u8;
+        place += 1;
+    }
+    rows
+}
+
+/// The number of attributes of all objects.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn attribute_count(objects: &[Object]) -> usize {
+    let (mut count, mut place) = (0, 0);
+    while place < objects.len() {
+        count += objects[place].attributes.len();
+        place += 1;
+    }
+    assert!(count < 256, "too many attributes");
+    count
+}
+
+/// The number of constant attributes.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn constant_count(objects: &[Object]) -> usize {
+    let (mut count, mut place) = (0, 0);
+    while place < objects.len() {
+        let mut row = 0;
+        while row < objects[place].attributes.len() {
+            if let Source::Constant(..) = objects[place].attributes[row].source {
+                count += 1;
+            }
+            row += 1;
+        }
+        place += 1;
+    }
+    count
+}
+
+/// Projects the constants, in the order of the attributes.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn constants<const N: usize>(objects: &[Object]) -> [u32; N] {
+    let mut constants = [0; N];
+    let (mut count, mut place) = (0, 0);
+    while place < objects.len() {
+        let mut row = 0;
+        while row < objects[place].attributes.len() {
+            if let Source::Constant(data_type, number) = objects[place].attributes[row].source {
+                let size = data_type.size();
+                assert!(size > 0, "a constant attribute is a number");
+                assert!(
+                    size == 4 || number >> (8 * size) == 0,
+                    "a constant does not fit its type"
+                );
+                constants[count] = number;
+                count += 1;
+            }
+            row += 1;
+        }
+        place += 1;
+    }
+    constants
+}
+
+/// Projects the attributes of all objects.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn attributes<const N: usize>(
+    objects: &[Object],
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) -> [AttributeRow; N] {
+    let mut rows = [AttributeRow::EMPTY; N];
+    let (mut count, mut constant, mut place) = (0, 0, 0);
+    while place < objects.len() {
+        let (mut row, mut last) = (0, 0);
+        while row < objects[place].attributes.len() {
+            let attribute = &objects[place].attributes[row];
+            assert!(
+                attribute.number > last,
+                "the attributes of an object must be sorted by number"
+            );
+            last = attribute.number;
+            let data_type = attribute.source.data_type(parameters, quantities);
+            let (kind, source) = match attribute.source {
+                Source::Parameter(id) => (PARAMETER, id.0),
+                Source::Value(id) => (VALUE, id.0),
+                Source::Constant(..) => {
+                    constant += 1;
+                    (CONSTANT, constant - 1)
+                }
+            };
+            assert!(
+                kind == PARAMETER || !attribute.settable,
+                "only a parameter is settable"
+            );
+            rows[count] = AttributeRow {
+                number: attribute.number,
+                source,
+                form: data_type as u8 | kind | if attribute.settable { SETTABLE } else { 0 },
+            };
+            count += 1;
+            row += 1;
+        }
+        place += 1;
+    }
+    rows
+}
+
+/// Projects the assemblies.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn assemblies<const N: usize>(
+    assemblies: &[Assembly],
+    quantities: &[Quantity],
+) -> [AssemblyRow; N] {
+    assert!(N > 0, "a product needs an assembly");
+    let mut rows = [AssemblyRow {
+        instance: 0,
+        count: 0,
+        words: [0; WORDS],
+    }; N];
+    let mut place = 0;
+    while place < N {
+        let Assembly {
+            instance, words, ..
+        } = assemblies[place];
+        assert!(instance >= 1, "the instance of an assembly is 1 to 255");
+        assert!(
+            !words.is_empty() && words.len() <= WORDS,
+            "an assembly has one to four words"
+        );
+        let mut other = 0;
+        while other < place {
+            assert!(
+                rows[other].instance != instance,
+                "two assemblies have the same instance"
+            );
+            other += 1;
+        }
+        let mut row = AssemblyRow {
+            instance,
+            count: words.len() as u8,
+            words: [0; WORDS],
+        };
+        let mut word = 0;
+        while word < words.len() {
+            let id = words[word];
+            assert!(
+                quantities[id.0 as usize].data_type.size() == 2,
+                "the words of an assembly have 16 bits"
+            );
+            row.words[word] = id.0;
+            word += 1;
+        }
+        rows[place] = row;
+        place += 1;
+    }
+    rows
+}
+
+/// Checks the identity, the roles, and the persistence of the parameters.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn check(
+    identity: &Identity,
+    roles: &Roles,
+    assemblies: &[Assembly],
+    parameters: &[Parameter],
+) {
+    let name = identity.name;
+    assert!(
+        !name.is_empty() && name.len() <= NAME_MAX && name.is_ascii(),
+        "a product name has 1 to 32 characters"
+    );
+    assert!(identity.product_code > 0, "the product code is at least 1");
+    let (major, minor) = identity.revision;
+    assert!(
+        major >= 1 && major <= 127 && minor >= 1,
+        "the revision is 1 to 127, 1 to 255"
+    );
+    check_role(parameters, roles.mac_id, 63);
+    check_role(
+        parameters,
+        roles.baud_rate,
+        roles.bit_rates.len() as u32 - 1,
+    );
+    check_role(parameters, roles.bus_off_interrupt, 1);
+    check_role(parameters, roles.cos_delta, 255);
+    check_selection(parameters, roles.polled_assembly, assemblies);
+    check_selection(parameters, roles.cyclic_assembly, assemblies);
+    let mut row = 0;
+    while row < parameters.len() {
+        assert!(
+            parameters[row].persistence as u8 != Persistence::OnSave as u8,
+            "a parameter is stored when it is written, or never"
+        );
+        row += 1;
+    }
+}
+
+/// Checks that a parameter of the protocol is a byte that permits numbers up to `highest` only.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn check_role(parameters: &[Parameter], id: ParameterId, highest: u32) {
+    let parameter = &parameters[id.0 as usize];
+    assert!(
+        parameter.data_type as u8 == DataType::U8 as u8,
+        "a parameter of the protocol is a byte"
+    );
+    assert!(
+        highest == 255 || !crate::param::projection::permits(parameter, highest + 1),
+        "a parameter of the protocol permits a number without meaning"
+    );
+    assert!(
+        highest == 255 || crate::param::projection::permits(parameter, highest),
+        "a parameter of the protocol does not permit its highest number"
+    );
+}
+
+/// Checks that a parameter permits exactly the instances of the assemblies.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn check_selection(parameters: &[Parameter], id: ParameterId, assemblies: &[Assembly]) {
+    let parameter = &parameters[id.0 as usize];
+    let mut number = 0;
+    while number <= 255 {
+        let (mut exists, mut place) = (false, 0);
+        while place < assemblies.len() {
+            exists |= assemblies[place].instance as u32 == number;
+            place += 1;
+        }
+        assert!(
+            crate::param::projection::permits(parameter, number) == exists,
+            "a parameter with an assembly permits exactly the instances that exist"
+        );
+        number += 1;
+    }
+}

@@ -1,0 +1,149 @@
+//! The description of a product with the DeviceNet protocol: identity, objects of the vendor, and assemblies.
+//!
+//! The description is the source of the electronic data sheet and of documents on a PC. The device uses the rows that
+//! [`project_attributes!`](crate::project_attributes) derives from it. The objects of the protocol (classes 1 to 5 and 2Bh) follow
+//! from the identity, the roles and the assemblies.
+
+use super::projection::{AssemblyRow, AttributeRow, ObjectRow};
+use crate::application::Application;
+use crate::can::BitRate;
+use crate::param::{DataType, Parameter, ParameterId, Parameters, Quantity, ValueId};
+use crate::store::ImageId;
+
+/// The source of the value of an attribute.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Source {
+    /// A parameter.
+    Parameter(ParameterId),
+    /// A value that the application has published.
+    Value(ValueId),
+    /// A constant number of this type.
+    Constant(DataType, u32),
+}
+
+impl Source {
+    /// The type of the number.
+    #[allow(clippy::indexing_slicing)] // evaluated at compile time only
+    pub const fn data_type(self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
+        match self {
+            Self::Parameter(id) => parameters[id.0 as usize].data_type,
+            Self::Value(id) => quantities[id.0 as usize].data_type,
+            Self::Constant(data_type, _) => data_type,
+        }
+    }
+}
+
+/// An attribute of an object of the vendor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Attribute {
+    /// Its number, 1 to 255.
+    pub number: u8,
+    /// The manual's name.
+    pub name: &'static str,
+    /// A short explanation for the electronic data sheet.
+    pub help: &'static str,
+    /// The source of its value.
+    pub source: Source,
+    /// Whether a master can set it. Only a parameter is settable.
+    pub settable: bool,
+}
+
+/// An object of the vendor: instance 1 of a class.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Object {
+    /// The class, 64h to C7h.
+    pub class: u8,
+    /// The manual's name.
+    pub name: &'static str,
+    /// Class attribute 1.
+    pub revision: u16,
+    /// Its attributes, sorted by number.
+    pub attributes: &'static [Attribute],
+}
+
+/// An input assembly: the data of an I/O message, and attribute 3 of an instance of class 4.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Assembly {
+    /// The instance.
+    pub instance: u8,
+    /// A name for the electronic data sheet.
+    pub name: &'static str,
+    /// The published values, at most four. Each is a word of 16 bits, low byte first.
+    pub words: &'static [ValueId],
+}
+
+/// The identity of the product (class 1).
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Identity {
+    /// Attribute 1: the number of the vendor.
+    pub vendor: u16,
+    /// The name of the vendor, for the electronic data sheet.
+    pub vendor_name: &'static str,
+    /// Attribute 2: the device type.
+    pub device_type: u16,
+    /// The name of the device type, for the electronic data sheet.
+    pub device_type_name: &'static str,
+    /// Attribute 3: the product code, at least 1.
+    pub product_code: u16,
+    /// Attribute 4: major revision, 1 to 127, and minor revision, 1 to 255.
+    pub revision: (u8, u8),
+    /// Attribute 7: the product name, 1 to 32 characters.
+    pub name: &'static str,
+    /// The catalogue number, for the electronic data sheet.
+    pub catalog: &'static str,
+}
+
+/// The parameters that the protocol itself uses.
+#[derive(Clone, Copy, Debug)]
+pub struct Roles {
+    /// The MAC ID, 0 to 63.
+    pub mac_id: ParameterId,
+    /// The code of the bit rate.
+    pub baud_rate: ParameterId,
+    /// The bit rates of its codes, from code 0.
+    pub bit_rates: &'static [BitRate],
+    /// The bus-off interrupt: 0 holds the node in bus-off.
+    pub bus_off_interrupt: ParameterId,
+    /// The instance of the assembly in poll responses.
+    pub polled_assembly: ParameterId,
+    /// The instance of the assembly in COS and cyclic messages.
+    pub cyclic_assembly: ParameterId,
+    /// The least change of a word that causes a COS message; 0: each change.
+    pub cos_delta: ParameterId,
+}
+
+/// A product with the DeviceNet protocol.
+///
+/// [`project_attributes!`](crate::project_attributes) derives the last constants from the description.
+pub trait Product: 'static {
+    /// Its measurement and actions. Each stored parameter must have
+    /// [`Persistence::AtOnce`](crate::param::Persistence::AtOnce).
+    type Application: Application;
+
+    /// The identity.
+    const IDENTITY: Identity;
+    /// The parameters that the protocol uses.
+    const ROLES: Roles;
+    /// The objects of the vendor.
+    const OBJECTS: &'static [Object];
+    /// The input assemblies.
+    const ASSEMBLIES: &'static [Assembly];
+    /// The identification of the stored parameters of this product.
+    const IMAGE: ImageId;
+
+    /// The distance between two values of a word of an assembly, for [`Roles::cos_delta`].
+    fn distance(
+        parameters: &Parameters<<Self::Application as Application>::Table>,
+        one: u16,
+        other: u16,
+    ) -> u16;
+
+    /// The objects of the vendor in the form that the device uses.
+    const OBJECT_ROWS: &'static [ObjectRow];
+    /// The attributes of all objects of the vendor in the form that the device uses.
+    const ATTRIBUTE_ROWS: &'static [AttributeRow];
+    /// The numbers of the constant attributes.
+    const CONSTANTS: &'static [u32];
+    /// The assemblies in the form that the device uses.
+    const ASSEMBLY_ROWS: &'static [AssemblyRow];
+}

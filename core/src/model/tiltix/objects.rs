@@ -1,0 +1,180 @@
+//! The DeviceNet objects of the TILTIX: the angle object (class 65h) and the input assemblies (manual 5.1).
+
+use super::application::value;
+use super::parameters::{BIT_RATES, id};
+use crate::application::Application;
+use crate::devicenet::{Assembly, Attribute, Identity, Object, Roles, Source};
+use crate::param::{DataType, ParameterId, Table, ValueId};
+
+/// The number of attributes of the angle object.
+const COUNT: usize = 22;
+
+/// The parameters that the protocol uses.
+pub(super) const ROLES: Roles = Roles {
+    mac_id: id::MAC_ID,
+    baud_rate: id::BAUD_RATE,
+    bit_rates: &BIT_RATES,
+    bus_off_interrupt: id::BUS_OFF_INTERRUPT,
+    polled_assembly: id::POLLED_ASSEMBLY,
+    cyclic_assembly: id::CYCLIC_ASSEMBLY,
+    cos_delta: id::COS_DELTA,
+};
+
+/// The input assemblies.
+pub(super) const ASSEMBLIES: &[Assembly] = &[
+    Assembly {
+        instance: 101,
+        name: "Slope long16",
+        words: &[value::SLOPE[0]],
+    },
+    Assembly {
+        instance: 102,
+        name: "Slope lateral16",
+        words: &[value::SLOPE[1]],
+    },
+    Assembly {
+        instance: 103,
+        name: "Slope long16, slope lateral16",
+        words: &value::SLOPE,
+    },
+];
+
+/// The identity of a model.
+pub(super) const fn identity(
+    product_code: u16,
+    name: &'static str,
+    catalog: &'static str,
+) -> Identity {
+    Identity {
+        vendor: 354,
+        vendor_name: super::MAKER,
+        device_type: 0,
+        device_type_name: "Generic Device",
+        product_code,
+        revision: (1, 1),
+        name,
+        catalog,
+    }
+}
+
+/// The angle object with its attributes.
+pub(super) const fn angle(attributes: &'static [Attribute]) -> Object {
+    Object {
+        class: 0x65,
+        name: "Angle",
+        revision: 1,
+        attributes,
+    }
+}
+
+/// A parameter; its name is that of the table.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn parameter<A: Application>(
+    number: u8,
+    ParameterId(id): ParameterId,
+    help: &'static str,
+) -> Attribute {
+    Attribute {
+        number,
+        name: A::Table::PARAMETERS[id as usize].name,
+        help,
+        source: Source::Parameter(ParameterId(id)),
+        settable: true,
+    }
+}
+
+/// A published value; its name is that of the quantity.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn published<A: Application>(
+    number: u8,
+    ValueId(id): ValueId,
+    help: &'static str,
+) -> Attribute {
+    Attribute {
+        number,
+        name: A::QUANTITIES[id as usize].name,
+        help,
+        source: Source::Value(ValueId(id)),
+        settable: false,
+    }
+}
+
+/// The help text of a number whose unit is the resolution.
+const UNIT: &str = "In units of the resolution";
+
+/// The seven attributes of an axis, from the slope to the diagnostic slope.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn axis<A: Application>(first: u8, axis: usize) -> [Attribute; 7] {
+    [
+        published::<A>(first, value::SLOPE[axis], UNIT),
+        parameter::<A>(
+            first + 1,
+            id::OPERATING[axis],
+            "Scaling adds the offset and the differential offset",
+        ),
+        parameter::<A>(first + 2, id::PRESET[axis], UNIT),
+        parameter::<A>(
+            first + 3,
+            id::PRESET_ENABLE[axis],
+            "The change from 0 to 1 sets the offset",
+        ),
+        Attribute {
+            settable: false,
+            ..parameter::<A>(first + 4, id::OFFSET[axis], UNIT)
+        },
+        parameter::<A>(first + 5, id::DIFFERENTIAL[axis], UNIT),
+        published::<A>(first + 6, value::DIAGNOSTIC[axis], ""),
+    ]
+}
+
+/// The attributes of the angle object.
+pub(super) const fn attributes<A: Application>() -> [Attribute; COUNT] {
+    let [x0, x1, x2, x3, x4, x5, x6] = axis::<A>(0x72, 0);
+    let [y0, y1, y2, y3, y4, y5, y6] = axis::<A>(0x7A, 1);
+    [
+        Attribute {
+            number: 1,
+            name: "Number of attributes",
+            help: "",
+            source: Source::Constant(DataType::U16, COUNT as u32),
+            settable: false,
+        },
+        parameter::<A>(
+            0x71,
+            id::RESOLUTION,
+            "A change converts all numbers with this unit",
+        ),
+        x0,
+        x1,
+        x2,
+        x3,
+        x4,
+        x5,
+        x6,
+        y0,
+        y1,
+        y2,
+        y3,
+        y4,
+        y5,
+        y6,
+        parameter::<A>(
+            0x81,
+            id::POLLED_ASSEMBLY,
+            "Not while a polled connection exists",
+        ),
+        parameter::<A>(
+            0x82,
+            id::CYCLIC_ASSEMBLY,
+            "Not while a cyclic or COS connection exists",
+        ),
+        parameter::<A>(0x84, id::SIZE, "0: off"),
+        parameter::<A>(0x85, id::WEIGHT, "In 1/1000; 0: off"),
+        parameter::<A>(0x87, id::TERMINATION, ""),
+        parameter::<A>(
+            0x88,
+            id::COS_DELTA,
+            "In units of the resolution, at most 2 deg; 0: each change",
+        ),
+    ]
+}

@@ -1,0 +1,104 @@
+"""Runs groups of checks for products and prints the count."""
+
+import argparse
+import itertools
+import tempfile
+import traceback
+from collections.abc import Callable, Iterable
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from gemac.harness import Program
+from gemac.report import Report
+
+from .protocol import SUBJECTS, Subject
+from .session import Session
+
+# On a busy machine, single attempts of a group that measures in real time can fail.
+ATTEMPTS = 3
+
+
+@dataclass
+class Context:
+    """The product, the sensor program, an empty folder, the report, and the folder with the data sheets if they are checked."""
+
+    subject: Subject
+    report: Report
+    program: Program
+    folder: Path
+    sheets: Path | None = None
+
+    def session(self, **options: object) -> Session:
+        """Starts a sensor; see `Session` for the options."""
+        return Session(self.report, self.program, self.subject, **options)
+
+    def store(self, name: str = "memory") -> Path:
+        """The path of a store file that does not exist yet."""
+        return self.folder / f"{name}.bin"
+
+
+Group = Callable[[Context], None]
+
+
+def parser(description: str, groups: Iterable[str]) -> argparse.ArgumentParser:
+    """The parser of the command line."""
+    options = argparse.ArgumentParser(
+        description=description,
+        epilog=f"Other arguments go to the sensor program. Groups: {', '.join(groups)}.",
+        allow_abbrev=False,
+    )
+    options.add_argument("--virtual-sensor", type=Path, required=True, metavar="PATH", help="the program to check")
+    options.add_argument(
+        "--images", type=Path, metavar="FOLDER", help="check the firmware images in this folder (named as the products)"
+    )
+    options.add_argument("--model", action="append", choices=list(SUBJECTS), help="only this product (repeatable)")
+    options.add_argument("--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)")
+    options.add_argument("--jobs", type=int, default=10, metavar="N", help="groups at the same time (default: 10)")
+    return options
+
+
+def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Parses the command line; returns the options and the arguments for the sensor program."""
+    return parser(description, groups).parse_known_args()
+
+
+def run(options: argparse.Namespace, arguments: list[str], groups: dict[str, Group], sheets: Path | None = None) -> int:
+    """Runs the groups for the products and prints every check in their order; returns the exit code."""
+    passed = failed = 0
+    images = options.images and options.images.resolve()
+    program = Program(options.virtual_sensor.resolve(), images, tuple(arguments))
+    plan = [(product, groups[name]) for product in options.model or SUBJECTS for name in options.only or groups]
+    with ProcessPoolExecutor(options.jobs) as pool:
+        for report in pool.map(run_group, itertools.repeat(program), itertools.repeat(sheets), *zip(*plan, strict=True)):
+            for line in report.lines:
+                print(line)
+            passed += report.passed
+            failed += report.failed
+    print(f"{passed} passed, {failed} failed")
+    return 1 if failed or not passed else 0
+
+
+def run_group(program: Program, sheets: Path | None, product: str, group: Group) -> Report:
+    """Runs one group, which has several attempts."""
+    for attempt in range(1, ATTEMPTS + 1):
+        report = attempt_group(program, sheets, product, group)
+        if not report.failed or attempt == ATTEMPTS:
+            break
+        # Printed to show which checks often need a second attempt.
+        found = (line for line in report.lines if "FAIL" in line)
+        print(f"attempt {attempt} of {product} {group.__name__} failed:", *found, sep="\n  ", flush=True)
+    return report
+
+
+def attempt_group(program: Program, sheets: Path | None, product: str, group: Group) -> Report:
+    """Runs one group in an empty folder."""
+    report = Report(f"{product} {group.__name__}")
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            group(Context(SUBJECTS[product], report, program, Path(folder), sheets))
+        except Exception as error:  # the other groups must still run
+            places = traceback.extract_tb(error.__traceback__)
+            place = " in ".join(f"{step.name}:{step.lineno}" for step in reversed(places[-4:]))
+            report.verdict(False, "group", "complete run", f"{error!r} at {place}")
+    return report
