@@ -373,7 +373,8 @@ mod tests {
         assert!(claim.requested(at(300)));
         claim.take(0x81);
         assert!(claim.requested(at(300)));
-        assert!(!Claim::OFF.requested(at(300)));
+        let mut off = Claim::OFF;
+        assert!(!off.requested(at(300)));
     }
 
     #[test]

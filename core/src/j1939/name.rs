@@ -63,7 +63,7 @@ impl Name {
 
 /// The identity number of a device: the low 21 bits of its serial number.
 pub const fn identity_number(serial: u32) -> u32 {
-    serial & (1 << IDENTITY) - 1
+    serial & ((1 << IDENTITY) - 1)
 }
 
 #[cfg(test)]

@@ -74,9 +74,9 @@ fn angle_beyond_the_range_of_a_group_is_not_available_there() {
     // The last valid numbers, and the first ones beyond.
     for (pitch, valid) in [
         (1_00, true),
-        (-250_00, true),
-        (-250_01, false),
-        (252_00, false),
+        (-25_000, true),
+        (-25_001, false),
+        (25_200, false),
     ] {
         let motion = with(&[(Source::Pitch, angle_of(pitch))]);
         let is_valid = !data("SSI2", &motion).starts_with("FFFFFF");
@@ -98,7 +98,7 @@ fn angle_beyond_the_range_of_a_group_is_not_available_there() {
 fn quality_follows_the_values() {
     let pitch = |merit| {
         let pitch = Measured {
-            number: angle_of(100_00).number,
+            number: angle_of(10_000).number,
             merit,
         };
         with(&[(Source::Pitch, pitch)])

@@ -162,6 +162,7 @@ const PERIODS: Ranges = Ranges {
 };
 
 /// The transmission rate of a J1939 group.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn rate(place: usize, name: &'static str, factory: u32) -> Parameter {
     Parameter {
         unit: "ms",
@@ -172,11 +173,13 @@ const fn rate(place: usize, name: &'static str, factory: u32) -> Parameter {
 }
 
 /// The priority of a J1939 group.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn priority(place: usize, name: &'static str) -> Parameter {
     Parameter::new(id::J1939_PRIORITIES[place], name, DataType::U8).within(0, 7, 3)
 }
 
 /// A field of the J1939 NAME.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn field(place: usize, name: &'static str, high: i64, factory: i32) -> Parameter {
     Parameter::new(id::J1939_NAME[place], name, DataType::U8).within(0, high, factory)
 }
