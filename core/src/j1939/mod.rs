@@ -20,6 +20,7 @@ mod product;
 mod protocol;
 mod receive;
 pub mod request;
+mod sending;
 pub mod signal;
 pub mod transport;
 

@@ -1,22 +1,20 @@
-//! The protocol: address, timers and transmission. The received frames are in [`receive`](super::receive).
+//! The protocol: address, timers and transmission. The received frames are in `receive.rs`, the sent ones in `sending.rs`.
 
 use super::claim::{Claim, State};
 use super::diagnostics::Diagnostics;
-use super::groups::{self, COUNT};
-use super::identification;
+use super::groups::COUNT;
 use super::identifier::{
     ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, GLOBAL,
-    Identifier, PROPRIETARY_A, Pgn,
+    Identifier, Pgn,
 };
 use super::name::Name;
 use super::product::{Conditions, Product, check};
-use super::signal::Motion;
-use super::transport::{Incoming, Message, Outgoing};
+use super::transport::{Incoming, Outgoing};
 use crate::application::{Faults, Values};
-use crate::can::{BitRate, Frame};
+use crate::can::BitRate;
 use crate::canopen::timer::Periodic;
 use crate::canopen::{self, Canopen};
-use crate::node::{BusChange, BusState, Context, Pattern, Patterns};
+use crate::node::{BusChange, BusState, Context};
 use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
 
@@ -274,20 +272,6 @@ impl<P: Product> J1939<P> {
         }
     }
 
-    /// The present frame of a group; None without an address.
-    pub(super) fn group(&self, cx: &ContextOf<P>, place: usize) -> Option<Frame> {
-        let source = self.claim.address()?;
-        let motion = if cx.shell.is_starting() {
-            Motion::default()
-        } else {
-            P::motion(&cx.values, &cx.parameters)
-        };
-        let (pgn, bytes) = groups::frame(place, &motion)?;
-        let priority = cx.parameters.get(*P::PRIORITIES.get(place)?) as u8;
-        let id = Identifier::new(pgn, GLOBAL, source).with_priority(priority);
-        Some(id.frame(bytes))
-    }
-
     fn tick_diagnostics(&mut self, cx: &mut ContextOf<P>, now: Instant, objects: &Canopen<P>) {
         self.diagnostics.set(self.active(cx, objects));
         if self.diagnostics.is_due(now)
@@ -366,14 +350,6 @@ impl<P: Product> J1939<P> {
         }
     }
 
-    /// The message of a group that is not process data; None if it is not supported.
-    pub(super) fn message(&self, cx: &ContextOf<P>, pgn: Pgn) -> Option<Message> {
-        if pgn == ACTIVE_CODES {
-            return Some(self.diagnostics.message(P::TROUBLES));
-        }
-        identification::message::<P>(pgn, cx.shell.serial())
-    }
-
     /// Whether a frame waits for room in the queue.
     pub(super) fn waits_for_room(&self) -> bool {
         self.pending
@@ -382,30 +358,5 @@ impl<P: Product> J1939<P> {
     /// The next deadline.
     pub(super) fn deadline(&self) -> Deadline {
         self.earliest
-    }
-
-    /// Queues the bytes of an SDO message for a client.
-    pub(super) fn reply(&self, cx: &mut ContextOf<P>, client: u8, message: Option<[u8; 8]>) {
-        if let Some(bytes) = message
-            && let Some(source) = self.claim.address()
-        {
-            cx.shell
-                .send(Identifier::new(PROPRIETARY_A, client, source).frame(bytes));
-        }
-    }
-
-    /// Shows the LED patterns of the present state.
-    pub(super) fn show(&self, cx: &mut ContextOf<P>) {
-        let run = match self.claim.state() {
-            State::Claiming => Pattern::Blinking,
-            State::Claimed => Pattern::On,
-            State::CannotClaim => Pattern::SingleFlash,
-            State::Off => Pattern::Off,
-        };
-        cx.shell.show(Patterns {
-            run,
-            error: P::LEDS.error.of(cx.shell.bus_state()),
-            ..Patterns::default()
-        });
     }
 }
