@@ -8,10 +8,10 @@
 //! [`measure::fir`]) and calculates the angles ([`measure::definition`], [`angle`]). The [`application`] of the product checks
 //! the angles and adds the zero offset ([`measure::zero`]). [`heater`] controls the temperature of a heated measuring cell.
 //!
-//! **The path of a frame**: the driver passes a [`can::Frame`] to the [`node::Node`]. The protocol ([`fsc`], [`canopen`]) finds
-//! the request in the table of the product ([`model`]) and replies on reception. Bit rate detection, fault confinement, LEDs and
-//! the transmit queue are independent of the protocol; they are in [`node`]. [`store`] keeps the parameters and the calibration
-//! in nonvolatile memory.
+//! **The path of a frame**: the driver passes a [`can::Frame`] to the [`node::Node`]. The protocol ([`fsc`], [`canopen`],
+//! [`devicenet`]) finds the request in the table of the product ([`model`]) and replies on reception. Bit rate detection, fault
+//! confinement, LEDs and the transmit queue are independent of the protocol; they are in [`node`]. [`store`] keeps the parameters
+//! and the calibration in nonvolatile memory.
 //!
 //! ```
 //! use plumbline::can::{Frame, standard};

@@ -1,7 +1,7 @@
 //! Clients written in Python, which the tests run.
 //!
-//! They need the packages of `clients/requirements.txt`. The first test that runs a client installs the packages into the virtual
-//! environment `clients-venv` in the target directory. `PLUMBLINE_PYTHON` selects another interpreter. Without `python3` or
+//! They need the packages of `clients/requirements.txt` and `clients/requirements-no-deps.txt`. The first test that runs a client
+//! installs the packages into the virtual environment `clients-venv` in the target directory. `PLUMBLINE_PYTHON` selects another interpreter. Without `python3` or
 //! without a package registry the tests print `skipped`. In a continuous integration run (`CI` is set) they fail.
 
 use std::fs::{self, File};
@@ -76,7 +76,11 @@ fn has(python: &Path, modules: &[&str]) -> bool {
 
 /// The interpreter of the virtual environment, which is installed if it is missing or outdated.
 fn environment() -> Result<PathBuf, String> {
-    const REQUIREMENTS: &str = include_str!("../clients/requirements.txt");
+    /// The packages, and those that are installed without their dependencies and without a check of the version of Python.
+    const REQUIREMENTS: &str = concat!(
+        include_str!("../clients/requirements.txt"),
+        include_str!("../clients/requirements-no-deps.txt"),
+    );
     let failed = |error: std::io::Error| error.to_string();
     // The test program is in the folder `deps` of its profile.
     let test = std::env::current_exe().map_err(failed)?;
@@ -103,7 +107,16 @@ fn environment() -> Result<PathBuf, String> {
             .args(["-m", "venv", "--clear"])
             .arg(&folder),
     )?;
-    let mut pip = Command::new(&python);
+    install(&python, "requirements.txt", &[])?;
+    let options = ["--no-deps", "--ignore-requires-python"];
+    install(&python, "requirements-no-deps.txt", &options)?;
+    fs::write(installed, REQUIREMENTS).map_err(failed)?;
+    Ok(python)
+}
+
+/// Installs the packages of this file of `clients`.
+fn install(python: &Path, file: &str, options: &[&str]) -> Result<(), String> {
+    let mut pip = Command::new(python);
     pip.args([
         "-m",
         "pip",
@@ -111,10 +124,9 @@ fn environment() -> Result<PathBuf, String> {
         "--quiet",
         "--disable-pip-version-check",
     ]);
-    pip.args(["--retries", "1", "--requirement"]);
-    command(pip.arg(Path::new(env!("CARGO_MANIFEST_DIR")).join("clients/requirements.txt")))?;
-    fs::write(installed, REQUIREMENTS).map_err(failed)?;
-    Ok(python)
+    pip.args(options).args(["--retries", "1", "--requirement"]);
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients");
+    command(pip.arg(folder.join(file)))
 }
 
 /// Runs a command; returns the last line of its standard error if it fails.

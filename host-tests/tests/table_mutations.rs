@@ -28,9 +28,11 @@ const OBJECTS: &str = "jn2101/objects.rs";
 const JN2101: &str = "jn2101/parameters.rs";
 const IMS360_OBJECTS: &str = "ims360/objects.rs";
 const IMS360: &str = "ims360/parameters.rs";
+const TILTIX_OBJECTS: &str = "tiltix/objects.rs";
+const TILTIX: &str = "tiltix/parameters.rs";
 const PROFILE: &str = "../canopen/profile.rs";
 
-/// The swaps, for each kind of entry in the tables of GEMAC's products, of the JN2101 and of the IMS360.
+/// The swaps, for each kind of entry in the tables of GEMAC's products, of the JN2101, of the IMS360 and of the TILTIX.
 const SWAPS: &[Swap] = &[
     // Rows.
     swap(
@@ -55,6 +57,19 @@ const SWAPS: &[Swap] = &[
             "profile::guard_time(id::GUARD_TIME)",
             "profile::life_time_factor(id::LIFE_TIME_FACTOR)",
         ],
+    ),
+    swap(TILTIX_OBJECTS, ["id::SIZE,", "id::TERMINATION,"]),
+    swap(
+        TILTIX_OBJECTS,
+        ["polled_assembly: id::", "cyclic_assembly: id::"],
+    ),
+    swap(
+        TILTIX_OBJECTS,
+        ["value::SLOPE[axis]", "value::DIAGNOSTIC[axis]"],
+    ),
+    swap(
+        TILTIX,
+        ["\"0.1 deg\", Resolution(10)", "\"1 deg\", Resolution(100)"],
     ),
     // Codes.
     swap(FUNCTIONS, ["access(0x11, 0x21,", "access(0x12, 0x22,"]),

@@ -66,7 +66,7 @@ impl Row {
 
     /// The size of a number in bytes; 0 for a text.
     pub const fn size(&self) -> u8 {
-        self.data_type().size()
+        DataType::size_of((self.columns >> DATA_TYPE) as u8)
     }
 
     /// Whether it can be read.

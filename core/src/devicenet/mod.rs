@@ -10,9 +10,12 @@
 //! - The objects: identity, DeviceNet, assembly, connection, acknowledge handler, and those of the vendor.
 //! - [`Devicenet`]: the protocol; [`DevicenetNode`]: a node with this protocol.
 
+mod access;
 mod allocation;
 mod connection;
+mod consistency;
 mod duplicate_check;
+mod exchange;
 mod explicit;
 mod fragment;
 pub mod identifiers;
@@ -22,6 +25,7 @@ mod objects;
 mod production;
 pub mod projection;
 mod protocol;
+mod requests;
 mod saving;
 pub mod table;
 

@@ -18,6 +18,7 @@
 //! | analog filter and converter of the accelerometer | 833 Hz, +-5 % | up to half of the rate | frequencies above 416 Hz |
 //! | [`resampler`] | 833 Hz to 200 Hz | 25 Hz within 0.03 dB | 160 to 416 Hz 40 dB, 185 to 416 Hz 60 dB |
 //! | [`low_pass`], GEMAC | 200 Hz | the cut-off frequency of the setting, or 20 Hz | order 8, or order 2 |
+//! | [`output_filter`], TILTIX | 200 Hz | weight and size of the setting, in cycles of 1428 Hz | |
 //! | [`fir`], JN2101 | 200 Hz | the cut-off frequency of the setting | 40 dB from 3.2 times the cut-off frequency on |
 //!
 //! A vibration of 0.3 g at each frequency from 8 to 400 Hz changes the angle behind a Butterworth filter of 2 Hz by at most 0.02

@@ -18,7 +18,9 @@
 //!
 //! let mut filter = OutputFilter::<1>::INITIAL;
 //! filter.tune(0, 100);
-//! filter.step([Angle::from_centidegrees(359_90)]);
+//! for _ in 0..15 {
+//!     filter.step([Angle::from_centidegrees(359_90)]);
+//! }
 //! // 100 cycles are 70 ms or 14 readings.
 //! let outputs = [0; 15].map(|_| filter.step([Angle::from_centidegrees(10)]));
 //! assert_eq!(outputs[6][0].centidegrees(), 0);
@@ -46,7 +48,7 @@ const CYCLES: u32 = CYCLE_RATE / SAMPLE_RATE;
 /// The number of entries: the largest array, a partial entry at each end, and the next entry.
 const ENTRIES: usize = (SIZE_MAX as u32 / CYCLES) as usize + 3;
 
-/// The response of the recursive filter to a number of cycles, as fractions of 2^32.
+/// The response of the recursive filter to a number of cycles, as fractions of 2^32. `u32::MAX` is all: only [`WEIGHT_MAX`] has it.
 #[derive(Clone, Copy, Debug)]
 struct Response {
     /// The part of the difference between state and input that remains after the cycles.

@@ -1,19 +1,11 @@
-//! DeviceNet: explicit messages, their errors, and the objects.
+//! DeviceNet: explicit messages and their errors.
 
-use crate::tester::devicenet::{allocated, online};
+use crate::tester::devicenet::{allocated, compare, online};
 use plumbline::node::Node;
-
-/// Sends requests and compares the bodies of the responses.
-fn exchange(choice: u8, messages: &[(&str, &str)]) {
-    let mut tester = allocated(choice);
-    for (request, response) in messages {
-        assert_eq!(tester.explicit(request), *response, "{request}");
-    }
-}
 
 #[test]
 fn errors_follow_the_order_of_checks() {
-    exchange(
+    compare(
         0,
         &[
             // Class and instance.
@@ -123,7 +115,7 @@ fn refused_set_changes_nothing() {
 
 #[test]
 fn classes_have_their_revision_and_refuse_set() {
-    exchange(
+    compare(
         0,
         &[
             ("0E010001", "8E0100"),
@@ -145,182 +137,6 @@ fn classes_have_their_revision_and_refuse_set() {
             ("050100", "9408FF"),
         ],
     );
-}
-
-#[test]
-fn identity_has_its_attributes() {
-    exchange(
-        0,
-        &[
-            ("0E010101", "8E6201"),
-            ("0E010102", "8E0000"),
-            ("0E010103", "8E0700"),
-            ("0E010104", "8E0102"),
-            // Owned, and configured: the MAC ID is 3.
-            ("0E010105", "8E0500"),
-            ("0E010106", "8E01020304"),
-        ],
-    );
-}
-
-#[test]
-fn devicenet_object_has_its_attributes() {
-    exchange(
-        0x52,
-        &[
-            ("0E030101", "8E03"),
-            ("0E030102", "8E00"),
-            ("0E030103", "8E00"),
-            ("1003010301", "90"),
-            ("0E030103", "8E01"),
-            ("0E030104", "8E00"),
-            ("0E030105", "8E530A"),
-        ],
-    );
-}
-
-#[test]
-fn assemblies_contain_their_words() {
-    exchange(
-        0,
-        &[
-            ("0E046503", "8ED204"),
-            ("0E046603", "8EC9FD"),
-            ("0E046703", "8ED204C9FD"),
-            ("0E046803", "9416FF"),
-        ],
-    );
-}
-
-#[test]
-fn vendor_object_reads_parameters_values_and_constants() {
-    exchange(
-        0,
-        &[
-            ("0E650101", "8E0B00"),
-            ("0E650171", "8E0A00"),
-            ("0E650172", "8ED204"),
-            ("0E650173", "8EFDFF"),
-            ("0E650175", "8E00"),
-            ("0E650176", "8E0000"),
-            ("0E650178", "8E50D41200"),
-            ("0E65017A", "8EC9FD"),
-            ("0E650181", "8E67"),
-            ("106501739CFF", "90"),
-            ("0E650173", "8E9CFF"),
-            ("106501736400", "90"),
-            ("0E650173", "8E6400"),
-        ],
-    );
-}
-
-#[test]
-fn connections_have_their_attributes() {
-    // Explicit, poll, COS with acknowledge.
-    let mut tester = allocated(0x12);
-    for (attribute, explicit, poll, cos) in [
-        ("01", "03", "01", "01"),
-        ("02", "00", "01", "01"),
-        ("03", "83", "82", "13"),
-        ("04", "1B04", "C303", "4303"),
-        ("05", "1C04", "1D04", "1A04"),
-        ("06", "21", "01", "01"),
-        ("07", "2200", "0400", "0400"),
-        ("08", "2000", "0000", "0000"),
-        ("09", "C409", "0000", "0000"),
-        ("0C", "01", "00", "00"),
-        ("0D", "0000", "0600", "0600"),
-        ("0E", "", "200424673003", "200424673003"),
-        ("0F", "0000", "0000", "0400"),
-        ("10", "", "", "202B2401"),
-    ] {
-        for (instance, expected) in [("01", explicit), ("02", poll), ("04", cos)] {
-            let response = tester.explicit(&format!("0E05{instance}{attribute}"));
-            assert_eq!(response, format!("8E{expected}"), "{instance} {attribute}");
-        }
-    }
-    assert_eq!(tester.explicit("0E050111"), "9414FF");
-    assert_eq!(tester.explicit("0E050211"), "9414FF");
-    assert_eq!(tester.explicit("0E050411"), "8E0000");
-    assert_eq!(tester.explicit("0E050301"), "9416FF");
-    tester.set_rate(2, 0);
-    assert_eq!(tester.explicit("0E050201"), "8E03");
-}
-
-#[test]
-fn attributes_of_connection_4_follow_its_choice() {
-    for (choice, trigger, consumed, communication, path) in [
-        (0x10, "13", "1A04", "01", "0400"),
-        (0x20, "03", "1A04", "01", "0400"),
-        (0x50, "10", "FFFF", "0F", "0000"),
-        (0x60, "00", "FFFF", "0F", "0000"),
-    ] {
-        exchange(
-            choice,
-            &[
-                ("0E050403", &format!("8E{trigger}")),
-                ("0E050405", &format!("8E{consumed}")),
-                ("0E050406", &format!("8E{communication}")),
-                ("0E05040F", &format!("8E{path}")),
-            ],
-        );
-    }
-}
-
-#[test]
-fn connection_that_is_not_allocated_does_not_exist() {
-    exchange(
-        0,
-        &[
-            ("0E050101", "8E03"),
-            ("0E050201", "9416FF"),
-            ("100502090000", "9416FF"),
-            ("0E050401", "9416FF"),
-        ],
-    );
-}
-
-#[test]
-fn produced_size_and_path_follow_the_selected_assembly() {
-    let mut tester = allocated(0);
-    assert_eq!(tester.explicit("1065018165"), "90");
-    assert_eq!(tester.explicit("1065018266"), "90");
-    tester.allocate(0x52);
-    for (request, response) in [
-        ("0E050207", "8E0200"),
-        ("0E05020E", "8E200424653003"),
-        ("0E050407", "8E0200"),
-        ("0E05040E", "8E200424663003"),
-        ("1005020E200424673003", "940EFF"),
-    ] {
-        let response = format!("41B#0A{response}");
-        let request = format!("41C#0A{request}");
-        if request.len() <= 20 {
-            assert_eq!(tester.exchange(&request), [response]);
-        }
-    }
-    tester.set_rate(2, 0);
-    assert_eq!(tester.exchange("41D#"), ["3C3#D204"]);
-    tester.receive(crate::tester::canopen::frame("41C#0A100504090000"));
-    assert_eq!(tester.sent_text(), ["41B#0A900000", "343#C9FD"]);
-}
-
-#[test]
-fn assembly_of_an_existing_connection_is_not_settable() {
-    let mut tester = allocated(2);
-    for configured in [false, true] {
-        if configured {
-            tester.set_rate(2, 0);
-        }
-        assert_eq!(tester.explicit("1065018165"), "940CFF");
-        assert_eq!(tester.explicit("1065018164"), "9409FF");
-        assert_eq!(tester.explicit("0E650181"), "8E67");
-        assert_eq!(tester.explicit("1065018265"), "90");
-    }
-    assert_eq!(tester.exchange("41E#0A4C030102"), ["41B#0ACC"]);
-    assert_eq!(tester.explicit("1065018165"), "90");
-    tester.allocate(0x50);
-    assert_eq!(tester.explicit("1065018267"), "940CFF");
 }
 
 #[test]
@@ -389,53 +205,6 @@ fn unconnected_port_allocates_and_releases_only() {
         tester.ignores(text);
     }
     assert!(!tester.owner());
-}
-
-#[test]
-fn sets_are_stored_together_within_a_second() {
-    let mut tester = allocated(0);
-    tester.actions.clear();
-    tester.explicit("106501712C01");
-    tester.wait(200);
-    tester.explicit("106501731000");
-    tester.wait(99);
-    assert_eq!(tester.actions, []);
-    tester.wait(900);
-    assert_eq!(tester.actions.len(), 1, "one save");
-    assert_eq!(tester.memory.as_ref().unwrap()[6..10], [0x2C, 1, 0x10, 0]);
-    // The same value again, and a parameter that is not stored.
-    tester.explicit("106501712C01");
-    tester.explicit("1065017505");
-    tester.wait(1000);
-    assert_eq!(tester.actions.len(), 1);
-    assert_eq!(tester.explicit("0E650175"), "8E05");
-}
-
-#[test]
-fn change_during_a_save_is_stored_after_it() {
-    let mut tester = allocated(0);
-    tester.memory_works = None;
-    tester.explicit("106501712C01");
-    tester.wait(400);
-    tester.explicit("106501731000");
-    assert_eq!(tester.explicit("0E650173"), "8E1000");
-    tester.wait(500);
-    tester.memory_works = Some(true);
-    tester.finish_save(Ok(()));
-    assert_eq!(tester.memory.as_ref().unwrap()[6..10], [0x2C, 1, 0x10, 0]);
-}
-
-#[test]
-fn failed_save_is_repeated_and_reported() {
-    let mut tester = allocated(0);
-    tester.memory_works = Some(false);
-    tester.explicit("106501712C01");
-    tester.wait(350);
-    assert_eq!(tester.explicit("0E010105"), "8E0501");
-    tester.memory_works = Some(true);
-    tester.wait(350);
-    assert_eq!(tester.explicit("0E010105"), "8E0500");
-    assert_eq!(tester.memory.as_ref().unwrap()[6..8], [0x2C, 1]);
 }
 
 #[test]

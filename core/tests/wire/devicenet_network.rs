@@ -142,6 +142,25 @@ fn changed_mac_id_is_answered_on_the_old_one_stored_and_checked() {
 }
 
 #[test]
+fn changed_mac_id_is_checked_250_ms_later_if_nobody_acknowledges_the_answer() {
+    let mut tester = allocated(2);
+    tester.set_rate(2, 0);
+    tester.acknowledged = false;
+    assert_eq!(tester.explicit("1003010105"), "90");
+    for text in [
+        "41D#",
+        "41E#0A4C030101",
+        "41C#0A0E030101",
+        "41F#00620102020304",
+    ] {
+        tester.ignores(text);
+    }
+    assert_eq!(tester.wait_text(249), []);
+    let request = "42F#00620101020304";
+    assert_eq!(tester.wait_text(1), [(1, request.into())]);
+}
+
+#[test]
 fn taken_mac_id_faults_the_node_and_stays_stored() {
     let mut tester = allocated(0);
     let sent = tester.exchange("41C#0A1003010105");
@@ -223,6 +242,9 @@ fn reset_waits_for_the_running_save_and_stores_the_rest() {
     tester.wait(400);
     assert_eq!(tester.explicit("106501732C00"), "90");
     assert_eq!(tester.explicit("050101"), "85");
+    for text in ["41E#0A4C030101", "41C#0A0E030101", "41F#00620102020304"] {
+        tester.ignores(text);
+    }
     assert_eq!(tester.wait_text(100), []);
     assert!(!tester.actions.contains(&Action::Restart));
     tester.memory_works = Some(true);

@@ -29,6 +29,7 @@ mod devicenet_fragments;
 mod devicenet_io;
 mod devicenet_leds;
 mod devicenet_network;
+mod devicenet_objects;
 mod devicenet_tiltix;
 mod fsc_behaviour;
 mod fsc_codings;

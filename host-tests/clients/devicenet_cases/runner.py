@@ -53,7 +53,10 @@ def parser(description: str, groups: Iterable[str]) -> argparse.ArgumentParser:
         "--images", type=Path, metavar="FOLDER", help="check the firmware images in this folder (named as the products)"
     )
     options.add_argument("--model", action="append", choices=list(SUBJECTS), help="only this product (repeatable)")
-    options.add_argument("--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)")
+    parts = list(dict.fromkeys(name.partition(".")[0] for name in groups))
+    options.add_argument(
+        "--only", action="append", choices=[*groups, *parts], metavar="GROUP", help="only this group, or its part before the dot (repeatable)"
+    )
     options.add_argument("--jobs", type=int, default=10, metavar="N", help="groups at the same time (default: 10)")
     return options
 
@@ -68,7 +71,9 @@ def run(options: argparse.Namespace, arguments: list[str], groups: dict[str, Gro
     passed = failed = 0
     images = options.images and options.images.resolve()
     program = Program(options.virtual_sensor.resolve(), images, tuple(arguments))
-    plan = [(product, groups[name]) for product in options.model or SUBJECTS for name in options.only or groups]
+    only = options.only or groups
+    names = [name for name in groups if name in only or name.partition(".")[0] in only]
+    plan = [(product, groups[name]) for product in options.model or SUBJECTS for name in names]
     with ProcessPoolExecutor(options.jobs) as pool:
         for report in pool.map(run_group, itertools.repeat(program), itertools.repeat(sheets), *zip(*plan, strict=True)):
             for line in report.lines:

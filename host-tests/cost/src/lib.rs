@@ -1,5 +1,5 @@
 //! The cost of the flashed images, measured by running them on the simulated microcontroller: all products on the Blue Pill, and
-//! two on the Nucleo.
+//! three on the Nucleo.
 //!
 //! - [`rows`]: the rows of the table, and the exact definition of each;
 //! - [`products`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;

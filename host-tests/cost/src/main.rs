@@ -23,7 +23,7 @@ struct Options {
     #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: Option<String>,
 
-    /// Measure the image of the model for the Nucleo: bytes and instructions of is2 and jn2101
+    /// Measure the image of the model for the Nucleo: bytes and instructions of is2, jn2101 and ims360
     #[arg(long, requires = "model")]
     nucleo: bool,
 

@@ -137,7 +137,8 @@ pub struct MeasuredProduct {
     pub protocol: &'static Protocol,
     /// The functions that calculate its angles.
     pub angles: Angles,
-    /// The times of its answers are measured also against saves and boot: one product of each protocol.
+    /// The times of its answers are measured also against saves and boot: a product of each protocol, and the IMS360, which has more
+    /// services of CANopen than the JN2101.
     pub swept: bool,
     /// The set point of its heater in 0.01 degC; None if it has none.
     pub set_point: Option<i16>,
@@ -169,7 +170,11 @@ impl From<&Product> for MeasuredProduct {
 }
 
 /// The figures on the Nucleo, and their products.
-const ON_NUCLEO: [(&str, &str); 2] = [("nucleo-is2", "is2"), ("nucleo-jn2101", "jn2101")];
+const ON_NUCLEO: [(&str, &str); 3] = [
+    ("nucleo-is2", "is2"),
+    ("nucleo-jn2101", "jn2101"),
+    ("nucleo-ims360", "ims360"),
+];
 
 /// The product whose figures on the Nucleo have this label.
 fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProduct> {

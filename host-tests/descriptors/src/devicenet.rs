@@ -260,7 +260,6 @@ fn entry(text: &mut String, key: &str, value: impl std::fmt::Display) {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::describe;
     use plumbline::model::catalog::find;
 

@@ -180,16 +180,13 @@ pub fn check(frame: &Frame, tables: &Tables, mac_id: u8) -> Option<u8> {
     };
     let (id, data) = (id.as_raw(), frame.bytes());
     assert!(!frame.is_remote(), "{frame:?}");
-    let size = |words: &dyn Fn(usize) -> bool| {
-        let mut sizes = tables
-            .assemblies
-            .iter()
-            .map(|assembly| 2 * assembly.words.len());
-        sizes.any(|size| words(size))
+    let has_words = |size: usize| {
+        let mut assemblies = tables.assemblies.iter();
+        assemblies.any(|assembly| 2 * assembly.words.len() == size)
     };
     if id < 0x400 {
         let io = [0x0D, 0x0F].contains(&(id >> 6)) && (id & 0x3F) as u8 == mac_id;
-        assert!(io && size(&|size| size == data.len()), "{frame:?}");
+        assert!(io && has_words(data.len()), "{frame:?}");
         return None;
     }
     let sender = (id >> 3 & 0x3F) as u8;

@@ -11,7 +11,6 @@
 //!
 //! Assumptions, which no board has confirmed:
 //!
-//! - The thresholds have not been compared with the datasheets.
 //! - All thresholds of a part are at the same position in their ranges ([`Part`]), and a detector responds without delay.
 //! - The board has the option bytes of the README: the brown-out reset of the STM32F446 is on, with level 3.
 

@@ -1,6 +1,11 @@
-//! Real clients against the virtual sensor: python-can, python-canopen and tshark, with checks written from the manuals.
+//! Real clients against the virtual sensor: python-can, python-canopen, devicenet-py and tshark, with checks written from the manuals.
 
 use host_tests::python;
+use plumbline::model::catalog;
+use std::fs;
+use std::io::{Write, stderr};
+use std::path::Path;
+use std::process::Command;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use stm32_sim::chip::Chip;
 use stm32_sim::firmware;
@@ -177,6 +182,63 @@ const IMS360_NUCLEO: &[&str] = &[
 #[test]
 fn ims360_image_for_the_nucleo_matches_manual() {
     image_matches_manual(Chip::F446, "ims360", "ims360_check.py", IMS360_NUCLEO);
+}
+
+#[test]
+fn devicenet_sensors_match_manual() {
+    devicenet("devicenet_check.py", &["can", "serial"], &[]);
+}
+
+#[test]
+fn wireshark_decodes_devicenet() {
+    let installed = Command::new("tshark").arg("--version").output().is_ok();
+    if !installed && std::env::var_os("CI").is_none() {
+        // Written directly to standard error, which the test harness does not capture.
+        let _ = writeln!(stderr(), "skipped: devicenet_tshark.py: no tshark");
+        return;
+    }
+    devicenet("devicenet_tshark.py", &["can", "serial"], &[]);
+}
+
+#[test]
+fn devicenet_data_sheets_match_sensors() {
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("devicenet-data-sheets");
+    fs::create_dir_all(&folder).expect("a folder");
+    for name in ["tiltix080", "tiltix360"] {
+        let file = descriptors::describe(catalog::find(name).expect("a product"));
+        fs::write(folder.join(file.name), file.text).expect("a file");
+    }
+    let folder = folder.to_str().expect("a path in UTF-8");
+    devicenet(
+        "devicenet_eds_check.py",
+        &["can", "eds_pie"],
+        &["--sheets", folder],
+    );
+}
+
+#[test]
+fn devicenet_master_reads_and_polls() {
+    devicenet("devicenet_client.py", &["can", "devicenet"], &[]);
+}
+
+/// The modules for the images of the TILTIX that do not measure time.
+const DEVICENET_IMAGE: &[&str] = &["port", "explicit", "objects", "fragments", "scaling"];
+
+#[test]
+fn devicenet_images_match_manual() {
+    let images = firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}"));
+    let folder = images["tiltix080"].parent().expect("a folder");
+    let folder = folder.to_str().expect("a path in UTF-8");
+    let mut arguments = vec!["--jobs", "2", "--images", folder];
+    arguments.extend(DEVICENET_IMAGE.iter().flat_map(|group| ["--only", group]));
+    devicenet("devicenet_check.py", &["can", "serial"], &arguments);
+}
+
+/// Runs a client of both TILTIX.
+fn devicenet(script: &str, modules: &[&str], arguments: &[&str]) {
+    let _alone = alone();
+    let sensor = ["--virtual-sensor", VIRTUAL_SENSOR];
+    python::run(script, modules, &[&sensor, arguments].concat());
 }
 
 #[test]

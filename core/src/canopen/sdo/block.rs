@@ -296,17 +296,12 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         [command, _, _, _, size, ..]: [u8; 8],
     ) -> Result<Option<[u8; 8]>, Abort> {
         check_size(size)?;
-        let object = objects.find(address)?;
-        objects.check_read(object, address.sub)?;
-        let length = T::size(object);
-        if length > 0 {
-            let number = objects.number(object, address.sub).to_le_bytes();
+        let reply = self.upload(objects, now, address)?;
+        self.begin(address);
+        if let Some(data) = message::expedited_data(&reply) {
             self.data = B::EMPTY;
             // There is room: checked at compile time.
-            self.data
-                .append(number.get(..length.into()).unwrap_or(&number));
-        } else {
-            self.data = objects.text(object);
+            self.data.append(data);
         }
         if let Some(block) = self.block.get_mut() {
             block.begin(Stage::Initiated, command & command::CRC != 0);

@@ -107,6 +107,13 @@ pub const fn is_expedited(length: usize) -> bool {
     matches!(length, 1..=4)
 }
 
+/// The data in the reply to the initiate request of an upload; None if it is not expedited.
+pub fn expedited_data([command, _, _, _, data @ ..]: &[u8; 8]) -> Option<&[u8]> {
+    let length = 4 - (command >> 2 & 3);
+    let expedited = command & 0x02 != 0;
+    data.get(..length.into()).filter(|_| expedited)
+}
+
 /// The reply to the initiate request of an upload: expedited with 1 to 4 bytes of data, otherwise with the size of the data.
 pub fn upload_reply(address: Address, data: &[u8]) -> [u8; 8] {
     let length = data.len() as u8;

@@ -261,7 +261,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         self.expires = Deadline::after(now, TIME_OUT);
     }
 
-    fn upload<T: Objects<Object = O, Text = B>>(
+    pub(super) fn upload<T: Objects<Object = O, Text = B>>(
         &mut self,
         objects: &mut T,
         now: Instant,

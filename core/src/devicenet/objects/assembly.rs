@@ -1,7 +1,8 @@
 //! The assembly object (class 4): the data of the I/O messages.
 
+use crate::devicenet::exchange::{pack, words};
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
-use crate::devicenet::protocol::{ContextOf, pack, words};
+use crate::devicenet::protocol::ContextOf;
 use crate::devicenet::table::Product;
 
 /// The revision of the class.

@@ -1,10 +1,11 @@
 //! The connection object (class 5): instances 1 explicit, 2 poll, 4 COS or cyclic.
 
 use crate::devicenet::connection::{Connection, State};
+use crate::devicenet::exchange::selected;
 use crate::devicenet::explicit::{Data, Failure, Request, exactly, nothing, service};
 use crate::devicenet::fragment::{CONSUMED, PRODUCED};
 use crate::devicenet::identifiers::{Group1, group_2, group_2_id};
-use crate::devicenet::protocol::{ContextOf, Devicenet, selected};
+use crate::devicenet::protocol::{ContextOf, Devicenet};
 use crate::devicenet::table::Product;
 use crate::time::Instant;
 

@@ -1,8 +1,9 @@
 //! The identity object (class 1).
 
 use crate::application::{Faults, Values};
+use crate::devicenet::access::Departure;
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
-use crate::devicenet::protocol::{ContextOf, Departure, Devicenet};
+use crate::devicenet::protocol::{ContextOf, Devicenet};
 use crate::devicenet::table::Product;
 use crate::param::Parameters;
 use crate::time::Instant;

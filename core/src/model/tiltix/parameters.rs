@@ -125,7 +125,7 @@ pub enum Range {
 }
 
 /// 360 deg in 0.01 deg.
-const TURN: i32 = 360_00;
+const TURN: i32 = 36_000;
 /// The largest COS delta in 0.01 deg.
 const DELTA_MAX: i32 = 2_00;
 

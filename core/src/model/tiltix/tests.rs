@@ -178,14 +178,14 @@ fn sums_of_the_360_model_are_modulo_360_degrees() {
     sensor.set(id::PRESET_ENABLE[0], 1).unwrap();
     assert_eq!(sensor.get(id::OFFSET[0]), 20_00);
     assert_eq!(sensor.words()[0], 10_00);
-    sensor.set(id::DIFFERENTIAL[0], 359_99).unwrap();
+    sensor.set(id::DIFFERENTIAL[0], 35_999).unwrap();
     assert_eq!(sensor.words(), [9_99, 0, 9_99, 0]);
-    assert_eq!(sensor.tilt(one(330.0)).words()[0], 349_99);
+    assert_eq!(sensor.tilt(one(330.0)).words()[0], 34_999);
     // The parameters of the lateral axis work.
     sensor.set(id::OPERATING[1], 2).unwrap();
     sensor.set(id::PRESET[1], 45_00).unwrap();
     sensor.set(id::PRESET_ENABLE[1], 1).unwrap();
-    assert_eq!(sensor.words()[1..], [45_00, 349_99, 45_00]);
+    assert_eq!(sensor.words()[1..], [45_00, 34_999, 45_00]);
 }
 
 #[test]
@@ -221,7 +221,7 @@ fn new_resolution_converts_all_numbers_with_its_unit() {
     sensor.set(id::RESOLUTION, 1000).unwrap();
     assert_eq!(numbers(&sensor), [12, -12, 80, 0, 12, 0]);
     let mut circle = Tiltix360::new();
-    circle.set(id::PRESET[0], 359_99).unwrap();
+    circle.set(id::PRESET[0], 35_999).unwrap();
     circle.set(id::RESOLUTION, 100).unwrap();
     assert_eq!(circle.get(id::PRESET[0]), 0);
 }
@@ -229,7 +229,7 @@ fn new_resolution_converts_all_numbers_with_its_unit() {
 #[test]
 fn limits_follow_the_resolution() {
     let limits = [
-        (10, 8000, 359_99, 200),
+        (10, 8000, 35_999, 200),
         (100, 800, 3599, 20),
         (1000, 80, 359, 2),
     ];

@@ -251,6 +251,14 @@ pub fn allocated(choice: u8) -> LevelTester {
     tester
 }
 
+/// Allocates these choices, sends requests and compares the bodies of the responses.
+pub fn compare(choice: u8, messages: &[(&str, &str)]) {
+    let mut tester = allocated(choice);
+    for (request, response) in messages {
+        assert_eq!(tester.explicit(request), *response, "{request}");
+    }
+}
+
 impl LevelTester {
     /// Hands in a sample of this specific force in 0.001 g.
     pub fn force_milli(&mut self, x: i32, y: i32) {

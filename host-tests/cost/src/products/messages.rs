@@ -218,7 +218,8 @@ pub(super) const CANOPEN: Protocol = Protocol {
     services: &[Service {
         row: "publish",
         before: &[],
-        message: sdo(&[0x2B, 0x00, 0x18, 5, 21, 0, 0, 0]),
+        // The terminating resistor.
+        message: sdo(&[0x2F, 0x45, 0x20, 0, 1, 0, 0, 0]),
         after: &[],
         function: Some(FINISH),
     }],

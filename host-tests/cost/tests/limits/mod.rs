@@ -56,6 +56,18 @@ fn jn2101_answers_within_20_us() {
     assert_at_most("jn2101", &rows, 20_000);
 }
 
+#[test]
+fn ims360_answers_within_20_8_us() {
+    let rows = [
+        "sync_worst",
+        "read_worst",
+        "led_worst",
+        "led_read_worst",
+        "boot_worst",
+    ];
+    assert_at_most("ims360", &rows, 20_800);
+}
+
 /// The scenario must contain changes of the heater of each heated product.
 #[test]
 fn each_heated_product_is_measured_while_its_heater_is_regulated() {
@@ -74,7 +86,7 @@ fn each_heated_product_is_measured_while_its_heater_is_regulated() {
 /// An answer while a save programs is late by at most the half-word that is being programmed.
 #[test]
 fn save_delays_an_answer_by_at_most_one_half_word() {
-    for model in ["is2", "jn2101"] {
+    for model in ["is2", "jn2101", "ims360"] {
         for (saving, otherwise) in [
             ("save_worst", "sync_worst"),
             ("save_read_worst", "read_worst"),
@@ -98,5 +110,17 @@ fn images_fit_into_their_share_of_flash_and_ram() {
     for (model, flash) in [("is2", 19_000), ("jn2101", 29_500)] {
         assert_at_most(model, &["ram"], 6 * 1024 - 1);
         assert_at_most(model, &["flash"], flash);
+    }
+}
+
+/// At 500 kbit/s the intermission takes 6 us of the time of an answer.
+#[test]
+fn tiltix_answers_polls_within_20_us_beyond_the_intermission() {
+    for model in ["tiltix080", "tiltix360"] {
+        assert_at_most(model, &["sync_worst"], 26_000);
+        assert_at_most(model, &["sync"], 350);
+        assert_at_most(model, &["read_request"], 450);
+        assert_at_most(model, &["flash"], 30 * 1024);
+        assert_at_most(model, &["ram"], 8 * 1024);
     }
 }

@@ -119,7 +119,7 @@ impl Scenario {
 
     /// Sends a message at each phase around a change that recurs after this period in us, or one sample later. The change is a part of the
     /// processing of a sample, whose duration varies with the number of values. So the change has several positions in the sampling period,
-    /// and the phases cover all of them. `prepare` is called before each message.
+    /// and the phases cover all of them. `prepare` is called before each change.
     fn around(
         &mut self,
         asked: &Asked,
@@ -133,6 +133,7 @@ impl Scenario {
         let mut change = self.next_change(&state, 1000).ok_or(MISSING)?;
         let mut places = BTreeSet::new();
         for _ in 0..OBSERVED {
+            prepare(self)?;
             let passed = self.rig.bus().now().ticks() - change;
             self.rig.run(us(period - 3_000 - passed));
             change = self.next_change(&state, STEP).ok_or(MISSING)?;
