@@ -217,3 +217,20 @@ fn mapped_settings_and_status_are_sent() {
     tester.send("000#0132");
     assert_eq!(tester.exchange("080#"), ["2B2#0102010019"]);
 }
+
+#[test]
+fn angle_changes_within_10_ms_only_with_filter_type_0() {
+    let level = in_g([0.0, 0.0, 1.0]);
+    let tilted = in_g([0.5, 0.0, 0.866_025]);
+    for (kind, changes) in [(0, true), (1, false), (2, false)] {
+        let mut tester = booted();
+        // 0.1 Hz.
+        tester.write(0x3111, 0, 2, 100).unwrap();
+        tester.write(0x3110, 1, 1, kind).unwrap();
+        tester.hold(level, 100);
+        tester.hold(tilted, 2);
+        let angle = tester.read_i32(0x6110).abs();
+        let expected = if changes { 150..=3_001 } else { 0..=20 };
+        assert!(expected.contains(&angle), "type {kind}: {angle}");
+    }
+}
