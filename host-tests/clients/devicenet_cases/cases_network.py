@@ -53,8 +53,7 @@ def lone_node(context: Context) -> None:
     with context.session(online=False, alone=3.5) as session:
         first, second = duplicates(session, 4, 2)
         session.report.within("first request after the adapter is opened", 0, 0.3, first.at - session.opened)
-        # A simulated microcontroller that has sent in vain may be late and catch up.
-        session.report.within("time between the requests", 0.85, 1.06, second.at - first.at)
+        session.report.within("time between the requests", 0.97, 1.06, second.at - first.at)
         online = session.wait_online(3, 0.02)
         session.report.within("time from the second request until on-line", 0.97, 1.1, online - second.at)
 
