@@ -1,0 +1,58 @@
+//! The end of the input: a sensor in J1939 ends its connections and still answers.
+
+use super::Sensor;
+use plumbline::can::{Frame, extended};
+use plumbline::node::{BusEvent, BusState};
+use plumbline::time::{Duration, after, millis};
+
+/// The time after which all connections of J1939 have ended, and the longest time of an answer.
+const QUIET: Duration = millis(6000);
+const ANSWER: Duration = millis(200);
+
+/// The longest step of the time in which nothing happens.
+const STEP: Duration = millis(1);
+
+impl Sensor {
+    /// Lets time pass without another frame on the bus, and checks that the sensor in J1939 ends its connections and still answers.
+    ///
+    /// # Panics
+    /// As [`step`](Self::step), or if it does not.
+    pub fn finish(&mut self) {
+        self.node.bus(self.now, BusEvent::State(BusState::Active));
+        self.settle();
+        if self.j1939.is_none() {
+            return;
+        }
+        let begin = self.now;
+        // A running save ends, and a pending reset.
+        let mut sent = self.quiet(QUIET);
+        if let Some(known) = &self.j1939 {
+            known.check_quiet(begin);
+            let request = Frame::data(extended(0x18EA_FF21), &[0x00, 0xEE, 0x00]);
+            if sent > 0 && self.node.ready() {
+                self.node.receive(self.now, &request.expect("3 bytes"));
+                self.settle();
+                sent = self.quiet(ANSWER);
+                assert!(sent > 0, "no answer");
+            }
+        }
+    }
+
+    /// Lets this time pass. Returns the number of frames.
+    fn quiet(&mut self, time: Duration) -> u64 {
+        let (begin, end) = (self.sent, after(self.now, time));
+        while self.now < end {
+            let sent = self.sent;
+            self.transmit();
+            self.step_store();
+            self.settle();
+            if self.sent == sent {
+                let next = after(self.now, STEP);
+                let deadline = self.node.deadline().unwrap_or(end);
+                self.now = deadline.clamp(self.now, next).min(end);
+                self.settle();
+            }
+        }
+        self.sent - begin
+    }
+}
