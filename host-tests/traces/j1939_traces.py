@@ -1,143 +1,54 @@
-"""The traces of the IMS360 in J1939, written from SAE J1939-21, -71, -73 and -81 and the decisions in the document of the IMS360.
+"""The traces of the IMS360 in J1939, written from SAE J1939-21, -71, -73 and -81 and the decisions in the document of the IMS360."""
 
-The numbers are calculated here: `SIGNALS` has the scales of SAE J1939-71, `name` the fields of J1939-81.
-"""
+from collections.abc import Iterator
 
-from collections.abc import Callable, Iterator
-
+import j1939_address_traces
 from canopen_traces import IMS360, Trace
-from wire import EXTENDED
-
-SENSOR, TESTER, EVERYONE, NOBODY = 0x80, 0x21, 0xFF, 0xFE
-
-# Parameter groups. Those below F000h have a destination.
-REQUEST, ACKNOWLEDGEMENT, CLAIM, CONTROL, DATA, PROPRIETARY = 0xEA00, 0xE800, 0xEE00, 0xEC00, 0xEB00, 0xEF00
-SSI2, SSI, ARI, ACCS = 0xF029, 0xF013, 0xF02A, 0xF02D
-DM1, COMMANDED, SOFTWARE, COMPONENT, ECU = 0xFECA, 0xFED8, 0xFEDA, 0xFEEB, 0xFDC5
-
-PRIORITY = {CONTROL: 7, DATA: 7, SSI2: 3, SSI: 3, ARI: 3, ACCS: 3}
-
-CLAIM_MS, BAM_MS, DM1_MS, RESTART_MS = 250, 60, 1000, 99
-
-NO_CODES = "00FF00000000FFFF"
-# The lowest and the highest NAME.
-LOWEST, HIGHEST = "00" * 8, "FF" * 8
-
-ORIGIN = "written from {}, and the decisions S17 to S39 of the IMS360"
-SAVE = "2310100173617665", "6010100100000000"
+from j1939_frames import (
+    ACCS,
+    ARI,
+    BAM_MS,
+    CLAIM,
+    COMPONENT,
+    CONTROL,
+    DATA,
+    DM1,
+    DM1_MS,
+    ECU,
+    EVERYONE,
+    J1939Trace,
+    NOBODY,
+    NO_CODES,
+    PROPRIETARY,
+    QUIET,
+    REQUEST,
+    SAVE,
+    SENSOR,
+    SOFTWARE,
+    SSI,
+    SSI2,
+    TESTER,
+    code,
+    component,
+    identifier,
+    little,
+    packets,
+    scaled,
+)
 
 
 def all_traces() -> Iterator[Trace]:
     """Every trace of this file."""
     yield switch()
-    yield claim()
+    yield j1939_address_traces.claim()
     yield process_data()
     yield requests()
     yield broadcast()
     yield connection()
     yield parameters()
     yield trouble_codes()
-    yield commanded_address()
-    yield cannot_claim()
-
-
-def identifier(group: int, source: int = SENSOR, destination: int = EVERYONE, priority: int | None = None) -> int:
-    """The 29-bit identifier of a group, with its usual priority unless another is given."""
-    number = group if group >= 0xF000 else group | destination
-    return EXTENDED | (PRIORITY.get(group, 6) if priority is None else priority) << 26 | number << 8 | source
-
-
-def little(number: int, size: int) -> str:
-    """A number in bytes, the least significant first."""
-    return number.to_bytes(size, "little").hex().upper()
-
-
-def name(serial: int, capable: int = 1) -> str:
-    """The NAME of J1939-81: manufacturer code 2047, function 145, the other fields 0."""
-    return little(capable << 63 | 145 << 40 | 2047 << 21 | serial & 0x1FFFFF, 8)
-
-
-class J1939Trace(Trace):
-    """A trace that begins in CANopen and goes on in J1939."""
-
-    def __init__(self, trace: str, sources: str, *, scene: str = "12.34,-5.67", writes: tuple[str, ...] = ()) -> None:
-        super().__init__(f"ims360-j1939-{trace}", ORIGIN.format(sources), scene=scene, node=IMS360)
-        self.address = SENSOR
-        self.name_data = name(1, 0 if "2F06210100000000" in writes else 1)
-        self.note("Over CANopen: J1939, save, reset node.")
-        self.expect(0x700 + IMS360, "00")
-        self.wait(100)
-        for request in (*writes, "2F00310101000000"):
-            self.ask(request, f"60{request[2:8]}00000000")
-        self.saved(lambda: self.ask(*SAVE))
-        self.send(0x000, f"81{IMS360:02X}")
-
-    def saved(self, save: Callable[[], None]) -> None:
-        """A save, whose duration depends on the memory."""
-        self.tolerance(30_000)
-        save()
-        self.wait(100)
-        self.tolerance(300)
-
-    def tolerance(self, microseconds: int) -> None:
-        """The tolerance of the frames that follow."""
-        self._lines.append(f"# tolerance-us: {microseconds}")
-
-    def group(self, group: int, data: str, destination: int = EVERYONE) -> None:
-        """The sensor sends a group."""
-        self.expect(identifier(group, self.address, destination), data)
-
-    def tell(self, group: int, data: str, destination: int = EVERYONE, source: int = TESTER) -> None:
-        """The tester sends a group."""
-        self.send(identifier(group, source, destination), data)
-
-    def claims(self) -> None:
-        """The sensor claims its address and then sends DM1 without codes."""
-        self.group(CLAIM, self.name_data)
-        self.silence()
-
-    def silence(self) -> None:
-        """250 ms after the claim, the sensor sends DM1. Sets `begin`, the end of the silence."""
-        self.wait(CLAIM_MS)
-        self.begin = self.now
-        self.group(DM1, NO_CODES)
-
-    def at(self, milliseconds: float) -> None:
-        """Goes to this time after the end of the silence."""
-        self.now = self.begin + round(1000 * milliseconds)
-
-    def restarts(self) -> None:
-        """2010h:01 = 1: the controller starts again, 100 ms later, as in CANopen."""
-        self.tell(PROPRIETARY, "2F10200101000000", self.address)
-        self.group(PROPRIETARY, "6010200100000000", TESTER)
-        self.wait(RESTART_MS)
-
-    def request(self, group: int, destination: int = SENSOR, source: int = TESTER) -> None:
-        """The tester requests a group."""
-        self.tell(REQUEST, little(group, 3), destination, source)
-
-    def refused(self, group: int) -> None:
-        """A negative acknowledgement to all."""
-        self.group(ACKNOWLEDGEMENT, f"01FFFFFF{TESTER:02X}{little(group, 3)}")
-
-    def control(self, text: str, group: int) -> None:
-        """A TP.CM message of the tester."""
-        self.tell(CONTROL, text.ljust(10, "F") + little(group, 3), self.address)
-
-    def parameter(self, request: str, reply: str) -> None:
-        """An SDO request by Proprietary A, its reply, and a pause."""
-        self.tell(PROPRIETARY, request, self.address)
-        self.group(PROPRIETARY, reply, TESTER)
-        self.wait(10)
-
-
-QUIET = ("2B04210100000000",)  # 2104h:01 = 0: SSI2 on request only
-
-
-def packets(message: bytes) -> list[str]:
-    """A message in packets of the transport protocol."""
-    parts = [message[at : at + 7] for at in range(0, len(message), 7)]
-    return [f"{count:02X}{part.ljust(7, bytes([255])).hex().upper()}" for count, part in enumerate(parts, 1)]
+    yield j1939_address_traces.commanded_address()
+    yield j1939_address_traces.cannot_claim()
 
 
 def switch() -> Trace:
@@ -162,53 +73,6 @@ def switch() -> Trace:
     trace.ask("4000100000000000", "430010009A010407")
     trace.ask("4004210100000000", "4B04210100000000")
     return trace
-
-
-def claim() -> Trace:
-    """Claim, contention with higher and lower NAMEs, and the next start."""
-    trace = J1939Trace("claim", "J1939-81, 4.2 and 4.4", writes=QUIET)
-    trace.note("Within the 250 ms only a request for the claim is answered.")
-    trace.group(CLAIM, trace.name_data)
-    begin = trace.now
-    trace.wait(100)
-    trace.request(COMPONENT)
-    trace.wait(10)
-    trace.request(CLAIM, EVERYONE)
-    trace.group(CLAIM, trace.name_data)
-    trace.now = begin
-    trace.silence()
-    trace.wait(100)
-    trace.note("A higher NAME at 80h: the address is kept.")
-    trace.tell(CLAIM, HIGHEST, source=SENSOR)
-    trace.group(CLAIM, trace.name_data)
-    trace.wait(10)
-    trace.note("The own NAME at 80h is ignored.")
-    trace.tell(CLAIM, trace.name_data, source=SENSOR)
-    trace.wait(10)
-    trace.note("81h and 82h are claimed by others; a lower NAME at 80h: the next address is 83h.")
-    for source in (0x81, 0x82):
-        trace.tell(CLAIM, HIGHEST, source=source)
-        trace.wait(10)
-    trace.tell(CLAIM, LOWEST, source=SENSOR)
-    trace.address = 0x83
-    trace.claims()
-    trace.wait(10)
-    trace.request(SOFTWARE, 0x80)
-    trace.wait(10)
-    trace.request(CLAIM, 0x83)
-    trace.group(CLAIM, trace.name_data)
-    trace.wait(10)
-    trace.note("2102h has not changed: the next start claims 80h.")
-    trace.parameter("4002210000000000", "4F02210080000000")
-    trace.restarts()
-    trace.address = SENSOR
-    trace.claims()
-    return trace
-
-
-def scaled(value: float, factor: float, offset: float, size: int) -> str:
-    """A number of J1939-71: value = raw * factor + offset."""
-    return little(round((value - offset) / factor), size)
 
 
 def process_data() -> Trace:
@@ -288,11 +152,6 @@ def requests() -> Trace:
     trace.at(DM1_MS)
     trace.group(DM1, NO_CODES)
     return trace
-
-
-def component(serial: int = 1) -> str:
-    """Component identification: make, model, serial number, unit number."""
-    return f"Plumbline*IMS360*{serial}**"
 
 
 def broadcast() -> Trace:
@@ -400,11 +259,6 @@ def parameters() -> Trace:
     return trace
 
 
-def code(spn: int, fmi: int, count: int) -> str:
-    """A diagnostic trouble code with conversion method 0."""
-    return little(spn & 0xFFFF, 2) + f"{spn >> 16 << 5 | fmi:02X}{count:02X}"
-
-
 def trouble_codes() -> Trace:
     """DM1 once a second and with each change: pitch and roll beyond their range by an offset."""
     trace = J1939Trace("dm1", "J1939-73, 5.7.1", scene="0,0", writes=QUIET)
@@ -447,93 +301,4 @@ def trouble_codes() -> Trace:
     trace.note("None.")
     offset(0x3220, 0, code(4976, 0, 2))
     offset(0x3210, 0)
-    return trace
-
-
-def packets_of_command(data: str, address: int) -> list[str]:
-    """Commanded Address in packets."""
-    return packets(bytes.fromhex(data) + bytes([address]))
-
-
-def commanded_address() -> Trace:
-    """Commanded Address by BAM and by RTS and CTS."""
-    trace = J1939Trace("commanded-address", "J1939-81, 4.5.2, and J1939-21, 5.10", writes=QUIET)
-    trace.claims()
-    trace.wait(10)
-    announced = f"090002FF{little(COMMANDED, 3)}"
-
-    def command(data: str, address: int, *, engine: bool = False) -> None:
-        parts = packets_of_command(data, address)
-        trace.tell(CONTROL, "20" + announced)
-        for number, part in enumerate(parts):
-            trace.wait(50)
-            trace.tell(DATA, part)
-            if engine and number == 0:
-                trace.tell(CONTROL, f"200A0002FF{little(DM1, 3)}", source=0)
-                trace.tell(DATA, "0104FF7013000171", source=0)
-
-    trace.note("Another NAME, and the addresses 254 and 255: nothing.")
-    for data, address in ((HIGHEST, 0xA0), (trace.name_data, 254), (trace.name_data, 255)):
-        command(data, address)
-        trace.wait(10)
-    trace.note("Our NAME and A0h, while an engine sends a message to all.")
-    command(trace.name_data, 0xA0, engine=True)
-    trace.address = 0xA0
-    trace.claims()
-    trace.wait(10)
-    trace.parameter("4002210000000000", "4F022100A0000000")
-    trace.note("To us, one packet for each CTS; 5.")
-    first, second = packets_of_command(trace.name_data, 5)
-    trace.tell(CONTROL, f"1009000201{little(COMMANDED, 3)}", 0xA0)
-    trace.group(CONTROL, f"110101FFFF{little(COMMANDED, 3)}", TESTER)
-    trace.wait(10)
-    trace.tell(DATA, first, 0xA0)
-    trace.group(CONTROL, f"110102FFFF{little(COMMANDED, 3)}", TESTER)
-    trace.wait(10)
-    trace.tell(DATA, second, 0xA0)
-    trace.group(CONTROL, "13" + announced, TESTER)
-    trace.address = 5
-    trace.claims()
-    trace.wait(10)
-    trace.note("Without a save, the next start claims the stored address.")
-    trace.restarts()
-    trace.address = SENSOR
-    trace.claims()
-    return trace
-
-
-def cannot_claim() -> Trace:
-    """A node that is not arbitrary address capable loses its address."""
-    trace = J1939Trace("cannot-claim", "J1939-81, 4.4.4", writes=(*QUIET, "2F06210100000000"))
-    trace.claims()
-    trace.wait(10)
-
-    def lost() -> None:
-        """Cannot claim, 0 to 153 ms later."""
-        begin = trace.now
-        trace.tolerance(77_500)
-        trace.now = begin + 77_000
-        trace.expect(identifier(CLAIM, NOBODY), trace.name_data)
-        trace.now = begin + 200_000
-        trace.tolerance(300)
-
-    trace.tell(CLAIM, LOWEST, source=SENSOR)
-    lost()
-    trace.note("Requests for the claim are answered, by all and to 254; nothing else is.")
-    for destination in (EVERYONE, NOBODY):
-        trace.request(CLAIM, destination)
-        lost()
-    for destination in (EVERYONE, NOBODY, SENSOR):
-        trace.request(SOFTWARE, destination)
-        trace.wait(10)
-        trace.tell(PROPRIETARY, "4000100000000000", destination)
-        trace.wait(10)
-    trace.wait(1000)
-    trace.note("Commanded Address is obeyed.")
-    trace.tell(CONTROL, f"20090002FF{little(COMMANDED, 3)}")
-    for part in packets_of_command(trace.name_data, 0xA0):
-        trace.wait(50)
-        trace.tell(DATA, part)
-    trace.address = 0xA0
-    trace.claims()
     return trace
