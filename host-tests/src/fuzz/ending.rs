@@ -1,6 +1,6 @@
 //! The end of the input: a sensor in J1939 ends its connections and still answers.
 
-use super::Sensor;
+use super::{Sensor, j1939};
 use plumbline::can::{Frame, extended};
 use plumbline::node::{BusEvent, BusState};
 use plumbline::time::{Duration, after, millis};
@@ -8,6 +8,9 @@ use plumbline::time::{Duration, after, millis};
 /// The time after which all connections of J1939 have ended, and the longest time of an answer.
 const QUIET: Duration = millis(6000);
 const ANSWER: Duration = millis(200);
+
+/// A request of all nodes for Address Claimed.
+const CLAIMED: (u32, [u8; 3]) = (0x18EA_FF21, [0x00, 0xEE, 0x00]);
 
 /// The longest step of the time in which nothing happens.
 const STEP: Duration = millis(1);
@@ -25,16 +28,37 @@ impl Sensor {
         }
         let begin = self.now;
         // A running save ends, and a pending reset.
-        let mut sent = self.quiet(QUIET);
-        if let Some(known) = &self.j1939 {
-            known.check_quiet(begin);
-            let request = Frame::data(extended(0x18EA_FF21), &[0x00, 0xEE, 0x00]);
-            if sent > 0 && self.node.ready() {
-                self.node.receive(self.now, &request.expect("3 bytes"));
-                self.settle();
-                sent = self.quiet(ANSWER);
-                assert!(sent > 0, "no answer");
-            }
+        let sent = self.quiet(QUIET);
+        // A power cut in this time can lead back to CANopen.
+        let Some(known) = &self.j1939 else {
+            return;
+        };
+        known.check_quiet(begin);
+        if sent > 0 {
+            self.ask(CLAIMED);
+        }
+        // Both connections are free again.
+        for requester in [0x31, 0x32] {
+            let Some(address) = self.j1939.as_ref().and_then(j1939::Known::address) else {
+                return;
+            };
+            let packets = self.packets;
+            let id = 0x18EA_0000 | u32::from(address) << 8 | requester;
+            self.ask((id, [0xEB, 0xFE, 0x00]));
+            assert!(self.packets > packets, "no connection is free");
+        }
+    }
+
+    /// Sends a request.
+    ///
+    /// # Panics
+    /// If there is no answer.
+    fn ask(&mut self, (id, data): (u32, [u8; 3])) {
+        if self.node.ready() {
+            let request = Frame::data(extended(id), &data).expect("3 bytes");
+            self.node.receive(self.now, &request);
+            self.settle();
+            assert!(self.quiet(ANSWER) > 0, "no answer");
         }
     }
 

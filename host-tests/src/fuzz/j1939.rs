@@ -78,6 +78,11 @@ pub fn is_in_force(node: &dyn Node) -> bool {
 }
 
 impl Known {
+    /// The address of the sensor.
+    pub fn address(&self) -> Option<u8> {
+        self.address.map(|(address, _)| address)
+    }
+
     /// The sensor starts again, or is bus-off: the next frame is a claim.
     pub fn restart(&mut self) {
         self.address = None;
@@ -94,7 +99,7 @@ impl Known {
         if format == DATA {
             // Perhaps Commanded Address with the lost one.
             self.lost = None;
-            self.commanded = self.address.map(|(address, _)| address).or(self.commanded);
+            self.commanded = self.address().or(self.commanded);
         }
         self.restarts |= format == PROPRIETARY && data.get(1..3) == Some(&[0x10, 0x20]);
         if id >> 8 & 0x3_FFFF != 0xEEFF {
@@ -183,7 +188,7 @@ impl Known {
 
     /// A frame, mostly for this sensor.
     pub fn frame(&self, source: &mut impl Source, tables: &Tables, product: &Product) -> Frame {
-        let own = self.address.map_or(0x80, |(address, _)| address);
+        let own = self.address().unwrap_or(0x80);
         let own = if source.byte() < 8 { NO_ADDRESS } else { own };
         let from = match source.byte() {
             0..=199 => TESTER,
