@@ -1,6 +1,8 @@
 //! Nodes with the same preferred address that are switched on at the same time.
 
-use crate::network::{NO_ADDRESS, Network, Objects, PREFERRED, answers, claimed, memory, name};
+use crate::network::{
+    NO_ADDRESS, Network, Objects, PREFERRED, answers, claimed, frame, memory, name,
+};
 use bench::Source;
 use plumbline::can::Frame;
 use std::collections::BTreeSet;
@@ -177,4 +179,27 @@ fn requested_claims_of_all_nodes_have_their_names() {
         .map(|one| u64::from_le_bytes(Frame::bytes(&one.frame).try_into().expect("8 bytes")))
         .collect();
     assert_eq!(names, serials.iter().map(|serial| name(*serial)).collect());
+}
+
+#[test]
+fn claim_that_waits_for_the_bus_is_withdrawn_when_the_address_is_lost() {
+    let mut network = Network::new(&[], &[]);
+    let stored = memory(2, SLOW);
+    network.bus.give_way(false);
+    // Frames with a higher priority follow each other, one of them a claim of 80h with the lowest NAME.
+    let filler = "00FF0021#0102030405060708";
+    let frames = [
+        &[filler; 10][..],
+        &["00EEFF80#0000000000000000"],
+        &[filler; 5],
+    ]
+    .concat();
+    for text in &frames {
+        network.bus.send(network.tester, frame(text));
+    }
+    network.attach(2, stored);
+    let log = network.wait(200);
+    let sent = log.iter().map(|one| format!("{:?}", one.frame));
+    let sent: Vec<_> = sent.filter(|text| text != filler).collect();
+    assert_eq!(sent, [frames[10], "18EEFF81#0200E0FF00910080"]);
 }

@@ -206,7 +206,8 @@ impl Rules {
     fn add(&mut self, one: &Logged) {
         let source = identifier(&one.frame) as u8;
         let is_claim = claimed(&one.frame).is_some();
-        let start = Instant::from_ticks(one.start / 1_000_000);
+        // A frame is sent at the sample point of its last bit: a bit of 8 us earlier than its end.
+        let start = Instant::from_ticks(one.start.div_ceil(1_000_000) + 8);
         if let Source::Device(id) = one.source {
             // The identification has no other public form.
             let key = format!("{id:?}")
@@ -229,7 +230,11 @@ impl Rules {
                 let known = self.sensors.get(&key).expect("a claim comes first");
                 assert!(source != NO_ADDRESS && source == known.address, "{one:?}");
                 assert!(!known.lost, "lost: {one:?}");
-                assert!(start >= after(known.since, millis(250)), "silence: {one:?}");
+                assert!(
+                    start >= after(known.since, millis(250)),
+                    "silence since {:?}: {one:?}",
+                    known.since
+                );
             }
         }
         if is_claim && source != NO_ADDRESS {
