@@ -1,7 +1,7 @@
 //! The recipes in the documents of the products, run against a simulated sensor.
 //!
 //! A recipe is a text block after a comment with the product, the scene, and `power-up` if it begins with the start of the
-//! sensor:
+//! sensor, or `J1939` if the sensor is in J1939, with its address and without cyclic process data:
 //!
 //! ````text
 //! <!-- recipe: is2, tilt=12.34,-5.67 -->
@@ -77,6 +77,27 @@ impl Run {
         self.received.clear();
     }
 
+    /// Selects J1939 and waits until the sensor has its address. The next DM1 comes a second later.
+    fn select_j1939(&mut self) -> Result<(), String> {
+        let without_reply = "000#8132";
+        let requests = [
+            "632#2B04210100000000",
+            "632#2F00310101000000",
+            "632#2310100173617665",
+            without_reply,
+        ];
+        for text in requests {
+            self.bus.send(self.tester, frame(text)?);
+            if text != without_reply && self.next().is_none() {
+                return Err("no reply to the selection of J1939".to_owned());
+            }
+        }
+        // The claim, and the first DM1.
+        self.next();
+        self.next();
+        self.is_quiet()
+    }
+
     /// The next frame of the sensor.
     fn next(&mut self) -> Option<Frame> {
         let until = after(self.bus.now(), PATIENCE);
@@ -148,10 +169,17 @@ fn run(heading: &str, recipe: &str) -> Result<(), String> {
         Some(rest) => (rest, true),
         None => (heading, false),
     };
+    let (heading, in_j1939) = match heading.strip_suffix(", J1939") {
+        Some(rest) => (rest, true),
+        None => (heading, false),
+    };
     let (product, scene) = heading.split_once(", ").ok_or("the scene is missing")?;
     let mut run = Run::new(product, scene);
     if !powers_up {
         run.boot();
+    }
+    if in_j1939 {
+        run.select_j1939()?;
     }
     let lines: Vec<&str> = recipe.lines().collect();
     for (place, line) in lines.iter().enumerate() {

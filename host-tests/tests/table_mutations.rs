@@ -1,7 +1,8 @@
 //! The tables of the products are the only source of the behaviour: when two rows, two codes, two reply fields or two meanings
 //! are swapped in a copy of a table, the copy does not build, or the tests `wire` of core fail.
 //!
-//! It builds core many times, so it runs only on request: `cargo test -p host-tests --test table_mutations -- --ignored`.
+//! It builds core many times, so it runs only on request: `cargo test -p host-tests --test table_mutations -- --ignored`. With
+//! `PLUMBLINE_SWAPS=j1939` in the environment, only the swaps with this text in their path or texts are made.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -30,7 +31,10 @@ const IMS360_OBJECTS: &str = "ims360/objects.rs";
 const IMS360: &str = "ims360/parameters.rs";
 const TILTIX_OBJECTS: &str = "tiltix/objects.rs";
 const TILTIX: &str = "tiltix/parameters.rs";
+const IMS360_J1939: &str = "ims360/j1939.rs";
 const PROFILE: &str = "../canopen/profile.rs";
+const GROUPS: &str = "../j1939/groups.rs";
+const NAME: &str = "../j1939/name.rs";
 
 /// The swaps, for each kind of entry in the tables of GEMAC's products, of the JN2101, of the IMS360 and of the TILTIX.
 const SWAPS: &[Swap] = &[
@@ -136,7 +140,53 @@ const SWAPS: &[Swap] = &[
     swap(IMS360_OBJECTS, ["2, id::FUSION)", "1, id::FILTER_TYPE)"]),
     swap(IMS360_OBJECTS, ["id::TPDO[2])", "id::TPDO[3])"]),
     swap(IMS360_OBJECTS, ["id::PROTOCOL)", "id::BUS_OFF_RECOVERY)"]),
+    // J1939: objects, factory values, groups, fields of the NAME, trouble codes.
+    swap(IMS360_OBJECTS, ["id::J1939_RATES[0]", "id::J1939_RATES[1]"]),
+    swap(
+        IMS360_OBJECTS,
+        ["id::J1939_PRIORITIES[2]", "id::J1939_PRIORITIES[3]"],
+    ),
+    swap(IMS360_OBJECTS, ["id::J1939_NAME[4]", "id::J1939_NAME[5]"]),
+    swap(IMS360_OBJECTS, ["id::J1939_NAME[1]", "id::J1939_NAME[3]"]),
+    swap(
+        IMS360,
+        [
+            "\"Transmission rate SSI2\", 10",
+            "\"Transmission rate SSI\", 0",
+        ],
+    ),
+    swap(IMS360_J1939, ["id::J1939_RATES", "id::J1939_PRIORITIES"]),
+    swap(IMS360_J1939, ["[y, x, z]", "[z, none, none]"]),
+    swap(IMS360_J1939, ["value::X, pitch)", "value::Y, roll)"]),
+    swap(IMS360_J1939, ["u32 = 4976;", "u32 = 4977;"]),
+    swap(IMS360_J1939, ["u32 = 168;", "u32 = 630;"]),
+    swap(IMS360_J1939, ["u8 = 3;", "u8 = 4;"]),
+    swap(GROUPS, ["pgn: 61_481", "pgn: 61_459"]),
+    swap(GROUPS, ["pgn: 61_482", "pgn: 61_485"]),
+    swap(GROUPS, ["4976, 0,", "4977, 24,"]),
+    swap(GROUPS, ["3318, 0,", "3319, 16,"]),
+    swap(
+        GROUPS,
+        ["((2, 1000), -64, \"deg/s\")", "((1, 128), -250, \"deg/s\")"],
+    ),
+    swap(
+        GROUPS,
+        [
+            "\"LateralAcceleration\", 0,",
+            "\"LongitudinalAcceleration\", 16,",
+        ],
+    ),
+    swap(
+        GROUPS,
+        ["\"PitchRateExRange\", 0,", "\"YawRateExRange\", 32,"],
+    ),
+    swap(GROUPS, ["4979, 50,", "4981, 54,"]),
+    swap(NAME, ["(56, 4)", "(60, 3)"]),
+    swap(NAME, ["(35, 5)", "(32, 3)"]),
 ];
+
+/// The environment variable with the text that selects swaps.
+const SELECTION: &str = "PLUMBLINE_SWAPS";
 
 /// Copies a file or a folder.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
@@ -205,6 +255,11 @@ fn swapped_entries_of_a_table_are_detected() {
     let copied = copy_core();
     assert!(passes(), "the copy without a swap must pass");
     let mut undetected = Vec::new();
+    let selection = std::env::var(SELECTION).unwrap_or_default().to_lowercase();
+    let is_selected = |swap: &&Swap| {
+        let mut texts = swap.texts.iter().chain([&swap.file]);
+        texts.any(|text| text.to_lowercase().contains(&selection))
+    };
     for Swap { file, texts } in SWAPS {
         let path = copied.join("core/src/model").join(file);
         let original = fs::read_to_string(&path).expect("a file");
@@ -215,7 +270,7 @@ fn swapped_entries_of_a_table_are_detected() {
     for Swap {
         file,
         texts: [a, b],
-    } in SWAPS
+    } in SWAPS.iter().filter(is_selected)
     {
         let path = copied.join("core/src/model").join(file);
         let original = fs::read_to_string(&path).expect("a file");

@@ -39,6 +39,8 @@ pub(super) struct Services<P: Product> {
     /// The identifier of the SYNC in force.
     pub(super) sync: CanId,
     pub(super) state: State,
+    /// Another protocol is on the bus and accesses the objects ([`Product::SELECTOR`]).
+    pub(super) is_hosted: bool,
     pub(super) tpdos: P::Tpdos,
     pub(super) emergency: Emergency<P::History>,
     /// The faults of the application that were reported last.
@@ -59,7 +61,7 @@ pub(super) struct Services<P: Product> {
 impl<P: Product> Services<P> {
     pub(super) const MEMORY: u8 = emcy::bits_of(&P::FAULTS, Cause::Memory);
     const OVERRUN: u8 = emcy::bits_of(&P::FAULTS, Cause::Overrun);
-    const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
+    pub(super) const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
     pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
     const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
     const OVERRUN_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::Overrun);
@@ -90,12 +92,13 @@ impl<P: Product> Canopen<P> {
     const CHECKED: () = super::product::check::<P>();
 
     /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
-    pub(super) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
+    pub(crate) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
         let () = Self::CHECKED;
         let services = &mut self.services;
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);
         services.begin(parameters);
+        services.select_protocol(parameters);
         if damaged {
             services
                 .emergency
@@ -198,6 +201,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             rate: BitRate::K10,
             sync: CanId::standard(0),
             state: State::Initialising,
+            is_hosted: false,
             tpdos: P::Tpdos::INITIAL,
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
@@ -393,7 +397,7 @@ impl<P: Product> Services<P> {
     }
 
     /// Takes over changed faults of the application.
-    fn take_faults(&mut self, faults: Faults) {
+    pub(super) fn take_faults(&mut self, faults: Faults) {
         if faults != self.faults {
             self.faults = faults;
             let bits = emcy::caused(Self::CAUSES, faults);

@@ -35,6 +35,7 @@ impl<P: Product> Canopen<P> {
         let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
         self.services.emergency.reset();
         self.services.begin(&mut cx.parameters);
+        self.services.select_protocol(&cx.parameters);
         self.services.reset_lss();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
@@ -45,6 +46,10 @@ impl<P: Product> Canopen<P> {
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
         self.services.reset_communication(cx, now);
+        if self.is_hosted() {
+            self.services.be_silent();
+            return;
+        }
         if !self.services.is_unconfigured() {
             self.start_up(cx, now);
         }
@@ -210,6 +215,8 @@ impl<P: Product> Services<P> {
 
     /// Configures the controller with the identifiers and the bit rate.
     pub(super) fn readdress(&self, cx: &mut ContextOf<P>) {
-        cx.shell.go_online(self.rate);
+        if P::SELECTOR.is_none() || !self.is_hosted {
+            cx.shell.go_online(self.rate);
+        }
     }
 }

@@ -247,7 +247,7 @@ mod tests {
             ("sync", 310),
             ("sync_worst", 19_300),
             ("idle_poll", 60),
-            ("flash", 40_960),
+            ("flash", 52_224),
             ("ram", 10_240),
         ];
         assert_ceilings("ims360", &ceilings);

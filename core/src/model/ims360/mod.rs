@@ -1,10 +1,12 @@
-//! SIKO IMS360: one axis 0 to 360 deg or two axes +-90 deg, CANopen with the device profile for inclination sensors (CiA 410).
+//! SIKO IMS360: one axis 0 to 360 deg or two axes +-90 deg, CANopen with the device profile for inclination sensors (CiA 410),
+//! or SAE J1939.
 //!
 //! Section numbers refer to the user manual "IMS360 CANopen", change status 088/25.
 //!
 #![doc = include_str!("README.md")]
 
 mod application;
+mod j1939;
 mod measuring;
 mod objects;
 mod parameters;
@@ -15,9 +17,8 @@ pub use parameters::id;
 use crate::application::{Faults, Values};
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
-use crate::canopen::{
-    self, Block, CanopenNode, DynamicTpdos, Kept, Lss, Present, Triggers, Variant,
-};
+use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers, Variant};
+use crate::j1939::DualNode;
 use crate::model::listing::Article;
 use crate::model::listing::canopen::Listing;
 use crate::param::{ParameterId, Parameters};
@@ -27,10 +28,10 @@ use crate::store::ImageId;
 pub struct Ims360Product;
 
 /// The sensor.
-pub type Ims360 = CanopenNode<Ims360Product>;
+pub type Ims360 = DualNode<Ims360Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Ims360Product> = Listing::new(
+pub const LISTING: Listing<Ims360Product, Ims360> = Listing::with_j1939(
     "ims360",
     "SIKO",
     Article {
@@ -125,6 +126,7 @@ impl canopen::Product for Ims360Product {
         history: id::HISTORY,
     });
     const VARIANTS: &'static [Variant] = &[parameters::ONE_AXIS];
+    const SELECTOR: Option<(ParameterId, u32)> = Some((id::PROTOCOL, parameters::CANOPEN));
     const IMAGE: ImageId = ImageId::new(0x3600);
     crate::project_objects!();
 

@@ -1,0 +1,142 @@
+//! Long messages of the IMS360: the identification by BAM and by RTS/CTS.
+
+use crate::tester::ims360::Ims360Tester;
+use crate::tester::j1939::{NAME, claimed};
+
+/// "Plumbline*IMS360*67305985**": 27 bytes.
+const RTS: &str = "1CEC2180#101B0004FFEBFE00";
+const PACKETS: [&str; 4] = [
+    "1CEB2180#01506C756D626C69",
+    "1CEB2180#026E652A494D5333",
+    "1CEB2180#0336302A36373330",
+    "1CEB2180#04353938352A2AFF",
+];
+const ABORT: &str = "1CEC2180#FF03FFFFFFEBFE00";
+
+/// A sensor that has sent its RTS to 21h.
+fn requested() -> Ims360Tester {
+    let mut tester = claimed();
+    assert_eq!(tester.request_group("80", "EBFE00"), [RTS]);
+    tester
+}
+
+#[test]
+fn message_to_all_is_sent_every_60_ms() {
+    let mut tester = claimed();
+    let mut sent = tester.request_group("FF", "EBFE00");
+    sent.extend(tester.wait_text(240).into_iter().map(|(at, text)| {
+        assert_eq!(at % 60, 0, "{text}");
+        text
+    }));
+    let mut expected = vec!["1CECFF80#201B0004FFEBFE00".to_string()];
+    expected.extend(PACKETS.map(|text| text.replace("EB21", "EBFF")));
+    assert_eq!(sent, expected);
+}
+
+#[test]
+fn messages_to_all_follow_each_other() {
+    let mut tester = claimed();
+    tester.request_group("FF", "EBFE00");
+    assert_eq!(tester.request_group("FF", "C5FD00"), [""; 0]);
+    assert_eq!(tester.request_group("FF", "C5FD00"), [""; 0]);
+    let sent: Vec<_> = tester.wait_text(900);
+    // 40 bytes: "IMS360*67305985**Inclinometer*Plumbline*".
+    let controls: Vec<_> = sent
+        .iter()
+        .filter(|(_, text)| text.contains("EC"))
+        .collect();
+    assert_eq!(controls.len(), 1);
+    assert_eq!(controls[0].1, "1CECFF80#20280006FFC5FD00");
+    let data = sent.iter().filter(|(_, text)| text.contains("EBFF"));
+    assert_eq!(data.count(), 4 + 6);
+}
+
+#[test]
+fn message_to_one_node_is_sent_on_request_of_the_receiver() {
+    let mut tester = requested();
+    assert_eq!(tester.exchange("1CEC8021#110401FFFFEBFE00"), PACKETS);
+    assert_eq!(tester.exchange("1CEC8021#131B0004FFEBFE00"), [""; 0]);
+    // The connection has ended.
+    assert_eq!(tester.exchange("1CEC8021#110401FFFFEBFE00"), [""; 0]);
+    assert_eq!(tester.request_group("80", "EBFE00"), [RTS]);
+}
+
+#[test]
+fn receiver_requests_packets_again() {
+    let mut tester = requested();
+    assert_eq!(tester.exchange("1CEC8021#110101FFFFEBFE00"), PACKETS[..1]);
+    assert_eq!(tester.exchange("1CEC8021#110302FFFFEBFE00"), PACKETS[1..]);
+    assert_eq!(tester.exchange("1CEC8021#110202FFFFEBFE00"), PACKETS[1..3]);
+    for ignored in [
+        "1CEC8022#110401FFFFEBFE00",
+        "1CEC8021#110401FFFFC5FD00",
+        "1CEC8021#110501FFFFEBFE00",
+        "1CEC8021#110105FFFFEBFE00",
+        "1CEC8021#110100FFFFEBFE00",
+        "1CECFF21#110401FFFFEBFE00",
+    ] {
+        assert_eq!(tester.exchange(ignored), [""; 0], "{ignored}");
+    }
+}
+
+#[test]
+fn silent_receiver_is_aborted() {
+    let mut tester = requested();
+    assert_eq!(tester.wait_text(1249).len(), 1, "one DM1");
+    assert_eq!(tester.wait_text(1), [(1, ABORT.to_string())]);
+    let mut tester = requested();
+    tester.wait(1000);
+    assert_eq!(tester.exchange("1CEC8021#1100FFFFFFEBFE00"), [""; 0]);
+    tester.wait(1049);
+    assert_eq!(tester.wait_text(1), [(1, ABORT.to_string())]);
+}
+
+#[test]
+fn two_connections_are_served_at_a_time() {
+    let mut tester = requested();
+    let sent = tester.exchange("18EA8022#EBFE00");
+    assert_eq!(sent, [RTS.replace("EC21", "EC22")]);
+    let sent = tester.exchange("18EA8023#EBFE00");
+    assert_eq!(sent, ["18E8FF80#03FFFFFF23EBFE00"]);
+    let sent = tester.exchange("1CEC8022#110101FFFFEBFE00");
+    assert_eq!(sent, [PACKETS[0].replace("EB21", "EB22")]);
+    assert_eq!(tester.exchange("1CEC8021#110101FFFFEBFE00"), PACKETS[..1]);
+    assert_eq!(tester.exchange("1CEC8021#FF01FFFFFFEBFE00"), [""; 0]);
+    let sent = tester.exchange("18EA8023#EBFE00");
+    assert_eq!(sent, [RTS.replace("EC21", "EC23")]);
+}
+
+#[test]
+fn messages_that_nobody_wants_are_aborted() {
+    let mut tester = claimed();
+    let sent = tester.exchange("1CEC8021#10140003FFEBFE00");
+    assert_eq!(sent, ["1CEC2180#FF02FFFFFFEBFE00"]);
+    let sent = tester.exchange("1CEC8021#100A0002FFD8FE00");
+    assert_eq!(sent, ["1CEC2180#FF02FFFFFFD8FE00"]);
+    assert_eq!(tester.exchange("1CECFF21#20140003FFEBFE00"), [""; 0]);
+    assert_eq!(tester.exchange("1CEB8021#01FFFFFFFFFFFFFF"), [""; 0]);
+}
+
+#[test]
+fn received_transfer_times_out() {
+    let mut tester = claimed();
+    let sent = tester.exchange("1CEC8021#10090002FFD8FE00");
+    assert_eq!(sent, ["1CEC2180#110201FFFFD8FE00"]);
+    tester.wait(1249);
+    let abort = "1CEC2180#FF03FFFFFFD8FE00".to_string();
+    assert_eq!(tester.wait_text(1), [(1, abort)]);
+    tester.exchange("1CEC8021#10090002FFD8FE00");
+    let sent = tester.exchange("1CEB8021#0280A0FFFFFFFFFF");
+    assert_eq!(sent, ["1CEC2180#FF07FFFFFFD8FE00"]);
+}
+
+#[test]
+fn transfer_ends_with_the_address() {
+    let mut tester = requested();
+    let sent = tester.exchange("18EEFF80#0000000000000000");
+    assert_eq!(sent, [format!("18EEFF81#{NAME}")]);
+    tester.wait(250);
+    assert_eq!(tester.exchange("1CEC8121#110401FFFFEBFE00"), [""; 0]);
+    let rest = tester.wait_text(3000);
+    assert!(rest.iter().all(|(_, text)| text.starts_with("18FECA81#")));
+}
