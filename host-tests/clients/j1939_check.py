@@ -14,10 +14,12 @@ from canopen_cases import runner
 from canopen_cases.ims360_objects import IMS360
 from j1939_cases import (
     cases_switch,
+    cases_claim,
 )
 
 MODULES = (
     cases_switch,
+    cases_claim,
 )
 GROUPS = {group.__name__: group for module in MODULES for group in module.GROUPS}
 
