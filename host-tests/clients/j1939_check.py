@@ -15,13 +15,19 @@ from canopen_cases.ims360_objects import IMS360
 from j1939_cases import (
     cases_switch,
     cases_claim,
+    cases_commanded,
+    cases_request,
+    cases_transport,
 )
 
 MODULES = (
     cases_switch,
     cases_claim,
+    cases_commanded,
+    cases_request,
+    cases_transport,
 )
-GROUPS = {group.__name__: group for module in MODULES for group in module.GROUPS}
+GROUPS = {f"{module.__name__.rpartition('cases_')[2]}.{group.__name__}": group for module in MODULES for group in module.GROUPS}
 
 
 def main() -> int:
