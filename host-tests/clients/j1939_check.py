@@ -18,6 +18,8 @@ from j1939_cases import (
     cases_commanded,
     cases_request,
     cases_transport,
+    cases_values,
+    cases_cyclic,
 )
 
 MODULES = (
@@ -26,6 +28,8 @@ MODULES = (
     cases_commanded,
     cases_request,
     cases_transport,
+    cases_values,
+    cases_cyclic,
 )
 GROUPS = {f"{module.__name__.rpartition('cases_')[2]}.{group.__name__}": group for module in MODULES for group in module.GROUPS}
 

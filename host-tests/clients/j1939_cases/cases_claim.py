@@ -184,7 +184,7 @@ def incapable(context: Context) -> None:
         frame = session.wait_pgn(p.CLAIMED)
         session.report.equal("S24 not capable, lower NAME: cannot claim", p.claim(CANNOT, ours.data), str(frame))
         session.tester.collect_until_quiet(0.06, 1.0)
-        session.quiet("S24 then silence: no SSI2, no DM1", 1.3)
+        session.dead("S24 then silence: no SSI2, no DM1", 1.3)
         cannot = p.claim(CANNOT, ours.data)
         for name, line, expected in (
             ("global request for the claim", session.request(p.CLAIMED, p.GLOBAL), [cannot]),
@@ -242,7 +242,7 @@ def at_once(context: Context) -> None:
         session.report.equal("S24 lost within the 250 ms", p.claim(CANNOT, ours.data), str(cannot))
         session.report.within("S24 cannot claim within 0..153 ms", 0.0, 1.0, cannot.sent - claim.sent)
         session.report.equal("S22 nothing in between", [], [str(frame) for frame in session.others])
-        session.quiet("S24 silence", 0.5)
+        session.dead("S24 silence", 0.5)
         # The only exit besides Commanded Address is a new start.
         session.online = False
         session.power_cycle()

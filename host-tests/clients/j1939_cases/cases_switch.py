@@ -203,7 +203,7 @@ def bit_rate(context: Context) -> None:
             session.reads(f"S19 2001h on a bus of {kbits} kbit/s", 0x2001, 0, value)
     with Node(context, bus_rate="250", online=False, name="rate") as session:
         session.tx(session.request(p.CLAIMED, p.GLOBAL))
-        session.quiet("S19 125 kbit/s is kept in J1939 mode: nothing on a bus of 250 kbit/s", 1.0)
+        session.dead("S19 125 kbit/s is kept in J1939 mode: nothing on a bus of 250 kbit/s", 1.0)
 
 
 LIMITS = {

@@ -7,6 +7,7 @@ import shutil
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
 
 from canopen_cases import protocol as c
@@ -17,6 +18,7 @@ from gemac.protocol import EXTENDED
 
 from . import protocol as p
 from .stamps import StampedTester
+from .values import Wanted
 
 REPLY_TIMEOUT = 3.0  # a reply takes some milliseconds; this is long enough for a busy machine
 START_TIME = 8.0
@@ -45,7 +47,6 @@ class Node(Session):
     ) -> None:
         self.context, self.mode, self.address, self.me = context, mode, p.PREFERRED, p.ME
         self.log = log
-        self.unasked: list[Frame] = []
         self.online = online
         settings = QUIET | dict(settings or {})
         self.address = settings.get((0x2102, 0), p.PREFERRED)
@@ -187,6 +188,41 @@ class Node(Session):
         frame = self.wait_pgn(pgn, source=self.address)
         return frame.data if frame else None
 
+    # What groups of the CANopen check use, in J1939 mode.
+
+    def quiet(self, name: str, seconds: float = 0.12) -> None:
+        """Checks that no frame but cyclic messages is sent for this time."""
+        if self.mode == p.CANOPEN:
+            super().quiet(name, seconds)
+        else:
+            self.silent(name, seconds)
+
+    def dead(self, name: str, seconds: float) -> None:
+        """Checks that no frame at all is sent for this time."""
+        super().quiet(name, seconds)
+
+    def reset(self, command: int = c.RESET_NODE) -> bool:
+        """Resets the sensor; returns whether it has started."""
+        if self.mode == p.CANOPEN:
+            return super().reset(command)
+        claimed = self.restarted() is not None
+        self.wait_online()
+        return claimed
+
+    def send(self, identifier: int, data: bytes = b"", **kind: object) -> None:
+        """Sends one frame; an SDO request in proprietary A."""
+        if self.mode == p.J1939 and identifier == c.SDO_REQUEST + self.node:
+            self.send_to(self.address, data)
+        else:
+            super().send(identifier, data, **kind)
+
+    def wait_id(self, base: int, timeout: float = REPLY_TIMEOUT) -> Frame | None:
+        """The next frame of a service; an SDO reply in proprietary A."""
+        if self.mode == p.J1939 and base == c.SDO_REPLY:
+            answer = p.identifier(p.PROPRIETARY_A, self.address, self.me) | EXTENDED
+            return self.wait(lambda frame: frame.id == answer, timeout)
+        return super().wait_id(base, timeout)
+
     # SDO in proprietary A.
 
     def sdo(self, data: bytes, timeout: float = REPLY_TIMEOUT) -> bytes | None:
@@ -196,9 +232,15 @@ class Node(Session):
         if data[:3] in (b"\x23\x10\x10", b"\x23\x11\x10"):
             timeout = SAVED
         self.send_to(self.address, data)
-        answer = p.identifier(p.PROPRIETARY_A, self.address, self.me) | EXTENDED
-        frame = self.wait(lambda frame: frame.id == answer, timeout)
+        frame = self.wait_id(c.SDO_REPLY, timeout)
         return frame.data if frame else None
+
+    def becomes(self, name: str, pgn: int, wanted: Wanted, timeout: float = 4.0) -> bool:
+        """Requests a group until its data is as wanted, for example because a filter settles."""
+        end = time.monotonic() + timeout
+        while (data := self.ask(pgn)) is None or (not wanted.fits(data) and time.monotonic() < end):
+            time.sleep(0.01)
+        return self.report.verdict(wanted.fits(data), name, str(wanted), data.hex().upper())
 
     def save(self, sub: int = 1) -> None:
         """1010h."""
@@ -209,12 +251,21 @@ class Node(Session):
         self.download(0x1011, sub, c.LOAD)
 
 
+@dataclass
+class J1939Context(Context):
+    """A context whose sessions are in J1939 mode, for groups of the CANopen check."""
+
+    def session(self, **options: object) -> Node:
+        """Starts a sensor."""
+        return Node(self, scene=options.get("scene", "tilt=0,0"))
+
+
 def prepare(context: Context, settings: Settings, name: str | None = None) -> Path:
     """A store of a sensor that starts in J1939 mode with these settings, written over CANopen (S17, S20)."""
     known = "-".join(f"{index:04x}.{sub}.{value}" for (index, sub), value in settings.items())
     master = context.folder / f"prepared-{abs(hash(known))}.bin"
     if not master.exists():
-        with context.session(store=master, table=p.TABLE) as session:
+        with Context.session(context, store=master, table=p.TABLE) as session:
             for key, value in settings.items():
                 session.put(*key, value)
             session.put(*p.SWITCH, p.J1939)
