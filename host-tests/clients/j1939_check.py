@@ -20,6 +20,9 @@ from j1939_cases import (
     cases_transport,
     cases_values,
     cases_cyclic,
+    cases_trouble,
+    cases_parameters,
+    cases_fuzz,
 )
 
 MODULES = (
@@ -30,6 +33,9 @@ MODULES = (
     cases_transport,
     cases_values,
     cases_cyclic,
+    cases_trouble,
+    cases_parameters,
+    cases_fuzz,
 )
 GROUPS = {f"{module.__name__.rpartition('cases_')[2]}.{group.__name__}": group for module in MODULES for group in module.GROUPS}
 

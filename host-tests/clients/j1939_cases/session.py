@@ -93,6 +93,11 @@ class Node(Session):
         self.restart()
         return self.wait_pgn(p.CLAIMED, START_TIME)
 
+    @property
+    def sensor_time(self) -> float:
+        """The time on the sensor's clock, of the last frame received."""
+        return self.tester.time
+
     # Frames.
 
     def tx(self, *lines: str) -> None:

@@ -42,3 +42,8 @@ class StampedTester(Tester):
         if frame:
             object.__setattr__(frame, "sent", self._bus.time)
         return frame
+
+    @property
+    def time(self) -> float:
+        """The time stamp of the last frame, in s."""
+        return self._bus.time
