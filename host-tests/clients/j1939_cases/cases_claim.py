@@ -1,6 +1,5 @@
 """Addresses: the claim at the start, contention, the order of addresses, and a node that cannot claim (S21..S24)."""
 
-import time
 from dataclasses import replace
 
 from canopen_cases.runner import Context
@@ -50,7 +49,7 @@ def start(context: Context) -> None:
             claim = session.wait_pgn(p.CLAIMED, START_TIME)
             session.report.equal(f"S22 address {address}: the claim", p.claim(address), str(claim))
             following = session.wait(lambda frame: True)
-            session.report.within(f"S22 address {address}: silence after the claim", *WAIT, following.sent - claim.sent)
+            session.report.within(f"S22 address {address}: silence after the claim", *WAIT, following.at - claim.at)
             found = session.all_of(p.SSI2, 0.5)
             sources = {p.split(frame).source for frame in found}
             session.report.equal(f"S22 address {address}: SSI2 from it", {address}, sources)
@@ -79,7 +78,7 @@ def waiting(context: Context) -> None:
                 # The end of the silence is the first cyclic frame.
                 first = session.wait_pgn(p.SSI2)
                 got = [str(frame) for frame in session.others if p.split(frame).pgn != p.DM1]
-                if first.sent - claim.sent < 0.7:
+                if first.at - claim.at < 0.7:
                     break  # the request came in time; otherwise once more
             session.report.equal(f"S22 within the 250 ms: {name}", expected, got)
             session.tester.collect_until_quiet(0.005, 0.3)
@@ -108,7 +107,7 @@ def contention(context: Context) -> None:
         left = {p.split(one).source for one in following}
         session.report.verdict(left <= {0x81}, "S23 nothing more from the old address", "{81h}", left)
         if following:
-            session.report.verdict(following[0].sent - frame.sent >= WAIT[0], "S23 the 250 ms begin anew", ">= 0.24 s", f"{following[0].sent - frame.sent:.3f}")
+            session.report.verdict(following[0].at - frame.at >= WAIT[0], "S23 the 250 ms begin anew", ">= 0.24 s", f"{following[0].at - frame.at:.3f}")
         session.address = 0x81
         session.expect("S23 answers at the new address", session.request(p.CLAIMED), p.claim(0x81))
         session.reads("S23 2102h does not follow a contention", 0x2102, 0, p.PREFERRED)
@@ -240,7 +239,7 @@ def at_once(context: Context) -> None:
         session.tx(p.claim(name=bytes(8)))
         cannot = session.wait_pgn(p.CLAIMED)
         session.report.equal("S24 lost within the 250 ms", p.claim(CANNOT, ours.data), str(cannot))
-        session.report.within("S24 cannot claim within 0..153 ms", 0.0, 1.0, cannot.sent - claim.sent)
+        session.report.within("S24 cannot claim within 0..153 ms", 0.0, 1.0, cannot.at - claim.at)
         session.report.equal("S22 nothing in between", [], [str(frame) for frame in session.others])
         session.dead("S24 silence", 0.5)
         # The only exit besides Commanded Address is a new start.
@@ -253,7 +252,6 @@ def at_once(context: Context) -> None:
 def both_higher(context: Context) -> None:
     """S23: two nodes that fight for an address, many times; ours keeps it against each higher NAME."""
     with Node(context, {(0x2104, 1): 10}) as session:
-        began = time.monotonic()
         for number in range(40):
             session.others.clear()
             session.tx(p.claim(name=p.other_name(number, capable=1)[:5] + bytes([200, 0, 0x80])))
@@ -261,7 +259,7 @@ def both_higher(context: Context) -> None:
             if str(answer) != p.claim():
                 session.report.equal(f"S23 defence {number}", p.claim(), str(answer))
                 break
-        session.report.verdict(True, "S23 40 defences", "all", f"all in {time.monotonic() - began:.1f} s")
+        session.report.equal("S23 defences", 39, number)
         found = session.all_of(p.SSI2, 1.5)
         session.report.verdict(len(found) > 20, "S23 SSI2 goes on after a defence", "> 20 frames", len(found))
 

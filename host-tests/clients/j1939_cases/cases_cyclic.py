@@ -11,7 +11,7 @@ from .session import Node
 
 def intervals(session: Node, name: str, frames: list[Frame], period: float) -> None:
     """Checks the times between frames on the sensor's clock."""
-    steps = [later.sent - earlier.sent for earlier, later in zip(frames, frames[1:], strict=False)]
+    steps = [later.at - earlier.at for earlier, later in zip(frames, frames[1:], strict=False)]
     if not steps:
         session.report.verdict(False, name, f"every {period} s", "no two frames")
         return

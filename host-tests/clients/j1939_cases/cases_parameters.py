@@ -1,6 +1,7 @@
 """Parameters by proprietary A: every object, abort codes, segments and blocks, store, restart, several clients (S38)."""
 
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 from canopen_cases import ims360_block, ims360_dictionary, ims360_store
 from canopen_cases import protocol as c
@@ -115,14 +116,18 @@ def limits(context: Context) -> None:
                 session.report.equal(f"S54 {index:04X}h:{sub:02X} reads 1", 1, session.get(index, sub))
 
 
-def over(group: object) -> object:
+@dataclass(frozen=True)
+class Over:
     """A group of the CANopen check, in J1939 mode."""
 
-    def run(context: Context) -> None:
-        group(J1939Context(**vars(context)))
+    group: Callable[[Context], None]
 
-    run.__name__, run.__doc__ = f"canopen_{group.__name__}", f"S38, in J1939 mode: {group.__doc__}"
-    return run
+    @property
+    def __name__(self) -> str:
+        return f"canopen_{self.group.__name__}"
+
+    def __call__(self, context: Context) -> None:
+        self.group(J1939Context(**vars(context)))
 
 
 def segments(context: Context) -> None:
@@ -211,5 +216,5 @@ def name_and_address(context: Context) -> None:
 
 GROUPS = (
     frames, every, limits, segments, stored, name_and_address,
-    *map(over, (ims360_dictionary.absent, ims360_dictionary.angles, ims360_dictionary.raw_values, *ims360_block.GROUPS, ims360_store.stored)),
+    *map(Over, (ims360_dictionary.absent, ims360_dictionary.angles, ims360_dictionary.raw_values, *ims360_block.GROUPS, ims360_store.stored)),
 )  # fmt: skip

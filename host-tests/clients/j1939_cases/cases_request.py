@@ -109,7 +109,7 @@ def identification(context: Context) -> None:
             for number in range(1, count + 1):
                 frame = session.comes(f"S28 {pgn}: BAM packet {number}", p.packet(0x80, p.GLOBAL, text, number))
                 if frame and last:
-                    session.report.within(f"S29 {pgn}: time before packet {number}", 0.050, 0.200, frame.sent - last.sent)
+                    session.report.within(f"S29 {pgn}: time before packet {number}", 0.050, 0.200, frame.at - last.at)
                 last = frame
         session.expect("S28 software", session.request(p.SOFTWARE), p.shown(p.SOFTWARE, 0x80, whole[p.SOFTWARE]))
 

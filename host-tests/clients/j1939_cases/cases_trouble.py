@@ -62,8 +62,8 @@ def next_dm1(session: Node, timeout: float = 4.0) -> tuple[Frame | None, bytes]:
 def until(session: Node, name: str, *found: Code, timeout: float = 8.0) -> Frame | None:
     """Waits for a DM1 with these codes, in any order, and checks its bytes."""
     data, first = b"", None
-    end = session.sensor_time + timeout
-    while session.sensor_time < end:
+    end = session.now() + timeout
+    while session.now() < end:
         first, data = next_dm1(session)
         if first is None or (len(found) == len(codes(data)) and set(found) == set(codes(data))) or (not found and data.hex().upper() == NONE):
             break
@@ -78,7 +78,7 @@ def cadence(context: Context) -> None:
     with Node(context) as session:
         frames = [frame for frame in (next_dm1(session)[0] for _ in range(6)) if frame]
         session.report.equal("S37 no code", {f"18FECA80#{NONE}"}, {str(frame) for frame in frames})
-        steps = [later.sent - earlier.sent for earlier, later in zip(frames[1:], frames[2:], strict=False)]
+        steps = [later.at - earlier.at for earlier, later in zip(frames[1:], frames[2:], strict=False)]
         session.report.within("S37 once a second: shortest", 0.99, 1.01, min(steps))
         session.report.within("S37 once a second: longest", 0.99, 1.01, max(steps))
         session.expect("S37 on request", session.request(p.DM1))
@@ -130,11 +130,11 @@ def at_once(context: Context) -> None:
             first, _ = next_dm1(session)
             session.put(0x3210, 0, 9500)
             after = until(session, f"S37 appears, {number}", (PITCH, ABOVE, number))
-            session.report.within(f"S37 appears at once, {number}: time after the last DM1", 0.0, 0.9, after.sent - first.sent)
+            session.report.within(f"S37 appears at once, {number}: time after the last DM1", 0.0, 0.9, after.at - first.at)
             first, _ = next_dm1(session)
             session.put(0x3210, 0, 0)
             after = until(session, f"S37 goes, {number}")
-            session.report.within(f"S37 goes at once, {number}: time after the last DM1", 0.0, 0.9, after.sent - first.sent)
+            session.report.within(f"S37 goes at once, {number}: time after the last DM1", 0.0, 0.9, after.at - first.at)
 
 
 def by_bam(context: Context) -> None:
@@ -148,7 +148,7 @@ def by_bam(context: Context) -> None:
         session.report.equal("S37 announcement of 10 bytes", p.bam(0x80, p.DM1, 10), str(first))
         session.report.equal("S37 the codes", sorted(two), sorted(codes(data)))
         second, _ = next_dm1(session)
-        session.report.within("S37 once a second by BAM", 0.98, 1.02, second.sent - first.sent)
+        session.report.within("S37 once a second by BAM", 0.98, 1.02, second.at - first.at)
         session.others.clear()
         session.tx(session.request(p.DM1))
         opened = session.wait_text(p.rts(0x80, p.ME, p.DM1, 10))
@@ -258,7 +258,7 @@ def unsupported(context: Context) -> None:
         session.expect("S37 a DM13 is ignored", p.shown(57088, p.ME, bytes(8), 0xFF))
         first, _ = next_dm1(session)
         second, _ = next_dm1(session)
-        session.report.within("S37 DM1 goes on", 0.99, 1.01, second.sent - first.sent)
+        session.report.within("S37 DM1 goes on", 0.99, 1.01, second.at - first.at)
         session.becomes("S35 and SSI2 is good", p.SSI2, v.ssi2(0.0, 0.0))
 
 

@@ -4,7 +4,6 @@ A `Node` is a `Session` of the CANopen check: with `mode` J1939, the bytes of it
 """
 
 import shutil
-import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -13,11 +12,10 @@ from pathlib import Path
 from canopen_cases import protocol as c
 from canopen_cases.runner import Context
 from canopen_cases.session import Session
-from gemac.harness import Frame, Program, Sensor, SensorGone
+from gemac.harness import Frame, Program, Sensor, SensorGone, Tester
 from gemac.protocol import EXTENDED
 
 from . import protocol as p
-from .stamps import StampedTester
 from .values import Wanted
 
 REPLY_TIMEOUT = 3.0  # a reply takes some milliseconds; this is long enough for a busy machine
@@ -44,6 +42,7 @@ class Node(Session):
         bus_rate: str | None = None,
         log: Path | None = None,
         name: str | None = None,
+        real_time: bool = False,
     ) -> None:
         self.context, self.mode, self.address, self.me = context, mode, p.PREFERRED, p.ME
         self.log = log
@@ -53,7 +52,7 @@ class Node(Session):
         store = prepare(context, settings, name) if mode == p.J1939 else context.store(name or "canopen")
         super().__init__(
             context.report, context.binary, context.subject.product, context.arguments,
-            scene=scene, store=store, bus_rate=bus_rate, log=log, node=context.subject.node, table=p.TABLE,
+            scene=scene, store=store, bus_rate=bus_rate, log=log, real_time=real_time, node=context.subject.node, table=p.TABLE,
         )  # fmt: skip
 
     # Power.
@@ -61,8 +60,8 @@ class Node(Session):
     def power_up(self, *, boot: bool = True, alone: float = 0.0) -> None:
         """Starts the process and opens an adapter; waits for the boot-up message or for an address."""
         self.sensor = Sensor(Program(self.binary, arguments=self.arguments), self.product, **self.options)
-        time.sleep(alone)
-        self.tester = StampedTester(self.sensor.port)
+        self.sleep(alone)
+        self.tester = Tester(self.sensor)
         self.others: list[Frame] = []
         if self.mode == p.CANOPEN:
             if boot and not self.wait_boot_up(START_TIME):
@@ -73,8 +72,8 @@ class Node(Session):
 
     def wait_online(self) -> None:
         """Waits until the sensor answers at its address."""
-        end = time.monotonic() + START_TIME
-        while time.monotonic() < end:
+        end = self.now() + START_TIME
+        while self.now() < end:
             self.send_to(self.address, MARK, p.PROBE)
             if self.wait(self.is_mark, 0.1):
                 # On a busy machine, several may be answered.
@@ -92,11 +91,6 @@ class Node(Session):
         """Restarts, and waits for the first claim."""
         self.restart()
         return self.wait_pgn(p.CLAIMED, START_TIME)
-
-    @property
-    def sensor_time(self) -> float:
-        """The time on the sensor's clock, of the last frame received."""
-        return self.tester.time
 
     # Frames.
 
@@ -242,9 +236,9 @@ class Node(Session):
 
     def becomes(self, name: str, pgn: int, wanted: Wanted, timeout: float = 4.0) -> bool:
         """Requests a group until its data is as wanted, for example because a filter settles."""
-        end = time.monotonic() + timeout
-        while (data := self.ask(pgn)) is None or (not wanted.fits(data) and time.monotonic() < end):
-            time.sleep(0.01)
+        end = self.now() + timeout
+        while (data := self.ask(pgn)) is None or (not wanted.fits(data) and self.now() < end):
+            self.sleep(0.01)
         return self.report.verdict(wanted.fits(data), name, str(wanted), data.hex().upper())
 
     def save(self, sub: int = 1) -> None:
