@@ -13,16 +13,16 @@ import sys
 from canopen_cases import runner
 from canopen_cases.ims360_objects import IMS360
 from j1939_cases import (
-    cases_switch,
     cases_claim,
     cases_commanded,
-    cases_request,
-    cases_transport,
-    cases_values,
     cases_cyclic,
-    cases_trouble,
-    cases_parameters,
     cases_fuzz,
+    cases_parameters,
+    cases_request,
+    cases_switch,
+    cases_transport,
+    cases_trouble,
+    cases_values,
 )
 
 MODULES = (

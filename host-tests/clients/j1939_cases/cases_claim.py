@@ -37,7 +37,9 @@ def names(context: Context) -> None:
             session.report.equal(f"S21 {name}: the claim after the restart", p.claim(name=value.data), str(session.restarted()))
             before = value
             session.wait_online()
-            session.expect(f"S26 {name}: the answer to a request", session.request(p.CLAIMED, p.GLOBAL), p.claim(name=value.data))
+            session.expect(
+                f"S26 {name}: the answer to a request", session.request(p.CLAIMED, p.GLOBAL), p.claim(name=value.data)
+            )
 
 
 def start(context: Context) -> None:
@@ -107,7 +109,12 @@ def contention(context: Context) -> None:
         left = {p.split(one).source for one in following}
         session.report.verdict(left <= {0x81}, "S23 nothing more from the old address", "{81h}", left)
         if following:
-            session.report.verdict(following[0].at - frame.at >= WAIT[0], "S23 the 250 ms begin anew", ">= 0.24 s", f"{following[0].at - frame.at:.3f}")
+            session.report.verdict(
+                following[0].at - frame.at >= WAIT[0],
+                "S23 the 250 ms begin anew",
+                ">= 0.24 s",
+                f"{following[0].at - frame.at:.3f}",
+            )
         session.address = 0x81
         session.expect("S23 answers at the new address", session.request(p.CLAIMED), p.claim(0x81))
         session.reads("S23 2102h does not follow a contention", 0x2102, 0, p.PREFERRED)
@@ -142,7 +149,15 @@ def order(context: Context) -> None:
         session.tx(*(p.claim(address, p.other_name(address)) for address in (0x81, 0x82, 0x84, 0x30, 248)))
         steps = [lose(session) for _ in range(3)]
         session.report.equal("S23 addresses that were heard are skipped", [0x83, 0x85, 0x86], steps)
-    for preferred, expected in ((246, [247, 128, 129]), (247, [128, 129]), (0, [128, 129]), (127, [128]), (50, [128]), (248, [128]), (253, [128, 129])):
+    for preferred, expected in (
+        (246, [247, 128, 129]),
+        (247, [128, 129]),
+        (0, [128, 129]),
+        (127, [128]),
+        (50, [128]),
+        (248, [128]),
+        (253, [128, 129]),
+    ):
         with Node(context, {(0x2102, 0): preferred}, name=f"order{preferred}") as session:
             steps = [lose(session) for _ in expected]
             session.report.equal(f"S23 from the preferred address {preferred}", expected, steps)
@@ -212,7 +227,9 @@ def incapable(context: Context) -> None:
     session.report.equal("S24 number of delays", True, len(delays) >= 12)
     session.report.within("S24 shortest delay", *RANDOM, min(delays))
     session.report.within("S24 longest delay", *RANDOM, max(delays))
-    session.report.verdict(max(delays) - min(delays) > 0.02, "S24 the delays are random", "> 20 ms apart", [round(one, 3) for one in delays])
+    session.report.verdict(
+        max(delays) - min(delays) > 0.02, "S24 the delays are random", "> 20 ms apart", [round(one, 3) for one in delays]
+    )
 
 
 def answered(text: str, asked: str, answer: str) -> list[float]:

@@ -161,7 +161,15 @@ def unwanted(context: Context) -> None:
     """S29: RTS for anything else is aborted with reason 2."""
     with Node(context) as session:
         us = session.address
-        for pgn, size in ((65259, 20), (p.DM1, 100), (p.PROPRIETARY_A, 9), (p.PROPRIETARY_A, 100), (65262, 1785), (0, 9), (0x1FECA, 9)):
+        for pgn, size in (
+            (65259, 20),
+            (p.DM1, 100),
+            (p.PROPRIETARY_A, 9),
+            (p.PROPRIETARY_A, 100),
+            (65262, 1785),
+            (0, 9),
+            (0x1FECA, 9),
+        ):
             name = f"S29 RTS for {pgn}, {size} bytes: abort 2"
             session.expect(name, p.rts(p.ME, us, pgn, size), p.abort(us, p.ME, pgn, p.RESOURCES))
         for other in (0x90, p.NULL):
@@ -171,12 +179,19 @@ def unwanted(context: Context) -> None:
         session.expect("S29 end of message without a connection", p.end_of_message(p.ME, us, p.COMPONENT, 20))
         session.expect("S29 abort without a connection", p.abort(p.ME, us, p.COMPONENT, 3))
         session.expect("S29 packets without a connection", p.packets(p.ME, us, command(0xA0)))
-        session.expect("S29 unknown control byte", p.shown(p.TP_CM, p.ME, bytes([5, 9, 0, 2, 255]) + p.pgn_bytes(p.COMMANDED), us, 7))
+        session.expect(
+            "S29 unknown control byte", p.shown(p.TP_CM, p.ME, bytes([5, 9, 0, 2, 255]) + p.pgn_bytes(p.COMMANDED), us, 7)
+        )
         session.expect("S29 short RTS", f"1CEC{us:02X}21#10090002FFD8")
         for size in (8, 10, 1785):
             got = session.after(p.rts(p.ME, us, p.COMMANDED, size))
             allowed = ([], [p.abort(us, p.ME, p.COMMANDED, p.RESOURCES)])
-            session.report.verdict(got in allowed or (len(got) == 1 and "#FF" in got[0]), f"S25 S29 RTS of {size} bytes of Commanded Address is not taken", allowed, got)
+            session.report.verdict(
+                got in allowed or (len(got) == 1 and "#FF" in got[0]),
+                f"S25 S29 RTS of {size} bytes of Commanded Address is not taken",
+                allowed,
+                got,
+            )
         session.expect("S25 no address has changed", session.request(p.CLAIMED), p.claim())
 
 
@@ -196,12 +211,19 @@ def time_outs(context: Context) -> None:
         session.tx(lines[0])
         since = session.now()
         abort = session.next(4.0)
-        session.report.equal("S29 T1: the second packet is missing: abort 3", p.abort(us, p.ME, p.COMMANDED, p.TIMEOUT), str(abort))
+        session.report.equal(
+            "S29 T1: the second packet is missing: abort 3", p.abort(us, p.ME, p.COMMANDED, p.TIMEOUT), str(abort)
+        )
         session.report.within("S29 T1", 0.74, 0.90, abort.at - since)
         session.tx(p.rts(p.ME, us, p.COMMANDED, SIZE))
         session.next()
         got = session.after(lines[1])
-        session.report.verdict(len(got) <= 1 and all("#FF07" in one for one in got), "S29 packet 2 first: the transfer ends", "abort 7 or nothing", got)
+        session.report.verdict(
+            len(got) <= 1 and all("#FF07" in one for one in got),
+            "S29 packet 2 first: the transfer ends",
+            "abort 7 or nothing",
+            got,
+        )
         session.expect("S29 and what follows is ignored", lines)
         # A BAM that pauses longer than T1 is gone.
         broken = by_bam(data)
@@ -215,7 +237,10 @@ def time_outs(context: Context) -> None:
         us, data = session.address, command(0xA2)
         session.tx(p.rts(p.ME, us, p.COMMANDED, SIZE))
         session.next()
-        session.expect("S29 aborted by the sender: no answer", [p.packet(p.ME, us, data, 1), p.abort(p.ME, us, p.COMMANDED, 3), p.packet(p.ME, us, data, 2)])
+        session.expect(
+            "S29 aborted by the sender: no answer",
+            [p.packet(p.ME, us, data, 1), p.abort(p.ME, us, p.COMMANDED, 3), p.packet(p.ME, us, data, 2)],
+        )
         session.tx(p.rts(p.ME, us, p.COMMANDED, SIZE))
         session.next()
         session.others.clear()
@@ -255,7 +280,9 @@ def without_address(context: Context) -> None:
         moved(session, "S25 an address that another node has is claimed all the same", 0x30)
         session.tx(*by_bam(command(0x30)))
         frame = session.wait_pgn(p.CLAIMED, 1.0)
-        session.report.verdict(frame is None or str(frame) == p.claim(0x30), "S25 the present address again", "the claim or nothing", str(frame))
+        session.report.verdict(
+            frame is None or str(frame) == p.claim(0x30), "S25 the present address again", "the claim or nothing", str(frame)
+        )
 
 
 GROUPS = (broadcast, waits, connection, refused, among_others, unwanted, time_outs, without_address)

@@ -48,7 +48,9 @@ def rates(context: Context) -> None:
         frames = session.tester.collect(3.0)
         for pgn, milliseconds in zip(p.PROCESS, periods, strict=True):
             mine = [frame for frame in frames if p.split(frame).pgn == pgn]
-            session.report.within(f"S20 all four at once: {pgn}, number in 3 s", 3000 / milliseconds * 0.8, 3000 / milliseconds * 1.1, len(mine))
+            session.report.within(
+                f"S20 all four at once: {pgn}, number in 3 s", 3000 / milliseconds * 0.8, 3000 / milliseconds * 1.1, len(mine)
+            )
             intervals(session, f"S20 all four at once: {pgn}", mine[1:], milliseconds / 1000)
 
 
@@ -72,7 +74,9 @@ def priorities(context: Context) -> None:
                 session.others.clear()
                 session.tx(session.request(pgn))
                 frame = session.wait_pgn(pgn)
-                session.report.equal(f"S20 2105h:{sub:02X} = {priority}, requested", priority, p.split(frame).priority if frame else None)
+                session.report.equal(
+                    f"S20 2105h:{sub:02X} = {priority}, requested", priority, p.split(frame).priority if frame else None
+                )
             session.put(0x2104, sub, 20)
             frame = session.wait_pgn(pgn)
             session.report.equal(f"S20 2105h:{sub:02X} = 7, cyclic", 7, p.split(frame).priority if frame else None)
@@ -96,7 +100,9 @@ def latency(context: Context) -> None:
                 name = f"S35 filter {kind}, {frequency} mHz: latency"
                 session.becomes(f"{name} of SSI2", p.SSI2, v.ssi2(0.0, 0.0, last=expected))
                 session.becomes(f"{name} of SSI", p.SSI, v.ssi(0.0, 0.0, last=expected))
-                session.report.equal(f"{name} of ARI, ACCS: none", (0xFF, 0xFF), (session.ask(p.ARI)[7], session.ask(p.ACCS)[7]))
+                session.report.equal(
+                    f"{name} of ARI, ACCS: none", (0xFF, 0xFF), (session.ask(p.ARI)[7], session.ask(p.ACCS)[7])
+                )
         session.put(0x3110, 2, 1)
         session.becomes("S35 fusion: latency 0", p.SSI2, v.ssi2(0.0, 0.0, last=frozenset({0})))
         session.put(0x3110, 2, 0)
@@ -121,7 +127,11 @@ def clipping(context: Context) -> None:
                 while len(quality) < 400 and (quality[-1] == 0xF3 or len(set(quality)) < 2):
                     quality.append(session.ask(p.SSI2)[6])
                     session.wait(lambda frame: False, 0.02)
-                session.report.equal("S36 one axis: good, then degraded while it clips; roll not available", [0xF3, 0xF7], [quality[0], quality[-1]])
+                session.report.equal(
+                    "S36 one axis: good, then degraded while it clips; roll not available",
+                    [0xF3, 0xF7],
+                    [quality[0], quality[-1]],
+                )
 
 
 GROUPS = (delivered, rates, slow, priorities, latency, clipping)

@@ -41,10 +41,23 @@ def random_line(session: Node, generator: random.Random) -> str:
     if kind == 0:
         return p.shown(p.REQUEST, other, generator.randbytes(generator.randrange(9)), generator.choice([us, p.GLOBAL]))
     if kind == 1:
-        return p.shown(p.REQUEST, other, p.pgn_bytes(generator.choice([p.CLAIMED, p.COMPONENT, p.ECU, p.DM1, *p.PROCESS])), generator.choice([us, p.GLOBAL]))
+        return p.shown(
+            p.REQUEST,
+            other,
+            p.pgn_bytes(generator.choice([p.CLAIMED, p.COMPONENT, p.ECU, p.DM1, *p.PROCESS])),
+            generator.choice([us, p.GLOBAL]),
+        )
     if kind == 2:
         pgn = generator.choice([p.COMPONENT, p.ECU, p.DM1])
-        return p.shown(p.TP_CM, other, bytes([generator.choice([16, 17, 19, 32, 255, generator.randrange(256)])]) + generator.randbytes(4) + p.pgn_bytes(pgn), us, 7)
+        return p.shown(
+            p.TP_CM,
+            other,
+            bytes([generator.choice([16, 17, 19, 32, 255, generator.randrange(256)])])
+            + generator.randbytes(4)
+            + p.pgn_bytes(pgn),
+            us,
+            7,
+        )
     if kind == 3:
         return p.shown(p.TP_DT, other, data, generator.choice([us, p.GLOBAL]), 7)
     if kind == 4:
@@ -82,13 +95,19 @@ def random_frames(context: Context) -> None:
     generator = random.Random(SEED + 1)
     with Node(context) as session:
         before = everything(session)
-        objects = [one for key, one in p.TABLE.items() if key not in COMMANDS and key != p.SWITCH and one.index not in (0x1010, 0x1011)]
+        objects = [
+            one for key, one in p.TABLE.items() if key not in COMMANDS and key != p.SWITCH and one.index not in (0x1010, 0x1011)
+        ]
         for number in range(COUNT):
             kind = generator.randrange(5)
             us, other = session.address, generator.randrange(254)
             if kind == 0:
                 one = generator.choice(objects)
-                data = bytes([generator.choice([0x2F, 0x2B, 0x23, 0x22, 0x21, 0x20, 0x40, 0xC6, 0xA4])]) + one.index.to_bytes(2, "little") + bytes([one.sub])
+                data = (
+                    bytes([generator.choice([0x2F, 0x2B, 0x23, 0x22, 0x21, 0x20, 0x40, 0xC6, 0xA4])])
+                    + one.index.to_bytes(2, "little")
+                    + bytes([one.sub])
+                )
                 session.tx(p.shown(p.PROPRIETARY_A, other, data + generator.randbytes(4), us))
             elif kind == 1 and number % 20 == 1:
                 session.tx(p.claim(us, generator.randbytes(8)))
@@ -120,7 +139,9 @@ def bursts(context: Context) -> None:
         session.report.equal("10 bursts of 100 frames: the process runs", True, session.sensor.running)
         session.wait_online()
         session.report.equal("10 bursts of 100 frames: 1000h", 0x0704019A, session.get(0x1000))
-        session.report.verdict(len(session.all_of(p.SSI2, 1.0)) > 50, "10 bursts of 100 frames: SSI2 goes on", "> 50 in 1 s", "fewer or so")
+        session.report.verdict(
+            len(session.all_of(p.SSI2, 1.0)) > 50, "10 bursts of 100 frames: SSI2 goes on", "> 50 in 1 s", "fewer or so"
+        )
 
 
 GROUPS = (invalid_frames, random_frames, bursts)

@@ -50,7 +50,9 @@ def frames(context: Context) -> None:
                     continue
                 got = session.after(p.shown(p.PROPRIETARY_A, source, bytes.fromhex(request), 0x80))
                 expected = [f"18EF{source:02X}80#{one}" for one in codes]
-                session.report.verdict(len(got) == 1 and got[0] in expected, f"S38 {name} from {source:02X}h: {request}", expected[0], got)
+                session.report.verdict(
+                    len(got) == 1 and got[0] in expected, f"S38 {name} from {source:02X}h: {request}", expected[0], got
+                )
         session.put(0x2102, 0, 0x80)
         for name, line in {
             "7 bytes": "18EF8021#40001000000000",
@@ -86,7 +88,9 @@ def every(context: Context) -> None:
                 session.refused(f"S38 {one}: write", c.READ_ONLY, session.download, *key, value[: one.size or 4])
         for one in WORDS:
             key = (one.index, one.sub)
-            session.report.equal(f"S38 J30 {one} written back", 0, session.abort_code(session.download, *key, session.upload(*key)))
+            session.report.equal(
+                f"S38 J30 {one} written back", 0, session.abort_code(session.download, *key, session.upload(*key))
+            )
             if one.size > 1:
                 session.refused(f"S38 {one}: a byte less", c.SHORT, session.download, *key, bytes(one.size - 1))
             if one.size < 4:
@@ -109,10 +113,14 @@ def limits(context: Context) -> None:
         ims360_dictionary.low_pass(session)
         ims360_dictionary.cob_ids(session)
         for index in (0x1005, 0x1014):
-            session.report.equal(f"S38 S16 {index:04X}h as in pre-operational", 0, session.abort_code(session.put, index, 0, session.get(index)))
+            session.report.equal(
+                f"S38 S16 {index:04X}h as in pre-operational", 0, session.abort_code(session.put, index, 0, session.get(index))
+            )
         for index in (0x1010, 0x1011):
             for sub in range(1, 5):
-                session.refused(f"S54 {index:04X}h:{sub:02X}, wrong signature", c.CANNOT_STORE, session.download, index, sub, b"SAVE")
+                session.refused(
+                    f"S54 {index:04X}h:{sub:02X}, wrong signature", c.CANNOT_STORE, session.download, index, sub, b"SAVE"
+                )
                 session.report.equal(f"S54 {index:04X}h:{sub:02X} reads 1", 1, session.get(index, sub))
 
 
@@ -157,7 +165,9 @@ def segments(context: Context) -> None:
         session.exchange(initiate(0x40, 0x1008, 0))
         got = session.after(f"18EF80{p.OTHER:02X}#6000000000000000")
         right = len(got) == 1 and got[0].startswith(f"18EF{p.OTHER:02X}80#") or got == []
-        session.report.verdict(right, "S38 a segment of another node is answered to that node, or not at all", "a frame to 35h", got)
+        session.report.verdict(
+            right, "S38 a segment of another node is answered to that node, or not at all", "a frame to 35h", got
+        )
         session.exchange(initiate(0x40, 0x1008, 0))
         session.send_to(0x80, b"\x80\x08\x10\x00\x00\x00\x00\x08")
         session.refused("S38 aborted by the client", c.UNKNOWN_COMMAND, session.exchange, b"\x60")
@@ -188,9 +198,15 @@ def stored(context: Context) -> None:
         session.expect("S38 still there", session.request(p.CLAIMED), p.claim())
         session.load(2)
         session.reset()
-        session.report.equal("S55 1011h:02 takes 1017h alone", [77, 3333, 0, 5], [session.get(*key) for key in list(values)[:4]])
+        session.report.equal(
+            "S55 1011h:02 takes 1017h alone", [77, 3333, 0, 5], [session.get(*key) for key in list(values)[:4]]
+        )
         session.reset()
-        session.report.equal("S55 without a save, the stored values are back", [77, 3333, 1234, 5], [session.get(*key) for key in list(values)[:4]])
+        session.report.equal(
+            "S55 without a save, the stored values are back",
+            [77, 3333, 1234, 5],
+            [session.get(*key) for key in list(values)[:4]],
+        )
 
 
 def name_and_address(context: Context) -> None:

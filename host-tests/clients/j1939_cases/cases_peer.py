@@ -38,7 +38,9 @@ class Ecu:
             manufacturer_code=name.manufacturer,
             identity_number=name.identity,
         )
-        session.report.equal(f"S21 can-j1939 encodes the NAME {name.value:016X} in the same way", list(name.data), list(fields.bytes))
+        session.report.equal(
+            f"S21 can-j1939 encodes the NAME {name.value:016X} in the same way", list(name.data), list(fields.bytes)
+        )
         self.application = j1939.ControllerApplication(fields, address)
         self.ecu.add_ca(controller_application=self.application)
         self.received: queue.Queue = queue.Queue()
@@ -137,7 +139,9 @@ def claims(context: Context) -> None:
                 session.tx(session.request(p.CLAIMED, p.GLOBAL))
             session.report.equal("S23 can-j1939 with a higher NAME loses and moves", expected, other.settled())
             got = session.after(session.request(p.CLAIMED))
-            session.report.equal("S23 we keep our address", p.claim(), [line for line in got if line.endswith(p.OURS.data.hex().upper())][-1:][0])
+            session.report.equal(
+                "S23 we keep our address", p.claim(), [line for line in got if line.endswith(p.OURS.data.hex().upper())][-1:][0]
+            )
 
 
 def fight(context: Context) -> None:

@@ -43,13 +43,39 @@ def answered(context: Context) -> None:
                     session.report.equal(f"S26 {pgn} {name}", [fixed[pgn]], got)
                 else:
                     # Within this time, DM1 may be sent by itself too.
-                    right = len(got) in ((1, 2) if pgn == p.DM1 else (1,)) and all(one.startswith(head) and len(one) == 25 for one in got)
+                    right = len(got) in ((1, 2) if pgn == p.DM1 else (1,)) and all(
+                        one.startswith(head) and len(one) == 25 for one in got
+                    )
                     session.report.verdict(right, f"S26 {pgn} {name}", f"{head} and 8 bytes", got)
 
 
 def refused(context: Context) -> None:
     """S26, S27: unknown groups: to us a negative acknowledgement with these bytes, to all nothing."""
-    unknown = [65262, 65241, 0, 0xEA00, 0xE800, 0xEC00, 0xEB00, 0xEF00, 65240, 0xFF00, 0xFFFF, 0x1FECA, 0x3FFFF, 0xFFFFFF, 0x100, 61484, 65227, 65228, 65229, 65230, 65231, 65235, 57088]
+    unknown = [
+        65262,
+        65241,
+        0,
+        0xEA00,
+        0xE800,
+        0xEC00,
+        0xEB00,
+        0xEF00,
+        65240,
+        0xFF00,
+        0xFFFF,
+        0x1FECA,
+        0x3FFFF,
+        0xFFFFFF,
+        0x100,
+        61484,
+        65227,
+        65228,
+        65229,
+        65230,
+        65231,
+        65235,
+        57088,
+    ]
     with Node(context) as session:
         for pgn in unknown:
             session.expect(f"S26 S27 {pgn} to us", session.request(pgn), p.nack(pgn))
@@ -62,7 +88,9 @@ def refused(context: Context) -> None:
             for pgn in (p.CLAIMED, p.SSI2, p.COMPONENT, 65262):
                 for to in (session.address, p.GLOBAL):
                     line = session.request(pgn, to)[: 9 + 2 * count]
-                    session.report.equal(f"S26 {count} bytes are ignored: {line}", [], of(session, pgn if pgn != p.DM1 else 0, [line]))
+                    session.report.equal(
+                        f"S26 {count} bytes are ignored: {line}", [], of(session, pgn if pgn != p.DM1 else 0, [line])
+                    )
         for pgn in (p.CLAIMED, p.SSI2, p.COMPONENT, 65262):
             for to in (0x90, 0x00, p.NULL):
                 session.report.equal(f"S26 {pgn} to {to:02X}h", [], of(session, pgn, [session.request(pgn, to)]))
@@ -70,7 +98,9 @@ def refused(context: Context) -> None:
         for to in (session.address, p.GLOBAL):
             session.expect(f"S26 254 asks {to:02X}h for the claim", session.request(p.CLAIMED, to, p.NULL), p.claim())
             for pgn in (p.SSI2, p.SOFTWARE, p.COMPONENT, 65262):
-                session.report.equal(f"S26 254 asks {to:02X}h for {pgn}", [], of(session, pgn, [session.request(pgn, to, p.NULL)]))
+                session.report.equal(
+                    f"S26 254 asks {to:02X}h for {pgn}", [], of(session, pgn, [session.request(pgn, to, p.NULL)])
+                )
         for body in ("00FFFFFF80EBFE00", "01FFFFFF80EBFE00", "02FFFFFF8000EE00", "03FFFFFF8000EA00"):
             session.expect("S27 acknowledgements of others are ignored", f"18E8FF21#{body}")
             session.expect("S27 acknowledgements to us are ignored", f"18E88021#{body}")
@@ -120,7 +150,9 @@ def many(context: Context) -> None:
         lines = [session.request(65262 + number, source=number + 1) for number in range(20)]
         expected = {p.nack(65262 + number, number + 1) for number in range(20)}
         got = session.after(*lines, pause=0.3)
-        session.report.verdict(set(got) <= expected and len(got) >= 8, "S27 20 requests at once: right answers, at least 8", 20, len(got))
+        session.report.verdict(
+            set(got) <= expected and len(got) >= 8, "S27 20 requests at once: right answers, at least 8", 20, len(got)
+        )
         for round_ in range(25):
             got = session.after(session.request(p.CLAIMED, source=round_), session.request(65262, source=round_))
             if sorted(got) != sorted([p.claim(), p.nack(65262, round_)]):

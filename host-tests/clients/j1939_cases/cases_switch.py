@@ -2,12 +2,13 @@
 
 import re
 
-from canopen_cases import ims360_store, protocol as c
-from canopen_cases.ims360_objects import MAPPABLE, SETTINGS
+from canopen_cases import ims360_store
+from canopen_cases import protocol as c
+from canopen_cases.ims360_objects import MAPPABLE
 from canopen_cases.runner import Context
 
 from . import protocol as p
-from .session import QUIET, Node
+from .session import Node
 
 # A value that differs from the factory's, for each setting of J1939.
 OURS = {
@@ -38,7 +39,11 @@ def everything(session: Node) -> dict[str, str]:
 
 
 # Measured values, states, 3100h:01, and what follows the history of faults.
-VOLATILE = {key for key in MAPPABLE if key[0] in (0x3000, 0x3010, 0x3011, 0x3012, 0x3013, 0x3020, 0x3021, 0x3022, 0x3023, 0x6110, 0x6120, 0x6511)}
+VOLATILE = {
+    key
+    for key in MAPPABLE
+    if key[0] in (0x3000, 0x3010, 0x3011, 0x3012, 0x3013, 0x3020, 0x3021, 0x3022, 0x3023, 0x6110, 0x6120, 0x6511)
+}
 VOLATILE |= {p.SWITCH, (0x1001, 0), (0x1003, 0), (0x2020, 1)}
 
 
@@ -62,7 +67,9 @@ def both_ways(context: Context) -> None:
         session.nmt(c.RESET_NODE)
         name = p.Name(0, 7, 15, 127, 255, 31, 7, 0)
         frame = session.wait_pgn(p.CLAIMED, 8.0)
-        session.report.equal("S17 S21 S22 reset node: the claim with all fields of the NAME", p.claim(200, name.data), str(frame))
+        session.report.equal(
+            "S17 S21 S22 reset node: the claim with all fields of the NAME", p.claim(200, name.data), str(frame)
+        )
         session.wait_online()
         session.report.equal("S38 every parameter as over CANopen", before, everything(session))
         session.reads("S17 3100h:01", *p.SWITCH, 1)
@@ -130,7 +137,9 @@ def restored(context: Context) -> None:
                 # Without a save, the start after that has the stored values (S55).
                 session.nmt(c.RESET_NODE)
                 session.mode = p.J1939
-                session.report.equal(f"S55 1011h:{sub:02X}: the start after that", p.claim(), str(session.wait_pgn(p.CLAIMED, 8.0)))
+                session.report.equal(
+                    f"S55 1011h:{sub:02X}: the start after that", p.claim(), str(session.wait_pgn(p.CLAIMED, 8.0))
+                )
             else:
                 session.report.equal(f"S38 1011h:{sub:02X} stays J1939", p.claim(), str(session.wait_pgn(p.CLAIMED, 8.0)))
 
@@ -230,13 +239,22 @@ def objects(context: Context) -> None:
                 if one.default is not None:
                     session.report.equal(f"S20 S21 mode {mode}, {one}: factory value", one.expected(), value)
                 if not one.writable:
-                    session.refused(f"S20 mode {mode}, {one} is read-only", c.READ_ONLY, session.download, one.index, one.sub, value)
+                    session.refused(
+                        f"S20 mode {mode}, {one} is read-only", c.READ_ONLY, session.download, one.index, one.sub, value
+                    )
             serial = session.get(0x1018, 4)
             session.report.equal(f"S21 mode {mode}, 2106h:09", serial & 0x1F_FFFF, session.get(0x2106, 9))
             for index, sub in ((0x2102, 1), (0x2104, 5), (0x2105, 5), (0x2106, 10)):
                 session.refused(f"S20 mode {mode}, {index:04X}h:{sub:02X}", c.NO_SUB_INDEX, session.upload, index, sub)
             for index in (0x2100, 0x2101, 0x2103, 0x2107):
                 session.refused(f"S20 mode {mode}, {index:04X}h", c.NO_OBJECT, session.upload, index, 0)
+            if mode == p.CANOPEN:
+                for key in ((0x2102, 0), (0x2104, 2), (0x2105, 4), (0x2106, 5)):
+                    factory = p.TABLE[key].default
+                    session.put(*key, 7 if key[0] == 0x2105 else 77)
+                    session.report.equal(f"S65 {p.TABLE[key]} changed: ST0 bit 2", 0, session.get(0x3000, 1) & 4)
+                    session.put(*key, factory)
+                    session.report.equal(f"S65 {p.TABLE[key]} as delivered: ST0 bit 2", 4, session.get(0x3000, 1) & 4)
             for key, (good, bad) in LIMITS.items():
                 for value in good:
                     session.accepted(f"S20 S21 mode {mode}, {p.TABLE[key]} = {value}", *key, value)

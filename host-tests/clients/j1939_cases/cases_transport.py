@@ -105,7 +105,9 @@ def strangers(context: Context) -> None:
             one.cancel()
         session.expect("S29 end of message before the packets", [one.request], p.rts(us, p.ME, one.pgn, len(one.text)))
         got = session.after(p.end_of_message(p.ME, us, one.pgn, len(one.text)), one.cts(1, 1))
-        session.report.verdict(got in ([], [p.packet(us, p.ME, one.text, 1)]), "S29 early end of message: ends it, or is ignored", "nothing", got)
+        session.report.verdict(
+            got in ([], [p.packet(us, p.ME, one.text, 1)]), "S29 early end of message: ends it, or is ignored", "nothing", got
+        )
 
 
 def aborted(context: Context) -> None:
@@ -190,7 +192,9 @@ def together(context: Context) -> None:
         found = [str(frame) for _ in range(two.count + 1) if (frame := session.next())]
         bam = [line for line in found if line.startswith("1CEBFF")]
         session.report.equal("S29 the BAM is whole", p.packets(us, p.GLOBAL, two.text), bam)
-        session.report.equal("S29 the first goes on meanwhile", [p.packet(us, 0x21, one.text, 2)], [line for line in found if line not in bam])
+        session.report.equal(
+            "S29 the first goes on meanwhile", [p.packet(us, 0x21, one.text, 2)], [line for line in found if line not in bam]
+        )
         got = session.after(three.request)
         busy = p.shown(p.ACKNOWLEDGE, us, b"\x03\xff\xff\xff\x23" + p.pgn_bytes(p.ECU))
         rts = p.rts(us, 0x23, p.ECU, len(three.text))
@@ -203,7 +207,10 @@ def together(context: Context) -> None:
         session.tx(p.end_of_message(0x22, us, p.COMPONENT, len(two.text)))
         following = session.next(0.5)
         session.report.verdict(
-            (following is None) == (got != []) or str(following) == rts, "S29 the third is served later, if it was not answered", rts if not got else "nothing", str(following)
+            (following is None) == (got != []) or str(following) == rts,
+            "S29 the third is served later, if it was not answered",
+            rts if not got else "nothing",
+            str(following),
         )
         if following:
             three.asked("S29 the third", three.count, 1)
@@ -217,12 +224,22 @@ def together(context: Context) -> None:
         lines = [str(frame) for _ in range(2 + one.count + two.count) if (frame := session.next(1.0))]
         first = [p.bam(us, p.COMPONENT, len(two.text)), *p.packets(us, p.GLOBAL, two.text)]
         second = [p.bam(us, p.ECU, len(one.text)), *p.packets(us, p.GLOBAL, one.text)]
-        session.report.verdict(lines in (first, first + second), "S29 two global requests: one BAM after the other, or the first alone", first, lines)
+        session.report.verdict(
+            lines in (first, first + second),
+            "S29 two global requests: one BAM after the other, or the first alone",
+            first,
+            lines,
+        )
         session.tester.collect_until_quiet(0.3, 2.0)
         # The same node asks for the same again: the connection begins anew, or goes on.
         one.open("S29 asked twice")
         got = session.after(one.request)
-        session.report.verdict(got in ([], [p.rts(us, 0x21, one.pgn, len(one.text))], [busy.replace("23C5", "21C5")]), "S29 the same request again", "RTS again or nothing", got)
+        session.report.verdict(
+            got in ([], [p.rts(us, 0x21, one.pgn, len(one.text))], [busy.replace("23C5", "21C5")]),
+            "S29 the same request again",
+            "RTS again or nothing",
+            got,
+        )
         one.asked("S29 asked twice: all packets once", one.count, 1)
         one.end("S29 asked twice")
 

@@ -4,11 +4,10 @@ DM1      lamps: 04h amber warning, 00h none; FFh; then for each code SPN bits 0.
          conversion method and occurrence count; one code is filled with FFh to 8 bytes
 """
 
-from gemac import record
-from gemac.harness import Frame
-
 from canopen_cases.ims360_emergency import supply_scene
 from canopen_cases.runner import Context
+from gemac import record
+from gemac.harness import Frame
 
 from . import protocol as p
 from . import values as v
@@ -35,7 +34,9 @@ def message(*found: Code) -> bytes:
     """A DM1 with these codes."""
     if not found:
         return bytes.fromhex(NONE)
-    body = b"\x04\xff" + b"".join(bytes([spn & 0xFF, spn >> 8 & 0xFF, spn >> 16 << 5 | fmi, count]) for spn, fmi, count in found)
+    body = b"\x04\xff" + b"".join(
+        bytes([spn & 0xFF, spn >> 8 & 0xFF, spn >> 16 << 5 | fmi, count]) for spn, fmi, count in found
+    )
     return body.ljust(8, b"\xff")
 
 
@@ -44,7 +45,12 @@ def next_dm1(session: Node, timeout: float = 4.0) -> tuple[Frame | None, bytes]:
 
     def wanted(frame: Frame) -> bool:
         parts = p.split(frame)
-        announced = parts.pgn == p.TP_CM and parts.destination == p.GLOBAL and frame.data[0] == 0x20 and frame.data[5:] == p.pgn_bytes(p.DM1)
+        announced = (
+            parts.pgn == p.TP_CM
+            and parts.destination == p.GLOBAL
+            and frame.data[0] == 0x20
+            and frame.data[5:] == p.pgn_bytes(p.DM1)
+        )
         return parts.pgn == p.DM1 or announced
 
     first = session.wait(wanted, timeout)
@@ -65,10 +71,16 @@ def until(session: Node, name: str, *found: Code, timeout: float = 8.0) -> Frame
     end = session.now() + timeout
     while session.now() < end:
         first, data = next_dm1(session)
-        if first is None or (len(found) == len(codes(data)) and set(found) == set(codes(data))) or (not found and data.hex().upper() == NONE):
+        if (
+            first is None
+            or (len(found) == len(codes(data)) and set(found) == set(codes(data)))
+            or (not found and data.hex().upper() == NONE)
+        ):
             break
     right = set(found) == set(codes(data)) if len(found) > 1 else data == message(*found)
-    right = right and data[:2] == (b"\x04\xff" if found else b"\x00\xff") and (len(found) < 2 or len(data) == 2 + 4 * len(found))
+    right = (
+        right and data[:2] == (b"\x04\xff" if found else b"\x00\xff") and (len(found) < 2 or len(data) == 2 + 4 * len(found))
+    )
     session.report.verdict(right, name, f"{message(*found).hex().upper()} in any order", data.hex().upper())
     return first
 
@@ -112,7 +124,9 @@ def ranges(context: Context) -> None:
                 session.put(index, 0, target - angle)
                 session.wait(lambda frame: False, 0.3)
                 data = session.ask(p.DM1)
-                session.report.equal(f"S36 {index:04X}h: {target / 100} deg is within the range", NONE, data.hex().upper() if data else None)
+                session.report.equal(
+                    f"S36 {index:04X}h: {target / 100} deg is within the range", NONE, data.hex().upper() if data else None
+                )
             for target, kind in ((9001, rest[2]), (-9001, rest[1])):
                 session.put(index, 0, target - angle)
                 session.wait(lambda frame: False, 0.3)
@@ -159,9 +173,33 @@ def by_bam(context: Context) -> None:
         got = b"".join(frame.data[1:] for frame in parts if frame)[:10]
         session.report.equal("S26 requested by us: the same data", data, got)
         session.tx(p.end_of_message(p.ME, 0x80, p.DM1, 10))
+        for _ in range(3):
+            # A request to all, at any time between two cyclic ones: DM1 by BAM, and never two BAMs mixed.
+            session.wait(lambda frame: False, 0.27)
+            session.others.clear()
+            session.tx(session.request(p.DM1, p.GLOBAL), session.request(p.COMPONENT, p.GLOBAL))
+            session.wait(lambda frame: False, 0.8)
+            lines = [str(frame) for frame in session.others if p.split(frame).destination == p.GLOBAL]
+            session.report.equal("S29 one BAM after the other", [], mixed(lines))
         session.others.clear()
         session.put(0x3220, 0, 0)
         until(session, "S37 one code again: one frame", two[0])
+
+
+def mixed(lines: list[str]) -> list[str]:
+    """The frames of BAMs that are not in their order: each announcement is followed by its packets."""
+    wrong, count, last = [], 0, 0
+    for line in lines:
+        if line.startswith("1CECFF80#20"):
+            if last < count:
+                wrong.append(line)
+            count, last = int(line[15:17], 16), 0
+        elif line.startswith("1CEBFF80#"):
+            if int(line[9:11], 16) != last + 1:
+                wrong.append(line)
+            last += 1
+    # The last one may not be finished yet.
+    return wrong
 
 
 def supply(context: Context) -> None:
@@ -220,7 +258,9 @@ def network(context: Context) -> None:
         session.wait_online()
         # Whether DM1 shows it after the recovery depends on the time; the history of CANopen has it.
         found = [session.get(0x1003, sub) & 0xFFFF for sub in range(1, session.get(0x1003) + 1)]
-        session.report.verdict(not found or set(found) == {0x8120}, "S37 history", "8120h or nothing", [f"{one:04X}h" for one in found])
+        session.report.verdict(
+            not found or set(found) == {0x8120}, "S37 history", "8120h or nothing", [f"{one:04X}h" for one in found]
+        )
         until(session, "S37 afterwards: no code")
 
 
@@ -250,7 +290,19 @@ def counts(context: Context) -> None:
 
 def unsupported(context: Context) -> None:
     """S37: DM2..DM13 are not supported."""
-    groups = {"DM2": 65227, "DM3": 65228, "DM4": 65229, "DM5": 65230, "DM6": 65231, "DM7": 58112, "DM8": 65232, "DM10": 65234, "DM11": 65235, "DM12": 65236, "DM13": 57088}
+    groups = {
+        "DM2": 65227,
+        "DM3": 65228,
+        "DM4": 65229,
+        "DM5": 65230,
+        "DM6": 65231,
+        "DM7": 58112,
+        "DM8": 65232,
+        "DM10": 65234,
+        "DM11": 65235,
+        "DM12": 65236,
+        "DM13": 57088,
+    }
     with Node(context) as session:
         for name, pgn in groups.items():
             session.expect(f"S37 S26 {name} to us", session.request(pgn), p.nack(pgn))

@@ -12,7 +12,16 @@ from .cases_request import texts
 from .session import Node
 
 DISSECTOR = ("-d", "can.subdissector,j1939")
-NAMES = ["can.id", "j1939.priority", "j1939.pgn", "j1939.src_addr", "j1939.dst_addr", "j1939.group_extension", "data.data", "_ws.malformed"]
+NAMES = [
+    "can.id",
+    "j1939.priority",
+    "j1939.pgn",
+    "j1939.src_addr",
+    "j1939.dst_addr",
+    "j1939.group_extension",
+    "data.data",
+    "_ws.malformed",
+]
 
 
 def dissector(context: Context) -> None:
@@ -26,10 +35,14 @@ def dissector(context: Context) -> None:
         everything(session)
         session.power_down()
     lines = [line.split(" ", 2) for line in log.read_text().splitlines()]
-    frames = [(number, data.split()[0]) for _, _, text in lines for number, _, data in [text.partition("#")] if len(number) == 8]
+    frames = [
+        (number, data.split()[0]) for _, _, text in lines for number, _, data in [text.partition("#")] if len(number) == 8
+    ]
     # The transport protocol and 11-bit frames are read too; the log without the direction is what tshark can read.
     path = context.folder / "read.log"
-    path.write_text("".join(f"{stamp} can0 {text.split()[0]}\n" for stamp, _, text in lines if len(text.partition("#")[0]) == 8))
+    path.write_text(
+        "".join(f"{stamp} can0 {text.split()[0]}\n" for stamp, _, text in lines if len(text.partition("#")[0]) == 8)
+    )
     rows = capture.fields(path, NAMES, *DISSECTOR)
     report.equal("number of frames", len(frames), len(rows))
     report.verdict(len(frames) > 300, "a whole session", "> 300 frames", len(frames))

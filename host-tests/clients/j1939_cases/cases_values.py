@@ -33,7 +33,9 @@ def scene(path: Path, positions: Iterable[Position]) -> Path:
     return path
 
 
-def play(context: Context, name: str, positions: list[Position], wanted: Callable[[Position], dict[int, v.Wanted]], settings: dict) -> None:
+def play(
+    context: Context, name: str, positions: list[Position], wanted: Callable[[Position], dict[int, v.Wanted]], settings: dict
+) -> None:
     """Plays the positions and checks that each group has the right data in each, in this order, at least three times."""
     path = scene(context.folder / f"{name}.csv", positions)
     with Node(context, CYCLIC | NO_FILTER | settings, scene=path, name=name) as session:
@@ -126,8 +128,31 @@ def rates(context: Context) -> None:
 def offsets(context: Context) -> None:
     """S30, S34..S36: zero offsets, the ends of the ranges, figures of merit, for pitch and roll each."""
     with Node(context, NO_FILTER, scene="tilt=12.34,-5") as session:
-        cases = [(0, 0), (1, -1), (-1234, 500), (7765, 0), (7767, 0), (-10233, 0), (-10235, 0), (8766, 0), (0, 9501), (0, -8501), (0, 9499), (9000, 9000)]
-        cases += [(23965, 0), (23967, 0), (-26233, 0), (-26235, 0), (0, 25699), (0, 25701), (0, -24499), (0, -24501), (100000, -100000)]
+        cases = [
+            (0, 0),
+            (1, -1),
+            (-1234, 500),
+            (7765, 0),
+            (7767, 0),
+            (-10233, 0),
+            (-10235, 0),
+            (8766, 0),
+            (0, 9501),
+            (0, -8501),
+            (0, 9499),
+            (9000, 9000),
+        ]
+        cases += [
+            (23965, 0),
+            (23967, 0),
+            (-26233, 0),
+            (-26235, 0),
+            (0, 25699),
+            (0, 25701),
+            (0, -24499),
+            (0, -24501),
+            (100000, -100000),
+        ]
         cases += [(2**31 - 1, -(2**31)), (0, 0)]
         for long, lateral in cases:
             session.put(0x3210, 0, long)

@@ -86,7 +86,9 @@ def merit(scale: Scale, value: float | None, state: int) -> int:
     return NOT_AVAILABLE if scale.raw(value) is None else state
 
 
-def ssi2(pitch: float | None, roll: float | None, *, states: tuple[int, int] = (0, 0), last: frozenset[int] | None = None) -> Wanted:
+def ssi2(
+    pitch: float | None, roll: float | None, *, states: tuple[int, int] = (0, 0), last: frozenset[int] | None = None
+) -> Wanted:
     """SSI2 (S31). `states` are the figures of merit of values that can be sent."""
     first, second = merit(FINE, pitch, states[0]), merit(FINE, roll, states[1])
     quality = COMPENSATION | first << 2 | COMPENSATION << 4 | second << 6
@@ -94,10 +96,18 @@ def ssi2(pitch: float | None, roll: float | None, *, states: tuple[int, int] = (
 
 
 def ssi(
-    pitch: float | None, roll: float | None, rate: float = 0.0, *, states: tuple[int, int] = (0, 0), last: frozenset[int] | None = None, tolerance: int = 1
+    pitch: float | None,
+    roll: float | None,
+    rate: float = 0.0,
+    *,
+    states: tuple[int, int] = (0, 0),
+    last: frozenset[int] | None = None,
+    tolerance: int = 1,
 ) -> Wanted:
     """SSI (S32)."""
-    quality = merit(COARSE, pitch, states[0]) | merit(COARSE, roll, states[1]) << 2 | merit(COARSE, rate, 0) << 4 | COMPENSATION << 6
+    quality = (
+        merit(COARSE, pitch, states[0]) | merit(COARSE, roll, states[1]) << 2 | merit(COARSE, rate, 0) << 4 | COMPENSATION << 6
+    )
     return Wanted(((COARSE, pitch), (COARSE, roll), (COARSE, rate)), quality, last, tolerance)
 
 

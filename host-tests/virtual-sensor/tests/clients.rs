@@ -224,12 +224,20 @@ fn ims360_image_on_j1939_matches_decisions() {
 }
 
 #[test]
-fn can_j1939_talks_with_ims360() {
+fn can_j1939_and_cantools_understand_ims360() {
     let _alone = alone();
+    let product = catalog::find("ims360").expect("a product");
+    let file = descriptors::describe_all(product)
+        .into_iter()
+        .find(|file| file.name == "ims360_j1939.dbc")
+        .expect("a database");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(file.name);
+    fs::write(&path, file.text).expect("a file");
+    let path = path.to_str().expect("a path in UTF-8");
     python::run(
         "j1939_peers.py",
-        &["can", "canopen", "serial", "j1939"],
-        &["--virtual-sensor", VIRTUAL_SENSOR],
+        &["can", "canopen", "serial", "j1939", "cantools"],
+        &["--virtual-sensor", VIRTUAL_SENSOR, "--dbc", path],
     );
 }
 
