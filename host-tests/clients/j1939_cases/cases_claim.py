@@ -57,6 +57,18 @@ def start(context: Context) -> None:
             session.report.equal(f"S22 address {address}: SSI2 from it", {address}, sources)
 
 
+def alone(context: Context) -> None:
+    """S22: the 250 ms begin when the claim is acknowledged: on a bus without other nodes it stays pending."""
+    with Node(context, {(0x2104, 1): 10}) as session:
+        for seconds in (0.0, 0.2, 2.0):
+            session.power_down()
+            session.power_up(boot=False, alone=seconds)
+            first = session.wait(lambda frame: True, START_TIME)
+            following = session.wait(lambda frame: True)
+            session.report.equal(f"S22 alone for {seconds} s: the claim comes first", p.claim(), str(first))
+            session.report.within(f"S22 alone for {seconds} s: then silence", *WAIT, following.at - first.at)
+
+
 def waiting(context: Context) -> None:
     """S22: within the 250 ms, only a request for the claim is answered."""
     with Node(context, {(0x2104, 1): 10}) as session:
@@ -281,4 +293,4 @@ def both_higher(context: Context) -> None:
         session.report.verdict(len(found) > 20, "S23 SSI2 goes on after a defence", "> 20 frames", len(found))
 
 
-GROUPS = (names, start, waiting, contention, order, incapable, at_once, both_higher)
+GROUPS = (names, start, alone, waiting, contention, order, incapable, at_once, both_higher)

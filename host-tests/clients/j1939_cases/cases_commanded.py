@@ -114,10 +114,21 @@ def refused(context: Context) -> None:
             "aborted": [broken[0], broken[1], p.abort(p.ME, p.GLOBAL, p.COMMANDED, 3), "18EAFF21#00EF00"],
             "another PGN": by_bam(command(0xA0), pgn=65241),
             "another PGN, Proprietary A": by_bam(command(0xA0), pgn=0xEF00),
+            "9 bytes in 3 packets, as announced": [
+                broken[0].replace("#20090002", "#20090003"),
+                *broken[1:],
+                broken[2].replace("#02", "#03"),
+            ],
+            "short packet 2": [broken[0], broken[1], broken[2][: 9 + 4]],
+            "announcement to us alone": [broken[0].replace("1CECFF", "1CEC80"), *broken[1:]],
+            "announcement with the extended data page bit": [f"1E{broken[0][2:]}", *broken[1:]],
+            "packets with the extended data page bit": [broken[0], *(f"1E{line[2:]}" for line in broken[1:])],
             "announcement of 7 bytes": [broken[0][:-2], *broken[1:]],
         }
         for name, lines in wrong.items():
             session.expect(f"S25 {name} changes nothing", lines)
+            # Another announcement of the same node ends what is open.
+            session.tx(p.bam(p.ME, p.DM1, 20))
         session.reads("S25 2102h is still", 0x2102, 0, p.PREFERRED)
         session.expect("S25 the address is still", session.request(p.CLAIMED), p.claim())
         session.tx(*by_bam(command(0xA1)))
@@ -227,6 +238,19 @@ def time_outs(context: Context) -> None:
         session.expect("S29 and what follows is ignored", lines)
         # A BAM that pauses longer than T1 is gone.
         broken = by_bam(data)
+        for pause, taken in ((0.80, False), (0.70, True)):
+            moved_to = command(0xAA)
+            lines = by_bam(moved_to)
+            session.tx(*lines[:2])
+            session.others.clear()
+            session.wait(lambda frame: False, pause)
+            session.tx(lines[2])
+            frame = session.wait_pgn(p.CLAIMED, 0.5)
+            session.report.equal(
+                f"S29 T1: a BAM that pauses {pause:.2f} s is {'taken' if taken else 'gone'}", taken, frame is not None
+            )
+        session.address = 0xAA
+        session.wait_online()
         session.tx(*broken[:2])
         session.silent("S29 T1 of a BAM: nothing", 1.2)
         session.expect("S29 T1 of a BAM: the rest is ignored", broken[2])

@@ -174,6 +174,13 @@ def silence(context: Context) -> None:
             session.tester.send(number | (p.EXTENDED if number > 0x7FF else 0), remote=True, dlc=8)
             session.report.equal(f"S18 remote frame {number:X}", [], session.after())
         session.reads("S18 3100h:01 is still", *p.SWITCH, 1)
+        # An emergency identifier of 29 bits (S46) has no effect in J1939 mode.
+        for cob_id in (c.INVALID | 0xB2, 1 << 29 | 0x12345):
+            session.put(0x1014, 0, cob_id)
+        session.others.clear()
+        session.put(0x3210, 0, 9500)
+        session.wait(lambda frame: False, 0.5)
+        session.report.equal("S18 no EMCY with 29 bits", [], session.shown_others())
         session.expect("S18 and a request is answered", session.request(p.CLAIMED), p.claim())
         text = log.read_text()
     heard = set(frames.values())
