@@ -9,7 +9,7 @@ from gemac import scenes
 
 from . import protocol as p
 from . import values as v
-from .session import Node
+from .session import Node, quantized
 
 CYCLIC = {(0x2104, sub): 40 for sub in (1, 2, 3, 4)}
 NO_FILTER = {(0x3110, 1): 0}
@@ -48,7 +48,7 @@ def play(
     for pgn in steps[0]:
         left = frames[pgn]
         for number, (position, step) in enumerate(zip(positions, steps, strict=True)):
-            found = [place for place, data in enumerate(left) if step[pgn].fits(data)]
+            found = [place for place, data in enumerate(left) if step[pgn].fits(data, quantized(context))]
             place = found[2] if len(found) > 2 else None
             shown = f"{name} {number}, force {tuple(round(one, 4) for one in position[0])}, turn {position[1]}"
             whole = frames[pgn]

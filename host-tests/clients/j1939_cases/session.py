@@ -47,6 +47,7 @@ class Node(Session):
         self.context, self.mode, self.address, self.me = context, mode, p.PREFERRED, p.ME
         self.log = log
         self.online = online
+        self.quantized = quantized(context)
         settings = QUIET | dict(settings or {})
         self.address = settings.get((0x2102, 0), p.PREFERRED)
         store = prepare(context, settings, name) if mode == p.J1939 else context.store(name or "canopen")
@@ -237,9 +238,9 @@ class Node(Session):
     def becomes(self, name: str, pgn: int, wanted: Wanted, timeout: float = 4.0) -> bool:
         """Requests a group until its data is as wanted, for example because a filter settles."""
         end = self.now() + timeout
-        while (data := self.ask(pgn)) is None or (not wanted.fits(data) and self.now() < end):
+        while (data := self.ask(pgn)) is None or (not wanted.fits(data, self.quantized) and self.now() < end):
             self.sleep(0.01)
-        return self.report.verdict(wanted.fits(data), name, str(wanted), data.hex().upper())
+        return self.report.verdict(wanted.fits(data, self.quantized), name, str(wanted), data.hex().upper())
 
     def save(self, sub: int = 1) -> None:
         """1010h."""
@@ -248,6 +249,11 @@ class Node(Session):
     def load(self, sub: int = 1) -> None:
         """1011h."""
         self.download(0x1011, sub, c.LOAD)
+
+
+def quantized(context: Context) -> bool:
+    """Whether the sensor is a firmware image, with a part of 16 bits."""
+    return "--elf" in context.arguments
 
 
 @dataclass

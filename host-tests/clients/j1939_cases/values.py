@@ -13,6 +13,7 @@ GOOD, DEGRADED, ERROR, NOT_AVAILABLE = 0, 1, 2, 3
 COMPENSATION = 3
 GRAVITY = 9.80665
 GYRO_GAIN = 0.0012
+QUANTIZED = 0.02  # deg and deg/s; the simulated part has 16 bits
 
 
 @dataclass(frozen=True)
@@ -52,14 +53,14 @@ class Wanted:
     last: frozenset[int] | None = None
     tolerance: int = 1
 
-    def allowed(self, place: int) -> float:
+    def allowed(self, place: int, quantized: bool) -> float:
         """The greatest difference of a raw value."""
         scale, value = self.values[place]
         gain = GYRO_GAIN * abs(value or 0.0) / scale.per_bit if scale == RATE or (scale == COARSE and place == 2) else 0.0
-        return self.tolerance + gain
+        return self.tolerance + gain + (QUANTIZED / scale.per_bit if quantized and scale != ACCELERATION else 0.0)
 
-    def fits(self, data: bytes) -> bool:
-        """Whether received data is as expected."""
+    def fits(self, data: bytes, quantized: bool = False) -> bool:
+        """Whether received data is as expected; `quantized` by the part that a firmware image reads."""
         if len(data) != 8 or data[6] != self.quality or (self.last is not None and data[7] not in self.last):
             return False
         at = 0
@@ -67,7 +68,7 @@ class Wanted:
             got = int.from_bytes(data[at : at + scale.size], "little")
             raw = scale.raw(value)
             missing = (1 << 8 * scale.size) - 1
-            if got != missing if raw is None else abs(got - raw) > self.allowed(place) or got >= scale.highest:
+            if got != missing if raw is None else abs(got - raw) > self.allowed(place, quantized) or got >= scale.highest:
                 return False
             at += scale.size
         return True

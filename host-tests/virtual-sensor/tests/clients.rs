@@ -211,6 +211,7 @@ const J1939_IMAGE: &[&str] = &[
     "transport.windows",
     "transport.strangers",
     "transport.together",
+    "values.offsets",
     "trouble.ranges",
     "parameters.frames",
     "parameters.every",
