@@ -199,6 +199,22 @@ def order(context: Context) -> None:
         session.expect("S23 the last address is kept", session.request(p.CLAIMED), p.claim(0x85))
 
 
+def back_to_back(context: Context) -> None:
+    """S23: the next address is claimed by another node before our own claim of it has left: it is not taken."""
+    for count in (1, 2, 3):
+        with Node(context, name=f"next{count}") as session:
+            taken = [p.claim(p.PREFERRED + step, p.other_name(step)) for step in range(1, count + 1)]
+            session.tx(p.claim(name=p.LOWER), *taken)
+            session.wait(lambda frame: False, 1.0)
+            found = [p.split(frame).source for frame in session.others if p.split(frame).pgn == p.DM1]
+            expected = p.PREFERRED + count + 1
+            session.report.equal(
+                f"S23 lost, and the next {count} claimed at once: the address in the end",
+                expected,
+                found[-1] if found else None,
+            )
+
+
 def incapable(context: Context) -> None:
     """S24: not capable and lost: cannot claim, after 0..153 ms, then silence."""
     ours = replace(p.OURS, capable=0)
@@ -293,4 +309,4 @@ def both_higher(context: Context) -> None:
         session.report.verdict(len(found) > 20, "S23 SSI2 goes on after a defence", "> 20 frames", len(found))
 
 
-GROUPS = (names, start, alone, waiting, contention, order, incapable, at_once, both_higher)
+GROUPS = (names, start, alone, waiting, contention, order, back_to_back, incapable, at_once, both_higher)
