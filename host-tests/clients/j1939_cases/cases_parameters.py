@@ -232,5 +232,6 @@ def name_and_address(context: Context) -> None:
 
 GROUPS = (
     frames, every, limits, segments, stored, name_and_address,
-    *map(Over, (ims360_dictionary.absent, ims360_dictionary.angles, ims360_dictionary.raw_values, *ims360_block.GROUPS, ims360_store.stored)),
+    *map(Over, (ims360_dictionary.absent, ims360_dictionary.angles, ims360_dictionary.raw_values)),
+    *map(Over, (*ims360_block.GROUPS, ims360_store.stored)),
 )  # fmt: skip

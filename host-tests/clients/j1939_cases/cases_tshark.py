@@ -61,8 +61,8 @@ def dissector(context: Context) -> None:
             wrong.append((number, data, row))
     report.equal("priority, group, source and destination of each frame", [], wrong[:5])
     names = {
-        p.REQUEST: "requests", p.ACKNOWLEDGE: "acknowledgements", p.CLAIMED: "claims", p.TP_CM: "TP.CM", p.TP_DT: "TP.DT", p.PROPRIETARY_A: "parameters",
-        p.SSI: "SSI", p.SSI2: "SSI2", p.ARI: "ARI", p.ACCS: "ACCS", p.DM1: "DM1", p.SOFTWARE: "software",
+        p.REQUEST: "requests", p.ACKNOWLEDGE: "acknowledgements", p.CLAIMED: "claims", p.TP_CM: "TP.CM", p.TP_DT: "TP.DT",
+        p.PROPRIETARY_A: "parameters", p.SSI: "SSI", p.SSI2: "SSI2", p.ARI: "ARI", p.ACCS: "ACCS", p.DM1: "DM1", p.SOFTWARE: "software",
     }  # fmt: skip
     for pgn, name in names.items():
         report.verdict(groups[pgn] > 0, f"{name} in the session", "some", groups[pgn])
