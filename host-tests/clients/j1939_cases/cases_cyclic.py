@@ -54,6 +54,22 @@ def rates(context: Context) -> None:
             intervals(session, f"S20 all four at once: {pgn}", mine[1:], milliseconds / 1000)
 
 
+def loaded(context: Context) -> None:
+    """S31: SSI2 keeps its rate while other nodes send claims, engine data, requests and parameters."""
+    with Node(context, {(0x2104, 1): 10}) as session:
+        frames = []
+        for number in range(100):
+            session.tx(
+                "18EF8021#4000100000000000",
+                session.request(65262),
+                p.claim(0x40 + number % 30, p.other_name(number)),
+                f"0CF004{number % 64:02X}#0102030405060708",
+                session.request(p.CLAIMED, p.GLOBAL),
+            )
+            frames += session.tester.collect(0.012)
+        intervals(session, "S31 SSI2 on a busy bus", [frame for frame in frames if p.split(frame).pgn == p.SSI2], 0.01)
+
+
 def slow(context: Context) -> None:
     """S20: long periods: the first frame after one period or at once, then each period."""
     with Node(context) as session:
@@ -134,4 +150,4 @@ def clipping(context: Context) -> None:
                 )
 
 
-GROUPS = (delivered, rates, slow, priorities, latency, clipping)
+GROUPS = (delivered, rates, loaded, slow, priorities, latency, clipping)

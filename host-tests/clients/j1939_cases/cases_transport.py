@@ -244,6 +244,33 @@ def together(context: Context) -> None:
         one.end("S29 asked twice")
 
 
+def one_for_each(context: Context) -> None:
+    """S29: a node that has a connection and asks for another text is told "cannot respond", or served later."""
+    with Node(context) as session:
+        one, two = Transfer(session, p.ECU), Transfer(session, p.COMPONENT)
+        one.open("S29 the first text")
+        got = session.after(two.request)
+        busy = p.shown(p.ACKNOWLEDGE, one.us, bytes([3, 0xFF, 0xFF, 0xFF, p.ME]) + p.pgn_bytes(p.COMPONENT))
+        session.report.verdict(got in ([], [busy]), "S29 the second text meanwhile: cannot respond, or later", busy, got)
+        one.asked("S29 the first text goes on", one.count, 1)
+        session.tx(p.end_of_message(p.ME, one.us, p.ECU, len(one.text)))
+        following = session.next(0.5)
+        later = p.rts(one.us, p.ME, p.COMPONENT, len(two.text))
+        right = str(following) == later if got == [] else following is None
+        session.report.verdict(
+            right, "S29 the second text later, if it was not answered", later if got == [] else "nothing", following
+        )
+        if following:
+            two.cancel()
+        # A connection that nobody continues is free again after T3.
+        one.open("S29 abandoned")
+        session.wait(lambda frame: False, 1.6)
+        session.others.clear()
+        two.open("S29 after T3")
+        two.asked("S29 after T3: all", two.count, 1)
+        two.end("S29 after T3")
+
+
 def lost_address(context: Context) -> None:
     """S23, S29: the address is lost in the middle of a transfer: nothing more from the old one."""
     with Node(context, {(0x2104, 1): 10}) as session:
@@ -267,4 +294,4 @@ def lost_address(context: Context) -> None:
         again.end("S29 from the new address")
 
 
-GROUPS = (windows, strangers, aborted, time_outs, together, lost_address)
+GROUPS = (windows, strangers, aborted, time_outs, together, one_for_each, lost_address)
