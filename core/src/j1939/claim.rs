@@ -136,6 +136,12 @@ impl Claim {
         self.begin();
     }
 
+    /// Bus-off: an address is claimed again after it.
+    pub fn suspend(&mut self) {
+        self.queued = false;
+        self.due = Deadline::NEVER;
+    }
+
     /// Begins to claim the same address again, after bus-off. Returns false if there is none.
     pub fn take_again(&mut self) -> bool {
         let has_address = matches!(self.state, State::Claiming | State::Claimed);
@@ -176,6 +182,10 @@ impl Claim {
             return Outcome::None;
         }
         if name > self.name {
+            // A claim that waits for the bus follows, and is the answer.
+            if self.queued {
+                return Outcome::None;
+            }
             if self.state == State::Claiming {
                 self.begin();
             }
@@ -303,8 +313,10 @@ mod tests {
         let mut claim = claimed(OURS, 0x80);
         assert_eq!(claim.hear(at(300), 0x80, HIGHER), Outcome::Defended);
         assert_eq!(claim.address(), Some(0x80));
-        // While claiming, the silence begins again.
+        // A claim that waits for the bus is the answer.
         claim.take(0x90);
+        assert_eq!(claim.hear(at(400), 0x90, HIGHER), Outcome::None);
+        // While claiming, the silence begins again.
         claim.sent(at(400));
         assert_eq!(claim.hear(at(500), 0x90, HIGHER), Outcome::Defended);
         assert!(!claim.poll(at(700)));
@@ -387,8 +399,13 @@ mod tests {
     #[test]
     fn same_address_is_claimed_again_after_bus_off() {
         let mut claim = claimed(OURS, 0x80);
+        claim.suspend();
         assert!(claim.take_again());
         assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x80));
+        claim.sent(at(400));
+        claim.suspend();
+        assert!(!claim.poll(at(9999)), "bus-off while claiming");
+        assert!(claim.take_again());
         let mut lost = claimed(FIXED, 0x80);
         lost.hear(at(300), 0x80, LOWER);
         assert!(!lost.take_again());

@@ -77,6 +77,7 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
         if canopen > j1939 { canopen } else { j1939 }
     };
     const USES_SENT: bool = true;
+    const CHANGES_FILTERS: bool = true;
 
     const INITIAL: Self = Self {
         canopen: Canopen::INITIAL,

@@ -93,7 +93,7 @@ impl<P: Product> J1939<P> {
         );
         let preferred = cx.parameters.get(P::ADDRESS) as u8;
         self.claim.start(name, preferred, cx.shell.serial());
-        self.announce(cx, true);
+        self.move_on(cx);
     }
 
     /// Ends all activity.
@@ -120,12 +120,14 @@ impl<P: Product> J1939<P> {
         cx.shell.clear_queue();
     }
 
-    /// Sends the claim, if there is an address. `filters`: the acceptance filters have changed, and frames in the mailboxes must not be
-    /// sent any more.
-    pub(super) fn announce(&mut self, cx: &mut ContextOf<P>, filters: bool) {
-        if filters {
-            cx.shell.go_online(self.rate);
-        }
+    /// Begins to claim an address, or has none: the acceptance filters change, and frames in the mailboxes must not be sent any more.
+    pub(super) fn move_on(&mut self, cx: &mut ContextOf<P>) {
+        cx.shell.go_online(self.rate);
+        self.announce(cx);
+    }
+
+    /// Sends the claim, if there is an address.
+    pub(super) fn announce(&mut self, cx: &mut ContextOf<P>) {
         if self.claim.state() != State::CannotClaim {
             cx.shell.send(self.claim.frame());
         }
@@ -135,7 +137,6 @@ impl<P: Product> J1939<P> {
 
     /// The address is ours.
     fn begin_traffic(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        cx.shell.go_online(self.rate);
         for ((timer, period), id) in self.timers.iter_mut().zip(&mut self.periods).zip(P::RATES) {
             *period = cx.parameters.get(id);
             timer.start(now, *period);
@@ -171,12 +172,13 @@ impl<P: Product> J1939<P> {
         match change {
             BusChange::Overrun => self.overrun = true,
             BusChange::State if cx.shell.bus_state() == BusState::BusOff => {
+                self.claim.suspend();
                 self.leave(cx, objects);
             }
             BusChange::Recovered => {
                 self.leave(cx, objects);
                 if self.claim.take_again() {
-                    self.announce(cx, true);
+                    self.move_on(cx);
                 }
             }
             BusChange::State | BusChange::Online => {}

@@ -75,14 +75,12 @@ impl<P: Product> J1939<P> {
         (source, name): (u8, Name),
         objects: &mut Canopen<P>,
     ) {
-        let was_ours = self.claim.address().is_some();
         match self.claim.hear(now, source, name) {
             Outcome::None => {}
-            Outcome::Defended => self.announce(cx, false),
+            Outcome::Defended => self.announce(cx),
             Outcome::Left => {
                 self.leave(cx, objects);
-                let filters = was_ours || self.claim.state() == State::CannotClaim;
-                self.announce(cx, filters);
+                self.move_on(cx);
             }
         }
     }
@@ -179,7 +177,6 @@ impl<P: Product> J1939<P> {
             && Name::from_bytes(name) == self.claim.name()
             && address <= LAST_ADDRESS
         {
-            let filters = self.claim.state() != State::Claiming;
             self.leave(cx, objects);
             if let Some(frame) = answer {
                 cx.shell.send(frame);
@@ -187,7 +184,7 @@ impl<P: Product> J1939<P> {
             // Without a save, the next start claims the stored address again.
             cx.parameters.set(P::ADDRESS, address.into());
             self.claim.take(address);
-            self.announce(cx, filters);
+            self.move_on(cx);
         } else if let Some(frame) = answer {
             cx.shell.send(frame);
         }
@@ -220,8 +217,7 @@ impl<P: Product> J1939<P> {
         self.reply(cx, client, reply);
     }
 
-    /// Calls `accept` for each acceptance filter. While an address is claimed, those for requests accept all destinations, so that they
-    /// do not change with each contention.
+    /// Calls `accept` for each acceptance filter.
     pub(super) fn filters(&self, accept: &mut dyn FnMut(Filter)) {
         let mut add = |pgn: Pgn, destination: u8, mask: u32| {
             let id = Identifier::new(pgn, destination, 0).can_id();
@@ -234,13 +230,10 @@ impl<P: Product> J1939<P> {
         add(ADDRESS_CLAIMED, GLOBAL, exact);
         add(TRANSPORT_CONTROL, GLOBAL, exact);
         add(TRANSPORT_DATA, GLOBAL, exact);
-        if self.claim.state() == State::Claiming {
-            add(REQUEST, GLOBAL, FORMAT);
-            return;
-        }
         add(REQUEST, GLOBAL, exact);
-        add(REQUEST, self.claim.source(), exact);
-        if let Some(own) = self.claim.address() {
+        let own = self.claim.source();
+        add(REQUEST, own, exact);
+        if self.claim.state() != State::CannotClaim {
             for pgn in [TRANSPORT_CONTROL, TRANSPORT_DATA, PROPRIETARY_A] {
                 add(pgn, own, exact);
             }
