@@ -5,7 +5,7 @@
     python j1939_check.py --virtual-sensor ../../target/release/virtual-sensor
 
 Prints one line per check and the count; the exit code is 1 if a check failed. The checks are independent of the implementation:
-they are written from J1939-21, J1939-73 and J1939-81, and from the decisions S17..S39 in core/src/model/ims360/README.md.
+they are written from J1939-21, J1939-73 and J1939-81, and from the decisions S17..S39 in core/src/model/ims360/J1939.md.
 """
 
 import sys
