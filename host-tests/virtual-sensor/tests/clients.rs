@@ -1,4 +1,4 @@
-//! Real clients against the virtual sensor: python-can, python-canopen, devicenet-py and tshark, with checks written from the manuals.
+//! Real clients against the virtual sensor: python-can, python-canopen, devicenet-py, can-j1939 and tshark, with checks written from the manuals.
 
 use host_tests::python;
 use plumbline::model::catalog;
@@ -101,19 +101,95 @@ fn ims360_image_for_the_nucleo_matches_manual() {
 }
 
 #[test]
+fn ims360_on_j1939_matches_decisions() {
+    let _alone = alone();
+    python::run(
+        "j1939_check.py",
+        &["can", "canopen", "serial"],
+        &["--virtual-sensor", VIRTUAL_SENSOR],
+    );
+}
+
+/// The groups for the IMS360's image in J1939 mode that do not measure time.
+const J1939_IMAGE: &[&str] = &[
+    "switch.both_ways",
+    "switch.when",
+    "switch.silence",
+    "claim.contention",
+    "claim.order",
+    "claim.incapable",
+    "commanded.broadcast",
+    "commanded.connection",
+    "commanded.refused",
+    "request.answered",
+    "request.refused",
+    "request.identification",
+    "transport.windows",
+    "transport.strangers",
+    "transport.together",
+    "values.offsets",
+    "trouble.ranges",
+    "parameters.frames",
+    "parameters.every",
+    "parameters.stored",
+];
+
+#[test]
+fn ims360_image_on_j1939_matches_decisions() {
+    image_matches_manual(Chip::F103, "ims360", "j1939_check.py", J1939_IMAGE);
+}
+
+#[test]
+fn can_j1939_and_cantools_understand_ims360() {
+    let _alone = alone();
+    let product = catalog::find("ims360").expect("a product");
+    let file = descriptors::describe_all(product)
+        .into_iter()
+        .find(|file| file.name == "ims360_j1939.dbc")
+        .expect("a database");
+    let path = Path::new(env!("CARGO_TARGET_TMPDIR")).join(file.name);
+    fs::write(&path, file.text).expect("a file");
+    let path = path.to_str().expect("a path in UTF-8");
+    python::run(
+        "j1939_peers.py",
+        &["can", "canopen", "serial", "j1939", "cantools"],
+        &["--virtual-sensor", VIRTUAL_SENSOR, "--dbc", path],
+    );
+}
+
+#[test]
+fn wireshark_decodes_j1939() {
+    if tshark("j1939_tshark.py") {
+        let _alone = alone();
+        python::run(
+            "j1939_tshark.py",
+            &["can", "canopen", "serial"],
+            &["--virtual-sensor", VIRTUAL_SENSOR],
+        );
+    }
+}
+
+#[test]
 fn devicenet_sensors_match_manual() {
     devicenet("devicenet_check.py", &["can", "serial"], &[]);
 }
 
 #[test]
 fn wireshark_decodes_devicenet() {
-    let installed = Command::new("tshark").arg("--version").output().is_ok();
-    if !installed && std::env::var_os("CI").is_none() {
-        // Written directly to standard error, which the test harness does not capture.
-        let _ = writeln!(stderr(), "skipped: devicenet_tshark.py: no tshark");
-        return;
+    if tshark("devicenet_tshark.py") {
+        devicenet("devicenet_tshark.py", &["can", "serial"], &[]);
     }
-    devicenet("devicenet_tshark.py", &["can", "serial"], &[]);
+}
+
+/// Whether to run a script that needs tshark: if it is installed, and always in a continuous integration run.
+fn tshark(script: &str) -> bool {
+    let installed = Command::new("tshark").arg("--version").output().is_ok();
+    let run = installed || std::env::var_os("CI").is_some();
+    if !run {
+        // Written directly to standard error, which the test harness does not capture.
+        let _ = writeln!(stderr(), "skipped: {script}: no tshark");
+    }
+    run
 }
 
 #[test]
