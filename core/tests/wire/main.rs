@@ -39,6 +39,7 @@ mod fsc_requests;
 mod halves;
 mod j1939_claim;
 mod j1939_diagnostics;
+mod j1939_examples;
 mod j1939_parameters;
 mod j1939_process_data;
 mod j1939_requests;
