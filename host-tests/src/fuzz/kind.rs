@@ -13,9 +13,7 @@ impl Sensor {
         match PRODUCTS.get(kind % KINDS) {
             Some(product) => Self::new(product),
             None => {
-                let mut sensors = PRODUCTS
-                    .iter()
-                    .filter_map(|product| Self::in_j1939(product));
+                let mut sensors = PRODUCTS.iter().filter_map(Self::in_j1939);
                 sensors.next().expect("a product with J1939")
             }
         }
