@@ -117,7 +117,7 @@ def unsent(context: Context) -> None:
 def stored(context: Context) -> None:
     """Cyclic mode in the memory: silent until traffic with automatic detection (G27), at once with a fixed rate."""
     with context.session(store=context.store()) as session:
-        start(session, 40)
+        start(session, 80)
         session.acknowledged("SAVE", b"\x50SAVE")
         session.tester.send(session.set_id, b"\xffRESET")
         # The sensor may send one more cyclic frame before it restarts; then it must be silent.
@@ -137,7 +137,7 @@ def stored(context: Context) -> None:
         frames = session.tester.take(7, 2.0)
         got = [str(frame) for frame in frames[:2]]
         session.report.equal("fixed rate: boot-up comes first", session.boot_up(), got)
-        check_run(session, "fixed rate: cyclic from power-up", frames[2:], 1, 0.040)
+        check_run(session, "fixed rate: cyclic from power-up", frames[2:], 1, 0.080)
 
 
 def modes(context: Context) -> None:
