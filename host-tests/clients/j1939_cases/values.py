@@ -142,3 +142,15 @@ def latency(kind: int, milliherz: int) -> frozenset[int]:
         # A delay that is above 125 ms before it is rounded, and not afterwards, can be sent either way.
         found |= {0xFF} if rounded > 250 else {rounded, 0xFF} if delay > 125 else {rounded}
     return frozenset(found)
+
+
+def printed(fine: bool, data: bytes) -> Wanted:
+    """The bytes of an example of SSI2 (`fine`) or SSI. At -89.5 deg, the roll angle of 0.2 deg is 0.1 of a bit below the border of
+    rounding, so a difference of one bit is right."""
+    scales = (FINE, FINE) if fine else (COARSE, COARSE, COARSE)
+    values, at = [], 0
+    for scale in scales:
+        raw = int.from_bytes(data[at : at + scale.size], "little")
+        values.append((scale, raw * scale.per_bit + scale.offset if raw < scale.highest else None))
+        at += scale.size
+    return Wanted(tuple(values), data[6], frozenset({data[7]}))
