@@ -94,8 +94,8 @@ pub enum Contents {
     Compensation,
     /// The latency of the angles in 0.5 ms.
     Latency,
-    /// Not available: all bits are 1.
-    Unavailable,
+    /// A latency that is not known: all ones.
+    UnknownLatency,
 }
 
 /// A signal of a group.
@@ -190,7 +190,7 @@ const fn field(signal: &Signal) -> Field {
         }
         Contents::Merit(source) => (Kind::Merit, source as u8, 0, 0),
         Contents::Latency => (Kind::Latency, 0, 0, 0),
-        Contents::Compensation | Contents::Unavailable => (Kind::Ones, 0, 0, 0),
+        Contents::Compensation | Contents::UnknownLatency => (Kind::Ones, 0, 0, 0),
     };
     Field {
         scale,

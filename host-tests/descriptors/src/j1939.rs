@@ -261,7 +261,7 @@ fn signals(text: &mut String, group: &Group) {
         let highest = match signal.contents {
             // FAh in the most significant byte is the last valid value.
             Contents::Value { .. } => offset + f64::from((0xFB << (bits - 8)) - 1) * factor,
-            Contents::Latency => 250.0 * factor,
+            Contents::Latency | Contents::UnknownLatency => 250.0 * factor,
             _ => 3.0,
         };
         let name = signal.name;
@@ -283,8 +283,8 @@ fn scale(signal: &Signal) -> (f64, f64, &'static str) {
             unit,
             ..
         } => (value as f64 / divisor as f64, offset.into(), unit),
-        Contents::Latency => (0.5, 0.0, "ms"),
-        Contents::Merit(_) | Contents::Compensation | Contents::Unavailable => (1.0, 0.0, ""),
+        Contents::Latency | Contents::UnknownLatency => (0.5, 0.0, "ms"),
+        Contents::Merit(_) | Contents::Compensation => (1.0, 0.0, ""),
     }
 }
 
