@@ -1,4 +1,4 @@
-//! The services of SAE J1939, the network of vehicles and machines. Each is a state machine of its own. No product uses them yet.
+//! The services of SAE J1939, the network of vehicles and machines. Each is a state machine of its own.
 //!
 //! - [`identifier`]: the 29-bit identifier; [`name`]: the NAME; [`claim`]: the address;
 //! - [`request`]: request and acknowledgement; [`transport`]: messages of more than eight bytes;

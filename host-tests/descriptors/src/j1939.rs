@@ -52,7 +52,7 @@ fn message(text: &mut String, id: u32, group: &Group) {
         let highest = match signal.contents {
             // FAh in the most significant byte is the last valid value.
             Contents::Value { .. } => offset + f64::from((0xFB << (bits - 8)) - 1) * factor,
-            Contents::Latency => 250.0 * factor,
+            Contents::Latency | Contents::Unavailable => 250.0 * factor,
             _ => 3.0,
         };
         let name = signal.name;
@@ -74,8 +74,9 @@ fn scale(signal: &Signal) -> (f64, f64, &'static str) {
             unit,
             ..
         } => (value as f64 / divisor as f64, offset.into(), unit),
-        Contents::Latency => (0.5, 0.0, "ms"),
-        Contents::Merit(_) | Contents::Compensation | Contents::Unavailable => (1.0, 0.0, ""),
+        // A latency that is not known.
+        Contents::Latency | Contents::Unavailable => (0.5, 0.0, "ms"),
+        Contents::Merit(_) | Contents::Compensation => (1.0, 0.0, ""),
     }
 }
 
@@ -95,6 +96,7 @@ mod tests {
         for line in [
             format!("BO_ {id} SSI2: 8 Sensor"),
             " SG_ PitchAngleExRange : 0|24@1+ (0.000030517578125,-250) [-250|251.99996948242188] \"deg\" Vector__XXX".into(),
+            " SG_ AngularRateMeasurementLatency : 56|8@1+ (0.5,0) [0|125] \"ms\" Vector__XXX".into(),
             format!("BA_ \"SPN\" SG_ {id} PitchAngleExRange 4976;"),
             format!("BA_ \"PGN\" BO_ {id} 61481;"),
         ] {
