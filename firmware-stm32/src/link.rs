@@ -54,13 +54,13 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             self.send();
         }
         self.node.receive(clock::now(), frame);
-        if self.node.withdraws() {
-            // Now, before a frame in a mailbox follows the received one.
-            transmit::abort_all();
-        }
         self.transmit();
         while self.node.proceed() {
             self.transmit();
+        }
+        if self.node.withdraws() {
+            // Now, before a frame in a mailbox follows the received one.
+            transmit::abort_all();
         }
     }
 

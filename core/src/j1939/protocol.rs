@@ -14,7 +14,7 @@ use crate::application::{Faults, Values};
 use crate::can::BitRate;
 use crate::canopen::timer::Periodic;
 use crate::canopen::{self, Canopen};
-use crate::node::{BusChange, BusState, Context};
+use crate::node::{BusChange, BusState, Context, Protocol};
 use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
 
@@ -174,6 +174,10 @@ impl<P: Product> J1939<P> {
             BusChange::State if cx.shell.bus_state() == BusState::BusOff => {
                 self.claim.suspend();
                 self.leave(cx, objects);
+                if objects.recovers(&cx.parameters) {
+                    // The recovery, without the frames in the mailboxes: the claim is the first frame after it.
+                    cx.shell.go_online(self.rate);
+                }
             }
             BusChange::Recovered => {
                 self.leave(cx, objects);

@@ -212,3 +212,15 @@ fn filters_admit_what_the_node_needs() {
     }
     assert!(!tester.accepts(plumbline::can::standard(0x632)));
 }
+
+#[test]
+fn filters_follow_the_address() {
+    let mut tester = claimed();
+    tester.exchange(&format!("18EEFF80#{LOWER}"));
+    for (address, accepted) in [(0x80, false), (0x81, true), (0xFE, false)] {
+        for format in [0x18EA, 0x18EF, 0x1CEC, 0x1CEB] {
+            let id = format << 16 | address << 8 | 0x21;
+            assert_eq!(tester.accepts(extended(id)), accepted, "{id:08X}");
+        }
+    }
+}

@@ -24,6 +24,7 @@ mod fusion;
 mod halves;
 mod ims360;
 mod ims360_faults;
+mod ims360_j1939;
 mod jn2101;
 mod joining;
 mod load;
