@@ -4,12 +4,11 @@
 use super::Abort;
 use super::guarding::Guarding;
 use super::nmt::State;
-use super::objects::View;
 use super::product::{ParametersOf, Product};
 use super::protocol::{Canopen, ContextOf, Services};
 use super::sdo::message::{self, Address};
 use crate::application::Values;
-use crate::can::BitRate;
+use crate::can::{BitRate, CanId, Frame};
 use crate::store::StoreError;
 use crate::time::{Deadline, Instant};
 
@@ -61,19 +60,16 @@ impl<P: Product> Canopen<P> {
         self.sdo.end();
     }
 
-    /// Handles an SDO request. Returns the reply, if there is one now.
+    /// Handles an SDO request and queues the reply, if there is one now, with this identifier.
     pub(crate) fn serve_hosted(
         &mut self,
         cx: &mut ContextOf<P>,
         now: Instant,
-        bytes: [u8; 8],
-    ) -> Option<[u8; 8]> {
-        if !self.services.state.communicates() {
-            return None;
-        }
+        frame: &Frame,
+        reply: CanId,
+    ) {
         cx.shell.wake_up();
-        let services = &mut self.services;
-        self.sdo.serve(&mut View { services, cx }, now, bytes)
+        self.serve(cx, now, frame, reply);
     }
 
     /// Handles the end of a save. Returns the reply to the write that waited for it.

@@ -106,7 +106,14 @@ impl<P: Product> Canopen<P> {
         }
     }
 
-    fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+    /// Handles an SDO request and queues the reply, if there is one now, with this identifier.
+    pub(super) fn serve(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        frame: &Frame,
+        reply: CanId,
+    ) {
         let Some(bytes) = frame.eight_bytes() else {
             return;
         };
@@ -114,8 +121,17 @@ impl<P: Product> Canopen<P> {
             return;
         }
         let services = &mut self.services;
-        let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
-        self.services.send_sdo(cx, reply);
+        let answer = self.sdo.serve(&mut View { services, cx }, now, bytes);
+        match P::SELECTOR {
+            // The identifier differs between the protocols.
+            Some(_) => {
+                if let Some(bytes) = answer {
+                    cx.shell
+                        .send(Frame::word(reply, u64::from_le_bytes(bytes), 8));
+                }
+            }
+            None => self.services.send_sdo(cx, answer),
+        }
         // A read of a number has no deadline.
         if self.sdo.deadline().is_set() {
             cx.shell.wake_up();
@@ -232,7 +248,8 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 services.synchronise_next(cx);
             }
         } else if id == CanId::standard(cob_id::SDO_REQUEST + node_id) {
-            self.serve(cx, now, frame);
+            let reply = CanId::standard(cob_id::SDO_REPLY + node_id);
+            self.serve(cx, now, frame, reply);
         } else if id == CanId::standard(cob_id::NMT) {
             self.nmt(cx, now, frame);
         } else if Services::<P>::HAS_GUARDING

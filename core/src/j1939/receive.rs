@@ -62,7 +62,9 @@ impl<P: Product> J1939<P> {
                 let reaction = self.commanded.data(now, who, bytes, COMMANDED_ADDRESS);
                 self.react(cx, reaction, objects);
             }
-            (PROPRIETARY_A, Ok(bytes)) if to_us => self.serve(cx, now, id.source, bytes, objects),
+            (PROPRIETARY_A, Ok(bytes)) if to_us => {
+                self.serve(cx, now, id.source, (frame, bytes), objects)
+            }
             _ => {}
         }
     }
@@ -196,7 +198,7 @@ impl<P: Product> J1939<P> {
         cx: &mut ContextOf<P>,
         now: Instant,
         client: u8,
-        bytes: [u8; 8],
+        (frame, bytes): (&Frame, [u8; 8]),
         objects: &mut Canopen<P>,
     ) {
         if client != self.client {
@@ -210,11 +212,11 @@ impl<P: Product> J1939<P> {
             self.client = client;
         }
         let was_saving = cx.is_saving();
-        let reply = objects.serve_hosted(cx, now, bytes);
+        let id = Identifier::new(PROPRIETARY_A, client, self.claim.source());
+        objects.serve_hosted(cx, now, frame, id.can_id());
         if cx.is_saving() && !was_saving {
             self.storing = client;
         }
-        self.reply(cx, client, reply);
     }
 
     /// Calls `accept` for each acceptance filter.
