@@ -1,6 +1,6 @@
 //! The catalogue entry of a CANopen product.
 
-use super::{Article, Product, Protocol, Settings, Start};
+use super::{Article, Guide, Product, Protocol, Settings, Start};
 use crate::application::Application;
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
@@ -48,6 +48,7 @@ pub struct Listing<P> {
     pub name: &'static str,
     maker: &'static str,
     article: Article,
+    guide: &'static Guide,
     product: PhantomData<P>,
 }
 
@@ -58,8 +59,14 @@ impl<P: canopen::Product> Listing<P> {
             name,
             maker,
             article,
+            guide: &Guide::NONE,
             product: PhantomData,
         }
+    }
+
+    /// The same with a guide for tools.
+    pub const fn guided(self, guide: &'static Guide) -> Self {
+        Self { guide, ..self }
     }
 
     /// The product as data.
@@ -87,6 +94,7 @@ impl<P: canopen::Product> Listing<P> {
             image: P::IMAGE,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: CanopenNode::<P>::STORE_BUFFER,
+            guide: self.guide,
         }
     }
 
