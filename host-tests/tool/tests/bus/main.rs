@@ -1,0 +1,7 @@
+//! The commands against every product, in the virtual time of the simulated bus.
+
+mod commands;
+mod names;
+mod rates;
+mod refusals;
+mod rig;
