@@ -71,6 +71,15 @@ impl Axis {
 /// A command.
 #[derive(Clone, Debug, Subcommand)]
 pub enum Command {
+    /// Find sensors: listens at all bit rates, then asks
+    Scan {
+        /// Ask at a silent bus without a question
+        #[arg(long)]
+        active: bool,
+        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits: 41 s at each rate
+        #[arg(long)]
+        search: bool,
+    },
     /// List the names with range, unit and factory value
     Parameters,
     /// Read parameters and values; without a name all of them

@@ -15,16 +15,22 @@ use plumbline::time::{Duration, millis};
 use serde_json::{Value, json};
 
 /// The wait for the answer to a question, besides the time on the bus.
-const LATENCY: Duration = millis(60);
+const LATENCY: Duration = millis(30);
 
 /// The bits of the frames until a sensor that detects the bit rate has answered: the adapter repeats the first frame
 /// until it is error passive, then come two boot-up messages.
-const BITS: u32 = 3500;
+const DETECTION: u32 = 3500;
+
+/// The bits of a question and its answer.
+const EXCHANGE: u32 = 300;
 
 /// The wait for the answer to a question at the bit rate of a link.
 pub fn question(link: &Link) -> Duration {
     let rate = link.rate().map_or(250_000, BitRate::bits_per_second);
-    LATENCY + millis(BITS * 1000 / rate)
+    // A sensor that detects the bit rate takes the first one at which somebody sends.
+    let is_first = link.sent().iter().all(|(rate, _)| *rate == link.rate());
+    let bits = if is_first { DETECTION } else { EXCHANGE };
+    LATENCY + millis(bits * 1000 / rate)
 }
 
 /// A sensor that has answered.
@@ -338,7 +344,8 @@ fn ask_devicenet(link: &mut Link, slave: Slave) -> Result<Option<Found>, Failure
         class: 1,
         instance: 1,
     };
-    match slave.allocate(link) {
+    let time = question(link);
+    match slave.allocate_within(link, time) {
         Ok(()) => {}
         Err(failure) if failure.code == "no-answer" => return Ok(None),
         Err(failure) if failure.code == "owned" => {

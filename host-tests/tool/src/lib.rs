@@ -6,6 +6,7 @@
 //! - [`client`]: the masters of the protocols, one request and one answer
 //! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
 //! - [`identify`], [`connect`], [`session`]: which product answers, and a session with it
+//! - [`scan`]: finds sensors with unknown bit rate, protocol and address
 //! - [`command`]: the commands; [`cli`]: the command line; [`output`]: the terminal; [`failure`]: exit codes and messages
 //!
 //! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
@@ -20,5 +21,6 @@ pub mod identify;
 pub mod number;
 pub mod output;
 pub mod resolve;
+pub mod scan;
 pub mod session;
 pub mod sheet;

@@ -104,10 +104,19 @@ impl Slave {
     /// # Errors
     /// Another master owns the sensor, nobody answers, or those of the adapter.
     pub fn allocate(self, link: &mut Link) -> Result<(), Failure> {
-        let mut response = self.unconnected(link, ALLOCATE, &[EXPLICIT, self.master()])?;
+        self.allocate_within(link, ANSWER)
+    }
+
+    /// The same with another wait for the response.
+    ///
+    /// # Errors
+    /// See [`allocate`](Self::allocate).
+    pub fn allocate_within(self, link: &mut Link, time: Duration) -> Result<(), Failure> {
+        let choice = [EXPLICIT, self.master()];
+        let mut response = self.unconnected(link, ALLOCATE, &choice, time)?;
         if let Response::Refused(ALREADY, _) = response {
             self.release(link)?;
-            response = self.unconnected(link, ALLOCATE, &[EXPLICIT, self.master()])?;
+            response = self.unconnected(link, ALLOCATE, &choice, time)?;
         }
         if let Response::Refused(STATE, _) = response {
             let mac = self.mac;
@@ -124,16 +133,23 @@ impl Slave {
     /// # Errors
     /// Those of the adapter.
     pub fn release(self, link: &mut Link) -> Result<(), Failure> {
-        self.unconnected(link, RELEASE, &[EXPLICIT]).map(|_| ())
+        self.unconnected(link, RELEASE, &[EXPLICIT], ANSWER)
+            .map(|_| ())
     }
 
     /// A request to the unconnected port.
-    fn unconnected(self, link: &mut Link, service: u8, data: &[u8]) -> Result<Response, Failure> {
+    fn unconnected(
+        self,
+        link: &mut Link,
+        service: u8,
+        data: &[u8],
+        time: Duration,
+    ) -> Result<Response, Failure> {
         let port = Path {
             class: 3,
             instance: 1,
         };
-        self.request(link, group_2::UNCONNECTED, service, port, data)
+        self.request(link, (group_2::UNCONNECTED, time), service, port, data)
     }
 
     /// A request on the explicit connection, with at most four bytes of data.
@@ -147,7 +163,7 @@ impl Slave {
         path: Path,
         data: &[u8],
     ) -> Result<Response, Failure> {
-        self.request(link, group_2::REQUEST, service, path, data)
+        self.request(link, (group_2::REQUEST, ANSWER), service, path, data)
     }
 
     /// Reads an attribute.
@@ -178,7 +194,7 @@ impl Slave {
     fn request(
         self,
         link: &mut Link,
-        message: u16,
+        (message, time): (u16, Duration),
         service: u8,
         path: Path,
         data: &[u8],
@@ -196,7 +212,7 @@ impl Slave {
             let header = frame.bytes().first().map(|header| header & 0x3F);
             (frame.can_id() == answer && header == Some(master)).then(|| frame.bytes().to_vec())
         };
-        let Some(first) = link.ask(&request, ANSWER, is_own)? else {
+        let Some(first) = link.ask(&request, time, is_own)? else {
             return Ok(Response::Silent);
         };
         if first[0] & 0x80 == 0 {

@@ -11,6 +11,7 @@ use crate::connect::{self, Wanted};
 use crate::failure::Failure;
 use crate::identify::{self, Found};
 use crate::output::Terminal;
+use crate::scan;
 use crate::session::Session;
 use clap::CommandFactory;
 use serde_json::json;
@@ -54,6 +55,14 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
     }
     let mut bus = Bus { options, connect };
     match &cli.command {
+        Command::Scan { active, search } => {
+            let options = scan::Options {
+                rate: options.rate,
+                active: *active || options.yes,
+                search: *search,
+            };
+            scan::run(bus.adapter()?, options, terminal)
+        }
         Command::Parameters => {
             let (session, _) = bus.session()?;
             parameters::list(&session.sheet, terminal)?;

@@ -81,7 +81,7 @@ fn bytes(text: &str) -> Result<Vec<u8>, Failure> {
         .bytes()
         .filter(|byte| !byte.is_ascii_whitespace())
         .collect();
-    if digits.len() % 2 != 0 || !digits.iter().all(u8::is_ascii_hexdigit) {
+    if !digits.len().is_multiple_of(2) || !digits.iter().all(u8::is_ascii_hexdigit) {
         return Err(bad(text));
     }
     let value = |digit: u8| char::from(digit).to_digit(16).unwrap_or(0) as u8;

@@ -5,3 +5,4 @@ mod names;
 mod rates;
 mod refusals;
 mod rig;
+mod scan;
