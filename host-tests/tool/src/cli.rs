@@ -3,6 +3,7 @@
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use clap_complete::Shell;
 use plumbline::can::BitRate;
+use std::path::PathBuf;
 
 /// Finds, sets, shows and records CAN inclination sensors: those of Plumbline and the makers' own.
 #[derive(Clone, Debug, Parser)]
@@ -93,8 +94,11 @@ pub enum Command {
         #[arg(required = true)]
         assignments: Vec<String>,
         /// Store them afterwards
-        #[arg(long)]
+        #[arg(long, conflicts_with = "file")]
         save: bool,
+        /// Change a file of `backup` instead of a sensor
+        #[arg(long, value_name = "FILE")]
+        file: Option<PathBuf>,
     },
     /// Store the parameters in the sensor
     Save,
@@ -130,6 +134,24 @@ pub enum Command {
     Raw {
         /// The request
         request: String,
+    },
+    /// Store all settings of the sensor in a file
+    Backup {
+        /// A TOML file
+        file: PathBuf,
+    },
+    /// Write the settings of a file that differ, store them, and read them back
+    Restore {
+        /// A TOML file of `backup`
+        file: PathBuf,
+        /// Only these parameters
+        #[arg(long, value_name = "NAME", num_args = 1..)]
+        only: Vec<String>,
+    },
+    /// Show the settings of a file that differ from the sensor
+    Diff {
+        /// A TOML file of `backup`
+        file: PathBuf,
     },
     /// Print the completions for a shell
     Completions {

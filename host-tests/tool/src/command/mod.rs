@@ -1,6 +1,7 @@
 //! The commands.
 
 mod address;
+mod file;
 mod parameters;
 mod raw;
 mod set;
@@ -47,6 +48,11 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             let rendered = page.render(&mut terminal.out);
             return rendered.map_err(|error| Failure::bus("output-closed", error.to_string()));
         }
+        Command::Set {
+            assignments,
+            file: Some(path),
+            ..
+        } => return file::set(path, assignments, terminal),
         Command::Parameters if options.product.is_some() => {
             let product = identify::product(options.product.as_deref().unwrap_or_default())?;
             return parameters::list(&crate::sheet::Sheet::of(product), terminal);
@@ -69,9 +75,9 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             session.finish().map(|_| ())
         }
         Command::Get { names } => bus.with(|session| parameters::get(session, names, terminal)),
-        Command::Set { assignments, save } => {
-            bus.with(|session| set::set(session, assignments, *save, terminal))
-        }
+        Command::Set {
+            assignments, save, ..
+        } => bus.with(|session| set::set(session, assignments, *save, terminal)),
         Command::Save => bus.with(|session| {
             let done = session.save()?;
             tell(terminal, done)
@@ -102,6 +108,13 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
         Command::NodeId { new } => bus.with(|session| address::node_id(session, *new, terminal)),
         Command::Mac { new } => bus.with(|session| address::mac(session, *new, terminal)),
         Command::Raw { request } => raw::raw(&mut bus, request, terminal),
+        Command::Backup { file } => {
+            bus.with_found(|session, found| file::backup(session, found, file, terminal))
+        }
+        Command::Restore { file, only } => {
+            bus.with_found(|session, found| file::restore(session, found, file, only, terminal))
+        }
+        Command::Diff { file } => bus.with(|session| file::diff(session, file, terminal)),
         Command::Completions { .. } | Command::Man => Ok(()),
     }
 }
@@ -147,8 +160,16 @@ impl Bus<'_> {
         &mut self,
         run: impl FnOnce(&mut Session) -> Result<T, Failure>,
     ) -> Result<T, Failure> {
-        let (mut session, _) = self.session()?;
-        let result = run(&mut session);
+        self.with_found(|session, _| run(session))
+    }
+
+    /// The same with what the sensor has told.
+    fn with_found<T>(
+        &mut self,
+        run: impl FnOnce(&mut Session, &Found) -> Result<T, Failure>,
+    ) -> Result<T, Failure> {
+        let (mut session, found) = self.session()?;
+        let result = run(&mut session, &found);
         let released = session.release();
         session.link.adapter().close();
         let value = result?;

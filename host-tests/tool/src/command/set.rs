@@ -3,6 +3,7 @@
 use super::parameters::show;
 use crate::failure::Failure;
 use crate::output::Terminal;
+use crate::plan;
 use crate::resolve;
 use crate::session::Session;
 use crate::sheet::{Entry, Origin};
@@ -10,8 +11,7 @@ use plumbline::model::catalog::{Adjustment, Product, Protocol, Written};
 use plumbline::param::{Constraint, DataType, ParameterId};
 use serde_json::{Map, Value, json};
 
-/// Checked values with their entries.
-pub(super) type Checked = Vec<(Entry, u32)>;
+pub(super) use crate::plan::Values as Checked;
 
 /// Writes parameters: all are checked before the first is written, then read back.
 pub(super) fn set(
@@ -145,9 +145,14 @@ fn present(session: &mut Session, values: &Checked, id: ParameterId) -> Result<u
     }
 }
 
-/// Writes values and reads them back.
+/// Writes values in an order that the sensor accepts, and reads them back.
 pub(super) fn write(session: &mut Session, values: &Checked) -> Result<(), Failure> {
-    session.write(values)?;
+    plan::write(session, values)?;
+    read_back(session, values)
+}
+
+/// Compares values with those in the sensor.
+pub(super) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Failure> {
     for (entry, raw) in values {
         if !entry.readable || entry.command || moves(session.sheet.product, entry) {
             continue;
