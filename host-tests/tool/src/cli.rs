@@ -153,6 +153,34 @@ pub enum Command {
         /// A TOML file of `backup`
         file: PathBuf,
     },
+    /// Show the angles
+    Watch {
+        /// The pause between two samples in ms
+        #[arg(long, default_value_t = 200, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+        every: u32,
+        /// End after this time
+        #[arg(long, value_name = "S")]
+        seconds: Option<f64>,
+    },
+    /// Record the angles as CSV
+    Record {
+        /// The file
+        file: PathBuf,
+        /// The pause between two samples in ms
+        #[arg(long, default_value_t = 20, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+        every: u32,
+        /// End after this time
+        #[arg(long, value_name = "S")]
+        seconds: Option<f64>,
+    },
+    /// Write all frames on the bus as `candump -L` does; only listens
+    Log {
+        /// The file; - is standard output
+        file: PathBuf,
+        /// End after this time
+        #[arg(long, value_name = "S")]
+        seconds: Option<f64>,
+    },
     /// Print the completions for a shell
     Completions {
         /// The shell

@@ -5,7 +5,7 @@ use crate::client::Link;
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::failure::Failure;
-use crate::identify::{self, Found};
+use crate::identify::{self, Found, protocol_of};
 use crate::number::identifier;
 use crate::session::{Session, Target};
 use plumbline::can::{BitRate, CanId};
@@ -110,9 +110,15 @@ pub fn find(adapter: Box<dyn Adapter>, wanted: &Wanted) -> Result<(Link, Found),
                 // A sensor that detects the bit rate needs a frame before it answers.
                 for _ in 0..2 {
                     let found = identify::ask(&mut link, *target)?;
-                    if let Some(found) = found.filter(|found| is_wanted(found, wanted.target)) {
+                    if let Some(found) = found.filter(|found| is_wanted(found, wanted)) {
                         return Ok((link, found));
                     }
+                }
+            }
+            for sensor in link.take_booted() {
+                let found = identify::ask(&mut link, Target::Fsc(sensor))?;
+                if let Some(found) = found.filter(|found| is_wanted(found, wanted)) {
+                    return Ok((link, found));
                 }
             }
             if link.now() >= until {
@@ -136,11 +142,15 @@ pub fn find(adapter: Box<dyn Adapter>, wanted: &Wanted) -> Result<(Link, Found),
     ))
 }
 
-/// Whether a sensor has the address of the user. A boot-up message can be that of another sensor.
-fn is_wanted(found: &Found, target: Option<Target>) -> bool {
-    match (found.target, target) {
+/// Whether a sensor is the one of the user. A boot-up message can be that of another sensor.
+fn is_wanted(found: &Found, wanted: &Wanted) -> bool {
+    match (found.target, wanted.target) {
         (Target::Fsc(found), Some(Target::Fsc(wanted))) => found.request == wanted.request,
-        _ => true,
+        (Target::Fsc(_), Some(_)) => false,
+        (_, Some(_)) => true,
+        (_, None) => wanted
+            .product
+            .is_none_or(|product| protocol_of(product) == found.protocol()),
     }
 }
 
@@ -152,8 +162,11 @@ fn described(target: &Target) -> String {
     }
 }
 
-/// The rate at which somebody talks.
-fn talking(link: &mut Link) -> Result<Option<BitRate>, Failure> {
+/// The rate at which somebody talks; the tool only listens.
+///
+/// # Errors
+/// The adapter has no listen-only mode, or has failed.
+pub fn talking(link: &mut Link) -> Result<Option<BitRate>, Failure> {
     for rate in RATES {
         if let Err(failure) = link.open(Some(rate), Mode::Listen) {
             if failure.code == "no-listen-only" {

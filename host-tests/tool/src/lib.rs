@@ -7,6 +7,7 @@
 //! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
 //! - [`identify`], [`connect`], [`session`]: which product answers, and a session with it
 //! - [`backup`], [`plan`]: the file with the settings, and the order in which they are written
+//! - [`sample`]: samples of the angles
 //! - [`scan`]: finds sensors with unknown bit rate, protocol and address
 //! - [`command`]: the commands; [`cli`]: the command line; [`output`]: the terminal; [`failure`]: exit codes and messages
 //!
@@ -24,6 +25,7 @@ pub mod number;
 pub mod output;
 pub mod plan;
 pub mod resolve;
+pub mod sample;
 pub mod scan;
 pub mod session;
 pub mod sheet;

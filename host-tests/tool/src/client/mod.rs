@@ -13,6 +13,7 @@ pub mod sdo;
 
 use crate::adapter::{Adapter, Mode};
 use crate::failure::Failure;
+use crate::identify::boot_up;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after};
 
@@ -22,6 +23,8 @@ pub struct Link {
     rate: Option<BitRate>,
     /// The frames that were sent at each rate, in the order of the rates.
     sent: Vec<(Option<BitRate>, u64)>,
+    /// The sensors whose boot-up message came while another answer was awaited.
+    booted: Vec<fsc::Sensor>,
 }
 
 impl Link {
@@ -31,6 +34,7 @@ impl Link {
             adapter,
             rate: None,
             sent: Vec::new(),
+            booted: Vec::new(),
         }
     }
 
@@ -81,7 +85,19 @@ impl Link {
     /// # Errors
     /// Those of the adapter.
     pub fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
-        self.adapter.receive(until)
+        let received = self.adapter.receive(until)?;
+        if let Some(sensor) = received.and_then(|(_, frame)| boot_up(&frame))
+            && !self.booted.contains(&sensor)
+        {
+            self.booted.push(sensor);
+        }
+        Ok(received)
+    }
+
+    /// The GEMAC sensors that have sent a boot-up message since the last call. A sensor that detects the bit rate sends it after a
+    /// question to any address.
+    pub fn take_booted(&mut self) -> Vec<fsc::Sensor> {
+        std::mem::take(&mut self.booted)
     }
 
     /// Waits this time for the first frame that `judge` takes; others are ignored.

@@ -5,6 +5,7 @@ mod file;
 mod parameters;
 mod raw;
 mod set;
+mod watch;
 
 use crate::adapter::{self, Adapter};
 use crate::cli::{Cli, Command, Options};
@@ -115,6 +116,17 @@ pub fn run_with(cli: &Cli, terminal: &mut Terminal, connect: Connect) -> Result<
             bus.with_found(|session, found| file::restore(session, found, file, only, terminal))
         }
         Command::Diff { file } => bus.with(|session| file::diff(session, file, terminal)),
+        Command::Watch { every, seconds } => {
+            bus.with(|session| watch::watch(session, *every, *seconds, terminal))
+        }
+        Command::Record {
+            file,
+            every,
+            seconds,
+        } => bus.with(|session| watch::record(session, file, *every, *seconds, terminal)),
+        Command::Log { file, seconds } => {
+            watch::log(bus.adapter()?, options.rate, file, *seconds, terminal)
+        }
         Command::Completions { .. } | Command::Man => Ok(()),
     }
 }

@@ -38,6 +38,7 @@ pub fn find(
         for target in factory_targets() {
             ask(link, target, frames, &mut rows)?;
         }
+        booted(link, frames, &mut rows)?;
         if !rows.is_empty() {
             everybody(link, frames, &mut rows, terminal)?;
             return Ok((*rate, rows));
@@ -137,6 +138,14 @@ fn everybody(
     for mac in 0..=63 {
         stop(terminal)?;
         ask(link, Target::Devicenet(Slave { mac }), frames, rows)?;
+    }
+    booted(link, frames, rows)
+}
+
+/// The sensors that have detected the bit rate since the last call, whatever was asked.
+fn booted(link: &mut Link, frames: &[Frame], rows: &mut Vec<Row>) -> Result<(), Failure> {
+    for sensor in link.take_booted() {
+        ask(link, Target::Fsc(sensor), frames, rows)?;
     }
     Ok(())
 }

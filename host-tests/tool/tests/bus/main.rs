@@ -6,4 +6,5 @@ mod names;
 mod rates;
 mod refusals;
 mod rig;
+mod samples;
 mod scan;

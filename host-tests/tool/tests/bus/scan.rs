@@ -312,3 +312,18 @@ fn foreign_canopen_node_type_is_reported_without_product() {
         (&json!("canopen"), &json!(null))
     );
 }
+
+#[test]
+fn sensor_with_unknown_identifiers_that_detects_the_rate_is_found_by_its_boot_up_message() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K500));
+    rig.attach("is1", 8);
+    rig.done("--rate 500 set set-id=555h reply-id=556h --save");
+    let id = rig.first();
+    rig.bus.borrow_mut().power_cycle(id);
+    rig.run(100);
+    let (rows, _) = scan(&mut rig, "--rate 500 --active");
+    assert_eq!(
+        (&rows[0]["product"], &rows[0]["address"]),
+        (&json!("is1"), &json!("555"))
+    );
+}
