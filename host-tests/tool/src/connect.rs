@@ -9,7 +9,8 @@ use crate::identify::{self, Found, protocol_of};
 use crate::number::identifier;
 use crate::session::{Session, Target};
 use plumbline::can::{BitRate, CanId};
-use plumbline::model::catalog::Product;
+use plumbline::model::catalog::{PRODUCTS, Product, Protocol};
+use plumbline::param::ParameterId;
 use plumbline::time::{Duration, after, millis};
 
 /// The order in which unknown rates are tried: the common ones first.
@@ -97,8 +98,8 @@ pub fn find(adapter: Box<dyn Adapter>, wanted: &Wanted) -> Result<(Link, Found),
     };
     let targets = match (wanted.target, wanted.product) {
         (Some(target), _) => vec![target],
-        (None, Some(product)) => vec![identify::factory_target(product)],
-        (None, None) => identify::factory_targets(),
+        (None, Some(product)) => vec![factory_target(product)],
+        (None, None) => factory_targets(),
     };
     for rate in &rates {
         link.open(*rate, Mode::Active)?;
@@ -140,6 +141,33 @@ pub fn find(adapter: Box<dyn Adapter>, wanted: &Wanted) -> Result<(Link, Found),
             addresses.join(", ")
         ),
     ))
+}
+
+/// The address of a product as delivered.
+pub fn factory_target(product: &Product) -> Target {
+    let factory = |id: ParameterId| product.parameters[usize::from(id.0)].factory;
+    match &product.protocol {
+        Protocol::Fsc(tables) => Target::Fsc(Sensor {
+            request: CanId::from_bits(factory(tables.roles.set_id)),
+            reply: None,
+        }),
+        Protocol::Canopen(tables) => Target::Canopen(factory(tables.node_id) as u8),
+        Protocol::Devicenet(tables) => Target::Devicenet(Slave {
+            mac: factory(tables.roles.mac_id) as u8,
+        }),
+    }
+}
+
+/// The addresses of all products as delivered, each once.
+pub fn factory_targets() -> Vec<Target> {
+    let mut targets = Vec::new();
+    for product in PRODUCTS {
+        let target = factory_target(product);
+        if !targets.contains(&target) {
+            targets.push(target);
+        }
+    }
+    targets
 }
 
 /// Whether a sensor is the one of the user. A boot-up message can be that of another sensor.

@@ -10,7 +10,7 @@ use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::dictionary::Target as ObjectTarget;
 use plumbline::fsc::Version;
 use plumbline::model::catalog::{PRODUCTS, Product, Protocol, find};
-use plumbline::param::{ParameterId, number};
+use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 use serde_json::{Value, json};
 
@@ -139,33 +139,6 @@ pub fn product(name: &str) -> Result<&'static Product, Failure> {
         );
         Failure::usage("unknown-product", message)
     })
-}
-
-/// The address of a product as delivered.
-pub fn factory_target(product: &Product) -> Target {
-    let factory = |id: ParameterId| product.parameters[usize::from(id.0)].factory;
-    match &product.protocol {
-        Protocol::Fsc(tables) => Target::Fsc(Sensor {
-            request: CanId::from_bits(factory(tables.roles.set_id)),
-            reply: None,
-        }),
-        Protocol::Canopen(tables) => Target::Canopen(factory(tables.node_id) as u8),
-        Protocol::Devicenet(tables) => Target::Devicenet(Slave {
-            mac: factory(tables.roles.mac_id) as u8,
-        }),
-    }
-}
-
-/// The addresses of all products as delivered, each once.
-pub fn factory_targets() -> Vec<Target> {
-    let mut targets = Vec::new();
-    for product in PRODUCTS {
-        let target = factory_target(product);
-        if !targets.contains(&target) {
-            targets.push(target);
-        }
-    }
-    targets
 }
 
 /// Asks at an address; None if nobody answers. Only reads, which change nothing. A connection of DeviceNet is released again.

@@ -94,7 +94,7 @@ fn retried(session: &mut Session, values: Values) -> Result<(), Failure> {
     while !left.is_empty() {
         let (before, mut refused, mut failure) = (left.len(), Values::new(), None);
         for (entry, raw) in left {
-            match session.write(&vec![(entry.clone(), raw)]) {
+            match session.write(&[(entry.clone(), raw)]) {
                 Err(error) if error.code == "refused" => {
                     refused.push((entry, raw));
                     failure.get_or_insert(error);
@@ -145,7 +145,7 @@ fn identifiers(session: &mut Session, values: Values) -> Result<(), Failure> {
                 (entry, raw)
             }
         };
-        session.write(&vec![(entry.clone(), raw)])?;
+        session.write(&[(entry.clone(), raw)])?;
         for (id, number) in &mut present {
             if own(&entry, *id) {
                 *number = raw;
@@ -198,7 +198,7 @@ fn tpdos(session: &mut Session, values: Values) -> Result<Values, Failure> {
         if let Some(cob_id) = &cob_id {
             let raw = session.read(cob_id)?;
             present = Some(raw);
-            session.write(&vec![(cob_id.clone(), raw | OFF)])?;
+            session.write(&[(cob_id.clone(), raw | OFF)])?;
         }
         let entries: Values = values
             .iter()
@@ -212,14 +212,14 @@ fn tpdos(session: &mut Session, values: Values) -> Result<Values, Failure> {
                 Some(wanted) => wanted,
                 None => session.read(count)?,
             };
-            session.write(&vec![(count.clone(), 0)])?;
+            session.write(&[(count.clone(), 0)])?;
             for entry in entries {
-                session.write(&vec![entry])?;
+                session.write(&[entry])?;
             }
-            session.write(&vec![(count.clone(), wanted)])?;
+            session.write(&[(count.clone(), wanted)])?;
         }
         if let (Some(cob_id), Some(raw)) = (cob_id, given(communication).or(present)) {
-            session.write(&vec![(cob_id, raw)])?;
+            session.write(&[(cob_id, raw)])?;
         }
     }
     Ok(values

@@ -5,7 +5,7 @@ use crate::client::Link;
 use crate::connect;
 use crate::failure::Failure;
 use crate::output::Terminal;
-use crate::sample::Sampler;
+use crate::sample::{Sample, Sampler};
 use crate::session::Session;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
@@ -36,18 +36,17 @@ fn end(now: Instant, seconds: Option<f64>) -> Result<Option<Instant>, Failure> {
     }
 }
 
+/// A function that takes each sample.
+type Take<'a> =
+    &'a mut dyn FnMut(&mut Terminal, &Session, &Sampler, &Sample) -> Result<(), Failure>;
+
 /// Polls the angles and hands each sample to `take`, until the time is over or Ctrl-C.
 fn samples(
     session: &mut Session,
     every: u32,
     seconds: Option<f64>,
     terminal: &mut Terminal,
-    take: &mut dyn FnMut(
-        &mut Terminal,
-        &Session,
-        &Sampler,
-        &crate::sample::Sample,
-    ) -> Result<(), Failure>,
+    take: Take,
 ) -> Result<Sampler, Failure> {
     let mut sampler = Sampler::new(session)?;
     let end = end(session.link.now(), seconds)?;

@@ -211,9 +211,6 @@ fn node_with_another_node_id_is_found_by_asking_all() {
 fn node_without_node_id_is_found_by_fastscan() {
     let mut rig = Rig::with("ims360");
     // LSS: select, node-ID 255, store.
-    for request in ["raw 2002:0"] {
-        rig.done(&format!("--node 50 --rate 125 {request}"));
-    }
     let master = rig.bus.borrow_mut().adapter();
     rig.bus.borrow_mut().open(master, None, false);
     for bytes in [

@@ -180,3 +180,52 @@ fn completions_and_manual_page_are_printed() {
     );
     assert_eq!(plumbline("", "nonsense").status.code(), Some(2));
 }
+
+/// The command lines of the document.
+fn documented() -> Vec<&'static str> {
+    let document = include_str!("../../README.md");
+    let lines = document
+        .lines()
+        .filter_map(|line| line.strip_prefix("plumbline "));
+    lines.collect()
+}
+
+#[test]
+fn document_shows_every_command() {
+    use clap::CommandFactory;
+    let commands = plumbline_tool::cli::Cli::command();
+    for command in commands.get_subcommands() {
+        let name = command.get_name();
+        let is_shown = documented()
+            .iter()
+            .any(|line| line.split(' ').any(|word| word == name));
+        assert!(is_shown, "{name}");
+    }
+}
+
+#[test]
+fn every_command_line_of_the_document_works() {
+    let folder = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("document");
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder");
+    for line in documented() {
+        // A search of all identifiers takes 41 s.
+        if line.contains("--search") {
+            continue;
+        }
+        let mut command = Command::new(env!("CARGO_BIN_EXE_plumbline"));
+        command
+            .env("PLUMBLINE_PORT", "demo:is2")
+            .current_dir(&folder);
+        let mut words: Vec<&str> = line.split(' ').collect();
+        if line == "watch" {
+            words.extend(["--seconds", "1"]);
+        }
+        // Without a terminal a question is answered with no.
+        if words.contains(&"scan") {
+            words.extend(["--port", "demo:jn2101"]);
+        }
+        let output = command.args(words).output().expect("the program starts");
+        assert!(output.status.success(), "{line}: {output:?}");
+    }
+}
