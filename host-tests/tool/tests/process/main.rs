@@ -214,10 +214,13 @@ fn every_command_line_of_the_document_works() {
             continue;
         }
         let mut command = Command::new(env!("CARGO_BIN_EXE_plumbline"));
-        command
-            .env("PLUMBLINE_PORT", "demo:is2")
-            .current_dir(&folder);
         let mut words: Vec<&str> = line.split(' ').collect();
+        let port = match () {
+            () if words.contains(&"--node") => "demo:jn2101",
+            () if words.contains(&"--mac") => "demo:tiltix080",
+            () => "demo:is2",
+        };
+        command.env("PLUMBLINE_PORT", port).current_dir(&folder);
         if line == "watch" {
             words.extend(["--seconds", "1"]);
         }
