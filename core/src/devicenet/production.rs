@@ -135,16 +135,11 @@ impl Production {
         } else {
             Deadline::NEVER
         };
-        let due = self.next.time();
         let period = millis(self.rate.into());
-        match due.map(|due| after(due, period)) {
-            // Cyclic messages have no drift, except after a delay of a period.
-            Some(next)
-                if self.trigger == Trigger::Cyclic
-                    && self.rate > 0
-                    && next.ticks() > now.ticks() =>
-            {
-                self.next = Deadline::at(next);
+        // A message at its time does not shift the next one, except after a delay of a period. A change restarts the rate.
+        match self.next.time() {
+            Some(due) if self.rate > 0 && due <= now && after(due, period) > now => {
+                self.next = Deadline::at(after(due, period));
             }
             _ => self.restart(now),
         }

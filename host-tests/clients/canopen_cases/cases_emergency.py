@@ -1,6 +1,5 @@
 """Emergency messages, the error register 1001h and the error list 1003h (section 7.6.1, chapter 11, J10)."""
 
-import time
 from pathlib import Path
 
 from gemac.harness import Frame
@@ -182,7 +181,7 @@ def error_list(context: Context) -> None:
     scene = scenes.steps(context.folder / "range.csv", [(0.0, 0.0), (1.5, 60.0)])
     with context.session(scene=scene) as session:
         first = code(emergency(session, 4.0))
-        time.sleep(0.5)
+        session.sleep(0.5)
         for number in range(HISTORY - 1):
             lose_master(session, number == 0)
         codes = history(session)

@@ -61,7 +61,7 @@ def network(port: int):
 def master(context: Context) -> None:
     """NMT, SDO, PDO, heartbeat, emergency and scanner of python-canopen."""
     scene = scenes.steps(context.folder / "range.csv", [(0.0, 10.0), (6.0, 60.0)])
-    with context.session(scene=scene) as session, network(session.sensor.port) as (net, node):
+    with context.session(scene=scene, real_time=True) as session, network(session.sensor.port) as (net, node):
         report = session.report
         net.scanner.search()
         time.sleep(0.5)

@@ -1,7 +1,5 @@
 """Filter, self-test, temperature, heating and terminating resistor (sections 9.2, 9.4, 9.7 to 9.10)."""
 
-import time
-
 from . import protocol as p
 from . import scenes
 from .runner import Context
@@ -23,7 +21,7 @@ def step(context: Context, setting: int) -> tuple[float, float]:
         session.nmt(p.START)
         started = session.sensor.started
         samples = [(f.at - started - STEP_AT, p.decode(f.data[:2], True)) for f in session.collect(
-            started + STEP_AT + SETTLED[setting] + 1.0 - time.monotonic(), p.TPDO0
+            started + STEP_AT + SETTLED[setting] + 1.0 - session.now(), p.TPDO0
         )]
         name = FILTERS[setting]
         before = {value for at, value in samples if -0.2 < at < -0.05}
@@ -63,11 +61,11 @@ def vibration(context: Context) -> None:
     with context.session(scene=scene) as session:
         for setting, low, high in ((0, 200, 400), (4, 0, 10)):
             session.put(0x2043, 0, setting)
-            time.sleep(2.5 if setting else 0.5)
+            session.sleep(2.5 if setting else 0.5)
             values = []
             for _ in range(100):
                 values.append(session.get(0x6010))
-                time.sleep(0.007)
+                session.sleep(0.007)
             session.report.within(f"{FILTERS[setting]}: peak to peak in 0.01 deg", low, high, max(values) - min(values))
             session.nmt(p.ENTER_PRE_OPERATIONAL)
 
@@ -77,11 +75,11 @@ def self_test(context: Context) -> None:
     with context.session() as session:
         session.reads("before: the flag", 0x4004, 1, 0)
         session.put(0x4004, 1, 1)
-        begun = time.monotonic()
+        begun = session.now()
         session.reads("during the test: the flag", 0x4004, 1, 1)
-        while session.get(0x4004, 1) == 1 and time.monotonic() < begun + 5:
-            time.sleep(0.02)
-        session.report.within("duration in s", 1.5, 2.6, time.monotonic() - begun)
+        while session.get(0x4004, 1) == 1 and session.now() < begun + 5:
+            session.sleep(0.02)
+        session.report.within("duration in s", 1.5, 2.6, session.now() - begun)
         session.reads("the flag is reset", 0x4004, 1, 0)
         session.report.equal("both axes work", 0b110, session.get(0x4004, 2) & 0b110)
         session.report.equal("the angles have not changed", (0, 0), session.settle())
@@ -96,7 +94,7 @@ def cell_temperature(context: Context) -> None:
     with context.session(scene=scene) as session:
         session.put(0x2041, 0, 0)
         session.reads("-12.5 degC", 0x4080, 0, -125)
-        time.sleep(max(0.0, session.sensor.started + 4.0 - time.monotonic()))
+        session.sleep(max(0.0, session.sensor.started + 4.0 - session.now()))
         session.reads("48.3 degC", 0x4080, 0, 483)
 
 
@@ -106,15 +104,15 @@ def heating(context: Context) -> None:
     for name, degrees, heats in (("cold", -20.0, True), ("hot", 80.0, False)):
         scene = scenes.write(context.folder / f"{name}.csv", [(0.0, level)], [degrees])
         with context.session(scene=scene) as session:
-            time.sleep(1.0)
+            session.sleep(1.0)
             power = session.get(0x4081)
             wanted = "more than 0 mW" if heats else "0 mW"
             session.report.verdict((power > 0) == heats, f"{name}: heating on", wanted, f"{power} mW")
             session.put(0x2041, 0, 0)
-            time.sleep(0.5)
+            session.sleep(0.5)
             session.reads(f"{name}: heating off, mW", 0x4081, 0, 0)
             session.put(0x2041, 0, 1)
-            time.sleep(1.0)
+            session.sleep(1.0)
             power = session.get(0x4081)
             session.report.verdict((power > 0) == heats, f"{name}: on again", wanted, f"{power} mW")
 

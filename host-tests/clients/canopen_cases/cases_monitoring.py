@@ -1,7 +1,5 @@
 """Node guarding, life guarding, heartbeat, and the state after an error (sections 11.1 and 7.6, 1029h)."""
 
-import time
-
 from gemac.harness import EXTENDED, Frame
 
 from . import protocol as p
@@ -46,7 +44,7 @@ def life_guarding(context: Context) -> None:
         session.quiet("not before the first guarding", 0.5)
         for _ in range(10):
             session.guard()
-            time.sleep(0.05)
+            session.sleep(0.05)
         session.report.equal("guarding in time: no message", [], [f for f in session.others if f.id == 0x8A])
         last = session.guard()
         frame = session.wait_id(p.EMCY, 2.0)

@@ -1,7 +1,5 @@
 """The two transmit PDOs and SYNC (sections 7.4, 7.5 and 7.6, J3; CiA 301, 7.2.2 and 7.2.5)."""
 
-import time
-
 from gemac.harness import EXTENDED, Frame
 
 from . import protocol as p
@@ -117,7 +115,7 @@ def sync_forms(context: Context) -> None:
         session.report.equal("1005h = 85h: 85h is SYNC", 3, len(syncs(session, p.TPDO0, 3, 0x85)))
         session.put(0x1005, 0, 0x80)
         session.report.equal("1005h = 80h again", 2, len(syncs(session, p.TPDO0, 2)))
-        start = time.monotonic()
+        start = session.now()
         session.send(p.SYNC)
         answer = session.wait_id(p.TPDO0)
         session.report.within("the PDO follows the SYNC within, s", 0, 0.05, answer.at - start if answer else 1)
@@ -130,7 +128,7 @@ def acyclic(context: Context) -> None:
         ("a sensor that turns", scenes.write(context.folder / "turn.csv", turn()), 9, 10),
     ):
         with context.session(scene=scene) as session:
-            time.sleep(1.5)
+            session.sleep(1.5)
             silence(session, 0x1801)
             session.put(0x1800, 2, 0)
             session.put(0x1800, 5, 0)
@@ -186,9 +184,9 @@ def sampling(context: Context) -> None:
         session.put(0x1800, 2, 252)
         session.put(0x1801, 2, 253)
         session.nmt(p.START)
-        time.sleep(max(0.0, started + 3.0 - time.monotonic()))
+        session.sleep(max(0.0, started + 3.0 - session.now()))
         session.send(p.SYNC)
-        time.sleep(max(0.0, started + 5.5 - time.monotonic()))
+        session.sleep(max(0.0, started + 5.5 - session.now()))
         session.report.equal("type 252: value of the SYNC", 1000, longitudinal(session, p.TPDO0, 2))
         session.report.equal("type 253: current value", 2000, longitudinal(session, p.TPDO1, 4))
         session.send(p.SYNC)

@@ -1,7 +1,5 @@
 """SDO transfers as frames: expedited, in segments, aborted, malformed (CiA 301, 7.2.4)."""
 
-import time
-
 from gemac.harness import EXTENDED
 
 from . import protocol as p
@@ -231,7 +229,7 @@ def pause(context: Context) -> None:
     """After a pause of the client, the transfer continues or is aborted with the time-out; then the server is free again."""
     with context.session() as session:
         session.exchange(initiate(0x40, 0x3000, 0))
-        time.sleep(0.3)
+        session.sleep(0.3)
         frame(session, "a pause of 0.3 s", "60", "00" + b"D0UfZEg".hex())
         session.others.clear()
         abort = session.wait_id(p.SDO_REPLY, 6.0)

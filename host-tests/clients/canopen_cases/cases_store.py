@@ -1,7 +1,5 @@
 """Saving, restoring, factory reset and device reset (sections 7.7.1, 7.7.2, 10.1 to 10.3, J11, J13)."""
 
-import time
-
 from . import protocol as p
 from .runner import Context
 from .session import Session
@@ -175,7 +173,7 @@ def power_fails(context: Context) -> None:
             for (index, sub), value in SECOND.items():
                 session.put(index, sub, value)
             session.send(p.SDO_REQUEST + session.node, bytes([0x23, 0x10, 0x10, 0x01]) + p.SAVE)
-            time.sleep(0.0008 * number)
+            session.sleep(0.0008 * number)
             session.power_cycle()
             got = values(session, FIRST)
             session.report.verdict(got in (FIRST, SECOND), f"cut {number}", "old or new values", got)

@@ -15,7 +15,7 @@ COMMANDS = {(0x1003, 0), (0x1010, 1), (0x1011, 1), (0x2002, 0), (0x2042, 0), (0x
 
 def tools(context: Context) -> None:
     """A TPDO as read is saved in each state; a changed one is in force; what dcfgen writes is accepted."""
-    with context.session() as session, network(session.sensor.port) as (net, node):
+    with context.session(real_time=True) as session, network(session.sensor.port) as (net, node):
         report = session.report
         for state in ("PRE-OPERATIONAL", "OPERATIONAL"):
             node.nmt.state = state

@@ -1,7 +1,6 @@
 """IMS360: the object dictionary (chapter 7), texts, limits, the status byte, zero point and offsets."""
 
 import re
-import time
 
 from . import protocol as p
 from .ims360_objects import LISTED, NODE, OBJECTS, SETTINGS, TABLE
@@ -174,26 +173,26 @@ def angles(context: Context) -> None:
         report.equal("6110h and 6120h", (1234, -567), session.settle())
         for kind, expected in ((1, (0, -567)), (2, (0, 0))):
             session.put(0x3200, 0, kind)
-            time.sleep(0.05)
+            session.sleep(0.05)
             report.equal(f"3200h = {kind}", expected, session.slopes(wide=True))
         report.equal("3210h and 3220h hold the negative angle", (-1234, 567), (session.get(0x3210), session.get(0x3220)))
         session.put(0x3210, 0, 100)
         session.put(0x3220, 0, -200)
-        time.sleep(0.05)
+        session.sleep(0.05)
         report.equal("offsets are added", (1334, -767), session.slopes(wide=True))
         session.put(0x3200, 0, 3)
-        time.sleep(0.05)
+        session.sleep(0.05)
         report.equal("3200h = 3: both", (0, 0), session.slopes(wide=True))
         session.put(0x3210, 0, 2**31 - 1)
         session.put(0x3220, 0, -(2**31))
-        time.sleep(0.05)
+        session.sleep(0.05)
         report.equal("the sum saturates", (2**31 - 1, -(2**31)), session.slopes(wide=True))
 
 
 def raw_values(context: Context) -> None:
     """Acceleration in 0.001 g and temperature in degC (S7, S63)."""
     with context.session(scene="tilt=30,0") as session:
-        time.sleep(0.5)
+        session.sleep(0.5)
         for index, expected in ((1, -500), (2, 0), (3, 866)):
             session.report.within(f"3010h:{index:02X}h", expected - 3, expected + 3, session.get(0x3010, index))
             session.report.within(f"{0x3010 + index:04X}h", expected - 3, expected + 3, session.get(0x3010 + index))

@@ -55,7 +55,7 @@ def network(port: int, node: int = NODE):
 def mapping_by_master(context: Context) -> None:
     """`tpdo.save()` with another mapping, in force in both states, and after store and restart."""
     store = context.store()
-    with context.session(scene="tilt=12.34,-5.67", store=store) as session, network(session.sensor.port) as (net, node):
+    with context.session(scene="tilt=12.34,-5.67", store=store, real_time=True) as session, network(session.sensor.port) as (net, node):
         report = session.report
         time.sleep(1.5)
         node.tpdo.read()
@@ -76,7 +76,7 @@ def mapping_by_master(context: Context) -> None:
         time.sleep(0.4)
         report.within("TPDO 2: period in s", 0.045, 0.055, pdo.period or 0)
         node.sdo[0x1010][1].raw = p.decode(p.SAVE)
-    with context.session(scene="tilt=12.34,-5.67", store=store) as session, network(session.sensor.port) as (net, node):
+    with context.session(scene="tilt=12.34,-5.67", store=store, real_time=True) as session, network(session.sensor.port) as (net, node):
         node.tpdo.read()
         session.report.equal("stored: TPDO 2", (True, [LATERAL, 0x30000108, 0x65110008]), (node.tpdo[2].enabled, mapped(node, 2)))
 
@@ -89,7 +89,7 @@ def mapped(node: canopen.RemoteNode, number: int) -> list[int]:
 
 def blocks_by_master(context: Context) -> None:
     """Block upload and block download."""
-    with context.session() as session, network(session.sensor.port) as (_, node):
+    with context.session(real_time=True) as session, network(session.sensor.port) as (_, node):
         report = session.report
         for index, sub in ((0x1008, 0), (0x100A, 0), (0x2000, 1), (0x2000, 3), (0x1018, 4)):
             with node.sdo.open(index, sub, "rb", block_transfer=True) as stream:
@@ -103,7 +103,7 @@ def blocks_by_master(context: Context) -> None:
 
 def lss_by_master(context: Context) -> None:
     """The services of `network.lss`, with fastscan, on a node that gets its node-ID by LSS."""
-    with context.session(store=context.store()) as session, network(session.sensor.port) as (net, node):
+    with context.session(store=context.store(), real_time=True) as session, network(session.sensor.port) as (net, node):
         report, lss = session.report, net.lss
         own = [node.sdo[0x1018][sub].raw for sub in range(1, 5)]
         lss.send_switch_state_global(lss.CONFIGURATION_STATE)
@@ -143,7 +143,7 @@ def lss_by_master(context: Context) -> None:
 
 def events_by_master(context: Context) -> None:
     """Heartbeat, EMCY and the boot-up as python-canopen sees them."""
-    with context.session(scene="tilt=10,0") as session, network(session.sensor.port) as (net, node):
+    with context.session(scene="tilt=10,0", real_time=True) as session, network(session.sensor.port) as (net, node):
         report = session.report
         time.sleep(1.5)
         net.scanner.search()

@@ -1,7 +1,5 @@
 """IMS360: store and restore, the variants, node-ID and bit rate by SDO (S2, S12, S43, S44, S49, S53..S55, S61)."""
 
-import time
-
 from . import protocol as p
 from . import scenes
 from .ims360_objects import LATERAL, LONGITUDINAL, NODE, TABLE
@@ -160,16 +158,16 @@ def variants(context: Context) -> None:
         one_axis = {(0x1000, 0): 0x0703019A, (0x1A00, 0): 1, (0x1A00, 1): LONGITUDINAL, (0x1A00, 2): 0, (0x3120, 1): 0}
         check(session, "one axis", one_axis)
         session.reads("one axis: ST0 bit 0", 0x3000, 1, 0)
-        time.sleep(0.5)
+        session.sleep(0.5)
         session.reads("one axis: 6120h", 0x6120, 0, 0)
         for kind in (2, 3):
             session.refused(f"one axis: 3200h = {kind}", p.INVALID_VALUE, session.put, 0x3200, 0, kind)
         session.put(0x3200, 0, 1)
-        time.sleep(0.1)
+        session.sleep(0.1)
         session.report.verdict(session.get(0x6110) in (0, 1, 35999), "one axis: 3200h = 1", "0", session.get(0x6110))
         session.put(0x3210, 0, 0)
         session.accepted("one axis: 3220h is kept", 0x3220, 0, 500)
-        time.sleep(0.1)
+        session.sleep(0.1)
         session.reads("one axis: 3220h has no effect", 0x6120, 0, 0)
         remap(session, 1, [LATERAL])
         session.put(0x3120, 1, 1)
@@ -188,14 +186,14 @@ def stored_history(context: Context) -> None:
     lines = [lines[0] + ",supply_v"] + [f"{line},7" for line in lines[1:]]
     scene.write_text("\n".join(lines) + "\n")
     with context.session(store=context.store(), scene=scene) as session:
-        time.sleep(0.5)
+        session.sleep(0.5)
         session.reads("one error", 0x1003, 0, 1)
         session.reads("its code, high word 0", 0x1003, 1, 0x3100)
         session.refused("an entry above the number", p.NO_DATA, session.upload, 0x1003, 2)
         save(session)
         session.put(0x1003, 0, 0)
         session.power_cycle()
-        time.sleep(0.3)
+        session.sleep(0.3)
         session.report.verdict(session.get(0x1003) >= 1, "stored history", "at least 1", session.get(0x1003))
         session.report.equal("stored history: the oldest", 0x3100, session.get(0x1003, session.get(0x1003)))
 

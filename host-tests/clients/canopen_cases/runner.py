@@ -14,7 +14,8 @@ from gemac.report import Report
 from . import protocol as p
 from .session import Session
 
-# On a busy machine, single attempts of a group that measures in real time can fail.
+# Groups with a client that knows only the time of the computer: on a busy machine, single attempts can fail.
+REAL_TIME_MODULES = ("canopen_cases.cases_master", "canopen_cases.cases_tools", "canopen_cases.ims360_master")
 ATTEMPTS = 3
 
 
@@ -65,7 +66,7 @@ def parse(description: str, groups: Iterable[str]) -> tuple[argparse.Namespace, 
     options.add_argument(
         "--only", action="append", choices=list(groups), metavar="GROUP", help="only this group (repeatable)"
     )
-    options.add_argument("--jobs", type=int, default=6, metavar="N", help="groups at the same time (default: 6)")
+    options.add_argument("--jobs", type=int, default=2, metavar="N", help="groups at the same time (default: 2)")
     known, others = options.parse_known_args()
     return known, tuple(others)
 
@@ -85,10 +86,11 @@ def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterabl
 
 
 def run_group(subject: Subject, binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
-    """Runs one group, which has several attempts."""
-    for attempt in range(1, ATTEMPTS + 1):
+    """Runs one group. A group in real time has several attempts."""
+    attempts = ATTEMPTS if group.__module__ in REAL_TIME_MODULES else 1
+    for attempt in range(1, attempts + 1):
         report = attempt_group(subject, binary, arguments, group)
-        if not report.failed or attempt == ATTEMPTS:
+        if not report.failed or attempt == attempts:
             break
         # Printed to show which checks often need a second attempt.
         print(f"attempt {attempt} of {group.__name__} failed:", *(x for x in report.lines if "FAIL" in x), sep="\n  ", flush=True)

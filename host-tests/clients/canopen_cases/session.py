@@ -1,15 +1,14 @@
 """A sensor under test and its master: NMT, SDO, and other frames of the sensor."""
 
-import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from gemac.harness import Frame, Program, Sensor, SensorGone, Tester
+from gemac.harness import Frame, Program, Sensor, SensorGone, Tester, Timed
 from gemac.report import Report
 
 from . import protocol as p
 
-REPLY_TIMEOUT = 0.5  # a reply takes less than a millisecond; this is long enough for a busy machine
+REPLY_TIMEOUT = 0.5  # also long enough for a busy machine with the time of the computer
 SILENCE = 0.12  # without an answer within this time, a frame is ignored
 START_TIME = 5.0
 
@@ -22,7 +21,7 @@ class Abort(Exception):
         self.code = code
 
 
-class Session:
+class Session(Timed):
     """One sensor and one adapter."""
 
     def __init__(
@@ -36,12 +35,13 @@ class Session:
         store: Path | None = None,
         bus_rate: str | None = None,
         log: Path | None = None,
+        real_time: bool = False,
         node: int = p.FACTORY_NODE_ID,
         table: Mapping[tuple[int, int], p.Object] = p.BY_KEY,
     ) -> None:
         self.table = table
         self.report, self.binary, self.product, self.arguments = report, binary, product, arguments
-        self.options = {"scene": scene, "store": store, "bus_rate": bus_rate, "log": log}
+        self.options = {"scene": scene, "store": store, "bus_rate": bus_rate, "log": log, "real_time": real_time}
         self.node = node
         try:
             self.power_up()
@@ -63,8 +63,8 @@ class Session:
         """Starts the process and opens an adapter after the sensor has been `alone` for some seconds; with `boot`, waits for the
         boot-up message."""
         self.sensor = Sensor(Program(self.binary, arguments=self.arguments), self.product, **self.options)
-        time.sleep(alone)
-        self.tester = Tester(self.sensor.port)
+        self.sleep(alone)
+        self.tester = Tester(self.sensor)
         self.others: list[Frame] = []
         if boot and not self.wait_boot_up(START_TIME):
             raise SensorGone(f"no boot-up message of node {self.node}; {self.sensor.errors()}")
@@ -101,8 +101,8 @@ class Session:
 
     def wait(self, wanted: Callable[[Frame], bool], timeout: float = REPLY_TIMEOUT) -> Frame | None:
         """The next frame of a kind; the frames before it are kept in `others`."""
-        end = time.monotonic() + timeout
-        while (left := end - time.monotonic()) > 0:
+        end = self.now() + timeout
+        while (left := end - self.now()) > 0:
             frame = self.tester.receive(left)
             if frame is None:
                 break
@@ -254,13 +254,13 @@ class Session:
 
     def settle(self, seconds: float = 8.0) -> tuple[int, int]:
         """Reads until the 32-bit slopes have not changed for 0.4 s; returns the slopes."""
-        end = time.monotonic() + seconds
-        last, since = self.slopes(wide=True), time.monotonic()
-        while time.monotonic() < end and time.monotonic() - since < 0.4:
-            time.sleep(0.02)
+        end = self.now() + seconds
+        last, since = self.slopes(wide=True), self.now()
+        while self.now() < end and self.now() - since < 0.4:
+            self.sleep(0.02)
             now = self.slopes(wide=True)
             if now != last:
-                last, since = now, time.monotonic()
+                last, since = now, self.now()
         return last
 
 

@@ -1,7 +1,5 @@
 """The acknowledge handler: resends without an acknowledge, none with it, and acknowledge suppression."""
 
-import time
-
 from gemac.harness import Frame
 
 from . import protocol as p
@@ -99,14 +97,14 @@ def cyclic_acknowledged(context: Context) -> None:
     with context.session() as session:
         established(session, 0x21, 200)
         session.put(p.HANDLER, 1, 1, p.encode(60, 2))
-        time.sleep(0.3)
+        session.sleep(0.3)
         session.others.clear()
         session.collect(0.01)
         frames = session.collect(2.0, p.change_of_state(session.mac))
         session.report.within("without acknowledges: messages in 2 s", 18, 22, len(frames))
         found = []
-        end = time.monotonic() + 2.0
-        while time.monotonic() < end:
+        end = session.now() + 2.0
+        while session.now() < end:
             if frame := session.wait(lambda frame: frame.id == p.change_of_state(session.mac), 0.3):
                 session.send(p.ACKNOWLEDGE)
                 found.append(frame)
@@ -140,7 +138,7 @@ def newest_value(context: Context) -> None:
         session.collect(0.01)
         session.others.clear()
         shift(session, 1)
-        time.sleep(0.02)
+        session.sleep(0.02)
         shift(session, 2)
         frames = session.produced(0.6)
         session.report.equal("last message", session.words(session.subject.long + 2), text(frames[-1]) if frames else None)

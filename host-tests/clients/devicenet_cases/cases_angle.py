@@ -1,7 +1,6 @@
 """The angle object: type, size, factory value and range of its 22 attributes at each resolution; its filters."""
 
 import statistics
-import time
 
 from gemac import scenes
 
@@ -137,13 +136,13 @@ def rise_time(context: Context, average: int, weight: int) -> float:
         session.connect(3, poll=0)
         session.put_angle(0x84, average)
         session.put_angle(0x85, weight)
-        time.sleep(max(0.0, session.sensor.started + at - 0.2 - time.monotonic()))
+        session.sleep(max(0.0, session.sensor.started + at - 0.2 - session.now()))
         samples = []
-        while (now := time.monotonic()) < session.sensor.started + at + 1.5:
+        while (now := session.now()) < session.sensor.started + at + 1.5:
             data = session.poll()
             if data:
-                samples.append(((now + time.monotonic()) / 2, p.decode(data[:4], not session.subject.circular)))
-            time.sleep(0.001)
+                samples.append(((now + session.now()) / 2, p.decode(data[:4], not session.subject.circular)))
+            session.sleep(0.001)
         context.report.equal(
             f"average {average}, weight {weight}: before and after", (1000, 5000), (samples[0][1], samples[-1][1])
         )
@@ -181,11 +180,11 @@ def held(context: Context) -> None:
     with context.session(scene=step(context, 4.5)) as session:
         session.connect()
         session.put_angle(0x85, 1000)
-        time.sleep(max(0.0, session.sensor.started + 5.5 - time.monotonic()))
+        session.sleep(max(0.0, session.sensor.started + 5.5 - session.now()))
         values = [session.angle(0x72) for _ in range(5)]
         context.report.equal("weight 1000: held over a step", 1000, statistics.median(values))
         session.put_angle(0x85, 0)
-        time.sleep(0.3)
+        session.sleep(0.3)
         context.report.equal("weight 0: the new angle", 5000, session.angle(0x72))
 
 

@@ -37,7 +37,7 @@ def error(action, *arguments: object) -> str:
 
 def connects(context: Context) -> None:
     """The duplicate MAC ID check of the master: with a free MAC ID, and with that of the sensor."""
-    with context.session() as session:
+    with context.session(real_time=True) as session:
         report = session.report
         with master(session) as net:
             net.connect()
@@ -50,7 +50,7 @@ def connects(context: Context) -> None:
 
 def polls(context: Context) -> None:
     """Attributes of the poll connection, its rate, and polls."""
-    with context.session() as session, master(session) as net:
+    with context.session(real_time=True) as session, master(session) as net:
         report, node = session.report, p.FACTORY_MAC
         net.connect()
         report.equal("nothing allocated", "No response to poll io", error(net.poll_io, node))
@@ -81,7 +81,7 @@ def polls(context: Context) -> None:
 
 def reads(context: Context) -> None:
     """Explicit requests and answers in its message classes, with the fragments of the product name."""
-    with context.session() as session, master(session) as net:
+    with context.session(real_time=True) as session, master(session) as net:
         report, node = session.report, p.FACTORY_MAC
         session.connect()
         net.handle_messages(0.05)

@@ -1,7 +1,5 @@
 """Explicit messages: each error code, the order of the checks, XID, malformed requests, services."""
 
-import time
-
 from . import protocol as p
 from .runner import Context
 from .session import text
@@ -138,7 +136,7 @@ def examples(context: Context) -> None:
     with context.session(store=store) as session:
         session.connect()
         session.expect("MAC ID 3", "0A1003010103", "0A90")
-        time.sleep(1.0)
+        session.sleep(1.0)
     with context.session(store=store, mac=3, scene="tilt=12.34,-5.67") as session:
         report, long = session.report, session.subject
         report.equal(

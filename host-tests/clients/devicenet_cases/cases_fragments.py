@@ -1,7 +1,5 @@
 """Fragmentation in both directions: the rules of the sender and of the receiver, one by one."""
 
-import time
-
 from . import protocol as p
 from .runner import Context
 from .session import Session, shown, text
@@ -83,7 +81,7 @@ def resends(context: Context) -> None:
         report = session.report
         for count in (0, 2, 4):
             expected = start(session, count)[count]
-            sent = time.monotonic()
+            sent = session.now()
             again = session.collect(3.2)
             report.equal(f"fragment {count}: once more", [expected], [text(frame) for frame in again])
             if again:

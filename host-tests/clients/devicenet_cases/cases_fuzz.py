@@ -1,7 +1,6 @@
 """Random frames: invalid frames change nothing, and no frame stops the sensor."""
 
 import random
-import time
 
 from gemac.harness import EXTENDED
 
@@ -121,12 +120,12 @@ def random_frames(context: Context) -> None:
         session.connect()
         session.report.equal("still its identity", session.subject.name.encode().hex().upper(), session.get(p.IDENTITY, 1, 7)[2:])
         session.expect("factory reset", "0A05010101", "0A85")
-        time.sleep(0.05)
+        session.sleep(0.05)
         session.wait_online()
         session.connect(3, poll=0)
         expected = {str(entry): entry.factory for entry in p.ATTRIBUTES if entry.factory is not None}
         session.report.equal("all values are the factory values", expected, session.angles())
-        time.sleep(0.3)
+        session.sleep(0.3)
         session.report.equal("poll", session.words(session.subject.long), session.poll())
 
 

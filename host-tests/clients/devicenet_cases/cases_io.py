@@ -1,7 +1,6 @@
 """I/O messages: poll, change of state with its delta, cyclic, inhibit time."""
 
 import statistics
-import time
 
 from gemac import scenes
 
@@ -47,7 +46,7 @@ def polls(context: Context) -> None:
         session.put_angle(0x73, SCALE)
         for by in (1, 100, 1000, 0):
             word = shift(session, by)
-            time.sleep(0.01)
+            session.sleep(0.01)
             report.equal(f"poll with differential offset {by}", session.words(word), session.poll())
 
 
@@ -68,9 +67,9 @@ def burst(context: Context) -> None:
         report.equal("requests between the polls", ["0A8E3F"] * 10, answers)
         times = []
         for _ in range(200):
-            started = time.monotonic()
+            started = session.now()
             session.poll()
-            times.append(time.monotonic() - started)
+            times.append(session.now() - started)
         report.within("response time in s, median of 200", 0, 0.02, statistics.median(times))
 
 
@@ -87,7 +86,7 @@ def change_of_state(context: Context) -> None:
             shift(session, 5)
             report.equal("configuring: no production on a change", [], produced(session, 0.1))
             shift(session, 0)
-            time.sleep(0.02)
+            session.sleep(0.02)
             session.rate(p.C_COS, 0)
             report.equal("established: once", [session.words(long)], produced(session, 0.4))
             for by in (1, 2, 100, 99, 0):
@@ -170,7 +169,7 @@ def delta_across(context: Context) -> None:
             return session.words(word % units if subject.circular else word)
 
         expected = go(near)
-        time.sleep(0.02)
+        session.sleep(0.02)
         session.rate(p.C_COS, 0)
         report.equal("established", [expected], produced(session, 0.2))
         start = 36000 if subject.circular else 0
@@ -192,7 +191,7 @@ def state_rate(context: Context) -> None:
         gaps = [b.at - a.at for a, b in zip(frames, frames[1:], strict=False)]
         report.within("median period in s", 0.195, 0.205, statistics.median(gaps))
         session.wait(lambda frame: frame.id == p.change_of_state(session.mac), 0.5)
-        time.sleep(0.08)
+        session.sleep(0.08)
         shift(session, 50)
         frames = session.produced(0.5)
         report.equal("a change in between: data", [session.words(long + 50)] * 3, [text(frame) for frame in frames[:3]])
@@ -203,7 +202,7 @@ def state_rate(context: Context) -> None:
         frames = session.collect(2.0, p.change_of_state(session.mac))
         report.within("messages in 2 s at rate 2", 900, 1030, len(frames))
         session.rate(p.C_COS, 0)
-        time.sleep(0.05)
+        session.sleep(0.05)
         session.collect(0.05)
         session.others.clear()
         report.verdict(len(produced(session, 0.5)) == 0, "rate 0: no repetition", 0, "see left")
@@ -217,21 +216,21 @@ def cyclic(context: Context) -> None:
         session.put_angle(0x73, SCALE)
         report.equal("configuring: no production", [], produced(session, 0.2))
         session.rate(p.C_COS, 200)
-        established = time.monotonic()
+        established = session.now()
         frames = session.produced(2.1)
         report.within("messages in 2.1 s at rate 200", 10, 12, len(frames))
         report.within("first one after s", -0.05, 0.215, frames[0].at - established)
         gaps = [b.at - a.at for a, b in zip(frames, frames[1:], strict=False)]
         report.within("median period in s", 0.195, 0.205, statistics.median(gaps))
         last = session.wait(lambda frame: frame.id == p.change_of_state(session.mac), 0.5)
-        time.sleep(0.05)
+        session.sleep(0.05)
         shift(session, 50)
         frames = session.produced(0.3)
         report.equal("a change waits for the period", session.words(long + 50), text(frames[0]))
         report.within("its time in s", 0.19, 0.21, frames[0].at - last.at)
         for rate in (10, 50, 500):
             session.rate(p.C_COS, rate)
-            time.sleep(0.05)
+            session.sleep(0.05)
             session.others.clear()
             frames = session.produced(max(1.0, rate * 0.0045))
             gaps = [b.at - a.at for a, b in zip(frames, frames[1:], strict=False)]
@@ -242,7 +241,7 @@ def cyclic(context: Context) -> None:
                 statistics.median(gaps or [99]),
             )
         session.rate(p.C_COS, 0)
-        time.sleep(0.05)
+        session.sleep(0.05)
         session.collect(0.05)
         session.others.clear()
         shift(session, 0)
@@ -312,7 +311,7 @@ def moving(context: Context) -> None:
         session.put_angle(0x88, 50)
         session.put_angle(0x84, 0)
         session.rate(p.C_COS, 0)
-        time.sleep(max(0.0, session.sensor.started + 9.0 - time.monotonic()))
+        session.sleep(max(0.0, session.sensor.started + 9.0 - session.now()))
         words = [p.decode(text(frame)[:4], True) for frame in session.produced(0.3)]
         report.within("first and last", 0, 50, abs(words[0] - 1000) + abs(words[-1] - 2500))
         steps = [abs(b - a) for a, b in zip(words, words[1:], strict=False)]

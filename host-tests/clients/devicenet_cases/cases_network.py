@@ -1,7 +1,6 @@
 """Network access: the duplicate MAC ID check with its times, the faulted state, and frames that mean nothing."""
 
 import random
-import time
 
 from gemac.harness import EXTENDED, Frame
 
@@ -22,9 +21,9 @@ def own(session: Session) -> str:
 
 def duplicates(session: Session, seconds: float, count: int = 99) -> list[Frame]:
     """The duplicate MAC ID check frames within this time, or the first `count` of them; other frames go to `others`."""
-    end = time.monotonic() + seconds
+    end = session.now() + seconds
     frames: list[Frame] = []
-    while len(frames) < count and (left := end - time.monotonic()) > 0:
+    while len(frames) < count and (left := end - session.now()) > 0:
         if frame := session.wait_message(p.DUPLICATE, left):
             frames.append(frame)
     return frames
@@ -65,7 +64,7 @@ def silent_before_online(context: Context) -> None:
     with context.session(online=False) as session:
         first = duplicates(session, 3, 1)[0]
         end = first.at + 1.9
-        while time.monotonic() < end:
+        while session.now() < end:
             session.send(p.PORT, "0A4B0301030A")
             session.send(p.EXPLICIT, "0A0E010101")
             session.send(p.POLL)
@@ -88,7 +87,7 @@ def faulted_at_start(context: Context) -> None:
         for wait in (1, 2):
             with context.session(online=False, store=store) as session:
                 requests = duplicates(session, 4, wait)
-                time.sleep(0.4)
+                session.sleep(0.4)
                 session.send(p.DUPLICATE, first_byte + FOREIGN)
                 name = f"{kind} in wait {wait}"
                 session.report.equal(f"{name}: requests before", wait, len(requests))
@@ -100,14 +99,14 @@ def faulted_at_start(context: Context) -> None:
 
 def is_faulted(session: Session, name: str, seconds: float = 1.0) -> None:
     """Checks that nothing at all is sent."""
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
+    end = session.now() + seconds
+    while session.now() < end:
         session.send(p.PORT, PROBE)
         session.send(p.PORT, "0A4B0301030A")
         session.send(p.EXPLICIT, "0A0E010101")
         session.send(p.POLL)
         session.send(p.DUPLICATE, "00" + FOREIGN)
-        time.sleep(0.1)
+        session.sleep(0.1)
     session.quiet(f"{name}: faulted, silent")
 
 
@@ -119,7 +118,7 @@ def online(context: Context) -> None:
         identity = own(session)
         for first_byte in ("00", "01", "7F"):
             session.send(p.DUPLICATE, first_byte + FOREIGN)
-            started = time.monotonic()
+            started = session.now()
             frame = session.wait_message(p.DUPLICATE)
             report.equal(f"request with byte 0 = {first_byte}h", "80" + identity, text(frame) if frame else None)
             report.within(f"request with byte 0 = {first_byte}h: time", 0, 0.05, frame.at - started)

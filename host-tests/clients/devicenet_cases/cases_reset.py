@@ -1,7 +1,5 @@
 """Reset service, change of the MAC ID and of the baud rate (T23, T24)."""
 
-import time
-
 from . import protocol as p
 from .cases_network import CHECK_PAUSE, FOREIGN, duplicates, is_faulted
 from .runner import Context
@@ -33,7 +31,7 @@ def reset_types(context: Context) -> None:
         for name, data in (("type 0", "0A05010100"), ("no data", "0A050101"), ("type 0, XID", "4A05010100")):
             session.put_angle(0x75, 1)
             session.expect(name, data, f"{data[:2]}85")
-            since = time.monotonic()
+            since = session.now()
             session.send(p.POLL)
             session.send(p.EXPLICIT, "0A0E010101")
             restarted(session, name, since)
@@ -76,11 +74,11 @@ def factory_reset(context: Context) -> None:
         session.put_angle(0x75, 1)
         session.put_angle(0x7D, 1)
         session.expect("type 1", "0A05010101", "0A85")
-        since = time.monotonic()
+        since = session.now()
         session.mac = p.FACTORY_MAC
         restarted(session, "type 1", since)
         is_factory(session, "type 1")
-        time.sleep(1.0)
+        session.sleep(1.0)
         session.power_cycle()
         is_factory(session, "type 1, then a power cycle")
 
@@ -103,7 +101,7 @@ def mac_change(context: Context) -> None:
             old = session.mac
             session.connect(0x13, poll=0, cos=0)
             session.expect(f"MAC ID {mac}", f"0A10030101{mac:02X}", "0A90")
-            since = time.monotonic()
+            since = session.now()
             session.others.clear()
             session.tester.send(p.group2(p.EXPLICIT, old), bytes.fromhex("0A0E010101"))
             session.tester.send(p.group2(p.POLL, old))
@@ -119,7 +117,7 @@ def mac_change(context: Context) -> None:
             ids = (p.encode(session.id(p.RESPONSE), 2), p.encode(session.id(p.EXPLICIT), 2))
             report.equal(f"MAC ID {mac}: identifiers of connection 1", ids, (session.get(5, 1, 4), session.get(5, 1, 5)))
             session.release(3)
-        time.sleep(1.0)
+        session.sleep(1.0)
         session.power_cycle()
         session.connect()
         report.equal("kept over a power cycle", "03", session.get(3, 1, 1))
@@ -134,7 +132,7 @@ def mac_change_fails(context: Context) -> None:
             session.put(p.DEVICENET, 1, 1, "09")
             session.mac = 9
             found = duplicates(session, 4, wait)
-            time.sleep(0.3)
+            session.sleep(0.3)
             session.send(p.DUPLICATE, first_byte + FOREIGN)
             session.report.equal(f"conflict in wait {wait}: requests", wait, len(found))
             session.report.equal(f"conflict in wait {wait}: nothing follows", [], session.collect(CHECK_PAUSE + 0.2))
@@ -156,7 +154,7 @@ def baud_change(context: Context) -> None:
         session.expect("500 kbit/s", "0A1003010202", "0A90")
         report.equal("read back", "02", session.get(3, 1, 2))
         report.equal("not yet in force", True, session.poll() is not None)
-        time.sleep(1.0)
+        session.sleep(1.0)
         for rate in (500, 250):
             session.power_cycle(bus_rate=rate, online=False)
             online = session.wait_online(4) is not None
@@ -165,13 +163,13 @@ def baud_change(context: Context) -> None:
         session.connect()
         session.expect("250 kbit/s", "0A1003010201", "0A90")
         session.expect("reset", "0A05010100", "0A85")
-        time.sleep(0.05)
+        session.sleep(0.05)
         report.equal("after the reset, the bus at 500 kbit/s", None, session.wait_online(4))
         session.power_cycle(bus_rate=250)
         session.connect()
         report.equal("250 kbit/s", "01", session.get(3, 1, 2))
         session.expect("factory reset", "0A05010101", "0A85")
-        time.sleep(1.0)
+        session.sleep(1.0)
         session.power_cycle(bus_rate=125)
         session.connect()
         report.equal("factory rate", "00", session.get(3, 1, 2))
@@ -182,7 +180,7 @@ def reset_when_timed_out(context: Context) -> None:
     with context.session() as session:
         session.connect(0x63, poll=100, cos=50)
         session.expect("reset", "0A05010100", "0A85")
-        time.sleep(0.05)
+        session.sleep(0.05)
         session.wait_online()
         session.others.clear()
         session.report.equal("no cyclic messages", [], [str(frame) for frame in session.produced(0.4)])

@@ -1,7 +1,5 @@
 """What is kept over a power cycle: each accepted set, within 1 s of its answer (T4, T22); what is not kept."""
 
-import time
-
 from . import protocol as p
 from .runner import Context
 from .session import Session
@@ -11,7 +9,7 @@ STORED = 1.0
 
 def cycle(session: Session) -> None:
     """Cuts the power 1 s after the last answer, starts the sensor again and connects."""
-    time.sleep(STORED)
+    session.sleep(STORED)
     session.power_cycle()
     session.connect()
 
@@ -107,13 +105,13 @@ def answers_while_storing(context: Context) -> None:
     with context.session(store=context.store()) as session:
         session.connect(3, poll=0)
         slowest, missing = 0.0, 0
-        end, size = time.monotonic() + 4.0, 0
-        while time.monotonic() < end:
+        end, size = session.now() + 4.0, 0
+        while session.now() < end:
             if size % 40 == 0:
                 session.put_angle(0x84, size % 250)
-            started = time.monotonic()
+            started = session.now()
             missing += session.poll() is None
-            slowest = max(slowest, time.monotonic() - started)
+            slowest = max(slowest, session.now() - started)
             size += 1
         session.report.equal("polls without an answer", 0, missing)
         session.report.within("slowest answer in s", 0, 0.2, slowest)

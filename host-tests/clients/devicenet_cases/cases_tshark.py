@@ -2,7 +2,6 @@
 
 import shutil
 import subprocess
-import time
 from pathlib import Path
 
 from . import capture
@@ -100,7 +99,7 @@ def traffic(context: Context) -> list[tuple[int, bytes]]:
             "0A4C030101",
         ):
             session.ask(data, p.PORT)
-        time.sleep(0.2)
+        session.sleep(0.2)
     frames = capture.frames(log)
     context.report.within("frames in the log", 400, 5000, len(frames))
     return frames

@@ -1,7 +1,5 @@
 """A master that vanishes in each state: when another one can allocate everything."""
 
-import time
-
 from . import protocol as p
 from .cases_timeouts import LONG, timed
 from .runner import Context
@@ -13,7 +11,7 @@ def vanishes(context: Context, name: str, choice: int, expected: float | None, p
     with context.session() as session:
         if session.allocate(choice) != "0ACB00":
             raise Refused(name)
-        since = time.monotonic()
+        since = session.now()
         since = prepare(session) or since
         at = session.until_free((expected or 13) + 3, step=0.05)
         if expected is None:
@@ -36,10 +34,10 @@ def vanishes_polling(context: Context) -> None:
 
     def prepare(session: Session) -> float:
         session.rate(p.C_POLL, 1000)
-        asked = time.monotonic()
+        asked = session.now()
         for _ in range(3):
             session.poll()
-            time.sleep(0.2)
+            session.sleep(0.2)
         return asked
 
     vanishes(context, "polling", 0x03, LONG, prepare)
@@ -52,7 +50,7 @@ def vanishes_polling_slowly(context: Context) -> None:
         session.rate(p.C_POLL, 600)
         session.rate(p.C_EXPLICIT, 100)
         session.poll()
-        return time.monotonic()
+        return session.now()
 
     vanishes(context, "polling, short explicit rate", 0x03, 2.4, prepare)
 
@@ -63,7 +61,7 @@ def vanishes_unpolled(context: Context) -> None:
     def prepare(session: Session) -> float:
         session.rate(p.C_EXPLICIT, 500)
         session.rate(p.C_POLL, 100)
-        return time.monotonic()
+        return session.now()
 
     vanishes(context, "never polled", 0x03, LONG, prepare)
 
@@ -92,7 +90,7 @@ def vanishes_fragmented(context: Context) -> None:
 
     def prepare(session: Session) -> float:
         session.ask("8A00106501")
-        return time.monotonic()
+        return session.now()
 
     vanishes(context, "fragmented request", 0x01, LONG, prepare)
 

@@ -3,11 +3,10 @@
 Data is text: hex digits without spaces, as in a candump log.
 """
 
-import time
 from collections.abc import Callable
 from pathlib import Path
 
-from gemac.harness import Frame, Program, Sensor, SensorGone, Tester
+from gemac.harness import Frame, Program, Sensor, SensorGone, Tester, Timed
 from gemac.report import Report
 
 from . import protocol as p
@@ -24,7 +23,7 @@ class Refused(Exception):
     """The sensor answered with an error, or did not answer."""
 
 
-class Session:
+class Session(Timed):
     """One sensor and one adapter."""
 
     def __init__(
@@ -37,12 +36,13 @@ class Session:
         store: Path | None = None,
         bus_rate: int | None = None,
         log: Path | None = None,
+        real_time: bool = False,
         mac: int = p.FACTORY_MAC,
         online: bool = True,
         alone: float = 0.0,
     ) -> None:
         self.report, self.program, self.subject, self.mac = report, program, subject, mac
-        self.options = {"scene": scene or subject.scene, "store": store, "bus_rate": bus_rate, "log": log}
+        self.options = {"scene": scene or subject.scene, "store": store, "bus_rate": bus_rate, "log": log, "real_time": real_time}
         self.master = p.MASTER
         self.others: list[Frame] = []
         self.power_up(online=online, alone=alone)
@@ -59,9 +59,9 @@ class Session:
         """Starts the process and opens an adapter after the sensor has been `alone` for some seconds; with `online`, waits until
         the sensor answers."""
         self.sensor = Sensor(self.program, self.subject.product, **self.options)
-        time.sleep(alone)
-        self.tester = Tester(self.sensor.port)
-        self.opened = time.monotonic()
+        self.sleep(alone)
+        self.tester = Tester(self.sensor)
+        self.opened = self.now()
         if online and not self.wait_online():
             self.power_down()
             raise SensorGone(f"node {self.mac} is not on-line; {self.sensor.errors()}")
@@ -79,8 +79,8 @@ class Session:
 
     def wait_online(self, timeout: float = START_TIME, step: float = 0.1) -> float | None:
         """Probes until the sensor answers; returns the time of the answer."""
-        end = time.monotonic() + timeout
-        while time.monotonic() < end:
+        end = self.now() + timeout
+        while self.now() < end:
             self.send(p.PORT, PROBE)
             if frame := self.wait_probe(step):
                 # On a busy machine, several probes may be answered.
@@ -107,8 +107,8 @@ class Session:
 
     def wait(self, wanted: Callable[[Frame], bool], timeout: float = REPLY_TIMEOUT) -> Frame | None:
         """The next frame of a kind; the frames before it are kept in `others`."""
-        end = time.monotonic() + timeout
-        while (left := end - time.monotonic()) > 0:
+        end = self.now() + timeout
+        while (left := end - self.now()) > 0:
             frame = self.tester.receive(left)
             if frame is None:
                 break
@@ -278,13 +278,13 @@ class Session:
 
     def until_free(self, limit: float, master: int = p.OTHER, step: float = 0.03) -> float | None:
         """Tries to allocate for another master until it succeeds; returns the time of its answer."""
-        end = time.monotonic() + limit
-        while time.monotonic() < end:
+        end = self.now() + limit
+        while self.now() < end:
             self.send(p.PORT, f"{master:02X}4B030101{master:02X}")
             frame = self.wait_message(p.RESPONSE)
             if frame and text(frame) == f"{master:02X}CB00":
                 return frame.at
-            time.sleep(step)
+            self.sleep(step)
         return None
 
 

@@ -47,7 +47,7 @@ def change_rate(context: Context) -> None:
         got = [str(frame) for frame in session.tester.collect(0.3)]
         report.equal("on a bus at 500 kbit/s: boot-up without traffic", session.boot_up(), got)
         session.read_all("all values kept")
-        wrong = Tester(session.sensor.port, 250_000)
+        wrong = Tester(session.sensor, 250_000)
         wrong.send(session.set_id, b"\x00")
         report.equal("a tester at the wrong rate receives nothing", [], [str(f) for f in wrong.collect(0.15)])
         wrong.close()
@@ -60,7 +60,7 @@ def change_rate(context: Context) -> None:
         # BTR0/BTR1 of an SJA1000 at 8 MHz: 8 x 16 time quanta.
         timing = can.BitTiming(f_clock=8_000_000, brp=8, tseg1=13, tseg2=2, sjw=1)
         session.sensor = type(session.sensor)(session.program, session.product.name, **session.options)
-        session.tester = Tester(session.sensor.port, timing=timing)
+        session.tester = Tester(session.sensor, timing=timing)
         got = [str(frame) for frame in session.tester.collect(0.3)]
         report.equal("on a bus at 62.5 kbit/s: boot-up", session.boot_up(), got)
         session.read(p.BAUD_RATE, "62.5 kbit/s read")
@@ -100,7 +100,7 @@ def burst(context: Context) -> None:
 def clients(context: Context) -> None:
     """Two testers on one bus: both see every reply, each sees the requests of the other."""
     with context.session() as session:
-        first, second = session.tester, Tester(session.sensor.port)
+        first, second = session.tester, Tester(session.sensor)
         session.quiet("a second tester causes no frame")
         reply = str(Frame(session.reply_id, session.angles_reply((0,) * session.product.axes)))
         first.send(session.set_id, b"\x00")

@@ -1,7 +1,5 @@
 """Angles over the bus: polling, sync, zero adjustment, limits (sections 9.2, 9.5.2, 9.9)."""
 
-import time
-
 from . import protocol as p
 from . import scenes
 from .context import Context
@@ -123,8 +121,8 @@ def live(context: Context) -> None:
         started = session.sensor.started
         session.accept(p.FILTER, OFF)
         for at, bits in ((0.6, 0), (1.5, error), (2.3, 0)):
-            while time.monotonic() - started < at:
-                time.sleep(0.01)
+            while session.now() - started < at:
+                session.sleep(0.01)
             session.sensor_bits = bits
             frame = session.tester.request(session.set_id, b"\x00")
             got = f"{frame.data[1]:02X}" if frame else None

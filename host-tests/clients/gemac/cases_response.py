@@ -3,7 +3,6 @@
 import cmath
 import math
 import random
-import time
 from collections.abc import Callable
 from functools import partial
 
@@ -47,7 +46,7 @@ def attitudes(context: Context) -> None:
         for n in range(len(directions) // share):
             for session, chosen in runs:
                 due = session.sensor.started + lead + dwell * (n + 0.85)
-                time.sleep(max(0.0, due - time.monotonic()))
+                session.sleep(max(0.0, due - session.now()))
                 worst = max(worst, check_attitude(session, chosen[n]))
     finally:
         for session, _ in runs:
@@ -81,7 +80,7 @@ def record(session: Session, setting: bytes, until: float) -> tuple[Recording, f
     session.tester.request(session.set_id, b"\x27" + setting)
     session.tester.request(session.set_id, b"\x25" + p.u16(round(1000 * PERIOD)))
     reply = session.tester.request(session.set_id, b"\x26\x01")
-    frames = session.tester.collect(session.sensor.started + until - time.monotonic())
+    frames = session.tester.collect(session.sensor.started + until - session.now())
     recording = []
     for frame in frames:
         number = counter(session.product, frame.data)

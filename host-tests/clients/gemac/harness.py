@@ -5,13 +5,13 @@ import re
 import subprocess
 import tempfile
 import threading
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import can
 
+from .clock import ComputerClock, SensorClock
 from .protocol import EXTENDED
 
 REPLY_TIMEOUT = 0.4  # a reply takes less than a millisecond; this is long enough for a busy machine
@@ -50,19 +50,21 @@ class Program:
 
 
 class Sensor:
-    """A running virtual-sensor process."""
+    """A running virtual-sensor process. With `real_time`, its time is that of the computer, for clients that know no other."""
 
-    def __init__(self, program: Program, product: str, **options: object) -> None:
-        command = [*program.command(product), "--listen", "127.0.0.1:0"]
+    def __init__(self, program: Program, product: str, *, real_time: bool = False, **options: object) -> None:
+        self.clock = ComputerClock() if real_time else SensorClock()
+        command = [*program.command(product), "--listen", "127.0.0.1:0", *self.clock.arguments]
         for name, value in options.items():
             if value is not None:
                 command += [f"--{name.replace('_', '-')}", str(value)]
         self._errors = tempfile.TemporaryFile()
-        self.started = time.monotonic()
+        self.started = self.clock.now() if real_time else 0.0
         self._process = subprocess.Popen(
             command, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._errors, text=True
         )
         self.port = self._read_port(command)
+        self.clock.connect(self.port)
 
     def _read_port(self, command: list[str]) -> int:
         # readline also returns when the process ends.
@@ -88,23 +90,40 @@ class Sensor:
         self._process.kill()
         self._process.wait()
         self._process.stdout.close()
+        self.clock.close()
+
+
+class Timed:
+    """The time of what has a sensor."""
+
+    sensor: Sensor
+
+    def now(self) -> float:
+        """The time in s."""
+        return self.sensor.clock.now()
+
+    def sleep(self, seconds: float) -> None:
+        """Waits."""
+        self.sensor.clock.sleep(seconds)
 
 
 class Tester:
     """A CAN adapter on the bus of the sensor: python-can's slcan driver over TCP."""
 
-    def __init__(self, port: int, bitrate: int | None = None, timing: can.BitTiming | None = None) -> None:
+    def __init__(self, sensor: Sensor, bitrate: int | None = None, timing: can.BitTiming | None = None) -> None:
         options = {}
         if bitrate is not None:
             # S7 is 800 kbit/s in the LAWICEL protocol; the driver uses 750 kbit/s for it.
             options["bitrate"] = 750_000 if bitrate == 800_000 else bitrate
         if timing is not None:
             options["timing"] = timing
-        self._bus = can.Bus(interface="slcan", channel=f"socket://127.0.0.1:{port}", sleep_after_open=0, **options)
+        self._bus = sensor.clock.bus(channel=f"socket://127.0.0.1:{sensor.port}", **options)
         self._missed = 0
 
     def close(self) -> None:
         """Closes the adapter (C) and its connection."""
+        with contextlib.suppress(can.CanError, OSError):  # the process of the sensor may have ended already
+            self._bus.close()
         # pyserial sleeps 0.3 s when it closes a socket, so this runs in another thread.
         threading.Thread(target=self._shutdown, daemon=True).start()
 
@@ -130,7 +149,7 @@ class Tester:
         if message is None:
             return None
         identifier = message.arbitration_id | (EXTENDED if message.is_extended_id else 0)
-        return Frame(identifier, bytes(message.data), message.is_remote_frame, time.monotonic())
+        return Frame(identifier, bytes(message.data), message.is_remote_frame, message.timestamp)
 
     def request(self, identifier: int, data: bytes) -> Frame | None:
         """Sends a request and returns the next frame on the bus."""
@@ -143,26 +162,26 @@ class Tester:
 
     def collect(self, seconds: float) -> list[Frame]:
         """All frames received within this time."""
-        end = time.monotonic() + seconds
+        end = self._bus.now() + seconds
         frames = []
-        while (left := end - time.monotonic()) > 0:
+        while (left := end - self._bus.now()) > 0:
             if frame := self.receive(left):
                 frames.append(frame)
         return frames
 
     def collect_until_quiet(self, pause: float = 0.15, limit: float = 15.0) -> list[Frame]:
         """All frames received until there was none for `pause` s, or until the limit."""
-        end = time.monotonic() + limit
+        end = self._bus.now() + limit
         frames = []
-        while time.monotonic() < end and (frame := self.receive(pause)):
+        while self._bus.now() < end and (frame := self.receive(pause)):
             frames.append(frame)
         return frames
 
     def take(self, count: int, timeout: float) -> list[Frame]:
         """The next `count` frames, or fewer after the timeout."""
-        end = time.monotonic() + timeout
+        end = self._bus.now() + timeout
         frames: list[Frame] = []
-        while len(frames) < count and (left := end - time.monotonic()) > 0:
+        while len(frames) < count and (left := end - self._bus.now()) > 0:
             if frame := self.receive(left):
                 frames.append(frame)
         return frames

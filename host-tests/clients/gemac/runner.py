@@ -49,24 +49,7 @@ def run(options: argparse.Namespace, plan: list[tuple[str, Group]]) -> int:
     return 1 if failed or not passed else 0
 
 
-# Groups that measure in real time: a busy machine can make single attempts fail.
-REAL_TIME_MODULES = ("gemac.cases_cyclic", "gemac.cases_response")
-ATTEMPTS = 4
-
-
 def run_group(program: Program, product: str, group: Group) -> Report:
-    """Runs one group. A group that measures in real time has several attempts."""
-    attempts = ATTEMPTS if group.__module__ in REAL_TIME_MODULES else 1
-    for attempt in range(1, attempts + 1):
-        report = attempt_group(program, product, group)
-        if not report.failed or attempt == attempts:
-            break
-        # Printed to show which checks often need a second attempt.
-        print(f"attempt {attempt} of {product} {group.__name__} failed:", *(x for x in report.lines if "FAIL" in x), sep="\n  ")
-    return report
-
-
-def attempt_group(program: Program, product: str, group: Group) -> Report:
     """Runs one group in an empty folder."""
     report = Report(f"{product} {group.__name__}")
     with tempfile.TemporaryDirectory() as folder:

@@ -1,11 +1,10 @@
 """A sensor under test with its expected state."""
 
-import time
 from pathlib import Path
 
 from . import protocol as p
 from .expected import Expected
-from .harness import Frame, Program, Sensor, Tester
+from .harness import Frame, Program, Sensor, Tester, Timed
 from .report import Report
 
 # An identifier that the sensor does not use, for traffic on the bus.
@@ -15,7 +14,7 @@ FOREIGN = 0x7FE
 FIRST_MEASUREMENT = 0.15
 
 
-class Session(Expected):
+class Session(Expected, Timed):
     """One sensor, one adapter, and the expected state, from which every reply is known."""
 
     def __init__(
@@ -47,7 +46,7 @@ class Session(Expected):
     def power_up(self, *, wake: bool = True) -> None:
         """Starts the process and opens an adapter; with `wake`, sends frames until a sensor with automatic detection boots."""
         self.sensor = Sensor(self.program, self.product.name, **self.options)
-        self.tester = Tester(self.sensor.port, self.bitrate)
+        self.tester = Tester(self.sensor, self.bitrate)
         if wake:
             self.wake()
 
@@ -58,15 +57,15 @@ class Session(Expected):
 
     def wake(self, timeout: float = 5.0) -> list[Frame]:
         """Sends frames until the boot-up messages are received; returns them. A sensor with a fixed rate needs no traffic."""
-        end = time.monotonic() + timeout
+        end = self.now() + timeout
         frames: list[Frame] = []
-        while len(frames) < 2 and time.monotonic() < end:
+        while len(frames) < 2 and self.now() < end:
             if not frames:
                 self.tester.send(FOREIGN)
             if frame := self.tester.receive(0.02):
                 frames.append(frame)
         if self.program.images is not None:
-            time.sleep(FIRST_MEASUREMENT)
+            self.sleep(FIRST_MEASUREMENT)
         return frames
 
     def boot_up(self) -> list[str]:
@@ -157,13 +156,13 @@ class Session(Expected):
 
     def settle(self, seconds: float = 4.0) -> tuple[int, ...] | None:
         """Polls until the angles have not changed for 0.2 s; returns the angles."""
-        end = time.monotonic() + seconds
-        last, since = self.angles(), time.monotonic()
-        while time.monotonic() < end and time.monotonic() - since < 0.2:
-            time.sleep(0.01)
+        end = self.now() + seconds
+        last, since = self.angles(), self.now()
+        while self.now() < end and self.now() - since < 0.2:
+            self.sleep(0.01)
             now = self.angles()
             if now != last:
-                last, since = now, time.monotonic()
+                last, since = now, self.now()
         return last
 
 

@@ -1,7 +1,7 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
 use crate::scene::{Axes, Scene, SceneArgument, SceneError};
-use crate::server::{Log, RunError, Server, StatusLine, tcp};
+use crate::server::{Clock, Log, RunError, Server, StatusLine, tcp};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
@@ -64,6 +64,10 @@ pub struct Options {
     /// rate]
     #[arg(long, value_name = "KBITS", value_parser = bit_rate)]
     bus_rate: Option<BitRate>,
+
+    /// Where the time comes from
+    #[arg(long, value_enum, default_value_t)]
+    clock: Clock,
 
     /// Write the traffic to this file, in the format of candump -L
     #[arg(long, value_name = "FILE")]
@@ -149,7 +153,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         );
     }
     let status = io::stdout().is_terminal().then(StatusLine::new);
-    let (server, events) = Server::new(bus, sensor, log, status);
+    let (server, events) = Server::new(bus, sensor, options.clock, log, status);
 
     let stop = events.clone();
     ctrlc::set_handler(move || stop.stop())

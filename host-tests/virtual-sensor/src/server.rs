@@ -1,4 +1,4 @@
-//! The bench's bus in real time, with clients that speak slcan on TCP and on a pseudoterminal.
+//! The bench's bus, with clients that speak slcan on TCP and on a pseudoterminal.
 //!
 //! ```text
 //!  client -- reading thread --\                           /-- outbox -- writing thread -- client
@@ -11,6 +11,7 @@
 //! is dropped. A client that sends faster than the server processes its lines is blocked by the bounded event queue, as by the
 //! full buffer of an adapter.
 
+mod clock;
 mod log;
 mod outbox;
 mod port;
@@ -19,11 +20,13 @@ pub mod pty;
 mod status;
 pub mod tcp;
 
+pub use clock::Clock;
 pub use log::Log;
 pub use status::StatusLine;
 
 use crate::slcan::Channel;
 use bench::{AdapterId, Bus, DeviceId, Source};
+use clock::{Line, write_time};
 use outbox::Outbox;
 use plumbline::time::Instant;
 use port::{AdapterPort, Leaving};
@@ -121,12 +124,16 @@ struct Session {
     client: Client,
     channel: Channel,
     adapter: AdapterId,
+    line: Line,
+    /// A frame was received since the client advanced the time.
+    received: bool,
 }
 
 /// The main loop: one bus and all its clients.
 pub struct Server {
     bus: Bus,
     sensor: DeviceId,
+    clock: Clock,
     start: std::time::Instant,
     events: Receiver<Event>,
     sessions: BTreeMap<ClientId, Session>,
@@ -159,10 +166,11 @@ pub enum RunError {
 impl Server {
     /// A server for `bus`, whose current time is now, and the channel for its events.
     ///
-    /// `sensor` is the device that the status line describes.
+    /// `sensor` is the device that the status line describes; `clock` tells the time from now on.
     pub fn new(
         bus: Bus,
         sensor: DeviceId,
+        clock: Clock,
         mut log: Option<Log>,
         status: Option<StatusLine>,
     ) -> (Self, Events) {
@@ -175,6 +183,7 @@ impl Server {
         let server = Self {
             bus,
             sensor,
+            clock,
             start: start.checked_sub(past).unwrap_or(start),
             events,
             sessions: BTreeMap::new(),
@@ -206,7 +215,7 @@ impl Server {
                         if matches!(event, Event::Stop) {
                             return self.end();
                         }
-                        self.handle(event);
+                        self.handle(event)?;
                         burst += 1;
                         if burst < BURST {
                             next = self.events.try_recv().ok();
@@ -221,7 +230,10 @@ impl Server {
 
     /// The current bus time.
     fn now(&self) -> Instant {
-        Instant::from_ticks(self.start.elapsed().as_micros() as u64)
+        match self.clock {
+            Clock::Computer => Instant::from_ticks(self.start.elapsed().as_micros() as u64),
+            Clock::Client => self.bus.now(),
+        }
     }
 
     /// The time until the next event of the bus; None: there is none.
@@ -235,7 +247,10 @@ impl Server {
         } else {
             PAUSE_UNSEEN
         };
-        let bus = self.bus.next_event().map(until).map(|at| at.max(minimum));
+        let bus = match self.clock {
+            Clock::Computer => self.bus.next_event().map(until).map(|at| at.max(minimum)),
+            Clock::Client => None,
+        };
         let status = self.status.as_ref().map(StatusLine::pause);
         match (bus, status) {
             (Some(bus), Some(status)) => Some(bus.min(status)),
@@ -257,6 +272,10 @@ impl Server {
         self.sessions.retain(|_, session| {
             lines.clear();
             for (at, frame) in bus.take_received(session.adapter) {
+                if self.clock == Clock::Client && session.channel.is_open() {
+                    session.received = true;
+                    write_time(at, &mut lines);
+                }
                 session.channel.received(at, &frame, &mut lines);
             }
             session.push(&lines) || {
@@ -297,34 +316,43 @@ impl Server {
     }
 
     /// Handles one event at the current bus time.
-    fn handle(&mut self, event: Event) {
+    fn handle(&mut self, event: Event) -> Result<(), RunError> {
         match event {
             Event::Joined(id, client) => {
                 let session = Session {
                     client,
                     channel: Channel::new(),
                     adapter: self.bus.adapter(),
+                    line: Line::default(),
+                    received: false,
                 };
                 self.sessions.insert(id, session);
             }
-            Event::Input(id, bytes) => {
-                // Events of a dropped client may still arrive.
-                let Some(session) = self.sessions.get_mut(&id) else {
-                    return;
-                };
-                let mut answers = Vec::new();
-                let mut port = AdapterPort {
-                    bus: &mut self.bus,
-                    adapter: &mut session.adapter,
-                    leaving: &mut self.leaving,
-                };
-                session.channel.input(&bytes, &mut port, &mut answers);
-                if !session.push(&answers) {
-                    self.leave(id);
-                }
-            }
+            Event::Input(id, bytes) => match self.clock {
+                Clock::Computer => self.input(id, &bytes),
+                Clock::Client => self.input_with_clock(id, &bytes)?,
+            },
             Event::Left(id) => self.leave(id),
             Event::Stop => {}
+        }
+        Ok(())
+    }
+
+    /// Passes input of a client to its adapter.
+    fn input(&mut self, id: ClientId, bytes: &[u8]) {
+        // Events of a dropped client may still arrive.
+        let Some(session) = self.sessions.get_mut(&id) else {
+            return;
+        };
+        let mut answers = Vec::new();
+        let mut port = AdapterPort {
+            bus: &mut self.bus,
+            adapter: &mut session.adapter,
+            leaving: &mut self.leaving,
+        };
+        session.channel.input(bytes, &mut port, &mut answers);
+        if !session.push(&answers) {
+            self.leave(id);
         }
     }
 

@@ -10,7 +10,7 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use stm32_sim::chip::Chip;
 use stm32_sim::firmware;
 
-/// Real-time checks must not run in parallel.
+/// Clients that know only the time of the computer must not run beside other checks.
 fn alone() -> MutexGuard<'static, ()> {
     static ALONE: Mutex<()> = Mutex::new(());
     ALONE.lock().unwrap_or_else(PoisonError::into_inner)
@@ -31,34 +31,6 @@ fn protocol_matches_manual() {
 /// The models whose images are checked.
 const IMAGES: &[&str] = &["is1", "is2"];
 
-/// The groups that do not measure real time: a simulated microcontroller is not always as fast as a real one. `boot` sends to a
-/// sensor at once, but an image first waits for its accelerometer.
-const TIMELESS: &[&str] = &[
-    "identity",
-    "codes",
-    "short",
-    "extra",
-    "framing",
-    "sticky",
-    "alive",
-    "values",
-    "clash",
-    "default_param",
-    "communication",
-    "load",
-    "power",
-    "many_saves",
-    "blank",
-    "damaged",
-    "other_product",
-    "angles",
-    "zero",
-    "limits",
-    "sync",
-    "bit_rates",
-    "burst",
-];
-
 #[test]
 fn protocol_of_flashed_images_matches_manual() {
     flashed_images_match_manual(Chip::F103);
@@ -76,7 +48,6 @@ fn flashed_images_match_manual(chip: Chip) {
     let folder = folder.to_str().expect("a path in UTF-8");
     let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--images", folder];
     arguments.extend(IMAGES.iter().flat_map(|model| ["--model", model]));
-    arguments.extend(TIMELESS.iter().flat_map(|group| ["--only", group]));
     python::run("gemac_check.py", &["can", "serial"], &arguments);
 }
 
@@ -90,54 +61,22 @@ fn canopen_sensor_matches_manual() {
     );
 }
 
-/// The groups for the JN2101's image that do not measure time. `error_passive` is excluded: without an acknowledge, an image
-/// sends the emergency before the boot-up message, because of two mailboxes the one with the higher priority is sent first.
-const CANOPEN_IMAGE: &[&str] = &[
-    "boot_up",
-    "transitions",
-    "states",
-    "expedited",
-    "segmented_upload",
-    "segmented_download",
-    "lengths",
-    "unknown_commands",
-    "malformed",
-    "invalid_frames",
-    "defaults",
-    "access",
-    "limits",
-    "signatures",
-    "node_id",
-    "programming_key",
-    "content",
-    "synchronous",
-    "remote",
-    "guarding",
-    "excavator",
-    "resolution",
-    "zero_point",
-    "teach",
-    "master",
-];
-
 #[test]
 fn canopen_of_flashed_image_matches_manual() {
-    image_matches_manual(Chip::F103, "jn2101", "canopen_check.py", CANOPEN_IMAGE);
+    image_matches_manual(Chip::F103, "jn2101", "canopen_check.py");
 }
 
 #[test]
 fn canopen_of_image_for_the_nucleo_matches_manual() {
-    image_matches_manual(Chip::F446, "jn2101", "canopen_check.py", CANOPEN_IMAGE);
+    image_matches_manual(Chip::F446, "jn2101", "canopen_check.py");
 }
 
-/// Runs these groups, or all if there are none, on an image.
-fn image_matches_manual(chip: Chip, product: &str, script: &str, groups: &[&str]) {
+/// Runs a check on an image.
+fn image_matches_manual(chip: Chip, product: &str, script: &str) {
     let _alone = alone();
     let images = firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
     let image = images[product].to_str().expect("a path in UTF-8");
-    let mut arguments = vec!["--virtual-sensor", VIRTUAL_SENSOR, "--jobs", "2"];
-    arguments.extend(groups.iter().flat_map(|group| ["--only", group]));
-    arguments.extend(["--elf", image]);
+    let arguments = ["--virtual-sensor", VIRTUAL_SENSOR, "--elf", image];
     python::run(script, &["can", "canopen", "serial"], &arguments);
 }
 
@@ -151,37 +90,14 @@ fn ims360_matches_manual() {
     );
 }
 
-/// All groups: the simulated microcontroller is as fast as a real one.
 #[test]
 fn ims360_image_matches_manual() {
-    image_matches_manual(Chip::F103, "ims360", "ims360_check.py", &[]);
+    image_matches_manual(Chip::F103, "ims360", "ims360_check.py");
 }
-
-/// The groups for the IMS360's image for the Nucleo: those that do not measure time.
-const IMS360_NUCLEO: &[&str] = &[
-    "defaults",
-    "absent",
-    "limits",
-    "angles",
-    "steps",
-    "mappable",
-    "stored",
-    "restored_addresses",
-    "variants",
-    "clipping",
-    "memory",
-    "services",
-    "errors",
-    "both_ways",
-    "refused_by_client",
-    "mapping_by_master",
-    "blocks_by_master",
-    "lss_by_master",
-];
 
 #[test]
 fn ims360_image_for_the_nucleo_matches_manual() {
-    image_matches_manual(Chip::F446, "ims360", "ims360_check.py", IMS360_NUCLEO);
+    image_matches_manual(Chip::F446, "ims360", "ims360_check.py");
 }
 
 #[test]
@@ -221,17 +137,16 @@ fn devicenet_master_reads_and_polls() {
     devicenet("devicenet_client.py", &["can", "devicenet"], &[]);
 }
 
-/// The modules for the images of the TILTIX that do not measure time.
-const DEVICENET_IMAGE: &[&str] = &["port", "explicit", "objects", "fragments", "scaling"];
-
 #[test]
 fn devicenet_images_match_manual() {
     let images = firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}"));
     let folder = images["tiltix080"].parent().expect("a folder");
     let folder = folder.to_str().expect("a path in UTF-8");
-    let mut arguments = vec!["--jobs", "2", "--images", folder];
-    arguments.extend(DEVICENET_IMAGE.iter().flat_map(|group| ["--only", group]));
-    devicenet("devicenet_check.py", &["can", "serial"], &arguments);
+    devicenet(
+        "devicenet_check.py",
+        &["can", "serial"],
+        &["--images", folder],
+    );
 }
 
 /// Runs a client of both TILTIX.

@@ -1,6 +1,7 @@
 //! Tests of the production of messages and of the acknowledge handler.
 
 use super::*;
+use crate::time::Duration;
 
 fn at(ms: u32) -> Instant {
     Instant::from_ticks(0) + millis(ms)
@@ -48,6 +49,17 @@ fn cyclic_messages_ignore_changes_and_have_no_drift() {
     assert!(cyclic.is_due(at(251), |_| false));
     cyclic.produced(at(251), [1, 2, 0, 0]);
     assert_eq!(next(&cyclic), Some(301), "a message was missed");
+}
+
+#[test]
+fn repeated_cos_messages_have_no_drift() {
+    let mut cos = running(2, false, 0);
+    for due in [102, 104, 106] {
+        assert_eq!(next(&cos), Some(due));
+        let late = at(due as u32) + Duration::micros(30);
+        assert!(cos.is_due(late, |_| false));
+        cos.produced(late, [1, 2, 0, 0]);
+    }
 }
 
 #[test]
