@@ -1,8 +1,8 @@
 //! `scan`: unknown bit rate, unknown protocol, unknown address.
 //!
-//! 1. [`listen`]: at all rates, only listening. The first valid frame shows the rate.
-//! 2. [`passive`]: what the frames tell. Addresses that nobody else talks to are asked who they are, with reads only.
-//! 3. [`active`]: only after a yes. First the addresses as delivered at all rates, then all node-IDs and MAC IDs, and on request all
+//! 1. `listen`: at all rates, only listening. The first valid frame shows the rate.
+//! 2. `passive`: what the frames tell. Addresses that nobody else talks to are asked who they are, with reads only.
+//! 3. `active`: only after a yes. First the addresses as delivered at all rates, then all node-IDs and MAC IDs, and on request all
 //!    identifiers.
 //!
 //! One question at a time. A bus has one rate: where somebody answers, no other rate is tried.

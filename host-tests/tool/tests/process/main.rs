@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::process::{Command, Output};
 use std::sync::mpsc::channel;
 use std::thread;
-use virtual_sensor::server::{Server, tcp};
+use virtual_sensor::server::{Clock, Server, tcp};
 
 /// Starts a virtual sensor; it runs until the test program ends. Returns its address, and the path of its serial port if there is one.
 fn sensor(product: &'static str, rate: BusRate) -> (String, Option<String>) {
@@ -28,7 +28,7 @@ fn sensor(product: &'static str, rate: BusRate) -> (String, Option<String>) {
         let mut bus = Bus::new(rate);
         let flash = Flash::blank(Geometry::STM32F103);
         let id = bus.attach(Device::new(&node_type, 1, flash, Box::new(level)));
-        let (server, events) = Server::new(bus, id, None, None);
+        let (server, events) = Server::new(bus, id, Clock::Computer, None, None);
         let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
         let port = listener.local_addr().expect("an address").port();
         #[cfg(unix)]
