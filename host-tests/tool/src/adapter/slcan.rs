@@ -24,7 +24,7 @@ const ANSWER: Duration = millis(500);
 /// The longest line that is no nonsense: a 29-bit frame with a time stamp of 8 digits.
 const LINE_MAX: usize = 40;
 
-/// Bits of the status that are errors of the bus: warning, passive, arbitration lost is none, bus error.
+/// Bits of the status that are errors of the bus: warning, error passive, bus error.
 const ERRORS: u32 = 1 << 2 | 1 << 5 | 1 << 7;
 
 /// A stream of bytes to an adapter.
