@@ -46,9 +46,9 @@ pub(super) const SUPPLY: Limits = Limits {
 pub(super) const RANGE: i32 = 90_00;
 
 /// Auto zero (3200h): the first axis.
-const ZERO_X: u32 = 1;
+pub(super) const ZERO_X: u32 = 1;
 /// Auto zero: the second axis.
-const ZERO_Y: u32 = 2;
+pub(super) const ZERO_Y: u32 = 2;
 
 /// The published values.
 #[derive(Clone, Copy, Debug)]

@@ -19,8 +19,8 @@ use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers, Variant};
 use crate::j1939::DualNode;
-use crate::model::listing::Article;
 use crate::model::listing::canopen::Listing;
+use crate::model::listing::{Adjustment, Article, Guide, Written};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 
@@ -38,7 +38,33 @@ pub const LISTING: Listing<Ims360Product, Ims360> = Listing::with_j1939(
         name: "IMS360",
         number: "IMS360",
     },
-);
+)
+.guided(&GUIDE);
+
+const GUIDE: Guide = Guide {
+    short_names: &[
+        (id::CUT_OFF, "cut-off"),
+        (id::FILTER_TYPE, "filter-type"),
+        (id::ZERO_X, "zero-x"),
+        (id::ZERO_Y, "zero-y"),
+    ],
+    groups: &[("filter", &[id::CUT_OFF, id::FILTER_TYPE])],
+    angles: &[value::X, value::Y],
+    zero: &[
+        Adjustment::new(
+            "x",
+            &[(id::AUTO_ZERO, Written::Number(application::ZERO_X))],
+        ),
+        Adjustment {
+            absent_if: Some((id::DEVICE_TYPE, parameters::ONE_AXIS_TYPE)),
+            ..Adjustment::new(
+                "y",
+                &[(id::AUTO_ZERO, Written::Number(application::ZERO_Y))],
+            )
+        },
+    ],
+    ..Guide::NONE
+};
 
 /// The number of errors in the history (1003h).
 const HISTORY: usize = 8;

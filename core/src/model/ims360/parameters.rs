@@ -93,7 +93,7 @@ pub mod id {
 }
 
 /// The device type (1000h) with one axis.
-const ONE_AXIS_TYPE: u32 = 0x0703_019A;
+pub(super) const ONE_AXIS_TYPE: u32 = 0x0703_019A;
 /// The device type with two axes.
 const TWO_AXES_TYPE: u32 = 0x0704_019A;
 

@@ -1,6 +1,6 @@
 //! The catalogue entry of a CANopen product.
 
-use super::{Article, Product, Protocol, Settings, Start};
+use super::{Article, Guide, Product, Protocol, Settings, Start};
 use crate::application::Application;
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
@@ -77,6 +77,7 @@ pub struct Listing<P: canopen::Product, N = CanopenNode<P>> {
     power_up: fn(Instant, &Boot) -> N,
     store_buffer: usize,
     j1939: Option<J1939Tables>,
+    guide: &'static Guide,
     product: PhantomData<P>,
 }
 
@@ -90,6 +91,7 @@ impl<P: canopen::Product> Listing<P> {
             power_up: CanopenNode::<P>::new,
             store_buffer: CanopenNode::<P>::STORE_BUFFER,
             j1939: None,
+            guide: &Guide::NONE,
             product: PhantomData,
         }
     }
@@ -113,12 +115,18 @@ impl<P: j1939::Product> Listing<P, DualNode<P>> {
                 name: P::NAME,
                 troubles: P::TROUBLES,
             }),
+            guide: &Guide::NONE,
             product: PhantomData,
         }
     }
 }
 
 impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
+    /// The same with a guide for tools.
+    pub const fn guided(self, guide: &'static Guide) -> Self {
+        Self { guide, ..self }
+    }
+
     /// The product as data.
     pub const fn product(&self) -> Product {
         Product {
@@ -145,6 +153,7 @@ impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
             image: P::IMAGE,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: self.store_buffer,
+            guide: self.guide,
         }
     }
 
