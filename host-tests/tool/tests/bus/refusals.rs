@@ -62,7 +62,7 @@ fn refusal_of_the_sensor_is_exit_code_1() {
     );
     let mut rig = Rig::with("ims360");
     assert_eq!(
-        rig.fails("set can-protocol=raw:1 --save"),
+        rig.fails("--rate 125 --node 50 raw 3100:1=03"),
         (1, "refused".to_owned())
     );
 }
