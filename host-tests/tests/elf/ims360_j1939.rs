@@ -24,9 +24,9 @@ fn frame(text: &str) -> Frame {
     let byte = |at| u8::from_str_radix(&data[at..at + 2], 16).expect("hexadecimal digits");
     let bytes: Vec<u8> = (0..data.len()).step_by(2).map(byte).collect();
     let id: Id = if id.len() == 3 {
-        standard(number as u16).into()
+        standard(number as u16)
     } else {
-        extended(number).into()
+        extended(number)
     };
     Frame::data(id, &bytes).expect("at most eight bytes")
 }
