@@ -9,14 +9,14 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from gemac import attempts
 from gemac.report import Report
 
 from . import protocol as p
 from .session import Session
 
-# Groups with a client that knows only the time of the computer: on a busy machine, single attempts can fail.
+# The modules with a client that knows only the time of the computer.
 REAL_TIME_MODULES = ("canopen_cases.cases_master", "canopen_cases.cases_tools", "canopen_cases.ims360_master")
-ATTEMPTS = 3
 
 
 @dataclass(frozen=True)
@@ -86,15 +86,9 @@ def run(options: argparse.Namespace, arguments: tuple[str, ...], groups: Iterabl
 
 
 def run_group(subject: Subject, binary: Path, arguments: tuple[str, ...], group: Group) -> Report:
-    """Runs one group. A group in real time has several attempts."""
-    attempts = ATTEMPTS if group.__module__ in REAL_TIME_MODULES else 1
-    for attempt in range(1, attempts + 1):
-        report = attempt_group(subject, binary, arguments, group)
-        if not report.failed or attempt == attempts:
-            break
-        # Printed to show which checks often need a second attempt.
-        print(f"attempt {attempt} of {group.__name__} failed:", *(x for x in report.lines if "FAIL" in x), sep="\n  ", flush=True)
-    return report
+    """Runs one group."""
+    real_time = group.__module__ in REAL_TIME_MODULES
+    return attempts.run(lambda: attempt_group(subject, binary, arguments, group), real_time=real_time)
 
 
 def attempt_group(subject: Subject, binary: Path, arguments: tuple[str, ...], group: Group) -> Report:

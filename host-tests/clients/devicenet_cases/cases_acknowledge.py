@@ -48,7 +48,7 @@ def resends(context: Context) -> None:
                 f"{name}: messages", [session.words(session.subject.long + by)] * (retries + 1), [text(frame) for frame in frames]
             )
             for gap in gaps(frames):
-                report.within(f"{name}: gap in s", 0.001 * timer - 0.004, 0.001 * timer + 0.012, gap)
+                report.within(f"{name}: gap in s", 0.001 * timer - 0.001, 0.001 * timer + 0.002, gap)
         report.equal("still established", p.ESTABLISHED, session.state(p.C_COS))
 
 

@@ -6,7 +6,7 @@ from .session import Session
 
 # The default of the explicit connection (4 x 2500 ms) and the least time of an I/O connection until its first consumption.
 LONG = 10.0
-TOLERANCE = (-0.06, 0.15)
+TOLERANCE = (-0.01, 0.11)
 
 
 def timed(session: Session, name: str, expected: float, since: float, at: float | None) -> None:

@@ -9,15 +9,15 @@ from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from gemac import attempts
 from gemac.harness import Program
 from gemac.report import Report
 
 from .protocol import SUBJECTS, Subject
 from .session import Session
 
-# Groups with a client that knows only the time of the computer: on a busy machine, single attempts can fail.
+# The modules with a client that knows only the time of the computer.
 REAL_TIME_MODULES = ("devicenet_cases.cases_client",)
-ATTEMPTS = 3
 
 
 @dataclass
@@ -86,16 +86,9 @@ def run(options: argparse.Namespace, arguments: list[str], groups: dict[str, Gro
 
 
 def run_group(program: Program, sheets: Path | None, product: str, group: Group) -> Report:
-    """Runs one group. A group in real time has several attempts."""
-    attempts = ATTEMPTS if group.__module__ in REAL_TIME_MODULES else 1
-    for attempt in range(1, attempts + 1):
-        report = attempt_group(program, sheets, product, group)
-        if not report.failed or attempt == attempts:
-            break
-        # Printed to show which checks often need a second attempt.
-        found = (line for line in report.lines if "FAIL" in line)
-        print(f"attempt {attempt} of {product} {group.__name__} failed:", *found, sep="\n  ", flush=True)
-    return report
+    """Runs one group."""
+    real_time = group.__module__ in REAL_TIME_MODULES
+    return attempts.run(lambda: attempt_group(program, sheets, product, group), real_time=real_time)
 
 
 def attempt_group(program: Program, sheets: Path | None, product: str, group: Group) -> Report:

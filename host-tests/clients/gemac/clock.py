@@ -1,6 +1,6 @@
-"""The time of a check: that of the computer, or that of the sensor, which stands still until the check advances it.
+"""The clock of a check: the clock of the computer, or the clock of the sensor, which the check advances.
 
-With the second, a check measures the sensor and not the load of its computer, and a time-out of 10 s takes some milliseconds.
+With the clock of the sensor, the load of the computer does not change a measured time, and a time-out of 10 s takes milliseconds.
 virtual-sensor/src/server/clock.rs describes the lines.
 """
 
@@ -11,11 +11,11 @@ from math import ceil
 import can
 from can.interfaces.slcan import slcanBus
 
-ANSWER_TIMEOUT = 60.0  # an answer takes less time than the simulation of the span; this is long enough for a busy machine
+ANSWER_TIMEOUT = 60.0  # the simulation of the longest span takes less time, also on a busy machine
 
 
 class ComputerClock:
-    """The time of the computer."""
+    """The clock of the computer."""
 
     arguments = ()
 
@@ -39,9 +39,10 @@ class ComputerClock:
 
 
 class SensorClock:
-    """The time of a sensor; its connection does not take part in the bus."""
+    """The clock of a sensor. Its connection does not take part in the bus."""
 
     arguments = ("--clock", "client")
+    _socket: socket.socket | None = None
 
     def connect(self, port: int) -> None:
         """Begins to advance the time of a sensor."""
@@ -50,7 +51,9 @@ class SensorClock:
 
     def close(self) -> None:
         """Ends the use of the sensor."""
-        self._socket.close()
+        # A sensor that has not started has no connection.
+        if self._socket is not None:
+            self._socket.close()
 
     def now(self) -> float:
         """The time in s."""
@@ -76,7 +79,7 @@ class SensorClock:
 
 
 class StampedBus(slcanBus):
-    """python-can's slcan driver. The time of a frame is that of the computer when it was read."""
+    """python-can's slcan driver. A frame has the time at which the computer read it."""
 
     def now(self) -> float:
         """The time in s."""
@@ -91,12 +94,12 @@ class StampedBus(slcanBus):
 
 
 class AdvancingBus(slcanBus):
-    """python-can's slcan driver. Waiting for a frame advances the time; the time of a frame is that of the sensor."""
+    """python-can's slcan driver. A wait for a frame advances the time. A frame has the time of the bus."""
 
     def __init__(self, **options: object) -> None:
         self._received: list[tuple[float, str]] = []
         super().__init__(**options)
-        # Before the time advances, the sensor has read all lines.
+        # The answer shows that the sensor has read all earlier lines.
         self._advance(0)
 
     def now(self) -> float:
@@ -104,7 +107,7 @@ class AdvancingBus(slcanBus):
         return self._advance(0)
 
     def send(self, message: can.Message, timeout: float | None = None) -> None:
-        """Sends a frame; it is on the bus when the time advances, whoever advances it."""
+        """Queues a frame. The adapter sends it when a client advances the time."""
         super().send(message, timeout)
         self._advance(0)
 

@@ -50,7 +50,7 @@ class Program:
 
 
 class Sensor:
-    """A running virtual-sensor process. With `real_time`, its time is that of the computer, for clients that know no other."""
+    """A running virtual-sensor process. With `real_time`, it uses the clock of the computer, for clients that know no other clock."""
 
     def __init__(self, program: Program, product: str, *, real_time: bool = False, **options: object) -> None:
         self.clock = ComputerClock() if real_time else SensorClock()
@@ -94,7 +94,7 @@ class Sensor:
 
 
 class Timed:
-    """The time of what has a sensor."""
+    """Base class: the clock of the sensor."""
 
     sensor: Sensor
 

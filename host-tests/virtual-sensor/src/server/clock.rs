@@ -1,16 +1,17 @@
-//! The time of the bus: that of the computer, or one that the clients advance.
+//! The clock of the bus: the clock of the computer, or a clock that the clients advance.
 //!
-//! With the second, a test measures the time of the sensor and not the load of its computer, and a time-out of 10 s takes some
-//! milliseconds. It adds two lines to slcan (`h..h`: 1 to 8 hexadecimal digits, in us):
+//! With the second clock, the load of the computer does not change a measured time, and a time-out of 10 s takes milliseconds. It adds
+//! two kinds of lines to slcan (`h..h`: hexadecimal digits, in us). The time stamps of slcan (`Z1`) are not used: they have steps of
+//! 1 ms and begin again each minute.
 //!
 //! ```text
 //!  from client   to client   meaning
-//!  @h..h CR      @h..h CR    the time advances by at most this span, and less if the client has received a frame since its last
-//!                            such line; the answer is the current time
+//!  @h..h CR      @h..h CR    the time advances by this span (1 to 8 digits). It stops earlier if the client has received a frame
+//!                            since its last such line. The answer is the current time
 //!                #h..h CR    the time at which the frame in the next line was received
 //! ```
 //!
-//! A client that has sent frames sends `@0` before another client advances the time: its frames are on the bus after the answer.
+//! After its frames a client sends `@0`. When the answer has come, another client may advance the time, and the frames are sent.
 
 use super::{ClientId, RunError, Server};
 use plumbline::time::{Duration, Instant, after};
