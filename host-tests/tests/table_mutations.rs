@@ -200,7 +200,7 @@ fn passes() -> bool {
 }
 
 #[test]
-#[ignore = "builds core many times"]
+#[ignore = "builds core many times; .ci/run runs it"]
 fn swapped_entries_of_a_table_are_detected() {
     let copied = copy_core();
     assert!(passes(), "the copy without a swap must pass");
