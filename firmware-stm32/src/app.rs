@@ -17,8 +17,9 @@ use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::application::Application;
+use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
-use plumbline::node::{Acquisition, Action, Boot, BusEvent, Divided, Indicator};
+use plumbline::node::{Acquisition, Action, Boot, BusEvent, BusMode, Divided, Indicator, Protocol};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Deadline, Duration, Instant, after, millis, reached};
 
@@ -291,9 +292,13 @@ impl<
             }
             let action = link.with(|link| {
                 let action = link.node.action(now);
-                if let Some(Action::Bus(..)) = action {
+                if let Some(Action::Bus(mode, rate)) = action {
                     // In the same critical section, so that no frame is put into a mailbox that the change of the mode aborts.
-                    can::stop();
+                    if self.stays(mode, rate) {
+                        can::hold();
+                    } else {
+                        can::stop();
+                    }
                 }
                 action
             });
@@ -371,9 +376,21 @@ impl<
         }
     }
 
+    /// Whether this action only changes the filters.
+    #[inline(always)] // nothing for most products
+    fn stays(&mut self, mode: BusMode, rate: BitRate) -> bool {
+        N::Protocol::CHANGES_FILTERS && mode == BusMode::Normal && self.bus.is_at(mode, rate)
+    }
+
     #[inline(never)] // rarely called
     fn perform(&mut self, action: Action) {
         match action {
+            Action::Bus(mode, rate) if self.stays(mode, rate) => {
+                let link = self.link;
+                self.bus
+                    .refilter(|accept| link.with(|link| link.node.filters(accept)));
+                link.settle();
+            }
             Action::Bus(mode, rate) => {
                 info!("{} at {}", mode, rate);
                 if DETECTS {

@@ -122,6 +122,11 @@ pub fn stop() {
     set_phase(Phase::Leaving);
 }
 
+/// Stops transmission of the node until the next mode change is complete. Received frames wait.
+pub fn hold() {
+    set_phase(Phase::Joining);
+}
+
 fn set_phase(phase: Phase) {
     PHASE.store(phase as u8, Ordering::Relaxed);
 }
@@ -183,6 +188,21 @@ impl Bus {
         } else {
             self.leave();
         }
+    }
+
+    /// Whether the controller is on the bus with this mode and bit rate, and not in bus-off.
+    pub fn is_at(&mut self, mode: BusMode, rate: BitRate) -> bool {
+        matches!(self.change, Change::Done)
+            && matches!(&self.settings, Some(present) if present.mode == mode && present.rate == rate)
+            && self.registers().esr().read().boff().bit_is_clear()
+    }
+
+    /// Changes the filters without a change of the mode. Discards the frames that are not sent yet. Filters that stay receive without
+    /// a gap.
+    pub fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+        transmit::abort_all();
+        filters::change(self.registers(), filters);
+        set_phase(Phase::Normal);
     }
 
     /// Starts the recovery from bus-off: enters and leaves initialization mode. Then the controller waits for 128 times 11

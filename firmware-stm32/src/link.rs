@@ -9,6 +9,7 @@ use crate::{clock, sleep};
 use core::cell::Cell;
 use cortex_m::peripheral::SCB;
 use critical_section::{CriticalSection, Mutex};
+use embedded_can::Frame as _;
 use heapless::Deque;
 use plumbline::application::Application;
 use plumbline::can::Frame;
@@ -49,14 +50,24 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
 
     #[inline(always)] // the path of a received frame
     fn handle(&mut self, frame: &Frame) {
-        // A frame that the main loop has just built does not wait for this answer.
-        if self.node.is_sending() {
+        // A frame that the main loop has just built does not wait for this answer. If the received one can take the address of the node
+        // away, it waits.
+        if self.node.is_sending() && !(P::CHANGES_FILTERS && frame.is_extended()) {
             self.send();
         }
         self.node.receive(clock::now(), frame);
         self.transmit();
         while self.node.proceed() {
             self.transmit();
+        }
+        self.withdraw();
+    }
+
+    /// Discards the frames in the mailboxes if the received frame has made them wrong. Now, before one of them follows that frame.
+    #[inline(always)] // nothing for most products
+    fn withdraw(&mut self) {
+        if self.node.withdraws() {
+            transmit::abort_all();
         }
     }
 
@@ -77,6 +88,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
         {
             self.node.receive(clock::now(), &frame);
             while self.node.proceed() {}
+            self.withdraw();
         }
         // Usually nothing: the check is shorter than the call, which saves many registers.
         if self.node.is_sending() {

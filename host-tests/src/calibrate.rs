@@ -8,6 +8,7 @@ use bench::{Flash, Geometry, STORE_BUFFER};
 use plumbline::measure::ONE_G;
 use plumbline::measure::calibration::Calibration;
 use plumbline::store::{Owner, Store};
+use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
 /// The temperatures of the rows of one set differ by less than this, in K.
@@ -16,13 +17,34 @@ const SAME_TEMPERATURE: f64 = 5.0;
 /// The temperature at which the drift is zero, in degC.
 const REFERENCE: f64 = 25.0;
 
+/// The first row of a measurement.
+pub const HEADER: &str = "up,ax_g,ay_g,az_g,temp_c";
+
+const AXES: [&str; 3] = ["x", "y", "z"];
+
 type Vector = [f64; 3];
 
-/// One position: axis 0 to 2, up or down, the acceleration in g, the temperature in degC.
+/// The side of the sensor that is up.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Side {
+    /// The vertical axis: 0 is x, 1 is y, 2 is z.
+    pub axis: usize,
+    /// The axis points up.
+    pub up: bool,
+}
+
+impl Display for Side {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let sign = if self.up { '+' } else { '-' };
+        let axis = AXES.get(self.axis).copied().unwrap_or_default();
+        write!(f, "{sign}{axis}")
+    }
+}
+
+/// One position: the side, the acceleration in g, the temperature in degC.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Position {
-    axis: usize,
-    up: bool,
+    side: Side,
     acceleration: Vector,
     temperature: f64,
 }
@@ -79,7 +101,6 @@ fn parse(name: &str, text: &str) -> Result<Vec<Position>, String> {
     let mut lines = (1..)
         .zip(text.lines().map(str::trim))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    const HEADER: &str = "up,ax_g,ay_g,az_g,temp_c";
     match lines.next() {
         Some((_, HEADER)) => {}
         Some((line, _)) => return Err(format!("{name}:{line}: the first row must be {HEADER}")),
@@ -100,19 +121,36 @@ fn position(row: &str) -> Option<Position> {
     let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
     let (sign, axis) = up.split_at_checked(1)?;
     Some(Position {
-        axis: ["x", "y", "z"].iter().position(|name| *name == axis)?,
-        up: match sign {
-            "+" => true,
-            "-" => false,
-            _ => return None,
+        side: Side {
+            axis: AXES.iter().position(|name| *name == axis)?,
+            up: match sign {
+                "+" => true,
+                "-" => false,
+                _ => return None,
+            },
         },
         acceleration: [number(x)?, number(y)?, number(z)?],
         temperature: number(temperature)?,
     })
 }
 
-/// Sorts the positions into sets by their temperature.
-fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
+/// The set of the measurement in `text` to which a position at this temperature in degC belongs: its temperature, and the sides that
+/// it has. None: the position begins a new set.
+///
+/// # Errors
+/// One sentence with the file name and, if known, the line.
+pub fn set_at(
+    name: &str,
+    text: &str,
+    temperature: f64,
+) -> Result<Option<(f64, Vec<Side>)>, String> {
+    let mut groups = groups(&parse(name, text)?).into_iter();
+    let own = groups.find(|(own, _)| (own - temperature).abs() < SAME_TEMPERATURE);
+    Ok(own.map(|(own, set)| (own, set.iter().map(|position| position.side).collect())))
+}
+
+/// Sorts the positions by their temperature.
+fn groups(positions: &[Position]) -> Vec<(f64, Vec<Position>)> {
     let mut sets: Vec<(f64, Vec<Position>)> = Vec::new();
     for position in positions {
         let near = |(temperature, _): &&mut (f64, Vec<Position>)| {
@@ -123,22 +161,24 @@ fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
             None => sets.push((position.temperature, vec![*position])),
         }
     }
+    sets
+}
+
+/// The complete sets of six positions.
+fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
     let complete = |(temperature, set): &(f64, Vec<Position>)| {
         let of = |axis, up| {
             let found: Vec<_> = set
                 .iter()
-                .filter(|position| (position.axis, position.up) == (axis, up))
+                .filter(|position| position.side == Side { axis, up })
                 .collect();
             match found[..] {
                 [position] => Ok(position.acceleration),
-                _ => {
-                    let sign = if up { '+' } else { '-' };
-                    let axis = ['x', 'y', 'z'][axis];
-                    Err(format!(
-                        "{name}: {} rows for {sign}{axis} at {temperature} degC instead of one",
-                        found.len()
-                    ))
-                }
+                _ => Err(format!(
+                    "{name}: {} rows for {} at {temperature} degC instead of one",
+                    found.len(),
+                    Side { axis, up }
+                )),
             }
         };
         Ok(Set {
@@ -148,7 +188,7 @@ fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
                 / set.len() as f64,
         })
     };
-    sets.iter().map(complete).collect()
+    groups(positions).iter().map(complete).collect()
 }
 
 impl Set {
@@ -261,6 +301,20 @@ mod tests {
                 }
             }
         }
+    }
+
+    #[test]
+    fn position_belongs_to_the_set_within_5_kelvin() {
+        let text = format!("{HEADER}\n+x,1,0,0,20\n-z,0,0,-1,24.9\n+x,1,0,0,60\n");
+        let at = |temperature| set_at("test", &text, temperature).unwrap();
+        let [plus_x, minus_z] = [(0, true), (2, false)].map(|(axis, up)| Side { axis, up });
+        assert_eq!(at(16.0), Some((20.0, vec![plus_x, minus_z])));
+        assert_eq!(at(25.0), None);
+        assert_eq!(at(64.9), Some((60.0, vec![plus_x])));
+        assert_eq!(
+            (plus_x.to_string(), minus_z.to_string()),
+            ("+x".to_owned(), "-z".to_owned())
+        );
     }
 
     #[test]

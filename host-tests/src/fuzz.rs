@@ -5,7 +5,12 @@
 
 mod canopen;
 mod devicenet;
+mod ending;
 mod fsc;
+mod j1939;
+mod kind;
+
+pub use kind::KINDS;
 
 use bench::{Flash, NodeType, STORE_BUFFER};
 use plumbline::can::BitRate;
@@ -41,6 +46,12 @@ impl<I: Iterator<Item = u8>> Source for I {
     }
 }
 
+/// Up to eight bytes.
+fn bytes(source: &mut impl Source) -> Vec<u8> {
+    let length = source.byte() % 9;
+    (0..length).map(|_| source.byte()).collect()
+}
+
 /// A value for this parameter; most of them are permitted.
 fn value(parameter: &Parameter, source: &mut impl Source) -> u32 {
     let raw = source.number();
@@ -72,6 +83,8 @@ pub struct Sensor {
     now: Instant,
     /// The node-ID in the last boot-up message.
     node_id: u8,
+    /// In J1939, what the sensor has shown of itself.
+    j1939: Option<j1939::Known>,
     /// The parameters of every save that was started. No other parameters may be loaded.
     written: Vec<Vec<u8>>,
     /// The permitted contents of the memory: the parameters of the last confirmed save and of the saves after it. Unknown after a
@@ -85,6 +98,10 @@ pub struct Sensor {
     pub saves: u64,
     /// Frames sent so far.
     pub sent: u64,
+    /// Claims sent so far in J1939.
+    pub claims: u64,
+    /// Frames of connections to one node sent so far in J1939.
+    pub packets: u64,
 }
 
 impl Sensor {
@@ -101,12 +118,15 @@ impl Sensor {
             now,
             node_id: devicenet::factory_mac_id(product)
                 .unwrap_or_else(|| canopen::factory_node_id(product)),
+            j1939: None,
             written: Vec::new(),
             known: Some(vec![None]),
             restarts: 0,
             power_cuts: 0,
             saves: 0,
             sent: 0,
+            claims: 0,
+            packets: 0,
         }
     }
 
@@ -120,6 +140,10 @@ impl Sensor {
             0..=119 => {
                 if self.node.ready() {
                     let frame = match &self.product.protocol {
+                        Protocol::Canopen(tables) if self.j1939.is_some() => {
+                            let known = self.j1939.clone().unwrap_or_default();
+                            known.frame(source, tables, self.product)
+                        }
                         Protocol::Fsc(tables) => fsc::frame(source, tables, self.product),
                         Protocol::Canopen(tables) => {
                             canopen::frame(source, tables, self.product, self.node_id)
@@ -128,6 +152,9 @@ impl Sensor {
                             devicenet::frame(source, tables, self.product, self.node_id)
                         }
                     };
+                    if let Some(known) = &mut self.j1939 {
+                        known.receive(&frame);
+                    }
                     self.node.receive(self.now, &frame);
                 }
             }
@@ -144,6 +171,9 @@ impl Sensor {
                     10 => BusEvent::BitTime(BitTime::of(BitRate::K10)),
                     _ => BusEvent::State(BusState::Active),
                 };
+                if let (Some(known), BusEvent::State(BusState::BusOff)) = (&mut self.j1939, event) {
+                    known.restart();
+                }
                 self.node.bus(self.now, event);
             }
             202..=239 => {
@@ -216,6 +246,14 @@ impl Sensor {
         };
         self.node.sent(self.now);
         self.sent += 1;
+        if let Some(known) = &mut self.j1939 {
+            match known.check(self.now, &frame) {
+                j1939::Kind::Claim => self.claims += 1,
+                j1939::Kind::Connection => self.packets += 1,
+                j1939::Kind::Other => {}
+            }
+            return;
+        }
         match &self.product.protocol {
             Protocol::Fsc(tables) => fsc::check(&frame, tables, self.product.heater.is_some()),
             Protocol::Canopen(tables) => {
@@ -271,6 +309,7 @@ impl Sensor {
             assert!(self.written.contains(loaded), "never saved: {loaded:?}");
         }
         self.node = (self.node_type.start)(&self.node_type, self.now, &boot);
+        self.j1939 = None;
         store.prepare();
         self.store = Some(store);
     }
@@ -291,6 +330,7 @@ impl Sensor {
                         Protocol::Devicenet(_) => devicenet::is_possible(readout),
                     };
                     assert!(possible, "{readout:?}");
+                    self.find_protocol();
                     return;
                 }
                 Some(Action::Save) => {

@@ -29,7 +29,7 @@
 //! | `# model: name` | the product; mandatory |
 //! | `# scene: text` | the scene; between frames: a new scene |
 //! | `# bitrate: N` | bit rate of the bus in bit/s. A sensor that detects the bit rate is set to it before each frame of the tester. Without this line the bus has the bit rate of the sensor ([`BusRate::Follow`](bench::BusRate::Follow)) |
-//! | `# tolerance-us: N` | maximum time error of a frame in us; 1000 without this line |
+//! | `# tolerance-us: N` | maximum time error of a frame in us; 1000 without this line; between frames: that of the frames after it |
 //! | `# serial: N` | the serial number; 1 without this line |
 //! | `# power-cycle` | switches the power off and on again |
 //! | `# corrupt newest-image` | flips a bit in the newest record in nonvolatile memory |
@@ -105,6 +105,20 @@ pub enum What {
     FailWrites(bool),
     /// A new scene.
     Scene(String),
+    /// The maximum time error of the frames after this line.
+    Tolerance(Duration),
+}
+
+impl Trace {
+    /// Increases the maximum time error of all frames.
+    pub fn loosen(&mut self, by: Duration) {
+        self.tolerance += by;
+        for step in &mut self.steps {
+            if let What::Tolerance(tolerance) = &mut step.what {
+                *tolerance += by;
+            }
+        }
+    }
 }
 
 /// An invalid line of a trace.

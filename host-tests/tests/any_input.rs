@@ -1,7 +1,7 @@
 //! A sensor does not panic, hang or lose a saved parameter with any input, power cut or bus fault.
 
 use host_tests::fuzz::Sensor;
-use plumbline::model::catalog::{PRODUCTS, Protocol};
+use plumbline::model::catalog::{PRODUCTS, Protocol, find};
 
 /// Steps for each product.
 const STEPS: u64 = 2_000_000;
@@ -19,33 +19,43 @@ fn random(seed: u64) -> impl Iterator<Item = u8> {
     })
 }
 
+/// Runs random steps in rounds. Returns restarts, power cuts, saves, sent frames, claims, packets.
+fn run(name: &str, make: impl Fn() -> Sensor + std::panic::RefUnwindSafe) -> [u64; 6] {
+    let mut counts = [0; 6];
+    for seed in 1..=STEPS / ROUND {
+        let result = std::panic::catch_unwind(|| {
+            let mut source = random(seed);
+            let mut sensor = make();
+            (0..ROUND).for_each(|_| sensor.step(&mut source));
+            sensor.finish();
+            [
+                sensor.restarts,
+                sensor.power_cuts,
+                sensor.saves,
+                sensor.sent,
+                sensor.claims,
+                sensor.packets,
+            ]
+        });
+        let round = result.unwrap_or_else(|_| panic!("{name} with seed {seed}"));
+        counts
+            .iter_mut()
+            .zip(round)
+            .for_each(|(sum, count)| *sum += count);
+    }
+    let [restarts, power_cuts, saves, sent, claims, packets] = counts;
+    println!(
+        "{name}: {STEPS} steps, {sent} frames, {saves} saves, {restarts} restarts, {power_cuts} power cuts, \
+         {claims} claims, {packets} packets"
+    );
+    counts
+}
+
 #[test]
 fn two_million_random_steps_of_each_product_neither_panic_nor_lose_parameters() {
     for product in PRODUCTS {
-        let mut counts = [0; 4];
-        for seed in 1..=STEPS / ROUND {
-            let result = std::panic::catch_unwind(|| {
-                let mut source = random(seed);
-                let mut sensor = Sensor::new(product);
-                (0..ROUND).for_each(|_| sensor.step(&mut source));
-                [
-                    sensor.restarts,
-                    sensor.power_cuts,
-                    sensor.saves,
-                    sensor.sent,
-                ]
-            });
-            let round = result.unwrap_or_else(|_| panic!("{} with seed {seed}", product.name));
-            counts
-                .iter_mut()
-                .zip(round)
-                .for_each(|(sum, count)| *sum += count);
-        }
-        let [restarts, power_cuts, saves, sent] = counts;
-        println!(
-            "{}: {STEPS} steps, {sent} frames, {saves} saves, {restarts} restarts, {power_cuts} power cuts",
-            product.name
-        );
+        let counts = run(product.name, || Sensor::new(product));
+        let [restarts, power_cuts, saves, sent, ..] = counts;
         // The input must cause enough restarts, power cuts, saves and frames, or the test shows nothing. A sensor with CANopen
         // resets itself without a restart.
         let restarted = match product.protocol {
@@ -57,4 +67,17 @@ fn two_million_random_steps_of_each_product_neither_panic_nor_lose_parameters() 
             "{counts:?}"
         );
     }
+}
+
+#[test]
+fn two_million_random_steps_in_j1939_neither_panic_nor_break_the_rules_of_the_address() {
+    let product = find("ims360").expect("a product");
+    let counts = run("ims360 in J1939", || {
+        Sensor::in_j1939(product).expect("J1939")
+    });
+    let [_, power_cuts, saves, sent, claims, packets] = counts;
+    assert!(
+        power_cuts > 1000 && saves > 100 && sent > 10_000 && claims > 5000 && packets > 1000,
+        "{counts:?}"
+    );
 }

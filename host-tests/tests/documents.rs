@@ -14,6 +14,7 @@
 use descriptors::{Table, table};
 use host_tests::documents::{Document, documents};
 use plumbline::model::catalog::{PRODUCTS, Product, find};
+use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -182,9 +183,24 @@ fn readme_links_point_to_existing_files() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
     for part in README.split("](").skip(1) {
         let (link, _) = part.split_once(')').expect("the end of the link");
-        let exists = link.starts_with("https://") || root.join(link).exists();
-        assert!(exists, "there is no {link}");
+        if link.starts_with("https://") {
+            continue;
+        }
+        let (file, section) = link.split_once('#').unwrap_or((link, ""));
+        assert!(root.join(file).exists(), "there is no {file}");
+        assert!(
+            section.is_empty() || sections(&root.join(file)).contains(&section.to_owned()),
+            "there is no {link}"
+        );
     }
+}
+
+/// The names of the sections of a Markdown file, as links have them.
+fn sections(file: &Path) -> Vec<String> {
+    let text = fs::read_to_string(file).expect("a document");
+    let titles = text.lines().filter(|line| line.starts_with("##"));
+    let name = |title: &str| title.trim_start_matches(['#', ' ']).to_lowercase();
+    titles.map(|title| name(title).replace(' ', "-")).collect()
 }
 
 #[test]

@@ -11,7 +11,7 @@ fn package(name: &str, program: &str) -> PathBuf {
     let folder = env::temp_dir().join(format!("plumbline-{name}-{}", std::process::id()));
     fs::create_dir_all(folder.join("src")).expect("a folder");
     let manifest = format!(
-        "[package]\nname = \"{name}\"\nedition = \"2024\"\n\n[dependencies]\nplumbline = {{ package = \"core\", path = {CORE:?} }}\n"
+        "[package]\nname = \"{name}\"\nedition = \"2024\"\n\n[dependencies]\nplumbline = {{ package = \"core\", path = {CORE:?} }}\n\n[workspace]\n"
     );
     fs::write(folder.join("Cargo.toml"), manifest).expect("a manifest");
     fs::write(folder.join("src/main.rs"), program).expect("a program");

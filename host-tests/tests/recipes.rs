@@ -1,7 +1,7 @@
 //! The recipes in the documents of the products, run against a simulated sensor.
 //!
 //! A recipe is a text block after a comment with the product, the scene, and `power-up` if it begins with the start of the
-//! sensor:
+//! sensor, or `J1939` if the sensor is in J1939, with its address and without cyclic process data:
 //!
 //! ````text
 //! <!-- recipe: is2, tilt=12.34,-5.67 -->
@@ -15,8 +15,9 @@
 //! A comment can follow the frame. The sensor starts with a blank memory, and the bus has the bit rate of the sensor.
 
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
+use can_wire::text::parse;
 use host_tests::documents::documents;
-use plumbline::can::{Frame, extended, standard};
+use plumbline::can::{Frame, standard};
 use plumbline::time::{Duration, after, millis, reached};
 use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
@@ -77,6 +78,27 @@ impl Run {
         self.received.clear();
     }
 
+    /// Selects J1939 and waits until the sensor has its address. The next DM1 comes a second later.
+    fn select_j1939(&mut self) -> Result<(), String> {
+        let without_reply = "000#8132";
+        let requests = [
+            "632#2B04210100000000",
+            "632#2F00310101000000",
+            "632#2310100173617665",
+            without_reply,
+        ];
+        for text in requests {
+            self.bus.send(self.tester, parse(text)?);
+            if text != without_reply && self.next().is_none() {
+                return Err("no reply to the selection of J1939".to_owned());
+            }
+        }
+        // The claim, and the first DM1.
+        self.next();
+        self.next();
+        self.is_quiet()
+    }
+
     /// The next frame of the sensor.
     fn next(&mut self) -> Option<Frame> {
         let until = after(self.bus.now(), PATIENCE);
@@ -92,10 +114,10 @@ impl Run {
         match what {
             "->" => {
                 self.is_quiet()?;
-                self.bus.send(self.tester, frame(text)?);
+                self.bus.send(self.tester, parse(text)?);
             }
             "<-" => {
-                let expected = frame(text)?;
+                let expected = parse(text)?;
                 let received = self.next();
                 if received != Some(expected) {
                     return Err(format!("received {received:?}"));
@@ -120,31 +142,13 @@ impl Run {
     }
 }
 
-/// A frame as `cansend` takes it.
-fn frame(text: &str) -> Result<Frame, String> {
-    let wrong = || format!("{text} is no frame");
-    let (id, data) = text.split_once('#').ok_or_else(wrong)?;
-    let number = u32::from_str_radix(id, 16).map_err(|_| wrong())?;
-    let id = match id.len() {
-        3 => standard(number as u16),
-        _ => extended(number),
-    };
-    let frame = match data.strip_prefix('R') {
-        Some(dlc) => Frame::remote(id, dlc.parse().map_err(|_| wrong())?),
-        None => {
-            let bytes: Result<Vec<u8>, _> = (0..data.len())
-                .step_by(2)
-                .map(|at| u8::from_str_radix(data.get(at..at + 2).unwrap_or(""), 16))
-                .collect();
-            Frame::data(id, &bytes.map_err(|_| wrong())?)
-        }
-    };
-    frame.ok_or_else(wrong)
-}
-
 /// Runs the lines of a recipe.
 fn run(heading: &str, recipe: &str) -> Result<(), String> {
     let (heading, powers_up) = match heading.strip_suffix(", power-up") {
+        Some(rest) => (rest, true),
+        None => (heading, false),
+    };
+    let (heading, in_j1939) = match heading.strip_suffix(", J1939") {
         Some(rest) => (rest, true),
         None => (heading, false),
     };
@@ -152,6 +156,9 @@ fn run(heading: &str, recipe: &str) -> Result<(), String> {
     let mut run = Run::new(product, scene);
     if !powers_up {
         run.boot();
+    }
+    if in_j1939 {
+        run.select_j1939()?;
     }
     let lines: Vec<&str> = recipe.lines().collect();
     for (place, line) in lines.iter().enumerate() {

@@ -1,16 +1,19 @@
 //! The tables of the products are the only source of the behaviour: when two rows, two codes, two reply fields or two meanings
 //! are swapped in a copy of a table, the copy does not build, or the tests `wire` of core fail.
 //!
-//! It builds core many times, so it runs only on request: `cargo test -p host-tests --test table_mutations -- --ignored`.
+//! It builds core many times, so it runs only on request: `cargo test --test table_mutations -- --ignored`. With
+//! `PLUMBLINE_SWAPS=j1939` in the environment, only the swaps with this text in their path or texts are made.
 
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::{fs, io};
+use std::sync::{Mutex, PoisonError};
+use std::{fs, io, iter, thread};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
-const COPY: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/mutant");
+const MODEL: &str = "core/src/model";
 
-/// Two texts of a file that are swapped. Each of them occurs once in the file.
+/// Two texts of a file that are swapped. Each of them occurs once in the file. If the second one does not occur, it replaces the first
+/// one.
 struct Swap {
     file: &'static str,
     texts: [&'static str; 2],
@@ -30,7 +33,10 @@ const IMS360_OBJECTS: &str = "ims360/objects.rs";
 const IMS360: &str = "ims360/parameters.rs";
 const TILTIX_OBJECTS: &str = "tiltix/objects.rs";
 const TILTIX: &str = "tiltix/parameters.rs";
+const IMS360_J1939: &str = "ims360/j1939.rs";
 const PROFILE: &str = "../canopen/profile.rs";
+const GROUPS: &str = "../j1939/groups.rs";
+const NAME: &str = "../j1939/name.rs";
 
 /// The swaps, for each kind of entry in the tables of GEMAC's products, of the JN2101, of the IMS360 and of the TILTIX.
 const SWAPS: &[Swap] = &[
@@ -40,7 +46,13 @@ const SWAPS: &[Swap] = &[
         ["&[id::CYCLIC_TIME]),\n", "&[id::CYCLIC_MODE]),\n"],
     ),
     swap(FUNCTIONS, ["&[id::ZERO_X]", "&[id::ZERO_Y]"]),
-    swap(FUNCTIONS, ["&[id::CUT_OFF, ", "id::FILTER_TYPE],"]),
+    swap(
+        FUNCTIONS,
+        [
+            "        &[id::CUT_OFF, id::FILTER_TYPE],\n",
+            "        &[id::FILTER_TYPE, id::CUT_OFF],\n",
+        ],
+    ),
     swap(FUNCTIONS, ["reply_id: id::", "sync_id: id::"]),
     swap(IS1, ["        CYCLIC_TIME,\n", "        CYCLIC_MODE,\n"]),
     swap(IS2, ["        SYNC_ID,\n", "        BAUD_RATE,\n"]),
@@ -136,7 +148,53 @@ const SWAPS: &[Swap] = &[
     swap(IMS360_OBJECTS, ["2, id::FUSION)", "1, id::FILTER_TYPE)"]),
     swap(IMS360_OBJECTS, ["id::TPDO[2])", "id::TPDO[3])"]),
     swap(IMS360_OBJECTS, ["id::PROTOCOL)", "id::BUS_OFF_RECOVERY)"]),
+    // J1939: objects, factory values, groups, fields of the NAME, trouble codes.
+    swap(IMS360_OBJECTS, ["id::J1939_RATES[0]", "id::J1939_RATES[1]"]),
+    swap(
+        IMS360_OBJECTS,
+        ["id::J1939_PRIORITIES[2]", "id::J1939_PRIORITIES[3]"],
+    ),
+    swap(IMS360_OBJECTS, ["id::J1939_NAME[4]", "id::J1939_NAME[5]"]),
+    swap(IMS360_OBJECTS, ["id::J1939_NAME[1]", "id::J1939_NAME[3]"]),
+    swap(
+        IMS360,
+        [
+            "\"Transmission rate SSI2\", 10",
+            "\"Transmission rate SSI\", 0",
+        ],
+    ),
+    swap(IMS360_J1939, ["id::J1939_RATES", "id::J1939_PRIORITIES"]),
+    swap(IMS360_J1939, ["[y, x, z]", "[z, none, none]"]),
+    swap(IMS360_J1939, ["value::X, pitch)", "value::Y, roll)"]),
+    swap(IMS360_J1939, ["u32 = 4976;", "u32 = 4977;"]),
+    swap(IMS360_J1939, ["u32 = 168;", "u32 = 630;"]),
+    swap(IMS360_J1939, ["u8 = 3;", "u8 = 4;"]),
+    swap(GROUPS, ["pgn: 61_481", "pgn: 61_459"]),
+    swap(GROUPS, ["pgn: 61_482", "pgn: 61_485"]),
+    swap(GROUPS, ["4976, 0,", "4977, 24,"]),
+    swap(GROUPS, ["3318, 0,", "3319, 16,"]),
+    swap(
+        GROUPS,
+        ["((2, 1000), -64, \"deg/s\")", "((1, 128), -250, \"deg/s\")"],
+    ),
+    swap(
+        GROUPS,
+        [
+            "\"LateralAcceleration\", 0,",
+            "\"LongitudinalAcceleration\", 16,",
+        ],
+    ),
+    swap(
+        GROUPS,
+        ["\"PitchRateExRange\", 0,", "\"YawRateExRange\", 32,"],
+    ),
+    swap(GROUPS, ["4979, 50,", "4981, 54,"]),
+    swap(NAME, ["(56, 4)", "(60, 3)"]),
+    swap(NAME, ["(35, 5)", "(32, 3)"]),
 ];
+
+/// The environment variable with the text that selects swaps.
+const SELECTION: &str = "PLUMBLINE_SWAPS";
 
 /// Copies a file or a folder.
 fn copy(from: &Path, to: &Path) -> io::Result<()> {
@@ -152,83 +210,114 @@ fn copy(from: &Path, to: &Path) -> io::Result<()> {
     Ok(())
 }
 
-fn copy_core() -> PathBuf {
-    let copied = PathBuf::from(COPY);
-    let _ = fs::remove_dir_all(copied.join("core"));
-    fs::create_dir_all(&copied).expect("a folder");
-    for name in ["Cargo.lock", "core"] {
-        copy(&Path::new(ROOT).join(name), &copied.join(name)).expect("a copy");
-    }
-    // A workspace with only core.
-    let manifest = fs::read_to_string(Path::new(ROOT).join("Cargo.toml")).expect("a manifest");
-    let (_, after) = manifest
-        .split_once("\n[workspace.package]")
-        .expect("the package's fields");
-    let manifest = format!(
-        "[workspace]\nmembers = [\"core\"]\nresolver = \"3\"\n\n[workspace.package]{after}"
-    );
-    fs::write(copied.join("Cargo.toml"), manifest).expect("a manifest");
-    copied
+/// A copy of core that is built in its own folder.
+struct Copied {
+    sources: PathBuf,
+    target: PathBuf,
 }
 
-/// Whether the tests `wire` of core pass.
-fn passes() -> bool {
-    let output = Command::new(env!("CARGO"))
-        .args([
-            "test",
-            "--quiet",
-            "--offline",
-            "-p",
-            "core",
-            "--test",
-            "wire",
-        ])
-        .args([
-            "--config",
-            "profile.test.opt-level=0",
-            "--config",
-            "profile.test.debug=0",
-        ])
-        .current_dir(COPY)
-        .env(
-            "CARGO_TARGET_DIR",
-            concat!(env!("CARGO_TARGET_TMPDIR"), "/mutants"),
-        )
-        .output()
-        .expect("cargo runs");
-    output.status.success()
-}
-
-#[test]
-#[ignore = "builds core many times; .ci/run runs it"]
-fn swapped_entries_of_a_table_are_detected() {
-    let copied = copy_core();
-    assert!(passes(), "the copy without a swap must pass");
-    let mut undetected = Vec::new();
-    for Swap { file, texts } in SWAPS {
-        let path = copied.join("core/src/model").join(file);
-        let original = fs::read_to_string(&path).expect("a file");
-        for text in texts {
-            assert_eq!(original.matches(text).count(), 1, "{file}: {text}");
+impl Copied {
+    fn new(number: usize) -> Self {
+        let folder =
+            |name: &str| Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}-{number}"));
+        let (sources, target) = (folder("mutant"), folder("mutants"));
+        let _ = fs::remove_dir_all(sources.join("core"));
+        fs::create_dir_all(&sources).expect("a folder");
+        for name in ["Cargo.lock", "core"] {
+            copy(&Path::new(ROOT).join(name), &sources.join(name)).expect("a copy");
         }
+        // A workspace with only core.
+        let manifest = fs::read_to_string(Path::new(ROOT).join("Cargo.toml")).expect("a manifest");
+        let (_, after) = manifest
+            .split_once("\n[workspace.package]")
+            .expect("the package's fields");
+        let manifest = format!(
+            "[workspace]\nmembers = [\"core\"]\nresolver = \"3\"\n\n[workspace.package]{after}"
+        );
+        fs::write(sources.join("Cargo.toml"), manifest).expect("a manifest");
+        Self { sources, target }
     }
-    for Swap {
-        file,
-        texts: [a, b],
-    } in SWAPS
-    {
-        let path = copied.join("core/src/model").join(file);
+
+    /// Whether the tests `wire` of core pass.
+    fn passes(&self) -> bool {
+        let output = Command::new(env!("CARGO"))
+            .args([
+                "test",
+                "--quiet",
+                "--offline",
+                "-p",
+                "core",
+                "--test",
+                "wire",
+            ])
+            .args(["--config", "profile.test.opt-level=0"])
+            .args(["--config", "profile.test.debug=0"])
+            .current_dir(&self.sources)
+            .env("CARGO_TARGET_DIR", &self.target)
+            .output()
+            .expect("cargo runs");
+        output.status.success()
+    }
+
+    /// Whether the copy with a swap does not build, or its tests fail.
+    fn detects(&self, swap: &Swap) -> bool {
+        let [a, b] = swap.texts;
+        let path = self.sources.join(MODEL).join(swap.file);
         let original = fs::read_to_string(&path).expect("a file");
         let swapped = original
             .replace(a, "\u{0}")
             .replace(b, a)
             .replace('\u{0}', b);
         fs::write(&path, swapped).expect("a file");
-        if passes() {
-            undetected.push(format!("{file}: {a:?} and {b:?}"));
-        }
+        let passes = self.passes();
         fs::write(&path, original).expect("a file");
+        !passes
     }
-    assert!(passes(), "the copy without a swap must still pass");
+
+    /// Takes swaps until none is left. Returns those that are not detected.
+    fn undetected<'a>(&self, swaps: &Mutex<impl Iterator<Item = &'a Swap>>) -> Vec<String> {
+        assert!(self.passes(), "the copy without a swap must pass");
+        let next = || swaps.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let undetected = iter::from_fn(next)
+            .filter(|swap| !self.detects(swap))
+            .map(
+                |Swap {
+                     file,
+                     texts: [a, b],
+                 }| format!("{file}: {a:?} and {b:?}"),
+            )
+            .collect();
+        assert!(self.passes(), "the copy without a swap must still pass");
+        undetected
+    }
+}
+
+#[test]
+#[ignore = "builds core many times; .ci/run runs it"]
+fn swapped_entries_of_a_table_are_detected() {
+    for Swap { file, texts } in SWAPS {
+        let path = Path::new(ROOT).join(MODEL).join(file);
+        let original = fs::read_to_string(&path).expect("a file");
+        let [first, second] = texts.map(|text| original.matches(text).count());
+        assert!(first == 1 && second <= 1, "{file}: {texts:?}");
+    }
+    let selection = std::env::var(SELECTION).unwrap_or_default().to_lowercase();
+    let is_selected = |swap: &&Swap| {
+        let mut texts = swap.texts.iter().chain([&swap.file]);
+        texts.any(|text| text.to_lowercase().contains(&selection))
+    };
+    let swaps = Mutex::new(SWAPS.iter().filter(is_selected));
+    // The compiler uses one processor for most of the time.
+    let copies = thread::available_parallelism().map_or(1, usize::from);
+    let undetected: Vec<String> = thread::scope(|scope| {
+        let swaps = &swaps;
+        let workers: Vec<_> = (0..copies)
+            .map(|number| scope.spawn(move || Copied::new(number).undetected(swaps)))
+            .collect();
+        let ended = workers
+            .into_iter()
+            .map(|worker| worker.join().expect("a worker"));
+        ended.flatten().collect()
+    });
     assert!(undetected.is_empty(), "{undetected:#?}");
 }

@@ -101,6 +101,17 @@ fn late_frame_and_early_frame_are_reported() {
 }
 
 #[test]
+fn tolerance_between_frames_is_that_of_the_frames_after_it() {
+    let late = GOOD.replace("0.100456", "0.100435");
+    let before = late.replace("# -- Two echoes.", "# tolerance-us: 30");
+    replay(&before).unwrap_or_else(|failure| panic!("{failure}"));
+    let restored = before.replace("(0.200000)", "# tolerance-us: 20\n(0.200000)");
+    replay(&restored).unwrap_or_else(|failure| panic!("{failure}"));
+    let behind = late.replace("(0.200000)", "# tolerance-us: 30\n(0.200000)");
+    assert!(marked(&behind).ends_with("21 us late"));
+}
+
+#[test]
 fn frames_in_another_order_are_reported() {
     let swapped = GOOD
         .replace("301#01 R", "301#x R")

@@ -54,7 +54,8 @@ class Trace:
 
     def _frame(self, identifier: int, data: str, direction: str) -> None:
         at = f"{self.now // 1_000_000}.{self.now % 1_000_000:06}"
-        self._lines.append(f"({at}) can0 {identifier:03X}#{data} {direction}")
+        number = f"{identifier & 0x1FFF_FFFF:08X}" if identifier & wire.EXTENDED else f"{identifier:03X}"
+        self._lines.append(f"({at}) can0 {number}#{data} {direction}")
 
     def wait(self, milliseconds: int) -> None:
         """Advances the time."""

@@ -7,7 +7,7 @@
 The format is that of `candump -L`, with T for frames of the tester and R for frames of the sensor. The time of a T line
 is the start of the frame on the bus, that of an R line the end of the expected frame; time 0 is power-up. Lines that begin with
 '#' describe the trace (origin, model, scene, bitrate, tolerance-us, serial) or act between frames (power-cycle, scene,
-corrupt newest-image, fail-writes).
+corrupt newest-image, fail-writes, tolerance-us).
 
 Requests are answered on reception, so the time of a reply is exact: the bits of the request, three bits of intermission, the bits
 of the reply, including stuff bits.
@@ -21,13 +21,15 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "clients"))
 import canopen_traces  # noqa: E402
 import devicenet_traces  # noqa: E402
 import gemac_traces  # noqa: E402
+import j1939_traces  # noqa: E402
 
 
 def main() -> int:
     """Writes or compares the files; returns the exit code."""
     folder = Path(__file__).parent
     differing = []
-    for trace in [*gemac_traces.all_traces(), *canopen_traces.all_traces(), *devicenet_traces.all_traces()]:
+    sources = (gemac_traces, canopen_traces, devicenet_traces, j1939_traces)
+    for trace in [trace for source in sources for trace in source.all_traces()]:
         path = folder / f"{trace.name}.log"
         if "--check" in sys.argv[1:]:
             if not path.exists() or path.read_text() != trace.text():

@@ -70,10 +70,12 @@ pub enum Service {
     ResetDevice,
     /// The serial number as a decimal text.
     SerialText,
+    /// The identity number of a J1939 NAME, from the serial number.
+    IdentityNumber,
 }
 
 impl Service {
-    pub(super) const ALL: [Self; 14] = [
+    pub(super) const ALL: [Self; 15] = [
         Self::ErrorRegister,
         Self::ErrorCount,
         Self::ErrorHistory,
@@ -88,6 +90,7 @@ impl Service {
         Self::RestoreGroup,
         Self::ResetDevice,
         Self::SerialText,
+        Self::IdentityNumber,
     ];
 }
 
@@ -199,6 +202,18 @@ pub(super) const fn object_at(objects: &[Object], index: u16, sub: u8) -> Option
         row += 1;
     }
     None
+}
+
+/// The constant text at an address.
+#[allow(clippy::panic)] // evaluated at compile time only
+pub(crate) const fn text_at(objects: &[Object], index: u16, sub: u8) -> &'static str {
+    match object_at(objects, index, sub) {
+        Some(Object {
+            target: Target::Text(text),
+            ..
+        }) => text,
+        _ => panic!("there is no constant text at this address"),
+    }
 }
 
 /// The parameters of the communication profile.

@@ -14,6 +14,7 @@ use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
 use crate::application::{Effect, Values};
+use crate::j1939::name::identity_number;
 use crate::param::{ParameterRow, number};
 use crate::time::Instant;
 
@@ -139,6 +140,7 @@ impl<P: Product> Services<P> {
             Some(Service::ErrorHistory) if P::REPORTS_STATUS => self.emergency.entry(sub),
             Some(Service::ErrorHistory) => self.emergency.entry(sub) & 0xFFFF,
             Some(Service::SerialNumber) => cx.shell.serial(),
+            Some(Service::IdentityNumber) => identity_number(cx.shell.serial()),
             Some(Service::RestoreApplication) => self.saved.restored.into(),
             Some(Service::Status) if const { has_service(P::OBJECTS, Service::Status) } => {
                 P::status(&cx.values, &cx.parameters)
@@ -283,7 +285,7 @@ impl<P: Product> Services<P> {
 }
 
 /// A number as a decimal text.
-fn decimal<B: Buffer>(number: u32) -> B {
+pub(crate) fn decimal<B: Buffer>(number: u32) -> B {
     let (mut text, mut unit, mut rest) = (B::EMPTY, 1_000_000_000, number);
     while unit > 0 {
         if number >= unit || unit == 1 {

@@ -110,6 +110,9 @@ pub trait Product: 'static {
     const KEPT: Option<Kept> = None;
     /// The variants with other factory values.
     const VARIANTS: &'static [Variant] = &[];
+    /// The parameter that selects the protocol at a restart, and its value for CANopen; None: there is no other protocol. With another
+    /// value, the node is not on the bus as a CANopen node, and another protocol accesses its objects.
+    const SELECTOR: Option<(ParameterId, u32)> = None;
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
 

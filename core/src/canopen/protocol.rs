@@ -13,7 +13,7 @@ use super::saving::Saved;
 use super::sdo::Server;
 use super::setting::Setting;
 use super::timer::Periodic;
-use crate::application::{Faults, Values};
+use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
 use crate::store::StoreError;
@@ -39,6 +39,8 @@ pub(super) struct Services<P: Product> {
     /// The identifier of the SYNC in force.
     pub(super) sync: CanId,
     pub(super) state: State,
+    /// Another protocol is on the bus and accesses the objects ([`Product::SELECTOR`]).
+    pub(super) is_hosted: bool,
     pub(super) tpdos: P::Tpdos,
     pub(super) emergency: Emergency<P::History>,
     /// The faults of the application that were reported last.
@@ -59,7 +61,7 @@ pub(super) struct Services<P: Product> {
 impl<P: Product> Services<P> {
     pub(super) const MEMORY: u8 = emcy::bits_of(&P::FAULTS, Cause::Memory);
     const OVERRUN: u8 = emcy::bits_of(&P::FAULTS, Cause::Overrun);
-    const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
+    pub(super) const PASSIVE: u8 = emcy::bits_of(&P::FAULTS, Cause::Passive);
     pub(super) const GUARDING: u8 = emcy::bits_of(&P::FAULTS, Cause::Guarding);
     const BUS_OFF: u8 = emcy::bits_of(&P::FAULTS, Cause::BusOff);
     const OVERRUN_EVENT: Option<FaultBit> = emcy::event_of(P::EVENTS, Cause::Overrun);
@@ -90,12 +92,13 @@ impl<P: Product> Canopen<P> {
     const CHECKED: () = super::product::check::<P>();
 
     /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
-    pub(super) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
+    pub(crate) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
         let () = Self::CHECKED;
         let services = &mut self.services;
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);
         services.begin(parameters);
+        services.select_protocol(parameters);
         if damaged {
             services
                 .emergency
@@ -103,7 +106,49 @@ impl<P: Product> Canopen<P> {
         }
     }
 
-    fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
+    /// Handles a received frame. If it is an SDO request, returns the identifier of the reply instead: [`serve`](Self::serve) must
+    /// follow.
+    #[inline(always)] // the path of a received frame
+    pub(crate) fn route(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        frame: &Frame,
+    ) -> Option<CanId> {
+        if self.layer_setting(cx, now, frame) {
+            return None;
+        }
+        let services = &mut self.services;
+        let id = frame.can_id();
+        let node_id = u16::from(services.node_id);
+        if id == services.sync {
+            if is_sync(frame) {
+                services.unsynchronised = P::Tpdos::COUNT as u8;
+                services.synchronise_next(cx);
+            }
+        } else if id == CanId::standard(cob_id::SDO_REQUEST + node_id) {
+            return Some(CanId::standard(cob_id::SDO_REPLY + node_id));
+        } else if id == CanId::standard(cob_id::NMT) {
+            self.nmt(cx, now, frame);
+        } else if Services::<P>::HAS_GUARDING
+            && id == CanId::standard(cob_id::ERROR_CONTROL + node_id)
+        {
+            services.guard(cx, now, frame);
+        } else if frame.is_remote() {
+            services.request(cx, now, id);
+        }
+        None
+    }
+
+    /// Handles an SDO request and queues the reply, if there is one now, with this identifier.
+    #[inline(always)] // called from one place of a product
+    pub(crate) fn serve(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        frame: &Frame,
+        reply: CanId,
+    ) {
         let Some(bytes) = frame.eight_bytes() else {
             return;
         };
@@ -111,8 +156,12 @@ impl<P: Product> Canopen<P> {
             return;
         }
         let services = &mut self.services;
-        let reply = self.sdo.serve(&mut View { services, cx }, now, bytes);
-        self.services.send_sdo(cx, reply);
+        let answer = self.sdo.serve(&mut View { services, cx }, now, bytes);
+        match P::SELECTOR {
+            // The identifier differs between the protocols.
+            Some(_) => send_reply(cx, reply, answer),
+            None => self.services.send_sdo(cx, answer),
+        }
         // A read of a number has no deadline.
         if self.sdo.deadline().is_set() {
             cx.shell.wake_up();
@@ -198,6 +247,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             rate: BitRate::K10,
             sync: CanId::standard(0),
             state: State::Initialising,
+            is_hosted: false,
             tpdos: P::Tpdos::INITIAL,
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
@@ -216,27 +266,8 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
-        if self.layer_setting(cx, now, frame) {
-            return;
-        }
-        let services = &mut self.services;
-        let id = frame.can_id();
-        let node_id = u16::from(services.node_id);
-        if id == services.sync {
-            if is_sync(frame) {
-                services.unsynchronised = P::Tpdos::COUNT as u8;
-                services.synchronise_next(cx);
-            }
-        } else if id == CanId::standard(cob_id::SDO_REQUEST + node_id) {
-            self.serve(cx, now, frame);
-        } else if id == CanId::standard(cob_id::NMT) {
-            self.nmt(cx, now, frame);
-        } else if Services::<P>::HAS_GUARDING
-            && id == CanId::standard(cob_id::ERROR_CONTROL + node_id)
-        {
-            services.guard(cx, now, frame);
-        } else if frame.is_remote() {
-            services.request(cx, now, id);
+        if let Some(reply) = self.route(cx, now, frame) {
+            self.serve(cx, now, frame, reply);
         }
     }
 
@@ -393,7 +424,7 @@ impl<P: Product> Services<P> {
     }
 
     /// Takes over changed faults of the application.
-    fn take_faults(&mut self, faults: Faults) {
+    pub(super) fn take_faults(&mut self, faults: Faults) {
         if faults != self.faults {
             self.faults = faults;
             let bits = emcy::caused(Self::CAUSES, faults);
@@ -441,8 +472,11 @@ impl<P: Product> Services<P> {
         false
     }
 
-    /// Shows the LED patterns of the present state.
+    /// Shows the LED patterns of the present state. Another protocol on the bus shows its own.
     pub(super) fn show(&self, cx: &mut ContextOf<P>) {
+        if self.is_hosted() {
+            return;
+        }
         let leds = &P::LEDS;
         let run = match self.state {
             State::PreOperational => leds.pre_operational,
@@ -467,15 +501,21 @@ impl<P: Product> Services<P> {
 
     /// Queues a reply of the SDO server, if there is one.
     fn send_sdo(&self, cx: &mut ContextOf<P>, reply: Option<[u8; 8]>) {
-        if let Some(bytes) = reply {
-            let id = CanId::standard(cob_id::SDO_REPLY + u16::from(self.node_id));
-            cx.shell.send(Frame::word(id, u64::from_le_bytes(bytes), 8));
-        }
+        let id = CanId::standard(cob_id::SDO_REPLY + u16::from(self.node_id));
+        send_reply(cx, id, reply);
+    }
+}
+
+/// Queues a reply of the SDO server with this identifier, if there is one.
+#[inline(always)] // called from one place, in most products
+fn send_reply<A: Application>(cx: &mut Context<A>, id: CanId, reply: Option<[u8; 8]>) {
+    if let Some(bytes) = reply {
+        cx.shell.send(Frame::word(id, u64::from_le_bytes(bytes), 8));
     }
 }
 
 /// Queues a frame that must not be lost.
-pub(super) fn send<A: crate::application::Application>(cx: &mut Context<A>, id: u16, data: &[u8]) {
+pub(super) fn send<A: Application>(cx: &mut Context<A>, id: u16, data: &[u8]) {
     if let Some(frame) = Frame::data(crate::can::standard(id), data) {
         cx.shell.send(frame);
     }

@@ -32,9 +32,18 @@ impl<P: Product> Canopen<P> {
         cx.apply();
         // The history is cleared. Active faults are sent again after the boot-up message. Life guarding restarts, so its time-out
         // is not one of them.
-        let faults = self.services.emergency.active() & !Services::<P>::GUARDING;
+        let mut faults = self.services.emergency.active() & !Services::<P>::GUARDING;
+        // As power does. Without automatic recovery, nothing else ends bus-off.
+        let was_off = P::BUS_OFF_RECOVERY.is_some() && cx.shell.leave_bus_off();
+        if was_off {
+            faults &= !Services::<P>::PASSIVE;
+        }
         self.services.emergency.reset();
         self.services.begin(&mut cx.parameters);
+        self.services.select_protocol(&cx.parameters);
+        if was_off {
+            self.services.readdress(cx);
+        }
         self.services.reset_lss();
         self.reset_communication(cx, now);
         self.services.emergency.update(faults, faults);
@@ -45,7 +54,9 @@ impl<P: Product> Canopen<P> {
     pub(super) fn reset_communication(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         self.sdo.end();
         self.services.reset_communication(cx, now);
-        if !self.services.is_unconfigured() {
+        if self.is_hosted() {
+            self.services.be_silent(State::PreOperational);
+        } else if !self.services.is_unconfigured() {
             self.start_up(cx, now);
         }
         self.services.indicate_lss(cx, now);
@@ -116,14 +127,20 @@ impl<P: Product> Services<P> {
             changed |= self.configure_tpdo(cx, now, number);
         }
         if self.is_unconfigured() {
-            self.state = State::Initialising;
-            self.heartbeat.stop();
-            self.guarding = Guarding::OFF;
-            self.emergency.silence();
+            self.be_silent(State::Initialising);
         }
         if changed {
             self.readdress(cx);
         }
+    }
+
+    /// Sends no more frames by itself.
+    #[inline(always)] // smaller than a call
+    fn be_silent(&mut self, state: State) {
+        self.state = state;
+        self.heartbeat.stop();
+        self.guarding = Guarding::OFF;
+        self.emergency.silence();
     }
 
     /// Sets the parameters of the communication profile to their stored values, or to their factory values if they are not
@@ -210,6 +227,8 @@ impl<P: Product> Services<P> {
 
     /// Configures the controller with the identifiers and the bit rate.
     pub(super) fn readdress(&self, cx: &mut ContextOf<P>) {
-        cx.shell.go_online(self.rate);
+        if !self.is_hosted() {
+            cx.shell.go_online(self.rate);
+        }
     }
 }

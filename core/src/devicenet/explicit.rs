@@ -20,11 +20,10 @@ pub(super) const ECHO: u8 = 0x7F;
 pub(super) const MAC: u8 = super::identifiers::MAC_MAX;
 /// Bit of the service: response.
 const RESPONSE: u8 = 0x80;
-/// The service of an error response.
-const ERROR: u8 = 0x14;
-
 /// Services.
-pub(super) mod service {
+pub mod service {
+    /// Error response.
+    pub const ERROR: u8 = 0x14;
     /// Reset of the identity object.
     pub const RESET: u8 = 0x05;
     /// Get_Attribute_Single.
@@ -35,6 +34,32 @@ pub(super) mod service {
     pub const ALLOCATE: u8 = 0x4B;
     /// Release the connection set.
     pub const RELEASE: u8 = 0x4C;
+}
+
+/// General error codes.
+pub mod general {
+    /// The resource is not available.
+    pub const RESOURCE: u8 = 0x02;
+    /// There is no such service.
+    pub const SERVICE: u8 = 0x08;
+    /// The value is not permitted.
+    pub const VALUE: u8 = 0x09;
+    /// Already in the requested state.
+    pub const ALREADY: u8 = 0x0B;
+    /// Not possible in the present state of the object.
+    pub const STATE: u8 = 0x0C;
+    /// The attribute can only be read.
+    pub const NOT_SETTABLE: u8 = 0x0E;
+    /// There is not enough data.
+    pub const TOO_LITTLE: u8 = 0x13;
+    /// There is no such attribute.
+    pub const ATTRIBUTE: u8 = 0x14;
+    /// There is too much data.
+    pub const TOO_MUCH: u8 = 0x15;
+    /// There is no such object.
+    pub const OBJECT: u8 = 0x16;
+    /// A parameter of the service is not permitted.
+    pub const PARAMETER: u8 = 0x20;
 }
 
 /// The general and the additional code of an error response.
@@ -58,17 +83,17 @@ impl Failure {
         Self { additional, ..self }
     }
 
-    pub const RESOURCE: Self = Self::new(0x02);
-    pub const SERVICE: Self = Self::new(0x08);
-    pub const VALUE: Self = Self::new(0x09);
-    pub const ALREADY: Self = Self::new(0x0B);
-    pub const STATE: Self = Self::new(0x0C);
-    pub const NOT_SETTABLE: Self = Self::new(0x0E);
-    pub const TOO_LITTLE: Self = Self::new(0x13);
-    pub const ATTRIBUTE: Self = Self::new(0x14);
-    pub const TOO_MUCH: Self = Self::new(0x15);
-    pub const OBJECT: Self = Self::new(0x16);
-    pub const PARAMETER: Self = Self::new(0x20);
+    pub const RESOURCE: Self = Self::new(general::RESOURCE);
+    pub const SERVICE: Self = Self::new(general::SERVICE);
+    pub const VALUE: Self = Self::new(general::VALUE);
+    pub const ALREADY: Self = Self::new(general::ALREADY);
+    pub const STATE: Self = Self::new(general::STATE);
+    pub const NOT_SETTABLE: Self = Self::new(general::NOT_SETTABLE);
+    pub const TOO_LITTLE: Self = Self::new(general::TOO_LITTLE);
+    pub const ATTRIBUTE: Self = Self::new(general::ATTRIBUTE);
+    pub const TOO_MUCH: Self = Self::new(general::TOO_MUCH);
+    pub const OBJECT: Self = Self::new(general::OBJECT);
+    pub const PARAMETER: Self = Self::new(general::PARAMETER);
 }
 
 /// The data of a successful response.
@@ -200,7 +225,7 @@ pub(super) fn unfragmented(header: u8, service: u8, bytes: u64, length: u8) -> (
 /// The data of an error response, and its length.
 pub(super) fn error(header: u8, failure: Failure) -> (u64, u8) {
     let codes = u64::from(failure.general) | u64::from(failure.additional) << 8;
-    unfragmented(header, ERROR, codes, 2)
+    unfragmented(header, service::ERROR, codes, 2)
 }
 
 #[cfg(test)]

@@ -64,7 +64,7 @@ pub struct Claim {
     state: State,
     /// The claimed address.
     address: u8,
-    /// The claim is queued, and not on its way yet: the silence has not begun.
+    /// The claim is queued, and not sent yet: the silence has not begun. Cannot claim: the same for its message, and after bus-off.
     queued: bool,
     /// Claiming: the end of the silence. Cannot claim: the end of the delay before it is sent.
     due: Deadline,
@@ -136,13 +136,29 @@ impl Claim {
         self.begin();
     }
 
-    /// Begins to claim the same address again, after bus-off. Returns false if there is none.
-    pub fn take_again(&mut self) -> bool {
-        let has_address = matches!(self.state, State::Claiming | State::Claimed);
-        if has_address {
+    /// Bus-off: the frame that is not sent yet is discarded.
+    pub fn suspend(&mut self) {
+        let waits = self.queued || self.due.is_set();
+        self.queued = waits && self.state == State::CannotClaim;
+        self.due = Deadline::NEVER;
+    }
+
+    /// After bus-off: begins to claim the same address again. Without an address, "cannot claim" follows if it was not sent before, and
+    /// the result is false.
+    pub fn resume(&mut self, now: Instant) -> bool {
+        if self.has_address() {
             self.take(self.address);
+            return true;
         }
-        has_address
+        if core::mem::take(&mut self.queued) {
+            self.delay(now);
+        }
+        false
+    }
+
+    /// Whether there is an address, ours or not yet.
+    fn has_address(&self) -> bool {
+        matches!(self.state, State::Claiming | State::Claimed)
     }
 
     /// The silence begins when the claim is sent.
@@ -156,18 +172,16 @@ impl Claim {
         self.queued
     }
 
-    /// The claim is on its way: begins the silence.
+    /// The frame is sent: begins the silence after a claim.
     pub fn sent(&mut self, now: Instant) {
-        if core::mem::take(&mut self.queued) {
+        if core::mem::take(&mut self.queued) && self.state == State::Claiming {
             self.due = Deadline::after(now, SILENCE);
         }
     }
 
     /// Handles the claim of another node.
     pub fn hear(&mut self, now: Instant, source: u8, name: Name) -> Outcome {
-        let is_ours =
-            matches!(self.state, State::Claiming | State::Claimed) && source == self.address;
-        if !is_ours {
+        if !self.has_address() || source != self.address {
             self.note(source);
             return Outcome::None;
         }
@@ -176,6 +190,10 @@ impl Claim {
             return Outcome::None;
         }
         if name > self.name {
+            // A claim that waits for the bus follows, and is the answer.
+            if self.queued {
+                return Outcome::None;
+            }
             if self.state == State::Claiming {
                 self.begin();
             }
@@ -193,12 +211,16 @@ impl Claim {
         Outcome::Left
     }
 
-    /// Handles a request for Address Claimed. Returns true if the [claim](Self::frame) must be sent at once.
+    /// Handles a request for Address Claimed. Returns true if the [claim](Self::frame) must be sent at once. A frame that is not sent yet
+    /// is the answer.
     pub fn requested(&mut self, now: Instant) -> bool {
+        if self.queued {
+            return false;
+        }
         if self.state == State::CannotClaim && !self.due.is_set() {
             self.delay(now);
         }
-        matches!(self.state, State::Claiming | State::Claimed)
+        self.has_address()
     }
 
     /// Returns true if a time has ended: the address is ours now, or "cannot claim" must be sent.
@@ -206,8 +228,9 @@ impl Claim {
         let ended = self.due.is_reached(now);
         if ended {
             self.due = Deadline::NEVER;
-            if self.state == State::Claiming {
-                self.state = State::Claimed;
+            match self.state {
+                State::Claiming => self.state = State::Claimed,
+                _ => self.queued = true,
             }
         }
         ended
@@ -252,145 +275,4 @@ impl Claim {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const LOWER: Name = Name(5);
-    const OURS: Name = Name(1 << 63 | 100);
-    const HIGHER: Name = Name(1 << 63 | 200);
-    /// Not arbitrary address capable.
-    const FIXED: Name = Name(100);
-
-    fn at(ms: u64) -> Instant {
-        Instant::from_ticks(ms * 1000)
-    }
-
-    /// A node with this address.
-    fn claimed(name: Name, address: u8) -> Claim {
-        let mut claim = Claim::OFF;
-        claim.start(name, address, 1);
-        claim.sent(at(0));
-        assert!(claim.poll(at(250)));
-        assert_eq!(claim.address(), Some(address));
-        claim
-    }
-
-    #[test]
-    fn address_is_ours_250_ms_after_the_claim_is_sent() {
-        let mut claim = Claim::OFF;
-        claim.start(OURS, 0x80, 1);
-        assert!(claim.is_queued());
-        assert!(!claim.poll(at(1000)), "the claim waits for the bus");
-        claim.sent(at(1000));
-        claim.sent(at(1100));
-        assert!(!claim.poll(at(1249)));
-        assert_eq!(claim.address(), None);
-        assert!(claim.poll(at(1250)));
-        assert_eq!(claim.address(), Some(0x80));
-        assert_eq!(claim.deadline(), Deadline::NEVER);
-    }
-
-    #[test]
-    fn claim_has_the_name_in_a_frame_to_all() {
-        let mut claim = Claim::OFF;
-        claim.start(Name(0x8000_9100_FFE0_0001), 0x80, 1);
-        let text = std::format!("{:?}", claim.frame());
-        assert_eq!(text, "18EEFF80#0100E0FF00910080");
-    }
-
-    #[test]
-    fn address_is_kept_against_a_higher_name() {
-        let mut claim = claimed(OURS, 0x80);
-        assert_eq!(claim.hear(at(300), 0x80, HIGHER), Outcome::Defended);
-        assert_eq!(claim.address(), Some(0x80));
-        // While claiming, the silence begins again.
-        claim.take(0x90);
-        claim.sent(at(400));
-        assert_eq!(claim.hear(at(500), 0x90, HIGHER), Outcome::Defended);
-        assert!(!claim.poll(at(700)));
-        claim.sent(at(700));
-        assert!(!claim.poll(at(949)) && claim.poll(at(950)));
-    }
-
-    #[test]
-    fn address_is_left_to_a_lower_name() {
-        let mut claim = claimed(OURS, 0x80);
-        assert_eq!(claim.hear(at(300), 0x80, LOWER), Outcome::Left);
-        assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x81));
-        assert!(claim.is_queued());
-    }
-
-    #[test]
-    fn addresses_that_others_claimed_are_passed_over() {
-        let mut claim = claimed(OURS, 246);
-        for source in [247, 128, 129, 0, 127, 254, 253] {
-            assert_eq!(claim.hear(at(300), source, LOWER), Outcome::None);
-        }
-        assert_eq!(claim.hear(at(300), 246, LOWER), Outcome::Left);
-        assert_eq!(claim.source(), 130);
-        let mut claim = claimed(OURS, 10);
-        claim.hear(at(300), 10, LOWER);
-        assert_eq!(claim.source(), 128, "from an address outside the range");
-    }
-
-    #[test]
-    fn node_without_a_free_address_cannot_claim() {
-        let mut claim = claimed(OURS, 200);
-        for source in 128..=247 {
-            if source != 200 {
-                claim.hear(at(300), source, LOWER);
-            }
-        }
-        assert_eq!(claim.hear(at(300), 200, LOWER), Outcome::Left);
-        assert_eq!((claim.state(), claim.source()), (State::CannotClaim, 254));
-    }
-
-    #[test]
-    fn fixed_address_is_lost_with_a_random_delay() {
-        let mut delays = std::collections::BTreeSet::new();
-        for seed in 0..200 {
-            let mut claim = Claim::OFF;
-            claim.start(FIXED, 0x80, seed);
-            assert_eq!(claim.hear(at(0), 0x80, LOWER), Outcome::Left);
-            assert_eq!(claim.state(), State::CannotClaim);
-            let due = claim.deadline().time().unwrap();
-            assert!(due <= at(153));
-            delays.insert(due);
-            assert!(claim.poll(due));
-            assert!(!claim.deadline().is_set());
-            // A request is answered with a delay, too. Another one in this time does not extend it.
-            assert!(!claim.requested(at(500)));
-            let due = claim.deadline();
-            assert!(!claim.requested(at(500)));
-            assert!(due.is_set() && claim.deadline() == due);
-        }
-        assert!(delays.len() > 80, "{}", delays.len());
-    }
-
-    #[test]
-    fn request_is_answered_at_once_with_an_address() {
-        let mut claim = claimed(OURS, 0x80);
-        assert!(claim.requested(at(300)));
-        claim.take(0x81);
-        assert!(claim.requested(at(300)));
-        let mut off = Claim::OFF;
-        assert!(!off.requested(at(300)));
-    }
-
-    #[test]
-    fn own_name_at_the_own_address_is_ignored() {
-        let mut claim = claimed(OURS, 0x80);
-        assert_eq!(claim.hear(at(300), 0x80, OURS), Outcome::None);
-        assert_eq!(claim.address(), Some(0x80));
-    }
-
-    #[test]
-    fn same_address_is_claimed_again_after_bus_off() {
-        let mut claim = claimed(OURS, 0x80);
-        assert!(claim.take_again());
-        assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x80));
-        let mut lost = claimed(FIXED, 0x80);
-        lost.hear(at(300), 0x80, LOWER);
-        assert!(!lost.take_again());
-    }
-}
+mod tests;

@@ -43,6 +43,8 @@ pub struct Code {
 #[derive(Clone, Debug)]
 pub struct Diagnostics {
     active: u16,
+    /// The codes that have become active since the last message: the next one has them, also if they are not active any more.
+    begun: u16,
     /// The number of occurrences of each code since the start.
     occurrences: [u8; CODES],
     /// A message must be sent.
@@ -57,14 +59,17 @@ impl Diagnostics {
     /// No code was active, and no message is sent. All bits are 0.
     pub const OFF: Self = Self {
         active: 0,
+        begun: 0,
         occurrences: [0; CODES],
         changed: false,
         due: Deadline::NEVER,
         inhibited: Deadline::NEVER,
     };
 
-    /// Begins to send, at once.
+    /// Begins to send, at once. Codes that have gone before are counted, and not sent.
     pub fn start(&mut self, now: Instant) {
+        self.begun = 0;
+        self.changed = false;
         self.due = Deadline::after(now, Duration::from_ticks(0));
         self.inhibited = Deadline::NEVER;
     }
@@ -85,6 +90,7 @@ impl Diagnostics {
         let begun = active & !self.active;
         self.changed |= active != self.active;
         self.active = active;
+        self.begun |= begun;
         for (place, count) in self.occurrences.iter_mut().enumerate() {
             if begun >> place & 1 != 0 && *count < OCCURRENCES {
                 *count += 1;
@@ -98,9 +104,10 @@ impl Diagnostics {
         self.due.is_reached(now) || self.changed && self.due.is_set() && !waits
     }
 
-    /// The message is sent.
+    /// The message is sent. Codes in it that are not active any more are a change.
     pub fn sent(&mut self, now: Instant) {
-        self.changed = false;
+        self.changed = self.reported() != self.active;
+        self.begun = 0;
         self.due = Deadline::after(now, PERIOD);
         self.inhibited = Deadline::after(now, INTERVAL);
     }
@@ -113,20 +120,26 @@ impl Diagnostics {
         self.due
     }
 
-    /// The message with the active codes of this table.
-    pub fn message(&self, codes: &[Code]) -> Message {
+    /// The codes in the next message that is sent because of its period or a change: the active ones, and those that were active since
+    /// the last message.
+    pub fn reported(&self) -> u16 {
+        self.active | self.begun
+    }
+
+    /// The message with these codes of the table.
+    pub fn message(&self, codes: &[Code], reported: u16) -> Message {
         let mut message = Message::new();
-        let lamps = if self.active == 0 { 0 } else { AMBER };
+        let lamps = if reported == 0 { 0 } else { AMBER };
         // There is always room.
         let mut append = |bytes: &[u8]| {
             let _ = message.extend_from_slice(bytes);
         };
         append(&[lamps, 0xFF]);
-        if self.active == 0 {
+        if reported == 0 {
             append(&[0; 4]);
         }
         for (place, (code, count)) in codes.iter().zip(self.occurrences).enumerate() {
-            if self.active >> place & 1 != 0 {
+            if reported >> place & 1 != 0 {
                 let [low, middle, high, _] = code.spn.to_le_bytes();
                 append(&[low, middle, high << 5 | code.fmi & 0x1F, count]);
             }
@@ -157,7 +170,7 @@ mod tests {
     }
 
     fn text(diagnostics: &Diagnostics) -> String {
-        let message = diagnostics.message(&TABLE);
+        let message = diagnostics.message(&TABLE, diagnostics.reported());
         message
             .iter()
             .map(|byte| std::format!("{byte:02X}"))
@@ -184,6 +197,36 @@ mod tests {
             assert_eq!(text(&diagnostics), expected);
             diagnostics.set(0);
         }
+    }
+
+    #[test]
+    fn codes_that_went_before_the_message_are_in_it_and_not_in_the_next_one() {
+        let mut diagnostics = Diagnostics::OFF;
+        diagnostics.start(at(250));
+        diagnostics.sent(at(250));
+        diagnostics.set(1);
+        diagnostics.set(2);
+        diagnostics.set(0);
+        assert_eq!(diagnostics.deadline().time(), Some(at(300)));
+        assert_eq!(text(&diagnostics), "04FF7013000171130C01");
+        diagnostics.sent(at(300));
+        assert_eq!(diagnostics.deadline().time(), Some(at(350)));
+        assert_eq!(text(&diagnostics), "00FF00000000FFFF");
+        diagnostics.sent(at(350));
+        assert_eq!(diagnostics.deadline().time(), Some(at(1350)));
+    }
+
+    #[test]
+    fn codes_that_went_before_the_start_are_counted_and_not_in_the_first_message() {
+        let mut diagnostics = Diagnostics::OFF;
+        diagnostics.set(1);
+        diagnostics.set(2);
+        diagnostics.start(at(250));
+        assert_eq!(text(&diagnostics), "04FF71130C01FFFF");
+        diagnostics.sent(at(250));
+        assert_eq!(diagnostics.deadline().time(), Some(at(1250)));
+        diagnostics.set(1);
+        assert_eq!(text(&diagnostics), "04FF70130002FFFF");
     }
 
     #[test]

@@ -82,7 +82,7 @@ const ARI: [Signal; 8] = [
     merit("RollRateExRangeFigureOfMerit", 0, 50, Source::RollRate),
     merit("YawRateExRangeFigureOfMerit", 0, 52, Source::YawRate),
     compensation("AngularRateCompensation", 0, 54),
-    unavailable("AngularRateMeasurementLatency", 56),
+    unknown_latency("AngularRateMeasurementLatency", 56),
 ];
 
 const ACCS: [Signal; 8] = [
@@ -98,7 +98,7 @@ const ACCS: [Signal; 8] = [
     ),
     merit("VerticalAccelerationFigureOfMerit", 0, 52, Source::ForceZ),
     compensation("AccelerationCompensation", 0, 54),
-    unavailable("AccelerationMeasurementLatency", 56),
+    unknown_latency("AccelerationMeasurementLatency", 56),
 ];
 
 /// The value of one bit as a fraction, the value of the number 0, and the unit of both.
@@ -146,8 +146,8 @@ const fn latency(name: &'static str, spn: u32) -> Signal {
     signal(name, spn, 56, 8, Contents::Latency)
 }
 
-const fn unavailable(name: &'static str, start: u8) -> Signal {
-    signal(name, 0, start, 8, Contents::Unavailable)
+const fn unknown_latency(name: &'static str, start: u8) -> Signal {
+    signal(name, 0, start, 8, Contents::UnknownLatency)
 }
 
 const fn signal(name: &'static str, spn: u32, start: u8, bits: u8, contents: Contents) -> Signal {

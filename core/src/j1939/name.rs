@@ -96,10 +96,10 @@ mod tests {
     }
 
     #[test]
-    fn polite_name_loses_to_one_with_a_fixed_address() {
-        let polite = Name::new([1, 0, 0, 0, 0, 0, 0, 0], 1);
+    fn arbitrary_address_capable_name_loses_to_one_with_a_fixed_address() {
+        let arbitrary = Name::new([1, 0, 0, 0, 0, 0, 0, 0], 1);
         let fixed = Name::new([0, 7, 15, 127, 255, 31, 7, 2047], 2);
-        assert!(fixed < polite);
-        assert!(polite.is_arbitrary() && !fixed.is_arbitrary());
+        assert!(fixed < arbitrary);
+        assert!(arbitrary.is_arbitrary() && !fixed.is_arbitrary());
     }
 }

@@ -66,12 +66,22 @@ const fn unit_of(source: Source) -> (u64, u64) {
 }
 
 /// The values of a group, and the latency.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Motion {
     /// The values in the order of [`Source`].
     pub values: [Measured; SOURCES],
-    /// The delay of the angles in 0.5 ms, up to 250; 255: longer.
+    /// The delay of the angles in 0.5 ms, up to 250; 255: longer, or not available.
     pub latency: u8,
+}
+
+impl Default for Motion {
+    /// Nothing is available.
+    fn default() -> Self {
+        Self {
+            values: [Measured::default(); SOURCES],
+            latency: u8::MAX,
+        }
+    }
 }
 
 /// The contents of a signal.
@@ -94,8 +104,8 @@ pub enum Contents {
     Compensation,
     /// The latency of the angles in 0.5 ms.
     Latency,
-    /// Not available: all bits are 1.
-    Unavailable,
+    /// A latency that is not known: all ones.
+    UnknownLatency,
 }
 
 /// A signal of a group.
@@ -190,7 +200,7 @@ const fn field(signal: &Signal) -> Field {
         }
         Contents::Merit(source) => (Kind::Merit, source as u8, 0, 0),
         Contents::Latency => (Kind::Latency, 0, 0, 0),
-        Contents::Compensation | Contents::Unavailable => (Kind::Ones, 0, 0, 0),
+        Contents::Compensation | Contents::UnknownLatency => (Kind::Ones, 0, 0, 0),
     };
     Field {
         scale,

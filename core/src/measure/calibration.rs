@@ -85,6 +85,11 @@ impl Calibration {
         calibration.is_within_ranges().then_some(calibration)
     }
 
+    /// The numbers as in [`new`](Self::new): offset, deviation and drift.
+    pub fn numbers(&self) -> ([i32; 3], [[i16; 3]; 3], [i16; 3]) {
+        (self.offset, self.deviation, self.drift)
+    }
+
     /// Corrects a raw acceleration (1 g = 2^28) at `temperature` (0.01 degC). The result is rounded to nearest and limited to -2
     /// g..2 g in each axis. The raw acceleration is limited to the same range first.
     #[inline(never)] // measured and budgeted as a function

@@ -38,6 +38,20 @@ impl Kind {
             Self::CriticallyDamped => 100..=8_000,
         }
     }
+
+    /// The delay in us for slow changes, with a cut-off frequency in mHz; 0 without filter. Critically damped of order 8: 8 tau =
+    /// 0.383 / fc. Butterworth of order 8: 0.816 / fc.
+    pub const fn delay(self, cutoff: u16) -> u32 {
+        let product: u32 = match self {
+            Self::Off => 0,
+            Self::Butterworth => 816_000_000,
+            Self::CriticallyDamped => 383_000_000,
+        };
+        match product.checked_div(cutoff as u32) {
+            Some(delay) => delay,
+            None => 0,
+        }
+    }
 }
 
 /// The cut-off frequency is not within [`Kind::cutoffs`].

@@ -13,7 +13,9 @@
 //! }
 //! ```
 
-pub use super::listing::{Article, Product, Protocol, Settings, Start};
+pub use super::listing::{
+    Adjustment, Article, Guide, Product, Protocol, Resolution, Settings, Start, Written,
+};
 use super::{gemac, ims360, jn2101, tiltix};
 use crate::node::Node;
 

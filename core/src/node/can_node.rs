@@ -195,6 +195,10 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         self.communication.filters(accept);
     }
 
+    fn changes_filters(&self) -> bool {
+        P::CHANGES_FILTERS
+    }
+
     fn image(&self, buffer: &mut [u8]) -> Option<usize> {
         self.communication.image().encode(buffer)
     }

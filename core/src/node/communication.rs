@@ -257,6 +257,12 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         }
     }
 
+    /// Whether the frames in the mailboxes must not be sent any more: a change of the filters is pending, after which they are wrong.
+    #[inline(always)] // nothing for most products
+    pub fn withdraws(&self) -> bool {
+        P::CHANGES_FILTERS && self.context.shell.is_blocked(cause::BUS)
+    }
+
     /// The latest time for the next [`task`](Self::task) or [`tick`](Self::tick).
     pub fn deadline(&self) -> Deadline {
         self.context.shell.deadline()

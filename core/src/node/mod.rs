@@ -39,7 +39,7 @@ use crate::time::Instant;
 pub enum Action {
     /// Set this bit rate and mode. Discard the frames in the transmit mailboxes, and the received frames and bus errors that the
     /// node has not received yet: they belong to the previous bit rate. In [`BusMode::Normal`], accept the frames that pass
-    /// [`Node::filters`]. In [`BusMode::Listen`], accept all frames.
+    /// [`Node::filters`]. In [`BusMode::Listen`], accept all frames. [`Node::changes_filters`] is an exception.
     Bus(BusMode, BitRate),
     /// Leave bus-off: start the recovery sequence of 128 times 11 recessive bits.
     Recover,
@@ -150,6 +150,12 @@ pub trait Node {
 
     /// Calls `accept` for each acceptance filter in force in [`BusMode::Normal`].
     fn filters(&self, accept: &mut dyn FnMut(Filter));
+
+    /// Whether an [`Action::Bus`] with the mode and bit rate in force, except in bus-off, only discards the frames in the transmit
+    /// mailboxes and sets the filters: the controller stays on the bus, and no received frame is lost.
+    fn changes_filters(&self) -> bool {
+        false
+    }
 
     /// Writes the parameters that [`Action::Save`] requests to store into `buffer`. Returns their length in bytes, or None if the
     /// buffer is too small.

@@ -93,6 +93,10 @@ pub trait Protocol<A: Application>: Sized {
     /// Whether it is told when its frames are [sent](Self::sent).
     const USES_SENT: bool = false;
 
+    /// Whether its filters change on the bus, with [`go_online`](Shell::go_online) at the same bit rate. If so, that change loses no
+    /// received frame ([`Node::changes_filters`](super::Node::changes_filters)).
+    const CHANGES_FILTERS: bool = false;
+
     /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 

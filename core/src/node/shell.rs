@@ -189,6 +189,18 @@ impl Shell {
         self.switch_bus(BusMode::Normal, rate);
     }
 
+    /// Leaves bus-off for a restart of the protocol, also without automatic recovery: the controller recovers after
+    /// [`go_online`](Self::go_online), which must follow. Returns false if the node is not in bus-off.
+    pub fn leave_bus_off(&mut self) -> bool {
+        let was_off = self.state == NodeState::BusOff;
+        if was_off {
+            self.state = NodeState::Online;
+            self.bus_state = BusState::Active;
+            self.recover = true;
+        }
+        was_off
+    }
+
     /// Shows these patterns on the LEDs. During a restart the LEDs are off.
     pub fn show(&mut self, patterns: Patterns) {
         self.patterns = if self.is_leaving() {

@@ -1,4 +1,4 @@
-//! SIKO IMS360, one or two axes, CANopen.
+//! SIKO IMS360, one or two axes, CANopen or J1939.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 use plumbline::model::ims360::Ims360;

@@ -21,7 +21,7 @@ const INITIALIZATION: u32 = 1 << 0;
 /// IDE: 29-bit identifier.
 const EXTENDED: u32 = 1 << 2;
 
-/// Sets the filters: in listen mode one that accepts all frames, otherwise those that
+/// Sets the filters while the controller is off the bus: in listen mode one that accepts all frames, otherwise those that
 /// `filters` passes to its argument.
 pub(super) fn set(
     registers: &CanPeripheral,
@@ -66,6 +66,44 @@ pub(super) fn set(
         registers
             .fmr()
             .modify(|fmr, w| w.bits(fmr.bits() & !INITIALIZATION));
+    }
+}
+
+/// Changes the filters on the bus to those that `filters` passes to its argument. A filter that stays in its place receives without a
+/// gap: FMR.FINIT would stop the reception of all, so only the banks that change are deactivated.
+pub(super) fn change(registers: &CanPeripheral, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+    let mut banks = registers.fb_iter().take(board::FILTER_BANKS.into());
+    let mut number = 0;
+    filters(&mut |filter| {
+        if let Some(bank) = banks.next() {
+            let (bits, mask) = words(&filter);
+            let stays = bank.fr1().read().bits() == bits && bank.fr2().read().bits() == mask;
+            if !stays {
+                activate(registers, number, false);
+                // SAFETY: all values of these registers are valid, and the bank is not active.
+                unsafe {
+                    bank.fr1().write(|w| w.bits(bits));
+                    bank.fr2().write(|w| w.bits(mask));
+                }
+            }
+            activate(registers, number, true);
+            number += 1;
+        }
+    });
+    for rest in number..board::FILTER_BANKS {
+        activate(registers, rest, false);
+    }
+}
+
+/// Sets FA1R.FACT of a bank.
+fn activate(registers: &CanPeripheral, bank: u8, active: bool) {
+    let fact = 1_u32 << bank;
+    // SAFETY: a bit of a bank of this controller.
+    unsafe {
+        registers.fa1r().modify(|banks, w| {
+            let others = banks.bits() & !fact;
+            w.bits(if active { others | fact } else { others })
+        });
     }
 }
 

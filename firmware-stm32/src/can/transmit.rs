@@ -32,7 +32,7 @@ pub fn acknowledge() {
 }
 
 /// Aborts the frames in the mailboxes. A frame on the bus is not aborted if its transmission succeeds.
-pub(super) fn abort_all() {
+pub fn abort_all() {
     registers().tsr().write(|w| {
         w.abrq0().set_bit();
         w.abrq1().set_bit();

@@ -20,6 +20,8 @@ pub(super) struct Controller {
     changing: bool,
     filters: Vec<Filter>,
     mailbox: Option<Frame>,
+    /// The frame in the mailbox is being sent, and dropped if it fails.
+    aborted: bool,
     received: VecDeque<Frame>,
     in_fifo: usize,
     events: VecDeque<BusEvent>,
@@ -35,6 +37,7 @@ impl Controller {
             changing: false,
             filters: Vec::new(),
             mailbox: None,
+            aborted: false,
             received: VecDeque::new(),
             in_fifo: 0,
             events: VecDeque::new(),
@@ -55,10 +58,26 @@ impl Controller {
         self.changing = true;
         self.filters = filters;
         self.mailbox = None;
+        self.aborted = false;
         self.received.clear();
         self.in_fifo = 0;
         self.events.retain(|event| *event != BusEvent::Error);
         self.change(now);
+    }
+
+    /// Changes the filters. A frame in the mailbox is dropped, a frame that is being sent is completed.
+    pub(super) fn refilter(&mut self, filters: Vec<Filter>) {
+        self.filters = filters;
+        self.aborted = self.protocol.is_transmitting();
+        if !self.aborted {
+            self.mailbox = None;
+        }
+    }
+
+    /// Whether the controller is on the bus with this mode and bit rate, and not in bus-off.
+    pub(super) fn is_at(&self, mode: BusMode, rate: BitRate) -> bool {
+        let is_off = self.protocol.state() == BusState::BusOff;
+        self.setting == Some((mode, rate)) && !self.changing && !is_off
     }
 
     fn change(&mut self, now: Picoseconds) {
@@ -107,6 +126,10 @@ impl Controller {
             Event::Transmitted => self.mailbox = None,
             Event::Error { .. } => self.events.push_back(BusEvent::Error),
             Event::Joined | Event::Started | Event::LostArbitration | Event::Recovered => {}
+        }
+        if self.aborted && !self.protocol.is_transmitting() {
+            self.aborted = false;
+            self.mailbox = None;
         }
         let state = self.protocol.state();
         if state != self.state {

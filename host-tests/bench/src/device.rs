@@ -183,9 +183,12 @@ impl Device {
             Action::Bus(mode, rate) => {
                 let mut filters = Vec::new();
                 power.node.filters(&mut |filter| filters.push(filter));
-                power
-                    .controller
-                    .configure(picoseconds(now), mode, rate, filters);
+                let controller = &mut power.controller;
+                if power.node.changes_filters() && controller.is_at(mode, rate) {
+                    controller.refilter(filters);
+                } else {
+                    controller.configure(picoseconds(now), mode, rate, filters);
+                }
             }
             Action::Recover => power.controller.protocol.recover(picoseconds(now)),
             Action::Leds(leds) => {

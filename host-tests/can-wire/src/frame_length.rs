@@ -100,6 +100,7 @@ fn stuff_bits(bits: &[bool]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::text::frame;
     use plumbline::can::{extended, standard};
 
     #[test]
@@ -205,24 +206,5 @@ mod tests {
         ];
         let order: Vec<u32> = order.map(|text| arbitration(&frame(text))).into();
         assert!(order.is_sorted_by(|a, b| a < b), "{order:X?}");
-    }
-
-    /// A frame in the notation of candump.
-    fn frame(text: &str) -> Frame {
-        let (id, data) = text.split_once('#').unwrap();
-        let number = u32::from_str_radix(id, 16).unwrap();
-        let id = if id.len() == 3 {
-            standard(number as u16)
-        } else {
-            extended(number)
-        };
-        if let Some(length) = data.strip_prefix('R') {
-            return Frame::remote(id, length.parse().unwrap_or(0)).unwrap();
-        }
-        let bytes: Vec<u8> = (0..data.len())
-            .step_by(2)
-            .map(|at| u8::from_str_radix(&data[at..at + 2], 16).unwrap())
-            .collect();
-        Frame::data(id, &bytes).unwrap()
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! - [`protocol`]: the function of every CAN controller, without its registers
 //! - [`frame_length`]: the number of bits of a frame, and which of two frames wins arbitration
+//! - [`text`]: a frame as text
 
 pub mod frame_length;
 pub mod protocol;
+pub mod text;

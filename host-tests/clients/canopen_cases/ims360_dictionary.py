@@ -16,6 +16,18 @@ LIMITS: dict[tuple[int, int], tuple[list[int], list[int]]] = {
     (0x1800, 5): ([1, 65535, 0], []),
     (0x2001, 0): ([250_000, 500_000, 800_000, 1_000_000, 125_000], [0, 125, 10_000, 20_000, 50_000, 100_000, 125_001, 0xFFFFFFFF]),
     (0x2002, 0): ([1, 126, NODE], [0, 127, 128, 254, 255]),
+    (0x2102, 0): ([0, 253, 128], [254, 255]),
+    (0x2104, 1): ([0, 65535, 10], [1, 9]),
+    (0x2104, 4): ([10, 65535, 0], [1, 9]),
+    (0x2105, 1): ([0, 7, 3], [8, 255]),
+    (0x2106, 1): ([0, 1], [2, 255]),
+    (0x2106, 2): ([7, 0], [8, 255]),
+    (0x2106, 3): ([15, 0], [16, 255]),
+    (0x2106, 4): ([127, 0], [128, 255]),
+    (0x2106, 5): ([0, 255, 145], []),
+    (0x2106, 6): ([31, 0], [32, 255]),
+    (0x2106, 7): ([7, 0], [8, 255]),
+    (0x2106, 8): ([0, 2046, 2047], [2048, 65535]),
     (0x3100, 2): ([0, 1], [2, 255]),
     (0x3110, 2): ([1, 0], [2, 255]),
     (0x3112, 1): ([1, 127], [0, -1, -128]),
@@ -94,9 +106,12 @@ def limits(context: Context) -> None:
             for value in bad:
                 session.refused(f"{TABLE[index, sub]} = {value}", p.RANGE, session.put, index, sub, value)
             session.reads(f"{TABLE[index, sub]} is unchanged", index, sub, good[-1])
-        # J1939 is not in the image (S73).
-        for value in (0, 1, 3, 255):
+        # 1 J1939, 2 CANopen (S17); the protocol changes at the restart.
+        for value in (1, 2):
+            session.accepted(f"3100h:01h = {value}", 0x3100, 1, value)
+        for value in (0, 3, 255):
             session.refused(f"3100h:01h = {value}", p.INVALID_VALUE, session.put, 0x3100, 1, value)
+        session.reads("3100h:01h is unchanged", 0x3100, 1, 2)
         for value in (0, 2, 255):
             session.refused(f"2010h:01h = {value}", p.INVALID_VALUE, session.put, 0x2010, 1, value)
         for value in (0, 4, -1, 127):

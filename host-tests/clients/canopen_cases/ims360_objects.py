@@ -70,7 +70,7 @@ def _raw(index: int) -> list[Object]:
     ]
 
 
-# Sections 7.2.1 to 7.2.49.
+# Sections 7.2.1 to 7.2.49, and the objects of the J1939 mode (S20, S21), which CANopen reads and writes as well.
 OBJECTS = [
     Object(0x1000, 0, 4, False, 0x0704019A),
     Object(0x1001, 0, 1, False, 0),
@@ -103,6 +103,15 @@ OBJECTS = [
     _highest(0x2020, 1),
     Object(0x2020, 1, 4, False, None),
     Object(0x20FF, 0, 2, False, 1),
+    Object(0x2102, 0, 1, True, 128),
+    _highest(0x2104, 4),
+    *(Object(0x2104, sub, 2, True, rate) for sub, rate in enumerate((10, 0, 0, 0), 1)),
+    _highest(0x2105, 4),
+    *(Object(0x2105, sub, 1, True, 3) for sub in (1, 2, 3, 4)),
+    _highest(0x2106, 9),
+    *(Object(0x2106, sub, 1, True, value) for sub, value in enumerate((1, 0, 0, 0, 145, 0, 0), 1)),
+    Object(0x2106, 8, 2, True, 2047),
+    Object(0x2106, 9, 4, False, None),
     _highest(0x3000, 5),
     Object(0x3000, 1, 1, False, 0b101),
     *(Object(0x3000, sub, 1, False, 0) for sub in (2, 3, 4, 5)),

@@ -16,7 +16,12 @@ from . import protocol as p
 from .session import Session
 
 # The modules with a client that knows only the time of the computer.
-REAL_TIME_MODULES = ("canopen_cases.cases_master", "canopen_cases.cases_tools", "canopen_cases.ims360_master")
+REAL_TIME_MODULES = (
+    "canopen_cases.cases_master",
+    "canopen_cases.cases_tools",
+    "canopen_cases.ims360_master",
+    "j1939_cases.cases_peer",
+)
 
 
 @dataclass(frozen=True)

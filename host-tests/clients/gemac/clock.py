@@ -7,9 +7,14 @@ virtual-sensor/src/server/clock.rs describes the lines.
 import socket
 import time
 from math import ceil
+from types import SimpleNamespace
 
 import can
 from can.interfaces.slcan import slcanBus
+from serial.urlhandler import protocol_socket
+
+# pyserial waits 0.3 s when it closes a connection, for servers with one connection. The virtual sensor accepts several.
+protocol_socket.time = SimpleNamespace(sleep=lambda seconds: None)
 
 ANSWER_TIMEOUT = 60.0  # the simulation of the longest span takes less time, also on a busy machine
 

@@ -246,8 +246,9 @@ mod tests {
             ("sync_reply", 350),
             ("sync", 310),
             ("sync_worst", 19_300),
+            ("read_request", 403),
             ("idle_poll", 60),
-            ("flash", 40_960),
+            ("flash", 52_224),
             ("ram", 10_240),
         ];
         assert_ceilings("ims360", &ceilings);

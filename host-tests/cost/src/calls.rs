@@ -112,6 +112,24 @@ pub fn exchange(calls: &[Call], node: &NodeFunctions) -> Result<Count, CostError
     }))
 }
 
+/// The counts in core of each cyclic frame: the calls up to the `is_idle` that returns true after a `transmit`, without those that had
+/// nothing to do before.
+pub fn turns(calls: &[Call], node: &NodeFunctions) -> Vec<Count> {
+    let of_node = [node.transmit, node.is_idle, node.tick, node.action];
+    let (mut turns, mut count, mut transmitted) = (Vec::new(), Count::default(), false);
+    for call in calls.iter().filter(|call| of_node.contains(&call.function)) {
+        transmitted |= call.function == node.transmit;
+        count += call.into();
+        if call.function == node.is_idle && call.result & 0xFF != 0 {
+            if transmitted {
+                turns.push(count);
+            }
+            (count, transmitted) = (Count::default(), false);
+        }
+    }
+    turns
+}
+
 /// The part of an [`exchange`] until the reply is returned: `receive` and all calls up to the first `transmit`.
 ///
 /// # Errors

@@ -107,12 +107,9 @@ pub fn measure_with(
 ) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
-    let modules = [
-        product.protocol.module,
-        "plumbline::node::",
-        "plumbline::param::",
-    ];
-    let protocol = modules.map(|module| image.flash_of(module)).iter().sum();
+    let neutral = ["plumbline::node::", "plumbline::param::"];
+    let modules = neutral.iter().chain(product.protocol.modules);
+    let protocol = modules.map(|module| image.flash_of(module)).sum();
     let scenario::Outcome {
         mut figures,
         cycles,

@@ -8,7 +8,7 @@ use super::function::Angles;
 use bench::BusRate;
 use ims360::IMS360;
 use messages::{CANOPEN, FSC};
-use plumbline::can::{Frame, standard};
+use plumbline::can::{Frame, extended, standard};
 use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start, with};
 use plumbline::node::Node;
 use plumbline::time::Duration;
@@ -16,9 +16,9 @@ use std::any::TypeId;
 use stm32_sim::chip::Chip;
 use tiltix::DEVICENET;
 
-/// A message of the tester: an 11-bit identifier and data.
+/// A message of the tester: an identifier, of 29 bits above 7FFh, and data.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Message(pub u16, pub &'static [u8]);
+pub struct Message(pub u32, pub &'static [u8]);
 
 impl Message {
     /// The message as a frame.
@@ -26,7 +26,11 @@ impl Message {
     /// # Panics
     /// An invalid identifier or data length; messages are constants.
     pub fn frame(self) -> Frame {
-        Frame::data(standard(self.0), self.1).expect("at most eight bytes")
+        let frame = match u16::try_from(self.0) {
+            Ok(id) if id <= 0x7FF => Frame::data(standard(id), self.1),
+            _ => Frame::data(extended(self.0), self.1),
+        };
+        frame.expect("at most eight bytes")
     }
 }
 
@@ -67,11 +71,26 @@ pub struct Service {
     pub function: Option<&'static str>,
 }
 
+/// The messages of the scenario in J1939. The sensor has its address at 1 Mbit/s.
+#[derive(Clone, Copy, Debug)]
+pub struct J1939 {
+    /// Requests of the other protocol. The last one restarts the sensor, which claims its address.
+    pub change: &'static [Message],
+    /// Switches process data off.
+    pub off: Message,
+    /// Switches SSI2 on, every 10 ms.
+    pub on: Message,
+    /// A claim of its address with a higher NAME, which it answers with its own claim.
+    pub contention: Message,
+    /// Each row of a request to its answer of one frame.
+    pub requests: &'static [(&'static str, Message)],
+}
+
 /// The messages of the scenario in a protocol. Each of them has a reply of one frame, unless stated otherwise.
 #[derive(Clone, Copy, Debug)]
 pub struct Protocol {
-    /// The path of its code in core.
-    pub module: &'static str,
+    /// The paths of its code in core.
+    pub modules: &'static [&'static str],
     /// The bit rate of the wire; 1 Mbit/s after the preparation.
     pub bus: BusRate,
     /// Messages after which a sensor with blank memory answers a synchronous message with one frame.
@@ -108,6 +127,8 @@ pub struct Protocol {
     pub others: &'static [Message],
     /// Requests that need other messages before and after them.
     pub services: &'static [Service],
+    /// The messages of J1939, if the product has this protocol as well.
+    pub j1939: Option<&'static J1939>,
     /// Switches cyclic mode on.
     pub cyclic: &'static [Message],
     /// Switches cyclic mode off.

@@ -82,7 +82,7 @@ pub const ROWS: &[Row] = &[
         Unit::Bytes,
         "flash_protocol",
         "- - node and protocol",
-        "part of core: the functions of the modules node, param, and fsc, canopen or devicenet, including inlined functions",
+        "part of core: the functions of the modules node, param, and fsc, canopen, devicenet or j1939, including inlined functions",
         "CANopenNode 17656",
     ),
     bytes(
@@ -183,6 +183,30 @@ pub const ROWS: &[Row] = &[
         "block_segment",
         "segment of an SDO block",
         "the same for the start of a block upload whose block has one segment",
+        "",
+    ),
+    instructions(
+        "j1939_ssi2",
+        "J1939, SSI2",
+        "every call of the node for one cyclic SSI2 without a request: Communication::tick that composes and queues it, transmit and the          calls up to the next is_idle that returns true; the median over 300 ms",
+        "",
+    ),
+    instructions(
+        "j1939_request",
+        "J1939, request (59904) to answer",
+        "as the inclination request, for a request for SSI2",
+        "",
+    ),
+    instructions(
+        "j1939_parameter",
+        "J1939, parameter request (61184) to answer",
+        "the same for an angle by the bytes of an SDO",
+        "",
+    ),
+    instructions(
+        "j1939_claim",
+        "J1939, contention to address claim",
+        "the same for a claim of the own address with a higher NAME, which the own claim answers",
         "",
     ),
     instructions(

@@ -1,5 +1,6 @@
 //! The standard scenario: it uses every function of a sensor at least once, and measures the cost.
 
+mod j1939;
 mod latency;
 
 use super::CostError;
@@ -149,6 +150,9 @@ impl Scenario {
             self.answers_while_flashing()?;
         }
         self.bus_off()?;
+        if let Some(messages) = self.protocol.j1939 {
+            return self.j1939(messages);
+        }
         self.rig.request(self.protocol.load)?;
         self.rig.send(self.protocol.restart);
         self.rig.run(millis(50));

@@ -11,6 +11,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use std::sync::LazyLock;
+use std::thread;
 use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
 use stm32_sim::firmware;
@@ -31,7 +32,16 @@ static IMAGES: LazyLock<BTreeMap<Chip, BTreeMap<String, PathBuf>>> = LazyLock::n
 /// One run of the scenario for each model, shared by all tests.
 static REPORTS: LazyLock<Vec<Report>> = LazyLock::new(|| {
     let report = |product: MeasuredProduct| measure(product, image(product.chip, product.name));
-    let reports: Result<_, CostError> = products().into_iter().map(report).collect();
+    // A single scenario uses one processor.
+    let reports: Result<_, CostError> = thread::scope(|scope| {
+        let products = products().into_iter();
+        let runs: Vec<_> = products
+            .map(|product| scope.spawn(move || report(product)))
+            .collect();
+        runs.into_iter()
+            .map(|run| run.join().expect("a scenario does not panic"))
+            .collect()
+    });
     reports.unwrap_or_else(|error| panic!("{error}"))
 });
 

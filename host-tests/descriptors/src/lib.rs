@@ -3,6 +3,7 @@
 mod dbc;
 mod devicenet;
 mod eds;
+mod j1939;
 mod markdown;
 mod number;
 mod objects;
@@ -38,12 +39,16 @@ pub fn describe(product: &Product) -> File {
     }
 }
 
-/// All descriptions of a product: [`describe`], and an Electronic Data Sheet of each variant.
+/// All descriptions of a product: [`describe`], an Electronic Data Sheet of each variant, and a CAN database of its J1939 groups.
 pub fn describe_all(product: &Product) -> Vec<File> {
     let mut files = vec![describe(product)];
     if let Protocol::Canopen(tables) = &product.protocol {
         let variants = tables.variants.iter();
         files.extend(variants.map(|variant| data_sheet(product, tables, Some(variant))));
+        files.extend(tables.j1939.iter().map(|tables| File {
+            name: format!("{}_j1939.dbc", product.name),
+            text: j1939::dbc(product, tables),
+        }));
     }
     files
 }

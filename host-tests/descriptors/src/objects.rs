@@ -156,7 +156,11 @@ impl<'a> Described<'a> {
             }
             Target::Text(_)
             | Target::Service(
-                Service::SerialNumber | Service::SerialText | Service::Text | Service::Status,
+                Service::SerialNumber
+                | Service::SerialText
+                | Service::IdentityNumber
+                | Service::Text
+                | Service::Status,
             ) => None,
             // The device makes it on command.
             Target::Service(Service::StoreGroup | Service::RestoreGroup) => Some(1),
@@ -226,6 +230,7 @@ fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
         | Service::ErrorHistory
         | Service::SerialNumber
         | Service::SerialText
+        | Service::IdentityNumber
         | Service::Text
         | Service::Status => ("", None),
     }

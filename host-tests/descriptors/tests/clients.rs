@@ -14,6 +14,16 @@ fn databases_match_manual() {
 }
 
 #[test]
+fn database_of_j1939_decodes_recorded_traffic() {
+    let traces = concat!(env!("CARGO_MANIFEST_DIR"), "/../traces");
+    python::run(
+        "j1939_dbc_check.py",
+        &["cantools"],
+        &["--descriptors", DESCRIPTORS, "--traces", traces],
+    );
+}
+
+#[test]
 fn data_sheet_is_accepted_by_other_tools() {
     python::run(
         "eds_check.py",

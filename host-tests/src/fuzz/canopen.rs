@@ -2,7 +2,7 @@
 //!
 //! Most frames are SDO requests for objects of the product's dictionary, mostly with permitted sizes and values.
 
-use super::{Source, value};
+use super::{Source, bytes, value};
 use plumbline::can::{Frame, extended, standard};
 use plumbline::canopen::dictionary::{Object, Service, Target};
 use plumbline::canopen::{cob_id, profile};
@@ -48,11 +48,6 @@ fn remote(id: u16, source: &mut impl Source) -> Frame {
     Frame::remote(standard(id), usize::from(source.byte() % 9)).expect("at most eight bytes")
 }
 
-fn bytes(source: &mut impl Source) -> Vec<u8> {
-    let length = source.byte() % 9;
-    (0..length).map(|_| source.byte()).collect()
-}
-
 /// An NMT command, mostly start, so that PDOs are sent.
 fn nmt(source: &mut impl Source) -> u8 {
     match source.byte() {
@@ -82,7 +77,7 @@ fn layer_setting(source: &mut impl Source) -> [u8; 8] {
 }
 
 /// An SDO request.
-fn request(source: &mut impl Source, tables: &Tables, product: &Product) -> [u8; 8] {
+pub fn request(source: &mut impl Source, tables: &Tables, product: &Product) -> [u8; 8] {
     let objects = tables.objects;
     let object = &objects[usize::from(source.byte()) % objects.len()];
     let data_type = object.data_type(product.parameters, product.quantities);

@@ -3,7 +3,7 @@
 //! Most frames are requests of one master: allocations, reads and writes of attributes, mostly with permitted values, fragments and
 //! polls.
 
-use super::{Source, value};
+use super::{Source, bytes, value};
 use plumbline::can::{Frame, extended, standard};
 use plumbline::devicenet::Source as Origin;
 use plumbline::model::catalog::{Product, Protocol};
@@ -49,11 +49,6 @@ pub fn frame(source: &mut impl Source, tables: &Tables, product: &Product, mac_i
     };
     // Only a response to the duplicate check, or a request of it before the sensor is on-line, ends the communication.
     Frame::data(standard(id), &data).expect("at most eight bytes")
-}
-
-fn bytes(source: &mut impl Source) -> Vec<u8> {
-    let length = source.byte() % 9;
-    (0..length).map(|_| source.byte()).collect()
 }
 
 /// The first byte of a request: fragmented, XID, MAC ID of the master.

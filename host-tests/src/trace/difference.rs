@@ -21,6 +21,9 @@ mod cost {
 /// A frame and its time.
 type Timed = (Instant, Frame);
 
+/// An expected frame: its line, and the tolerance of its time in us.
+type Expected = (usize, Timed, u64);
+
 /// The expected frames beside the received frames; at least one differs.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Difference {
@@ -52,15 +55,16 @@ enum Verdict {
 impl Difference {
     /// Compares the frames of the sensor; None if they match the trace.
     pub(super) fn between(trace: &Trace, received: &[Timed]) -> Option<Self> {
-        let expected: Vec<(usize, Timed)> = trace
-            .steps
-            .iter()
-            .filter_map(|step| match step.what {
-                What::Expect(at, frame) => Some((step.line, (at, frame))),
-                _ => None,
-            })
-            .collect();
-        let rows = align(&expected, received, trace.tolerance.ticks());
+        let mut tolerance = trace.tolerance.ticks();
+        let mut expected: Vec<Expected> = Vec::new();
+        for step in &trace.steps {
+            match step.what {
+                What::Expect(at, frame) => expected.push((step.line, (at, frame), tolerance)),
+                What::Tolerance(new) => tolerance = new.ticks(),
+                _ => {}
+            }
+        }
+        let rows = align(&expected, received);
         if rows.iter().all(|row| row.verdict == Verdict::Same) {
             return None;
         }
@@ -93,7 +97,7 @@ fn judge(expected: Timed, received: Timed, tolerance: u64) -> (u32, Verdict) {
 }
 
 /// Aligns the two sides with the lowest cost (edit distance).
-fn align(expected: &[(usize, Timed)], received: &[Timed], tolerance: u64) -> Vec<Row> {
+fn align(expected: &[Expected], received: &[Timed]) -> Vec<Row> {
     let width = received.len() + 1;
     // best[e * width + c]: the lowest cost of the frames after the first e and c frames.
     let mut best = vec![0; (expected.len() + 1) * width];
@@ -104,7 +108,8 @@ fn align(expected: &[(usize, Timed)], received: &[Timed], tolerance: u64) -> Vec
                 (e < expected.len()).then(|| one_sided((e + 1) * width + c)),
                 (c < received.len()).then(|| one_sided(e * width + c + 1)),
                 (e < expected.len() && c < received.len()).then(|| {
-                    let (cost, _) = judge(expected[e].1, received[c], tolerance);
+                    let (_, timed, tolerance) = expected[e];
+                    let (cost, _) = judge(timed, received[c], tolerance);
                     best[(e + 1) * width + c + 1] + cost
                 }),
             ];
@@ -116,7 +121,7 @@ fn align(expected: &[(usize, Timed)], received: &[Timed], tolerance: u64) -> Vec
     while e < expected.len() || c < received.len() {
         let here = best[e * width + c];
         let (left, right) = (expected.get(e).copied(), received.get(c).copied());
-        if let (Some((line, left)), Some(right)) = (left, right) {
+        if let (Some((line, left, tolerance)), Some(right)) = (left, right) {
             let (cost, verdict) = judge(left, right, tolerance);
             if here == best[(e + 1) * width + c + 1] + cost {
                 rows.push(Row::new(Some(line), Some(left), Some(right), verdict));
@@ -124,7 +129,7 @@ fn align(expected: &[(usize, Timed)], received: &[Timed], tolerance: u64) -> Vec
                 continue;
             }
         }
-        if let Some((line, left)) = left
+        if let Some((line, left, _)) = left
             && here == best[(e + 1) * width + c] + cost::ONE_SIDED
         {
             rows.push(Row::new(Some(line), Some(left), None, Verdict::Missing));

@@ -68,6 +68,10 @@ fn read_line(text: &str, trace: &mut Trace) -> Result<Option<What>, String> {
     if key == "scene" && !trace.steps.is_empty() {
         return Ok(Some(What::Scene(value.to_owned())));
     }
+    if key == "tolerance-us" && !trace.steps.is_empty() {
+        let tolerance = Duration::from_ticks(number(value)?.into());
+        return Ok(Some(What::Tolerance(tolerance)));
+    }
     if !trace.steps.is_empty() {
         return Err("this must be before the first frame".to_owned());
     }

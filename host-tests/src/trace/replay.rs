@@ -70,7 +70,7 @@ impl Trace {
                 .step(&step.what, node_type, scenes)
                 .map_err(|message| trace_error(step.line, message))?;
         }
-        let end = after(replay.last, self.tolerance);
+        let end = after(replay.last, replay.tolerance);
         replay.run_until(end);
         replay.collect();
         match Difference::between(self, &replay.received) {
@@ -143,6 +143,9 @@ impl Replay {
             }
             _ => self.catch_up(),
         }
+        if let What::Tolerance(tolerance) = what {
+            self.tolerance = *tolerance;
+        }
         let now = self.bus.now();
         let device = self.bus.device_mut(self.device);
         match what {
@@ -155,7 +158,7 @@ impl Replay {
                 device.flash().fail_erases(*fail);
             }
             What::Scene(text) => device.set_motion(scenes(node_type, text)?),
-            What::CorruptNewest | What::Send(..) | What::Expect(..) => {}
+            What::CorruptNewest | What::Tolerance(_) | What::Send(..) | What::Expect(..) => {}
         }
         Ok(())
     }

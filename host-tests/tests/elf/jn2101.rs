@@ -5,7 +5,8 @@ use crate::rig::{blank, elf, image};
 use bench::NodeType;
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Sensor};
-use plumbline::can::{BitRate, Frame, standard};
+use can_wire::text::frame;
+use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{Duration, Instant, after, millis};
 use stm32_sim::Microcontroller;
@@ -112,15 +113,6 @@ impl Drop for Bench {
             assert_eq!(self.chip().violations(), [""; 0]);
         }
     }
-}
-
-/// Parses a frame like `60A#4000100000000000`.
-fn frame(text: &str) -> Frame {
-    let (id, data) = text.split_once('#').expect("an identifier and data");
-    let byte = |at: usize| u8::from_str_radix(&data[at..at + 2], 16).expect("hexadecimal");
-    let bytes: Vec<u8> = (0..data.len()).step_by(2).map(byte).collect();
-    let id = u16::from_str_radix(id, 16).expect("hexadecimal");
-    Frame::data(standard(id), &bytes).expect("at most 8 bytes")
 }
 
 /// The request and the reply.

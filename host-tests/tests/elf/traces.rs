@@ -31,7 +31,7 @@ fn replay(path: &Path) -> Option<Result<(), String>> {
     if !MODELS.contains(&trace.model.as_str()) {
         return None;
     }
-    trace.tolerance += TICK;
+    trace.loosen(TICK);
     let result = trace.replay_on(
         &node_type(&trace.model),
         &scene,

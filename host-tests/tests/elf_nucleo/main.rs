@@ -42,6 +42,12 @@ mod halves;
 mod ims360;
 #[path = "../elf/ims360_faults.rs"]
 mod ims360_faults;
+#[path = "../elf/ims360_j1939.rs"]
+mod ims360_j1939;
+#[path = "../elf/ims360_j1939_address.rs"]
+mod ims360_j1939_address;
+#[path = "../elf/ims360_j1939_bus_off.rs"]
+mod ims360_j1939_bus_off;
 #[path = "../elf/jn2101.rs"]
 mod jn2101;
 #[path = "../elf/load.rs"]

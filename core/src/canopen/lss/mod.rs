@@ -32,7 +32,7 @@ mod flicker;
 mod service;
 mod slave;
 
-pub use slave::{Device, Outcome, Slave};
+pub use slave::{BIT_RATES, Device, Outcome, Slave};
 
 use super::feature::Initial;
 use crate::time::Deadline;

@@ -218,13 +218,13 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Lets the LEDs flicker in the configuration state and without a node-ID.
+    /// Lets the LEDs flicker in the configuration state and without a node-ID, while no other protocol is on the bus.
     #[inline(always)]
     pub(in crate::canopen) fn indicate_lss(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        let unconfigured = self.is_unconfigured();
+        let (unconfigured, hosted) = (self.is_unconfigured(), self.is_hosted());
         if let Some(lss) = self.lss.get_mut() {
             let flickers = unconfigured || lss.slave.is_configuring();
-            lss.flicker.set(now, flickers);
+            lss.flicker.set(now, flickers && !hosted);
         }
         self.show(cx);
     }

@@ -37,8 +37,8 @@ const MEDIUM_FAILED: u8 = 2;
 /// Fastscan: the master begins a scan. All unconfigured nodes answer.
 const BEGIN_SCAN: u8 = 0x80;
 
-/// The standard table of bit rates (table selector 0). Index 5 is reserved.
-const BIT_RATES: [Option<BitRate>; 9] = [
+/// The standard table of bit rates (CiA 305, table selector 0). Index 5 is reserved.
+pub const BIT_RATES: [Option<BitRate>; 9] = [
     Some(BitRate::M1),
     Some(BitRate::K800),
     Some(BitRate::K500),

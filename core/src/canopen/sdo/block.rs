@@ -55,6 +55,10 @@ mod command {
     pub const DOWNLOAD_MASK: u8 = 0xE1;
     pub const DOWNLOAD: u8 = 0xC0;
     pub const DOWNLOAD_END: u8 = 0xC1;
+    /// The commands are from here...
+    pub const FIRST: u8 = 0xA0;
+    /// ... to here.
+    pub const LAST: u8 = 0xDF;
     /// Bit of an initiate request: the client checks the CRC.
     pub const CRC: u8 = 0x04;
     /// Bit of an initiate request of a download: the size is indicated.
@@ -216,6 +220,20 @@ impl Block {
     }
 }
 
+/// Whether this is the initiate request of a block transfer.
+pub fn is_initiate([command, ..]: [u8; 8]) -> bool {
+    matches!(command, command::UPLOAD | command::UPLOAD_WITH_CRC) || is_download(command)
+}
+
+fn is_download(command: u8) -> bool {
+    command & command::DOWNLOAD_MASK == command::DOWNLOAD
+}
+
+/// Whether this is a command of a block transfer, other than a segment or an abort.
+pub fn is_command([command, ..]: [u8; 8]) -> bool {
+    matches!(command, command::FIRST..=command::LAST)
+}
+
 fn check_size(size: u8) -> Result<(), Abort> {
     match size {
         1..=LARGEST => Ok(()),
@@ -242,7 +260,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
                 self.begin(address);
                 Some(self.block_upload(objects, now, address, bytes))
             }
-            (_, _) if command & command::DOWNLOAD_MASK == command::DOWNLOAD => {
+            (_, _) if is_download(command) => {
                 self.begin(address);
                 Some(self.block_download(objects, now, address, bytes))
             }
@@ -266,7 +284,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
                 Some(Ok(None))
             }
             // Not valid in this stage: keeps the address of the transfer for the abort.
-            (_, 0xA0..=0xDF) => Some(Err(Abort::Command)),
+            (_, command::FIRST..=command::LAST) => Some(Err(Abort::Command)),
             _ => None,
         }
     }

@@ -228,7 +228,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     }
 
     /// Ends the transfer.
-    pub(super) fn finish(&mut self) {
+    pub(in crate::canopen) fn finish(&mut self) {
         self.begin(Address::default());
     }
 

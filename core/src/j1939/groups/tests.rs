@@ -117,7 +117,7 @@ fn quality_follows_the_values() {
     };
     assert_eq!(data("SSI", &motion), "FEFEFEFEFEFEEAFF");
     assert_eq!(data("ACCS", &motion), "FEFEFEFEFEFEEAFF");
-    assert_eq!(data("SSI2", &Motion::default()), "FFFFFFFFFFFFFF00");
+    assert_eq!(data("SSI2", &Motion::default()), "FFFFFFFFFFFFFFFF");
 }
 
 #[test]

@@ -10,14 +10,21 @@ use crate::time::{Deadline, Instant};
 /// The number of transfers at a time.
 const TRANSFERS: usize = 3;
 
+/// The sender of a frame of the transport protocol.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Sender {
+    /// Its address.
+    pub source: u8,
+    /// The frame is to us, not to all nodes.
+    pub addressed: bool,
+}
+
 /// A transfer in progress.
 #[derive(Clone, Copy, Debug)]
 struct Transfer<const N: usize> {
     /// The end of the time for the next packet; none: no transfer.
     due: Deadline,
-    source: u8,
-    /// The message is to us, not to all nodes.
-    addressed: bool,
+    sender: Sender,
     /// The number of received packets.
     received: u8,
     /// The number of the last packet that the sender may send before the next CTS.
@@ -30,8 +37,10 @@ struct Transfer<const N: usize> {
 impl<const N: usize> Transfer<N> {
     const NONE: Self = Self {
         due: Deadline::NEVER,
-        source: 0,
-        addressed: false,
+        sender: Sender {
+            source: 0,
+            addressed: false,
+        },
         received: 0,
         granted: 0,
         limit: 0,
@@ -82,19 +91,21 @@ impl<const N: usize> Incoming<N> {
 
     /// Ends the transfers to us without a message.
     pub fn end_addressed(&mut self) {
-        for transfer in self.transfers.iter_mut().filter(|one| one.addressed) {
+        let transfers = self.transfers.iter_mut();
+        for transfer in transfers.filter(|one| one.sender.addressed) {
             transfer.due = Deadline::NEVER;
         }
     }
 
-    /// Handles a TP.CM message. `wanted` is our group, `addressed` whether the message is to us.
+    /// Handles a TP.CM message. `wanted` is our group.
     pub fn control(
         &mut self,
         now: Instant,
-        (source, addressed): (u8, bool),
+        sender: Sender,
         (control, pgn): (Control, Pgn),
         wanted: Pgn,
     ) -> Reaction {
+        let Sender { source, addressed } = sender;
         let (size, count, limit) = match control {
             Control::RequestToSend {
                 size,
@@ -104,14 +115,17 @@ impl<const N: usize> Incoming<N> {
             Control::Broadcast { size, packets } if !addressed => (size, packets, Self::PACKETS),
             Control::Abort(_) => {
                 if pgn == wanted {
-                    self.forget(source, addressed);
+                    self.forget(sender);
                 }
                 return Reaction::None;
             }
             _ => return Reaction::None,
         };
-        // A sender has one transfer at a time.
-        self.forget(source, addressed);
+        // A sender has one message to all nodes at a time, and one transfer of a group to us.
+        if !addressed || pgn == wanted {
+            self.forget(sender);
+        }
+        self.expire(now);
         let fits = pgn == wanted && usize::from(size) == N && count == Self::PACKETS;
         let free = self
             .transfers
@@ -121,8 +135,7 @@ impl<const N: usize> Incoming<N> {
             Some(transfer) => {
                 *transfer = Transfer {
                     due: Deadline::after(now, if addressed { T2 } else { T1 }),
-                    source,
-                    addressed,
+                    sender,
                     limit,
                     granted: limit.min(Self::PACKETS),
                     ..Transfer::NONE
@@ -149,14 +162,10 @@ impl<const N: usize> Incoming<N> {
     }
 
     /// Handles a TP.DT packet of a message of our group.
-    pub fn data(
-        &mut self,
-        now: Instant,
-        (source, addressed): (u8, bool),
-        bytes: [u8; 8],
-        pgn: Pgn,
-    ) -> Reaction {
-        let Some((place, transfer)) = self.find(source, addressed) else {
+    pub fn data(&mut self, now: Instant, sender: Sender, bytes: [u8; 8], pgn: Pgn) -> Reaction {
+        let Sender { source, addressed } = sender;
+        let found = self.find(sender);
+        let Some((place, transfer)) = found.filter(|(_, one)| !one.due.is_reached(now)) else {
             return Reaction::None;
         };
         let [number, packet @ ..] = bytes;
@@ -196,14 +205,22 @@ impl<const N: usize> Incoming<N> {
         Reaction::None
     }
 
-    /// Ends one transfer that has timed out. Returns its abort message if it is to us.
+    /// Ends the transfers to all nodes that have timed out, and one to us. Returns the abort message of that one.
     pub fn poll(&mut self, now: Instant, pgn: Pgn) -> Option<Packet> {
+        self.expire(now);
         let mut transfers = self.transfers.iter_mut();
         let expired = transfers.find(|transfer| transfer.due.is_reached(now))?;
         expired.due = Deadline::NEVER;
-        expired
-            .addressed
-            .then(|| abort(expired.source, Reason::TimeOut, pgn))
+        Some(abort(expired.sender.source, Reason::TimeOut, pgn))
+    }
+
+    /// Ends the transfers to all nodes that have timed out: they have no abort message.
+    fn expire(&mut self, now: Instant) {
+        for transfer in &mut self.transfers {
+            if !transfer.sender.addressed && transfer.due.is_reached(now) {
+                transfer.due = Deadline::NEVER;
+            }
+        }
     }
 
     /// The time of the next [`poll`](Self::poll).
@@ -215,14 +232,13 @@ impl<const N: usize> Incoming<N> {
         earliest
     }
 
-    fn find(&mut self, source: u8, addressed: bool) -> Option<(usize, &mut Transfer<N>)> {
-        self.transfers.iter_mut().enumerate().find(|(_, transfer)| {
-            transfer.due.is_set() && transfer.source == source && transfer.addressed == addressed
-        })
+    fn find(&mut self, sender: Sender) -> Option<(usize, &mut Transfer<N>)> {
+        let mut transfers = self.transfers.iter_mut().enumerate();
+        transfers.find(|(_, transfer)| transfer.due.is_set() && transfer.sender == sender)
     }
 
-    fn forget(&mut self, source: u8, addressed: bool) {
-        if let Some((_, transfer)) = self.find(source, addressed) {
+    fn forget(&mut self, sender: Sender) {
+        if let Some((_, transfer)) = self.find(sender) {
             transfer.due = Deadline::NEVER;
         }
     }
@@ -233,161 +249,4 @@ fn abort(destination: u8, reason: Reason, pgn: Pgn) -> Packet {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const PGN: Pgn = 0xFED8;
-    const MESSAGE: [u8; 9] = [1, 2, 3, 4, 5, 6, 7, 8, 9];
-    const FIRST: [u8; 8] = [1, 1, 2, 3, 4, 5, 6, 7];
-    const SECOND: [u8; 8] = [2, 8, 9, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF];
-    const TO_ALL: (u8, bool) = (0x21, false);
-    const TO_US: (u8, bool) = (0x21, true);
-
-    fn at(ms: u64) -> Instant {
-        Instant::from_ticks(ms * 1000)
-    }
-
-    fn bam(pgn: Pgn) -> (Control, Pgn) {
-        let control = Control::Broadcast {
-            size: 9,
-            packets: 2,
-        };
-        (control, pgn)
-    }
-
-    fn rts(limit: u8) -> (Control, Pgn) {
-        let control = Control::RequestToSend {
-            size: 9,
-            packets: 2,
-            limit,
-        };
-        (control, PGN)
-    }
-
-    fn answer(control: Control) -> Reaction {
-        Reaction::Answer(Packet::control(0x21, control, PGN))
-    }
-
-    fn cts(count: u8, next: u8) -> Reaction {
-        answer(Control::ClearToSend { count, next })
-    }
-
-    fn begun(who: (u8, bool), control: (Control, Pgn)) -> Incoming<9> {
-        let mut incoming = Incoming::IDLE;
-        incoming.control(at(0), who, control, PGN);
-        incoming
-    }
-
-    #[test]
-    fn message_to_all_is_received_between_messages_of_others() {
-        let mut incoming = Incoming::<9>::IDLE;
-        for source in 0..100 {
-            let other = incoming.control(at(0), (source, false), bam(0xFECA), PGN);
-            assert_eq!(other, Reaction::None);
-        }
-        incoming.control(at(0), TO_ALL, bam(PGN), PGN);
-        incoming.data(at(10), (0x22, false), FIRST, PGN);
-        assert_eq!(incoming.data(at(20), TO_ALL, FIRST, PGN), Reaction::None);
-        incoming.data(at(30), (0x22, false), SECOND, PGN);
-        let complete = incoming.data(at(40), TO_ALL, SECOND, PGN);
-        assert_eq!(complete, Reaction::Complete(None));
-        assert_eq!(incoming.message(), MESSAGE);
-        let repeated = incoming.data(at(50), TO_ALL, SECOND, PGN);
-        assert_eq!(repeated, Reaction::None);
-    }
-
-    #[test]
-    fn message_to_us_is_acknowledged() {
-        let mut incoming = Incoming::IDLE;
-        assert_eq!(incoming.control(at(0), TO_US, rts(255), PGN), cts(2, 1));
-        assert_eq!(incoming.data(at(1), TO_US, FIRST, PGN), Reaction::None);
-        let end = Control::End {
-            size: 9,
-            packets: 2,
-        };
-        let end = Packet::control(0x21, end, PGN);
-        let complete = incoming.data(at(2), TO_US, SECOND, PGN);
-        assert_eq!(complete, Reaction::Complete(Some(end)));
-        assert_eq!(incoming.message(), MESSAGE);
-    }
-
-    #[test]
-    fn sender_limits_the_packets_of_a_request() {
-        let mut incoming = Incoming::IDLE;
-        assert_eq!(incoming.control(at(0), TO_US, rts(1), PGN), cts(1, 1));
-        assert_eq!(incoming.data(at(1), TO_US, FIRST, PGN), cts(1, 2));
-        let complete = incoming.data(at(2), TO_US, SECOND, PGN);
-        assert!(matches!(complete, Reaction::Complete(Some(_))));
-        assert_eq!(incoming.message(), MESSAGE);
-    }
-
-    #[test]
-    fn other_messages_to_us_are_aborted() {
-        let mut incoming = Incoming::<9>::IDLE;
-        let refused = answer(Control::Abort(2));
-        for (size, packets) in [(10, 2), (8, 2), (9, 1), (9, 3)] {
-            let control = Control::RequestToSend {
-                size,
-                packets,
-                limit: 255,
-            };
-            assert_eq!(incoming.control(at(0), TO_US, (control, PGN), PGN), refused);
-        }
-        let (control, _) = rts(255);
-        let other = incoming.control(at(0), TO_US, (control, 0xFECA), PGN);
-        let abort = Packet::control(0x21, Control::Abort(2), 0xFECA);
-        assert_eq!(other, Reaction::Answer(abort));
-        for source in 1..=3 {
-            incoming.control(at(0), (source, true), rts(255), PGN);
-        }
-        let busy = incoming.control(at(0), TO_US, rts(255), PGN);
-        assert_eq!(busy, answer(Control::Abort(1)));
-    }
-
-    #[test]
-    fn wrong_packet_number_ends_the_transfer() {
-        let mut incoming = begun(TO_ALL, bam(PGN));
-        assert_eq!(incoming.data(at(1), TO_ALL, SECOND, PGN), Reaction::None);
-        assert_eq!(incoming.data(at(2), TO_ALL, FIRST, PGN), Reaction::None);
-        assert_eq!(incoming.data(at(3), TO_ALL, SECOND, PGN), Reaction::None);
-        let mut incoming = begun(TO_US, rts(255));
-        incoming.data(at(1), TO_US, FIRST, PGN);
-        let repeated = incoming.data(at(2), TO_US, FIRST, PGN);
-        assert_eq!(repeated, answer(Control::Abort(7)));
-        assert_eq!(incoming.data(at(3), TO_US, SECOND, PGN), Reaction::None);
-    }
-
-    #[test]
-    fn transfer_ends_after_t1_and_t2() {
-        let mut incoming = begun(TO_ALL, bam(PGN));
-        assert_eq!(incoming.deadline().time(), Some(at(750)));
-        assert_eq!(incoming.poll(at(750), PGN), None);
-        assert!(!incoming.deadline().is_set());
-        let mut incoming = begun(TO_US, rts(255));
-        assert_eq!(incoming.poll(at(1249), PGN), None);
-        let abort = Packet::control(0x21, Control::Abort(3), PGN);
-        assert_eq!(incoming.poll(at(1250), PGN), Some(abort));
-        assert_eq!(incoming.data(at(1251), TO_US, FIRST, PGN), Reaction::None);
-        let mut incoming = begun(TO_US, rts(255));
-        incoming.data(at(1000), TO_US, FIRST, PGN);
-        assert_eq!(incoming.deadline().time(), Some(at(1750)));
-    }
-
-    #[test]
-    fn sender_ends_or_repeats_its_transfer() {
-        let mut incoming = begun(TO_US, rts(255));
-        incoming.control(at(1), TO_US, (Control::Abort(1), PGN), PGN);
-        assert_eq!(incoming.data(at(2), TO_US, FIRST, PGN), Reaction::None);
-        let mut incoming = begun(TO_ALL, bam(PGN));
-        incoming.data(at(1), TO_ALL, FIRST, PGN);
-        incoming.control(at(2), TO_ALL, bam(PGN), PGN);
-        incoming.data(at(3), TO_ALL, FIRST, PGN);
-        let complete = incoming.data(at(4), TO_ALL, SECOND, PGN);
-        assert_eq!(complete, Reaction::Complete(None));
-        assert_eq!(incoming.message(), MESSAGE);
-        // Another message of the same sender.
-        let mut incoming = begun(TO_ALL, bam(PGN));
-        incoming.control(at(2), TO_ALL, bam(0xFECA), PGN);
-        assert!(!incoming.deadline().is_set());
-    }
-}
+mod tests;

@@ -24,7 +24,7 @@
 mod incoming;
 mod outgoing;
 
-pub use incoming::{Incoming, Reaction};
+pub use incoming::{Incoming, Reaction, Sender};
 pub use outgoing::{MESSAGE, Message, Outgoing};
 
 use super::identifier::{Identifier, Pgn, TRANSPORT_CONTROL, TRANSPORT_DATA, pgn_bytes, pgn_of};
@@ -45,7 +45,7 @@ pub const T2: Duration = millis(1250);
 pub const T3: Duration = millis(1250);
 /// The longest time from a CTS that holds the connection to the next CTS.
 pub const T4: Duration = millis(1050);
-/// The time between two packets of a BAM. 50 to 200 ms are permitted.
+/// The time from the transmission of a packet of a BAM to the next packet. 50 to 200 ms are permitted.
 pub const BAM_INTERVAL: Duration = millis(60);
 
 /// The reason of an abort.

@@ -35,6 +35,8 @@ pub struct Outgoing {
     stage: Stage,
     destination: u8,
     pgn: Pgn,
+    /// The time of the next packet to all nodes, or of a time-out. Sending to all nodes, it is not set while the packet before waits
+    /// for the bus.
     due: Deadline,
     message: Message,
 }
@@ -67,6 +69,16 @@ impl Outgoing {
     /// Whether a transfer is in progress.
     pub fn is_active(&self) -> bool {
         self.stage != Stage::Idle
+    }
+
+    /// The group of the message, also after its end.
+    pub fn pgn(&self) -> Pgn {
+        self.pgn
+    }
+
+    /// Whether a transfer of this group is in progress.
+    pub fn is_of(&self, pgn: Pgn) -> bool {
+        self.is_active() && self.pgn == pgn
     }
 
     /// Whether a transfer to this node is in progress.
@@ -112,7 +124,22 @@ impl Outgoing {
         }
     }
 
-    /// The next frame to send, if there is one now.
+    /// All frames are on their way: begins the time before the next packet to all nodes, or in which the receiver must answer. Returns
+    /// true if a time has begun.
+    pub fn sent(&mut self, now: Instant) -> bool {
+        let time = match self.stage {
+            Stage::Send { .. } if self.destination == GLOBAL => BAM_INTERVAL,
+            Stage::Wait => T3,
+            _ => return false,
+        };
+        let begins = !self.due.is_set();
+        if begins {
+            self.due = Deadline::after(now, time);
+        }
+        begins
+    }
+
+    /// The next frame to send, if there is one now. [`sent`](Self::sent) must follow.
     pub fn next(&mut self, now: Instant) -> Option<Packet> {
         let is_global = self.destination == GLOBAL;
         match self.stage {
@@ -123,10 +150,10 @@ impl Outgoing {
                         next: 1,
                         last: packets,
                     };
-                    self.due = Deadline::after(now, BAM_INTERVAL);
+                    self.due = Deadline::NEVER;
                     Control::Broadcast { size, packets }
                 } else {
-                    self.wait(now);
+                    self.wait();
                     Control::RequestToSend {
                         size,
                         packets,
@@ -143,12 +170,10 @@ impl Outgoing {
                             next: next + 1,
                             last,
                         };
-                        if is_global {
-                            self.due = Deadline::after(now, BAM_INTERVAL);
-                        }
+                        self.due = Deadline::NEVER;
                     }
                     (false, true) => self.end(),
-                    (false, false) => self.wait(now),
+                    (false, false) => self.wait(),
                 }
                 Some(packet)
             }
@@ -160,9 +185,10 @@ impl Outgoing {
         }
     }
 
-    fn wait(&mut self, now: Instant) {
+    /// Waits for an answer. Its time begins when the frame is sent.
+    fn wait(&mut self) {
         self.stage = Stage::Wait;
-        self.due = Deadline::after(now, T3);
+        self.due = Deadline::NEVER;
     }
 
     fn packets(&self) -> u8 {
@@ -229,19 +255,24 @@ mod tests {
     ];
 
     #[test]
-    fn message_to_all_is_sent_every_60_ms() {
+    fn packets_to_all_begin_60_ms_after_the_one_before_is_sent() {
         let mut outgoing = sending(GLOBAL);
-        assert!(outgoing.is_pending());
+        assert!(outgoing.is_pending() && !outgoing.sent(at(0)));
         assert_eq!(all(&mut outgoing, at(0)), ["1CECFF80#20140003FFEBFE00"]);
         assert!(!outgoing.is_pending());
         for (place, packet) in PACKETS.iter().enumerate() {
-            let due = 60 * (place as u64 + 1);
+            let sent = 72 * (place as u64) + 12;
+            let due = sent + 60;
+            assert_eq!(all(&mut outgoing, at(sent)), Vec::<String>::new());
+            assert!(!outgoing.deadline().is_set());
+            assert!(outgoing.sent(at(sent)) && !outgoing.sent(at(sent + 1)));
             assert_eq!(all(&mut outgoing, at(due - 1)), Vec::<String>::new());
             assert_eq!(outgoing.deadline().time(), Some(at(due)));
             let expected = packet.replace("EB21", "EBFF");
             assert_eq!(all(&mut outgoing, at(due)), [expected]);
         }
         assert!(!outgoing.is_active() && !outgoing.deadline().is_set());
+        assert!(!outgoing.sent(at(999)));
     }
 
     #[test]
@@ -276,6 +307,7 @@ mod tests {
     fn request_that_does_not_fit_is_ignored() {
         let mut outgoing = sending(0x21);
         all(&mut outgoing, at(0));
+        assert!(outgoing.sent(at(0)));
         outgoing.receive(at(1), 0x22, cts(3, 1), PGN);
         outgoing.receive(at(1), 0x21, cts(3, 1), PGN + 1);
         for (count, next) in [(4, 1), (1, 4), (3, 2), (1, 0), (255, 255)] {
@@ -290,15 +322,18 @@ mod tests {
         let abort = ["1CEC2180#FF03FFFFFFEBFE00"];
         let mut outgoing = sending(0x21);
         all(&mut outgoing, at(0));
-        assert_eq!(all(&mut outgoing, at(1249)), Vec::<String>::new());
-        assert_eq!(all(&mut outgoing, at(1250)), abort);
+        // The time begins when the frame is sent.
+        assert!(outgoing.sent(at(7)) && !outgoing.sent(at(9)));
+        assert_eq!(all(&mut outgoing, at(1256)), Vec::<String>::new());
+        assert_eq!(all(&mut outgoing, at(1257)), abort);
         assert!(!outgoing.is_active());
         let mut outgoing = sending(0x21);
         all(&mut outgoing, at(0));
         outgoing.receive(at(1000), 0x21, cts(1, 1), PGN);
         assert_eq!(all(&mut outgoing, at(1000)), [PACKETS[0]]);
-        assert_eq!(all(&mut outgoing, at(2249)), Vec::<String>::new());
-        assert_eq!(all(&mut outgoing, at(2250)), abort);
+        assert!(outgoing.sent(at(1001)));
+        assert_eq!(all(&mut outgoing, at(2250)), Vec::<String>::new());
+        assert_eq!(all(&mut outgoing, at(2251)), abort);
     }
 
     #[test]

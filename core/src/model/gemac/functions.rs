@@ -5,6 +5,7 @@ use super::parameters::{BAUD_RATES, id};
 use crate::application::Faults;
 use crate::fsc::table::{Access, Field, Function, LedTable, Operation, Roles, Source};
 use crate::fsc::{Condition, StatusBit};
+use crate::model::listing::{Adjustment, Guide, Written};
 use crate::node::{ErrorPatterns, Pattern};
 use crate::param::{DataType, ParameterId, Quantity, ValueId};
 
@@ -230,3 +231,48 @@ pub(super) const LEDS: LedTable = LedTable {
         bus_off: Pattern::On,
     },
 };
+
+/// The guide for a sensor with these short names, angles and zero offsets.
+const fn guide(
+    short_names: &'static [(ParameterId, &'static str)],
+    angles: &'static [ValueId],
+    zero: &'static [Adjustment],
+) -> Guide {
+    Guide {
+        short_names,
+        groups: &[("filter", &[id::CUT_OFF, id::FILTER_TYPE])],
+        angles,
+        zero,
+        ..Guide::NONE
+    }
+}
+
+const ZERO_X: Adjustment = Adjustment::new("x", &[(id::ZERO_X, Written::Nothing)]);
+const ZERO_Y: Adjustment = Adjustment::new("y", &[(id::ZERO_Y, Written::Nothing)]);
+
+/// The guide for a 1-axis sensor.
+pub(super) const GUIDE_ONE_AXIS: Guide = guide(
+    &[
+        (id::SET_ID, "set-id"),
+        (id::REPLY_ID, "reply-id"),
+        (id::BUS_OFF_RECOVERY, "bus-off-recovery"),
+        (id::CUT_OFF, "cut-off"),
+        (id::ZERO_X, "zero"),
+    ],
+    &[ANGLE_X],
+    &[ZERO_X],
+);
+
+/// The guide for a 2-axis sensor.
+pub(super) const GUIDE_TWO_AXES: Guide = guide(
+    &[
+        (id::SET_ID, "set-id"),
+        (id::REPLY_ID, "reply-id"),
+        (id::BUS_OFF_RECOVERY, "bus-off-recovery"),
+        (id::CUT_OFF, "cut-off"),
+        (id::ZERO_X, "zero-x"),
+        (id::ZERO_Y, "zero-y"),
+    ],
+    &[ANGLE_X, ANGLE_Y],
+    &[ZERO_X, ZERO_Y],
+);

@@ -106,4 +106,5 @@ pub const SP_BL_10: Article = article("IS1SP360-C-BL-10", "PR-23060-10");
 
 /// The catalogue entry with all articles.
 pub const LISTING: Listing<OneAxis> =
-    Listing::new("is1", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);
+    Listing::new("is1", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10])
+        .guided(&super::functions::GUIDE_ONE_AXIS);

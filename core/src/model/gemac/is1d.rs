@@ -16,4 +16,5 @@ pub const PLASTIC: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<super::is1::OneAxis> = Listing::new("is1d", super::MAKER, &[PLASTIC]);
+pub const LISTING: Listing<super::is1::OneAxis> =
+    Listing::new("is1d", super::MAKER, &[PLASTIC]).guided(&super::functions::GUIDE_ONE_AXIS);

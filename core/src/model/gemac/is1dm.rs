@@ -17,4 +17,5 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<OneAxisHeated> = Listing::new("is1dm", super::MAKER, &[METAL]);
+pub const LISTING: Listing<OneAxisHeated> =
+    Listing::new("is1dm", super::MAKER, &[METAL]).guided(&super::functions::GUIDE_ONE_AXIS);

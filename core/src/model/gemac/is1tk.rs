@@ -20,4 +20,5 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<OneAxisHeated> = Listing::new("is1tk", super::MAKER, &[METAL]);
+pub const LISTING: Listing<OneAxisHeated> =
+    Listing::new("is1tk", super::MAKER, &[METAL]).guided(&super::functions::GUIDE_ONE_AXIS);

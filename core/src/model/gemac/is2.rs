@@ -114,4 +114,5 @@ pub const SP_BL_10: Article = article("IS2SP090-C-BL-10", "PR-23064-10", LIMIT_B
 
 /// The catalogue entry with all articles.
 pub const LISTING: Listing<TwoAxes> =
-    Listing::new("is2", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10]);
+    Listing::new("is2", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10])
+        .guided(&super::functions::GUIDE_TWO_AXES);

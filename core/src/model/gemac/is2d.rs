@@ -16,4 +16,5 @@ pub const PLASTIC: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<super::is2::TwoAxes> = Listing::new("is2d", super::MAKER, &[PLASTIC]);
+pub const LISTING: Listing<super::is2::TwoAxes> =
+    Listing::new("is2d", super::MAKER, &[PLASTIC]).guided(&super::functions::GUIDE_TWO_AXES);

@@ -3,6 +3,7 @@
 use super::Ims360Product;
 use super::measuring::Measuring;
 use super::parameters::{are_consistent, has_two_axes, id};
+use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Readout, Values};
 use crate::measure::supply::{Limits, Monitor};
 use crate::measure::{Calibration, Clipping, Reading};
@@ -35,19 +36,19 @@ pub mod value {
 const VALUES: usize = 16;
 
 /// The limits of the supply voltage for the emergency 3100h. The manual has no numbers.
-const SUPPLY: Limits = Limits {
+pub(super) const SUPPLY: Limits = Limits {
     lowest: 8_000,
     highest: 36_000,
     hysteresis: 500,
 };
 
 /// The largest angle of a 2-axis sensor in 0.01 deg.
-const RANGE: i32 = 90_00;
+pub(super) const RANGE: i32 = 90_00;
 
 /// Auto zero (3200h): the first axis.
-const ZERO_X: u32 = 1;
+pub(super) const ZERO_X: u32 = 1;
 /// Auto zero: the second axis.
-const ZERO_Y: u32 = 2;
+pub(super) const ZERO_Y: u32 = 2;
 
 /// The published values.
 #[derive(Clone, Copy, Debug)]
@@ -56,13 +57,23 @@ pub struct Inclination {
     numbers: [i32; VALUES],
     /// The angles without offset, in 0.01 deg; None before the first sample.
     measured: Option<[i32; 2]>,
+    /// The angles without offset, not rounded.
+    fine: [Angle; 2],
     faults: Faults,
+}
+
+impl Inclination {
+    /// The angles without offset, not rounded; None before the first sample.
+    pub(super) fn fine(&self) -> Option<[Angle; 2]> {
+        self.measured.map(|_| self.fine)
+    }
 }
 
 impl Values for Inclination {
     const INITIAL: Self = Self {
         numbers: [0; VALUES],
         measured: None,
+        fine: [Angle::ZERO; 2],
         faults: Faults::NONE,
     };
 
@@ -118,6 +129,7 @@ impl Ims360Application {
         Inclination {
             numbers,
             measured: measured.then(|| self.measuring.measured()),
+            fine: self.measuring.fine(),
             faults: self.faults(angles),
         }
     }
@@ -221,7 +233,7 @@ impl Application for Ims360Application {
     ) -> Result<Effect, Refused> {
         match id {
             id::AUTO_ZERO => zero(value, values, parameters)?,
-            id::PROTOCOL | id::FILTER_TYPE | id::CUT_OFF => {
+            id::FILTER_TYPE | id::CUT_OFF => {
                 let before = parameters.get(id);
                 parameters.set(id, value);
                 if !are_consistent(parameters) {

@@ -2,6 +2,7 @@
 
 use super::Ims360Product;
 use super::parameters::{FILTER_KINDS, has_two_axes, id};
+use crate::angle::Angle;
 use crate::measure::fusion::{Fusion, Noise};
 use crate::measure::low_pass::Kind;
 use crate::measure::mean_rate::ACCELERATION_AGE;
@@ -23,6 +24,8 @@ pub(super) struct Measuring {
     offsets: [i32; 2],
     /// The filtered up vector; None before the first sample.
     up: Option<I32x3>,
+    /// The angles without offset, not rounded.
+    fine: [Angle; 2],
     /// The angles without offset, in 0.01 deg.
     measured: [i32; 2],
     /// The calibrated acceleration, before all filters.
@@ -40,6 +43,7 @@ impl Measuring {
         two_axes: false,
         offsets: [0; 2],
         up: None,
+        fine: [Angle::ZERO; 2],
         measured: [0; 2],
         force: I32x3 { x: 0, y: 0, z: 0 },
         rate: I32x3 { x: 0, y: 0, z: 0 },
@@ -95,9 +99,12 @@ impl Measuring {
         let Some(up) = self.up else { return };
         self.measured = if self.two_axes {
             let angles = definition::perpendicular(up);
-            [angles.x.centidegrees(), angles.y.centidegrees()]
+            self.fine = [angles.x, angles.y];
+            self.fine.map(Angle::centidegrees)
         } else {
-            [definition::rotation(up).centidegrees_unsigned().into(), 0]
+            let angle = definition::rotation(up);
+            self.fine = [angle, Angle::ZERO];
+            [angle.centidegrees_unsigned().into(), 0]
         };
     }
 
@@ -114,6 +121,11 @@ impl Measuring {
     /// The angles without offset, in 0.01 deg.
     pub fn measured(&self) -> [i32; 2] {
         self.measured
+    }
+
+    /// The angles without offset, not rounded.
+    pub fn fine(&self) -> [Angle; 2] {
+        self.fine
     }
 
     /// The angles with their offsets, in 0.01 deg: 1-axis modulo 360 deg, 2-axis limited to 32 bits.

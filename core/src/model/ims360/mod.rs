@@ -1,10 +1,12 @@
-//! SIKO IMS360: one axis 0 to 360 deg or two axes +-90 deg, CANopen with the device profile for inclination sensors (CiA 410).
+//! SIKO IMS360: one axis 0 to 360 deg or two axes +-90 deg, CANopen with the device profile for inclination sensors (CiA 410),
+//! or SAE J1939.
 //!
 //! Section numbers refer to the user manual "IMS360 CANopen", change status 088/25.
 //!
 #![doc = include_str!("README.md")]
 
 mod application;
+mod j1939;
 mod measuring;
 mod objects;
 mod parameters;
@@ -15,11 +17,10 @@ pub use parameters::id;
 use crate::application::{Faults, Values};
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
-use crate::canopen::{
-    self, Block, CanopenNode, DynamicTpdos, Kept, Lss, Present, Triggers, Variant,
-};
-use crate::model::listing::Article;
+use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers, Variant};
+use crate::j1939::DualNode;
 use crate::model::listing::canopen::Listing;
+use crate::model::listing::{Adjustment, Article, Guide, Written};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 
@@ -27,17 +28,43 @@ use crate::store::ImageId;
 pub struct Ims360Product;
 
 /// The sensor.
-pub type Ims360 = CanopenNode<Ims360Product>;
+pub type Ims360 = DualNode<Ims360Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Ims360Product> = Listing::new(
+pub const LISTING: Listing<Ims360Product, Ims360> = Listing::with_j1939(
     "ims360",
     "SIKO",
     Article {
         name: "IMS360",
         number: "IMS360",
     },
-);
+)
+.guided(&GUIDE);
+
+const GUIDE: Guide = Guide {
+    short_names: &[
+        (id::CUT_OFF, "cut-off"),
+        (id::FILTER_TYPE, "filter-type"),
+        (id::ZERO_X, "zero-x"),
+        (id::ZERO_Y, "zero-y"),
+    ],
+    groups: &[("filter", &[id::CUT_OFF, id::FILTER_TYPE])],
+    angles: &[value::X, value::Y],
+    zero: &[
+        Adjustment::new(
+            "x",
+            &[(id::AUTO_ZERO, Written::Number(application::ZERO_X))],
+        ),
+        Adjustment {
+            absent_if: Some((id::DEVICE_TYPE, parameters::ONE_AXIS_TYPE)),
+            ..Adjustment::new(
+                "y",
+                &[(id::AUTO_ZERO, Written::Number(application::ZERO_Y))],
+            )
+        },
+    ],
+    ..Guide::NONE
+};
 
 /// The number of errors in the history (1003h).
 const HISTORY: usize = 8;
@@ -125,6 +152,7 @@ impl canopen::Product for Ims360Product {
         history: id::HISTORY,
     });
     const VARIANTS: &'static [Variant] = &[parameters::ONE_AXIS];
+    const SELECTOR: Option<(ParameterId, u32)> = Some((id::PROTOCOL, parameters::CANOPEN));
     const IMAGE: ImageId = ImageId::new(0x3600);
     crate::project_objects!();
 

@@ -96,6 +96,37 @@ const CONTROL: [Object; 5] = [
     constant(0x20FF, 0, "Version of layout", DataType::U16, 1),
 ];
 
+const J1939: [Object; 21] = [
+    parameter(0x2102, 0, id::J1939_ADDRESS),
+    highest(0x2104, "J1939 transmission rates", DataType::U8, 4),
+    parameter(0x2104, 1, id::J1939_RATES[0]),
+    parameter(0x2104, 2, id::J1939_RATES[1]),
+    parameter(0x2104, 3, id::J1939_RATES[2]),
+    parameter(0x2104, 4, id::J1939_RATES[3]),
+    highest(0x2105, "J1939 priorities", DataType::U8, 4),
+    parameter(0x2105, 1, id::J1939_PRIORITIES[0]),
+    parameter(0x2105, 2, id::J1939_PRIORITIES[1]),
+    parameter(0x2105, 3, id::J1939_PRIORITIES[2]),
+    parameter(0x2105, 4, id::J1939_PRIORITIES[3]),
+    highest(0x2106, "J1939 NAME", DataType::U8, 9),
+    parameter(0x2106, 1, id::J1939_NAME[0]),
+    parameter(0x2106, 2, id::J1939_NAME[1]),
+    parameter(0x2106, 3, id::J1939_NAME[2]),
+    parameter(0x2106, 4, id::J1939_NAME[3]),
+    parameter(0x2106, 5, id::J1939_NAME[4]),
+    parameter(0x2106, 6, id::J1939_NAME[5]),
+    parameter(0x2106, 7, id::J1939_NAME[6]),
+    parameter(0x2106, 8, id::J1939_NAME[7]),
+    service(
+        0x2106,
+        9,
+        "Identity number",
+        DataType::U32,
+        Access::Ro,
+        Service::IdentityNumber,
+    ),
+];
+
 const STATUS: [Object; 6] = [
     highest(0x3000, "Status", DataType::U8, 5),
     Object {
@@ -215,6 +246,7 @@ pub(super) const OBJECTS: &[Object] = crate::objects![
     profile::dynamic_mapping(3, "4. Transmit PDO mapping parameter", id::MAPPING[3]),
     IDENTIFICATION,
     CONTROL,
+    J1939,
     STATUS,
     vector(0x3010, "Acceleration values", value::FORCE16),
     HIGH_RESOLUTION_FORCE,

@@ -63,10 +63,37 @@ pub mod id {
     pub const RESTORE_REQUEST: ParameterId = ParameterId(71);
     /// The first of the stored errors (1003h); not objects.
     pub const HISTORY: ParameterId = ParameterId(72);
+    /// J1939: preferred address (2102h).
+    pub const J1939_ADDRESS: ParameterId = ParameterId(80);
+    /// J1939: transmission rates (2104h) of SSI2, SSI, ARI and ACCS.
+    pub const J1939_RATES: [ParameterId; 4] = [
+        ParameterId(81),
+        ParameterId(82),
+        ParameterId(83),
+        ParameterId(84),
+    ];
+    /// J1939: priorities (2105h) of SSI2, SSI, ARI and ACCS.
+    pub const J1939_PRIORITIES: [ParameterId; 4] = [
+        ParameterId(85),
+        ParameterId(86),
+        ParameterId(87),
+        ParameterId(88),
+    ];
+    /// J1939: the fields of the NAME (2106h), except the identity number.
+    pub const J1939_NAME: [ParameterId; 8] = [
+        ParameterId(89),
+        ParameterId(90),
+        ParameterId(91),
+        ParameterId(92),
+        ParameterId(93),
+        ParameterId(94),
+        ParameterId(95),
+        ParameterId(96),
+    ];
 }
 
 /// The device type (1000h) with one axis.
-const ONE_AXIS_TYPE: u32 = 0x0703_019A;
+pub(super) const ONE_AXIS_TYPE: u32 = 0x0703_019A;
 /// The device type with two axes.
 const TWO_AXES_TYPE: u32 = 0x0704_019A;
 
@@ -101,8 +128,8 @@ pub(super) fn has_two_axes(parameters: &Parameters<Ims360Product>) -> bool {
     parameters.get(id::DEVICE_TYPE) != ONE_AXIS_TYPE
 }
 
-/// The protocols of 3100h:01 that this firmware has: CANopen.
-const PROTOCOLS: [u32; 1] = [2];
+/// 3100h:01: CANopen.
+pub(super) const CANOPEN: u32 = 2;
 
 /// 3110h:01: critically damped.
 const CRITICALLY_DAMPED: u16 = 2;
@@ -120,14 +147,63 @@ const FILTER_CODING: Coding<Kind, 3> = Coding([
 /// The types of the low-pass filter in the form that the device uses.
 pub(super) static FILTER_KINDS: [Kind; 3] = FILTER_CODING.sequence();
 
-/// Whether the parameters fit each other: the cut-off frequency is in the range of the filter type (7.2.38), and the firmware has the
-/// protocol.
+/// Whether the parameters fit each other: the cut-off frequency is in the range of the filter type (7.2.38).
 pub(super) fn are_consistent(parameters: &Parameters<Ims360Product>) -> bool {
     let kind = parameters.get(id::FILTER_TYPE);
-    PROTOCOLS.contains(&parameters.get(id::PROTOCOL))
-        && (kind != CRITICALLY_DAMPED.into()
-            || parameters.get(id::CUT_OFF) <= (*Kind::CriticallyDamped.cutoffs().end()).into())
+    kind != CRITICALLY_DAMPED.into()
+        || parameters.get(id::CUT_OFF) <= (*Kind::CriticallyDamped.cutoffs().end()).into()
 }
+
+/// Off, or a period in ms.
+const PERIODS: Ranges = Ranges {
+    text: "0, 10..65535",
+    ignored_bits: 0,
+    ranges: &[(0, 0), (10, 65_535)],
+};
+
+/// The transmission rate of a J1939 group.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn rate(place: usize, name: &'static str, factory: u32) -> Parameter {
+    Parameter {
+        unit: "ms",
+        permitted: Permitted::Ranges(&PERIODS),
+        factory,
+        ..Parameter::new(id::J1939_RATES[place], name, DataType::U16)
+    }
+}
+
+/// The priority of a J1939 group.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn priority(place: usize, name: &'static str) -> Parameter {
+    Parameter::new(id::J1939_PRIORITIES[place], name, DataType::U8).within(0, 7, 3)
+}
+
+/// A field of the J1939 NAME.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn field(place: usize, name: &'static str, high: i64, factory: i32) -> Parameter {
+    Parameter::new(id::J1939_NAME[place], name, DataType::U8).within(0, high, factory)
+}
+
+/// The parameters of J1939.
+const J1939: [Parameter; 17] = [
+    Parameter::new(id::J1939_ADDRESS, "Preferred address", DataType::U8).within(0, 253, 128),
+    rate(0, "Transmission rate SSI2", 10),
+    rate(1, "Transmission rate SSI", 0),
+    rate(2, "Transmission rate ARI", 0),
+    rate(3, "Transmission rate ACCS", 0),
+    priority(0, "Priority SSI2"),
+    priority(1, "Priority SSI"),
+    priority(2, "Priority ARI"),
+    priority(3, "Priority ACCS"),
+    field(0, "Arbitrary address capable", 1, 1),
+    field(1, "Industry group", 7, 0),
+    field(2, "Vehicle system instance", 15, 0),
+    field(3, "Vehicle system", 127, 0),
+    field(4, "Function", 255, 145),
+    field(5, "Function instance", 31, 0),
+    field(6, "ECU instance", 7, 0),
+    Parameter::new(id::J1939_NAME[7], "Manufacturer code", DataType::U16).within(0, 2047, 2047),
+];
 
 /// A parameter with named values.
 const fn named(
@@ -173,7 +249,7 @@ const fn errors() -> [Parameter; HISTORY] {
 }
 
 impl Table for Ims360Product {
-    /// In the order of the objects; parameters that are not objects come last.
+    /// In the order of the objects, then parameters that are not objects, then those of later versions.
     const PARAMETERS: &'static [Parameter] = crate::parameters![
         [
             Parameter {
@@ -187,11 +263,7 @@ impl Table for Ims360Product {
                 ..profile::emcy_cob_id(id::EMCY_COB_ID)
             },
             Parameter {
-                permitted: Permitted::Ranges(&Ranges {
-                    text: "0, 10..65535",
-                    ignored_bits: 0,
-                    ranges: &[(0, 0), (10, 65_535)],
-                }),
+                permitted: Permitted::Ranges(&PERIODS),
                 ..profile::heartbeat_time(id::HEARTBEAT_TIME)
             },
         ],
@@ -212,14 +284,14 @@ impl Table for Ims360Product {
             },
             profile::lss_node_id(id::NODE_ID, 50),
             Parameter {
-                permitted: Permitted::Ranges(&Ranges {
-                    text: "2",
-                    ignored_bits: 0,
-                    ranges: &[(1, 1), (2, 2)],
-                }),
-                meanings: &[(1, "SAE J1939"), (2, "CANopen")],
-                factory: 2,
-                ..Parameter::new(id::PROTOCOL, "CAN protocol", DataType::U8)
+                // Another error than that of a range.
+                permitted: Permitted::OneOf(&[1, CANOPEN]),
+                ..named(
+                    id::PROTOCOL,
+                    "CAN protocol",
+                    &[(1, "SAE J1939"), (CANOPEN, "CANopen")],
+                    CANOPEN,
+                )
             },
             named(
                 id::BUS_OFF_RECOVERY,
@@ -270,6 +342,7 @@ impl Table for Ims360Product {
             Parameter::new(id::RESTORE_REQUEST, "Requested restore", DataType::U8),
         ],
         errors(),
+        J1939,
     ];
     crate::project_parameters!();
 }

@@ -18,8 +18,8 @@ use crate::application::{Effect, Faults};
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::{self, CanopenNode, LedTable, TpdoArray};
-use crate::model::listing::Article;
 use crate::model::listing::canopen::Listing;
+use crate::model::listing::{Adjustment, Article, Guide, Resolution, Written};
 use crate::node::Pattern;
 use crate::param::{ParameterId, Parameters, Refused};
 use crate::store::ImageId;
@@ -38,7 +38,31 @@ pub const LISTING: Listing<Jn2101Product> = Listing::new(
         name: "JN2101",
         number: "JN2101",
     },
-);
+)
+.guided(&GUIDE);
+
+const GUIDE: Guide = Guide {
+    short_names: &[
+        (id::FILTER, "filter"),
+        (id::ZERO, "zero"),
+        (id::TEACH, "teach"),
+    ],
+    angles: &[value::X32, value::Y32],
+    resolution: Some(Resolution {
+        parameter: id::RESOLUTION,
+        parameters: &[],
+        values: &[value::X16, value::Y16, value::X32, value::Y32],
+    }),
+    zero: &[Adjustment::new(
+        "",
+        &[(id::ZERO, Written::Number(parameters::RELATIVE))],
+    )],
+    teach: &[Adjustment::new(
+        "",
+        &[(id::TEACH, Written::Number(parameters::RELATIVE))],
+    )],
+    ..Guide::NONE
+};
 
 /// The number of errors in the history (1003h).
 const HISTORY: usize = 50;

@@ -1,12 +1,17 @@
 //! The catalogue entry of a CANopen product.
 
-use super::{Article, Product, Protocol, Settings, Start};
+use super::{Article, Guide, Product, Protocol, Settings, Start};
 use crate::application::Application;
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
 use crate::canopen::{self, Canopen, CanopenNode, LedTable, Variant};
+use crate::j1939::diagnostics::Code;
+use crate::j1939::signal::Group;
+use crate::j1939::{self, DualNode, groups};
+use crate::node::{Boot, Node};
 use crate::param::{ParameterId, Table};
+use crate::time::Instant;
 use core::marker::PhantomData;
 
 /// The tables of a product with the CANopen protocol.
@@ -34,6 +39,27 @@ pub struct Tables {
     pub lss: bool,
     /// The variants with other factory values.
     pub variants: &'static [Variant],
+    /// The tables of J1939, the other protocol; None without it.
+    pub j1939: Option<J1939Tables>,
+}
+
+/// The tables of a product that also has the J1939 protocol.
+#[derive(Clone, Copy, Debug)]
+pub struct J1939Tables {
+    /// The parameter that selects the protocol, and its value for CANopen.
+    pub selector: Option<(ParameterId, u32)>,
+    /// The groups with process data.
+    pub groups: &'static [Group],
+    /// The parameters with their transmission rates.
+    pub rates: [ParameterId; groups::COUNT],
+    /// The parameters with their priorities.
+    pub priorities: [ParameterId; groups::COUNT],
+    /// The parameter with the preferred address.
+    pub address: ParameterId,
+    /// The parameters with the fields of the NAME.
+    pub name: [ParameterId; 8],
+    /// The diagnostic trouble codes.
+    pub troubles: &'static [Code],
 }
 
 impl Tables {
@@ -42,12 +68,16 @@ impl Tables {
     }
 }
 
-/// A catalogue entry: the tables of `P` with a single article.
-pub struct Listing<P> {
+/// A catalogue entry: the tables of `P` with a single article, and its node `N`.
+pub struct Listing<P: canopen::Product, N = CanopenNode<P>> {
     /// The short name.
     pub name: &'static str,
     maker: &'static str,
     article: Article,
+    power_up: fn(Instant, &Boot) -> N,
+    store_buffer: usize,
+    j1939: Option<J1939Tables>,
+    guide: &'static Guide,
     product: PhantomData<P>,
 }
 
@@ -58,8 +88,43 @@ impl<P: canopen::Product> Listing<P> {
             name,
             maker,
             article,
+            power_up: CanopenNode::<P>::new,
+            store_buffer: CanopenNode::<P>::STORE_BUFFER,
+            j1939: None,
+            guide: &Guide::NONE,
             product: PhantomData,
         }
+    }
+}
+
+impl<P: j1939::Product> Listing<P, DualNode<P>> {
+    /// The catalogue entry of product `P` with the protocols CANopen and J1939.
+    pub const fn with_j1939(name: &'static str, maker: &'static str, article: Article) -> Self {
+        Self {
+            name,
+            maker,
+            article,
+            power_up: DualNode::<P>::new,
+            store_buffer: DualNode::<P>::STORE_BUFFER,
+            j1939: Some(J1939Tables {
+                selector: P::SELECTOR,
+                groups: &groups::GROUPS,
+                rates: P::RATES,
+                priorities: P::PRIORITIES,
+                address: P::ADDRESS,
+                name: P::NAME,
+                troubles: P::TROUBLES,
+            }),
+            guide: &Guide::NONE,
+            product: PhantomData,
+        }
+    }
+}
+
+impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
+    /// The same with a guide for tools.
+    pub const fn guided(self, guide: &'static Guide) -> Self {
+        Self { guide, ..self }
     }
 
     /// The product as data.
@@ -79,6 +144,7 @@ impl<P: canopen::Product> Listing<P> {
                 bit_rate_unit: P::BIT_RATE_UNIT,
                 lss: Canopen::<P>::LSS,
                 variants: P::VARIANTS,
+                j1939: self.j1939,
             }),
             parameters: <P::Application as Application>::Table::PARAMETERS,
             constraints: <P::Application as Application>::Table::CONSTRAINTS,
@@ -86,7 +152,8 @@ impl<P: canopen::Product> Listing<P> {
             heater: <P::Application as Application>::HEATER,
             image: P::IMAGE,
             layout: <P::Application as Application>::Table::LAYOUT,
-            store_buffer: CanopenNode::<P>::STORE_BUFFER,
+            store_buffer: self.store_buffer,
+            guide: self.guide,
         }
     }
 
@@ -98,7 +165,7 @@ impl<P: canopen::Product> Listing<P> {
         {
             return None;
         }
-        let node = CanopenNode::<P>::new(settings.now, &settings.boot);
+        let node = (self.power_up)(settings.now, &settings.boot);
         Some(start.start(node))
     }
 }

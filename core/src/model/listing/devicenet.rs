@@ -1,6 +1,6 @@
 //! The catalogue entry of a DeviceNet product.
 
-use super::{Article, Product, Protocol, Settings, Start};
+use super::{Article, Guide, Product, Protocol, Settings, Start};
 use crate::application::Application;
 use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 use crate::param::Table;
@@ -32,6 +32,7 @@ pub struct Listing<P> {
     /// The short name.
     pub name: &'static str,
     article: Article,
+    guide: &'static Guide,
     product: PhantomData<P>,
 }
 
@@ -44,8 +45,14 @@ impl<P: devicenet::Product> Listing<P> {
                 name: article,
                 number: P::IDENTITY.catalog,
             },
+            guide: &Guide::NONE,
             product: PhantomData,
         }
+    }
+
+    /// The same with a guide for tools.
+    pub const fn guided(self, guide: &'static Guide) -> Self {
+        Self { guide, ..self }
     }
 
     /// The product as data.
@@ -67,6 +74,7 @@ impl<P: devicenet::Product> Listing<P> {
             image: P::IMAGE,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: DevicenetNode::<P>::STORE_BUFFER,
+            guide: self.guide,
         }
     }
 

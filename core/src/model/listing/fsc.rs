@@ -1,6 +1,6 @@
 //! The catalogue entry of an FSC product.
 
-use super::{Product, Protocol, Settings, Start};
+use super::{Guide, Product, Protocol, Settings, Start};
 use crate::application::Application;
 use crate::fsc::table::{Access, Function, LedTable, Roles};
 use crate::fsc::{self, Article, FscNode, StatusBit};
@@ -39,6 +39,7 @@ pub struct Listing<P> {
     pub name: &'static str,
     maker: &'static str,
     articles: &'static [Article],
+    guide: &'static Guide,
     product: PhantomData<P>,
 }
 
@@ -53,8 +54,14 @@ impl<P: fsc::Product> Listing<P> {
             name,
             maker,
             articles,
+            guide: &Guide::NONE,
             product: PhantomData,
         }
+    }
+
+    /// The same with a guide for tools.
+    pub const fn guided(self, guide: &'static Guide) -> Self {
+        Self { guide, ..self }
     }
 
     /// The product as data. Articles with different image ids are a compile error.
@@ -84,6 +91,7 @@ impl<P: fsc::Product> Listing<P> {
             image,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: FscNode::<P>::STORE_BUFFER,
+            guide: self.guide,
         }
     }
 

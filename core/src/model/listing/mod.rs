@@ -5,6 +5,9 @@
 pub mod canopen;
 pub mod devicenet;
 pub mod fsc;
+mod guide;
+
+pub use guide::{Adjustment, Guide, Resolution, Written};
 
 use crate::heater;
 use crate::node::{Boot, Node};
@@ -35,6 +38,8 @@ pub struct Product {
     pub layout: u8,
     /// The size, in bytes, of the buffer of a [`Store`](crate::store::Store) for it.
     pub store_buffer: usize,
+    /// A guide for tools.
+    pub guide: &'static Guide,
 }
 
 impl Product {

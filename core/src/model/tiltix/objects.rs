@@ -1,9 +1,10 @@
 //! The DeviceNet objects of the TILTIX: the angle object (class 65h) and the input assemblies (manual 5.1).
 
 use super::application::value;
-use super::parameters::{BIT_RATES, id};
+use super::parameters::{BIT_RATES, IN_RESOLUTION, SCALING, id};
 use crate::application::Application;
 use crate::devicenet::{Assembly, Attribute, Identity, Object, Roles, Source};
+use crate::model::listing::{Adjustment, Guide, Resolution, Written};
 use crate::param::{DataType, ParameterId, Table, ValueId};
 
 /// The number of attributes of the angle object.
@@ -178,3 +179,37 @@ pub(super) const fn attributes<A: Application>() -> [Attribute; COUNT] {
         ),
     ]
 }
+
+/// The preset value 0 becomes the present angle. The offset acts only with scaling. Preset enable acts when it changes from 0 to 1.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn zero(axis: usize) -> [(ParameterId, Written); 5] {
+    [
+        (id::OPERATING[axis], Written::Bits(SCALING)),
+        (id::PRESET[axis], Written::Number(0)),
+        (id::PRESET_ENABLE[axis], Written::Number(0)),
+        (id::PRESET_ENABLE[axis], Written::Number(1)),
+        (id::PRESET_ENABLE[axis], Written::Number(0)),
+    ]
+}
+
+const ZERO_X: Adjustment = Adjustment::new("x", &zero(0));
+const ZERO_Y: Adjustment = Adjustment::new("y", &zero(1));
+
+const fn guide(angles: &'static [ValueId], zero: &'static [Adjustment]) -> Guide {
+    Guide {
+        angles,
+        resolution: Some(Resolution {
+            parameter: id::RESOLUTION,
+            parameters: &IN_RESOLUTION,
+            values: &value::SLOPE,
+        }),
+        zero,
+        ..Guide::NONE
+    }
+}
+
+/// The guide for one axis.
+pub(super) const GUIDE_ONE_AXIS: Guide = guide(&[value::SLOPE[0]], &[ZERO_X]);
+
+/// The guide for two axes.
+pub(super) const GUIDE_TWO_AXES: Guide = guide(&value::SLOPE, &[ZERO_X, ZERO_Y]);

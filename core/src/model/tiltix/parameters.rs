@@ -196,6 +196,12 @@ const ANGLES: [ParameterId; 6] = [
     id::DIFFERENTIAL[1],
 ];
 
+/// The parameters whose unit is the resolution.
+pub(super) const IN_RESOLUTION: [ParameterId; 7] = {
+    let [a, b, c, d, e, f] = ANGLES;
+    [a, b, c, d, e, f, id::COS_DELTA]
+};
+
 /// Whether the parameters are within the limits that follow from the resolution.
 pub(super) fn are_consistent<T: Table>(range: Range, parameters: &Parameters<T>) -> bool {
     let limited = id::PRESET.iter().chain(&id::DIFFERENTIAL);

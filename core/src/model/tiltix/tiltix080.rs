@@ -18,7 +18,8 @@ pub struct Tiltix080Product;
 pub type Tiltix080 = DevicenetNode<Tiltix080Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Tiltix080Product> = Listing::new("tiltix080", "TILTIX080");
+pub const LISTING: Listing<Tiltix080Product> =
+    Listing::new("tiltix080", "TILTIX080").guided(&objects::GUIDE_TWO_AXES);
 
 impl Table for Tiltix080Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);

@@ -18,7 +18,8 @@ pub struct Tiltix360Product;
 pub type Tiltix360 = DevicenetNode<Tiltix360Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Tiltix360Product> = Listing::new("tiltix360", "TILTIX360");
+pub const LISTING: Listing<Tiltix360Product> =
+    Listing::new("tiltix360", "TILTIX360").guided(&objects::GUIDE_ONE_AXIS);
 
 impl Table for Tiltix360Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);

@@ -5,6 +5,7 @@ pub mod devicenet;
 pub mod fsc;
 pub mod gauge;
 pub mod ims360;
+pub mod j1939;
 pub mod mapped;
 pub mod tiltix;
 

@@ -1,7 +1,8 @@
-//! The messages of the scenario for the IMS360: CANopen with LSS, block transfer, dynamic mapping and the Kalman filter.
+//! The messages of the scenario for the IMS360: CANopen with LSS, block transfer, dynamic mapping and the Kalman filter, and
+//! J1939.
 
 use super::super::function::{FUSION_STEP, STEP, TUNE};
-use super::{Filter, Message, Protocol, Service, Step};
+use super::{Filter, J1939, Message, Protocol, Service, Step};
 use bench::BusRate;
 use plumbline::time::millis;
 
@@ -28,9 +29,35 @@ const LOW_PASS: Message = sdo(&[0x2F, 0x10, 0x31, 2, 0, 0, 0, 0]);
 const TENTH_HERTZ: Message = sdo(&[0x2B, 0x11, 0x31, 0, 100, 0, 0, 0]);
 const TWO_HERTZ: Message = sdo(&[0x2B, 0x11, 0x31, 0, 0xD0, 0x07, 0, 0]);
 
+/// Parameters in J1939, from 21h to the factory address.
+const fn parameter(data: &'static [u8; 8]) -> Message {
+    Message(0x18EF_8021, data)
+}
+
+const VEHICLE: J1939 = J1939 {
+    // 3100h:01, save, restart.
+    change: &[
+        sdo(&[0x2F, 0x00, 0x31, 1, 1, 0, 0, 0]),
+        SAVE,
+        sdo(&[0x2F, 0x10, 0x20, 1, 1, 0, 0, 0]),
+    ],
+    off: parameter(&[0x2B, 0x04, 0x21, 1, 0, 0, 0, 0]),
+    on: parameter(&[0x2B, 0x04, 0x21, 1, 10, 0, 0, 0]),
+    contention: Message(0x18EE_FF80, &[0xFF; 8]),
+    requests: &[
+        // SSI2.
+        ("j1939_request", Message(0x18EA_8021, &[0x29, 0xF0, 0])),
+        // Longitudinal, 32 bits.
+        (
+            "j1939_parameter",
+            parameter(&[0x40, 0x10, 0x61, 0, 0, 0, 0, 0]),
+        ),
+    ],
+};
+
 /// CANopen with the objects of the IMS360 (chapter 7 of its manual).
 pub(in super::super) const IMS360: Protocol = Protocol {
-    module: "plumbline::canopen::",
+    modules: &["plumbline::canopen::", "plumbline::j1939::"],
     bus: BusRate::Follow,
     preparation: &[
         // 1 Mbit/s.
@@ -165,6 +192,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
             function: None,
         },
     ],
+    j1939: Some(&VEHICLE),
     // The first TPDO every 5 ms.
     cyclic: &[
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),

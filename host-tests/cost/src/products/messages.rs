@@ -17,7 +17,7 @@ const BUTTERWORTH: Message = request(&[0x27, 0x64, 0x00, 1]);
 /// GEMAC's function select codes (table 17 of the manual). A one-axis product refuses the two writes to its second angle; this is
 /// also a reply.
 pub(super) const FSC: Protocol = Protocol {
-    module: "plumbline::fsc::",
+    modules: &["plumbline::fsc::"],
     // The sensor detects the bit rate.
     bus: BusRate::Fixed(BitRate::M1),
     preparation: &[],
@@ -93,6 +93,7 @@ pub(super) const FSC: Protocol = Protocol {
         request(&[0x77]),
     ],
     services: &[],
+    j1939: None,
     cyclic: &[request(&[0x25, 5, 0]), request(&[0x26, 1])],
     not_cyclic: request(&[0x26, 0]),
     set_up: &[request(&[0x23, 9]), request(&[0x24, 1])],
@@ -124,7 +125,7 @@ const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
 
 /// CANopen with the objects of the JN2101 (section 14 of its manual).
 pub(super) const CANOPEN: Protocol = Protocol {
-    module: "plumbline::canopen::",
+    modules: &["plumbline::canopen::"],
     bus: BusRate::Follow,
     preparation: &[
         // 1000 kbit/s.
@@ -224,6 +225,7 @@ pub(super) const CANOPEN: Protocol = Protocol {
         function: Some(FINISH),
     }],
     // The first TPDO every 5 ms.
+    j1939: None,
     cyclic: &[
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
         sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),

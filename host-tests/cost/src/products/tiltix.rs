@@ -22,7 +22,7 @@ const HOLD: Message = request(&[0x0A, 0x10, 0x65, 1, 0x85, 0xE8, 0x03]);
 
 /// DeviceNet with the objects of the TILTIX (section 5.1 of its manual).
 pub(super) const DEVICENET: Protocol = Protocol {
-    module: "plumbline::devicenet::",
+    modules: &["plumbline::devicenet::"],
     bus: BusRate::Follow,
     preparation: &[
         // 500 kbit/s, then a reset.
@@ -104,6 +104,7 @@ pub(super) const DEVICENET: Protocol = Protocol {
         function: Some(FINISH),
     }],
     // A cyclic connection without acknowledgement, every 5 ms.
+    j1939: None,
     cyclic: &[
         request(&[0x0A, 0x4B, 3, 1, 0x60, 0x0A]),
         request(&[0x0A, 0x10, 5, 4, 9, 5, 0]),

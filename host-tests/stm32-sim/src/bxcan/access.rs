@@ -92,9 +92,14 @@ impl BxCan {
             | Register::FilterFifo
             | Register::FilterActivation
             | Register::FilterBank { .. } => {
+                let received = !self.state.filters.is_initializing();
                 self.state
                     .filters
                     .write(register, value, &mut self.violations);
+                let stopped = received && self.state.filters.is_initializing();
+                if stopped && self.state.control.may_start() {
+                    self.reception_stops += 1;
+                }
             }
         }
         self.changed = true;

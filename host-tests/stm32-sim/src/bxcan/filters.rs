@@ -96,6 +96,11 @@ impl Filters {
         self.shared
     }
 
+    /// Whether CAN_FMR.FINIT is set.
+    pub(super) fn is_initializing(&self) -> bool {
+        self.initialization
+    }
+
     /// A bit for each bank.
     fn all_banks(&self) -> u32 {
         (1 << self.banks.len()) - 1

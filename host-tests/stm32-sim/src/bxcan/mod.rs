@@ -83,6 +83,10 @@ pub struct BxCan {
     sampled_dominant: bool,
     changed: bool,
     overruns: u64,
+    /// Messages that a filter has accepted.
+    stored: u64,
+    /// How many times software has stopped the reception on the bus by CAN_FMR.FINIT.
+    reception_stops: u64,
     btr_history: VecDeque<(Picoseconds, u32)>,
     violations: Violations,
 }
@@ -109,6 +113,8 @@ impl BxCan {
             sampled_dominant: false,
             changed: false,
             overruns: 0,
+            stored: 0,
+            reception_stops: 0,
             btr_history: VecDeque::new(),
             violations: Violations::default(),
         }
@@ -325,6 +331,17 @@ impl BxCan {
         &self.btr_history
     }
 
+    /// Messages that a filter has accepted, lost ones included.
+    pub fn stored(&self) -> u64 {
+        self.stored
+    }
+
+    /// How many times software has stopped the reception by CAN_FMR.FINIT while the controller was on the bus: frames that end
+    /// meanwhile are lost.
+    pub fn reception_stops(&self) -> u64 {
+        self.reception_stops
+    }
+
     /// Messages lost because a FIFO was full.
     pub fn overruns(&self) -> u64 {
         self.overruns
@@ -350,6 +367,7 @@ impl BxCan {
         let Some(found) = self.state.filters.accept(frame) else {
             return;
         };
+        self.stored += 1;
         let message = mailbox::words(frame, found.index);
         let locked = self.state.control.locks_fifo();
         if !self.state.fifos[found.fifo].store(message, locked) {

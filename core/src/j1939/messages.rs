@@ -1,0 +1,138 @@
+//! DM1 and the messages of the transport protocol.
+//!
+//! A message to all nodes takes more than 60 ms for each packet, and one is sent at a time. The others wait, and each has its turn. DM1
+//! is composed when its turn comes. The next DM1 follows the end of the one before, because a receiver takes the last one that is complete.
+
+use super::identifier::{
+    ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, GLOBAL,
+    Identifier, Pgn,
+};
+use super::product::{Conditions, Product};
+use super::protocol::{ContextOf, J1939};
+use crate::canopen::Canopen;
+use crate::time::Instant;
+
+/// The messages that can be too long for a frame.
+pub(super) const LONG: [Pgn; 3] = [ACTIVE_CODES, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION];
+
+/// The bit of a message of [`LONG`].
+fn bit(pgn: Pgn) -> u8 {
+    let place = LONG.iter().position(|long| *long == pgn);
+    place.map_or(0, |place| 1 << place)
+}
+
+impl<P: Product> J1939<P> {
+    /// The active trouble codes.
+    pub(super) fn active(&self, cx: &ContextOf<P>, objects: &Canopen<P>) -> u16 {
+        let (memory, passive) = objects.own_faults();
+        let conditions = Conditions {
+            memory,
+            network: passive || self.overrun,
+        };
+        P::active(&cx.values, &cx.parameters, conditions)
+    }
+
+    /// Sends DM1 when it is due and the one before has ended.
+    pub(super) fn tick_diagnostics(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        objects: &Canopen<P>,
+    ) {
+        self.diagnostics.set(self.active(cx, objects));
+        if self.diagnostics.is_due(now)
+            && cx.shell.has_room()
+            && self.claim.address().is_some()
+            && !self.broadcast.is_of(ACTIVE_CODES)
+        {
+            if self.diagnostics.reported().count_ones() > 1 {
+                self.broadcast(ACTIVE_CODES);
+            } else {
+                self.report_codes(cx, now, objects);
+            }
+        }
+        self.consider(now, self.diagnostics.deadline());
+    }
+
+    /// Sends DM1 in one frame, or begins to send it by BAM. No BAM is in progress if it has more than one frame.
+    fn report_codes(&mut self, cx: &mut ContextOf<P>, now: Instant, objects: &Canopen<P>) {
+        let Some(source) = self.claim.address() else {
+            return;
+        };
+        self.diagnostics.set(self.active(cx, objects));
+        let reported = self.diagnostics.reported();
+        let message = self.diagnostics.message(P::TROUBLES, reported);
+        match <[u8; 8]>::try_from(&*message) {
+            Ok(bytes) => {
+                let id = Identifier::new(ACTIVE_CODES, GLOBAL, source);
+                // On a bus without another node, only the newest one waits.
+                cx.shell.send_cyclic(id.frame(bytes));
+            }
+            Err(_) => self.broadcast.begin(GLOBAL, ACTIVE_CODES, message),
+        }
+        self.waiting &= !bit(ACTIVE_CODES);
+        self.diagnostics.sent(now);
+        // An event is active in one message.
+        if core::mem::take(&mut self.overrun) {
+            self.diagnostics.set(self.active(cx, objects));
+        }
+    }
+
+    /// Sends a message to all nodes when the messages before it are sent.
+    pub(super) fn broadcast(&mut self, pgn: Pgn) {
+        self.waiting |= bit(pgn);
+    }
+
+    /// Takes the next message to all nodes that waits. They take turns in the order of [`LONG`].
+    fn take_waiting(&mut self) -> Option<Pgn> {
+        let last = bit(self.broadcast.pgn());
+        // Those after the last one; none if there was no message yet.
+        let after = self.waiting & !(last | last.wrapping_sub(1));
+        let next = if after == 0 { self.waiting } else { after };
+        let pgn = LONG.get(next.trailing_zeros() as usize).copied();
+        self.waiting &= !pgn.map_or(0, bit);
+        pgn
+    }
+
+    /// Sends a frame of a message when all other frames have left the queue, so that they do not wait for it.
+    pub(super) fn tick_transport(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        objects: &Canopen<P>,
+    ) {
+        if !cx.shell.is_sending()
+            && let Some(source) = self.claim.address()
+        {
+            if !self.broadcast.is_active()
+                && let Some(pgn) = self.take_waiting()
+            {
+                if pgn == ACTIVE_CODES {
+                    self.report_codes(cx, now, objects);
+                } else if let Some(message) = self.message(cx, pgn) {
+                    self.broadcast.begin(GLOBAL, pgn, message);
+                }
+            }
+            let expired = self.commanded.poll(now, COMMANDED_ADDRESS);
+            let transfers = [&mut self.broadcast].into_iter();
+            let mut transfers = transfers.chain(&mut self.connections);
+            let packet = expired.or_else(|| transfers.find_map(|transfer| transfer.next(now)));
+            if let Some(packet) = packet {
+                cx.shell.send(packet.frame(source));
+            }
+        } else if self.claim.address().is_none() {
+            // Without an address, there are only transfers to all nodes, which end without a message.
+            let _ = self.commanded.poll(now, COMMANDED_ADDRESS);
+        }
+        self.pending |= self.waiting != 0 && cx.shell.is_sending();
+        let transfers = [&self.broadcast].into_iter().chain(&self.connections);
+        let mut deadlines = self.commanded.deadline();
+        let mut pending = false;
+        for transfer in transfers {
+            pending |= transfer.is_pending();
+            deadlines.consider(transfer.deadline());
+        }
+        self.pending |= pending;
+        self.consider(now, deadlines);
+    }
+}

@@ -1,0 +1,203 @@
+//! The IMS360 in J1939: its process data and diagnostic trouble codes.
+//!
+//! The manufacturer's J1939 manual is not public. Pitch is the longitudinal angle (6110h), roll the lateral one (6120h), both with their
+//! zero offsets. Signs are those of the objects.
+
+use super::Ims360Product;
+use super::application::{Inclination, RANGE, SUPPLY, value};
+use super::parameters::{FILTER_KINDS, has_two_axes, id};
+use crate::angle::Angle;
+use crate::application::{Faults, Values};
+use crate::j1939::diagnostics::Code;
+use crate::j1939::signal::{Measured, Merit, Motion};
+use crate::j1939::{self, Conditions};
+use crate::measure::low_pass::Kind;
+use crate::param::{ParameterId, Parameters, ValueId, meaning};
+
+/// One degree in the unit of [`Motion`].
+const DEGREE: i64 = 32_768;
+
+/// The longest latency that can be sent, in us.
+const LONGEST: u32 = 125_000;
+
+/// Failure modes: above and below the range, voltage above and below normal, data erratic, out of calibration or defective.
+const ABOVE: u8 = 0;
+const BELOW: u8 = 1;
+const ERRATIC: u8 = 2;
+const VOLTAGE_ABOVE: u8 = 3;
+const VOLTAGE_BELOW: u8 = 4;
+const DEFECTIVE: u8 = 12;
+
+/// Suspect parameter numbers.
+const PITCH: u32 = 4976;
+const ROLL: u32 = 4977;
+const BATTERY: u32 = 168;
+const MEMORY: u32 = 630;
+const NETWORK: u32 = 639;
+
+const fn code(spn: u32, fmi: u8) -> Code {
+    Code { spn, fmi }
+}
+
+/// The trouble codes, from bit 0 on.
+const TROUBLES: [Code; 12] = [
+    code(PITCH, ABOVE),
+    code(PITCH, BELOW),
+    code(PITCH, ERRATIC),
+    code(ROLL, ABOVE),
+    code(ROLL, BELOW),
+    code(ROLL, ERRATIC),
+    code(PITCH, DEFECTIVE),
+    code(ROLL, DEFECTIVE),
+    code(BATTERY, VOLTAGE_ABOVE),
+    code(BATTERY, VOLTAGE_BELOW),
+    code(MEMORY, DEFECTIVE),
+    code(NETWORK, ERRATIC),
+];
+
+/// The bit of a trouble code.
+#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+const fn bit(spn: u32, fmi: u8) -> u16 {
+    let mut place = 0;
+    while TROUBLES[place].spn != spn || TROUBLES[place].fmi != fmi {
+        place += 1;
+    }
+    1 << place
+}
+
+impl j1939::Product for Ims360Product {
+    const ADDRESS: ParameterId = id::J1939_ADDRESS;
+    const RATES: [ParameterId; 4] = id::J1939_RATES;
+    const PRIORITIES: [ParameterId; 4] = id::J1939_PRIORITIES;
+    const NAME: [ParameterId; 8] = id::J1939_NAME;
+    const MAKE: &'static str = "Plumbline";
+    const TYPE: &'static str = "Inclinometer";
+    const TROUBLES: &'static [Code] = &TROUBLES;
+
+    fn motion(values: &Inclination, parameters: &Parameters<Self>) -> Motion {
+        let faults = values.faults();
+        let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
+        let Some(fine) = values.fine() else {
+            // There was no sample for a time in which one must come.
+            let merit = merit(faults, Faults::NONE, defective, Merit::Unavailable);
+            let measured = Measured { number: 0, merit };
+            let roll = if has_two_axes(parameters) {
+                measured
+            } else {
+                Measured::default()
+            };
+            let mut values = [measured; 8];
+            values[1] = roll;
+            return Motion {
+                values,
+                latency: latency(parameters),
+            };
+        };
+        let [pitch, roll] = angles(fine, parameters);
+        let two_axes = has_two_axes(parameters);
+        let rest = merit(faults, Faults::NONE, defective, Merit::Good);
+        let value = |id: ValueId| Measured {
+            number: values.number(id) as i32,
+            merit: rest,
+        };
+        let [x, y, z] = value::RATE32.map(value);
+        let none = Measured { number: 0, ..x };
+        let [pitch_rate, roll_rate, yaw_rate] = if two_axes { [y, x, z] } else { [z, none, none] };
+        let [force_x, force_y, force_z] = value::FORCE32.map(value);
+        let pitch = Measured {
+            number: pitch,
+            merit: merit(faults, Faults::X, Faults::X_DEFECTIVE, Merit::Good),
+        };
+        let roll = if two_axes {
+            Measured {
+                number: roll,
+                merit: merit(faults, Faults::Y, Faults::Y_DEFECTIVE, Merit::Good),
+            }
+        } else {
+            Measured::default()
+        };
+        Motion {
+            values: [
+                pitch, roll, pitch_rate, roll_rate, yaw_rate, force_x, force_y, force_z,
+            ],
+            latency: latency(parameters),
+        }
+    }
+
+    fn active(values: &Inclination, parameters: &Parameters<Self>, conditions: Conditions) -> u16 {
+        let faults = values.faults();
+        let flag = |set: bool, bit: u16| if set { bit } else { 0 };
+        let has = |fault: Faults| faults.intersects(fault);
+        let angle = |fault: Faults, id: ValueId, [above, below, clips]: [u16; 3]| {
+            let angle = values.number(id) as i32;
+            // Within the range, the cause is an acceleration at the limit.
+            match (has(fault), has_two_axes(parameters)) {
+                (false, _) => 0,
+                (true, true) if angle > RANGE => above,
+                (true, true) if angle < -RANGE => below,
+                (true, _) => clips,
+            }
+        };
+        let pitch = const { [bit(PITCH, ABOVE), bit(PITCH, BELOW), bit(PITCH, ERRATIC)] };
+        let roll = const { [bit(ROLL, ABOVE), bit(ROLL, BELOW), bit(ROLL, ERRATIC)] };
+        let voltage = values.number(value::SUPPLY);
+        let supply = if voltage > SUPPLY.lowest.midpoint(SUPPLY.highest).into() {
+            const { bit(BATTERY, VOLTAGE_ABOVE) }
+        } else {
+            const { bit(BATTERY, VOLTAGE_BELOW) }
+        };
+        angle(Faults::X, value::X, pitch)
+            | angle(Faults::Y, value::Y, roll)
+            | flag(has(Faults::X_DEFECTIVE), const { bit(PITCH, DEFECTIVE) })
+            | flag(has(Faults::Y_DEFECTIVE), const { bit(ROLL, DEFECTIVE) })
+            | flag(has(Faults::SUPPLY), supply)
+            | flag(conditions.memory, const { bit(MEMORY, DEFECTIVE) })
+            | flag(conditions.network, const { bit(NETWORK, ERRATIC) })
+    }
+}
+
+/// The quality of a value; `usual` without faults.
+fn merit(faults: Faults, range: Faults, defective: Faults, usual: Merit) -> Merit {
+    if faults.intersects(defective) {
+        Merit::Error
+    } else if faults.intersects(range) {
+        Merit::Degraded
+    } else {
+        usual
+    }
+}
+
+/// The angles with their zero offsets in 1/32768 deg; 1-axis from -180 deg on.
+fn angles(fine: [Angle; 2], parameters: &Parameters<Ims360Product>) -> [i32; 2] {
+    let [x, y] = fine;
+    let [offset_x, offset_y] = [id::ZERO_X, id::ZERO_Y].map(|id| parameters.get(id) as i32);
+    if has_two_axes(parameters) {
+        return [(x, offset_x), (y, offset_y)].map(|(angle, offset)| {
+            // Rounded to nearest: the offset is in 0.01 deg.
+            let offset = (i64::from(offset) * (2 * DEGREE) + 100).div_euclid(200);
+            let sum = scaled(angle) + offset;
+            sum.clamp(i32::MIN.into(), i32::MAX.into()) as i32
+        });
+    }
+    [scaled(x + Angle::from_centidegrees(offset_x)) as i32, 0]
+}
+
+/// An angle from -180 deg on in 1/32768 deg.
+fn scaled(Angle(angle): Angle) -> i64 {
+    let product = i64::from(angle as i32) * (360 * DEGREE);
+    (product + (1 << 31)) >> 32
+}
+
+/// The latency of the angles in 0.5 ms.
+fn latency(parameters: &Parameters<Ims360Product>) -> u8 {
+    if parameters.get(id::FUSION) != 0 {
+        return 0;
+    }
+    let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Off);
+    let delay = kind.delay(parameters.get(id::CUT_OFF) as u16);
+    if delay > LONGEST {
+        u8::MAX
+    } else {
+        ((delay + 250) / 500) as u8
+    }
+}

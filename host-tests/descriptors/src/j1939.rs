@@ -1,0 +1,315 @@
+//! A CAN database (DBC) of the groups of a product with J1939: process data and trouble codes (DM1), generated from the definitions that
+//! compose the frames. Identifiers have the factory priority and address.
+//!
+//! The attributes are those of J1939 in the tools of Vector: `PGN`, `SPN`, `VFrameFormat`, `GenMsgCycleTime` (0: on request) and the NAME
+//! of the node (`NmJ1939...`).
+
+use plumbline::j1939::diagnostics::PERIOD;
+use plumbline::j1939::identifier::{ACTIVE_CODES, GLOBAL, Identifier, Pgn};
+use plumbline::j1939::signal::{Contents, Group, Signal};
+use plumbline::model::catalog::Product;
+use plumbline::model::listing::canopen::J1939Tables;
+use plumbline::param::ParameterId;
+use std::fmt::Write;
+
+/// The only node.
+const NODE: &str = "Sensor";
+
+/// The figures of merit.
+const MERITS: &str = "0 \"fully functional\" 1 \"degraded\" 2 \"error\" 3 \"not available\"";
+
+/// What 0 and 1 mean as a compensation is not known.
+const COMPENSATIONS: &str = "3 \"not available\"";
+
+/// The states of a lamp.
+const STATES: &str = "0 \"off\" 1 \"on\" 2 \"error\" 3 \"not available\"";
+
+/// Attributes of the node: the fields of the NAME in the order of [`J1939Tables::name`], and their largest values.
+const NAME: [(&str, u32); 8] = [
+    ("NmJ1939AAC", 1),
+    ("NmJ1939IndustryGroup", 7),
+    ("NmJ1939SystemInstance", 15),
+    ("NmJ1939System", 127),
+    ("NmJ1939Function", 255),
+    ("NmJ1939FunctionInstance", 31),
+    ("NmJ1939ECUInstance", 7),
+    ("NmJ1939ManufacturerCode", 2047),
+];
+
+/// The fields of DM1 with one code, and their SPN (SAE J1939-73, 5.7.1): name, SPN, first bit, number of bits.
+const CODES: [(&str, u32, u8, u8); 13] = [
+    ("ProtectLamp", 987, 0, 2),
+    ("AmberWarningLamp", 624, 2, 2),
+    ("RedStopLamp", 623, 4, 2),
+    ("MalfunctionIndicatorLamp", 1213, 6, 2),
+    ("FlashProtectLamp", 3041, 8, 2),
+    ("FlashAmberWarningLamp", 3040, 10, 2),
+    ("FlashRedStopLamp", 3039, 12, 2),
+    ("FlashMalfunctionIndicatorLamp", 3038, 14, 2),
+    // The upper three bits of the number are 0 in all codes.
+    ("SuspectParameterNumber", 1214, 16, 16),
+    ("FailureModeIdentifier", 1215, 32, 5),
+    ("SuspectParameterNumberHigh", 1214, 37, 3),
+    ("OccurrenceCount", 1216, 40, 7),
+    ("ConversionMethod", 1706, 47, 1),
+];
+
+/// A database in parts, in the order of the file.
+#[derive(Default)]
+struct Database {
+    messages: String,
+    comments: String,
+    attributes: String,
+    values: String,
+}
+
+/// The database of a product.
+pub fn dbc(product: &Product, tables: &J1939Tables) -> String {
+    let factory = |id: ParameterId| product.parameters[usize::from(id.0)].factory;
+    let source = factory(tables.address) as u8;
+    let mut database = Database::default();
+    let rows = tables
+        .groups
+        .iter()
+        .zip(tables.priorities)
+        .zip(tables.rates);
+    for ((group, priority), rate) in rows {
+        let id = identifier(group.pgn, factory(priority) as u8, source);
+        let cycle = factory(rate);
+        database.group(id, group, cycle);
+        let sent = if cycle == 0 {
+            "on request".into()
+        } else {
+            format!("every {cycle} ms")
+        };
+        database.comment(id, &format!("{sent} as delivered"));
+    }
+    let id = identifier(
+        ACTIVE_CODES,
+        Identifier::new(ACTIVE_CODES, GLOBAL, source).priority,
+        source,
+    );
+    database.codes(id, tables);
+    database.node(source, tables.name.map(factory));
+    let Database {
+        messages,
+        comments,
+        attributes,
+        values,
+    } = database;
+    let head = format!("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {NODE}\n\n");
+    let about = format!(
+        "CM_ \"{}: SAE J1939, factory address and priorities\";\n",
+        product.name
+    );
+    head + &messages + &about + &comments + &definitions() + &attributes + &values
+}
+
+/// The identifier with bit 31, which marks 29 bits.
+fn identifier(pgn: Pgn, priority: u8, source: u8) -> u32 {
+    let id = Identifier::new(pgn, GLOBAL, source).with_priority(priority);
+    id.can_id().bits()
+}
+
+/// The definitions of the attributes.
+fn definitions() -> String {
+    let mut text = String::new();
+    let mut define = |object: &str, name: &str, kind: &str, default: &str| {
+        writeln!(text, "BA_DEF_ {object}\"{name}\" {kind};").unwrap();
+        writeln!(text, "BA_DEF_DEF_ \"{name}\" {default};").unwrap();
+    };
+    define("BO_ ", "PGN", "INT 0 262143", "0");
+    let formats = "ENUM \"StandardCAN\",\"ExtendedCAN\",\"reserved\",\"J1939PG\"";
+    define("BO_ ", "VFrameFormat", formats, "\"J1939PG\"");
+    define("BO_ ", "GenMsgCycleTime", "INT 0 65535", "0");
+    define("SG_ ", "SPN", "INT 0 524287", "0");
+    define("BU_ ", "NmStationAddress", "INT 0 254", "254");
+    for (name, highest) in NAME {
+        define("BU_ ", name, &format!("INT 0 {highest}"), "0");
+    }
+    define("", "ProtocolType", "STRING ", "\"\"");
+    text + "BA_ \"ProtocolType\" \"J1939\";\n"
+}
+
+impl Database {
+    /// Attributes of a message.
+    fn message(&mut self, id: u32, pgn: Pgn, name: &str, cycle: u32) {
+        writeln!(self.messages, "BO_ {id} {name}: 8 {NODE}").unwrap();
+        for (attribute, value) in [
+            ("PGN", pgn),
+            ("VFrameFormat", 3),
+            ("GenMsgCycleTime", cycle),
+        ] {
+            writeln!(self.attributes, "BA_ \"{attribute}\" BO_ {id} {value};").unwrap();
+        }
+    }
+
+    fn comment(&mut self, id: u32, text: &str) {
+        writeln!(self.comments, "CM_ BO_ {id} \"{text}\";").unwrap();
+    }
+
+    /// The SPN of a signal, if it is known, and the names of its values.
+    fn describe(&mut self, id: u32, name: &str, spn: u32, values: &str) {
+        if spn > 0 {
+            writeln!(self.attributes, "BA_ \"SPN\" SG_ {id} {name} {spn};").unwrap();
+        }
+        if !values.is_empty() {
+            writeln!(self.values, "VAL_ {id} {name} {values} ;").unwrap();
+        }
+    }
+
+    /// A group with process data.
+    fn group(&mut self, id: u32, group: &Group, cycle: u32) {
+        self.message(id, group.pgn, group.name, cycle);
+        signals(&mut self.messages, group);
+        for signal in group.signals {
+            let values = match signal.contents {
+                Contents::Merit(_) => MERITS,
+                Contents::Compensation => COMPENSATIONS,
+                _ => "",
+            };
+            self.describe(id, signal.name, signal.spn, values);
+        }
+    }
+
+    /// DM1 with up to one code.
+    fn codes(&mut self, id: u32, tables: &J1939Tables) {
+        let cycle = PERIOD.ticks() / 1000;
+        self.message(id, ACTIVE_CODES, "DM1", cycle as u32);
+        self.comment(
+            id,
+            "Active trouble codes; more than one by the transport protocol",
+        );
+        let troubles = tables.troubles.iter();
+        let numbers = troubles
+            .clone()
+            .map(|code| (code.spn, spn_name(code.spn, tables)));
+        let numbers = named(numbers.chain([(0, "none".to_owned())]));
+        let modes = named(troubles.map(|code| (code.fmi.into(), fmi_name(code.fmi).to_owned())));
+        for (name, spn, start, bits) in CODES {
+            let highest = (1_u32 << bits) - 1;
+            writeln!(
+                self.messages,
+                " SG_ {name} : {start}|{bits}@1+ (1,0) [0|{highest}] \"\" Vector__XXX"
+            )
+            .unwrap();
+            let values = match name {
+                "SuspectParameterNumber" => &numbers,
+                "FailureModeIdentifier" => &modes,
+                _ if name.ends_with("Lamp") && start < 8 => STATES,
+                _ => "",
+            };
+            self.describe(id, name, spn, values);
+        }
+        self.messages.push('\n');
+    }
+
+    /// Address and NAME of the node.
+    fn node(&mut self, address: u8, name: [u32; 8]) {
+        let address = ("NmStationAddress", u32::from(address));
+        let fields = NAME
+            .into_iter()
+            .zip(name)
+            .map(|((name, _), value)| (name, value));
+        for (attribute, value) in [address].into_iter().chain(fields) {
+            writeln!(self.attributes, "BA_ \"{attribute}\" BU_ {NODE} {value};").unwrap();
+        }
+    }
+}
+
+/// A table of values, each number once.
+fn named(values: impl Iterator<Item = (u32, String)>) -> String {
+    let values: std::collections::BTreeMap<u32, String> = values.collect();
+    let texts = values
+        .into_iter()
+        .map(|(number, name)| format!("{number} \"{name}\""));
+    texts.collect::<Vec<_>>().join(" ")
+}
+
+/// The name of a suspect parameter: of a signal, or of SAE J1939-71 and -73.
+fn spn_name(spn: u32, tables: &J1939Tables) -> String {
+    let mut signals = tables.groups.iter().flat_map(|group| group.signals);
+    if let Some(signal) = signals.find(|signal| signal.spn == spn) {
+        return signal.name.to_owned();
+    }
+    match spn {
+        168 => "battery potential".to_owned(),
+        630 => "calibration memory".to_owned(),
+        639 => "J1939 network 1".to_owned(),
+        _ => format!("SPN {spn}"),
+    }
+}
+
+/// The name of a failure mode (SAE J1939-73, appendix A).
+fn fmi_name(fmi: u8) -> &'static str {
+    match fmi {
+        0 => "above normal",
+        1 => "below normal",
+        2 => "data erratic",
+        3 => "voltage above normal",
+        4 => "voltage below normal",
+        12 => "bad device",
+        _ => "other",
+    }
+}
+
+/// The signals of a group with process data.
+fn signals(text: &mut String, group: &Group) {
+    for signal in group.signals {
+        let (factor, offset, unit) = scale(signal);
+        let (start, bits) = (signal.start, signal.bits);
+        let highest = match signal.contents {
+            // FAh in the most significant byte is the last valid value.
+            Contents::Value { .. } => offset + f64::from((0xFB << (bits - 8)) - 1) * factor,
+            Contents::Latency | Contents::UnknownLatency => 250.0 * factor,
+            _ => 3.0,
+        };
+        let name = signal.name;
+        writeln!(
+            text,
+            " SG_ {name} : {start}|{bits}@1+ ({factor},{offset}) [{offset}|{highest}] \"{unit}\" Vector__XXX"
+        )
+        .unwrap();
+    }
+    text.push('\n');
+}
+
+/// Factor, offset and unit.
+fn scale(signal: &Signal) -> (f64, f64, &'static str) {
+    match signal.contents {
+        Contents::Value {
+            resolution: (value, divisor),
+            offset,
+            unit,
+            ..
+        } => (value as f64 / divisor as f64, offset.into(), unit),
+        Contents::Latency | Contents::UnknownLatency => (0.5, 0.0, "ms"),
+        Contents::Merit(_) | Contents::Compensation => (1.0, 0.0, ""),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use plumbline::model::catalog::{Protocol, find};
+
+    #[test]
+    fn database_has_identifier_signal_and_numbers_of_ssi2() {
+        let product = find("ims360").unwrap();
+        let Protocol::Canopen(tables) = &product.protocol else {
+            panic!("IMS360 is a CANopen product");
+        };
+        let text = dbc(product, &tables.j1939.unwrap());
+        let id = 0x8CF0_2980_u32;
+        for line in [
+            format!("BO_ {id} SSI2: 8 Sensor"),
+            " SG_ PitchAngleExRange : 0|24@1+ (0.000030517578125,-250) [-250|251.99996948242188] \"deg\" Vector__XXX".into(),
+            format!("BA_ \"SPN\" SG_ {id} PitchAngleExRange 4976;"),
+            format!("BA_ \"PGN\" BO_ {id} 61481;"),
+        ] {
+            assert!(text.lines().any(|own| own == line), "{line}\n{text}");
+        }
+        // Four groups and DM1: the message, a comment, three attributes.
+        assert_eq!(text.matches("BO_ 2").count(), 5 * 5);
+    }
+}

@@ -1,0 +1,37 @@
+//! The image of the IMS360 in J1939 while its address changes: the frames in its mailboxes, and its acceptance filters.
+
+use crate::ims360_j1939::{LOWER, NAME, at, claimed};
+use plumbline::can::BitRate;
+
+#[test]
+fn image_sends_nothing_from_an_address_after_its_loss() {
+    // The claim wins against the answer, which is in a mailbox. The controller would send it 4 bit times after the receive interrupt: 32 us.
+    let mut rig = at(BitRate::K125);
+    for address in 0x80_u8..0xA8 {
+        rig.run_us(300_000 + 137 * u64::from(address));
+        rig.sent();
+        let begin = rig.log.len();
+        let lost = format!("18EEFF{address:02X}#{LOWER}");
+        rig.send_text(&format!("18EF{address:02X}21#2B113100401F0000"));
+        rig.send_text(&lost);
+        rig.run(20);
+        let texts = rig.log[begin..]
+            .iter()
+            .map(|one| format!("{:?}", one.frame));
+        let after: Vec<String> = texts.skip_while(|text| *text != lost).skip(1).collect();
+        let next = format!("18EEFF{:02X}#{NAME}", address + 1);
+        assert_eq!(after, [next], "loss of {address:02X}h");
+    }
+}
+
+#[test]
+fn image_receives_without_a_gap_while_the_filters_follow_the_address() {
+    let mut rig = claimed();
+    let before = rig.microcontroller().can().reception_stops();
+    for address in 0x80..0x84 {
+        rig.send_text(&format!("18EEFF{address:02X}#{LOWER}"));
+    }
+    rig.run(600);
+    assert_eq!(rig.parameter(0x84, "4000100000000000"), "430010009A010407");
+    assert_eq!(rig.microcontroller().can().reception_stops(), before);
+}
