@@ -1,0 +1,128 @@
+// Zero, teach, save, restart, factory values, addresses: each with a question before.
+
+import { Failure, post } from "./api.js";
+import { ask } from "./dialog.js";
+import { attempt, element, isReady, on, sensor, shown, state } from "./state.js";
+import { onLanguage, t } from "./texts.js";
+
+/** Which sensor, in words. */
+export function which() {
+  const device = state.device;
+  if (!device) return "";
+  const rate = device.rate === null ? "" : t("at-rate", device.rate);
+  const name = device.label ? ` "${device.label}"` : "";
+  return t("of", `${device.maker} ${device.product}${name}`, device.serial ?? "-", device.address, rate);
+}
+
+/** The angles of this moment: the newest samples can be old. @param {number | null} own */
+async function angles(own) {
+  const names = (state.device?.angles ?? []).map(({ name }) => name);
+  if (names.length === 0) return "-";
+  /** @type {Record<string, import("./state.js").Value>} */
+  let values = {};
+  try {
+    values = await post("api/run", { get: { names } }, own);
+  } catch (error) {
+    // An angle can be out of its range.
+    if (!(error instanceof Failure) || error.code !== "refused") throw error;
+  }
+  return names.map((name) => `${name} ${shown(values[name])}`).join(", ");
+}
+
+/** @param {string} key @param {(save: boolean) => unknown} command @param {boolean} saves */
+async function adjust(key, command, saves) {
+  const text = t(key === "teach" ? "teach-text" : "zero-text");
+  const [own, device] = [sensor(), which()];
+  const answer = await ask({
+    title: t(key), text: [text, device, t("now", await angles(own))].join("\n"), yes: t(key),
+    checks: saves ? [t("also-save")] : [],
+  });
+  if (answer) await post("api/run", command(answer.checked[0] ?? false), own);
+}
+
+/** @param {string} key */
+async function simple(key) {
+  const own = sensor();
+  const answer = await ask({ title: t(key), text: `${t(`${key}-text`)}\n${which()}`, yes: t(key) });
+  if (answer) await post("api/run", key, own);
+}
+
+/** @param {string} key @param {number} min @param {number} max @param {string} [command] */
+async function address(key, min, max, command = key) {
+  const own = sensor();
+  const answer = await ask({
+    title: t(key), text: `${t(`${key}-text`)}\n${which()}`, yes: t("write"),
+    field: { label: t("new-number"), min, max, value: state.device?.address },
+  });
+  if (answer) await post("api/run", { [command]: { new: Number(answer.value) } }, own);
+}
+
+async function rate() {
+  const own = sensor();
+  const automatic = state.device?.protocol === "fsc" ? ["auto"] : [];
+  const answer = await ask({
+    title: t("bit-rate"), text: `${t("bit-rate-text")}\n${which()}`, yes: t("write"),
+    field: { label: `${t("rate")} / (kbit/s)`, choices: [...automatic, ...state.rates.map(String)], value: String(state.device?.rate ?? 125) },
+  });
+  if (answer) await post("api/run", { rate: { new: answer.value } }, own);
+}
+
+async function label() {
+  const own = sensor();
+  const answer = await ask({
+    title: t("label"), text: `${t("label-text")}\n${which()}`, yes: t("label-yes"),
+    field: { label: t("name"), value: state.device?.label ?? "", optional: true },
+  });
+  if (answer) await post("api/run", { label: { name: answer.value || null } }, own);
+}
+
+function show() {
+  const device = state.device;
+  const axes = device?.zero ?? [];
+  const protocol = device?.protocol;
+  // A data sheet does not say how an address is changed.
+  const isOurs = !device?.foreign;
+  const offered = {
+    "zero": axes.length > 0 || !device,
+    "zero-x": axes.includes("x"),
+    "zero-y": axes.includes("y") && (device?.angles.length ?? 0) > 1,
+    "teach": device?.teach ?? false,
+    "save": protocol !== "devicenet",
+    "restart": true,
+    "load-factory": true,
+    "node-id": protocol === "canopen" && isOurs,
+    "mac": protocol === "devicenet" && isOurs,
+    "j1939-address": protocol === "j1939" && isOurs,
+    "bit-rate": isOurs,
+    "label": device === null || device.serial !== null,
+  };
+  for (const [id, isOffered] of Object.entries(offered)) {
+    const button = element(id);
+    button.hidden = !isOffered;
+    button.disabled = !isReady();
+  }
+}
+
+/** Starts the buttons. */
+export function start() {
+  const saves = () => state.device?.protocol !== "devicenet";
+  /** @type {Record<string, () => Promise<unknown>>} */
+  const actions = {
+    "zero": () => adjust("zero", (save) => ({ zero: { save } }), saves()),
+    "zero-x": () => adjust("zero-x", (save) => ({ zero: { axis: "x", save } }), saves()),
+    "zero-y": () => adjust("zero-y", (save) => ({ zero: { axis: "y", save } }), saves()),
+    "teach": () => adjust("teach", (save) => ({ teach: { save } }), saves()),
+    "save": () => simple("save"),
+    "restart": () => simple("restart"),
+    "load-factory": () => simple("load-factory"),
+    "node-id": () => address("node-id", 1, 127),
+    "mac": () => address("mac", 0, 63),
+    "j1939-address": () => address("j1939-address", 0, 253, "address"),
+    "bit-rate": rate,
+    "label": label,
+  };
+  for (const [id, run] of Object.entries(actions)) element(id).addEventListener("click", () => attempt(run));
+  on("device", show);
+  on("status", show);
+  onLanguage(show);
+}

@@ -1,0 +1,68 @@
+// Starts the page: texts, parts, events.
+
+import * as actions from "./actions.js";
+import * as angles from "./angles.js";
+import { events, Failure } from "./api.js";
+import * as attitude from "./attitude.js";
+import * as calibrate from "./calibrate.js";
+import * as chart from "./chart.js";
+import * as connection from "./connection.js";
+import * as file from "./document.js";
+import * as focus from "./focus.js";
+import * as frames from "./frames.js";
+import * as log from "./log.js";
+import * as parameters from "./parameters.js";
+import { attempt, element, emit, fail, on } from "./state.js";
+import { currentLanguage, onLanguage, setLanguage, t, translate } from "./texts.js";
+
+const THEME = "plumbline-theme";
+
+/** @param {string} theme */
+function setTheme(theme) {
+  document.documentElement.dataset.theme = theme;
+  localStorage.setItem(THEME, theme);
+  emit("theme", theme);
+}
+
+/** A failure in the language of the page; a message of the program is in English. @param {unknown} error */
+function sentence(error) {
+  const key = error instanceof Failure ? `error-${error.code}` : "";
+  const text = t(key);
+  return text === key ? /** @type {Error} */ (error).message : text;
+}
+
+/** @type {unknown} */
+let failure = null;
+function showFailure() {
+  const place = element("message");
+  const text = failure === null ? "" : sentence(failure);
+  if (place.textContent !== text) place.textContent = text;
+}
+
+on("failure", (error) => { failure = error; showFailure(); });
+/** The reason for which a connection ended. */
+let reason = "";
+on("status", ({ error }) => {
+  if (error && error !== reason) fail(new Failure("ended", error));
+  reason = error ?? "";
+});
+
+onLanguage(() => { translate(); showFailure(); });
+element("language").value = currentLanguage();
+element("language").addEventListener("change", () => setLanguage(element("language").value));
+const theme = element("theme");
+theme.value = localStorage.getItem(THEME) ?? "auto";
+document.documentElement.dataset.theme = theme.value;
+theme.addEventListener("change", () => setTheme(theme.value));
+
+for (const part of [angles, attitude, chart, actions, file, parameters, frames, calibrate, log, focus]) part.start();
+attempt(connection.start);
+/** @type {Failure | null} */
+let lost = null;
+events(emit, (error) => {
+  emit(error === null ? "restarted" : "gone", null);
+  if (error !== null || lost !== null) emit("failure", error);
+  lost = error;
+});
+// The tests of the page read it.
+Object.assign(window, { plumbline: chart.missed });

@@ -1,0 +1,270 @@
+// The connection bar, the found sensors, and the state of the bus.
+
+import { which } from "./actions.js";
+import { Failure, get, post } from "./api.js";
+import { missed } from "./chart.js";
+import { ask } from "./dialog.js";
+import { attempt, element, emit, fail, make, on, state } from "./state.js";
+import { currentLanguage, onLanguage, t } from "./texts.js";
+
+const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
+/** @type {any[] | null} */
+let found = null;
+/** The rows that the page shows, as text. */
+let drawn = "";
+let finding = false;
+/** The products of the catalogue. @type {Product[]} */
+let catalogue = [];
+/** The data sheets. @type {Product[]} */
+let sheets = [];
+/** The longest data sheet in bytes. */
+const LONGEST = 1 << 20;
+
+/** @typedef {{sheet: string, name: string, maker: string, protocol: string, file?: string, entries?: number, leftOut?: number}} Product */
+
+/** What the fields of the bar say. */
+function wanted() {
+  const protocol = input("protocol").value;
+  return {
+    port: input("port").value.trim(),
+    rate: input("rate").value === "" ? null : Number(input("rate").value),
+    mode: input("mode").value,
+    protocol: protocol || null,
+    address: protocol ? input("address").value.trim() : null,
+    product: input("product").value || null,
+  };
+}
+
+/** Offers the products and the data sheets. */
+function showProducts() {
+  for (const id of ["product", "template"]) {
+    const place = input(id);
+    const chosen = place.value;
+    const options = [...catalogue, ...sheets].map(({ sheet, name, maker, file }) => new Option(`${name} (${file ?? maker})`, sheet));
+    place.replaceChildren(...[...place.options].filter(({ value }) => value === ""), ...options);
+    place.value = options.some(({ value }) => value === chosen) ? chosen : place.options[0]?.value ?? "";
+  }
+  showSheet();
+}
+
+function showSheet() {
+  const own = sheets.find(({ sheet }) => sheet === input("product").value);
+  const place = element("eds-state");
+  place.hidden = own === undefined;
+  place.textContent = own ? t("data-sheet-is", own.file ?? "", own.entries ?? 0, own.leftOut ?? 0) : "";
+}
+
+/** Hands the file of a data sheet to the server. */
+async function openSheet() {
+  const field = input("eds");
+  const [chosen] = field.files ?? [];
+  if (!chosen) return;
+  try {
+    if (chosen.size > LONGEST) throw new Failure("eds-too-long", "");
+    const row = await post("api/eds", { name: chosen.name, text: decoded(await chosen.arrayBuffer()) });
+    if (!sheets.some(({ sheet }) => sheet === row.sheet)) sheets = [...sheets, row];
+    input("product").value = "";
+    showProducts();
+    input("product").value = row.sheet;
+    if (input("protocol").value !== row.protocol) input("address").value = "";
+    input("protocol").value = row.protocol;
+    showAddress();
+    showSheet();
+    input("address").focus();
+  } finally {
+    // The same file can be chosen again.
+    field.value = "";
+  }
+}
+
+/** The text of a file in UTF-8 or Latin-1. @param {ArrayBuffer} bytes */
+function decoded(bytes) {
+  try {
+    return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
+  } catch {
+    return new TextDecoder("latin1").decode(bytes);
+  }
+}
+
+/** Offers the ports that are there now. */
+async function showPorts() {
+  const { ports } = await get("api/ports");
+  element("ports").replaceChildren(...ports.map((/** @type {any} */ port) => new Option(port.maker ?? port.kind, port.port)));
+}
+
+function showAddress() {
+  const isGiven = input("protocol").value !== "";
+  element("address-label").hidden = !isGiven;
+  input("address").required = isGiven;
+}
+
+/** @param {{port: string, rate: number | null, protocol: string | null, address: string | null, product: string | null}} values */
+function fill(values) {
+  input("port").value = values.port;
+  input("rate").value = values.rate === null ? "" : String(values.rate);
+  input("protocol").value = values.protocol ?? "";
+  input("address").value = values.address ?? "";
+  input("product").value = values.product ?? "";
+  showAddress();
+  showSheet();
+}
+
+/** Sends a request. Where the program asks before it sends to the bus, the user answers. @param {string} path @param {object} sent @param {string} name of the button */
+async function asking(path, sent, name) {
+  /** The questions that were answered with yes. @type {string[]} */
+  const yes = [];
+  /** @type {Set<string>} */
+  const no = new Set();
+  for (;;) {
+    try {
+      await post(path, { ...sent, yes });
+      return;
+    } catch (error) {
+      if (!(error instanceof Failure) || error.code !== "asks") throw error;
+      // Each line is a question, and one yes is enough. A question that was answered with no is not shown again.
+      const given = yes.length;
+      for (const text of error.message.split("\n").filter((line) => !no.has(line))) {
+        if (await ask({ title: name, text, yes: t("ask-yes") })) {
+          yes.push(text);
+          break;
+        }
+        no.add(text);
+      }
+      if (yes.length === given) return;
+    }
+  }
+}
+
+const connect = () => asking("api/connect", wanted(), t("connect"));
+
+async function find() {
+  const { port, rate } = wanted();
+  if (!input("port").reportValidity()) return;
+  const answer = await ask({
+    title: t("find-title", port), text: t("find-text"), yes: t("find-listen"), checks: [t("find-ask"), t("find-search")],
+  });
+  if (!answer) return;
+  finding = true;
+  showFound();
+  try {
+    const [active, search] = answer.checked;
+    // Who wants to search wants to ask.
+    await asking("api/scan", { port, rate, active: active || search, search }, t("find"));
+  } finally {
+    finding = false;
+    showFound();
+  }
+}
+
+/** @param {any} row */
+function row(row) {
+  const line = document.createElement("tr");
+  const cells = [row.product ?? t("unknown"), row.label ?? "", row.rate ?? "-", `${row.protocol} ${row.address ?? "-"}`, row.serial ?? "-", row.article ?? "-", row.firmware ?? "-"];
+  line.append(...cells.map((text) => make("td", String(text))));
+  const button = /** @type {HTMLButtonElement} */ (make("button", t("use", row.product ?? row.address ?? row.protocol)));
+  button.type = "button";
+  button.addEventListener("click", () => attempt(async () => {
+    const port = state.status?.port ?? input("port").value;
+    // A device that is not in the catalogue can have the data sheet that was chosen.
+    const own = input("product").value;
+    const product = row.product === null && own.startsWith("eds:") ? own : null;
+    fill({ port, rate: row.rate, protocol: row.protocol, address: row.address, product });
+    input("mode").value = "active";
+    await connect();
+  }));
+  const cell = document.createElement("td");
+  // A node without node-ID has no address, and one that was only heard need not tell it.
+  if (/^[0-9a-f]+$/i.test(row.address ?? "")) cell.append(button);
+  line.append(cell);
+  return line;
+}
+
+function showFound() {
+  const rows = found ?? [];
+  // A row that stays the same keeps the focus.
+  const next = JSON.stringify([rows, currentLanguage()]);
+  if (next !== drawn) element("found").replaceChildren(...rows.map(row));
+  drawn = next;
+  element("found-scroll").hidden = rows.length === 0;
+  const empty = element("found-empty");
+  empty.hidden = rows.length > 0;
+  const device = state.device;
+  if (finding) empty.textContent = t("finding");
+  else if (device) empty.textContent = [which(), device.article, device.firmware].filter(Boolean).join(" ");
+  else empty.textContent = t(found === null ? "found-empty" : "found-nothing");
+}
+
+function showStatus() {
+  const status = state.status;
+  if (!status) return;
+  let text = t(`state-${status.state}`);
+  if (status.silent) text = t("state-silent");
+  if (status.busy) text = t("state-busy", status.busy);
+  set("state", text);
+  set("bus", status.state === "closed" ? "-" : `${status.port ?? ""} ${status.rate === null ? "" : `${status.rate} kbit/s`}`.trim());
+  set("frames-per-second", String(status.perSecond));
+  set("errors", status.errors === null ? t("unknown") : String(status.errors));
+  set("lost", String(status.lost + missed.count));
+  const busy = status.busy !== null;
+  for (const id of ["connect", "find"]) input(id).disabled = busy;
+  input("disconnect").disabled = busy || status.state === "closed";
+  input("stop").disabled = !busy;
+  showLines();
+}
+
+/** The commands that record the same on the command line. */
+function showLines() {
+  const line = state.status?.line ?? null;
+  const every = Math.max(1, Math.round(1000 / (state.status?.samples || 50)));
+  element("record-note").hidden = line === null || state.status?.state !== "active";
+  element("log-note").hidden = line === null;
+  set("record-line", `${line} record angles.csv --every ${every}`);
+  set("log-line", `${line} log frames.log`);
+}
+
+/** Writes a text only when it is new: the page is redrawn less. @param {string} id @param {string} text */
+function set(id, text) {
+  const place = element(id);
+  if (place.textContent !== text) place.textContent = text;
+}
+
+/** Starts the bar: ports, rates and products come from the server. */
+export async function start() {
+  element("connection").addEventListener("submit", (/** @type {Event} */ event) => {
+    event.preventDefault();
+    attempt(connect);
+  });
+  element("disconnect").addEventListener("click", () => attempt(() => post("api/disconnect", {})));
+  element("find").addEventListener("click", () => attempt(find));
+  element("stop").addEventListener("click", () => attempt(() => post("api/stop", {})));
+  element("protocol").addEventListener("change", showAddress);
+  element("product").addEventListener("change", showSheet);
+  element("eds").addEventListener("change", () => attempt(openSheet));
+  // The user can plug in an adapter meanwhile.
+  element("port").addEventListener("focus", () => showPorts().catch(fail));
+  on("sheets", (rows) => { sheets = rows; showProducts(); });
+  on("status", showStatus);
+  on("device", showFound);
+  on("found", (rows) => { found = rows; showFound(); });
+  on("note", ({ text }) => { element("progress").textContent = text; });
+  on("progress", ({ done, total, text }) => {
+    const bar = input("progress-bar");
+    [bar.max, bar.value, bar.hidden] = [total, done, false];
+    element("progress").textContent = `${done}/${total} ${text}`;
+  });
+  on("action", ({ state: end }) => {
+    if (end === "running") return;
+    element("progress").textContent = "";
+    element("progress-bar").hidden = true;
+  });
+  onLanguage(() => { showFound(); showStatus(); showSheet(); });
+  const [{ ports, rates, first }, products] = await Promise.all([get("api/ports"), get("api/products")]);
+  element("ports").replaceChildren(...ports.map((/** @type {any} */ port) => new Option(port.maker ?? port.kind, port.port)));
+  input("rate").append(...rates.map((/** @type {number} */ rate) => new Option(`${rate} kbit/s`, String(rate))));
+  catalogue = products.filter((/** @type {Product} */ { file }) => file === undefined);
+  sheets = products.filter((/** @type {Product} */ { file }) => file !== undefined);
+  showProducts();
+  fill(first);
+  state.rates = rates;
+  emit("products", products);
+}

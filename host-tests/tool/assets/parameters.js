@@ -1,0 +1,168 @@
+// The form of the parameters: sensor, file, factory.
+
+import { which } from "./actions.js";
+import { get, post } from "./api.js";
+import { ask } from "./dialog.js";
+import { change, current, differences } from "./document.js";
+import { attempt, element, isReady, make, on, sensor, shown, state } from "./state.js";
+import { onLanguage, t } from "./texts.js";
+
+/**
+ * @typedef {object} Entry
+ * @property {string} name
+ * @property {string} title
+ * @property {string} kind
+ * @property {string} unit
+ * @property {string} range
+ * @property {import("./state.js").Value | null} factory
+ * @property {boolean} plusNode
+ * @property {boolean} writable
+ * @property {boolean} setting
+ * @property {string[]} choices
+ * @typedef {{line: HTMLElement, entry: Entry, sensor: HTMLElement, set: HTMLButtonElement | null,
+ *   file: (HTMLInputElement | HTMLSelectElement) | null, wrong: HTMLElement}} Row
+ */
+
+/** @type {{product: string, entries: Entry[]} | null} */
+let sheet = null;
+/** @type {Row[]} */
+let rows = [];
+/** The key of the sheet that is being asked for. */
+let asked = "";
+
+/** The file decides without a sensor. */
+function key() {
+  return state.device?.sheet ?? current()?.sheet ?? "";
+}
+
+async function load() {
+  const wanted = key();
+  if (wanted === asked) return show();
+  asked = wanted;
+  const next = wanted ? await get(`api/parameters/${encodeURIComponent(wanted)}`) : null;
+  if (asked !== wanted) return undefined;
+  sheet = next;
+  return build();
+}
+
+/** @param {Entry} entry @returns {Row} */
+function row(entry) {
+  const line = document.createElement("tr");
+  const name = /** @type {HTMLTableCellElement} */ (make("th", entry.name));
+  name.scope = "row";
+  name.title = entry.title;
+  const sensor = make("td", "-", "value");
+  const action = document.createElement("td");
+  const [file, wrong] = [document.createElement("td"), make("span", "", "wrong")];
+  wrong.id = `wrong-${entry.name}`;
+  /** @type {HTMLButtonElement | null} */
+  let set = null;
+  if (entry.writable) {
+    set = /** @type {HTMLButtonElement} */ (make("button", t("set-short")));
+    set.type = "button";
+    set.setAttribute("aria-label", t("set", entry.name));
+    set.addEventListener("click", () => attempt(() => write(entry)));
+    action.append(set);
+  }
+  const field = entry.setting ? input(entry, wrong) : null;
+  if (field) file.append(field, wrong);
+  else file.textContent = entry.writable ? "" : t("read-only");
+  const factory = entry.factory && entry.kind === "parameter" ? shown(entry.factory) : "";
+  line.append(name, sensor, action, file,
+    make("td", entry.plusNode && factory ? t("plus-node", factory) : factory, "value"),
+    make("td", entry.range || entry.unit, "range"));
+  return { line, entry, sensor, set, file: field, wrong };
+}
+
+/** The field of the file. @param {Entry} entry @param {HTMLElement} wrong */
+function input(entry, wrong) {
+  const field = document.createElement(entry.choices.length > 0 ? "select" : "input");
+  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map((choice) => new Option(choice, choice)));
+  else {
+    field.autocomplete = "off";
+    field.spellcheck = false;
+    field.size = 14;
+  }
+  field.id = `file-${entry.name}`;
+  field.setAttribute("aria-label", t("file-value", entry.name));
+  field.setAttribute("aria-describedby", wrong.id);
+  field.addEventListener("change", async () => {
+    try {
+      await change(entry.name, field.value);
+    } catch (error) {
+      wrong.textContent = /** @type {Error} */ (error).message;
+      field.setAttribute("aria-invalid", "true");
+    }
+  });
+  return field;
+}
+
+/** Sets one value in the sensor. @param {Entry} entry */
+async function write(entry) {
+  const [present, own] = [state.values?.[entry.name], sensor()];
+  const answer = await ask({
+    title: t("set-title", entry.name), text: which(), yes: t("write"),
+    field: { label: t("value"), value: present ? shown(present) : "", hint: entry.range, choices: entry.choices },
+    checks: state.device?.protocol === "devicenet" ? [] : [t("also-save")],
+  });
+  if (!answer) return;
+  await post("api/run", { set: { assignments: [`${entry.name}=${answer.value}`], save: answer.checked[0] ?? false } }, own);
+}
+
+function build() {
+  rows = (sheet?.entries ?? []).map(row);
+  rows.sort((one, other) => Number(other.entry.setting) - Number(one.entry.setting) || Number(other.entry.writable) - Number(one.entry.writable));
+  element("rows").replaceChildren(...rows.map(({ line }) => line));
+  show();
+}
+
+function show() {
+  const file = current();
+  const differing = new Set(differences());
+  const fits = file !== null && file.product === sheet?.product;
+  const [search, only] = [element("search").value.trim().toLowerCase(), element("only-differences").checked];
+  for (const { line, entry, sensor, set, file: field, wrong } of rows) {
+    const text = state.values === null ? "-" : shown(state.values[entry.name]);
+    if (sensor.textContent !== text) sensor.textContent = text;
+    if (set) set.disabled = !isReady();
+    if (field) {
+      const value = fits ? file.values[entry.name] : undefined;
+      field.disabled = !fits;
+      if (document.activeElement !== field || field.getAttribute("aria-invalid") === null) {
+        const own = value === undefined ? "" : field instanceof HTMLSelectElement ? String(value.value) : shown(value);
+        if (field.value !== own) field.value = own;
+      }
+    }
+    line.classList.toggle("differs", differing.has(entry.name));
+    const isWanted = `${entry.name} ${entry.title}`.toLowerCase().includes(search) && (!only || differing.has(entry.name));
+    line.hidden = !isWanted;
+    if (!field?.hasAttribute("aria-invalid") && wrong.textContent) wrong.textContent = "";
+  }
+  const isShown = rows.some(({ line }) => !line.hidden);
+  const empty = element("parameters-empty");
+  empty.hidden = isShown;
+  element("parameters-scroll").hidden = !isShown;
+  const words = t(sheet === null ? "parameters-empty" : "parameters-hidden");
+  if (empty.textContent !== words) empty.textContent = words;
+}
+
+/** Starts the form. */
+export function start() {
+  on("device", () => attempt(load));
+  on("file", () => {
+    for (const { file: field, wrong } of rows) {
+      field?.removeAttribute("aria-invalid");
+      wrong.textContent = "";
+    }
+    attempt(load);
+  });
+  on("values", show);
+  let ready = false;
+  on("status", () => {
+    if (ready !== isReady()) show();
+    ready = isReady();
+  });
+  element("search").addEventListener("input", show);
+  element("only-differences").addEventListener("change", show);
+  onLanguage(build);
+}

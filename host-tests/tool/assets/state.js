@@ -1,0 +1,83 @@
+// What the server has told, for all parts of the page.
+
+/**
+ * @typedef {{value: number | string, unit: string, raw: number}} Value
+ * @typedef {{name: string, unit: string}} Angle
+ * @typedef {{connection: number, product: string, sheet: string, foreign: boolean, maker: string, protocol: string, address: string, serial: number | null, rate: number | null,
+ *   article: string | null, firmware: string | null, label?: string, angles: Angle[], zero: string[], teach: boolean}} Device
+ * @typedef {{state: string, port: string | null, rate: number | null, perSecond: number, errors: number | null, samples: number,
+ *   lost: number, silent: boolean, busy: string | null, error: string | null, line: string | null}} Status
+ */
+
+export const state = {
+  /** @type {Status | null} */
+  status: null,
+  /** @type {Device | null} */
+  device: null,
+  /** The values of the sensor by name. @type {Record<string, Value | null> | null} */
+  values: null,
+  /** The newest angles. @type {number[] | null} */
+  angles: null,
+  /** The bit rates in kbit/s. @type {number[]} */
+  rates: [],
+};
+
+/** @type {Map<string, ((data: any) => void)[]>} */
+const listeners = new Map();
+
+/** Calls it for each event of a kind. @param {string} kind @param {(data: any) => void} listener */
+export function on(kind, listener) {
+  listeners.set(kind, [...(listeners.get(kind) ?? []), listener]);
+}
+
+/** @param {string} kind @param {any} data */
+export function emit(kind, data) {
+  if (kind === "status") state.status = data;
+  if (kind === "device") state.device = data;
+  if (kind === "values") state.values = data;
+  for (const listener of listeners.get(kind) ?? []) listener(data);
+}
+
+/** Whether a command can be given to a sensor. @returns {boolean} */
+export function isReady() {
+  return state.status?.state === "active" && state.device !== null && !state.status.busy;
+}
+
+/** The number of the sensor that the page shows. It is taken before a question, for the request after it. @returns {number | null} */
+export function sensor() {
+  return state.device?.connection ?? null;
+}
+
+/** A value with its unit. @param {Value | null | undefined} value @returns {string} */
+export function shown(value) {
+  if (value === null || value === undefined) return "-";
+  return `${value.value} ${value.unit}`.trim();
+}
+
+/** @template T @param {string} id @returns {T} */
+export function element(id) {
+  return /** @type {any} */ (document.getElementById(id));
+}
+
+/** Shows a failure in words. @param {unknown} error */
+export function fail(error) {
+  emit("failure", error);
+}
+
+/** Runs something; a failure is shown. @param {() => Promise<unknown>} run */
+export async function attempt(run) {
+  try {
+    emit("failure", null);
+    await run();
+  } catch (error) {
+    fail(error);
+  }
+}
+
+/** @param {string} tag @param {string} [text] @param {string} [name] of the class */
+export function make(tag, text, name) {
+  const made = document.createElement(tag);
+  if (text !== undefined) made.textContent = text;
+  if (name) made.className = name;
+  return made;
+}

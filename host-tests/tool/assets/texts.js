@@ -1,0 +1,47 @@
+// All texts of the page, in two languages. Names of parameters and messages of the program are those of the command line.
+
+import { de } from "./texts-de.js";
+import { en } from "./texts-en.js";
+
+/** @type {Record<string, Record<string, string>>} */
+export const texts = { en, de };
+
+const KEPT = "plumbline-language";
+let language = localStorage.getItem(KEPT) ?? (navigator.language.startsWith("de") ? "de" : "en");
+/** @type {(() => void)[]} */
+const listeners = [];
+
+/** The text of a key; {0}, {1} are replaced. @param {string} key @param {...(string | number)} parts @returns {string} */
+export function t(key, ...parts) {
+  const text = texts[language]?.[key] ?? texts.en[key] ?? key;
+  return text.replace(/\{(\d)\}/g, (_, place) => String(parts[Number(place)] ?? ""));
+}
+
+/** @returns {string} */
+export function currentLanguage() {
+  return language;
+}
+
+/** Calls it now and after each change of the language. @param {() => void} listener */
+export function onLanguage(listener) {
+  listeners.push(listener);
+  listener();
+}
+
+/** @param {string} wanted */
+export function setLanguage(wanted) {
+  language = wanted in texts ? wanted : "en";
+  localStorage.setItem(KEPT, language);
+  for (const listener of listeners) listener();
+}
+
+/** Gives all elements of the page their texts. */
+export function translate() {
+  document.documentElement.lang = language;
+  for (const element of document.querySelectorAll("[data-t]")) {
+    element.textContent = t(/** @type {HTMLElement} */ (element).dataset.t ?? "");
+  }
+  for (const element of document.querySelectorAll("[data-t-label]")) {
+    element.setAttribute("aria-label", t(/** @type {HTMLElement} */ (element).dataset.tLabel ?? ""));
+  }
+}

@@ -1,0 +1,197 @@
+//! `demo:PRODUCT`: a virtual sensor inside of the program, at factory settings, in real time. It sways slowly. `demo:PRODUCT/j1939` is one
+//! that has been switched to J1939.
+
+use super::bench::BenchAdapter;
+use super::{Adapter, Capabilities, Mode};
+use crate::client::Link;
+use crate::connect::factory_target;
+use crate::failure::Failure;
+use crate::identify;
+use crate::session::Session;
+use bench::motion::Motion;
+use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
+use plumbline::can::{BitRate, Frame};
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::listing::canopen::J1939Tables;
+use plumbline::time::{Duration, Instant, after, millis};
+use std::cell::RefCell;
+use std::f64::consts::TAU;
+use std::rc::Rc;
+use std::time;
+
+/// The serial number of the sensor.
+const SERIAL: u32 = 1;
+
+/// The time in which a sensor has started.
+const BOOT: Duration = millis(200);
+
+/// The time of the duplicate MAC ID check of DeviceNet, which another node must acknowledge.
+const CHECK: Duration = millis(2500);
+
+/// The time in which a sensor in J1939 has restarted and has an address.
+const CLAIM: Duration = millis(700);
+
+/// The end of the name of a product that has been switched to J1939.
+pub const J1939: &str = "/j1939";
+
+/// The period of the sway, in s.
+const PERIOD: f64 = 20.0;
+
+/// A slow sway of both axes about the level position.
+struct Sway;
+
+impl Motion for Sway {
+    fn reading(&mut self, now: Instant) -> Reading {
+        let phase = TAU * now.ticks() as f64 / 1e6 / PERIOD;
+        let (x, y) = (
+            (15.0 * phase.sin()).to_radians(),
+            (8.0 * (2.0 * phase).sin()).to_radians(),
+        );
+        let (gx, gy) = (x.sin(), y.sin());
+        let up = [-gx, gy, (1.0 - gx * gx - gy * gy).max(0.0).sqrt()];
+        let [x, y, z] = up.map(|part| (part * f64::from(ONE_G)) as i32);
+        Reading {
+            acceleration: I32x3 { x, y, z },
+            temperature: 25_00,
+            ..Reading::default()
+        }
+    }
+}
+
+/// The bus of the demonstration with one sensor of this product.
+///
+/// # Errors
+/// There is no such product, or it does not have J1939.
+pub fn bus(name: &str) -> Result<Bus, Failure> {
+    let (name, is_j1939) = match name.strip_suffix(J1939) {
+        Some(name) => (name, true),
+        None => (name, false),
+    };
+    let product = identify::product(name)?;
+    let tables = identify::j1939_of(product);
+    if is_j1939 && tables.is_none() {
+        let message = format!("{name} does not have J1939: ims360/j1939 has it");
+        return Err(Failure::usage("unknown-product", message));
+    }
+    let node_type = NodeType::from(product);
+    let mut bus = Bus::new(BusRate::Follow);
+    let flash = Flash::blank(Geometry::STM32F103);
+    bus.attach(Device::new(&node_type, SERIAL, flash, Box::new(Sway)));
+    let mut booted = after(bus.now(), BOOT);
+    let other = bus.adapter();
+    if let Protocol::Devicenet(_) = product.protocol {
+        bus.open(other, None, false);
+        booted = after(booted, CHECK);
+    }
+    bus.run_until(booted);
+    bus.remove(other);
+    match tables.filter(|_| is_j1939) {
+        Some(tables) => switched(bus, product, tables),
+        None => Ok(bus),
+    }
+}
+
+/// The bus after its sensor was switched to J1939.
+fn switched(bus: Bus, product: &'static Product, tables: &J1939Tables) -> Result<Bus, Failure> {
+    let failed = || Failure::bus("adapter-lost", "the demonstration does not start");
+    let target = factory_target(product).ok_or_else(failed)?;
+    let bus = Rc::new(RefCell::new(bus));
+    let never: Rc<dyn Fn() -> bool> = Rc::new(|| false);
+    let mut link = Link::new(Box::new(BenchAdapter::new(&bus)), &never);
+    link.open(None, Mode::Active)?;
+    let mut session = Session::new(link, target, product);
+    if let Some((selector, canopen)) = tables.selector {
+        let entry = session.entry(selector)?;
+        let mut numbers = entry.meanings.iter().map(|(number, _)| *number);
+        let other = numbers.find(|number| *number != canopen);
+        session.write(&[(entry, other.unwrap_or(canopen))])?;
+    }
+    session.save()?;
+    session.restart()?;
+    session.link.wait_for(CLAIM, |_| None::<()>)?;
+    session.link.close();
+    drop(session);
+    let bus = Rc::into_inner(bus).map(RefCell::into_inner);
+    bus.ok_or_else(failed)
+}
+
+/// The adapter of the demonstration.
+///
+/// # Errors
+/// There is no such product.
+pub fn adapter(product: &str) -> Result<Paced, Failure> {
+    let bus = bus(product)?;
+    let offset = bus.now();
+    let bus = Rc::new(RefCell::new(bus));
+    Ok(Paced {
+        start: Some(time::Instant::now()),
+        offset,
+        adapter: BenchAdapter::new(&bus),
+    })
+}
+
+/// The same in virtual time, without waiting; for tests.
+///
+/// # Errors
+/// There is no such product.
+pub fn unpaced(product: &str) -> Result<Paced, Failure> {
+    let paced = adapter(product)?;
+    Ok(Paced {
+        start: None,
+        ..paced
+    })
+}
+
+/// An adapter whose virtual time follows the real time.
+pub struct Paced {
+    adapter: BenchAdapter,
+    /// The real time at the start; None: it does not wait.
+    start: Option<time::Instant>,
+    /// The virtual time at the start.
+    offset: Instant,
+}
+
+impl Adapter for Paced {
+    fn capabilities(&self) -> Capabilities {
+        // The bus has the rate of its sensor.
+        Capabilities {
+            needs_rate: false,
+            ..self.adapter.capabilities()
+        }
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.adapter.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+        self.adapter.forget_log();
+        let received = self.adapter.receive(until)?;
+        let virtual_time = self.adapter.now().ticks() - self.offset.ticks();
+        let virtual_time = time::Duration::from_micros(virtual_time);
+        let ahead = self
+            .start
+            .and_then(|start| virtual_time.checked_sub(start.elapsed()));
+        if let Some(ahead) = ahead {
+            std::thread::sleep(ahead);
+        }
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        self.adapter.errors()
+    }
+}

@@ -1,0 +1,153 @@
+//! CAN adapters behind one trait, and their names on the command line.
+//!
+//! | port | adapter |
+//! |---|---|
+//! | `slcan://HOST:PORT`, `socket://HOST:PORT` | slcan (LAWICEL ASCII) over TCP |
+//! | `slcan:/dev/ttyACM0`, `slcan:COM3` | slcan on a serial port |
+//! | `can0`, `vcan0` | SocketCAN, on Linux |
+//! | `usb`, `usb:SERIAL` | gs_usb (candleLight) without a driver of the kernel |
+//! | `demo:is2` | a virtual sensor inside of the program |
+//!
+//! An adapter is also the clock: the tests run the same commands in the virtual time of a simulated bus. Tests of the program set
+//! `PLUMBLINE_CLOCK=bus`: then the time of `slcan://` is that of a server with `--clock client`, and `demo:` does not wait.
+
+pub mod bench;
+pub mod demo;
+pub mod gs_usb;
+pub mod serial;
+pub mod slcan;
+#[cfg(target_os = "linux")]
+pub mod socketcan;
+pub mod tcp;
+
+use crate::failure::Failure;
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+
+/// How an adapter takes part in the bus.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Mode {
+    /// It only listens: it sends nothing, acknowledges nothing and signals no errors.
+    Listen,
+    /// It takes part: it acknowledges and can send.
+    Active,
+}
+
+/// What an adapter can do.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Capabilities {
+    /// It has a listen-only mode. An adapter that finds this out when it opens refuses then.
+    pub listen_only: bool,
+    /// The tool sets the bit rate. If not, the rate is that of the interface.
+    pub sets_rate: bool,
+    /// It must be opened with a bit rate.
+    pub needs_rate: bool,
+    /// It reports errors of the bus.
+    pub reports_errors: bool,
+}
+
+/// A CAN adapter.
+pub trait Adapter {
+    /// What it can do.
+    fn capabilities(&self) -> Capabilities;
+
+    /// Opens it at a bit rate, or at that of the interface. If it is open, closes it first.
+    ///
+    /// # Errors
+    /// It cannot have this rate, it has no listen-only mode (it is never opened in another mode instead), or it has failed.
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure>;
+
+    /// Closes it. Frames that wait are dropped. An adapter that has failed stays as it is.
+    fn close(&mut self);
+
+    /// Hands over a frame, which is sent as soon as the bus is free.
+    ///
+    /// # Errors
+    /// It is not open for sending, or it has failed.
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure>;
+
+    /// The next received frame with the time of its reception, or None at `until`. A frame that is here already is received also if
+    /// `until` is over; a caller that receives all frames until then must look at the clock.
+    ///
+    /// # Errors
+    /// It has failed, or was unplugged.
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure>;
+
+    /// The present time.
+    fn now(&self) -> Instant;
+
+    /// The bit rate at which it is open, if the tool has not set it and the interface tells it.
+    fn rate(&self) -> Option<BitRate> {
+        None
+    }
+
+    /// The errors that it has seen since it was opened, at least; None if it does not say.
+    fn errors(&mut self) -> Option<u64>;
+
+    /// The received frames that it has lost since it was opened, at least; None if it does not say.
+    fn overruns(&mut self) -> Option<u64> {
+        None
+    }
+}
+
+/// The variable of the environment that selects the time of the bus; for tests.
+const CLOCK: &str = "PLUMBLINE_CLOCK";
+
+fn is_in_bus_time() -> bool {
+    std::env::var_os(CLOCK).is_some_and(|clock| clock == "bus")
+}
+
+/// The next step after a port that does not exist.
+const PORTS: &str =
+    "ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb[:SERIAL] and demo:PRODUCT";
+
+/// The adapter of a port. It is not open yet.
+///
+/// # Errors
+/// The text is no port, or the port cannot be used.
+pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
+    if let Some(product) = port.strip_prefix("demo:") {
+        return Ok(match is_in_bus_time() {
+            true => Box::new(demo::unpaced(product)?),
+            false => Box::new(demo::adapter(product)?),
+        });
+    }
+    for scheme in ["slcan://", "socket://"] {
+        if let Some(address) = port.strip_prefix(scheme) {
+            let adapter = tcp::connect(address)?;
+            return Ok(match is_in_bus_time() {
+                true => Box::new(adapter.in_bus_time()?),
+                false => Box::new(adapter),
+            });
+        }
+    }
+    if let Some(path) = port.strip_prefix("slcan:") {
+        return Ok(Box::new(serial::open(path)?));
+    }
+    if port == "usb" {
+        return Ok(Box::new(gs_usb::connect(None)?));
+    }
+    if let Some(serial) = port.strip_prefix("usb:") {
+        return Ok(Box::new(gs_usb::connect(Some(serial))?));
+    }
+    if port.is_empty() || port.contains([':', '/']) {
+        return Err(Failure::usage(
+            "unknown-port",
+            format!("there is no port {port:?}: {PORTS}"),
+        ));
+    }
+    interface(port)
+}
+
+#[cfg(target_os = "linux")]
+fn interface(name: &str) -> Result<Box<dyn Adapter>, Failure> {
+    Ok(Box::new(socketcan::connect(name)?))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn interface(name: &str) -> Result<Box<dyn Adapter>, Failure> {
+    Err(Failure::usage(
+        "unknown-port",
+        format!("{name} would be an interface of Linux: {PORTS}"),
+    ))
+}

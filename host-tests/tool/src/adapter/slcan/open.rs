@@ -1,0 +1,101 @@
+//! Closes, sets and opens the channel of an adapter, says why that fails, and reads its status.
+
+use super::line::rate_command;
+use super::{BEL, Clock, ERRORS, LOST, Slcan, Stream};
+use crate::adapter::Mode;
+use crate::eds::shown;
+use crate::failure::Failure;
+use plumbline::can::BitRate;
+use plumbline::time::Duration;
+use std::time;
+
+/// An adapter that has sent nothing for this time has answered everything.
+const QUIET: time::Duration = time::Duration::from_millis(20);
+
+/// The longest time until an adapter that was closed sends nothing.
+const DRAINED: time::Duration = time::Duration::from_millis(500);
+
+impl<S: Stream> Slcan<S> {
+    pub(super) fn silent(&self) -> Failure {
+        let name = &self.name;
+        let message = format!(
+            "{name} does not answer as an slcan adapter: check the port. CANable sticks with slcan firmware do not answer; use their candleLight firmware and SocketCAN"
+        );
+        Failure::bus("adapter-silent", message)
+    }
+
+    /// Something else is at this port, which says this.
+    pub(super) fn no_adapter(&self, said: &[u8]) -> Failure {
+        let (name, said) = (&self.name, shown(&String::from_utf8_lossy(said)));
+        let message = format!(
+            "{name} is no slcan adapter: it says {said:?}. Check the port; other ports are can0, usb and demo:PRODUCT"
+        );
+        Failure::bus("no-adapter", message)
+    }
+
+    /// Reads until the adapter sends nothing more: late answers would be taken for those to the next commands.
+    fn drain(&mut self) -> Result<(), Failure> {
+        if let Clock::Bus(_) = self.clock {
+            return self.advance(Duration::from_ticks(0));
+        }
+        let start = time::Instant::now();
+        while self.read(QUIET)? && start.elapsed() < DRAINED {}
+        Ok(())
+    }
+
+    /// Sends a command that the adapter must accept.
+    fn must(&mut self, command: &str, refusal: (&'static str, String)) -> Result<(), Failure> {
+        match self.command(command)? {
+            Some(answer) if answer == [BEL] => Err(Failure::bus(refusal.0, refusal.1)),
+            Some(_) => Ok(()),
+            None => Err(self.silent()),
+        }
+    }
+
+    /// Closes the channel, whatever another program has left.
+    pub(super) fn reset(&mut self) -> Result<(), Failure> {
+        // The first one can be the end of an incomplete line. A closed adapter may refuse C.
+        let answers = [self.command("C")?, self.command("C")?];
+        if answers.iter().all(Option::is_none) {
+            return Err(self.silent());
+        }
+        self.drain()
+    }
+
+    /// Sets the rate of the closed channel and opens it.
+    pub(super) fn start(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        if let Some(rate) = rate {
+            let refusal = format!(
+                "{} cannot have {}: use another rate",
+                self.name,
+                rate.name()
+            );
+            self.must(rate_command(rate), ("rate-refused", refusal))?;
+        }
+        let (command, refusal) = match mode {
+            Mode::Active => (
+                "O",
+                ("adapter-refused", format!("{} does not open", self.name)),
+            ),
+            Mode::Listen => {
+                let text = "has no listen-only mode, so it was not opened: `plumbline scan --active` asks without listening first";
+                ("L", ("no-listen-only", format!("{} {text}", self.name)))
+            }
+        };
+        self.must(command, refusal)
+    }
+
+    /// Reads the status and counts what it tells. The adapter clears it then. None: there is none.
+    pub(super) fn read_status(&mut self) -> Option<()> {
+        self.mode.filter(|_| self.has_status)?;
+        // Each question to an adapter that does not know F would cost the wait for its answer.
+        let answer = self.command("F").ok().flatten();
+        self.has_status = answer.is_some();
+        let answer = answer?;
+        let digits = answer.strip_prefix(b"F")?;
+        let status = u32::from_str_radix(std::str::from_utf8(digits).ok()?, 16).ok()?;
+        *self.errors.get_or_insert(0) += u64::from(status & ERRORS != 0);
+        *self.overruns.get_or_insert(0) += u64::from(status & LOST != 0);
+        Some(())
+    }
+}

@@ -1,0 +1,315 @@
+//! SocketCAN of Linux. Bit rate and listen-only mode are properties of the interface: the tool reads them and says what to type.
+
+use super::bench::not_active;
+use super::{Adapter, Capabilities, Mode};
+use crate::failure::Failure;
+use embedded_can::Frame as _;
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+use socketcan::{CanFrame, CanSocket, Socket as _};
+use std::process::Command;
+use std::{io, time};
+
+/// ENOBUFS of Linux: the queue of the interface is full.
+const NO_BUFFER: i32 = 105;
+
+/// A socket of an interface.
+pub trait Interface {
+    /// The output of `ip -details link show` for the interface; None if the program `ip` is not there.
+    ///
+    /// # Errors
+    /// There is no such interface.
+    fn describe(&self) -> io::Result<Option<String>>;
+
+    /// The received frames that the interface has lost since it was made; None: it does not tell.
+    fn lost(&self) -> Option<u64>;
+
+    /// Opens a socket.
+    ///
+    /// # Errors
+    /// The interface does not exist or is down.
+    fn open(&mut self) -> io::Result<()>;
+
+    /// Closes the socket.
+    fn close(&mut self);
+
+    /// Sends a frame.
+    ///
+    /// # Errors
+    /// The interface is down or its queue is full.
+    fn write(&mut self, frame: &CanFrame) -> io::Result<()>;
+
+    /// The next frame; None after this time.
+    ///
+    /// # Errors
+    /// The interface is down or was removed.
+    fn read(&mut self, timeout: time::Duration) -> io::Result<Option<CanFrame>>;
+}
+
+/// An interface of this computer.
+pub struct Kernel {
+    name: String,
+    socket: Option<CanSocket>,
+}
+
+impl Interface for Kernel {
+    fn describe(&self) -> io::Result<Option<String>> {
+        let path = format!("/sys/class/net/{}", self.name);
+        if !std::path::Path::new(&path).exists() {
+            return Err(io::Error::new(io::ErrorKind::NotFound, "no such interface"));
+        }
+        let output = Command::new("ip")
+            .args(["-details", "link", "show", &self.name])
+            .output();
+        Ok(output
+            .ok()
+            .map(|output| String::from_utf8_lossy(&output.stdout).into_owned()))
+    }
+
+    fn lost(&self) -> Option<u64> {
+        let count = |name: &str| {
+            let path = format!("/sys/class/net/{}/statistics/{name}", self.name);
+            std::fs::read_to_string(path)
+                .ok()?
+                .trim()
+                .parse::<u64>()
+                .ok()
+        };
+        Some(count("rx_over_errors")? + count("rx_dropped")?)
+    }
+
+    fn open(&mut self) -> io::Result<()> {
+        self.socket = Some(CanSocket::open(&self.name)?);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.socket = None;
+    }
+
+    fn write(&mut self, frame: &CanFrame) -> io::Result<()> {
+        let socket = self.socket.as_ref().ok_or(io::ErrorKind::NotConnected)?;
+        socket.write_frame(frame)
+    }
+
+    fn read(&mut self, timeout: time::Duration) -> io::Result<Option<CanFrame>> {
+        let socket = self.socket.as_ref().ok_or(io::ErrorKind::NotConnected)?;
+        match socket.read_frame_timeout(timeout) {
+            Ok(frame) => Ok(Some(frame)),
+            Err(error) if super::tcp::is_timeout(&error) => Ok(None),
+            Err(error) => Err(error),
+        }
+    }
+}
+
+/// A SocketCAN adapter.
+pub struct SocketCan<I: Interface> {
+    interface: I,
+    name: String,
+    start: time::Instant,
+    mode: Option<Mode>,
+    /// The bit rate of the interface, as it was when it was opened.
+    rate: Option<BitRate>,
+    errors: u64,
+    /// The frames that the interface had lost before.
+    lost_before: u64,
+}
+
+/// The adapter of an interface.
+///
+/// # Errors
+/// There is no such interface.
+pub fn connect(name: &str) -> Result<SocketCan<Kernel>, Failure> {
+    let kernel = Kernel {
+        name: name.to_owned(),
+        socket: None,
+    };
+    SocketCan::new(kernel, name)
+}
+
+impl<I: Interface> SocketCan<I> {
+    /// The adapter of an interface.
+    ///
+    /// # Errors
+    /// There is no such interface.
+    pub fn new(interface: I, name: &str) -> Result<Self, Failure> {
+        interface.describe().map_err(|_| {
+            let message = format!("there is no interface {name}: `ip link` shows all, and other ports are slcan://HOST:PORT, slcan:/dev/ttyACM0, usb[:SERIAL] and demo:PRODUCT");
+            Failure::bus("no-adapter", message)
+        })?;
+        Ok(Self {
+            interface,
+            name: name.to_owned(),
+            start: time::Instant::now(),
+            mode: None,
+            rate: None,
+            errors: 0,
+            lost_before: 0,
+        })
+    }
+
+    fn lost(&self, error: &io::Error) -> Failure {
+        let name = &self.name;
+        let message = format!(
+            "the interface {name} has failed ({error}): see `ip -details link show {name}`"
+        );
+        Failure::bus("adapter-lost", message)
+    }
+
+    /// The commands that give the interface a rate in bit/s and a mode.
+    fn commands(&self, rate: Option<u32>, mode: Mode) -> String {
+        let name = &self.name;
+        let rate = rate.map_or("RATE".to_owned(), |rate| rate.to_string());
+        let listen = if mode == Mode::Listen { "on" } else { "off" };
+        format!(
+            "sudo ip link set {name} down; sudo ip link set {name} type can bitrate {rate} listen-only {listen}; sudo ip link set {name} up"
+        )
+    }
+
+    /// Checks rate and mode of the interface, and returns its rate. A virtual interface has neither.
+    fn check(&self, rate: Option<BitRate>, mode: Mode) -> Result<Option<BitRate>, Failure> {
+        let described = self
+            .interface
+            .describe()
+            .map_err(|error| self.lost(&error))?;
+        let text = described.unwrap_or_default();
+        if text.contains("vcan") {
+            return Ok(None);
+        }
+        let name = &self.name;
+        let own = bit_rate(&text);
+        let wanted = rate.map(BitRate::bits_per_second);
+        let commands = self.commands(wanted.or(own), mode);
+        let listens = text.contains("LISTEN-ONLY");
+        if mode == Mode::Listen && !listens {
+            let message =
+                format!("the interface {name} is not in listen-only mode. Type: {commands}");
+            return Err(Failure::bus("no-listen-only", message));
+        }
+        if mode == Mode::Active && listens {
+            let message = format!("the interface {name} only listens. Type: {commands}");
+            return Err(Failure::bus("only-listens", message));
+        }
+        if let (Some(rate), Some(own)) = (rate, own)
+            && own != rate.bits_per_second()
+        {
+            let message = format!(
+                "the interface {name} has {own} bit/s, not {}. Type: {commands}",
+                rate.name()
+            );
+            return Err(Failure::bus("wrong-rate", message));
+        }
+        let mut rates = BitRate::ALL.into_iter();
+        Ok(rates.find(|rate| Some(rate.bits_per_second()) == own))
+    }
+}
+
+/// The bit rate in the description of an interface, in bit/s.
+fn bit_rate(text: &str) -> Option<u32> {
+    let mut words = text.split_whitespace();
+    words.find(|word| *word == "bitrate")?;
+    words.next()?.parse().ok()
+}
+
+impl<I: Interface> Adapter for SocketCan<I> {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            listen_only: true,
+            sets_rate: false,
+            needs_rate: false,
+            reports_errors: false,
+        }
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        self.close();
+        self.rate = self.check(rate, mode)?;
+        let opened = self.interface.open();
+        opened.map_err(|error| {
+            let wanted = rate.map(BitRate::bits_per_second);
+            let (name, commands) = (&self.name, self.commands(wanted, mode));
+            Failure::bus(
+                "no-adapter",
+                format!("cannot open {name} ({error}). Type: {commands}"),
+            )
+        })?;
+        self.mode = Some(mode);
+        self.errors = 0;
+        self.lost_before = self.interface.lost().unwrap_or(0);
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.interface.close();
+        self.mode = None;
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        if self.mode != Some(Mode::Active) {
+            return Err(not_active());
+        }
+        let converted = if frame.is_remote() {
+            CanFrame::new_remote(frame.id(), frame.dlc())
+        } else {
+            CanFrame::new(frame.id(), frame.bytes())
+        };
+        let Some(converted) = converted else {
+            return Ok(());
+        };
+        let written = self.interface.write(&converted);
+        written.map_err(|error| match error.raw_os_error() {
+            Some(NO_BUFFER) => Failure::bus(
+                "frame-refused",
+                "the queue of the interface is full, because nobody acknowledges: check bit rate, wiring and terminators",
+            ),
+            _ => self.lost(&error),
+        })
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+        loop {
+            let wait = until.ticks().saturating_sub(self.now().ticks());
+            let read = self
+                .interface
+                .read(time::Duration::from_micros(wait.max(100)));
+            let frame = read.map_err(|error| self.lost(&error))?;
+            let now = self.now();
+            match frame {
+                Some(CanFrame::Error(_)) => self.errors += 1,
+                Some(frame) => {
+                    let converted = if frame.is_remote_frame() {
+                        Frame::remote(frame.id(), frame.dlc())
+                    } else {
+                        Frame::data(frame.id(), frame.data())
+                    };
+                    if let Some(frame) = converted {
+                        return Ok(Some((now, frame)));
+                    }
+                }
+                None if now >= until => return Ok(None),
+                None => {}
+            }
+        }
+    }
+
+    fn now(&self) -> Instant {
+        let elapsed = self.start.elapsed().as_micros();
+        Instant::from_ticks(elapsed.try_into().unwrap_or(u64::MAX))
+    }
+
+    fn rate(&self) -> Option<BitRate> {
+        self.rate
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        None
+    }
+
+    fn overruns(&mut self) -> Option<u64> {
+        let lost = self.interface.lost()?;
+        Some(lost.saturating_sub(self.lost_before))
+    }
+}
+
+#[cfg(test)]
+mod tests;

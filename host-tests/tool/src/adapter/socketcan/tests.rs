@@ -1,0 +1,266 @@
+use super::*;
+use crate::labels::Labels;
+use crate::output::Terminal;
+use crate::scan;
+use plumbline::can::standard;
+use plumbline::time::{after, millis};
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+#[derive(Default)]
+struct State {
+    text: Option<&'static str>,
+    missing: bool,
+    lost: Option<u64>,
+    open: bool,
+    written: Vec<String>,
+    frames: VecDeque<CanFrame>,
+    /// It comes each 50 ms.
+    heartbeat: Option<CanFrame>,
+}
+
+#[derive(Clone, Default)]
+struct Fake(Rc<RefCell<State>>);
+
+impl Interface for Fake {
+    fn describe(&self) -> io::Result<Option<String>> {
+        let state = self.0.borrow();
+        if state.missing {
+            return Err(io::ErrorKind::NotFound.into());
+        }
+        Ok(state.text.map(str::to_owned))
+    }
+
+    fn lost(&self) -> Option<u64> {
+        self.0.borrow().lost
+    }
+
+    fn open(&mut self) -> io::Result<()> {
+        self.0.borrow_mut().open = true;
+        Ok(())
+    }
+
+    fn close(&mut self) {
+        self.0.borrow_mut().open = false;
+    }
+
+    fn write(&mut self, frame: &CanFrame) -> io::Result<()> {
+        self.0
+            .borrow_mut()
+            .written
+            .push(format!("{:?} {:02X?}", frame.id(), frame.data()));
+        Ok(())
+    }
+
+    fn read(&mut self, timeout: time::Duration) -> io::Result<Option<CanFrame>> {
+        let state = &mut *self.0.borrow_mut();
+        let frame = state.frames.pop_front();
+        if let (None, Some(heartbeat)) = (frame, state.heartbeat) {
+            std::thread::sleep(timeout.min(time::Duration::from_millis(50)));
+            return Ok(Some(heartbeat));
+        }
+        if frame.is_none() {
+            std::thread::sleep(timeout);
+        }
+        Ok(frame)
+    }
+}
+
+const UP: &str = "3: can0: <NOARP,UP> state UP\n link/can\n can state ERROR-ACTIVE\n bitrate 250000 sample-point 0.875";
+const LISTENING: &str =
+    "3: can0: <NOARP,UP>\n can <LISTEN-ONLY> state ERROR-ACTIVE\n bitrate 250000";
+
+fn adapter(text: Option<&'static str>) -> (SocketCan<Fake>, Fake) {
+    let fake = Fake::default();
+    fake.0.borrow_mut().text = text;
+    (SocketCan::new(fake.clone(), "can0").unwrap(), fake)
+}
+
+#[test]
+fn interface_that_does_not_only_listen_is_not_opened_for_listening() {
+    let (mut adapter, fake) = adapter(Some(UP));
+    let failure = adapter.open(Some(BitRate::K250), Mode::Listen).unwrap_err();
+    assert_eq!(failure.code, "no-listen-only");
+    assert!(
+        failure
+            .message
+            .contains("ip link set can0 type can bitrate 250000 listen-only on")
+    );
+    assert!(!fake.0.borrow().open);
+}
+
+#[test]
+fn interface_with_another_rate_is_refused_with_what_to_type() {
+    let (mut adapter, fake) = adapter(Some(UP));
+    let failure = adapter.open(Some(BitRate::K125), Mode::Active).unwrap_err();
+    assert_eq!((failure.code, failure.kind.exit_code()), ("wrong-rate", 4));
+    assert!(failure.message.contains("bitrate 125000"));
+    assert!(!fake.0.borrow().open);
+    adapter.open(Some(BitRate::K250), Mode::Active).unwrap();
+    assert!(fake.0.borrow().open);
+}
+
+#[test]
+fn listening_interface_is_opened_for_listening_only() {
+    let (mut adapter, fake) = adapter(Some(LISTENING));
+    assert_eq!(
+        adapter.open(None, Mode::Active).unwrap_err().code,
+        "only-listens"
+    );
+    adapter.open(None, Mode::Listen).unwrap();
+    assert!(
+        adapter
+            .send(&Frame::data(standard(1), &[2]).unwrap())
+            .is_err()
+    );
+    assert!(fake.0.borrow().written.is_empty());
+}
+
+#[test]
+fn frames_pass_in_both_directions() {
+    let (mut adapter, fake) = adapter(Some(UP));
+    adapter.open(None, Mode::Active).unwrap();
+    adapter
+        .send(&Frame::data(standard(0x300), &[0x10]).unwrap())
+        .unwrap();
+    assert_eq!(fake.0.borrow().written.len(), 1);
+    let id = standard(0x301);
+    fake.0
+        .borrow_mut()
+        .frames
+        .push_back(CanFrame::new(id, &[1, 2]).unwrap());
+    let until = after(adapter.now(), millis(20));
+    let (_, frame) = adapter.receive(until).unwrap().unwrap();
+    assert_eq!(format!("{frame:?}"), "301#0102");
+    assert_eq!(adapter.receive(until).unwrap(), None);
+}
+
+#[test]
+fn lost_frames_are_those_since_the_interface_was_opened() {
+    let (mut adapter, fake) = adapter(Some(UP));
+    adapter.open(None, Mode::Active).unwrap();
+    assert_eq!(adapter.overruns(), None);
+    fake.0.borrow_mut().lost = Some(40);
+    adapter.open(None, Mode::Active).unwrap();
+    assert_eq!(adapter.overruns(), Some(0));
+    fake.0.borrow_mut().lost = Some(43);
+    assert_eq!(adapter.overruns(), Some(3));
+}
+
+#[test]
+fn missing_interface_names_the_next_step() {
+    let fake = Fake::default();
+    fake.0.borrow_mut().missing = true;
+    let failure = SocketCan::new(fake, "can7").err().unwrap();
+    assert!(failure.message.contains("ip link"), "{failure}");
+}
+
+/// Scans an interface with a node that sends this heartbeat, but answers nothing. Returns the failure, the rows, and the notes.
+fn scanned(text: &'static str, heartbeat: &[u8]) -> (Option<Failure>, String, String, Fake) {
+    let (adapter, fake) = adapter(Some(text));
+    let heartbeat = CanFrame::new(standard(0x70A), heartbeat);
+    fake.0.borrow_mut().heartbeat = heartbeat.filter(|frame| !frame.data().is_empty());
+    let (mut out, mut notes) = (Vec::new(), Vec::new());
+    let mut terminal = Terminal {
+        json: false,
+        out: &mut out,
+        notes: &mut notes,
+        confirm: &mut |_| false,
+        stopped: Rc::new(|| false),
+        bar: None,
+    };
+    let options = scan::Options::default();
+    let result = scan::run(Box::new(adapter), options, Labels::default(), &mut terminal);
+    let [out, notes] = [out, notes].map(|text| String::from_utf8(text).unwrap());
+    (result.err(), out, notes, fake)
+}
+
+#[test]
+fn scan_of_listening_interface_shows_what_it_heard_and_what_to_type() {
+    let (failure, rows, notes, fake) = scanned(LISTENING, &[5]);
+    assert_eq!(failure, None);
+    assert!(rows.contains("canopen  -  address 10"), "{rows}");
+    assert!(notes.contains("listen-only off"), "{notes}");
+    assert!(!notes.contains("takes part"), "{notes}");
+    assert!(notes.ends_with("\nnothing was sent\n"), "{notes}");
+    assert!(fake.0.borrow().written.is_empty());
+}
+
+#[test]
+fn scan_of_active_interface_listens_before_it_asks() {
+    let (failure, rows, notes, fake) = scanned(UP, &[5]);
+    assert_eq!(failure, None);
+    assert!(rows.contains("canopen  -  address 10"), "{rows}");
+    // Only the node that was heard is asked.
+    let written = &fake.0.borrow().written;
+    assert!(!written.is_empty());
+    assert!(
+        written.iter().all(|frame| frame.contains("1546")),
+        "{written:?}"
+    );
+    says_that_it_takes_part(&notes);
+}
+
+/// The note is there once, with what to type.
+#[track_caller]
+fn says_that_it_takes_part(notes: &str) {
+    let notes: Vec<&str> = notes
+        .lines()
+        .filter(|note| note.contains("takes part in the bus"))
+        .collect();
+    let commands = "ip link set can0 type can bitrate 250000 listen-only on";
+    assert!(notes.len() == 1 && notes[0].contains(commands), "{notes:?}");
+}
+
+#[test]
+fn scan_of_active_interface_without_traffic_says_that_it_acknowledges() {
+    let (failure, _, notes, fake) = scanned(UP, &[]);
+    assert_eq!(failure.unwrap().code, "nothing-found");
+    assert!(fake.0.borrow().written.is_empty());
+    says_that_it_takes_part(&notes);
+    let last = "nothing was sent, but the messages of other devices were acknowledged\n";
+    assert!(notes.ends_with(last), "{notes}");
+}
+
+/// Needs `sudo ip link add dev vcan0 type vcan; sudo ip link set vcan0 up`.
+#[test]
+fn frames_pass_between_two_sockets_of_a_virtual_interface() {
+    if !std::path::Path::new("/sys/class/net/vcan0").exists() {
+        // Written directly to standard error, which the test harness does not capture.
+        let _ = io::Write::write_all(&mut io::stderr(), b"skipped: there is no interface vcan0\n");
+        return;
+    }
+    let [mut one, mut other] = [(); 2].map(|()| {
+        let mut adapter = connect("vcan0").unwrap();
+        adapter.open(Some(BitRate::K250), Mode::Active).unwrap();
+        adapter
+    });
+    for frame in [
+        Frame::data(standard(0x300), &[3]),
+        Frame::data(
+            plumbline::can::extended(0x18EA_FFFE),
+            &[1, 2, 3, 4, 5, 6, 7, 8],
+        ),
+        Frame::remote(standard(0x701), 1),
+    ] {
+        let frame = frame.unwrap();
+        one.send(&frame).unwrap();
+        let until = after(other.now(), millis(10_000));
+        let (_, received) = other.receive(until).unwrap().unwrap();
+        assert_eq!(received, frame);
+    }
+}
+
+#[test]
+fn rate_of_the_interface_is_told_when_it_is_open() {
+    let (mut adapter, _) = adapter(Some(UP));
+    assert_eq!(adapter.rate(), None);
+    adapter.open(None, Mode::Active).unwrap();
+    assert_eq!(adapter.rate(), Some(BitRate::K250));
+    for text in [None, Some("4: vcan0: <NOARP,UP> vcan")] {
+        let (mut adapter, _) = super::tests::adapter(text);
+        adapter.open(None, Mode::Active).unwrap();
+        assert_eq!(adapter.rate(), None, "{text:?}");
+    }
+}

@@ -1,0 +1,331 @@
+//! The file with the settings of a sensor: TOML that people can read and change.
+//!
+//! ```toml
+//! [sensor]
+//! product = "is2"
+//! article = "PR-23054-30"
+//! serial = 1
+//! firmware = "3.44"
+//!
+//! [parameters]
+//! cyclic-time = "250 ms"
+//! filter-type = "critically damped"
+//! ```
+//!
+//! A value has the text of `get`. It is read as the one of `set` is, so `0.25 s` is the same.
+
+mod file;
+mod set;
+mod texts;
+
+pub use file::write_file;
+
+use crate::failure::Failure;
+use crate::identify::{Found, product};
+use crate::number::Scale;
+use crate::session::Target;
+use crate::sheet::{Entry, Origin, Sheet, parameters};
+use plumbline::model::catalog::Protocol;
+use plumbline::param::ParameterId;
+use std::path::Path;
+use toml::{Table, Value};
+
+/// The longest file that is read, in bytes.
+const LONGEST: u64 = 1 << 20;
+
+/// The bits of a COB-ID that are its identifier.
+const IDENTIFIER: u32 = 0x1FFF_FFFF;
+
+/// The first line of a file.
+const HEADING: &str = "# Settings of a CAN inclination sensor, written by plumbline. `plumbline restore` writes them to a sensor.\n";
+
+/// The settings of a sensor.
+#[derive(Clone, Debug)]
+pub struct Backup {
+    /// The sheet of the product.
+    pub sheet: Sheet,
+    /// The order number.
+    pub article: Option<String>,
+    /// The serial number.
+    pub serial: Option<u32>,
+    /// The version of the firmware.
+    pub firmware: Option<String>,
+    /// The node-ID of a device with a data sheet, which does not say which of its entries this is.
+    pub node_id: Option<u8>,
+    /// The name that the user has given to the sensor.
+    pub label: Option<String>,
+    /// Texts that a tool can write, for example the programming key; for people, they are not restored.
+    pub texts: Vec<(String, String)>,
+    /// Entries with their raw numbers.
+    pub values: Vec<(Entry, u32)>,
+}
+
+impl Backup {
+    /// The settings of a sensor that has been identified.
+    pub fn new(sheet: &Sheet, found: &Found) -> Self {
+        Self {
+            sheet: sheet.clone(),
+            article: found.article.clone(),
+            serial: found.serial,
+            firmware: found.firmware.clone(),
+            node_id: match found.target {
+                Target::Canopen(node) if sheet.data_sheet.is_some() => Some(node),
+                _ => None,
+            },
+            label: found.label.clone(),
+            texts: Vec::new(),
+            values: Vec::new(),
+        }
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// The file cannot be read, is no backup, or has a name or value that the product does not have.
+    pub fn read(path: &Path) -> Result<Self, Failure> {
+        Self::read_with(path, None)
+    }
+
+    /// The same. A product that is not in the catalogue is that of `foreign`.
+    ///
+    /// # Errors
+    /// See [`read`](Self::read).
+    pub fn read_with(path: &Path, foreign: Option<&Sheet>) -> Result<Self, Failure> {
+        let shown = path.display();
+        let unreadable = |error: std::io::Error| {
+            Failure::bus(
+                "no-file",
+                format!("cannot read {shown} ({error}): `plumbline backup` writes such a file"),
+            )
+        };
+        let length = std::fs::metadata(path).map_err(unreadable)?.len();
+        if length > LONGEST {
+            return Err(bad(path, "it is too long"));
+        }
+        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+        Self::parse_with(&text, foreign).map_err(|why| bad(path, &why))
+    }
+
+    /// Reads the text of a file.
+    ///
+    /// # Errors
+    /// One sentence: it is no backup, or has a name or value that the product does not have.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        Self::parse_with(text, None)
+    }
+
+    /// The same. A product that is not in the catalogue is that of `foreign`.
+    ///
+    /// # Errors
+    /// See [`parse`](Self::parse).
+    pub fn parse_with(text: &str, foreign: Option<&Sheet>) -> Result<Self, String> {
+        let table: Table = text
+            .parse()
+            .map_err(|error: toml::de::Error| error.message().to_owned())?;
+        let section = |name: &str| {
+            let section = table.get(name).and_then(Value::as_table);
+            section.ok_or_else(|| format!("it has no section [{name}]"))
+        };
+        let (sensor, parameters) = (section("sensor")?, section("parameters")?);
+        let text = |name: &str| sensor.get(name).and_then(Value::as_str).map(str::to_owned);
+        let name = text("product").ok_or("it names no product")?;
+        let sheet = match foreign.filter(|sheet| sheet.product.name == name) {
+            Some(sheet) => sheet.clone(),
+            None => Sheet::of(product(&name).map_err(|failure| {
+                format!(
+                    "{}; a device with a data sheet needs --eds",
+                    failure.message
+                )
+            })?),
+        };
+        let serial = sensor.get("serial").and_then(Value::as_integer);
+        let texts = texts::read(&table, &sheet);
+        let node_id = sensor.get("node-id").map(|value| {
+            let node = value.as_integer().and_then(|node| u8::try_from(node).ok());
+            node.filter(|node| (1..=127).contains(node))
+                .ok_or("its node-id is not 1 to 127")
+        });
+        let mut backup = Self {
+            sheet,
+            article: text("article"),
+            serial: serial.and_then(|serial| u32::try_from(serial).ok()),
+            firmware: text("firmware"),
+            node_id: node_id.transpose()?,
+            label: text("label"),
+            texts,
+            values: Vec::new(),
+        };
+        // The resolution first: it is the unit of others.
+        let mut rows: Vec<(&String, &Value)> = parameters.iter().collect();
+        let is_resolution = |name: &str| {
+            let entry = backup.sheet.entries.iter().find(|entry| entry.name == name);
+            entry.is_some_and(|entry| backup.sheet.is_resolution(entry))
+        };
+        rows.sort_by_key(|(name, _)| !is_resolution(name));
+        for (name, value) in rows {
+            let text = match value {
+                Value::String(text) => text.clone(),
+                Value::Integer(number) => number.to_string(),
+                Value::Float(number) => number.to_string(),
+                _ => return Err(format!("{name} has no value in quotes")),
+            };
+            backup.set(name, &text)?;
+        }
+        backup.constrain()?;
+        Ok(backup)
+    }
+
+    /// Checks the values against each other.
+    ///
+    /// # Errors
+    /// The sensor would refuse the values together.
+    pub fn constrain(&self) -> Result<(), String> {
+        let value = |id: ParameterId| {
+            let mut values = self.values.iter();
+            let own = values.find(|(entry, _)| entry.origin == Origin::Parameter(id));
+            own.map(|(_, raw)| *raw)
+        };
+        for constraint in self.sheet.product.constraints {
+            let (one, other) = parameters(constraint);
+            if let (Some(first), Some(second)) = (value(one), value(other))
+                && let Some(why) = self.sheet.broken(constraint, first, second)
+            {
+                return Err(why);
+            }
+        }
+        Ok(())
+    }
+
+    /// The node-ID in the file.
+    pub fn node(&self) -> Option<u8> {
+        let Protocol::Canopen(tables) = &self.sheet.product.protocol else {
+            return None;
+        };
+        let wanted = Origin::Parameter(tables.node_id);
+        let own = self.values.iter().find(|(entry, _)| entry.origin == wanted);
+        own.and_then(|(_, raw)| u8::try_from(*raw).ok())
+            .or(self.node_id)
+    }
+
+    /// Default identifiers for the node-ID `in_force` become those for the node-ID in the file, which acts after a restart.
+    pub fn number_from(&mut self, in_force: u8) {
+        if let Some(own) = self.node() {
+            self.renumber(in_force, own);
+        }
+    }
+
+    /// Default identifiers for the node-ID in the file become those for the node-ID `in_force` of a sensor.
+    pub fn number_for(&mut self, in_force: u8) {
+        if let Some(own) = self.node() {
+            self.renumber(own, in_force);
+        }
+    }
+
+    fn renumber(&mut self, from: u8, to: u8) {
+        for (entry, raw) in &mut self.values {
+            let Some(factory) = entry.factory.filter(|_| entry.node_relative) else {
+                continue;
+            };
+            let default = |node: u8| (factory & IDENTIFIER) + u32::from(node);
+            if *raw & IDENTIFIER == default(from) {
+                *raw = *raw & !IDENTIFIER | default(to);
+            }
+        }
+    }
+
+    /// The scale of an entry at the resolution of this file.
+    pub fn scale_of(&self, entry: &Entry) -> Scale {
+        let resolution = self.sheet.product.guide.resolution;
+        let own = resolution
+            .filter(|_| self.sheet.follows_resolution(entry))
+            .and_then(|resolution| {
+                let wanted = Origin::Parameter(resolution.parameter);
+                self.values.iter().find(|(own, _)| own.origin == wanted)
+            });
+        own.map_or(entry.scale.clone(), |(own, raw)| own.scale.times(*raw))
+    }
+
+    /// The text of a value.
+    pub fn text_of(&self, entry: &Entry, raw: u32) -> String {
+        let scaled = Entry {
+            scale: self.scale_of(entry),
+            ..entry.clone()
+        };
+        scaled.text(raw)
+    }
+
+    /// The value of an entry as a document.
+    pub fn json_of(&self, entry: &Entry, raw: u32) -> serde_json::Value {
+        let scaled = Entry {
+            scale: self.scale_of(entry),
+            ..entry.clone()
+        };
+        scaled.json(raw)
+    }
+
+    /// The file, with the parameters in the order of the sheet.
+    pub fn text(&self) -> String {
+        let quoted = |text: &str| Value::String(text.to_owned()).to_string();
+        let mut text = HEADING.to_owned();
+        text.push_str("[sensor]\n");
+        let mut line = |name: &str, value: String| text.push_str(&format!("{name} = {value}\n"));
+        line("product", quoted(self.sheet.product.name));
+        line("maker", quoted(self.sheet.product.maker));
+        if let Some(article) = &self.article {
+            line("article", quoted(article));
+        }
+        if let Some(serial) = self.serial {
+            line("serial", serial.to_string());
+        }
+        if let Some(firmware) = &self.firmware {
+            line("firmware", quoted(firmware));
+        }
+        if let Some(node) = self.node_id {
+            line("node-id", node.to_string());
+        }
+        if let Some(label) = &self.label {
+            line("label", quoted(label));
+        }
+        text.push_str(&texts::section(&self.texts));
+        text.push_str("\n[parameters]\n");
+        for entry in self.sheet.settings() {
+            if let Some((_, raw)) = self.values.iter().find(|(own, _)| own.name == entry.name) {
+                text.push_str(&format!(
+                    "{} = {}\n",
+                    entry.name,
+                    quoted(&self.text_of(entry, *raw))
+                ));
+            }
+        }
+        text.push_str(&texts::left_out(&self.sheet));
+        text
+    }
+
+    /// Writes the file. A file that exists stays as it is until the new one is complete.
+    ///
+    /// # Errors
+    /// The file cannot be written.
+    pub fn write(&self, path: &Path) -> Result<(), Failure> {
+        write_file(path, &self.text())
+    }
+}
+
+/// The name of the product in the text of a file.
+pub fn product_in(text: &str) -> Option<String> {
+    let table: Table = text.parse().ok()?;
+    let name = table.get("sensor")?.get("product")?.as_str()?;
+    Some(name.to_owned())
+}
+
+fn bad(path: &Path, why: &str) -> Failure {
+    Failure::usage(
+        "bad-file",
+        format!(
+            "{} is not valid: {why}; nothing was written",
+            path.display()
+        ),
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,95 @@
+//! Changes values of a file.
+
+use super::Backup;
+use crate::sheet::Entry;
+
+impl Backup {
+    /// Sets a value from its text.
+    ///
+    /// # Errors
+    /// The product has no such setting, or the value is not permitted.
+    pub fn set(&mut self, name: &str, text: &str) -> Result<(), String> {
+        let entry = self
+            .sheet
+            .settings()
+            .find(|entry| entry.name == name)
+            .cloned();
+        let entry = entry.ok_or_else(|| self.no_setting(name))?;
+        if self.sheet.is_resolution(&entry) {
+            return self.set_resolution(entry, text);
+        }
+        let raw = self.checked(&entry, text)?;
+        self.put(entry, raw);
+        Ok(())
+    }
+
+    /// Why a name is no setting of a file, with the next step.
+    fn no_setting(&self, name: &str) -> String {
+        let mut entries = self.sheet.entries.iter();
+        match entries.find(|entry| entry.name == name) {
+            Some(entry) if entry.writable => format!(
+                "{name} is no setting of a file; `plumbline set {name}=...` writes it to the sensor"
+            ),
+            Some(_) => format!("{name} can only be read: `plumbline get {name}` shows it"),
+            None => format!(
+                "{} has no setting {name}: `plumbline parameters` lists the names",
+                self.sheet.product.name
+            ),
+        }
+    }
+
+    /// Sets the resolution. The values in its unit stay the same, so their raw numbers change.
+    fn set_resolution(&mut self, entry: Entry, text: &str) -> Result<(), String> {
+        let raw = self.checked(&entry, text)?;
+        let followers: Vec<(Entry, u32)> = self
+            .values
+            .iter()
+            .filter(|(own, _)| self.sheet.follows_resolution(own))
+            .cloned()
+            .collect();
+        let texts: Vec<(Entry, String)> = followers
+            .into_iter()
+            .map(|(own, raw)| {
+                let text = self.text_of(&own, raw);
+                (own, text)
+            })
+            .collect();
+        let before = self.values.clone();
+        self.put(entry, raw);
+        for (own, text) in texts {
+            match self.checked(&own, &text) {
+                Ok(raw) => self.put(own, raw),
+                Err(why) => {
+                    self.values = before;
+                    return Err(format!("{why}; change it first"));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The raw number of a text, within the permitted values.
+    pub(super) fn checked(&self, entry: &Entry, text: &str) -> Result<u32, String> {
+        let scale = self.scale_of(entry);
+        let scaled = Entry {
+            scale: scale.clone(),
+            ..entry.clone()
+        };
+        let raw = scaled
+            .parse(text)
+            .map_err(|why| format!("{} = {text:?}: {why}", entry.name))?;
+        entry.check(raw, &scale)?;
+        Ok(raw)
+    }
+
+    pub(super) fn put(&mut self, entry: Entry, raw: u32) {
+        match self
+            .values
+            .iter_mut()
+            .find(|(own, _)| own.name == entry.name)
+        {
+            Some((_, own)) => *own = raw,
+            None => self.values.push((entry, raw)),
+        }
+    }
+}

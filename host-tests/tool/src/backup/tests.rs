@@ -1,0 +1,132 @@
+use super::*;
+#[cfg(unix)]
+use std::path::PathBuf;
+
+const FILE: &str = "[sensor]\nproduct = \"is2\"\nserial = 7\n[parameters]\ncyclic-time = \"0.1 s\"\nzero-x = -1.25\ncyclic-mode = 1\n";
+
+#[test]
+fn file_is_read_in_every_spelling_and_written_in_one() {
+    let backup = Backup::parse(FILE).unwrap();
+    assert_eq!(backup.serial, Some(7));
+    let text = backup.text();
+    for line in [
+        "product = \"is2\"",
+        "cyclic-time = \"100 ms\"",
+        "zero-x = \"-1.25 deg\"",
+        "cyclic-mode = \"on\"",
+    ] {
+        assert!(text.lines().any(|own| own == line), "{line}: {text}");
+    }
+    assert_eq!(Backup::parse(&text).unwrap().text(), text);
+}
+
+#[test]
+fn default_identifiers_of_a_device_with_a_data_sheet_follow_its_node_id() {
+    let data_sheet = "[DeviceInfo]\nProductName=Drive\n[1800]\nParameterName=TPDO\nObjectType=9\n\
+                      [1800sub1]\nParameterName=COB-ID\nDataType=7\nAccessType=rw\nDefaultValue=$NODEID+0x40000180\n";
+    let sheet = crate::eds::parse(data_sheet.as_bytes()).unwrap();
+    let parse = |node: &str, cob_id: &str| {
+        let text = format!(
+            "[sensor]\nproduct = \"drive\"\nnode-id = {node}\n[parameters]\ncob-id = \"{cob_id}\"\n"
+        );
+        Backup::parse_with(&text, Some(&sheet))
+    };
+    for (cob_id, restored) in [("C000018Ah", 0xC000_01CD), ("4000019Ah", 0x4000_019A)] {
+        let mut backup = parse("10", cob_id).unwrap();
+        assert!(backup.text().contains("\nnode-id = 10\n"));
+        backup.number_for(77);
+        assert_eq!(backup.values[0].1, restored, "{cob_id}");
+    }
+    for node in ["0", "128", "-1", "\"10\"", "1e3"] {
+        let why = parse(node, "180h").unwrap_err();
+        assert!(why.contains("node-id"), "{node}: {why}");
+    }
+}
+
+#[test]
+fn hostile_file_is_refused() {
+    for (text, why) in [
+        ("", "[sensor]"),
+        ("[sensor]\nproduct = 1\n[parameters]", "product"),
+        ("[sensor]\nproduct = \"is9\"\n[parameters]", "is9"),
+        ("[sensor]\nproduct = \"is2\"", "[parameters]"),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\nnonsense = 1",
+            "nonsense",
+        ),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\nserial-number = 1",
+            "serial-number",
+        ),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\ncyclic-time = [1]",
+            "cyclic-time",
+        ),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\ncyclic-time = \"0 ms\"",
+            "1..65535 ms",
+        ),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\nzero-x = \"1e400\"",
+            "zero-x",
+        ),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\nzero-x = nan",
+            "zero-x",
+        ),
+        (
+            "[sensor]\nproduct = \"is2\"\n[parameters]\ncyclic-time = 1\ncyclic-time = 2",
+            "duplicate",
+        ),
+        ("\u{0}", ""),
+    ] {
+        let error = Backup::parse(text)
+            .err()
+            .unwrap_or_else(|| panic!("{text}"));
+        assert!(error.contains(why), "{text}: {error}");
+    }
+}
+
+#[test]
+fn number_in_resolution_has_that_of_the_file() {
+    let text = "[sensor]\nproduct = \"tiltix080\"\n[parameters]\nslope-long16-preset-value = \"12.3 deg\"\nresolution = \"0.1 deg\"\n";
+    let backup = Backup::parse(text).unwrap();
+    let (_, raw) = backup
+        .values
+        .iter()
+        .find(|(entry, _)| entry.name.contains("preset-value"))
+        .unwrap();
+    assert_eq!(*raw, 123);
+    assert!(Backup::parse(&text.replace("12.3", "12.34")).is_err());
+}
+
+/// An empty folder for a test.
+#[cfg(unix)]
+fn folder(name: &str) -> PathBuf {
+    let path = std::env::temp_dir().join(format!("plumbline-{}-{name}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&path);
+    std::fs::create_dir_all(&path).unwrap();
+    path
+}
+
+#[cfg(unix)]
+#[test]
+fn file_behind_a_symbolic_link_is_written_and_keeps_its_permissions() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    let folder = folder("link");
+    let (file, link) = (folder.join("crane.toml"), folder.join("link.toml"));
+    std::fs::write(&file, "old").unwrap();
+    std::fs::set_permissions(&file, PermissionsExt::from_mode(0o640)).unwrap();
+    symlink(&file, &link).unwrap();
+    // A file of another run with the name of the new one stays.
+    let other = folder.join("crane.toml.part0");
+    std::fs::write(&other, "other").unwrap();
+    write_file(&link, "new").unwrap();
+    assert!(link.is_symlink());
+    assert_eq!(std::fs::read_to_string(&file).unwrap(), "new");
+    assert_eq!(std::fs::read_to_string(&other).unwrap(), "other");
+    let mode = std::fs::metadata(&file).unwrap().permissions().mode();
+    assert_eq!(mode & 0o777, 0o640);
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
+    std::fs::remove_dir_all(folder).unwrap();
+}

@@ -1,0 +1,222 @@
+//! The log of a board, as a command prints it:
+//!
+//! ```text
+//! 0.000012 [INFO ] serial number 305419896 (firmware_stm32 ..)
+//! 0.062500 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC (firmware_stm32 ..)
+//! ```
+
+use super::demo;
+use crate::failure::Failure;
+use host_tests::calibrate::Side;
+use std::fmt::{self, Display, Formatter};
+use std::io::{BufRead, BufReader, Read};
+use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
+use std::thread;
+use std::time::Duration;
+
+/// A raw acceleration.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Sample {
+    /// In g.
+    pub acceleration: [f64; 3],
+    /// In degC.
+    pub temperature: f64,
+}
+
+/// A message that a calibration needs.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Message {
+    /// The serial number of the unit, at its start.
+    Serial(u32),
+    /// One every 5 ms.
+    Sample(Sample),
+}
+
+/// The message in a line of the log; None: the line has another one.
+pub fn message(line: &str) -> Option<Message> {
+    if let Some((_, rest)) = line.split_once("acceleration ") {
+        let words: Vec<&str> = rest.split_whitespace().take(5).collect();
+        let [x, y, z, "ug,", temperature] = words[..] else {
+            return None;
+        };
+        let number = |text: &str, unit: f64| Some(f64::from(text.parse::<i32>().ok()?) * unit);
+        return Some(Message::Sample(Sample {
+            acceleration: [number(x, 1e-6)?, number(y, 1e-6)?, number(z, 1e-6)?],
+            temperature: number(temperature, 0.01)?,
+        }));
+    }
+    let (_, rest) = line.split_once("serial number ")?;
+    let serial = rest.split_whitespace().next()?.parse().ok()?;
+    Some(Message::Serial(serial))
+}
+
+/// Where the log comes from.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Source {
+    /// A command that prints it.
+    Command(Vec<String>),
+    /// A virtual unit inside of the program.
+    Demonstration,
+}
+
+impl Display for Source {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Command(words) => f.write_str(&words.join(" ")),
+            Self::Demonstration => f.write_str("the demonstration"),
+        }
+    }
+}
+
+/// The log. A command that prints it ends with this.
+pub struct Log {
+    child: Option<Child>,
+    /// Where the unit of the demonstration turns.
+    turn: Option<Sender<Side>>,
+    messages: Receiver<Message>,
+}
+
+impl Log {
+    /// Starts the source. Images that it builds have a log with debug messages.
+    ///
+    /// # Errors
+    /// It cannot be started.
+    pub fn start(source: &Source) -> Result<Self, Failure> {
+        match source {
+            Source::Command(words) => Self::command(words),
+            Source::Demonstration => {
+                let (turn, messages) = demo::start();
+                Ok(Self {
+                    child: None,
+                    turn: Some(turn),
+                    messages,
+                })
+            }
+        }
+    }
+
+    fn command(command: &[String]) -> Result<Self, Failure> {
+        let unstarted = |why: String| {
+            let shown = command.join(" ");
+            Failure::bus("no-log", format!("cannot start `{shown}` ({why})"))
+        };
+        let (program, arguments) = command
+            .split_first()
+            .ok_or_else(|| unstarted("it is empty".to_owned()))?;
+        let mut child = Command::new(program)
+            .args(arguments)
+            .env("DEFMT_LOG", "debug")
+            .stdin(Stdio::null())
+            .stdout(Stdio::piped())
+            .spawn()
+            .map_err(|error| unstarted(error.to_string()))?;
+        let output = child.stdout.take();
+        let output = output.ok_or_else(|| unstarted("it has no output".to_owned()))?;
+        let (sender, messages) = channel();
+        thread::spawn(move || {
+            for line in lines(output) {
+                if let Some(message) = message(&line)
+                    && sender.send(message).is_err()
+                {
+                    break;
+                }
+            }
+        });
+        Ok(Self {
+            child: Some(child),
+            turn: None,
+            messages,
+        })
+    }
+
+    /// The next message; None: there is none in this time.
+    ///
+    /// # Errors
+    /// The command has ended.
+    pub fn next(&mut self, time: Duration) -> Result<Option<Message>, Failure> {
+        match self.messages.recv_timeout(time) {
+            Ok(message) => Ok(Some(message)),
+            Err(RecvTimeoutError::Timeout) => Ok(None),
+            Err(RecvTimeoutError::Disconnected) => Err(Failure::bus(
+                "log-ended",
+                "the command of the log has ended: connect the probe, look at its messages, and repeat",
+            )),
+        }
+    }
+
+    /// Turns the unit of the demonstration. The user turns a real one.
+    pub fn turn(&mut self, side: Side) {
+        if let Some(turn) = &self.turn {
+            let _ = turn.send(side);
+        }
+    }
+
+    /// Drops the samples that wait, and returns the serial numbers among them.
+    pub fn drop_waiting(&mut self) -> Vec<u32> {
+        let serial = |message| match message {
+            Message::Serial(serial) => Some(serial),
+            Message::Sample(_) => None,
+        };
+        self.messages.try_iter().filter_map(serial).collect()
+    }
+}
+
+/// The lines of an output, also if they are not UTF-8.
+fn lines(output: impl Read) -> impl Iterator<Item = String> {
+    let lines = BufReader::new(output).split(b'\n').map_while(Result::ok);
+    lines.map(|line| String::from_utf8_lossy(&line).into_owned())
+}
+
+impl Drop for Log {
+    fn drop(&mut self) {
+        if let Some(child) = &mut self.child {
+            // It can have ended by itself.
+            let _ = child.kill();
+            let _ = child.wait();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn acceleration_and_serial_number_are_found_in_a_line_of_the_log() {
+        let sample = Sample {
+            acceleration: [0.001234, -0.000567, 0.998765],
+            temperature: 25.1,
+        };
+        for end in ["", "\r", " (firmware_stm32 firmware-stm32/src/app.rs:330)"] {
+            let line =
+                format!("0.0625 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC{end}");
+            let Some(Message::Sample(found)) = message(&line) else {
+                panic!("{line}");
+            };
+            for (found, expected) in found.acceleration.iter().zip(sample.acceleration) {
+                assert!((found - expected).abs() < 1e-9, "{line}");
+            }
+            assert!((found.temperature - sample.temperature).abs() < 1e-9);
+            let line = format!("0.000012 [INFO ] serial number 4294967295{end}");
+            assert_eq!(message(&line), Some(Message::Serial(u32::MAX)));
+        }
+    }
+
+    #[test]
+    fn other_lines_have_no_message() {
+        for line in [
+            "",
+            "[INFO ] accelerometer found",
+            "acceleration",
+            "acceleration 1 2",
+            "acceleration 1 2 3 ug,",
+            "acceleration 1 2 3 mg, 2510 0.01 degC",
+            "acceleration 1 2 99999999999 ug, 2510 0.01 degC",
+            "serial number ",
+            "serial number 4294967296",
+        ] {
+            assert_eq!(message(line), None, "{line}");
+        }
+    }
+}

@@ -1,0 +1,345 @@
+//! The command line.
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap_complete::Shell;
+use plumbline::can::BitRate;
+use std::fmt::{self, Display, Formatter};
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+/// Finds, sets, shows and records CAN inclination sensors: those of Plumbline and the makers' own.
+#[derive(Clone, Debug, Parser)]
+#[command(
+    name = "plumbline",
+    version,
+    after_help = "Exit codes: 0 done, 1 refused by the sensor, 2 usage, 3 nobody answers, 4 bus or adapter, 130 Ctrl-C.\nWithout hardware: plumbline --port demo:is2 get"
+)]
+pub struct Cli {
+    /// The options of all commands
+    #[command(flatten)]
+    pub options: Options,
+    /// The command
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The options of all commands.
+#[derive(Clone, Debug, Default, Args)]
+pub struct Options {
+    /// The adapter: slcan://HOST:PORT, slcan:/dev/ttyACM0, can0 (Linux), usb or usb:SERIAL, demo:PRODUCT
+    #[arg(long, global = true, env = "PLUMBLINE_PORT", value_name = "PORT")]
+    pub port: Option<String>,
+    /// The bit rate in kbit/s [default: listens for it]
+    #[arg(long, global = true, value_name = "KBITS", value_parser = bit_rate)]
+    pub rate: Option<BitRate>,
+    /// The Set-Parameter-ID of a GEMAC sensor, hexadecimal: 300, or 8 digits for 29 bits
+    #[arg(long, global = true, value_name = "HEX")]
+    pub id: Option<String>,
+    /// The node-ID of a CANopen sensor
+    #[arg(long, global = true, value_name = "N")]
+    pub node: Option<u8>,
+    /// The MAC ID of a DeviceNet sensor
+    #[arg(long, global = true, value_name = "N")]
+    pub mac: Option<u8>,
+    /// The address of a sensor in J1939
+    #[arg(long, global = true, value_name = "N")]
+    pub address: Option<u8>,
+    /// The product, if the sensor does not say it
+    #[arg(long, global = true, value_name = "NAME")]
+    pub product: Option<String>,
+    /// The data sheet (EDS) of a CANopen or DeviceNet device that is not in the catalogue
+    #[arg(long, global = true, value_name = "FILE", conflicts_with = "product")]
+    pub eds: Option<PathBuf>,
+    /// The folder with the names of sensors [default: plumbline in the folder for settings of the user]
+    #[arg(
+        long,
+        global = true,
+        env = "PLUMBLINE_CONFIG",
+        value_name = "DIR",
+        hide_env_values = true
+    )]
+    pub config: Option<PathBuf>,
+    /// Print one JSON document
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Answer all questions with yes
+    #[arg(long, global = true)]
+    pub yes: bool,
+}
+
+/// What to zero.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, ValueEnum)]
+pub enum Axis {
+    /// The first axis
+    X,
+    /// The second axis
+    Y,
+}
+
+impl Axis {
+    /// The name in the guide of a product.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+        }
+    }
+}
+
+/// A bit rate for a sensor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum NewRate {
+    /// The sensor detects that of the bus.
+    Automatic,
+    /// This one.
+    Fixed(BitRate),
+}
+
+impl NewRate {
+    /// The rate; None: automatic detection.
+    pub fn fixed(self) -> Option<BitRate> {
+        Option::from(self)
+    }
+}
+
+impl From<Option<BitRate>> for NewRate {
+    fn from(rate: Option<BitRate>) -> Self {
+        rate.map_or(Self::Automatic, Self::Fixed)
+    }
+}
+
+impl From<NewRate> for Option<BitRate> {
+    fn from(rate: NewRate) -> Self {
+        match rate {
+            NewRate::Automatic => None,
+            NewRate::Fixed(rate) => Some(rate),
+        }
+    }
+}
+
+impl Display for NewRate {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(self.fixed().map_or("automatic detection", BitRate::name))
+    }
+}
+
+/// A command.
+#[derive(Clone, Debug, Subcommand)]
+pub enum Command {
+    /// Find sensors: listens at all bit rates, then asks
+    Scan {
+        /// Ask at a silent bus without a question
+        #[arg(long)]
+        active: bool,
+        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits: 42 s at 250 kbit/s
+        #[arg(long)]
+        search: bool,
+    },
+    /// List the names with range, unit and factory value
+    Parameters,
+    /// Read parameters and values; without a name all of them
+    Get {
+        /// Names, or beginnings of their words
+        names: Vec<String>,
+    },
+    /// Write parameters, for example filter=2.5Hz,butterworth zero-x=1.25deg
+    Set {
+        /// NAME=VALUE; raw:N is the number of the protocol
+        #[arg(required = true)]
+        assignments: Vec<String>,
+        /// Store them afterwards
+        #[arg(long, conflicts_with = "file")]
+        save: bool,
+        /// Change a file of `backup` instead of a sensor
+        #[arg(long, value_name = "FILE")]
+        file: Option<PathBuf>,
+    },
+    /// Store the parameters in the sensor
+    Save,
+    /// Load the factory values
+    LoadFactory,
+    /// Make the present position zero
+    Zero {
+        /// One axis only
+        axis: Option<Axis>,
+        /// Store it afterwards
+        #[arg(long)]
+        save: bool,
+    },
+    /// Make the present position the reference frame of the machine (JN2101)
+    Teach {
+        /// Store it afterwards
+        #[arg(long)]
+        save: bool,
+    },
+    /// Restart the sensor
+    Restart,
+    /// Change the node-ID of a CANopen sensor: writes, stores, restarts, checks
+    NodeId {
+        /// The new node-ID, 1 to 127
+        new: u8,
+    },
+    /// Change the MAC ID of a DeviceNet sensor and check it
+    Mac {
+        /// The new MAC ID, 0 to 63
+        new: u8,
+    },
+    /// Show the J1939 address and NAME, or change the address: commands it, checks, stores
+    Address {
+        /// The new address, 0 to 253
+        new: Option<u8>,
+    },
+    /// Change the bit rate: writes, stores, restarts, checks
+    Rate {
+        /// The new bit rate in kbit/s; auto: automatic detection (GEMAC)
+        #[arg(value_name = "KBITS", value_parser = new_rate)]
+        new: NewRate,
+    },
+    /// Show the name of the sensor on this computer, or give it one
+    Label {
+        /// The new name
+        name: Option<String>,
+        /// Take the name away
+        #[arg(long, conflicts_with = "name")]
+        remove: bool,
+    },
+    /// One request: code and data (GEMAC), INDEX:SUB[=DATA] (CANopen, J1939), service class instance data (DeviceNet), parameter group (J1939), hexadecimal
+    Raw {
+        /// The request
+        request: String,
+    },
+    /// Store all settings of the sensor in a file
+    Backup {
+        /// A TOML file
+        file: PathBuf,
+    },
+    /// Write the settings of a file that differ, store them, and read them back
+    Restore {
+        /// A TOML file of `backup`
+        file: PathBuf,
+        /// Only these parameters
+        #[arg(long, value_name = "NAME", num_args = 1..)]
+        only: Vec<String>,
+    },
+    /// Show the settings of a file that differ from the sensor
+    Diff {
+        /// A TOML file of `backup`
+        file: PathBuf,
+    },
+    /// Show the angles
+    Watch {
+        /// Other values than the angles, by the names of `parameters`
+        #[arg(value_name = "NAME")]
+        names: Vec<String>,
+        /// The pause between two samples in ms
+        #[arg(long, default_value_t = 200, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+        every: u32,
+        /// The sensor sends the angles by itself (DeviceNet: answers to polls); its settings are put back afterwards
+        #[arg(long, conflicts_with = "names")]
+        cyclic: bool,
+        /// End after this time
+        #[arg(long, value_name = "S")]
+        seconds: Option<f64>,
+    },
+    /// Record the angles as CSV
+    Record {
+        /// The file
+        file: PathBuf,
+        /// Other values than the angles, by the names of `parameters`
+        #[arg(value_name = "NAME")]
+        names: Vec<String>,
+        /// The pause between two samples in ms
+        #[arg(long, default_value_t = 20, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+        every: u32,
+        /// The sensor sends the angles by itself (DeviceNet: answers to polls); its settings are put back afterwards
+        #[arg(long, conflicts_with = "names")]
+        cyclic: bool,
+        /// End after this time
+        #[arg(long, value_name = "S")]
+        seconds: Option<f64>,
+    },
+    /// Write all frames on the bus as `candump -L` does; only listens
+    Log {
+        /// The file; - is standard output
+        file: PathBuf,
+        /// End after this time
+        #[arg(long, value_name = "S")]
+        seconds: Option<f64>,
+    },
+    /// Calibrate a sensor of this project: guides through six positions with the log of the board, then computes the calibration
+    Calibrate {
+        /// The measurement, a CSV file. One that is not complete is continued
+        file: PathBuf,
+        /// Write the calibration into this store file of the unit; needs --product
+        #[arg(long, value_name = "FILE")]
+        store: Option<PathBuf>,
+        /// The serial number of the unit [default: that in the log or in the measurement]
+        #[arg(long, value_name = "N")]
+        serial: Option<u32>,
+        /// The command that prints the log, for example -- cargo bluepill is2; without it nothing is measured
+        #[arg(last = true, value_name = "COMMAND")]
+        log: Vec<String>,
+    },
+    /// Show a page in the browser that finds, shows and sets sensors
+    Serve {
+        /// Where to listen; only this computer reaches the default. Port 0 takes a free port
+        #[arg(long, default_value = "127.0.0.1:8080", value_name = "ADDRESS:PORT")]
+        listen: SocketAddr,
+        /// Open the page in the browser; other users of this computer can read its address, with the secret, in the list of processes
+        #[arg(long)]
+        open: bool,
+        /// Connect at once; without --port to a virtual sensor
+        #[arg(long)]
+        demo: bool,
+        /// The measurement of a unit that the page calibrates, a CSV file as that of `calibrate`
+        #[arg(long, value_name = "FILE")]
+        calibrate: Option<PathBuf>,
+        /// Write the calibration into this store file of the unit; needs --product
+        #[arg(long, value_name = "FILE", requires = "calibrate")]
+        store: Option<PathBuf>,
+        /// The serial number of the unit [default: that in the log or in the measurement]
+        #[arg(long, value_name = "N", requires = "calibrate")]
+        serial: Option<u32>,
+        /// The command that prints the log of the unit, for example -- cargo bluepill is2
+        #[arg(last = true, value_name = "COMMAND", requires = "calibrate")]
+        log: Vec<String>,
+    },
+    /// Print the completions for a shell
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print a manual page
+    Man {
+        /// The page of this command [default: that of the program]
+        #[arg(conflicts_with = "out")]
+        command: Option<String>,
+        /// Write all pages into this folder
+        #[arg(long, value_name = "FOLDER")]
+        out: Option<PathBuf>,
+    },
+}
+
+/// One of the ten bit rates, in kbit/s.
+fn bit_rate(text: &str) -> Result<BitRate, String> {
+    let wanted = text.parse::<f64>().ok();
+    let kbits = |rate: &BitRate| f64::from(rate.bits_per_second()) / 1000.0;
+    let mut rates = BitRate::ALL.into_iter();
+    rates
+        .find(|rate| Some(kbits(rate)) == wanted)
+        .ok_or_else(|| {
+            let all: Vec<String> = BitRate::ALL
+                .iter()
+                .map(|rate| kbits(rate).to_string())
+                .collect();
+            format!("the bit rates are {} kbit/s", all.join(", "))
+        })
+}
+
+/// One of the ten bit rates, in kbit/s, or `auto`.
+fn new_rate(text: &str) -> Result<NewRate, String> {
+    match text {
+        "auto" => Ok(NewRate::Automatic),
+        _ => bit_rate(text).map(NewRate::Fixed),
+    }
+}

@@ -1,0 +1,315 @@
+//! Explicit messages of DeviceNet over the predefined master/slave connection set (Group 2 Only).
+//!
+//! ```text
+//!  identifier            byte 0   1         2        3          4 ..
+//!  406h + 8 x MAC        master   4Bh       3        1          choice, master     allocate
+//!  404h + 8 x MAC        master   service   class    instance   data               request
+//!  403h + 8 x MAC        master   service + 80h      data                          response
+//!                        master   94h       code     additional code               error response
+//!                        80h + .. fragment  data                                   a part of a longer response
+//! ```
+
+use super::{Link, refusal};
+use crate::failure::Failure;
+use plumbline::can::{CanId, Frame};
+use plumbline::devicenet::identifiers::{Group1, group_2, group_2_id};
+use plumbline::devicenet::{general, service};
+use plumbline::time::{Duration, millis};
+
+/// The wait for a response.
+const ANSWER: Duration = millis(500);
+
+/// The longest response that is put together, in bytes.
+const LONGEST: usize = 1024;
+
+/// The choice of the explicit connection.
+const EXPLICIT: u8 = 0x01;
+
+/// The choice of the poll connection.
+const POLL: u8 = 0x02;
+
+/// An attribute, or an instance of a class for other services.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Path {
+    /// The class.
+    pub class: u8,
+    /// The instance.
+    pub instance: u8,
+}
+
+/// The body of a response.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub enum Response {
+    /// The data behind the service.
+    Done(Vec<u8>),
+    /// The general and the additional error code.
+    Refused(u8, u8),
+    /// Nobody answers.
+    Silent,
+}
+
+impl Response {
+    /// The data of a request that must succeed; `what` names it for the message.
+    ///
+    /// # Errors
+    /// It was refused, or nobody answers.
+    pub fn must(self, mac: u8, what: &str) -> Result<Vec<u8>, Failure> {
+        match self {
+            Self::Done(data) => Ok(data),
+            Self::Refused(code, more) => Err(Failure::refused(
+                "refused",
+                format!(
+                    "the sensor refused {what}: {} ({code:02X}h, {more:02X}h). {}",
+                    reason(code),
+                    next_step(code)
+                ),
+            )),
+            Self::Silent => Err(Failure::silent(
+                "no-answer",
+                format!("MAC ID {mac} does not answer: `plumbline scan` finds the sensor"),
+            )),
+        }
+    }
+}
+
+/// How often a slave can repeat a fragment.
+const REPETITIONS: u8 = 3;
+
+/// A slave, and the MAC ID of the tool.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Slave {
+    /// Its MAC ID, 0 to 63.
+    pub mac: u8,
+}
+
+impl Slave {
+    /// The MAC ID of the tool: 62, which masters leave to tools, or 61.
+    pub fn master(self) -> u8 {
+        if self.mac == 62 { 61 } else { 62 }
+    }
+
+    fn id(self, message: u16) -> CanId {
+        CanId::standard(group_2_id(self.mac, message))
+    }
+
+    /// Allocates the explicit connection. If an earlier run has left it open, releases it first.
+    ///
+    /// # Errors
+    /// Another master owns the sensor, nobody answers, or those of the adapter.
+    pub fn allocate(self, link: &mut Link) -> Result<(), Failure> {
+        self.allocate_within(link, ANSWER)
+    }
+
+    /// The same with another wait for the response.
+    ///
+    /// # Errors
+    /// See [`allocate`](Self::allocate).
+    pub fn allocate_within(self, link: &mut Link, time: Duration) -> Result<(), Failure> {
+        self.allocate_choice(link, EXPLICIT, time)
+    }
+
+    /// Allocates the poll connection besides the explicit one.
+    ///
+    /// # Errors
+    /// See [`allocate`](Self::allocate).
+    pub fn allocate_poll(self, link: &mut Link) -> Result<(), Failure> {
+        self.allocate_choice(link, POLL, ANSWER)
+    }
+
+    fn allocate_choice(self, link: &mut Link, choice: u8, time: Duration) -> Result<(), Failure> {
+        let data = [choice, self.master()];
+        let mut response = self.unconnected(link, service::ALLOCATE, &data, time)?;
+        if let Response::Refused(general::ALREADY, _) = response {
+            self.release_choice(link, choice)?;
+            response = self.unconnected(link, service::ALLOCATE, &data, time)?;
+        }
+        if let Response::Refused(general::STATE, _) = response {
+            let mac = self.mac;
+            let message = format!(
+                "another master owns the sensor with MAC ID {mac}: it is only listened to; stop that master and repeat"
+            );
+            return Err(Failure::refused("owned", message));
+        }
+        response.must(self.mac, "the allocation").map(|_| ())
+    }
+
+    /// Releases the explicit connection, also if the user wants to stop.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn release(self, link: &mut Link) -> Result<(), Failure> {
+        self.release_choice(link, EXPLICIT).map(|_| ())
+    }
+
+    /// Releases the poll connection, also if the user wants to stop. A sensor that has released it by itself refuses, which is no failure.
+    ///
+    /// # Errors
+    /// Nobody answers, or those of the adapter.
+    pub fn release_poll(self, link: &mut Link) -> Result<(), Failure> {
+        match self.release_choice(link, POLL)? {
+            Response::Refused(general::ALREADY, _) => Ok(()),
+            response => response.must(self.mac, "the release").map(|_| ()),
+        }
+    }
+
+    fn release_choice(self, link: &mut Link, choice: u8) -> Result<Response, Failure> {
+        let was_ending = link.set_ending(true);
+        let released = self.unconnected(link, service::RELEASE, &[choice], ANSWER);
+        link.set_ending(was_ending);
+        released
+    }
+
+    /// Sends a poll command. The response comes with the identifier of [`poll_response`](Self::poll_response).
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn poll(self, link: &mut Link) -> Result<(), Failure> {
+        link.send(&Frame::of(self.id(group_2::POLL), [0; 8], 0))
+    }
+
+    /// The identifier of the responses to polls, to whatever master.
+    pub fn poll_response(self) -> CanId {
+        CanId::standard(Group1::PollResponse.id(self.mac))
+    }
+
+    /// The identifiers of the I/O messages that the slave sends: those to polls first.
+    pub fn io(self) -> [CanId; 2] {
+        let change = CanId::standard(Group1::ChangeOrCyclic.id(self.mac));
+        [self.poll_response(), change]
+    }
+
+    /// A request to the unconnected port.
+    fn unconnected(
+        self,
+        link: &mut Link,
+        code: u8,
+        data: &[u8],
+        time: Duration,
+    ) -> Result<Response, Failure> {
+        let port = Path {
+            class: 3,
+            instance: 1,
+        };
+        self.request(link, (group_2::UNCONNECTED, time), code, port, data)
+    }
+
+    /// A request on the explicit connection, with at most four bytes of data.
+    ///
+    /// # Errors
+    /// The data is too long, or those of the adapter.
+    pub fn explicit(
+        self,
+        link: &mut Link,
+        code: u8,
+        path: Path,
+        data: &[u8],
+    ) -> Result<Response, Failure> {
+        self.request(link, (group_2::REQUEST, ANSWER), code, path, data)
+    }
+
+    /// Reads an attribute.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn get(self, link: &mut Link, path: Path, attribute: u8) -> Result<Response, Failure> {
+        self.explicit(link, service::GET, path, &[attribute])
+    }
+
+    fn request(
+        self,
+        link: &mut Link,
+        (message, time): (u16, Duration),
+        code: u8,
+        path: Path,
+        data: &[u8],
+    ) -> Result<Response, Failure> {
+        let mut bytes = vec![self.master(), code, path.class, path.instance];
+        bytes.extend_from_slice(data);
+        let request = Frame::data(self.id(message).into(), &bytes).ok_or_else(|| {
+            Failure::usage(
+                "too-long",
+                "an explicit request has at most four bytes of data",
+            )
+        })?;
+        let (master, answer) = (self.master(), self.id(group_2::RESPONSE));
+        let is_own = |frame: &Frame| {
+            let header = frame.bytes().first().map(|header| header & 0x3F);
+            (frame.can_id() == answer && header == Some(master)).then(|| frame.bytes().to_vec())
+        };
+        let Some(first) = link.ask(&request, time, is_own)? else {
+            return Ok(Response::Silent);
+        };
+        if first[0] & 0x80 == 0 {
+            return Ok(response(code, &first[1..]));
+        }
+        // Fragments: each is acknowledged before the next one. A slave that has lost the acknowledge repeats its fragment.
+        let mut body = Vec::new();
+        let mut part = first;
+        let (mut before, mut repetitions) = (None, 0);
+        loop {
+            let &[header, control, ref data @ ..] = &part[..] else {
+                return Ok(Response::Silent);
+            };
+            let count = control & 0x3F;
+            match before {
+                Some(before) if count == before => repetitions += 1,
+                Some(before) if count != (before + 1) & 0x3F => return Ok(Response::Silent),
+                _ => body.extend_from_slice(data),
+            }
+            before = Some(count);
+            if data.is_empty() || body.len() > LONGEST || repetitions > REPETITIONS {
+                return Ok(Response::Silent);
+            }
+            let acknowledge = [header, 0xC0 | control & 0x3F, 0, 0, 0, 0, 0, 0];
+            let acknowledge = Frame::of(self.id(group_2::REQUEST), acknowledge, 3);
+            if control & 0xC0 == 0x80 {
+                link.send(&acknowledge)?;
+                return Ok(response(code, &body));
+            }
+            match link.ask(&acknowledge, ANSWER, is_own)? {
+                Some(next) => part = next,
+                None => return Ok(Response::Silent),
+            }
+        }
+    }
+}
+
+/// The response to a service with this body.
+fn response(code: u8, body: &[u8]) -> Response {
+    match body {
+        [answered, code, more, ..] if *answered == service::ERROR | 0x80 => {
+            Response::Refused(*code, *more)
+        }
+        [answered, data @ ..] if *answered == code | 0x80 => Response::Done(data.to_vec()),
+        _ => Response::Silent,
+    }
+}
+
+/// What to do after an error with this code.
+fn next_step(code: u8) -> &'static str {
+    match code {
+        general::ALREADY | general::STATE | 0x10 => refusal::WRONG_STATE,
+        general::RESOURCE => refusal::REPEAT,
+        _ => refusal::LIST,
+    }
+}
+
+/// The meaning of a general error code. Those that the sensors of the core do not use are of the specification of CIP.
+pub fn reason(code: u8) -> &'static str {
+    match code {
+        general::RESOURCE => "the resource is not available",
+        general::SERVICE => "there is no such service",
+        general::VALUE => "the value is not permitted",
+        general::ALREADY => "already in this state",
+        general::STATE | 0x10 => "not in the present state of the device",
+        general::NOT_SETTABLE => "the attribute can only be read",
+        0x0F => "the permission is missing",
+        general::TOO_LITTLE => "there is not enough data",
+        general::ATTRIBUTE => "there is no such attribute",
+        general::TOO_MUCH => "there is too much data",
+        general::OBJECT => "there is no such object",
+        0x1F => "a vendor specific error",
+        general::PARAMETER => "a parameter of the service is not permitted",
+        _ => "general error",
+    }
+}

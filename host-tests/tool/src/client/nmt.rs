@@ -1,0 +1,100 @@
+//! CANopen network management: commands to a node, and its state.
+//!
+//! ```text
+//!  000h         command   node-ID      00h: all nodes
+//!  700h + node  state                  heartbeat: 00h boot-up, 04h stopped, 05h operational, 7Fh pre-operational
+//! ```
+
+use super::Link;
+use super::sdo::{Answer, Server};
+use crate::failure::Failure;
+use plumbline::can::{CanId, Frame, standard};
+use plumbline::param::number;
+use plumbline::time::{Duration, millis};
+
+/// A command of the NMT master.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[repr(u8)]
+pub enum Command {
+    /// Start remote node: operational.
+    Start = 1,
+    /// Stop remote node.
+    Stop = 2,
+    /// Enter pre-operational.
+    PreOperational = 128,
+    /// Reset node.
+    ResetNode = 129,
+    /// Reset communication.
+    ResetCommunication = 130,
+}
+
+/// The state of a node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum State {
+    /// It sends PDOs.
+    Operational,
+    /// Any other.
+    Other,
+}
+
+/// The object of the heartbeat time, in ms; 0: the node sends no heartbeat.
+const HEARTBEAT: u16 = 0x1017;
+
+/// The heartbeat time of a node that is asked for its state and sends no heartbeat, in ms.
+const OWN: u16 = 50;
+
+/// How late a heartbeat is.
+const LATE: Duration = millis(100);
+
+/// Sends a command to one node. There is no answer.
+///
+/// # Errors
+/// Those of the adapter.
+pub fn send(link: &mut Link, command: Command, node: u8) -> Result<(), Failure> {
+    let frame = Frame::of(standard(0x000), [command as u8, node, 0, 0, 0, 0, 0, 0], 2);
+    link.send(&frame)
+}
+
+/// The state of a node, as its heartbeat tells; None: it tells nothing. A node that sends no heartbeat gets one for this question, and
+/// loses it again. It is not asked by node guarding, because that would start its supervision of the master.
+///
+/// # Errors
+/// Those of the adapter.
+pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Failure> {
+    let server = Server::of(node);
+    let Answer::Done(present) = server.read(link, HEARTBEAT, 0)? else {
+        return Ok(None);
+    };
+    let period = number(&present);
+    if period != 0 {
+        return heartbeat(link, node, millis(period) + LATE);
+    }
+    let state = match server.write(link, HEARTBEAT, 0, &OWN.to_le_bytes()) {
+        Ok(Answer::Done(())) => heartbeat(link, node, millis(OWN.into()) + LATE),
+        Ok(Answer::Aborted(_)) => return Ok(None),
+        // The node can have it though its answer is lost.
+        Ok(Answer::Silent) => Ok(None),
+        Err(failure) => Err(failure),
+    };
+    // It must not stay: a command that follows can store it, and a node with a heartbeat does not answer node guarding.
+    match server.put_back(link, (HEARTBEAT, 0), &present)? {
+        Answer::Done(()) => state,
+        Answer::Silent | Answer::Aborted(_) => Err(Failure::refused(
+            "not-put-back",
+            format!(
+                "the tool could not restore the heartbeat time of {}, which is {OWN} ms now: write {period} ms to 1017h, or restart the node",
+                server.peer
+            ),
+        )),
+    }
+}
+
+fn heartbeat(link: &mut Link, node: u8, time: Duration) -> Result<Option<State>, Failure> {
+    const OPERATIONAL: u8 = 5;
+    let id = CanId::standard(0x700 + u16::from(node));
+    link.wait_for(time, |frame| match frame.bytes() {
+        [OPERATIONAL] if frame.can_id() == id => Some(State::Operational),
+        [_] if frame.can_id() == id && !frame.is_remote() => Some(State::Other),
+        _ => None,
+    })
+}

@@ -1,0 +1,335 @@
+//! `calibrate`: the six-position measurement of a unit, guided step by step, and the calibration that follows from it.
+//!
+//! The raw acceleration is in the log of the board: no protocol of the sensors has it. A position is taken only after a yes, and the
+//! measurement is in the file after each one, so that it can be continued.
+
+mod measurement;
+
+use crate::calibrate::host::{Asks, Host, Question, State, Step};
+use crate::calibrate::log::{Log, Message, Sample, Source};
+use crate::calibrate::rest::{Average, Window};
+use crate::client::stopped;
+use crate::failure::Failure;
+use crate::identify;
+use crate::output::Terminal;
+use host_tests::calibrate::{Side, calibration as computed, write};
+use measurement::Measurement;
+use plumbline::measure::ONE_G;
+use plumbline::measure::calibration::Calibration;
+use serde_json::{Value, json};
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The order of the positions.
+const SIDES: [Side; 6] = {
+    const fn side(axis: usize, up: bool) -> Side {
+        Side { axis, up }
+    }
+    [
+        side(2, true),
+        side(2, false),
+        side(0, true),
+        side(0, false),
+        side(1, true),
+        side(1, false),
+    ]
+};
+
+/// The longest wait without a look at Ctrl-C.
+const SLICE: Duration = Duration::from_millis(100);
+
+/// The longest pause between two samples.
+const PAUSE: Duration = Duration::from_secs(10);
+
+/// The samples between two looks at the window: 0.5 s.
+const LOOK: usize = 100;
+
+/// The unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Unit<'a> {
+    /// The name of its product.
+    pub product: Option<&'a str>,
+    /// Its serial number.
+    pub serial: Option<u32>,
+    /// Its store file.
+    pub store: Option<&'a Path>,
+}
+
+/// Measures what is missing, if there is a log, computes the calibration, and prints it.
+pub(super) fn calibrate(
+    path: &Path,
+    log: &[String],
+    may_measure: bool,
+    unit: Unit,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    if !log.is_empty() && !may_measure {
+        let message = "each position needs an answer of its own: leave out --yes";
+        return Err(Failure::usage("needs-answers", message));
+    }
+    let source = (!log.is_empty()).then(|| Source::Command(log.to_vec()));
+    let done = run(path, source.as_ref(), unit, &mut Asks::new(terminal))?;
+    show(&done.calibration, terminal)?;
+    terminal.note(&done.next);
+    terminal.document(&done.document())
+}
+
+/// A calibration that is computed, and written if there is a store file.
+pub struct Done {
+    calibration: Calibration,
+    /// What to do next.
+    pub next: String,
+}
+
+impl Done {
+    /// The numbers: the offset in mg, the deviation of the response from 1, the drift in mg/K.
+    pub fn document(&self) -> Value {
+        let (offset, deviation, drift) = numbers(&self.calibration);
+        json!({"offset_mg": offset, "deviation": deviation, "drift_mg_per_k": drift})
+    }
+}
+
+/// Measures what is missing, if there is a log, and computes the calibration. A store file is written.
+///
+/// # Errors
+/// A file cannot be read or written, the log ends, the unit is another one, or the user stops.
+pub fn run(
+    path: &Path,
+    log: Option<&Source>,
+    unit: Unit,
+    host: &mut dyn Host,
+) -> Result<Done, Failure> {
+    // What is wrong is said before the measurement.
+    let product = match (unit.store, unit.product) {
+        (Some(_), None) => {
+            let message = "a store file is that of a product: say which with --product NAME";
+            return Err(Failure::usage("unknown-product", message));
+        }
+        (_, name) => name.map(identify::product).transpose()?,
+    };
+    let mut measurement = Measurement::open(path, unit.serial, log.is_some())?;
+    if let Some(log) = log {
+        Guide::start(log, host)?.run(&mut measurement, host)?;
+    }
+    let name = path.display().to_string();
+    let calibration = computed(&name, &measurement.text)
+        .map_err(|why| Failure::usage("bad-file", format!("{why}; nothing was written")))?;
+    let (Some(store), Some(product)) = (unit.store, product) else {
+        let next =
+            "--store FILE with --product NAME writes it into a store file of the unit".to_owned();
+        return Ok(Done { calibration, next });
+    };
+    let serial = measurement.serial.ok_or_else(|| {
+        let message = "the log and the measurement have no serial number: give it with --serial N";
+        Failure::usage("no-serial", message)
+    })?;
+    write(product.owner(serial), &calibration, store)
+        .map_err(|why| Failure::bus("no-file", why))?;
+    let next = format!(
+        "the calibration of {} with serial number {serial} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
+        product.name,
+        store.display()
+    );
+    Ok(Done { calibration, next })
+}
+
+/// The offset in mg, the deviation of the response from 1, the drift in mg/K.
+fn numbers(calibration: &Calibration) -> ([f64; 3], [[f64; 3]; 3], [f64; 3]) {
+    let (offset, deviation, drift) = calibration.numbers();
+    (
+        offset.map(|value| f64::from(value) / f64::from(ONE_G) * 1e3),
+        deviation.map(|row| row.map(|value| f64::from(value) / 262_144.0)),
+        drift.map(|value| f64::from(value) / 16_777_216.0 * 1e3),
+    )
+}
+
+/// Prints the numbers of a calibration.
+fn show(calibration: &Calibration, terminal: &mut Terminal) -> Result<(), Failure> {
+    let ([x, y, z], deviation, drift) = numbers(calibration);
+    terminal.line(format!("offset  x {x:.3} mg, y {y:.3} mg, z {z:.3} mg"))?;
+    for (axis, [x, y, z]) in ["x", "y", "z"].iter().zip(deviation) {
+        terminal.line(format!("correction of {axis}  {x:+.6} {y:+.6} {z:+.6}"))?;
+    }
+    let [x, y, z] = drift;
+    terminal.line(format!(
+        "drift  x {x:.4} mg/K, y {y:.4} mg/K, z {z:.4} mg/K"
+    ))
+}
+
+/// Leads through the positions.
+struct Guide {
+    log: Log,
+    window: Window,
+    /// The serial number in the log.
+    serial: Option<u32>,
+    /// The time of the last sample; None: none came yet.
+    sampled: Option<Instant>,
+    /// A position was taken, and nobody has said of which unit.
+    is_unknown: bool,
+}
+
+impl Guide {
+    fn start(source: &Source, host: &mut dyn Host) -> Result<Self, Failure> {
+        host.tell(&Step::Waiting { source });
+        Ok(Self {
+            log: Log::start(source)?,
+            window: Window::default(),
+            serial: None,
+            sampled: None,
+            is_unknown: false,
+        })
+    }
+
+    /// Measures the sides that the set at the present temperature does not have.
+    fn run(&mut self, measurement: &mut Measurement, host: &mut dyn Host) -> Result<(), Failure> {
+        let first = self.sample(measurement, host)?;
+        let set = measurement.set_at(first.temperature)?;
+        let done = set.as_ref().map_or(&[][..], |(_, sides)| sides);
+        let mut set_temperature = set.as_ref().map(|(temperature, _)| *temperature);
+        let missing: Vec<Side> = SIDES
+            .into_iter()
+            .filter(|side| !done.contains(side))
+            .collect();
+        if missing.is_empty() {
+            host.tell(&Step::Complete);
+        } else if let (Some(own), None, false) =
+            (measurement.serial, self.serial, measurement.is_named)
+        {
+            let message = format!(
+                "{} is of the unit with serial number {own}, but the log does not tell of which unit it is: begin the log with the start of the unit, or say --serial {own}",
+                measurement.path.display()
+            );
+            return Err(Failure::usage("no-serial", message));
+        }
+        for side in missing {
+            let place = SIDES.iter().position(|own| *own == side).unwrap_or(0) + 1;
+            host.tell(&Step::Place { place, side });
+            self.log.turn(side);
+            let average = self.position(side, set_temperature, measurement, host)?;
+            measurement.add(side, &average)?;
+            self.is_unknown |= measurement.serial.is_none();
+            if set_temperature.is_none() {
+                let set = measurement.set_at(average.temperature)?;
+                set_temperature = set.map(|(temperature, _)| temperature);
+            }
+            host.tell(&Step::Taken {
+                side,
+                path: measurement.path,
+            });
+        }
+        Ok(())
+    }
+
+    /// Waits until the sensor is at rest in this position, and until the user takes it.
+    fn position(
+        &mut self,
+        side: Side,
+        set_temperature: Option<f64>,
+        measurement: &mut Measurement,
+        host: &mut dyn Host,
+    ) -> Result<Average, Failure> {
+        self.restart(measurement, host)?;
+        let mut samples = 0;
+        loop {
+            let sample = self.sample(measurement, host)?;
+            self.window.push(sample);
+            samples += 1;
+            if samples % LOOK != 0 {
+                continue;
+            }
+            let Some(average) = self.window.average() else {
+                continue;
+            };
+            let set = measurement.set_at(average.temperature)?;
+            let set = set.map(|(temperature, _)| temperature);
+            let state = match (average.side(), set_temperature) {
+                _ if !average.is_at_rest() => State::Moves,
+                (None, _) => State::NoSide,
+                (Some(up), _) if up != side => State::OtherSide { up, side },
+                (_, Some(first)) if set != Some(first) => State::TooFar { first },
+                // The six positions of an earlier measurement must stay six.
+                (_, None) if set.is_some() => State::TooNear,
+                _ => State::Ready,
+            };
+            if state != State::Ready {
+                host.tell(&Step::Measured { state, average });
+                continue;
+            }
+            if host.ask(&Question::Take { side, average }) {
+                return Ok(average);
+            }
+            if !host.ask(&Question::Again { side }) {
+                let message = "stopped: the positions that were taken are in the file, and the same command goes on with the others";
+                return Err(Failure::usage("not-confirmed", message));
+            }
+            self.restart(measurement, host)?;
+            samples = 0;
+        }
+    }
+
+    /// Forgets what was measured before the user has moved the sensor.
+    fn restart(
+        &mut self,
+        measurement: &mut Measurement,
+        host: &mut dyn Host,
+    ) -> Result<(), Failure> {
+        for serial in self.log.drop_waiting() {
+            self.unit(serial, measurement, host)?;
+        }
+        self.window.clear();
+        self.sampled = Some(Instant::now());
+        Ok(())
+    }
+
+    /// The log tells the serial number of the unit: at its start, and whenever it starts again.
+    fn unit(
+        &mut self,
+        serial: u32,
+        measurement: &mut Measurement,
+        host: &mut dyn Host,
+    ) -> Result<(), Failure> {
+        let wrong = |message| Err(Failure::usage("wrong-unit", message));
+        match self.serial {
+            Some(own) if own != serial => wrong(format!(
+                "the serial number was {own} and is {serial} now: calibrate one unit at a time"
+            )),
+            Some(_) => Ok(()),
+            None if self.is_unknown && measurement.serial.is_none() => wrong(format!(
+                "the log tells the serial number {serial} now, but not of which unit the positions before are: begin with a new file, and with --serial {serial}"
+            )),
+            None => {
+                measurement.is_of(serial)?;
+                self.serial = Some(serial);
+                // The samples before can be of another unit.
+                self.window.clear();
+                host.tell(&Step::Serial(serial));
+                Ok(())
+            }
+        }
+    }
+
+    /// The next sample.
+    fn sample(
+        &mut self,
+        measurement: &mut Measurement,
+        host: &mut dyn Host,
+    ) -> Result<Sample, Failure> {
+        loop {
+            if host.is_stopped() {
+                return Err(stopped());
+            }
+            match self.log.next(SLICE)? {
+                Some(Message::Sample(sample)) => {
+                    self.sampled = Some(Instant::now());
+                    return Ok(sample);
+                }
+                Some(Message::Serial(serial)) => self.unit(serial, measurement, host)?,
+                None if self.sampled.is_some_and(|last| last.elapsed() > PAUSE) => {
+                    let message = "no acceleration in the log for 10 s: look at the probe and the accelerometer, then repeat the command";
+                    return Err(Failure::silent("no-answer", message));
+                }
+                None => {}
+            }
+        }
+    }
+}

@@ -1,0 +1,100 @@
+//! The file of a measurement: one line for each position, and one with the serial number of the unit.
+//!
+//! ```text
+//! up,ax_g,ay_g,az_g,temp_c
+//! # serial number 7
+//! +z,0.025000,-0.030000,1.060000,25.10
+//! ```
+
+use crate::backup::write_file;
+use crate::calibrate::rest::Average;
+use crate::failure::Failure;
+use host_tests::calibrate::{HEADER, Side, set_at};
+use std::path::Path;
+
+/// The start of the line of a measurement with the serial number.
+const SERIAL: &str = "# serial number ";
+
+/// The file of the measurement.
+pub(super) struct Measurement<'a> {
+    pub(super) path: &'a Path,
+    pub(super) text: String,
+    pub(super) serial: Option<u32>,
+    /// The user has said the serial number.
+    pub(super) is_named: bool,
+}
+
+impl<'a> Measurement<'a> {
+    /// Reads the file; a new one has the heading only.
+    pub(super) fn open(
+        path: &'a Path,
+        serial: Option<u32>,
+        may_be_new: bool,
+    ) -> Result<Self, Failure> {
+        let text = match std::fs::read_to_string(path) {
+            Ok(text) => text,
+            Err(error) if may_be_new && error.kind() == std::io::ErrorKind::NotFound => {
+                format!("{HEADER}\n")
+            }
+            Err(error) => {
+                let shown = path.display();
+                let message = format!(
+                    "cannot read {shown} ({error}): `plumbline calibrate {shown} -- COMMAND` measures, with the command that prints the log"
+                );
+                return Err(Failure::bus("no-file", message));
+            }
+        };
+        let own = text.lines().find_map(|line| line.strip_prefix(SERIAL));
+        let own = own.and_then(|serial| serial.trim().parse().ok());
+        let mut measurement = Self {
+            path,
+            text,
+            serial: own,
+            is_named: serial.is_some(),
+        };
+        if let Some(serial) = serial {
+            measurement.is_of(serial)?;
+        }
+        Ok(measurement)
+    }
+
+    /// The unit has this serial number.
+    pub(super) fn is_of(&mut self, serial: u32) -> Result<(), Failure> {
+        match self.serial {
+            Some(own) if own != serial => {
+                let shown = self.path.display();
+                let message = format!(
+                    "{shown} is of the unit with serial number {own}, not of {serial}: choose another file"
+                );
+                Err(Failure::usage("wrong-file", message))
+            }
+            Some(_) => Ok(()),
+            None => {
+                self.serial = Some(serial);
+                if !self.text.ends_with('\n') {
+                    self.text.push('\n');
+                }
+                self.text.push_str(&format!("{SERIAL}{serial}\n"));
+                Ok(())
+            }
+        }
+    }
+
+    /// The set at a temperature, and its sides; see [`set_at`].
+    pub(super) fn set_at(&self, temperature: f64) -> Result<Option<(f64, Vec<Side>)>, Failure> {
+        let name = self.path.display().to_string();
+        set_at(&name, &self.text, temperature).map_err(|why| Failure::usage("bad-file", why))
+    }
+
+    /// Adds a position and writes the file.
+    pub(super) fn add(&mut self, side: Side, average: &Average) -> Result<(), Failure> {
+        let [x, y, z] = average.acceleration;
+        let temperature = average.temperature;
+        if !self.text.ends_with('\n') {
+            self.text.push('\n');
+        }
+        self.text
+            .push_str(&format!("{side},{x:.6},{y:.6},{z:.6},{temperature:.2}\n"));
+        write_file(self.path, &self.text)
+    }
+}

@@ -1,0 +1,147 @@
+//! `backup`, and `set --file`.
+
+use super::{replaced, set};
+use crate::backup::{Backup, write_file};
+use crate::eds::dcf::{self, Commissioning};
+use crate::failure::Failure;
+use crate::identify::Found;
+use crate::output::Terminal;
+use crate::resolve;
+use crate::session::{Session, Target};
+use crate::sheet::{Entry, Sheet};
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+
+/// Reads all settings and writes them into a file.
+pub(super) fn backup(
+    session: &mut Session,
+    found: &Found,
+    path: &Path,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    replaced(path, terminal)?;
+    let configuration = configuration_path(session, path)?;
+    if let Some(path) = &configuration {
+        replaced(path, terminal)?;
+    }
+    let mut backup = Backup::new(&session.sheet, found);
+    let settings: Vec<Entry> = session.sheet.settings().cloned().collect();
+    for entry in settings {
+        match session.read(&entry) {
+            // A device does not need to have all that is in its data sheet.
+            Err(failure) if failure.code == "refused" && session.sheet.data_sheet.is_some() => {
+                terminal.note(format!("{} is left out: {failure}", entry.name));
+            }
+            raw => {
+                let raw = raw?;
+                backup.values.push((entry, raw));
+            }
+        }
+    }
+    let texts: Vec<Entry> = session.sheet.texts().cloned().collect();
+    for entry in texts {
+        let bytes = match session.read_bytes(&entry) {
+            Err(failure) if failure.code == "refused" && session.sheet.data_sheet.is_some() => {
+                terminal.note(format!("{} is left out: {failure}", entry.name));
+                continue;
+            }
+            bytes => bytes?,
+        };
+        backup
+            .texts
+            .push((entry.name, String::from_utf8_lossy(&bytes).into_owned()));
+    }
+    if let Target::Canopen(node) = session.target {
+        // Identifiers as delivered are those of the node-ID after the next restart.
+        backup.number_from(node);
+    }
+    backup.write(path)?;
+    let left_out = session.sheet.commands().count();
+    if left_out > 0 {
+        terminal.note(format!(
+            "{left_out} entries are left out, because a write of them is a command or changes process data: the file names them"
+        ));
+    }
+    let count = backup.values.len();
+    terminal.line(format!("{count} settings are in {}", path.display()))?;
+    let mut document = json!({"file": path.display().to_string(), "settings": count});
+    if let Some(path) = configuration {
+        write_file(&path, &configuration_text(session, &backup, &path))?;
+        let shown = path.display().to_string();
+        terminal.line(format!("the same for CANopen tools (DCF) is in {shown}"))?;
+        document["dcf"] = json!(shown);
+    }
+    terminal.document(&document)
+}
+
+/// The path of the Device Configuration File (DCF), which a CANopen device has besides.
+fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>, Failure> {
+    let is_special = path.exists() && !path.is_file();
+    if !matches!(session.target, Target::Canopen(_)) || is_special {
+        return Ok(None);
+    }
+    let configuration = path.with_extension("dcf");
+    if configuration == path {
+        let message = format!(
+            "{} would be the name of the DCF besides: give the backup another name, as crane.toml",
+            path.display()
+        );
+        return Err(Failure::usage("bad-file", message));
+    }
+    Ok(Some(configuration))
+}
+
+/// The Device Configuration File (DCF) with the values of a backup.
+fn configuration_text(session: &Session, backup: &Backup, path: &Path) -> String {
+    let Target::Canopen(in_force) = session.target else {
+        return String::new();
+    };
+    let data_sheet = match &session.sheet.data_sheet {
+        Some(data_sheet) => data_sheet.text.to_string(),
+        None => descriptors::describe(session.sheet.product).text,
+    };
+    let name = path.file_name().unwrap_or_default();
+    let commissioning = Commissioning {
+        file: name.to_string_lossy().into_owned(),
+        node: backup.node().unwrap_or(in_force),
+        name: backup.label.clone().unwrap_or_default(),
+        rate: session.link.rate(),
+        serial: backup.serial,
+    };
+    dcf::text(&data_sheet, &commissioning, &backup.values)
+}
+
+/// Changes values in a file, without a sensor.
+pub(super) fn set_in_file(
+    path: &Path,
+    assignments: &[String],
+    foreign: Option<&Sheet>,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let mut backup = Backup::read_with(path, foreign)?;
+    let sheet = backup.sheet.clone();
+    let mut changed = Map::new();
+    let mut wanted = Vec::new();
+    for assignment in assignments {
+        wanted.extend(resolve::assignments(&sheet, assignment)?);
+    }
+    set::once_each(wanted.iter().map(|(entry, _)| *entry))?;
+    // The resolution first: it is the unit of others.
+    wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
+    for (entry, text) in &wanted {
+        backup
+            .set(&entry.name, text)
+            .map_err(|why| Failure::usage("out-of-range", why))?;
+    }
+    let permitted = backup.constrain();
+    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    backup.write(path)?;
+    for (entry, _) in &wanted {
+        if let Some((own, raw)) = backup.values.iter().find(|(own, _)| own.name == entry.name) {
+            let shown = backup.text_of(own, *raw);
+            terminal.line(format!("{}  {shown}", entry.name))?;
+            changed.insert(entry.name.clone(), backup.json_of(own, *raw));
+        }
+    }
+    terminal.document(&Value::Object(changed))
+}

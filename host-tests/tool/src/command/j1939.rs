@@ -1,0 +1,113 @@
+//! `address`: shows and changes the address of a sensor in J1939.
+//!
+//! Commanded Address acts at once, and the sensor takes the address over into its parameter, which is stored then. A sensor that does not
+//! obey gets the parameter, and a restart.
+
+use super::address::{free, missing};
+use super::tell;
+use crate::client::j1939::{self, ANSWER};
+use crate::failure::Failure;
+use crate::identify::j1939_of;
+use crate::output::Terminal;
+use crate::session::{Session, Target};
+use plumbline::j1939::name::Name;
+use plumbline::param::ParameterId;
+use plumbline::time::{Duration, after, millis};
+use serde_json::json;
+
+/// The longest time until a sensor has restarted and has an address.
+const RESTART: Duration = millis(3000);
+
+/// Shows or changes the address.
+pub(super) fn address(
+    session: &mut Session,
+    new: Option<u8>,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let tables = j1939_of(session.sheet.product);
+    let (Some(tables), Target::J1939(old)) = (tables, session.target) else {
+        let message = format!(
+            "{} does not speak J1939 here: use `plumbline set`, `plumbline node-id` or `plumbline mac`",
+            session.sheet.product.name
+        );
+        return Err(Failure::usage("not-offered", message));
+    };
+    let name = j1939::name(&mut session.link, old, ANSWER)?;
+    let name = name.ok_or_else(|| missing(&format!("address {old}")))?;
+    let Some(new) = new else {
+        return show(session, old, name, tables.address, terminal);
+    };
+    let entry = session.entry(tables.address)?;
+    let permitted = entry.check(new.into(), &entry.scale);
+    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    if new != old {
+        free(session, Target::J1939(new))?;
+        let claimed = j1939::command_address(&mut session.link, name, new)?;
+        session.target = Target::J1939(claimed.unwrap_or(old));
+        if claimed.is_some() {
+            // Until others cannot contend for the address any more, the sensor is silent.
+            answers(session, name)?;
+        }
+    }
+    let is_there = session.target == Target::J1939(new);
+    if !is_there || session.read(&entry)? != u32::from(new) {
+        session.write(&[(entry, new.into())])?;
+    }
+    session.save()?;
+    if !is_there {
+        session.restart()?;
+        session.target = Target::J1939(new);
+        answers(session, name)?;
+    }
+    tell(terminal, &format!("the address is {new} now, and stored"))
+}
+
+/// Waits until the sensor answers at the address of the session.
+fn answers(session: &mut Session, name: Name) -> Result<(), Failure> {
+    let Target::J1939(address) = session.target else {
+        return Ok(());
+    };
+    let until = after(session.link.now(), RESTART);
+    loop {
+        let answer = j1939::name(&mut session.link, address, ANSWER)?;
+        // The address is its own 250 ms after the claim.
+        session.link.wait_for(ANSWER, |_| None::<()>)?;
+        if answer == Some(name) {
+            return Ok(());
+        }
+        if session.link.now() >= until {
+            return Err(missing(&format!("address {address}")));
+        }
+    }
+}
+
+fn show(
+    session: &mut Session,
+    address: u8,
+    Name(name): Name,
+    preferred: ParameterId,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let entry = session.entry(preferred)?;
+    let preferred = session.read(&entry)?;
+    let is_capable = name >> 63 != 0;
+    terminal.line(format!("address    {address}"))?;
+    terminal.line(format!("preferred  {preferred}"))?;
+    terminal.line(format!("NAME       {name:016X}"))?;
+    terminal.line(format!(
+        "           identity {}, manufacturer {}, function {}, {}",
+        name & 0x1F_FFFF,
+        name >> 21 & 0x7FF,
+        name >> 40 & 0xFF,
+        match is_capable {
+            true => "takes another address if it loses this one",
+            false => "has no address if it loses this one",
+        }
+    ))?;
+    terminal.document(&json!({
+        "address": address,
+        "preferred": preferred,
+        "name": format!("{name:016X}"),
+        "arbitrary": is_capable,
+    }))
+}

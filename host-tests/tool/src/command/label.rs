@@ -1,0 +1,55 @@
+//! `label`: the name of a sensor on this computer.
+
+use crate::failure::Failure;
+use crate::identify::Found;
+use crate::labels::Labels;
+use crate::output::Terminal;
+use serde_json::json;
+
+/// What to do with the name.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Change<'a> {
+    /// Show it.
+    Show,
+    /// Give this one.
+    Give(&'a str),
+    /// Take it away.
+    Remove,
+}
+
+/// Shows or changes the name.
+pub(super) fn label(
+    labels: &mut Labels,
+    found: &Found,
+    change: Change,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    match change {
+        Change::Show => {}
+        Change::Give(name) => labels.set(found, Some(name))?,
+        Change::Remove => labels.set(found, None)?,
+    }
+    let name = labels.name(found);
+    if let (Change::Give(_) | Change::Remove, Some(path)) = (change, labels.path()) {
+        terminal.note(format!("the names are in {}", path.display()));
+    }
+    terminal.line(name.as_deref().unwrap_or("the sensor has no name"))?;
+    terminal.document(&json!({"label": name}))
+}
+
+/// Gives a sensor that has no name that of a file, for example to the successor of a broken one.
+pub(super) fn take_over(
+    labels: &mut Labels,
+    found: &Found,
+    name: Option<&str>,
+    terminal: &mut Terminal,
+) {
+    let Some(name) = name.filter(|_| found.serial.is_some() && labels.name(found).is_none()) else {
+        return;
+    };
+    // The settings are restored already.
+    match labels.set(found, Some(name)) {
+        Ok(()) => terminal.note(format!("the sensor has the name {name:?} of the file now")),
+        Err(failure) => terminal.note(failure.message),
+    }
+}

@@ -1,0 +1,132 @@
+//! `parameters` and `get`.
+
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::resolve;
+use crate::session::Session;
+use crate::sheet::{Entry, Origin, Sheet};
+use plumbline::param::DataType;
+use serde_json::{Map, Value, json};
+
+/// Lists the names of a product with range, unit and factory value.
+pub(super) fn list(sheet: &Sheet, terminal: &mut Terminal) -> Result<(), Failure> {
+    let mut document = Map::new();
+    terminal.line(format!("{} ({})", sheet.product.name, sheet.product.maker))?;
+    let width = sheet
+        .entries
+        .iter()
+        .map(|entry| entry.name.len())
+        .max()
+        .unwrap_or(0);
+    for entry in &sheet.entries {
+        let access = match (entry.readable, entry.writable) {
+            (true, true) => "rw",
+            (false, _) => "wo",
+            _ => "ro",
+        };
+        let factory = entry.factory.map(|factory| match entry.node_relative {
+            true => format!("{} + node-ID", entry.text(factory)),
+            false => entry.text(factory),
+        });
+        let range = if entry.writable {
+            entry.range()
+        } else {
+            String::new()
+        };
+        let range = match &range[..] {
+            "" => entry.scale.unit.to_owned(),
+            _ => range,
+        };
+        let range = match sheet.follows_resolution(entry) {
+            true => format!("{range}, in steps of the resolution"),
+            false => range,
+        };
+        let end = factory
+            .as_ref()
+            .map_or(String::new(), |factory| format!(" [factory: {factory}]"));
+        terminal.line(format!("  {:width$}  {access}  {range}{end}", entry.name))?;
+        let groups = sheet.product.guide.groups.iter();
+        let mut groups =
+            groups.filter(|(_, ids)| ids.iter().any(|id| entry.origin == Origin::Parameter(*id)));
+        document.insert(
+            entry.name.clone(),
+            json!({
+                "title": entry.title,
+                "access": access,
+                "range": range,
+                "unit": entry.scale.unit,
+                "factory": entry.factory.map(|factory| entry.json(factory)),
+                "stored": entry.stored,
+                "group": groups.next().map(|(name, _)| *name),
+            }),
+        );
+    }
+    for (name, ids) in sheet.product.guide.groups {
+        let names = ids.iter().filter_map(|id| sheet.parameter(*id));
+        let names: Vec<&str> = names.map(|entry| entry.name.as_str()).collect();
+        terminal.line(format!("  {name:width$}  together: {}", names.join(", ")))?;
+    }
+    terminal.document(&Value::Object(document))
+}
+
+/// An entry that has been read.
+pub(super) struct Shown {
+    pub text: String,
+    pub json: Value,
+}
+
+/// Reads an entry.
+pub(super) fn show(session: &mut Session, entry: &Entry) -> Result<Shown, Failure> {
+    if entry.data_type == DataType::Text {
+        let bytes = session.read_bytes(entry)?;
+        let text = String::from_utf8_lossy(&bytes)
+            .trim_end_matches('\0')
+            .to_owned();
+        let json = json!({"value": text, "unit": ""});
+        return Ok(Shown { text, json });
+    }
+    let scaled = Entry {
+        scale: session.scale_of(entry)?,
+        ..entry.clone()
+    };
+    let raw = session.read(entry)?;
+    Ok(Shown {
+        text: scaled.text(raw),
+        json: scaled.json(raw),
+    })
+}
+
+/// Reads entries and prints them; without names all that can be read.
+pub(super) fn get(
+    session: &mut Session,
+    names: &[String],
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let mut entries: Vec<Entry> = Vec::new();
+    for name in names {
+        entries.extend(resolve::entries(&session.sheet, name)?.into_iter().cloned());
+    }
+    if names.is_empty() {
+        let readable = session.sheet.entries.iter().filter(|entry| entry.readable);
+        entries = readable.cloned().collect();
+    }
+    let width = entries
+        .iter()
+        .map(|entry| entry.name.len())
+        .max()
+        .unwrap_or(0);
+    let mut document = Map::new();
+    for entry in entries {
+        let shown = match show(session, &entry) {
+            // A value that is not measured yet must not hide the others.
+            Err(failure) if names.is_empty() && failure.code == "refused" => Shown {
+                text: format!("- ({failure})"),
+                json: Value::Null,
+            },
+            other => other?,
+        };
+        terminal.line(format!("{:width$}  {}", entry.name, shown.text))?;
+        document.insert(entry.name, shown.json);
+    }
+    terminal.document(&Value::Object(document))
+}

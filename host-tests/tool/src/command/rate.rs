@@ -1,0 +1,212 @@
+//! `rate`: another bit rate. The order is: check the adapter and the product, ask, write, store, restart, and ask the sensor at the new
+//! rate.
+
+use super::{address, adjust, set, tell};
+use crate::adapter::Mode;
+use crate::cli::NewRate;
+use crate::client::devicenet::Slave;
+use crate::client::fsc::Sensor;
+use crate::client::lss;
+use crate::client::sdo::Server;
+use crate::failure::Failure;
+use crate::identify::{self, Found};
+use crate::output::Terminal;
+use crate::session::{Session, Target};
+use crate::sheet::Entry;
+use plumbline::can::{BitRate, CanId};
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::listing::canopen;
+use plumbline::param::{ParameterId, number};
+use plumbline::time::{Duration, after, millis};
+
+/// The time in which a DeviceNet sensor has stored a change by itself.
+const STORING: Duration = millis(1500);
+
+/// The longest time until a sensor has restarted, with the duplicate MAC ID check of DeviceNet.
+const RESTART: Duration = millis(4000);
+
+/// The time in which the request to restart leaves the adapter. The adapter must not be at the old rate any more when the sensor sends
+/// its first message at the new one: its error frames can bring the sensor to bus-off.
+const SOON: Duration = millis(4);
+
+/// The identity object of CANopen.
+const IDENTITY: u16 = 0x1018;
+
+/// The unconfigured node-ID: the sensor restarts without one.
+const UNCONFIGURED: u32 = plumbline::canopen::lss::UNCONFIGURED as u32;
+
+/// Changes the bit rate.
+pub(super) fn rate(
+    session: &mut Session,
+    found: &Found,
+    new: NewRate,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let (id, raw) = code(session.sheet.product, new)?;
+    let entry = session.entry(id)?;
+    let old = session.link.rate();
+    if session.read(&entry)? == raw && (new == NewRate::Automatic || old == new.fixed()) {
+        return tell(terminal, &format!("the bit rate is {new} already"));
+    }
+    reachable(session, new)?;
+    let question =
+        format!("Change the bit rate to {new} (the other devices on the bus must change too)");
+    adjust::confirm(session, found, &question, terminal)?;
+    let target = next_target(session)?;
+    store(session, &entry, new, raw)?;
+    session.restart()?;
+    session.link.leave_within(SOON);
+    // With automatic detection the sensor takes the rate of the bus.
+    if let Some(rate) = new.fixed()
+        && let Err(failure) = session.link.open(Some(rate), Mode::Active)
+    {
+        // The rate of an interface is not changed by this program. The message says what to type.
+        terminal.note(failure.message);
+        return tell(terminal, &format!("the sensor restarts with {new}"));
+    }
+    match answers(session, target, found)? {
+        true => {
+            session.moved(target);
+            tell(terminal, &format!("the bit rate is {new} now, and stored"))
+        }
+        false => {
+            session.link.open(old, Mode::Active)?;
+            let is_at_old = identify::ask(&mut session.link, target, identify::PATIENT)?.is_some();
+            Err(match (is_at_old, old) {
+                (true, Some(old)) => Failure::refused(
+                    "not-restarted",
+                    format!(
+                        "{new} is stored, but the sensor still has {}: switch it off and on",
+                        old.name()
+                    ),
+                ),
+                _ => address::missing(&format!("bit rate {new}")),
+            })
+        }
+    }
+}
+
+/// The parameter of the bit rate, and its raw number for a rate.
+fn code(product: &Product, new: NewRate) -> Result<(ParameterId, u32), Failure> {
+    let wanted = new.fixed();
+    let (id, rates): (ParameterId, Vec<(u32, Option<BitRate>)>) = match &product.protocol {
+        Protocol::Fsc(tables) => {
+            let rates = (0..).zip(tables.roles.bit_rates.iter().copied());
+            (tables.roles.bit_rate, rates.collect())
+        }
+        Protocol::Canopen(tables) => {
+            let unit = tables.bit_rate_unit;
+            let rates = tables.bit_rates.iter();
+            let rates = rates.map(|(code, rate)| (u32::from(*code) * unit, Some(*rate)));
+            (tables.bit_rate, rates.collect())
+        }
+        Protocol::Devicenet(tables) => {
+            let rates = (0..).zip(tables.roles.bit_rates.iter().copied().map(Some));
+            (tables.roles.baud_rate, rates.collect())
+        }
+    };
+    let found = rates.iter().find(|(_, rate)| *rate == wanted);
+    found.map(|(raw, _)| (id, *raw)).ok_or_else(|| {
+        let names: Vec<String> = rates
+            .iter()
+            .map(|(_, rate)| NewRate::from(*rate).to_string())
+            .collect();
+        let message = format!(
+            "{} does not have {new}; it has {}",
+            product.name,
+            names.join(", ")
+        );
+        Failure::usage("out-of-range", message)
+    })
+}
+
+/// Refuses a rate that the adapter does not have: the sensor could not be reached any more. The adapter only listens meanwhile.
+fn reachable(session: &mut Session, new: NewRate) -> Result<(), Failure> {
+    let sets_rate = session.link.adapter().capabilities().sets_rate;
+    let (Some(rate), true) = (new.fixed(), sets_rate) else {
+        return Ok(());
+    };
+    let old = session.link.rate();
+    let opened = session.link.open(Some(rate), Mode::Listen);
+    session.link.open(old, Mode::Active)?;
+    match opened {
+        Err(failure) if failure.code == "rate-refused" => Err(Failure::bus(
+            "rate-refused",
+            format!(
+                "{}; nothing has changed: choose a rate that the adapter has",
+                failure.message
+            ),
+        )),
+        // An adapter without listen-only mode is not tried.
+        _ => Ok(()),
+    }
+}
+
+/// The address after the restart: a changed one acts then too.
+fn next_target(session: &mut Session) -> Result<Target, Failure> {
+    let product = session.sheet.product;
+    let is_j1939 = matches!(session.target, Target::J1939(_));
+    let mut value = |id: ParameterId| {
+        let entry = session.entry(id)?;
+        session.read(&entry)
+    };
+    Ok(match &product.protocol {
+        Protocol::Fsc(tables) => Target::Fsc(Sensor {
+            request: CanId::from_bits(value(tables.roles.set_id)?),
+            reply: None,
+        }),
+        Protocol::Canopen(canopen::Tables {
+            j1939: Some(tables),
+            ..
+        }) if is_j1939 => Target::J1939(value(tables.address)? as u8),
+        Protocol::Canopen(tables) => match value(tables.node_id)? {
+            UNCONFIGURED => {
+                let message = "the node-ID is 255 after the restart, so the sensor could not be asked: give it one with `plumbline node-id`";
+                return Err(Failure::usage("no-address", message));
+            }
+            node => Target::Canopen(node as u8),
+        },
+        Protocol::Devicenet(tables) => Target::Devicenet(Slave {
+            mac: value(tables.roles.mac_id)? as u8,
+        }),
+    })
+}
+
+/// Writes the rate and stores it: by LSS where the product has it, which stores nothing else.
+fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result<(), Failure> {
+    if let (Protocol::Canopen(tables), Target::Canopen(node)) =
+        (&session.sheet.product.protocol, session.target)
+        && let Some(index) = new.fixed().filter(|_| tables.lss).and_then(lss::index)
+    {
+        let mut identity = [0; 4];
+        for (sub, own) in (1..).zip(&mut identity) {
+            let answer = Server::of(node).read(&mut session.link, IDENTITY, sub)?;
+            *own = number(&answer.must(node, "to read the identity")?);
+        }
+        let stored = lss::store_rate(&mut session.link, identity, index);
+        lss::release(&mut session.link)?;
+        stored?;
+        return set::read_back(session, &vec![(entry.clone(), raw)]);
+    }
+    set::write(session, &vec![(entry.clone(), raw)])?;
+    if set::is_saved_on_command(session.sheet.product) {
+        session.save()?;
+    } else {
+        session.link.wait_for(STORING, |_| None::<()>)?;
+    }
+    Ok(())
+}
+
+/// Waits until the sensor answers after its restart.
+fn answers(session: &mut Session, target: Target, found: &Found) -> Result<bool, Failure> {
+    let until = after(session.link.now(), RESTART);
+    loop {
+        let answer = identify::ask(&mut session.link, target, identify::PATIENT)?;
+        if answer.is_some_and(|answer| answer.serial == found.serial) {
+            return Ok(true);
+        }
+        if session.link.now() >= until {
+            return Ok(false);
+        }
+    }
+}

@@ -1,0 +1,159 @@
+//! `raw`: one request of the protocol, as hexadecimal bytes.
+
+use super::Bus;
+use crate::client::devicenet::Path;
+use crate::client::{Link, fsc, j1939};
+use crate::connect;
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::session::Target;
+use plumbline::fsc::table::Operation;
+use plumbline::model::catalog::{PRODUCTS, Protocol};
+use serde_json::json;
+
+/// Sends one request and prints the answer. With an address and a bit rate of the command line the sensor is not asked for anything else.
+pub(super) fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Failure> {
+    let wanted = bus.wanted(terminal)?;
+    let adapter = bus.adapter()?;
+    let (mut link, target) = match (wanted.target, wanted.rate) {
+        (Some(target), Some(rate)) if wanted.expected.is_none() => {
+            let mut link = Link::new(adapter, &terminal.stopped);
+            link.open(Some(rate), crate::adapter::Mode::Active)?;
+            (link, target)
+        }
+        _ => {
+            let (link, found) = connect::find(adapter, &wanted, terminal)?;
+            (link, found.target)
+        }
+    };
+    let answer = send(&mut link, target, request)?;
+    link.close();
+    let bytes: Vec<String> = answer.iter().map(|byte| format!("{byte:02X}")).collect();
+    terminal.line(bytes.join(" "))?;
+    terminal.document(&json!({"request": request, "answer": bytes.concat()}))
+}
+
+fn send(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failure> {
+    match target {
+        Target::Fsc(sensor) => {
+            let bytes = bytes(request)?;
+            let (&code, data) = bytes.split_first().ok_or_else(|| bad(request))?;
+            let reply = match data {
+                [] if only_reads(code) => fsc::must(link, sensor, code, fsc::SAVED)?,
+                _ => fsc::once(link, sensor, code, data, fsc::SAVED)?,
+            };
+            Ok([&[code, reply.status], &reply.data[..]].concat())
+        }
+        Target::J1939(address) if !request.contains(':') => group(link, address, request),
+        Target::Canopen(_) | Target::J1939(_) => {
+            let server = target.server().ok_or_else(|| bad(request))?.patient();
+            let (address, data) = match request.split_once('=') {
+                Some((address, data)) => (address, Some(bytes(data)?)),
+                None => (request, None),
+            };
+            let (index, sub) = address.split_once(':').unwrap_or((address, "0"));
+            let index = u16::from_str_radix(index.trim(), 16).map_err(|_| bad(request))?;
+            let sub = u8::from_str_radix(sub.trim(), 16).map_err(|_| bad(request))?;
+            let what = format!("{index:04X}h:{sub:02X}");
+            match data {
+                Some(data) => {
+                    server.write(link, index, sub, &data)?.must(server, &what)?;
+                    Ok(Vec::new())
+                }
+                None => server.read(link, index, sub)?.must(server, &what),
+            }
+        }
+        Target::Devicenet(slave) => {
+            let bytes = bytes(request)?;
+            let [service, class, instance, ref data @ ..] = bytes[..] else {
+                return Err(bad(request));
+            };
+            slave.allocate(link)?;
+            let path = Path { class, instance };
+            let response = slave.explicit(link, service, path, data);
+            link.end();
+            slave.release(link)?;
+            response?.must(slave.mac, "the request")
+        }
+    }
+}
+
+/// Whether a code without data changes nothing in any product, so that it can be repeated.
+fn only_reads(code: u8) -> bool {
+    let tables = || {
+        PRODUCTS
+            .iter()
+            .filter_map(|product| match &product.protocol {
+                Protocol::Fsc(tables) => Some(tables),
+                _ => None,
+            })
+    };
+    let functions = || tables().flat_map(|tables| tables.functions);
+    let access = || tables().flat_map(|tables| tables.access);
+    let mut operations = functions().filter(|own| own.code == code);
+    operations.all(|own| matches!(own.operation, Operation::Read | Operation::Inclination))
+        && !access().any(|own| own.write == code)
+        && (access().any(|own| own.read == code) || functions().any(|own| own.code == code))
+}
+
+/// Requests a group of a J1939 node.
+fn group(link: &mut Link, address: u8, request: &str) -> Result<Vec<u8>, Failure> {
+    const HIGHEST: u32 = 0x3_FFFF;
+    let pgn = u32::from_str_radix(request.trim(), 16).map_err(|_| bad(request))?;
+    if pgn > HIGHEST {
+        return Err(bad(request));
+    }
+    match j1939::get(link, address, pgn)? {
+        j1939::Answer::Data(data) => Ok(data),
+        j1939::Answer::Refused => Err(Failure::refused(
+            "refused",
+            format!(
+                "the node does not have the group {pgn:05X}h, or cannot send it now: check the number, or repeat"
+            ),
+        )),
+        j1939::Answer::Silent => Err(Failure::silent(
+            "no-answer",
+            format!(
+                "the J1939 address {address} does not answer: `plumbline scan` finds the sensor"
+            ),
+        )),
+    }
+}
+
+/// Hexadecimal bytes, with or without spaces.
+fn bytes(text: &str) -> Result<Vec<u8>, Failure> {
+    let digits: Vec<u8> = text
+        .bytes()
+        .filter(|byte| !byte.is_ascii_whitespace())
+        .collect();
+    if !digits.len().is_multiple_of(2) || !digits.iter().all(u8::is_ascii_hexdigit) {
+        return Err(bad(text));
+    }
+    let value = |digit: u8| char::from(digit).to_digit(16).unwrap_or(0) as u8;
+    Ok(digits
+        .chunks(2)
+        .map(|pair| value(pair[0]) << 4 | value(pair[1]))
+        .collect())
+}
+
+fn bad(request: &str) -> Failure {
+    let message = format!(
+        "{request:?} is no request: bytes like 0300 (GEMAC), INDEX:SUB like 1018:1 or 6000:0=0A00 (CANopen), 0E650172 (DeviceNet), FEEB (J1939)"
+    );
+    Failure::usage("bad-request", message)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn codes_that_set_the_zero_point_or_clear_the_status_are_not_repeated() {
+        for code in [0x03, 0x10, 0x18] {
+            assert!(only_reads(code), "{code:02X}h");
+        }
+        for code in [0x02, 0x20, 0x28, 0x29, 0x50, 0x51, 0x52, 0xEE, 0xFF] {
+            assert!(!only_reads(code), "{code:02X}h");
+        }
+    }
+}

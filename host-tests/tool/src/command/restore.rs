@@ -1,0 +1,212 @@
+//! `restore` and `diff`: the settings of a file and those of the sensor.
+
+use super::address;
+use super::set::{constrain, is_saved_on_command, later, write};
+use crate::backup::Backup;
+use crate::failure::Failure;
+use crate::identify::Found;
+use crate::output::Terminal;
+use crate::plan;
+use crate::resolve;
+use crate::session::{Session, Target};
+use crate::sheet::Entry;
+use plumbline::model::catalog::Protocol;
+use serde_json::{Map, Value, json};
+use std::path::Path;
+
+/// A setting whose value in the file differs.
+struct Difference {
+    entry: Entry,
+    sensor: (String, Value),
+    file: (String, Value),
+    raw: u32,
+}
+
+/// The settings of a file that differ from the sensor, compared as values with their unit.
+fn differences(session: &mut Session, backup: &Backup) -> Result<Vec<Difference>, Failure> {
+    let mut differences = Vec::new();
+    for (entry, raw) in &backup.values {
+        let at = |scale| Entry {
+            scale,
+            ..entry.clone()
+        };
+        let read = session.read(entry)?;
+        let (sensor, file) = (at(session.scale_of(entry)?), at(backup.scale_of(entry)));
+        let (sensor, file) = (
+            (sensor.text(read), sensor.json(read)),
+            (file.text(*raw), file.json(*raw)),
+        );
+        if sensor.1["value"] != file.1["value"] {
+            differences.push(Difference {
+                entry: entry.clone(),
+                sensor,
+                file,
+                raw: *raw,
+            });
+        }
+    }
+    Ok(differences)
+}
+
+/// Gives a file the resolution of the sensor. The values in its unit stay the same, so their raw numbers change.
+fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Failure> {
+    let guide = &session.sheet.product.guide;
+    let Some(resolution) = &guide.resolution else {
+        return Ok(());
+    };
+    let entry = session.entry(resolution.parameter)?;
+    let text = entry.text(session.read(&entry)?);
+    backup.set(&entry.name, &text).map_err(|why| {
+        let message =
+            format!("with the resolution of the sensor, {text}: {why}; nothing was written");
+        Failure::usage("out-of-range", message)
+    })
+}
+
+/// The settings of a file of this product, with the default identifiers of the node-ID that the sensor has now. A file without
+/// resolution has that of the sensor.
+fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
+    let foreign = session.sheet.data_sheet.is_some();
+    let foreign = foreign.then_some(&session.sheet);
+    let mut backup = Backup::read_with(path, foreign)?;
+    let (own, wanted) = (session.sheet.product, backup.sheet.product);
+    if own.name != wanted.name {
+        let message = format!(
+            "the file is of {}, but the sensor is {}: nothing was written",
+            wanted.name, own.name
+        );
+        return Err(Failure::usage("wrong-file", message));
+    }
+    if let Target::Canopen(node) = session.target {
+        backup.number_for(node);
+    }
+    if !backup
+        .values
+        .iter()
+        .any(|(entry, _)| session.sheet.is_resolution(entry))
+    {
+        take_resolution(session, &mut backup)?;
+    }
+    Ok(backup)
+}
+
+/// The differences as lines.
+fn show(differences: &[Difference], terminal: &mut Terminal) -> Result<(), Failure> {
+    let names = differences.iter().map(|one| one.entry.name.len());
+    let width = names.max().unwrap_or(0);
+    for Difference {
+        entry,
+        sensor,
+        file,
+        ..
+    } in differences
+    {
+        terminal.line(format!(
+            "{:width$}  sensor: {}  file: {}",
+            entry.name, sensor.0, file.0
+        ))?;
+    }
+    Ok(())
+}
+
+/// The differences as a document.
+fn document(differences: &[Difference]) -> Value {
+    let rows = differences.iter().map(|one| {
+        (
+            one.entry.name.clone(),
+            json!({"sensor": one.sensor.1, "file": one.file.1}),
+        )
+    });
+    Value::Object(rows.collect::<Map<_, _>>())
+}
+
+/// Prints the settings of a file that differ from the sensor.
+pub(super) fn diff(
+    session: &mut Session,
+    path: &Path,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let backup = read(session, path)?;
+    let differences = differences(session, &backup)?;
+    if differences.is_empty() {
+        terminal.line(format!("the sensor has the settings of {}", path.display()))?;
+    }
+    show(&differences, terminal)?;
+    terminal.document(&document(&differences))
+}
+
+/// Writes the settings of a file that differ from the sensor, reads them back and stores them. Returns the name of the sensor in the
+/// file, if all settings are restored.
+pub(super) fn restore(
+    session: &mut Session,
+    found: &Found,
+    path: &Path,
+    only: &[String],
+    terminal: &mut Terminal,
+) -> Result<Option<String>, Failure> {
+    let mut backup = read(session, path)?;
+    if !only.is_empty() {
+        let mut wanted = Vec::new();
+        for name in only {
+            wanted.extend(
+                resolve::entries(&session.sheet, name)?
+                    .into_iter()
+                    .map(|entry| entry.name.clone()),
+            );
+        }
+        let is_wanted = |entry: &Entry| wanted.contains(&entry.name);
+        // The other values need not fit the resolution of the sensor.
+        let sheet = session.sheet.clone();
+        let is_read = |entry: &Entry| is_wanted(entry) || sheet.is_resolution(entry);
+        backup.values.retain(|(entry, _)| is_read(entry));
+        if !backup
+            .values
+            .iter()
+            .any(|(entry, _)| session.sheet.is_resolution(entry) && is_wanted(entry))
+        {
+            take_resolution(session, &mut backup)?;
+        }
+        backup.values.retain(|(entry, _)| is_wanted(entry));
+    }
+    let found_differences = differences(session, &backup)?;
+    if found.serial != backup.serial {
+        terminal.note("the file is of a sensor with another serial number");
+    }
+    if found_differences.is_empty() {
+        terminal.line(format!(
+            "the sensor has the settings of {} already",
+            path.display()
+        ))?;
+    }
+    show(&found_differences, terminal)?;
+    let values_of = |differences: &[Difference]| -> plan::Values {
+        let values = differences.iter();
+        values.map(|one| (one.entry.clone(), one.raw)).collect()
+    };
+    let mut values = values_of(&found_differences);
+    constrain(session, &values)?;
+    address::check(session, &values)?;
+    let sheet = session.sheet.clone();
+    if values.iter().any(|(entry, _)| sheet.is_resolution(entry)) {
+        // The sensor converts the other numbers to the new unit, so they are compared again.
+        values.retain(|(entry, _)| sheet.is_resolution(entry));
+        plan::write(session, &values)?;
+        values = values_of(&differences(session, &backup)?);
+    }
+    write(session, &values)?;
+    // An earlier restore can have been interrupted between the writes and this command, so it is sent in every case.
+    if let Protocol::Devicenet(_) = session.sheet.product.protocol {
+        terminal.line("the sensor stores each change by itself within one second")?;
+    } else if is_saved_on_command(session.sheet.product) {
+        terminal.line(session.save()?)?;
+    } else {
+        terminal.note("the device has no command to store: its manual says whether it keeps its settings at power-off");
+    }
+    for one in &found_differences {
+        if let Some(note) = later(session.sheet.product, &one.entry) {
+            terminal.note(format!("{} acts {note}", one.entry.name));
+        }
+    }
+    terminal.document(&document(&found_differences))?;
+    Ok(backup.label.filter(|_| only.is_empty()))
+}

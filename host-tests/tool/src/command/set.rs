@@ -1,0 +1,253 @@
+//! `set`: checks, writes and reads back.
+
+use super::address;
+use super::parameters::show;
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::plan;
+use crate::resolve;
+use crate::session::Session;
+use crate::sheet::{Entry, Origin, parameters};
+use plumbline::canopen::dictionary::{Service, Target};
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::param::{DataType, ParameterId, Persistence};
+use serde_json::{Map, Value};
+
+pub(super) use crate::plan::Values as Checked;
+
+/// Writes parameters: all are checked before the first is written, then read back.
+pub(super) fn set(
+    session: &mut Session,
+    assignments: &[String],
+    save: bool,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let sheet = session.sheet.clone();
+    let mut wanted = Vec::new();
+    for assignment in assignments {
+        wanted.extend(resolve::assignments(&sheet, assignment)?);
+    }
+    once_each(wanted.iter().map(|(entry, _)| *entry))?;
+    // The resolution first: it is the unit of others.
+    wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
+    let mut texts = Vec::new();
+    let mut values = Checked::new();
+    for (entry, text) in wanted {
+        if !entry.writable {
+            let message = format!("{} can only be read", entry.name);
+            return Err(Failure::usage("read-only", message));
+        }
+        if entry.data_type == DataType::Text {
+            if text.len() > LONGEST_TEXT || !text.bytes().all(|byte| (b' '..=b'~').contains(&byte))
+            {
+                let message = format!(
+                    "{}={text}: it takes up to {LONGEST_TEXT} letters, digits and signs",
+                    entry.name
+                );
+                return Err(Failure::usage("bad-value", message));
+            }
+            texts.push((entry.clone(), text));
+            continue;
+        }
+        let raw = check(session, entry, &text, &values)?;
+        values.push((entry.clone(), raw));
+    }
+    constrain(session, &values)?;
+    address::check(session, &values)?;
+    write(session, &values)?;
+    for (entry, text) in &texts {
+        session.write_bytes(entry, text.as_bytes())?;
+        let read = session.read_bytes(entry)?;
+        if !is_text(&read, text) {
+            let message = format!(
+                "{} was written as {text}, but reads {}: repeat, or restart the sensor with `plumbline restart`",
+                entry.name,
+                String::from_utf8_lossy(&read)
+            );
+            return Err(Failure::refused("not-written", message));
+        }
+    }
+    let mut document = Map::new();
+    let written = values
+        .iter()
+        .map(|(entry, _)| entry)
+        .chain(texts.iter().map(|(entry, _)| entry));
+    for entry in written {
+        if entry.readable {
+            let shown = show(session, entry)?;
+            terminal.line(format!("{}  {}", entry.name, shown.text))?;
+            document.insert(entry.name.clone(), shown.json);
+        }
+        if let Some(note) = later(session.sheet.product, entry) {
+            terminal.note(format!("{} acts {note}", entry.name));
+        }
+    }
+    if save {
+        terminal.line(session.save()?)?;
+    } else if values.iter().any(|(entry, _)| {
+        entry.stored && !entry.command && needs_save(session.sheet.product, entry.origin)
+    }) {
+        terminal.note("not stored yet: `plumbline save` keeps it after power-off");
+    }
+    terminal.document(&Value::Object(document))
+}
+
+/// The longest text that is written.
+const LONGEST_TEXT: usize = 255;
+
+/// Whether the bytes of a sensor are this text.
+fn is_text(read: &[u8], text: &str) -> bool {
+    let end = read.iter().position(|byte| *byte == 0);
+    read[..end.unwrap_or(read.len())] == *text.as_bytes()
+}
+
+/// Refuses a name that is given twice.
+pub(super) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<(), Failure> {
+    let mut seen: Vec<&str> = Vec::new();
+    for entry in entries {
+        if seen.contains(&entry.name.as_str()) {
+            let message = format!("{} is given twice: give it once", entry.name);
+            return Err(Failure::usage("given-twice", message));
+        }
+        seen.push(&entry.name);
+    }
+    Ok(())
+}
+
+/// The raw number of a text, within the permitted values. Its unit is that after the writes of `others`.
+fn check(
+    session: &mut Session,
+    entry: &Entry,
+    text: &str,
+    others: &Checked,
+) -> Result<u32, Failure> {
+    let mut resolutions = others.iter();
+    let resolution = resolutions.find(|(other, _)| {
+        session.sheet.is_resolution(other) && session.sheet.follows_resolution(entry)
+    });
+    let scale = match resolution {
+        Some((resolution, raw)) => resolution.scale.times(*raw),
+        None => session.scale_of(entry)?,
+    };
+    let scaled = Entry {
+        scale,
+        ..entry.clone()
+    };
+    let raw = scaled.parse(text).map_err(|why| {
+        let message = format!("{}={text}: {why}; it takes {}", entry.name, entry.range());
+        Failure::usage("bad-value", message)
+    })?;
+    let permitted = entry.check(raw, &scaled.scale);
+    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
+    Ok(raw)
+}
+
+/// Checks values against each other and against those in the sensor.
+pub(super) fn constrain(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+    for constraint in session.sheet.product.constraints {
+        let (one, other) = parameters(constraint);
+        let is_set = |id: ParameterId| {
+            values
+                .iter()
+                .any(|(entry, _)| entry.origin == Origin::Parameter(id))
+        };
+        if !is_set(one) && !is_set(other) {
+            continue;
+        }
+        let first = present(session, values, one)?;
+        let second = present(session, values, other)?;
+        if let Some(message) = session.sheet.broken(constraint, first, second) {
+            return Err(Failure::usage("out-of-range", message));
+        }
+    }
+    Ok(())
+}
+
+/// The value of a parameter after the writes.
+fn present(session: &mut Session, values: &Checked, id: ParameterId) -> Result<u32, Failure> {
+    let own = values
+        .iter()
+        .find(|(entry, _)| entry.origin == Origin::Parameter(id));
+    match own {
+        Some((_, raw)) => Ok(*raw),
+        None => {
+            let entry = session.entry(id)?;
+            session.read(&entry)
+        }
+    }
+}
+
+/// Writes values in an order that the sensor accepts, and reads them back. The MAC ID comes last, because the sensor has it at once.
+pub(super) fn write(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+    let product = session.sheet.product;
+    let (moving, rest): (Checked, Checked) = values
+        .iter()
+        .cloned()
+        .partition(|(entry, _)| address::moves(product, entry));
+    plan::write(session, &rest)?;
+    read_back(session, &rest)?;
+    for (entry, raw) in moving {
+        address::move_mac(session, &entry, raw as u8)?;
+    }
+    Ok(())
+}
+
+/// Compares values with those in the sensor.
+pub(super) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Failure> {
+    for (entry, raw) in values {
+        if !entry.readable || entry.command {
+            continue;
+        }
+        let read = session.read(entry)?;
+        if read != *raw {
+            let message = format!(
+                "{} was written as {}, but reads {}: repeat, or restart the sensor with `plumbline restart`",
+                entry.name,
+                entry.text(*raw),
+                entry.text(read)
+            );
+            return Err(Failure::refused("not-written", message));
+        }
+    }
+    Ok(())
+}
+
+/// When a parameter acts, if not at once.
+pub(super) fn later(product: &Product, entry: &Entry) -> Option<&'static str> {
+    let Origin::Parameter(id) = entry.origin else {
+        return None;
+    };
+    let restarts = match &product.protocol {
+        Protocol::Fsc(tables) => {
+            let roles = &tables.roles;
+            [roles.set_id, roles.reply_id, roles.sync_id, roles.bit_rate].contains(&id)
+        }
+        Protocol::Canopen(tables) => [tables.node_id, tables.bit_rate].contains(&id),
+        Protocol::Devicenet(tables) => tables.roles.baud_rate == id,
+    };
+    restarts.then_some("after the next restart")
+}
+
+/// Whether a change is lost at power-off until a command stores it.
+pub(super) fn needs_save(product: &Product, origin: Origin) -> bool {
+    let id = match origin {
+        Origin::Parameter(id) => id,
+        Origin::DataSheet => return is_saved_on_command(product),
+        Origin::Value(_) | Origin::Fact => return false,
+    };
+    let persistence = product.parameters[usize::from(id.0)].persistence;
+    is_saved_on_command(product) && persistence != Persistence::AtOnce
+}
+
+/// Whether the product needs a command to store.
+pub(super) fn is_saved_on_command(product: &Product) -> bool {
+    match &product.protocol {
+        Protocol::Fsc(_) => true,
+        // A foreign device can be without.
+        Protocol::Canopen(tables) => tables.objects.iter().any(|object| {
+            let store = [Service::Store, Service::StoreGroup].map(Target::Service);
+            store.contains(&object.target)
+        }),
+        Protocol::Devicenet(_) => false,
+    }
+}

@@ -1,0 +1,339 @@
+//! `watch`, `record` and `log`.
+
+use super::set;
+use crate::adapter::{Adapter, Mode};
+use crate::client::Link;
+use crate::connect;
+use crate::cyclic::Cyclic;
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::resolve;
+use crate::sample::{Sample, Sampler};
+use crate::session::Session;
+use plumbline::can::{BitRate, Frame};
+use plumbline::param::DataType;
+use plumbline::time::{Duration, after, millis};
+use serde_json::json;
+use std::fs::File;
+use std::io::{self, BufWriter, Write};
+use std::path::Path;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+/// The longest wait without a look at Ctrl-C.
+const SLICE: Duration = millis(50);
+
+/// The name of the interface in a log.
+const INTERFACE: &str = "can0";
+
+/// The time of `--seconds`.
+///
+/// # Errors
+/// It is out of range.
+pub(super) fn checked(seconds: Option<f64>) -> Result<Option<Duration>, Failure> {
+    match seconds {
+        None => Ok(None),
+        Some(seconds) if (0.0..=1e9).contains(&seconds) => {
+            let ticks = (seconds * 1e6) as u64;
+            Ok(Some(Duration::from_ticks(ticks)))
+        }
+        Some(_) => Err(Failure::usage(
+            "bad-value",
+            "--seconds is a time of 0 to 1000000000 s",
+        )),
+    }
+}
+
+/// When the samples come, and how many.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pace {
+    /// The period in ms.
+    every: u32,
+    /// The sensor sends them by itself.
+    is_cyclic: bool,
+    /// The end.
+    seconds: Option<Duration>,
+}
+
+impl Pace {
+    /// The options of `watch` and `record`.
+    ///
+    /// # Errors
+    /// The time is out of range.
+    pub(super) fn checked(
+        every: u32,
+        is_cyclic: bool,
+        seconds: Option<f64>,
+    ) -> Result<Self, Failure> {
+        Ok(Self {
+            every,
+            is_cyclic,
+            seconds: checked(seconds)?,
+        })
+    }
+}
+
+/// A sampler of the values with these names; without names, of the angles.
+///
+/// # Errors
+/// A name is wrong, or those of the session.
+pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler, Failure> {
+    if names.is_empty() {
+        return Sampler::new(session);
+    }
+    let mut entries = Vec::new();
+    for name in names {
+        entries.extend(resolve::entries(&session.sheet, name)?.into_iter().cloned());
+    }
+    set::once_each(entries.iter())?;
+    if let Some(entry) = entries
+        .iter()
+        .find(|entry| !entry.readable || entry.data_type == DataType::Text)
+    {
+        let message = format!("{} is no number that can be read", entry.name);
+        return Err(Failure::usage("bad-value", message));
+    }
+    Sampler::of(session, entries)
+}
+
+/// A function that takes each sample.
+type Take<'a> =
+    &'a mut dyn FnMut(&mut Terminal, &Session, &Sampler, &Sample) -> Result<(), Failure>;
+
+/// Hands each sample to `take`, until the time is over or Ctrl-C.
+fn samples(
+    session: &mut Session,
+    mut sampler: Sampler,
+    pace: Pace,
+    terminal: &mut Terminal,
+    take: Take,
+) -> Result<Sampler, Failure> {
+    match pace.is_cyclic {
+        false => polled(session, &mut sampler, pace, terminal, take)?,
+        true => {
+            let mut cyclic = Cyclic::start(session, &mut sampler, pace.every, terminal)?;
+            let sent = sent(session, &mut sampler, &mut cyclic, pace, terminal, take);
+            let put_back = cyclic.stop(session);
+            sent?;
+            put_back?;
+        }
+    }
+    if sampler.printed == 0 && sampler.lost > 0 {
+        return Err(Failure::silent(
+            "no-answer",
+            "the sensor has not answered once: check power and wiring",
+        ));
+    }
+    Ok(sampler)
+}
+
+/// Polls the angles.
+fn polled(
+    session: &mut Session,
+    sampler: &mut Sampler,
+    pace: Pace,
+    terminal: &mut Terminal,
+    take: Take,
+) -> Result<(), Failure> {
+    let every = millis(pace.every);
+    let end = pace
+        .seconds
+        .map(|seconds| after(session.link.now(), seconds));
+    loop {
+        match sampler.poll(session, every) {
+            Ok(Some(sample)) => take(terminal, session, sampler, &sample)?,
+            Ok(None) => {}
+            Err(failure) if failure.code == "stopped" => break,
+            Err(failure) => return Err(failure),
+        }
+        let is_over = |session: &Session| end.is_some_and(|end| session.link.now() >= end);
+        if is_over(session)
+            || !sampler.wait(session, every, &*terminal.stopped)?
+            || is_over(session)
+        {
+            break;
+        }
+    }
+    let now = session.link.now();
+    sampler.end(end.map_or(now, |end| end.min(now)), every);
+    Ok(())
+}
+
+/// Takes the angles that the sensor sends.
+fn sent(
+    session: &mut Session,
+    sampler: &mut Sampler,
+    cyclic: &mut Cyclic,
+    pace: Pace,
+    terminal: &mut Terminal,
+    take: Take,
+) -> Result<(), Failure> {
+    let end = pace
+        .seconds
+        .map(|seconds| after(session.link.now(), seconds));
+    while !(terminal.stopped)() {
+        let now = session.link.now();
+        let until = end.unwrap_or_else(|| after(now, millis(1000)));
+        if now >= until {
+            break;
+        }
+        if let Some(sample) = cyclic.next(session, sampler, until)? {
+            take(terminal, session, sampler, &sample)?;
+        }
+    }
+    cyclic.end(sampler, session.link.now());
+    Ok(())
+}
+
+/// Shows the angles, one line for each sample.
+pub(super) fn watch(
+    session: &mut Session,
+    sampler: Sampler,
+    pace: Pace,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let sampler = samples(
+        session,
+        sampler,
+        pace,
+        terminal,
+        &mut |terminal, session, sampler, sample| {
+            terminal.line(sampler.line(session, sample))?;
+            terminal.document(&sampler.json(session, sample))
+        },
+    )?;
+    for note in sampler.summary() {
+        terminal.note(note);
+    }
+    Ok(())
+}
+
+/// Records the angles as CSV.
+pub(super) fn record(
+    session: &mut Session,
+    sampler: Sampler,
+    path: &Path,
+    pace: Pace,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let mut file = BufWriter::new(File::create(path).map_err(|error| unwritten(path, &error))?);
+    let mut has_heading = false;
+    let sampler = samples(
+        session,
+        sampler,
+        pace,
+        terminal,
+        &mut |terminal, session, sampler, sample| {
+            if !has_heading {
+                writeln!(file, "{}", sampler.heading()).map_err(|error| unwritten(path, &error))?;
+                has_heading = true;
+            }
+            terminal.document(&sampler.json(session, sample))?;
+            writeln!(file, "{}", sampler.row(sample)).map_err(|error| unwritten(path, &error))
+        },
+    )?;
+    file.flush().map_err(|error| unwritten(path, &error))?;
+    let recorded = sampler.printed;
+    terminal.line(format!("{recorded} samples are in {}", path.display()))?;
+    for note in sampler.summary() {
+        terminal.note(note);
+    }
+    Ok(())
+}
+
+fn unwritten(path: &Path, error: &io::Error) -> Failure {
+    Failure::bus(
+        "no-file",
+        format!("cannot write {} ({error})", path.display()),
+    )
+}
+
+/// Writes all frames on the bus; only listens.
+pub(super) fn log(
+    adapter: Box<dyn Adapter>,
+    rate: Option<BitRate>,
+    path: &Path,
+    seconds: Option<Duration>,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let mut link = Link::new(adapter, &terminal.stopped);
+    let rate = match rate {
+        None if link.adapter().capabilities().needs_rate => {
+            let heard = connect::traffic(&mut link, terminal);
+            let heard = heard.map_err(|failure| only_listens(&mut link, failure))?;
+            let heard = heard.ok_or_else(|| {
+                let message =
+                    "there is no traffic, so the bit rate is unknown: give it with --rate";
+                Failure::silent("no-answer", message)
+            })?;
+            heard.rate
+        }
+        rate => rate,
+    };
+    let opened = link.open(rate, Mode::Listen);
+    opened.map_err(|failure| only_listens(&mut link, failure))?;
+    let start = link.now();
+    let epoch = SystemTime::now()
+        .duration_since(UNIX_EPOCH)
+        .unwrap_or_default()
+        .as_micros() as u64;
+    let is_output = path == Path::new("-");
+    let mut file = match is_output {
+        true => None,
+        false => Some(BufWriter::new(
+            File::create(path).map_err(|error| unwritten(path, &error))?,
+        )),
+    };
+    let end = seconds.map(|seconds| after(start, seconds));
+    let mut count = 0_u64;
+    while !(terminal.stopped)() {
+        let until = after(link.now(), SLICE);
+        let until = end.map_or(until, |end| until.min(end));
+        if let Some((at, frame)) = link.receive(until)? {
+            let text = line(epoch + at.ticks().saturating_sub(start.ticks()), &frame);
+            count += 1;
+            let written = match &mut file {
+                Some(file) => writeln!(file, "{text}"),
+                None => writeln!(terminal.out, "{text}"),
+            };
+            written.map_err(|error| unwritten(path, &error))?;
+        }
+        if end.is_some_and(|end| link.now() >= end) {
+            break;
+        }
+    }
+    let lost = link.adapter().overruns();
+    link.close();
+    if let Some(mut file) = file {
+        file.flush().map_err(|error| unwritten(path, &error))?;
+        terminal.line(format!("{count} frames are in {}", path.display()))?;
+        let file = path.display().to_string();
+        terminal.document(&json!({"file": file, "frames": count, "lost": lost}))?;
+    }
+    if let Some(lost @ 1..) = lost {
+        terminal.note(format!(
+            "the adapter has lost at least {lost} frames: stop other programs, or use an adapter with a larger queue"
+        ));
+    }
+    Ok(())
+}
+
+/// The next step if an adapter cannot listen. An interface of Linux says itself what to type.
+fn only_listens(link: &mut Link, failure: Failure) -> Failure {
+    let sets_rate = link.adapter().capabilities().sets_rate;
+    match failure.code {
+        "no-listen-only" if sets_rate => Failure::bus(
+            "no-listen-only",
+            "the adapter has no listen-only mode, but `log` only listens: use another adapter",
+        ),
+        _ => failure,
+    }
+}
+
+/// A frame as `candump -L` writes it; `time` in us since 1970.
+fn line(time: u64, frame: &Frame) -> String {
+    format!(
+        "({}.{:06}) {INTERFACE} {frame:?}",
+        time / 1_000_000,
+        time % 1_000_000
+    )
+}

@@ -1,0 +1,370 @@
+//! From the options of the command line to a session with one sensor: bit rate, address, product.
+
+mod factory;
+mod product;
+mod wanted;
+
+pub use factory::{factory_reply, factory_target, factory_targets};
+pub use wanted::{Wanted, target};
+
+use crate::adapter::Adapter;
+use crate::client::Link;
+use crate::client::devicenet::Slave;
+use crate::client::fsc::Sensor;
+use crate::client::j1939;
+use crate::eds;
+use crate::failure::Failure;
+use crate::identify::{self, Found, speaks};
+use crate::output::Terminal;
+use crate::scan::Questions;
+use crate::scan::listen::{self, Traffic};
+use crate::scan::passive;
+use crate::scan::schedule::Schedule;
+use crate::session::{Session, Target};
+use crate::sheet::Sheet;
+use plumbline::can::BitRate;
+use plumbline::model::catalog::Product;
+use plumbline::time::{Duration, after, millis};
+
+/// The order in which unknown rates are tried: the common ones first.
+pub const RATES: [BitRate; 10] = [
+    BitRate::K250,
+    BitRate::K125,
+    BitRate::K500,
+    BitRate::M1,
+    BitRate::K100,
+    BitRate::K50,
+    BitRate::K20,
+    BitRate::K800,
+    BitRate::K62_5,
+    BitRate::K10,
+];
+
+/// The code of a failure: another sensor answers than the expected one.
+pub const OTHER: &str = "other-sensor";
+
+/// How long a sensor that must be there is asked: one that has just been switched on makes its duplicate MAC ID check first.
+const PATIENCE: Duration = millis(3000);
+
+/// Opens the adapter and finds the sensor; it is asked only with reads.
+///
+/// Without a rate or an address, the tool listens first. On a bus with traffic it asks at the rate of the traffic, and at the addresses
+/// of the nodes that it has heard. On a bus without traffic it asks at the addresses as delivered; at all rates only after a yes.
+///
+/// # Errors
+/// Nobody answers, several sensors do, a question was answered with no, or those of the adapter.
+pub fn find(
+    adapter: Box<dyn Adapter>,
+    wanted: &Wanted,
+    terminal: &mut Terminal,
+) -> Result<(Link, Found), Failure> {
+    let mut link = Link::new(adapter, &terminal.stopped);
+    let (rates, heard) = listened(&mut link, wanted, terminal)?;
+    let frames = heard.as_ref().map_or(&[][..], |heard| &heard.frames);
+    if let Some(slave) =
+        slave(wanted).filter(|slave| wanted.listens && passive::is_io(*slave, frames))
+    {
+        listen::open(&mut link, rates.first().copied().flatten(), terminal)?;
+        let found = identify::owned(slave);
+        terminal.note(found.line(link.rate()));
+        return Ok((link, found));
+    }
+    let sightings = passive::sightings(frames);
+    let mut targets: Vec<Target> = match wanted.target {
+        Some(target) => vec![target],
+        None => sightings
+            .iter()
+            .filter(|sighting| sighting.is_sure)
+            .filter_map(|sighting| sighting.target)
+            .filter(|target| is_of(*target, wanted.product))
+            .collect(),
+    };
+    let mut found = Vec::new();
+    if !targets.is_empty() {
+        let is_known = rates.len() == 1;
+        found = asked(&mut link, &rates, &targets, is_known, wanted)?;
+    }
+    // A foreign node has told who it is, but is not looked for.
+    let is_ours = |found: &Found| wanted.product.is_some() || !found.products.is_empty();
+    if wanted.target.is_none() && !found.iter().any(is_ours) {
+        let questions = Questions {
+            frames,
+            protocol: passive::protocol(&sightings),
+            search: false,
+        };
+        let mut delivered = match wanted.product {
+            Some(product) => factory_target(product).into_iter().collect(),
+            None => factory_targets(),
+        };
+        // The user can name a product of another protocol than that of the bus.
+        let is_named =
+            |target: Target| wanted.product.is_some() && !passive::is_used(target, frames);
+        delivered.retain(|target| {
+            (questions.permit(*target) || is_named(*target)) && !targets.contains(target)
+        });
+        let question = "There is traffic, but no sensor was recognised. Ask at the addresses as delivered? Other devices can take a question for a command.";
+        let is_of_bus = delivered.iter().all(|target| questions.permit(*target));
+        // A product is no yes to a bus whose protocol is not known.
+        let is_known = wanted.product.is_some() && questions.protocol.is_some();
+        let may = heard.is_none() || (is_known && is_of_bus);
+        if targets.is_empty() && delivered.is_empty() {
+            let message = "nothing was asked, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address";
+            return Err(Failure::usage("no-address", message));
+        }
+        if !delivered.is_empty() && !may && !(terminal.confirm)(question) {
+            let message = "there is traffic, but no sensor was recognised: give its address with --id, --node, --mac or --address, or try `plumbline scan`";
+            return Err(Failure::usage("no-address", message));
+        }
+        found.extend(asked(&mut link, &rates, &delivered, false, wanted)?);
+        let is_j1939 = wanted
+            .product
+            .is_none_or(|product| speaks(product, "j1939"));
+        if found.is_empty() && is_j1939 && questions.permits("j1939") {
+            found.extend(claimed(&mut link, &rates, wanted)?);
+        }
+        targets.extend(delivered);
+    }
+    if found.iter().any(is_ours) {
+        found.retain(is_ours);
+    }
+    match &found[..] {
+        [Found { twins, .. }] if !twins.is_empty() => {
+            let message = found[0].twins().unwrap_or_default();
+            Err(Failure::usage("several-sensors", message))
+        }
+        [only] => {
+            let only = only.clone();
+            if let Some(expected) = &wanted.expected
+                && *expected != only.identity()
+            {
+                let line = only.line(link.rate());
+                let message = format!(
+                    "another sensor answers now ({line}): nothing was done. Look at it, and give the command again"
+                );
+                return Err(Failure::refused(OTHER, message));
+            }
+            terminal.note(only.line(link.rate()));
+            Ok((link, only))
+        }
+        [] => Err(silent(&targets, &rates)),
+        several => {
+            let lines: Vec<String> = several
+                .iter()
+                .map(|found| found.line(link.rate()))
+                .collect();
+            let message = format!(
+                "several sensors answer: {}. Choose one with --id, --node, --mac or --address",
+                lines.join("; ")
+            );
+            Err(Failure::usage("several-sensors", message))
+        }
+    }
+}
+
+/// The DeviceNet slave that the user has named, by its MAC ID, or by a product that has the one as delivered.
+fn slave(wanted: &Wanted) -> Option<Slave> {
+    match wanted.target.or_else(|| factory_target(wanted.product?)) {
+        Some(Target::Devicenet(slave)) => Some(slave),
+        _ => None,
+    }
+}
+
+/// The rates at which the sensor can be, and what was heard there.
+fn listened(
+    link: &mut Link,
+    wanted: &Wanted,
+    terminal: &mut Terminal,
+) -> Result<(Vec<Option<BitRate>>, Option<Traffic>), Failure> {
+    if wanted.rate.is_some() || !link.adapter().capabilities().needs_rate {
+        let may_be_owned = wanted.listens && slave(wanted).is_some();
+        let heard = match wanted.target {
+            Some(_) if !may_be_owned => None,
+            _ => listen::once(link, wanted.rate, terminal)?,
+        };
+        return Ok((vec![wanted.rate], heard));
+    }
+    if let Some(heard) = traffic(link, terminal)? {
+        return Ok((vec![heard.rate], Some(heard)));
+    }
+    let question = "There is no traffic at any bit rate. Ask at all bit rates? At a wrong rate the questions destroy the messages of other devices.";
+    if !(terminal.confirm)(question) {
+        let message = "there is no traffic, so the bit rate is unknown: give it with --rate, or --yes asks at all bit rates";
+        return Err(Failure::usage("no-rate", message));
+    }
+    Ok((RATES.iter().copied().map(Some).collect(), None))
+}
+
+/// What is heard at the rate of the traffic; the tool only listens, for 12 s and the time to open the adapter at most.
+///
+/// # Errors
+/// The adapter has no listen-only mode, or has failed.
+pub fn traffic(link: &mut Link, terminal: &mut Terminal) -> Result<Option<Traffic>, Failure> {
+    let schedule = Schedule::of(&RATES.map(Some), false);
+    match listen::all(link, &schedule, terminal) {
+        Err(failure) if failure.code == "no-listen-only" => {
+            let message = "the adapter has no listen-only mode: give the bit rate with --rate";
+            Err(Failure::bus("no-listen-only", message))
+        }
+        heard => heard,
+    }
+}
+
+/// Who answers at these addresses, at the first rate at which somebody does. Sensors at an address that was heard or given are asked for
+/// [`PATIENCE`] if their rate is known.
+fn asked(
+    link: &mut Link,
+    rates: &[Option<BitRate>],
+    targets: &[Target],
+    is_expected: bool,
+    wanted: &Wanted,
+) -> Result<Vec<Found>, Failure> {
+    let latency = match is_expected {
+        true => identify::PATIENT,
+        false => identify::QUICK,
+    };
+    let mut found: Vec<Found> = Vec::new();
+    for rate in rates {
+        if !link.try_rate(*rate, rates)? {
+            continue;
+        }
+        let until = after(link.now(), if is_expected { PATIENCE } else { millis(0) });
+        loop {
+            for target in targets {
+                // A sensor that detects the bit rate needs a frame before it answers.
+                for _ in 0..2 {
+                    let answer = identify::ask(link, *target, latency)?;
+                    if answer.is_some() {
+                        add(&mut found, answer, wanted);
+                        break;
+                    }
+                }
+            }
+            for sensor in link.take_booted()? {
+                if !may_be_wanted(sensor, wanted) {
+                    continue;
+                }
+                let answer = identify::ask(link, Target::Fsc(sensor), identify::PATIENT)?;
+                add(&mut found, answer, wanted);
+            }
+            if !found.is_empty() || link.now() >= until {
+                break;
+            }
+        }
+        if !found.is_empty() {
+            break;
+        }
+        link.close();
+    }
+    Ok(found)
+}
+
+/// The J1939 nodes that tell their addresses, at the first rate at which one does.
+fn claimed(
+    link: &mut Link,
+    rates: &[Option<BitRate>],
+    wanted: &Wanted,
+) -> Result<Vec<Found>, Failure> {
+    let mut found = Vec::new();
+    for rate in rates {
+        if !link.try_rate(*rate, rates)? {
+            continue;
+        }
+        for (address, _) in j1939::nodes(link)? {
+            let answer = identify::ask(link, Target::J1939(address), identify::PATIENT)?;
+            add(&mut found, answer, wanted);
+        }
+        if !found.is_empty() {
+            break;
+        }
+        link.close();
+    }
+    Ok(found)
+}
+
+/// Adds a sensor that is wanted and not known yet. A boot-up message can be that of another sensor.
+fn add(found: &mut Vec<Found>, answer: Option<Found>, wanted: &Wanted) {
+    let answer = answer.filter(|answer| is_wanted(answer, wanted));
+    let is_same = |own: &Found, other: &Found| own.target.address() == other.target.address();
+    if let Some(mut answer) = answer
+        && !found.iter().any(|own| is_same(own, &answer))
+    {
+        answer.label = wanted.labels.name(&answer);
+        found.push(answer);
+    }
+}
+
+fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Failure {
+    let addresses: Vec<String> = targets.iter().map(Target::named).collect();
+    let rates = match rates[..] {
+        [Some(rate)] => format!(" at {}", rate.name()),
+        [None] => String::new(),
+        _ => " at any bit rate".to_owned(),
+    };
+    let at = match addresses[..] {
+        [] => String::new(),
+        _ => format!(" at {}", addresses.join(", ")),
+    };
+    let message = format!(
+        "nobody answers{at}{rates}: check power and wiring, or find the sensor with `plumbline scan`"
+    );
+    Failure::silent("no-answer", message)
+}
+
+/// Whether a sensor is the one of the user. A boot-up message can be that of another sensor.
+fn is_wanted(found: &Found, wanted: &Wanted) -> bool {
+    match (found.target, wanted.target) {
+        (Target::Fsc(found), Some(Target::Fsc(wanted))) => found.request == wanted.request,
+        (Target::Fsc(_), Some(_)) => false,
+        (_, Some(_)) => true,
+        (_, None) => wanted
+            .product
+            .is_none_or(|product| speaks(product, found.protocol())),
+    }
+}
+
+/// Whether a sensor that was heard can be the one of the user. Others are not asked.
+fn may_be_wanted(heard: Sensor, wanted: &Wanted) -> bool {
+    match wanted.target {
+        Some(Target::Fsc(wanted)) => heard.request == wanted.request,
+        Some(_) => false,
+        None => is_of(Target::Fsc(heard), wanted.product),
+    }
+}
+
+/// Whether a product has the protocol of an address.
+fn is_of(target: Target, product: Option<&'static Product>) -> bool {
+    product.is_none_or(|product| speaks(product, target.protocol()))
+}
+
+/// A session with the sensor.
+///
+/// # Errors
+/// Nobody answers, the product is not known, or those of the adapter.
+pub fn session(
+    adapter: Box<dyn Adapter>,
+    wanted: &Wanted,
+    terminal: &mut Terminal,
+) -> Result<(Session, Found), Failure> {
+    let (mut link, found) = find(adapter, wanted, terminal)?;
+    let product = match product::decide(&found, wanted, terminal) {
+        Err(failure) => {
+            link.adapter().close();
+            return Err(failure);
+        }
+        Ok(product) => product,
+    };
+    let sheet = match &wanted.sheet {
+        Some(sheet) => sheet.clone(),
+        None => Sheet::of(product),
+    };
+    let mut session = Session::with_sheet(link, found.target, sheet);
+    session.only_listens = found.is_owned && wanted.listens;
+    let checked = eds::check(&mut session, terminal);
+    if checked.is_err() {
+        session.link.end();
+        session.release()?;
+        session.link.adapter().close();
+    }
+    checked?;
+    Ok((session, found))
+}

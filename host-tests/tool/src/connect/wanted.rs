@@ -1,0 +1,70 @@
+//! Where the sensor is, from the options of the command line.
+
+use crate::client::devicenet::Slave;
+use crate::client::fsc::Sensor;
+use crate::failure::Failure;
+use crate::identify::Identity;
+use crate::labels::Labels;
+use crate::number::identifier;
+use crate::session::Target;
+use crate::sheet::Sheet;
+use plumbline::can::{BitRate, CanId};
+use plumbline::model::catalog::Product;
+
+/// Where the sensor is, as far as the user says.
+#[derive(Clone, Debug, Default)]
+pub struct Wanted {
+    /// The bit rate.
+    pub rate: Option<BitRate>,
+    /// The address.
+    pub target: Option<Target>,
+    /// The product.
+    pub product: Option<&'static Product>,
+    /// The sheet of a device that is not in the catalogue; then `product` is that of the sheet.
+    pub sheet: Option<Sheet>,
+    /// The names of sensors on this computer.
+    pub labels: Labels,
+    /// A DeviceNet slave of another master is only listened to. Otherwise it is refused.
+    pub listens: bool,
+    /// Which sensor must answer.
+    pub expected: Option<Identity>,
+    /// All questions are answered with yes on the command line. That does not tell which of several products the sensor is.
+    pub all_yes: bool,
+}
+
+/// The address of the options `--id`, `--node`, `--mac` and `--address`.
+///
+/// # Errors
+/// More than one is given, or one is out of its range.
+pub fn target(
+    id: Option<&str>,
+    node: Option<u8>,
+    mac: Option<u8>,
+    address: Option<u8>,
+) -> Result<Option<Target>, Failure> {
+    match (id, node, mac, address) {
+        (None, None, None, None) => Ok(None),
+        (None, None, None, Some(address @ 0..=253)) => Ok(Some(Target::J1939(address))),
+        (None, None, None, Some(_)) => Err(Failure::usage(
+            "out-of-range",
+            "a J1939 address is 0 to 253",
+        )),
+        (Some(id), None, None, None) => {
+            let bits = identifier(id)
+                .map_err(|text| Failure::usage("bad-value", format!("--id {id}: {text}")))?;
+            let request = CanId::from_bits(bits);
+            Ok(Some(Target::Fsc(Sensor {
+                request,
+                reply: None,
+            })))
+        }
+        (None, Some(node @ 1..=127), None, None) => Ok(Some(Target::Canopen(node))),
+        (None, None, Some(mac @ 0..=63), None) => Ok(Some(Target::Devicenet(Slave { mac }))),
+        (None, Some(_), None, None) => Err(Failure::usage("out-of-range", "a node-ID is 1 to 127")),
+        (None, None, Some(_), None) => Err(Failure::usage("out-of-range", "a MAC ID is 0 to 63")),
+        _ => Err(Failure::usage(
+            "too-many-addresses",
+            "give one of --id (GEMAC), --node (CANopen), --mac (DeviceNet) and --address (J1939)",
+        )),
+    }
+}

@@ -1,0 +1,338 @@
+//! The angles of a CANopen node in a TPDO.
+//!
+//! A TPDO with the angles that the node sends already is only listened to. Otherwise one is changed meanwhile: off, type 254, no inhibit
+//! time, the event timer, on; a node that is not operational is started. What differed is put back at the end. A TPDO of an operational
+//! node that is on, but does not come now, can be needed by other devices: it is changed only after a yes.
+
+mod tpdo;
+
+use super::{LISTENS, Layout, SLICE};
+use crate::client::nmt::{self, Command, State};
+use crate::client::sdo::{Answer, Server};
+use crate::client::{Link, stopped};
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::sample::Sampler;
+use crate::session::Session;
+use crate::sheet::{Address, Entry};
+use plumbline::can::{CanId, Frame};
+use plumbline::time::{Duration, Instant, after, millis};
+use tpdo::{COB_ID, COMMUNICATION, EVENT, MAPPING, OFF, Tpdo, mapped, read};
+
+/// How late a TPDO is.
+const LATE: Duration = millis(100);
+
+/// The objects that have the same angle with 16 bits and with 32 bits (CiA 410).
+const WIDTHS: [[u16; 2]; 2] = [[0x6010, 0x6110], [0x6020, 0x6120]];
+
+/// A TPDO with its values and their places.
+type Sent = (Tpdo, Vec<Entry>, Layout);
+
+/// The TPDO that is received.
+pub(super) struct Pdo {
+    node: u8,
+    layout: Layout,
+    before: Option<Before>,
+}
+
+/// What is put back.
+struct Before {
+    tpdo: Tpdo,
+    with_mapping: bool,
+    /// The node was operational.
+    was_operational: bool,
+    /// The tool has started it.
+    has_started: bool,
+}
+
+/// Lets a node send the angles. The period is None if it is not known.
+pub(super) fn start(
+    session: &mut Session,
+    node: u8,
+    sampler: &mut Sampler,
+    every: u32,
+    terminal: &mut Terminal,
+) -> Result<(Pdo, Option<Duration>), Failure> {
+    let mut tpdos = Vec::new();
+    for number in numbers(session) {
+        tpdos.extend(Tpdo::read(&mut session.link, node, number)?);
+    }
+    let sets = sets(session, sampler);
+    let fits = |tpdo: &Tpdo| {
+        let mut sets = sets.iter();
+        sets.find_map(|set| Some((set.clone(), tpdo.layout(set)?)))
+    };
+    let sent: Vec<Sent> = tpdos
+        .iter()
+        .filter(|tpdo| tpdo.is_on())
+        .filter_map(|tpdo| fits(tpdo).map(|(set, layout)| (tpdo.clone(), set, layout)))
+        .collect();
+    let mut others = Vec::new();
+    if let Some(own) = heard(&mut session.link, &sent, &mut others, terminal)? {
+        return listened(session, node, sampler, own, terminal);
+    }
+    let Some(state) = nmt::state(&mut session.link, node)? else {
+        let message = "the node does not tell its NMT state (1017h), so it is not started: start it with another NMT master, or leave out --cyclic";
+        return Err(Failure::refused("not-offered", message));
+    };
+    let was_operational = state == State::Operational;
+    let (longest, _) = LISTENS;
+    let is_slow = |(tpdo, ..): &&Sent| tpdo.longest().is_some_and(|time| time + LATE > longest);
+    if let Some(own) = sent.iter().find(is_slow).filter(|_| was_operational) {
+        return listened(session, node, sampler, own, terminal);
+    }
+    let (before, wanted, set) = chosen(session, &tpdos, &sets, &others, every)?;
+    if was_operational && before.is_on() {
+        confirmed(before.number, terminal)?;
+    }
+    let layout = wanted.layout(&set).ok_or_else(not_mapped)?;
+    sampler.take(session, set)?;
+    let mut pdo = Pdo {
+        node,
+        layout,
+        before: Some(Before {
+            with_mapping: before.objects != wanted.objects,
+            tpdo: before,
+            was_operational,
+            has_started: false,
+        }),
+    };
+    if let Err(failure) = pdo.switch_on(session, wanted) {
+        // The cause is the failure of the write.
+        if pdo.stop(session).is_err() {
+            session.note(super::NOT_PUT_BACK);
+        }
+        return Err(failure);
+    }
+    Ok((pdo, Some(millis(every))))
+}
+
+/// A TPDO that the node sends already is only listened to.
+fn listened(
+    session: &mut Session,
+    node: u8,
+    sampler: &mut Sampler,
+    (tpdo, set, layout): &Sent,
+    terminal: &mut Terminal,
+) -> Result<(Pdo, Option<Duration>), Failure> {
+    let every = match tpdo.period() {
+        Some(every) => Some(every),
+        None if tpdo.has_sync() => Layout::period(std::slice::from_ref(layout), &mut session.link)?,
+        None => None,
+    };
+    terminal.note(already(tpdo.number, every));
+    sampler.take(session, set.clone())?;
+    let pdo = Pdo {
+        node,
+        layout: layout.clone(),
+        before: None,
+    };
+    Ok((pdo, every))
+}
+
+/// Asks whether a TPDO that is on can be changed.
+fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Failure> {
+    let number = number + 1;
+    let question = format!(
+        "TPDO {number} of the operational node is on, though it does not come now, and other devices can need it. Change it meanwhile?"
+    );
+    if (terminal.confirm)(&question) {
+        return Ok(());
+    }
+    let message = "nothing has changed: --yes answers the question";
+    Err(Failure::usage("not-confirmed", message))
+}
+
+/// What the user must know of a TPDO that is sent already.
+fn already(number: u16, every: Option<Duration>) -> String {
+    let every = match every {
+        Some(every) => format!(" every {} ms", every.ticks() as f64 / 1000.0),
+        None => " without a period, so lost samples cannot be counted".to_owned(),
+    };
+    let number = number + 1;
+    format!(
+        "the sensor sends its angles in TPDO {number} already,{every}: it is only listened to, without --every"
+    )
+}
+
+/// The numbers of the TPDOs in the sheet, from 0.
+fn numbers(session: &Session) -> Vec<u16> {
+    let entries = session.sheet.entries.iter();
+    let numbers = entries.filter_map(|entry| match entry.address {
+        Address::Object {
+            index: index @ 0x1800..=0x19FF,
+            sub: COB_ID,
+        } => Some(index - COMMUNICATION),
+        _ => None,
+    });
+    numbers.collect()
+}
+
+/// The angles, then the same with another width.
+fn sets(session: &Session, sampler: &Sampler) -> Vec<Vec<Entry>> {
+    let angles = sampler.entries();
+    let other = |entry: &Entry| {
+        let Address::Object { index, sub: 0 } = entry.address else {
+            return None;
+        };
+        let mut widths = WIDTHS.iter();
+        let [short, long] = widths.find(|widths| widths.contains(&index))?;
+        let index = if index == *short { *long } else { *short };
+        let mut entries = session.sheet.entries.iter();
+        let wanted = Address::Object { index, sub: 0 };
+        entries.find(|entry| entry.address == wanted).cloned()
+    };
+    let others: Option<Vec<Entry>> = angles.iter().map(other).collect();
+    [Some(angles), others].into_iter().flatten().collect()
+}
+
+/// The first TPDO that is received. Those that come less often than [`LISTENS`] are not. `others` gets the identifiers of all other
+/// frames that came.
+fn heard<'a>(
+    link: &mut Link,
+    sent: &'a [Sent],
+    others: &mut Vec<CanId>,
+    terminal: &Terminal,
+) -> Result<Option<&'a Sent>, Failure> {
+    let (longest, _) = LISTENS;
+    let time = |(tpdo, ..): &Sent| tpdo.longest().map_or(longest, |time| time + LATE);
+    let time = sent.iter().map(time).max().unwrap_or(longest);
+    let until = after(link.now(), time.min(longest));
+    while link.now() < until {
+        if (terminal.stopped)() {
+            return Err(stopped());
+        }
+        let found = link.wait_for(SLICE, |frame: &Frame| {
+            let mut sent = sent.iter();
+            let found = sent.find(|(.., layout)| layout.decode(frame).is_some());
+            if found.is_none() && !others.contains(&frame.can_id()) {
+                others.push(frame.can_id());
+            }
+            found
+        })?;
+        if found.is_some() {
+            return Ok(found);
+        }
+    }
+    Ok(None)
+}
+
+/// The TPDO that is changed, what it becomes, and its values. One that is off must have an identifier that nobody uses.
+fn chosen(
+    session: &Session,
+    tpdos: &[Tpdo],
+    sets: &[Vec<Entry>],
+    others: &[CanId],
+    every: u32,
+) -> Result<(Tpdo, Tpdo, Vec<Entry>), Failure> {
+    let timed = |tpdo: &&Tpdo| tpdo.timer.is_some();
+    let is_used = |id: CanId| {
+        let mut on = tpdos.iter().filter(|tpdo| tpdo.is_on());
+        others.contains(&id) || on.any(|tpdo| tpdo.id() == id)
+    };
+    let is_off = |tpdo: &&Tpdo| tpdo.is_free() && !is_used(tpdo.id());
+    let changed = |tpdo: &Tpdo, objects: Vec<u32>| Tpdo {
+        cob_id: tpdo.cob_id & !OFF,
+        kind: EVENT[0],
+        inhibit: tpdo.inhibit.map(|_| 0),
+        timer: Some(every as u16),
+        count: objects.len() as u8,
+        objects,
+        ..tpdo.clone()
+    };
+    for is_on in [true, false] {
+        for set in sets {
+            let mut fitting = tpdos.iter().filter(timed);
+            let fits = |tpdo: &&Tpdo| {
+                let is_wanted = if is_on { tpdo.is_on() } else { is_off(tpdo) };
+                is_wanted && tpdo.layout(set).is_some()
+            };
+            if let Some(tpdo) = fitting.find(fits) {
+                let wanted = changed(tpdo, tpdo.objects.clone());
+                return Ok((tpdo.clone(), wanted, set.clone()));
+            }
+        }
+    }
+    // The angles are mapped into one that is off.
+    let is_free = |tpdo: &&Tpdo| {
+        let index = MAPPING + tpdo.number;
+        let mut entries = session.sheet.entries.iter();
+        let is_writable = entries
+            .any(|entry| entry.writable && entry.address == Address::Object { index, sub: 0 });
+        is_off(tpdo) && is_writable
+    };
+    let free = tpdos.iter().filter(timed).find(is_free);
+    for set in sets {
+        let objects: Option<Vec<u32>> = set.iter().map(mapped).collect();
+        if let (Some(tpdo), Some(objects)) = (free, objects) {
+            return Ok((tpdo.clone(), changed(tpdo, objects), set.clone()));
+        }
+    }
+    Err(not_mapped())
+}
+
+fn not_mapped() -> Failure {
+    let message = "no TPDO of the sensor has all angles, an event timer, and a COB-ID of its own from 181h to 57Fh: set them (1800h, 1A00h), or leave out --cyclic";
+    Failure::refused("not-offered", message)
+}
+
+impl Pdo {
+    /// Changes the TPDO, and starts the node.
+    fn switch_on(&mut self, session: &mut Session, wanted: Tpdo) -> Result<(), Failure> {
+        let Some(before) = &mut self.before else {
+            return Ok(());
+        };
+        let server = Server::of(self.node);
+        let link = &mut session.link;
+        if before.with_mapping {
+            // All that are overwritten, also those beyond the number of objects.
+            let mapping = MAPPING + wanted.number;
+            for sub in before.tpdo.objects.len() + 1..=wanted.objects.len() {
+                let object = read(link, self.node, mapping, sub as u8)?;
+                before.tpdo.objects.extend(object);
+            }
+        }
+        for (index, sub, bytes) in wanted.writes(before.with_mapping) {
+            let mut answer = server.write(link, index, sub, &bytes)?;
+            if bytes == [EVENT[0]] && matches!(answer, Answer::Aborted(_)) {
+                answer = server.write(link, index, sub, &[EVENT[1]])?;
+            }
+            answer.must(server, "to send its angles")?;
+        }
+        if !before.was_operational {
+            before.has_started = true;
+            nmt::send(link, Command::Start, self.node)?;
+        }
+        Ok(())
+    }
+
+    /// Puts back what was before.
+    pub(super) fn stop(&mut self, session: &mut Session) -> Result<(), Failure> {
+        let Some(before) = self.before.take() else {
+            return Ok(());
+        };
+        let link = &mut session.link;
+        let was_ending = link.set_ending(true);
+        let mut done = Ok(());
+        if before.has_started {
+            done = nmt::send(link, Command::PreOperational, self.node);
+        }
+        let server = Server::of(self.node);
+        for (index, sub, bytes) in before.tpdo.writes(before.with_mapping) {
+            let written = server.put_back(link, (index, sub), &bytes);
+            let written = written.and_then(|answer| answer.must(server, "its old settings"));
+            done = done.and(written);
+        }
+        link.set_ending(was_ending);
+        done
+    }
+
+    /// The next angles, with the time of their reception.
+    pub(super) fn next(
+        &self,
+        link: &mut Link,
+        time: Duration,
+    ) -> Result<Option<(Instant, Vec<i64>)>, Failure> {
+        Layout::next(std::slice::from_ref(&self.layout), link, time)
+    }
+}

@@ -1,0 +1,113 @@
+//! A J1939 sensor that broadcasts its angles (SSI2).
+//!
+//! ```text
+//!  18EAFF<other>  00 EE 00      another device requests claims: each node sends its own
+//!  18EEFF<node>   NAME          a claim without such a request: the sensor was switched off and on
+//! ```
+
+use super::Message;
+use crate::client::j1939;
+use crate::failure::{Failure, Kind};
+use crate::sample::Sampler;
+use crate::sample::ssi2::{self, Angles};
+use crate::session::Session;
+use crate::sheet::Entry;
+use plumbline::can::Frame;
+use plumbline::time::{Duration, Instant, after, millis};
+
+/// The time in which a node claims its address after a request.
+const CLAIM: Duration = millis(300);
+
+/// The sensor.
+#[derive(Debug)]
+pub(super) struct Sender {
+    address: u8,
+    /// The claim of the sensor until this time is an answer.
+    asked_until: Option<Instant>,
+    /// The sensor has restarted, and its settings are not known since.
+    is_unchecked: bool,
+}
+
+/// What a frame of the bus is.
+enum Heard {
+    Angles(Angles),
+    /// A device requests the claim of the sensor.
+    Request,
+    Claim,
+}
+
+impl Sender {
+    pub(super) fn new(address: u8) -> Self {
+        Self {
+            address,
+            asked_until: None,
+            is_unchecked: false,
+        }
+    }
+
+    /// The next broadcast. After a restart the sensor sends with its stored period.
+    ///
+    /// # Errors
+    /// The settings in `wanted` are those before the restart, or those of the adapter.
+    pub(super) fn next(
+        &mut self,
+        session: &mut Session,
+        sampler: &Sampler,
+        wanted: &[(Entry, u32)],
+        time: Duration,
+    ) -> Result<Option<Message>, Failure> {
+        let until = after(session.link.now(), time);
+        loop {
+            if self.is_unchecked {
+                self.is_unchecked = !is_as_before(session, wanted)?;
+            }
+            let left = until.ticks().saturating_sub(session.link.now().ticks());
+            let left = Duration::from_ticks(left);
+            let judge = |frame: &Frame| self.judge(frame);
+            let Some((at, heard)) = session.link.wait_for_at(left, judge)? else {
+                return Ok(None);
+            };
+            match heard {
+                Heard::Angles(angles) => {
+                    return Ok(Some(Message {
+                        at,
+                        numbers: sampler.of_group(angles),
+                        status: None,
+                        counter: None,
+                    }));
+                }
+                Heard::Request => self.asked_until = Some(after(at, CLAIM)),
+                Heard::Claim if self.asked_until.is_some_and(|until| at < until) => {}
+                Heard::Claim => self.is_unchecked = true,
+            }
+            if session.link.now() >= until {
+                return Ok(None);
+            }
+        }
+    }
+
+    fn judge(&self, frame: &Frame) -> Option<Heard> {
+        if let Some(angles) = ssi2::of(frame, self.address) {
+            return Some(Heard::Angles(angles));
+        }
+        if j1939::is_request_for_claim(frame, self.address) {
+            return Some(Heard::Request);
+        }
+        j1939::is_claim_of(frame, self.address).then_some(Heard::Claim)
+    }
+}
+
+/// Reads the settings, and fails if they are others. False: the sensor does not answer yet.
+fn is_as_before(session: &mut Session, wanted: &[(Entry, u32)]) -> Result<bool, Failure> {
+    for (entry, raw) in wanted {
+        let present = match session.read(entry) {
+            Err(failure) if failure.kind == Kind::Silent => return Ok(false),
+            present => present?,
+        };
+        if present != *raw {
+            let message = "the sensor was switched off and on, and sends with its stored period now: start the command again";
+            return Err(Failure::silent("restarted", message));
+        }
+    }
+    Ok(true)
+}

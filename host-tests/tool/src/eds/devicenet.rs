@@ -1,0 +1,328 @@
+//! The data sheet of a DeviceNet device (ODVA): sections with entries that end with a semicolon. A comment is from `$` to the end of the
+//! line.
+//!
+//! ```text
+//! Param1 = 0, 6, "20 65 24 01 30 71", 0x0002, 0xC7, 2, "Resolution", "0.001 deg", "help", 10, 1000, 10, 1,1,1,0, 0,0,0,0, 0;
+//!          -  -  path                 flags   type  size  name        unit         help   low high default  scale   links  decimals
+//! ```
+
+use super::ini::number;
+use super::{Draft, MOST, NO_ARTICLE, NO_PARAMETER, Owner, Parts, SHOWN, entry, shown, too_many};
+use crate::number::Scale;
+use crate::sheet::rows::Row;
+use crate::sheet::{Address, Entry};
+use plumbline::devicenet::{Identity, Roles};
+use plumbline::model::catalog::Protocol;
+use plumbline::model::listing::devicenet::Tables;
+use plumbline::param::{DataType, Meaning, Permitted};
+use std::collections::HashMap;
+
+/// The flags of a parameter: its scale can be in other parameters; it can only be read; it is a measured value; the decimals are a part of its
+/// scale.
+const LINKS: i64 = 1 << 3;
+const READ_ONLY: i64 = 1 << 4;
+const MONITOR: i64 = 1 << 5;
+const PRECISION: i64 = 1 << 6;
+
+/// The greatest factor and the most decimals of a scale. Others are shown as the numbers of the protocol.
+const GREATEST: i64 = 1_000_000_000;
+const DECIMALS: u8 = 9;
+
+/// Entries by section and key, both in small letters.
+type Fields = HashMap<(String, String), Vec<String>>;
+
+/// Whether a file has the sections of this format.
+pub(super) fn is_devicenet(text: &str) -> bool {
+    text.lines().any(|line| {
+        let line = line.trim().to_ascii_lowercase();
+        line.starts_with("[params]") || line.starts_with("[device]")
+    })
+}
+
+/// The parts of the sheet.
+pub(super) fn parts(text: &str) -> Result<Parts, String> {
+    let fields = fields(text)?;
+    let device = |key: &str| {
+        let fields = fields.get(&("device".to_owned(), key.to_owned()))?;
+        fields.first().map(String::as_str)
+    };
+    let (mut rows, mut left_out) = (Vec::new(), 0);
+    let mut places: Vec<usize> = fields
+        .keys()
+        .filter(|(section, _)| section == "params")
+        .filter_map(|(_, key)| key.strip_prefix("param")?.parse().ok())
+        .collect();
+    places.sort_unstable();
+    places.dedup();
+    if places.len() > MOST {
+        return Err(too_many());
+    }
+    for place in places {
+        match parameter(&fields, place) {
+            Some((entry, texts)) => {
+                let group = String::new();
+                rows.push(Draft {
+                    row: Row { group, entry },
+                    texts: Some(texts),
+                });
+            }
+            None => left_out += 1,
+        }
+    }
+    let identity = ["vendcode", "prodcode"].map(|key| {
+        let number = number(device(key)?)?;
+        u32::try_from(number).ok()
+    });
+    Ok(Parts {
+        name: device("prodname").unwrap_or_default().to_owned(),
+        maker: device("vendname").unwrap_or_default().to_owned(),
+        protocol: protocol(),
+        identity,
+        rows,
+        left_out,
+    })
+}
+
+/// The entries of a file.
+fn fields(text: &str) -> Result<Fields, String> {
+    let mut all = Fields::new();
+    let (mut section, mut key) = (String::new(), None);
+    let (mut done, mut field) = (Vec::new(), String::new());
+    let (mut is_quoted, mut is_comment) = (false, false);
+    let mut line = 1;
+    let small = |text: &str| text.trim().to_ascii_lowercase();
+    for letter in text.chars() {
+        line += u32::from(letter == '\n');
+        match letter {
+            '\n' if is_quoted => {
+                return Err(format!("line {} has an open quotation mark", line - 1));
+            }
+            '\n' => is_comment = false,
+            _ if is_comment => {}
+            '"' => is_quoted = !is_quoted,
+            _ if is_quoted => field.push(letter),
+            '$' => is_comment = true,
+            '[' if key.is_none() => field.clear(),
+            ']' if key.is_none() => section = small(&std::mem::take(&mut field)),
+            '=' if key.is_none() => key = Some(small(&std::mem::take(&mut field))),
+            ',' => done.push(std::mem::take(&mut field).trim().to_owned()),
+            ';' => {
+                done.push(std::mem::take(&mut field).trim().to_owned());
+                let value = std::mem::take(&mut done);
+                let own = key.take().filter(|key: &String| !key.is_empty());
+                let own = own.ok_or_else(|| format!("line {line} is no entry of an EDS"))?;
+                all.insert((section.clone(), own), value);
+            }
+            // Also between two texts, which are one.
+            letter if letter.is_whitespace() => {}
+            letter => field.push(letter),
+        }
+    }
+    match key {
+        Some(key) => Err(format!("the entry {} has no end", shown(&key))),
+        None => Ok(all),
+    }
+}
+
+/// The texts of a parameter, and its scale.
+pub(super) struct Texts {
+    unit: String,
+    scale: Factor,
+    meanings: Vec<(u32, String)>,
+}
+
+impl Texts {
+    /// Gives them to the entry.
+    pub(super) fn give(self, entry: &mut Entry, owner: &mut Owner) {
+        entry.scale = scale(owner.keep(&self.unit), self.scale);
+        let meanings = self.meanings.iter();
+        let meanings: Vec<Meaning> = meanings
+            .map(|(number, name)| (*number, owner.keep(name)))
+            .collect();
+        entry.meanings = meanings.leak();
+    }
+}
+
+/// A parameter as an entry; None if its type or path is not known.
+fn parameter(all: &Fields, place: usize) -> Option<(Entry, Texts)> {
+    let fields = all.get(&("params".to_owned(), format!("param{place}")))?;
+    let text = |place: usize| fields.get(place).map_or("", String::as_str);
+    let integer = |place: usize| number(text(place));
+    let data_type = match integer(4)? {
+        // The codes of CIP, then those of the parameter object of DeviceNet.
+        0xC1 | 0xC6 | 0xD1 | 4 | 8 => DataType::U8,
+        0xC7 | 0xD2 | 1 | 2 => DataType::U16,
+        0xC8 | 0xD3 | 9 => DataType::U32,
+        0xC2 | 5 => DataType::I8,
+        0xC3 | 3 => DataType::I16,
+        0xC4 | 6 => DataType::I32,
+        _ => return None,
+    };
+    let flags = integer(3)?;
+    let writable = flags & READ_ONLY == 0;
+    let mask = u32::MAX >> (32 - 8 * u32::from(data_type.size()));
+    let (least, most) = data_type.range();
+    let within = |number: &i64| (least..=most).contains(number);
+    let limits = (integer(9).filter(within), integer(10).filter(within));
+    let meanings = meanings(all, place, limits.0.unwrap_or(0), mask);
+    let permitted = match limits {
+        _ if !meanings.is_empty() => Permitted::Named,
+        (Some(low), Some(high)) if low < high => Permitted::Range(low, high),
+        _ => Permitted::Any,
+    };
+    let address = path(text(2), place)?;
+    // The unit is that of the value, so a number without a known scale has none.
+    let (scale, unit, title) = match factor(fields, flags) {
+        Some(factor) => (factor, shown(text(7)), text(6).to_owned()),
+        None => (Factor::ONE, String::new(), raw_title(text(6))),
+    };
+    let texts = Texts {
+        unit,
+        scale,
+        meanings,
+    };
+    let entry = Entry {
+        permitted,
+        factory: integer(11)
+            .filter(within)
+            .map(|number| number as u32 & mask),
+        writable,
+        stored: writable,
+        command: flags & MONITOR != 0,
+        ..entry(&title, address, data_type)
+    };
+    Some((entry, texts))
+}
+
+/// The address in a path: class, instance and attribute, each in one byte. Without a path it is attribute 1 of the parameter object.
+fn path(text: &str, place: usize) -> Option<Address> {
+    let mut bytes = Vec::new();
+    for part in text.split_whitespace() {
+        bytes.push(u8::from_str_radix(part, 16).ok()?);
+    }
+    let (class, instance, attribute) = match bytes[..] {
+        [] => (0x0F, u8::try_from(place).ok()?, 1),
+        [0x20, class, 0x24, instance, 0x30, attribute] => (class, instance, attribute),
+        _ => return None,
+    };
+    Some(Address::Attribute {
+        class,
+        instance,
+        attribute,
+    })
+}
+
+/// The names of numbers: pairs in `Enum1`, or one after the other from the minimum in the section `EnumPar`.
+fn meanings(all: &Fields, place: usize, low: i64, mask: u32) -> Vec<(u32, String)> {
+    if let Some(pairs) = all.get(&("params".to_owned(), format!("enum{place}"))) {
+        let pairs = pairs.chunks_exact(2).filter_map(|pair| {
+            let number = number(&pair[0])?;
+            Some((number as u32 & mask, shown(&pair[1])))
+        });
+        return pairs.collect();
+    }
+    let names = all.get(&("enumpar".to_owned(), format!("param{place}")));
+    let names = names.map_or(&[][..], Vec::as_slice);
+    let numbered = (low..).zip(names.iter().filter(|name| !name.is_empty()));
+    numbered
+        .map(|(number, name)| (number as u32 & mask, shown(name)))
+        .collect()
+}
+
+/// The title of a parameter that is shown as the number of the protocol.
+fn raw_title(title: &str) -> String {
+    let title: String = shown(title).chars().take(SHOWN - 6).collect();
+    format!("{title} (raw)")
+}
+
+/// The factor of a number: multiplier / 10^decimals.
+#[derive(Clone, Copy)]
+struct Factor {
+    multiplier: i64,
+    decimals: u8,
+}
+
+impl Factor {
+    const ONE: Self = Self {
+        multiplier: 1,
+        decimals: 0,
+    };
+}
+
+/// The factor of a parameter: value = (number + offset) x multiplier x base / divisor. None if it has an offset, is no power of ten below,
+/// or depends on other parameters by its links.
+///
+/// The decimals are the digits that are shown. They are a part of the factor with [`PRECISION`], and also if the file has no other one,
+/// because many files give only them.
+fn factor(fields: &[String], flags: i64) -> Option<Factor> {
+    // A field that is empty or missing has its default; one that is no number is not known.
+    let field = |place: usize, default: i64| match fields.get(place).map(String::as_str) {
+        None | Some("") => Some(default),
+        Some(text) => number(text),
+    };
+    let has_link = (16..20).any(|place| field(place, flags & LINKS) != Some(0));
+    if has_link || field(15, 0)? != 0 {
+        return None;
+    }
+    let multiplier = field(12, 1)?.checked_mul(field(14, 1)?)?;
+    let divisor = field(13, 1)?;
+    let mut powers = (0..=DECIMALS).map(|power| (power, 10_i64.pow(power.into())));
+    let (power, _) = powers.find(|(_, power)| *power == divisor)?;
+    let digits = u8::try_from(field(20, 0)?).ok()?;
+    let decimals = match (multiplier, divisor) {
+        (1, 1) => digits,
+        _ if flags & PRECISION != 0 => power.checked_add(digits)?,
+        _ => power,
+    };
+    let is_shown = (1..=GREATEST).contains(&multiplier) && decimals <= DECIMALS;
+    is_shown.then_some(Factor {
+        multiplier,
+        decimals,
+    })
+}
+
+/// The scale of a number with this factor in a unit, which can begin with a number: `0.001 deg`.
+fn scale(unit: &'static str, factor: Factor) -> Scale {
+    let Factor {
+        multiplier,
+        decimals,
+    } = factor;
+    let scale = Scale::of(unit, decimals);
+    let is_sensible = (1..=GREATEST).contains(&scale.multiplier) && scale.decimals <= DECIMALS;
+    match multiplier {
+        1 if is_sensible => scale,
+        _ => Scale {
+            multiplier,
+            decimals,
+            unit,
+        },
+    }
+}
+
+/// The tables of a device of which only the data sheet is known.
+fn protocol() -> Protocol {
+    Protocol::Devicenet(Tables {
+        article: NO_ARTICLE,
+        identity: Identity {
+            vendor: 0,
+            vendor_name: "",
+            device_type: 0,
+            device_type_name: "",
+            product_code: 0,
+            revision: (0, 0),
+            name: "",
+            catalog: "",
+        },
+        roles: Roles {
+            mac_id: NO_PARAMETER,
+            baud_rate: NO_PARAMETER,
+            bit_rates: &[],
+            bus_off_interrupt: NO_PARAMETER,
+            polled_assembly: NO_PARAMETER,
+            cyclic_assembly: NO_PARAMETER,
+            cos_delta: NO_PARAMETER,
+        },
+        objects: &[],
+        assemblies: &[],
+    })
+}

@@ -1,0 +1,80 @@
+//! The sections of a CANopen data sheet, with names in small letters, because they are compared without capitals.
+
+use super::{MOST, too_many};
+use ini::{Ini, ParseOption};
+use std::collections::HashMap;
+
+/// The longest line in bytes. One of CiA 306 has 255.
+const LONGEST: usize = 1024;
+
+/// The most sections: one for each entry, for each object with sub-indices, and for its names.
+const MOST_SECTIONS: usize = 3 * MOST;
+
+/// Keys with their values. It cannot be cloned: that of a hostile file can be as long as the file.
+#[derive(Debug, Default)]
+pub struct Section(HashMap<String, String>);
+
+impl Section {
+    /// The value of a key, without the comment behind it; None if it is empty.
+    pub fn get(&self, key: &str) -> Option<&str> {
+        let value = self.0.get(key)?;
+        let value = value.split(';').next().unwrap_or_default().trim();
+        Some(value).filter(|value| !value.is_empty())
+    }
+
+    /// The integer of a key.
+    pub fn number(&self, key: &str) -> Option<i64> {
+        self.get(key).and_then(number)
+    }
+}
+
+/// The sections by name. If a name is there twice, the last one counts, as its keys do.
+///
+/// # Errors
+/// One sentence with the line that cannot be read.
+pub fn sections(text: &str) -> Result<HashMap<String, Section>, String> {
+    if let Some(place) = text.lines().position(|line| line.len() > LONGEST) {
+        return Err(format!("line {} is too long", place + 1));
+    }
+    let is_section = |line: &&str| line.trim_start().starts_with('[');
+    if text.lines().filter(is_section).count() > MOST_SECTIONS {
+        return Err(too_many());
+    }
+    let option = ParseOption {
+        enabled_quote: false,
+        enabled_escape: false,
+        ..ParseOption::default()
+    };
+    let ini = Ini::load_from_str_opt(text, option)
+        .map_err(|error| format!("line {} is no line of an EDS", error.line))?;
+    let small = |text: &str| text.trim().to_ascii_lowercase();
+    let mut sections: HashMap<String, Section> = HashMap::new();
+    for (name, properties) in ini.iter() {
+        let section = sections.entry(small(name.unwrap_or_default())).or_default();
+        let keys = properties.iter();
+        section
+            .0
+            .extend(keys.map(|(key, value)| (small(key), value.to_owned())));
+    }
+    Ok(sections)
+}
+
+/// An integer: decimal, hexadecimal with `0x`, octal with a leading 0.
+pub fn number(text: &str) -> Option<i64> {
+    let text = text.trim();
+    let (sign, digits) = match text.strip_prefix('-') {
+        Some(digits) => (-1, digits),
+        None => (1, text),
+    };
+    let small = digits.to_ascii_lowercase();
+    let (radix, digits) = match small.strip_prefix("0x") {
+        Some(digits) => (16, digits),
+        None if small.len() > 1 && small.starts_with('0') => (8, &small[1..]),
+        None => (10, &small[..]),
+    };
+    let is_digit = |letter: char| letter.is_digit(radix);
+    if digits.is_empty() || digits.len() > 16 || !digits.chars().all(is_digit) {
+        return None;
+    }
+    Some(sign * i64::from_str_radix(digits, radix).ok()?)
+}

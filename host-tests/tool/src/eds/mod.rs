@@ -1,0 +1,362 @@
+//! Electronic Data Sheets (EDS) of devices that are not in the catalogue: CANopen (CiA 306) and DeviceNet (ODVA).
+//!
+//! A sheet is made from the file, so that all commands work with its names. The file is made by others: whatever is in it, the result is
+//! a sheet or a clear error. An entry that this tool cannot show, for example a floating-point number, is left out and counted.
+//!
+//! The tables of a product are constants of the core, so the texts of a file that become tables stay until the end of the program. The
+//! sheets are kept: the same file is read again without new memory, a file that is refused leaves nothing, and a process takes at most
+//! [`MOST_FILES`] different ones.
+
+mod canopen;
+pub mod dcf;
+mod devicenet;
+mod ini;
+
+use crate::failure::Failure;
+use crate::output::Terminal;
+use crate::session::Session;
+use crate::sheet::rows::{Row, fact, named};
+use crate::sheet::{Address, Entry, Origin, Sheet, kebab};
+use plumbline::model::catalog::{Article, Guide, PRODUCTS, Product, Protocol};
+use plumbline::param::{DataType, ParameterId};
+use plumbline::store::ImageId;
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// The longest file that is read, in bytes.
+const LONGEST: u64 = 8 << 20;
+
+/// The most entries of a file.
+const MOST: usize = 20_000;
+
+/// The most different files of a process.
+pub const MOST_FILES: usize = 32;
+
+/// The sheets of the files that were read.
+static KEPT: Mutex<Vec<Sheet>> = Mutex::new(Vec::new());
+
+/// The longest text of a file that is shown, in letters.
+const SHOWN: usize = 80;
+
+/// No parameter of the catalogue has this id: a data sheet does not say which of its entries is the node-ID.
+const NO_PARAMETER: ParameterId = ParameterId(u8::MAX);
+
+/// Its order number is not in a data sheet.
+const NO_ARTICLE: Article = Article {
+    name: "",
+    number: "",
+};
+
+/// What a sheet has besides its entries, if it is from a file.
+#[derive(Clone, Debug)]
+pub struct DataSheet {
+    /// The text of the file.
+    pub text: Arc<str>,
+    /// Vendor and product code in the file.
+    pub identity: [Option<u32>; 2],
+    /// The angles that `watch` shows without names (CiA 410).
+    pub angles: Vec<Entry>,
+    /// The entries that are left out.
+    pub left_out: usize,
+}
+
+/// The parts of a sheet, from either format.
+struct Parts {
+    name: String,
+    maker: String,
+    protocol: Protocol,
+    identity: [Option<u32>; 2],
+    rows: Vec<Draft>,
+    left_out: usize,
+}
+
+/// A row whose texts have no owner yet.
+struct Draft {
+    row: Row,
+    /// Those of a parameter of DeviceNet.
+    texts: Option<devicenet::Texts>,
+}
+
+impl From<Row> for Draft {
+    fn from(row: Row) -> Self {
+        Self { row, texts: None }
+    }
+}
+
+/// The texts of a sheet that stay until the end of the program, each once.
+#[derive(Default)]
+struct Owner(HashSet<&'static str>);
+
+impl Owner {
+    fn keep(&mut self, text: &str) -> &'static str {
+        if let Some(own) = self.0.get(text) {
+            return own;
+        }
+        let own: &'static str = String::leak(text.to_owned());
+        self.0.insert(own);
+        own
+    }
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// The file cannot be read, or is no data sheet with parameters.
+pub fn read(path: &Path) -> Result<Sheet, Failure> {
+    let shown = path.display();
+    let unreadable = |error: std::io::Error| {
+        let message = format!(
+            "cannot read {shown} ({error}): --eds takes the EDS file of the maker of the device"
+        );
+        Failure::bus("no-file", message)
+    };
+    let bad = |why: &str| {
+        let message = format!("{shown} is no data sheet (EDS): {why}; nothing was written");
+        Failure::usage("bad-file", message)
+    };
+    if std::fs::metadata(path).map_err(unreadable)?.len() > LONGEST {
+        return Err(bad("it is too long"));
+    }
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    parse(&bytes).map_err(|why| bad(&why))
+}
+
+/// The sheet of a file, in UTF-8 or Latin-1. The same bytes give the same product.
+///
+/// # Errors
+/// One sentence: why it is none, or that the process has read too many different ones.
+pub fn parse(bytes: &[u8]) -> Result<Sheet, String> {
+    let mut kept = KEPT.lock().unwrap_or_else(PoisonError::into_inner);
+    parse_among(&mut kept, bytes)
+}
+
+/// The same with the sheets that are kept already.
+fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, String> {
+    let text = text_of(bytes);
+    let is_same = |sheet: &&Sheet| {
+        let own = sheet.data_sheet.as_ref();
+        own.is_some_and(|own| *own.text == *text)
+    };
+    if let Some(sheet) = kept.iter().find(is_same) {
+        return Ok(sheet.clone());
+    }
+    let parts = parts(&text)?;
+    if kept.len() >= MOST_FILES {
+        return Err(format!(
+            "this program has read {MOST_FILES} different ones, which is the most: start it again"
+        ));
+    }
+    let sheet = sheet(text, parts);
+    kept.push(sheet.clone());
+    Ok(sheet)
+}
+
+fn text_of(bytes: &[u8]) -> String {
+    match std::str::from_utf8(bytes) {
+        Ok(text) => text.trim_start_matches('\u{FEFF}').to_owned(),
+        Err(_) => bytes.iter().copied().map(char::from).collect(),
+    }
+}
+
+/// The parts of a file with entries.
+fn parts(text: &str) -> Result<Parts, String> {
+    let parts = match devicenet::is_devicenet(text) {
+        true => devicenet::parts(text)?,
+        false => canopen::parts(text)?,
+    };
+    match parts.rows.len() {
+        0 => Err("it has no entry that can be read or written".to_owned()),
+        count if count > MOST => Err(too_many()),
+        _ => Ok(parts),
+    }
+}
+
+/// The sheet of the parts. Its texts and its product stay until the end of the program.
+fn sheet(text: String, parts: Parts) -> Sheet {
+    let mut owner = Owner::default();
+    let rows = parts.rows.into_iter().map(|Draft { mut row, texts }| {
+        if let Some(texts) = texts {
+            texts.give(&mut row.entry, &mut owner);
+        }
+        row
+    });
+    let mut entries = named(rows.collect(), |_| None);
+    make_unique(&mut entries);
+    let angles = angles(&entries);
+    let product: &'static Product = Box::leak(Box::new(Product {
+        name: owner.keep(&product_name(&parts.name)),
+        maker: owner.keep(&shown(&parts.maker)),
+        protocol: parts.protocol,
+        parameters: &[],
+        constraints: &[],
+        quantities: &[],
+        heater: None,
+        image: ImageId::new(0x7FFF),
+        layout: 0,
+        store_buffer: 0,
+        guide: &Guide::NONE,
+    }));
+    Sheet {
+        product,
+        entries,
+        data_sheet: Some(DataSheet {
+            text: text.into(),
+            identity: parts.identity,
+            angles,
+            left_out: parts.left_out,
+        }),
+    }
+}
+
+/// A name that no product of the catalogue has.
+fn product_name(name: &str) -> String {
+    let name = kebab(&shown(name));
+    match &name[..] {
+        "" => "eds".to_owned(),
+        own if PRODUCTS.iter().any(|product| product.name == own) => format!("{name}-eds"),
+        _ => name,
+    }
+}
+
+/// A text of a file without control characters, which a terminal would obey.
+pub(crate) fn shown(text: &str) -> String {
+    let printable = text.trim().chars().filter(|letter| !letter.is_control());
+    printable.take(SHOWN).collect()
+}
+
+fn too_many() -> String {
+    format!("it has more than {MOST} entries")
+}
+
+/// A name of its own for every entry. Returns how many names were tried besides those of the file: at most two for each entry.
+fn make_unique(entries: &mut [Entry]) -> usize {
+    let mut seen = HashSet::new();
+    // The next number of an address that several entries have.
+    let mut numbers: HashMap<String, usize> = HashMap::new();
+    let mut tried = 0;
+    for entry in entries {
+        if entry.name.is_empty() || seen.contains(&entry.name) {
+            let address = match entry.address {
+                Address::Object { index, sub } => format!("{index:04x}-{sub}"),
+                Address::Attribute {
+                    class,
+                    instance,
+                    attribute,
+                } => format!("{class}-{instance}-{attribute}"),
+                Address::Fsc { read, offset, .. } => format!("{read:02x}-{offset}"),
+            };
+            let next = numbers.entry(address.clone()).or_insert(1);
+            loop {
+                entry.name = match *next {
+                    1 => format!("object-{address}"),
+                    number => format!("object-{address}-{number}"),
+                };
+                *next += 1;
+                tried += 1;
+                if !seen.contains(&entry.name) {
+                    break;
+                }
+            }
+        }
+        seen.insert(entry.name.clone());
+    }
+    tried
+}
+
+/// The slopes of the device profile for inclinometers (CiA 410): 32 bits if there are both, else 16 bits.
+fn angles(entries: &[Entry]) -> Vec<Entry> {
+    let at = |wanted: u16| {
+        let mut entries = entries.iter();
+        entries.find(|entry| {
+            entry.readable
+                && entry.data_type.is_signed()
+                && entry.address
+                    == Address::Object {
+                        index: wanted,
+                        sub: 0,
+                    }
+        })
+    };
+    for pair in [[0x6110, 0x6120], [0x6010, 0x6020]] {
+        let found: Vec<Entry> = pair.into_iter().filter_map(at).cloned().collect();
+        if !found.is_empty() {
+            return found;
+        }
+    }
+    Vec::new()
+}
+
+/// An entry of a file, before it has its name.
+fn entry(title: &str, address: Address, data_type: DataType) -> Entry {
+    Entry {
+        origin: Origin::DataSheet,
+        ..fact(&shown(title), address, data_type)
+    }
+}
+
+/// Compares the identity of the device with that in the file. If they differ, or the device does not let its identity be read, asks
+/// whether to go on.
+///
+/// # Errors
+/// The answer is no, nobody answers, or those of the adapter.
+pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Failure> {
+    let Some(data_sheet) = session.sheet.data_sheet.clone() else {
+        return Ok(());
+    };
+    if data_sheet.left_out > 0 {
+        terminal.note(format!(
+            "{} entries of the data sheet have types that plumbline does not show",
+            data_sheet.left_out
+        ));
+    }
+    let mut doubts = Vec::new();
+    for (entry, wanted) in identity(session).into_iter().zip(data_sheet.identity) {
+        let what = &entry.title;
+        let Some(wanted) = wanted else {
+            terminal.note(format!(
+                "the data sheet names no {what}, so it is not compared"
+            ));
+            continue;
+        };
+        let own = match session.read(&entry) {
+            // A device does not need to have it.
+            Err(failure) if failure.code == "refused" => "does not let it be read".to_owned(),
+            own => match own? {
+                own if own == wanted => continue,
+                own => format!("says {own:X}h"),
+            },
+        };
+        doubts.push(format!("is for {what} {wanted:X}h, but the device {own}"));
+    }
+    let doubts = doubts.join("; it ");
+    if !doubts.is_empty()
+        && !(terminal.confirm)(&format!("The data sheet {doubts}. Use it anyway?"))
+    {
+        let message = format!("the data sheet {doubts}: give the right file, or --yes");
+        return Err(Failure::usage("wrong-product", message));
+    }
+    Ok(())
+}
+
+/// Vendor and product code of a device: object 1018h, or attributes of the identity object.
+fn identity(session: &Session) -> [Entry; 2] {
+    let is_devicenet = matches!(session.sheet.product.protocol, Protocol::Devicenet(_));
+    [("vendor", 1, 1), ("product code", 2, 3)].map(|(what, sub, attribute)| match is_devicenet {
+        true => {
+            let address = Address::Attribute {
+                class: 1,
+                instance: 1,
+                attribute,
+            };
+            entry(what, address, DataType::U16)
+        }
+        false => {
+            let address = Address::Object { index: 0x1018, sub };
+            entry(what, address, DataType::U32)
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests;

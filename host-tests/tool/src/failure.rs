@@ -1,0 +1,83 @@
+//! Why a command failed: exit code, a code for programs, and one sentence for people that names the next step.
+
+use serde_json::{Value, json};
+
+/// Who refused. It is the exit code.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Kind {
+    /// The sensor refused: exit code 1.
+    Refused,
+    /// The command line, a name or a value is wrong: exit code 2.
+    Usage,
+    /// Nobody answers: exit code 3.
+    Silent,
+    /// The bus, the adapter or a file failed: exit code 4.
+    Bus,
+    /// The user pressed Ctrl-C: exit code 130.
+    Stopped,
+}
+
+impl Kind {
+    /// The exit code: 1 to 4, or 130.
+    pub const fn exit_code(self) -> u8 {
+        match self {
+            Self::Refused => 1,
+            Self::Usage => 2,
+            Self::Silent => 3,
+            Self::Bus => 4,
+            Self::Stopped => 130,
+        }
+    }
+}
+
+/// A command that failed.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{message}")]
+pub struct Failure {
+    /// Who refused.
+    pub kind: Kind,
+    /// A short code for programs, for example `out-of-range`.
+    pub code: &'static str,
+    /// One sentence for people.
+    pub message: String,
+}
+
+impl Failure {
+    /// The sensor refused.
+    pub fn refused(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Kind::Refused, code, message)
+    }
+
+    /// The command line, a name or a value is wrong.
+    pub fn usage(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Kind::Usage, code, message)
+    }
+
+    /// Nobody answers.
+    pub fn silent(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Kind::Silent, code, message)
+    }
+
+    /// The bus, the adapter or a file failed.
+    pub fn bus(code: &'static str, message: impl Into<String>) -> Self {
+        Self::new(Kind::Bus, code, message)
+    }
+
+    /// The user pressed Ctrl-C.
+    pub fn stopped(message: impl Into<String>) -> Self {
+        Self::new(Kind::Stopped, "stopped", message)
+    }
+
+    fn new(kind: Kind, code: &'static str, message: impl Into<String>) -> Self {
+        Self {
+            kind,
+            code,
+            message: message.into(),
+        }
+    }
+
+    /// The document that `--json` prints.
+    pub fn json(&self) -> Value {
+        json!({"error": {"code": self.code, "message": self.message}})
+    }
+}

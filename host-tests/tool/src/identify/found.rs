@@ -1,0 +1,116 @@
+//! What a sensor has told about itself.
+
+use crate::session::Target;
+use plumbline::can::BitRate;
+use plumbline::model::catalog::Product;
+use serde_json::{Value, json};
+
+/// A sensor that has answered.
+#[derive(Clone, Debug)]
+pub struct Found {
+    /// Its address.
+    pub target: Target,
+    /// The products that it can be; empty for a foreign device.
+    pub products: Vec<&'static Product>,
+    /// The order number, or what is known of it.
+    pub article: Option<String>,
+    /// The serial number.
+    pub serial: Option<u32>,
+    /// The version of the firmware.
+    pub firmware: Option<String>,
+    /// The name that the user has given to it.
+    pub label: Option<String>,
+    /// Another master owns it (DeviceNet), so it has told nothing.
+    pub is_owned: bool,
+    /// The serial numbers of other sensors that have answered at the same address.
+    pub twins: Vec<u32>,
+}
+
+/// The serial numbers of devices that have none.
+const NO_SERIAL: [u32; 2] = [0, u32::MAX];
+
+/// What tells a sensor from others, wherever it is.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Identity {
+    article: Option<String>,
+    serial: Option<u32>,
+}
+
+impl Identity {
+    /// Whether no other sensor has it.
+    pub fn is_unique(&self) -> bool {
+        self.serial.is_some()
+    }
+}
+
+impl Found {
+    /// What tells it from other sensors.
+    pub fn identity(&self) -> Identity {
+        Identity {
+            article: self.article.clone(),
+            serial: self.serial.filter(|serial| !NO_SERIAL.contains(serial)),
+        }
+    }
+
+    /// The name of the protocol in documents.
+    pub fn protocol(&self) -> &'static str {
+        self.target.protocol()
+    }
+
+    /// In one line, for people.
+    pub fn line(&self, rate: Option<BitRate>) -> String {
+        let name = match (self.product(), &self.article) {
+            (Some(product), _) => product.name.to_owned(),
+            (None, Some(article)) => format!("article {article}"),
+            (None, None) => "unknown product".to_owned(),
+        };
+        let label = self
+            .label
+            .as_ref()
+            .map_or(String::new(), |label| format!(" {label:?}"));
+        let serial = self
+            .serial
+            .map_or(String::new(), |serial| format!(", serial {serial}"));
+        let rate = rate.map_or(String::new(), |rate| format!(" at {}", rate.name()));
+        format!("{name}{label}{serial}, {}{rate}", self.target.named())
+    }
+
+    /// That several sensors have answered, for people; None: only one has.
+    pub fn twins(&self) -> Option<String> {
+        let all = self.serial.iter().chain(&self.twins);
+        let all: Vec<String> = all.map(u32::to_string).collect();
+        (!self.twins.is_empty()).then(|| {
+            format!(
+                "{} sensors answer at {}, with the serial numbers {}: connect one of them alone and give it other identifiers (set-id, reply-id)",
+                all.len(),
+                self.target.named(),
+                all.join(" and ")
+            )
+        })
+    }
+
+    /// The only product that it can be.
+    pub fn product(&self) -> Option<&'static Product> {
+        match self.products[..] {
+            [only] => Some(only),
+            _ => None,
+        }
+    }
+
+    /// As `scan` prints it; `rate` in kbit/s.
+    pub fn json(&self, rate: Option<Value>) -> Value {
+        let mut document = json!({
+            "rate": rate,
+            "protocol": self.protocol(),
+            "product": self.product().map(|product| product.name),
+            "address": self.target.address(),
+            "serial": self.serial,
+            "article": self.article,
+            "firmware": self.firmware,
+        });
+        if let Some(label) = &self.label {
+            document["label"] = json!(label);
+        }
+        document
+    }
+}

@@ -1,0 +1,137 @@
+//! The names that the user gives to sensors. They are in a file of this computer, by maker and serial number:
+//!
+//! ```toml
+//! [GEMAC]
+//! 4711 = "boom left"
+//! ```
+
+use crate::backup::write_file;
+use crate::failure::Failure;
+use crate::identify::Found;
+use etcetera::{BaseStrategy, choose_base_strategy};
+use std::path::{Path, PathBuf};
+use toml::{Table, Value};
+
+/// The first line of the file.
+const HEADING: &str =
+    "# Names of sensors by maker and serial number, written by `plumbline label`.\n";
+
+/// The name of the file.
+const FILE: &str = "labels.toml";
+
+/// The name of the folder in the configuration of the user.
+const FOLDER: &str = "plumbline";
+
+/// The longest name, in characters.
+const LONGEST: usize = 60;
+
+/// The names of sensors.
+#[derive(Clone, Debug, Default)]
+pub struct Labels {
+    /// The file; None: this computer has no folder for it.
+    path: Option<PathBuf>,
+    makers: Table,
+}
+
+impl Labels {
+    /// Reads the file in a folder, or in that of the user. A file that does not exist has no names.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is not one of names.
+    pub fn open(folder: Option<&Path>) -> Result<Self, Failure> {
+        let own = || {
+            let folders = choose_base_strategy().ok()?;
+            Some(folders.config_dir().join(FOLDER))
+        };
+        let Some(path) = folder.map(Path::to_owned).or_else(own) else {
+            return Ok(Self::default());
+        };
+        let path = path.join(FILE);
+        let bad = |why: String| {
+            let shown = path.display();
+            Failure::bus(
+                "no-file",
+                format!("cannot read the names in {shown} ({why}): repair or delete it"),
+            )
+        };
+        let makers = match std::fs::read_to_string(&path) {
+            Ok(text) => text
+                .parse()
+                .map_err(|error: toml::de::Error| bad(error.message().to_owned()))?,
+            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Table::new(),
+            Err(error) => return Err(bad(error.to_string())),
+        };
+        Ok(Self {
+            path: Some(path),
+            makers,
+        })
+    }
+
+    /// The name of a sensor.
+    pub fn name(&self, found: &Found) -> Option<String> {
+        let (maker, serial) = key(found)?;
+        let name = self.makers.get(&maker)?.get(&serial)?.as_str();
+        name.and_then(|name| checked(name).ok())
+    }
+
+    /// Gives a sensor a name, or takes it away, and writes the file.
+    ///
+    /// # Errors
+    /// The name is empty or too long, the sensor has no serial number, or the file cannot be written.
+    pub fn set(&mut self, found: &Found, name: Option<&str>) -> Result<(), Failure> {
+        let Some((maker, serial)) = key(found) else {
+            let message =
+                "the sensor tells no serial number, so that it can have no name on this computer";
+            return Err(Failure::usage("no-serial", message));
+        };
+        let name = name.map(checked).transpose()?;
+        let names = self
+            .makers
+            .entry(maker.clone())
+            .or_insert_with(|| Value::Table(Table::new()));
+        let Value::Table(names) = names else {
+            let message =
+                format!("the file of the names has no table {maker}: repair or delete it");
+            return Err(Failure::bus("no-file", message));
+        };
+        match name {
+            Some(name) => names.insert(serial, Value::String(name)),
+            None => names.remove(&serial),
+        };
+        let Some(path) = &self.path else {
+            let message =
+                "this computer has no folder for settings of the user: give one with --config";
+            return Err(Failure::bus("no-file", message));
+        };
+        if let Some(folder) = path.parent() {
+            std::fs::create_dir_all(folder).map_err(|error| {
+                let message = format!("cannot create the folder {} ({error})", folder.display());
+                Failure::bus("no-file", message)
+            })?;
+        }
+        write_file(path, &format!("{HEADING}{}", self.makers))
+    }
+
+    /// The file.
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+}
+
+/// The maker and the serial number. A foreign device has the name of its protocol.
+fn key(found: &Found) -> Option<(String, String)> {
+    let maker = found.products.first();
+    let maker = maker.map_or(found.protocol(), |product| product.maker);
+    Some((maker.to_owned(), found.serial?.to_string()))
+}
+
+/// A name that can be shown in one line.
+fn checked(name: &str) -> Result<String, Failure> {
+    let name = name.trim();
+    let is_shown = name.chars().all(|letter| !letter.is_control());
+    if name.is_empty() || name.chars().count() > LONGEST || !is_shown {
+        let message = format!("a name has 1 to {LONGEST} characters on one line");
+        return Err(Failure::usage("bad-value", message));
+    }
+    Ok(name.to_owned())
+}

@@ -1,0 +1,42 @@
+//! `plumbline`: finds, sets, shows and records CAN inclination sensors, those of this project and the makers' own.
+//!
+//! From the bus to the user:
+//!
+//! - [`adapter`]: CAN adapters behind one trait, which is also the clock
+//! - [`client`]: the masters of the protocols, one request and one answer
+//! - [`sheet`], [`number`], [`resolve`]: the names and values of a product, made from the tables of the core
+//! - [`eds`]: the same from the data sheet of a device that is not in the catalogue
+//! - [`identify`], [`boot_up`], [`connect`], [`session`]: which product answers, and a session with it
+//! - [`backup`], [`plan`]: the file with the settings, and the order in which they are written
+//! - [`sample`], [`cyclic`]: samples of the angles, polled or sent by the sensor
+//! - [`calibrate`]: the log of a board, and when a sensor is at rest
+//! - [`labels`]: the names that the user gives to sensors
+//! - [`scan`]: finds sensors with unknown bit rate, protocol and address
+//! - [`serve`]: the page in the browser
+//! - [`command`]: the commands; [`cli`]: the command line; [`output`], [`bar`]: the terminal; [`failure`]: exit codes and messages
+//!
+//! Nothing about a parameter is known here. Names, types, units, ranges and factory values come from the catalogue of the core.
+
+pub mod adapter;
+pub mod backup;
+pub mod bar;
+pub mod boot_up;
+pub mod calibrate;
+pub mod cli;
+pub mod client;
+pub mod command;
+pub mod connect;
+pub mod cyclic;
+pub mod eds;
+pub mod failure;
+pub mod identify;
+pub mod labels;
+pub mod number;
+pub mod output;
+pub mod plan;
+pub mod resolve;
+pub mod sample;
+pub mod scan;
+pub mod serve;
+pub mod session;
+pub mod sheet;

@@ -1,0 +1,92 @@
+//! The program `plumbline`: see `plumbline --help`.
+
+use clap::Parser;
+use plumbline_tool::bar::TerminalBar;
+use plumbline_tool::cli::Cli;
+use plumbline_tool::command::run;
+use plumbline_tool::failure::Failure;
+use plumbline_tool::output::Terminal;
+use std::io::{IsTerminal, Write, stderr, stdin, stdout};
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Ctrl-C was pressed.
+static STOPPED: AtomicBool = AtomicBool::new(false);
+
+fn main() -> ExitCode {
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return usage(&error),
+    };
+    // A second Ctrl-C ends the program at once.
+    let caught = ctrlc::set_handler(|| {
+        if STOPPED.swap(true, Ordering::Relaxed) {
+            std::process::exit(130);
+        }
+    });
+    if let Err(error) = caught {
+        print(
+            &mut stderr(),
+            &format!("plumbline: cannot catch Ctrl-C: {error}"),
+        );
+    }
+    let yes = cli.options.yes;
+    let mut confirm = |question: &str| yes || (stdin().is_terminal() && asked(question));
+    let json = cli.options.json;
+    let (mut out, mut notes) = (stdout(), stderr());
+    let mut terminal = Terminal {
+        json,
+        out: &mut out,
+        notes: &mut notes,
+        confirm: &mut confirm,
+        stopped: Rc::new(|| STOPPED.load(Ordering::Relaxed)),
+        bar: TerminalBar::wanted(json),
+    };
+    let result = run(&cli, &mut terminal);
+    terminal.hide();
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            if json {
+                print(&mut stdout(), &failure.json().to_string());
+            } else {
+                print(&mut stderr(), &format!("plumbline: {failure}"));
+            }
+            ExitCode::from(failure.kind.exit_code())
+        }
+    }
+}
+
+/// Reports an error in the command line, with `--json` as a document, or prints the text of `--help`.
+fn usage(error: &clap::Error) -> ExitCode {
+    let is_error = error.use_stderr();
+    if is_error && std::env::args_os().any(|argument| argument == "--json") {
+        let text = error.render().to_string();
+        let text = text.trim_start_matches("error: ");
+        let failure = Failure::usage("bad-usage", text.lines().next().unwrap_or(text));
+        print(&mut stdout(), &failure.json().to_string());
+        return ExitCode::from(failure.kind.exit_code());
+    }
+    let is_printed = error.print().is_ok();
+    match (is_error, is_printed) {
+        (true, _) => ExitCode::from(2),
+        (false, true) => ExitCode::SUCCESS,
+        (false, false) => ExitCode::from(4),
+    }
+}
+
+/// Asks a question on the terminal.
+fn asked(question: &str) -> bool {
+    let mut answer = String::new();
+    let asked = write!(stderr(), "{question} [y/N] ");
+    let read = asked
+        .and_then(|()| stderr().flush())
+        .and_then(|()| stdin().read_line(&mut answer));
+    read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
+}
+
+/// Prints a line. If nobody reads it any more, nothing can be said.
+fn print(output: &mut dyn Write, line: &str) {
+    let _ = writeln!(output, "{line}");
+}

@@ -1,0 +1,270 @@
+//! Numbers as users read and write them: `2.5Hz`, `1.25deg`, `300h`, `butterworth`, or `raw:2`.
+//!
+//! A number of the table has a scale: 250 with two decimals in deg is 2.5 deg; 10 in the unit `100 us` is 1000 us. All arithmetic is
+//! in integers, so that a value is either exact or refused.
+
+mod scale;
+
+pub use scale::Scale;
+
+use crate::client::fsc::shown;
+use crate::sheet::{Entry, Form};
+use plumbline::can::CanId;
+use plumbline::param::{DataType, Meaning, Permitted};
+use scale::decimal;
+use serde_json::{Number, Value, json};
+
+impl Entry {
+    /// The value of raw bytes as text with its unit, for example `1.25 deg`.
+    pub fn text(&self, raw: u32) -> String {
+        match self.form {
+            Form::Identifier => shown(CanId::from_bits(raw)),
+            Form::Hexadecimal if raw > 9 => format!("{raw:X}h"),
+            Form::Version => version(raw),
+            Form::Decimal | Form::Hexadecimal => match self.meaning(raw) {
+                Some(name) => name.to_owned(),
+                None => self.scale.with_unit(self.data_type.value(raw)),
+            },
+        }
+    }
+
+    /// The value of raw bytes as JSON: a number, or a text for names and identifiers.
+    pub fn json(&self, raw: u32) -> Value {
+        let is_text = self.form != Form::Decimal || self.meaning(raw).is_some();
+        let number = self.data_type.value(raw);
+        let value = if is_text {
+            Value::String(self.text(raw))
+        } else {
+            let text = self.scale.value(number);
+            text.parse::<Number>()
+                .map_or(Value::String(text), Value::Number)
+        };
+        json!({"value": value, "unit": self.scale.unit, "raw": number})
+    }
+
+    fn meaning(&self, raw: u32) -> Option<&'static str> {
+        let is = |(number, name): &&Meaning| *number == raw && !name.is_empty();
+        self.meanings.iter().find(is).map(|(_, name)| *name)
+    }
+
+    /// The raw bytes of a value that a user writes.
+    ///
+    /// # Errors
+    /// One sentence, why it is no value of this entry.
+    pub fn parse(&self, text: &str) -> Result<u32, String> {
+        let text = text.trim();
+        let number = match text.strip_prefix("raw:") {
+            Some(raw) => integer(raw).ok_or("raw: needs an integer")?,
+            None if self.form == Form::Identifier => return identifier(text),
+            None if !self.meanings.is_empty() => self.named(text)?,
+            None => self.scaled(text)?,
+        };
+        self.raw(number)
+    }
+
+    /// The raw bytes of a number.
+    fn raw(&self, number: i64) -> Result<u32, String> {
+        let (low, high) = self.data_type.range();
+        if number < low || high < number {
+            return Err(format!("it is not within {low} to {high}"));
+        }
+        let size = u32::from(self.data_type.size());
+        Ok(number as u32 & (u32::MAX >> (32 - 8 * size)))
+    }
+
+    fn scaled(&self, text: &str) -> Result<i64, String> {
+        // `10h` is 10 hours, if the unit is hours.
+        let (unit, small) = (self.scale.unit.to_lowercase(), text.to_lowercase());
+        let is_unit = unit.ends_with('h') && small.ends_with(&unit);
+        if let Some(number) = integer(text).filter(|_| !is_unit)
+            && !text
+                .bytes()
+                .all(|byte| byte.is_ascii_digit() || byte == b'-')
+        {
+            return Ok(number);
+        }
+        let is_number = |letter: char| letter.is_ascii_digit() || ".-+".contains(letter);
+        let end = text.find(|letter| !is_number(letter)).unwrap_or(text.len());
+        let (number, unit) = text.split_at(end);
+        let number = decimal(number).ok_or_else(|| "it is no number".to_owned())?;
+        self.scale.number(number, unit.trim())
+    }
+
+    /// The number of a name, or a number that is permitted. A number that is both is ambiguous.
+    fn named(&self, text: &str) -> Result<i64, String> {
+        let names: Vec<String> = self
+            .meanings
+            .iter()
+            .map(|(_, name)| (*name).to_owned())
+            .collect();
+        let wanted = plain(text);
+        let found = |is: &dyn Fn(&str) -> bool| -> Vec<u32> {
+            let rows = self.meanings.iter().filter(|(_, name)| is(&plain(name)));
+            rows.map(|(number, _)| *number).collect()
+        };
+        let mut matches = found(&|name| name == wanted);
+        if matches.is_empty() {
+            matches = found(&|name| name.starts_with(&wanted) && !wanted.is_empty());
+        }
+        let number = integer(text);
+        if number.is_some() {
+            // `250` is `250 kbit/s`, not the beginning of `2500`.
+            matches = found(&|name| {
+                let rest = name.strip_prefix(&wanted);
+                rest.is_some_and(|rest| {
+                    !rest.starts_with(|letter: char| letter.is_ascii_digit() || letter == '.')
+                })
+            });
+        }
+        let own = number.filter(|number| {
+            self.meanings
+                .iter()
+                .any(|(own, _)| i64::from(*own) == *number)
+        });
+        match (own, &matches[..]) {
+            (Some(own), []) => Ok(own),
+            (Some(own), [only]) if i64::from(*only) == own => Ok(own),
+            (None, [only]) => Ok((*only).into()),
+            (Some(own), _) => Err(format!(
+                "{text} is ambiguous: write raw:{own} or one of {}",
+                names.join(", ")
+            )),
+            (None, []) => Err(format!("its values are {}", names.join(", "))),
+            (None, _) => Err(format!(
+                "{text} is ambiguous: its values are {}",
+                names.join(", ")
+            )),
+        }
+    }
+
+    /// Checks a raw number against the permitted values. `scale` is the scale in force, which can differ from that of the table.
+    ///
+    /// # Errors
+    /// One sentence with the permitted values.
+    pub fn check(&self, raw: u32, scale: &Scale) -> Result<(), String> {
+        let number = self.data_type.value(raw);
+        let permitted = match self.permitted {
+            Permitted::Any => true,
+            Permitted::Range(low, high) => {
+                let value = i128::from(number) * self.ratio(scale).0;
+                let one = self.ratio(scale).1;
+                i128::from(low) * one <= value && value <= i128::from(high) * one
+            }
+            Permitted::Named => self.meanings.iter().any(|(own, _)| *own == raw),
+            Permitted::OneOf(numbers) => numbers.contains(&raw),
+            Permitted::Ranges(ranges) => ranges.contain(raw),
+        };
+        if permitted {
+            return Ok(());
+        }
+        let value = Self {
+            scale: scale.clone(),
+            ..self.clone()
+        }
+        .text(raw);
+        Err(format!(
+            "{value} is not permitted: {} takes {}",
+            self.name,
+            self.range()
+        ))
+    }
+
+    /// A number in `scale` as a fraction of a number in the scale of the table.
+    fn ratio(&self, scale: &Scale) -> (i128, i128) {
+        let tens = |decimals: u8| 10_i128.pow(decimals.into());
+        (
+            i128::from(scale.multiplier) * tens(self.scale.decimals),
+            i128::from(self.scale.multiplier) * tens(scale.decimals),
+        )
+    }
+
+    /// The permitted values as text.
+    pub fn range(&self) -> String {
+        if self.data_type == DataType::Text {
+            return "a text".to_owned();
+        }
+        if !self.meanings.is_empty() {
+            let names = self.meanings.iter().map(|(number, name)| match *name {
+                "" => number.to_string(),
+                name => format!("{name} ({number})"),
+            });
+            return names.collect::<Vec<_>>().join(", ");
+        }
+        let (low, high) = match self.permitted {
+            Permitted::Range(low, high) => (low, high),
+            Permitted::OneOf(numbers) => {
+                let numbers = numbers.iter().map(|number| self.text(*number));
+                return numbers.collect::<Vec<_>>().join(", ");
+            }
+            Permitted::Ranges(ranges) if !ranges.text.is_empty() => return ranges.text.to_owned(),
+            Permitted::Ranges(ranges) => {
+                let texts = ranges.ranges.iter();
+                let texts = texts.map(|(low, high)| match low == high {
+                    true => self.text(*low),
+                    false => format!("{}..{}", self.text(*low), self.text(*high)),
+                });
+                return texts.collect::<Vec<_>>().join(", ");
+            }
+            Permitted::Any | Permitted::Named if self.form == Form::Hexadecimal => {
+                return "0..FFFFFFFFh".to_owned();
+            }
+            Permitted::Any | Permitted::Named => self.data_type.range(),
+        };
+        format!("{}..{}", self.scale.value(low), self.scale.with_unit(high))
+    }
+}
+
+/// Letters and digits in small letters: names are compared without spaces, hyphens and capitals.
+fn plain(text: &str) -> String {
+    let kept = text.chars().filter(|letter| !" -_".contains(*letter));
+    kept.collect::<String>().to_lowercase()
+}
+
+/// An integer: decimal, `0x1F` or `1Fh`.
+pub fn integer(text: &str) -> Option<i64> {
+    let hexadecimal = |digits: &str| {
+        let is_valid = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+        is_valid.then(|| i64::from_str_radix(digits, 16).ok())?
+    };
+    if let Some(digits) = text.strip_prefix("0x").or_else(|| text.strip_prefix("0X")) {
+        return hexadecimal(digits);
+    }
+    match text.strip_suffix(['h', 'H']) {
+        Some(digits) => hexadecimal(digits),
+        None => text.parse().ok(),
+    }
+}
+
+/// A CAN identifier as raw bytes: `300h` or `300` has 11 bits, 8 digits as `00000361h` are 29 bits.
+///
+/// # Errors
+/// One sentence, why it is none.
+pub fn identifier(text: &str) -> Result<u32, String> {
+    let digits = text.strip_prefix("0x").unwrap_or(text);
+    let digits = digits.strip_suffix(['h', 'H']).unwrap_or(digits);
+    let wrong = "an identifier is 300h (11 bits) or 8 digits as 00000361h (29 bits)";
+    let is_valid = digits.bytes().all(|byte| byte.is_ascii_hexdigit());
+    let number = u32::from_str_radix(digits, 16).ok().filter(|_| is_valid);
+    match (digits.len(), number) {
+        (1..=3, Some(number)) if number <= 0x7FF => Ok(CanId::standard(number as u16).bits()),
+        (8, Some(number)) if number <= 0x1FFF_FFFF => Ok(CanId::extended(number).bits()),
+        _ => Err(wrong.to_owned()),
+    }
+}
+
+/// A software version as text: binary-coded decimal (v3.44 is 0344h), or a number (v01.03 is 103).
+pub fn version_text(raw: u16) -> String {
+    version(raw.into())
+}
+
+fn version(raw: u32) -> String {
+    let (major, minor) = (raw >> 8, raw & 0xFF);
+    if major == 0 {
+        format!("{}.{:02}", raw / 100, raw % 100)
+    } else {
+        format!("{major:X}.{minor:02X}")
+    }
+}
+
+#[cfg(test)]
+mod tests;

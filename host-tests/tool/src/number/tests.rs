@@ -1,0 +1,141 @@
+use super::*;
+use crate::sheet::Sheet;
+use plumbline::model::catalog::find;
+
+fn scale(unit: &'static str, decimals: u8) -> Scale {
+    Scale::of(unit, decimals)
+}
+
+#[test]
+fn unit_with_number_scales_values() {
+    assert_eq!(scale("100 us", 0).with_unit(10), "1000 us");
+    assert_eq!(scale("0.001 deg", 0).with_unit(10), "0.010 deg");
+    assert_eq!(scale("0.001 deg", 0).times(10).with_unit(125), "1.25 deg");
+    assert_eq!(scale("0.001 deg", 0).times(1000).with_unit(-12), "-12 deg");
+    assert_eq!(scale("deg", 2).with_unit(-1), "-0.01 deg");
+    assert_eq!(scale("0.1 degC", 0).with_unit(-5), "-0.5 degC");
+    assert_eq!(scale("", 0).with_unit(-9), "-9");
+}
+
+fn parse(product: &str, name: &str, text: &str) -> Result<u32, String> {
+    let sheet = Sheet::of(find(product).unwrap());
+    let entry = sheet
+        .entries
+        .iter()
+        .find(|entry| entry.name == name)
+        .unwrap();
+    entry.parse(text)
+}
+
+#[test]
+fn value_is_read_in_every_spelling_of_its_unit() {
+    for (text, raw) in [
+        ("2.5Hz", 2500),
+        ("2.5 Hz", 2500),
+        ("2500mHz", 2500),
+        ("2500", 2500),
+        ("0.0025kHz", 2500),
+        ("raw:2500", 2500),
+        ("0x9C4", 2500),
+        ("9C4h", 2500),
+    ] {
+        assert_eq!(parse("is2", "cut-off", text), Ok(raw), "{text}");
+    }
+    assert_eq!(parse("is2", "zero-x", "-1.25deg"), Ok(0xFF83));
+    assert_eq!(parse("is2", "zero-x", "-1.25°"), Ok(0xFF83));
+    assert_eq!(parse("is2", "cyclic-time", "0.25s"), Ok(250));
+    assert_eq!(parse("jn2101", "tpdo1-inhibit-time", "1ms"), Ok(10));
+    assert_eq!(parse("ims360", "baud-rate", "250kbit/s"), Ok(250_000));
+}
+
+#[test]
+fn value_that_is_not_exact_or_no_number_is_refused() {
+    for text in [
+        "2.5001Hz",
+        "2.5deg",
+        "x",
+        "",
+        "-",
+        ".",
+        "1e3",
+        "2,5Hz",
+        "99999999999999999999Hz",
+        "70Hz",
+        "raw:x",
+    ] {
+        assert!(parse("is2", "cut-off", text).is_err(), "{text}");
+    }
+    assert!(
+        parse("is2", "zero-x", "1.255deg")
+            .unwrap_err()
+            .contains("0.01 deg")
+    );
+}
+
+#[test]
+fn number_with_the_unit_h_is_in_hours_and_no_hexadecimal_number() {
+    let sheet = Sheet::of(find("is2").unwrap());
+    let entry = sheet.entries.iter().find(|entry| entry.name == "cut-off");
+    let of = |unit: &'static str, text: &str| {
+        let scale = scale(unit, 0);
+        let entry = Entry {
+            scale,
+            ..entry.unwrap().clone()
+        };
+        entry.parse(text)
+    };
+    assert_eq!(of("h", "10h"), Ok(10));
+    assert_eq!(of("h", "10 h"), Ok(10));
+    assert_eq!(of("h", "0x10"), Ok(16));
+    assert!(of("h", "1Fh").is_err());
+    assert_eq!(of("Ah", "10Ah"), Ok(10));
+    assert_eq!(of("Ah", "10h"), Ok(16));
+    assert_eq!(of("", "10h"), Ok(16));
+    assert_eq!(of("kHz", "10h"), Ok(16));
+}
+
+#[test]
+fn name_is_read_without_regard_to_spaces_and_capitals() {
+    for text in ["Butterworth", "butterworth", "butter", "1", "raw:1"] {
+        assert_eq!(parse("is2", "filter-type", text), Ok(1), "{text}");
+    }
+    assert_eq!(parse("is2", "filter-type", "critically-damped"), Ok(2));
+    assert_eq!(parse("is2", "baud-rate", "250"), Ok(6));
+    assert_eq!(parse("is2", "baud-rate", "62.5 kbit/s"), Ok(10));
+    assert_eq!(parse("is2", "baud-rate", "6"), Ok(6));
+    assert_eq!(parse("jn2101", "filter", "5Hz"), Ok(2));
+}
+
+#[test]
+fn number_that_is_another_name_is_ambiguous() {
+    // Code 10 is 62.5 kbit/s, the name 10 kbit/s is code 1.
+    assert!(
+        parse("is2", "baud-rate", "10")
+            .unwrap_err()
+            .contains("raw:10")
+    );
+    assert_eq!(parse("is2", "baud-rate", "10 kbit/s"), Ok(1));
+    assert!(parse("jn2101", "filter", "1").is_err());
+    assert!(
+        parse("is2", "filter-type", "x")
+            .unwrap_err()
+            .contains("Butterworth")
+    );
+}
+
+#[test]
+fn identifier_has_three_or_eight_digits() {
+    assert_eq!(identifier("300"), Ok(0x300));
+    assert_eq!(identifier("300h"), Ok(0x300));
+    assert_eq!(identifier("0x7FF"), Ok(0x7FF));
+    assert_eq!(identifier("00000361h"), Ok(0x8000_0361));
+    for text in ["", "800", "1234", "20000000", "xyz", "-30", "+30"] {
+        assert!(identifier(text).is_err(), "{text}");
+    }
+}
+
+#[test]
+fn version_is_that_of_its_generation() {
+    assert_eq!(version_text(0x0344), "3.44");
+    assert_eq!(version_text(103), "1.03");
+}

@@ -1,0 +1,94 @@
+//! What a command prints, and what it asks.
+
+use crate::failure::Failure;
+use serde_json::Value;
+use std::io::Write;
+use std::rc::Rc;
+
+/// How far a command is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Progress<'a> {
+    /// The steps that are done.
+    pub done: usize,
+    /// All steps.
+    pub total: usize,
+    /// What is done.
+    pub text: &'a str,
+}
+
+/// A progress bar.
+pub trait Bar {
+    /// Shows it.
+    fn show(&mut self, progress: Progress);
+
+    /// Takes it away, so that lines and questions have the terminal for themselves.
+    fn hide(&mut self);
+}
+
+/// The terminal of a command: its output, questions and the end by Ctrl-C.
+pub struct Terminal<'a> {
+    /// Prints documents instead of text.
+    pub json: bool,
+    /// Standard output.
+    pub out: &'a mut dyn Write,
+    /// Notes for people, on standard error.
+    pub notes: &'a mut dyn Write,
+    /// Asks a question; true means yes.
+    pub confirm: &'a mut dyn FnMut(&str) -> bool,
+    /// True when Ctrl-C was pressed.
+    pub stopped: Rc<dyn Fn() -> bool>,
+    /// The progress bar; None: a line for each important step.
+    pub bar: Option<Box<dyn Bar>>,
+}
+
+impl Terminal<'_> {
+    /// Prints a line of text; nothing with `--json`.
+    ///
+    /// # Errors
+    /// The output is closed.
+    pub fn line(&mut self, text: impl AsRef<str>) -> Result<(), Failure> {
+        if self.json {
+            return Ok(());
+        }
+        self.hide();
+        writeln!(self.out, "{}", text.as_ref()).map_err(closed)
+    }
+
+    /// Shows how far a command is. Without a progress bar it is `line`, if there is one.
+    pub fn progress(&mut self, progress: Progress, line: Option<String>) {
+        match (&mut self.bar, line) {
+            (Some(bar), _) => bar.show(progress),
+            (None, Some(line)) => self.note(line),
+            (None, None) => {}
+        }
+    }
+
+    /// Takes the progress bar away.
+    pub fn hide(&mut self) {
+        if let Some(bar) = &mut self.bar {
+            bar.hide();
+        }
+    }
+
+    /// Prints a document on one line; nothing without `--json`.
+    ///
+    /// # Errors
+    /// The output is closed.
+    pub fn document(&mut self, document: &Value) -> Result<(), Failure> {
+        if !self.json {
+            return Ok(());
+        }
+        writeln!(self.out, "{document}").map_err(closed)
+    }
+
+    /// Prints a note for people; never in a document. A closed standard error is no failure.
+    pub fn note(&mut self, text: impl AsRef<str>) {
+        self.hide();
+        let _ = writeln!(self.notes, "{}", text.as_ref());
+    }
+}
+
+/// The failure of an output that nobody reads any more.
+pub(crate) fn closed(error: std::io::Error) -> Failure {
+    Failure::bus("output-closed", format!("cannot write the output: {error}"))
+}

@@ -1,0 +1,104 @@
+//! From what a user types to entries of a sheet: full names, names of groups, abbreviations.
+
+use crate::failure::Failure;
+use crate::sheet::{Entry, Sheet, kebab};
+
+/// The entries that a name means: one, or those of a group.
+///
+/// A name is the full name, or the beginnings of some of its words in their order: `zero-x`, `cyclic-t`.
+///
+/// # Errors
+/// No entry has this name, or several have.
+pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Failure> {
+    let wanted = kebab(name);
+    if let Some(entry) = sheet.entries.iter().find(|entry| entry.name == wanted) {
+        return Ok(vec![entry]);
+    }
+    let groups = sheet.product.guide.groups;
+    if let Some((_, ids)) = groups.iter().find(|(group, _)| *group == wanted) {
+        return Ok(ids.iter().filter_map(|id| sheet.parameter(*id)).collect());
+    }
+    let matches: Vec<&Entry> = sheet
+        .entries
+        .iter()
+        .filter(|entry| {
+            abbreviates(&wanted, &entry.name) || abbreviates(&wanted, &kebab(&entry.title))
+        })
+        .collect();
+    match matches[..] {
+        [only] => Ok(vec![only]),
+        [] => Err(Failure::usage(
+            "unknown-name",
+            format!(
+                "{} has no parameter {name}: `plumbline parameters` lists all names",
+                sheet.product.name
+            ),
+        )),
+        _ => {
+            let names: Vec<&str> = matches.iter().map(|entry| entry.name.as_str()).collect();
+            let message = format!("{name} can be {}: write more of the name", names.join(", "));
+            Err(Failure::usage("ambiguous-name", message))
+        }
+    }
+}
+
+/// Whether each word of `short` is the beginning of a word of `name`, in the same order.
+fn abbreviates(short: &str, name: &str) -> bool {
+    let mut words = name.split('-');
+    !short.is_empty()
+        && short
+            .split('-')
+            .all(|part| words.any(|word| word.starts_with(part)))
+}
+
+/// An assignment that has been checked: an entry and the text of its value.
+pub type Assignment<'a> = (&'a Entry, String);
+
+/// The assignments of `NAME=VALUE`; a group takes its values in any order, separated by commas: `filter=2.5Hz,butterworth`.
+///
+/// # Errors
+/// A name or a value is wrong.
+pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a>>, Failure> {
+    let Some((name, value)) = text.split_once('=') else {
+        let message =
+            format!("{text} is no assignment: write NAME=VALUE, for example cyclic-time=250ms");
+        return Err(Failure::usage("bad-assignment", message));
+    };
+    let found = entries(sheet, name)?;
+    let group = match found[..] {
+        [_] if value.contains(',') => with_group(sheet, name, found),
+        _ => found,
+    };
+    if let [only] = group[..] {
+        return Ok(vec![(only, value.to_owned())]);
+    }
+    let mut left: Vec<&Entry> = group.clone();
+    let mut taken = Vec::new();
+    for part in value.split(',') {
+        let fits = |entry: &&Entry| entry.parse(part).is_ok();
+        let Some(place) = left.iter().position(fits) else {
+            let names: Vec<String> = group
+                .iter()
+                .map(|entry| format!("{} ({})", entry.name, entry.range()))
+                .collect();
+            let message = format!("{name}: {part} fits none of {}", names.join("; "));
+            return Err(Failure::usage("bad-value", message));
+        };
+        taken.push((left.remove(place), part.trim().to_owned()));
+    }
+    Ok(taken)
+}
+
+/// The group that contains an entry, if there is one.
+fn with_group<'a>(sheet: &'a Sheet, name: &str, found: Vec<&'a Entry>) -> Vec<&'a Entry> {
+    // A name with a comma that is no group: the value is wrong, and its entry says so.
+    let wanted = kebab(name);
+    let mut groups = sheet.product.guide.groups.iter();
+    match groups.find(|(group, _)| group.starts_with(wanted.as_str())) {
+        Some((_, ids)) => ids.iter().filter_map(|id| sheet.parameter(*id)).collect(),
+        None => found,
+    }
+}
+
+#[cfg(test)]
+mod tests;

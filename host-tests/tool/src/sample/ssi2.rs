@@ -1,0 +1,103 @@
+//! The angles in the J1939 group SSI2.
+
+use crate::client::{Link, j1939};
+use crate::failure::Failure;
+use crate::number::Scale;
+use plumbline::can::Frame;
+use plumbline::j1939::groups;
+use plumbline::j1939::signal::{Contents, Source};
+use plumbline::time::Duration;
+
+/// The number of angles: pitch and roll.
+pub const COUNT: usize = 2;
+
+/// The scale of the angles.
+pub const FINE: Scale = Scale {
+    multiplier: 1,
+    decimals: 4,
+    unit: "deg",
+};
+
+/// The angles in the unit of [`FINE`], each None if it is not available.
+pub type Angles = [Option<i64>; COUNT];
+
+/// The angles of the next broadcast; None: it did not come in this time.
+///
+/// # Errors
+/// Those of the adapter.
+pub fn broadcast(link: &mut Link, address: u8, time: Duration) -> Result<Option<Angles>, Failure> {
+    link.wait_for(time, |frame| of(frame, address))
+}
+
+/// The angles in a broadcast of this node; None: the frame is another one.
+pub fn of(frame: &Frame, address: u8) -> Option<Angles> {
+    let [group, ..] = groups::GROUPS;
+    j1939::group(frame, address, group.pgn).and_then(angles)
+}
+
+/// The angles on request; None: nobody answers.
+///
+/// # Errors
+/// Those of [`j1939::get`].
+pub(super) fn request(link: &mut Link, address: u8) -> Result<Option<Angles>, Failure> {
+    let [group, ..] = groups::GROUPS;
+    Ok(match j1939::get(link, address, group.pgn)? {
+        j1939::Answer::Data(data) => angles(&data),
+        _ => None,
+    })
+}
+
+/// The angles in the data of the group.
+fn angles(data: &[u8]) -> Option<Angles> {
+    let data = u64::from_le_bytes(data.try_into().ok()?);
+    let [group, ..] = groups::GROUPS;
+    Some([Source::Pitch, Source::Roll].map(|wanted| {
+        let mut signals = group.signals.iter();
+        signals.find_map(|signal| match signal.contents {
+            Contents::Value {
+                source,
+                resolution: (dividend, divisor),
+                offset,
+                ..
+            } if source == wanted => {
+                let raw = data >> signal.start & ((1 << signal.bits) - 1);
+                // Higher numbers are errors.
+                let highest = (0xFB << (signal.bits - 8)) - 1;
+                let unit = 10_i64.pow(FINE.decimals.into());
+                let (dividend, divisor) = (dividend as i64 * unit, divisor as i64);
+                let product = raw as i64 * dividend;
+                let rounded = (2 * product + divisor).div_euclid(2 * divisor);
+                (raw <= highest).then_some(rounded + i64::from(offset) * unit)
+            }
+            _ => None,
+        })
+    }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn angles_have_the_scale_of_the_group() {
+        for (data, expected) in [
+            // 12.34 and -5 deg.
+            (
+                [0x85, 0x2B, 0x83, 0x00, 0x80, 0x7A],
+                [Some(123_400), Some(-50_000)],
+            ),
+            ([0x00, 0x00, 0x7D, 0x00, 0x00, 0x7D], [Some(0), Some(0)]),
+            // One axis, at -90 deg; the highest number; an error.
+            ([0x00, 0x00, 0x50, 0xFF, 0xFF, 0xFF], [Some(-900_000), None]),
+            (
+                [0xFF, 0xFF, 0xFA, 0x00, 0x00, 0xFB],
+                [Some(2_520_000), None],
+            ),
+        ] {
+            let mut frame = [0xFF; 8];
+            frame[..6].copy_from_slice(&data);
+            assert_eq!(angles(&frame), Some(expected), "{data:X?}");
+        }
+        assert_eq!(angles(&[0; 7]), None);
+    }
+}

@@ -1,0 +1,278 @@
+//! The third part of a scan: asks, one question at a time, only after a yes.
+//!
+//! The questions are reads. To read from a DeviceNet node its connection is allocated and released, and LSS fastscan switches a node
+//! without node-ID to configuration mode and back.
+
+use super::listen::Frames;
+use super::passive::{is_lss_used, is_used};
+use super::row::{By, Heard, Row, Rows, UNCONFIGURED};
+use crate::boot_up::boot_up;
+use crate::client::devicenet::Slave;
+use crate::client::fsc::{self, Sensor};
+use crate::client::{Link, j1939, lss};
+use crate::connect::factory_targets;
+use crate::failure::Failure;
+use crate::identify;
+use crate::output::{Progress, Terminal};
+use crate::session::Target;
+use plumbline::can::{BitRate, CanId, Frame};
+use plumbline::time::{Duration, millis};
+
+/// The wait for an answer in a search of all identifiers, besides the time on the bus.
+const SEARCH: Duration = millis(20);
+
+/// The bits of a question and an answer of the search.
+const SEARCH_BITS: u32 = 150;
+
+/// The identifiers of the search between two looks at the progress.
+const STEP: u16 = 32;
+
+/// The node-IDs and MAC IDs that are asked.
+const NODES: u8 = 127;
+const MACS: u8 = 64;
+const EVERYBODY: &str = "asking at all node-IDs and MAC IDs";
+
+/// How many identifiers before an answer are asked again: the answer can be late.
+const LATE: u16 = 3;
+
+/// How long an adapter may take in each pass over the addresses as delivered.
+const PASSES: [Duration; 2] = [identify::QUICK, millis(60)];
+
+/// What is known before the questions.
+pub struct Questions<'a> {
+    /// The frames that were heard.
+    pub frames: &'a Frames,
+    /// The protocol of the bus, if it is known. The others are not asked.
+    pub protocol: Option<&'static str>,
+    /// Ask at all identifiers of 11 bits.
+    pub search: bool,
+}
+
+impl Questions<'_> {
+    /// Asks at these rates until somebody answers at one of them.
+    ///
+    /// # Errors
+    /// Those of the adapter, or Ctrl-C.
+    pub(super) fn ask(
+        &self,
+        link: &mut Link,
+        rates: &[Option<BitRate>],
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        let total = PASSES.len() * rates.len();
+        for (pass, latency) in (0..).zip(PASSES) {
+            for (place, rate) in (0..).zip(rates) {
+                let what = "asking at the addresses as delivered";
+                say(terminal, what, *rate, (pass * rates.len() + place, total));
+                if !link.try_rate(*rate, rates)? {
+                    continue;
+                }
+                let before = rows.answers();
+                for target in factory_targets() {
+                    self.one(link, target, latency, rows, terminal)?;
+                }
+                self.booted(link, rows, terminal)?;
+                if rows.answers() > before {
+                    self.everybody(link, rows, terminal)?;
+                    return self.searched(link, rows, terminal);
+                }
+                link.close();
+            }
+        }
+        for (place, rate) in (0..).zip(rates) {
+            say(terminal, EVERYBODY, *rate, (place, rates.len()));
+            if !link.try_rate(*rate, rates)? {
+                continue;
+            }
+            let before = rows.answers();
+            for target in factory_targets() {
+                self.one(link, target, fsc::ANSWER, rows, terminal)?;
+            }
+            self.everybody(link, rows, terminal)?;
+            self.searched(link, rows, terminal)?;
+            if rows.answers() > before {
+                return Ok(());
+            }
+            link.close();
+        }
+        Ok(())
+    }
+
+    /// Whether the bus can have this protocol.
+    pub fn permits(&self, protocol: &str) -> bool {
+        self.protocol.is_none_or(|own| own == protocol)
+    }
+
+    /// Whether a question to an address cannot be a command to another device, as far as the frames show.
+    pub fn permit(&self, target: Target) -> bool {
+        self.permits(target.protocol()) && !is_used(target, self.frames)
+    }
+
+    /// Asks at an address, unless it has answered already.
+    fn one(
+        &self,
+        link: &mut Link,
+        target: Target,
+        latency: Duration,
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        if self.permit(target)
+            && !rows.has_answered(target)
+            && let Some(found) = identify::ask(link, target, latency)?
+        {
+            rows.add(link.rate(), Row::Found(found), terminal)?;
+        }
+        Ok(())
+    }
+
+    /// All node-IDs, a node without node-ID, all MAC IDs, and all J1939 nodes.
+    fn everybody(
+        &self,
+        link: &mut Link,
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        let what = of(EVERYBODY, link.rate());
+        let step = |terminal: &mut Terminal, done: u8| {
+            let progress = Progress {
+                done: done.into(),
+                total: usize::from(NODES) + usize::from(MACS),
+                text: &what,
+            };
+            terminal.progress(progress, None);
+        };
+        for node in 1..=NODES {
+            step(terminal, node - 1);
+            self.one(link, Target::Canopen(node), identify::QUICK, rows, terminal)?;
+        }
+        if self.permits("canopen") && !is_lss_used(self.frames) {
+            let unconfigured = lss::find(link);
+            // A node that fastscan has begun to select must not stay in configuration mode.
+            lss::release(link)?;
+            if let Some([vendor, code, _, serial]) = unconfigured? {
+                let row = Heard {
+                    protocol: "canopen",
+                    address: Some(UNCONFIGURED.to_owned()),
+                    serial: Some(serial),
+                    article: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
+                    by: By::Message,
+                };
+                rows.add(link.rate(), Row::Heard(row), terminal)?;
+            }
+        }
+        for mac in 0..MACS {
+            step(terminal, NODES + mac);
+            let target = Target::Devicenet(Slave { mac });
+            self.one(link, target, identify::QUICK, rows, terminal)?;
+        }
+        if self.permits("j1939") {
+            for (address, _) in j1939::nodes(link)? {
+                self.one(
+                    link,
+                    Target::J1939(address),
+                    identify::PATIENT,
+                    rows,
+                    terminal,
+                )?;
+            }
+        }
+        self.booted(link, rows, terminal)
+    }
+
+    /// The sensors that have detected the bit rate since the last call, whatever was asked.
+    fn booted(
+        &self,
+        link: &mut Link,
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        for sensor in link.take_booted()? {
+            for _ in 0..3 {
+                self.one(link, Target::Fsc(sensor), fsc::ANSWER, rows, terminal)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// All identifiers, if the user wants it, whatever the protocol of the bus is.
+    fn searched(
+        &self,
+        link: &mut Link,
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        match self.search {
+            true => self.identifiers(link, rows, terminal),
+            false => Ok(()),
+        }
+    }
+
+    /// All identifiers of 11 bits: the request for the status has no effect. Identifiers of network management are left out.
+    fn identifiers(
+        &self,
+        link: &mut Link,
+        rows: &mut Rows,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        const STATUS: u8 = 0x02;
+        let bits = link.rate().map_or(250_000, BitRate::bits_per_second);
+        let wait = SEARCH + Duration::micros((SEARCH_BITS * 1_000_000 / bits).into());
+        let seconds = 2048 * wait.to_micros() / 1_000_000;
+        let what = format!("searching all identifiers of 11 bits, {seconds} s");
+        let (last, text) = (0x7FF, of(&what, link.rate()));
+        for id in 1..=last {
+            let progress = Progress {
+                done: id.into(),
+                total: last.into(),
+                text: &text,
+            };
+            let line = (id == 1).then(|| text.clone());
+            if id % STEP == 1 {
+                terminal.progress(progress, line);
+            }
+            let request = CanId::standard(id);
+            let sensor = |request| Sensor {
+                request,
+                reply: None,
+            };
+            let is_managing = |id: u16| matches!(id, 0x000 | 0x080 | 0x100 | 0x7E4 | 0x7E5);
+            if is_managing(id) || is_used(Target::Fsc(sensor(request)), self.frames) {
+                continue;
+            }
+            let question = Frame::of(request, [STATUS, 0, 0, 0, 0, 0, 0, 0], 1);
+            let judge = |frame: &Frame| {
+                let is_reply = matches!(frame.bytes(), [STATUS, _]) && frame.can_id() != request;
+                (is_reply || boot_up(frame).is_some()).then_some(())
+            };
+            if link.ask(&question, wait, judge)?.is_none() {
+                continue;
+            }
+            for late in (id.saturating_sub(LATE)..=id).rev() {
+                if !is_managing(late) {
+                    let target = Target::Fsc(sensor(CanId::standard(late)));
+                    self.one(link, target, identify::PATIENT, rows, terminal)?;
+                }
+            }
+            self.booted(link, rows, terminal)?;
+        }
+        Ok(())
+    }
+}
+
+/// What is done at a rate.
+fn of(what: &str, rate: Option<BitRate>) -> String {
+    let rate = rate.map_or("the bit rate of the interface", BitRate::name);
+    format!("{what} ({rate})")
+}
+
+fn say(terminal: &mut Terminal, what: &str, rate: Option<BitRate>, (done, total): (usize, usize)) {
+    let text = of(what, rate);
+    let progress = Progress {
+        done,
+        total,
+        text: &text,
+    };
+    terminal.progress(progress, Some(text.clone()));
+}

@@ -1,0 +1,235 @@
+//! The first part of a scan, and of every other command that does not know where the sensor is: listens and sends nothing.
+
+use super::schedule::{Lone, Schedule};
+use crate::adapter::Mode;
+use crate::client::{Link, stopped};
+use crate::failure::Failure;
+use crate::output::{Progress, Terminal};
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::{Duration, Instant, after, millis};
+
+/// How long a bus with traffic is listened to: heartbeats and cyclic values come once a second.
+pub const LONG: Duration = millis(1100);
+
+/// The most frames that are kept: a message that nobody acknowledges is repeated all the time.
+const FRAMES: usize = 20_000;
+
+/// Frames with the times of their reception.
+pub type Frames = [(Instant, Frame)];
+
+/// What was heard at a rate.
+#[derive(Clone, Debug)]
+pub struct Traffic {
+    /// The rate; None: that of the interface.
+    pub rate: Option<BitRate>,
+    /// The frames in their order.
+    pub frames: Vec<(Instant, Frame)>,
+}
+
+/// What to do while a scan listens.
+const SWITCH: &str = "switch the sensor off and on now: it then tells its address";
+
+/// Listens at all rates of a schedule; None: there is no traffic at any of them. A scan reports each rate also without a progress bar.
+///
+/// # Errors
+/// The adapter has no listen-only mode, or has failed.
+pub fn all(
+    link: &mut Link,
+    schedule: &Schedule,
+    terminal: &mut Terminal,
+) -> Result<Option<Traffic>, Failure> {
+    let total = schedule.steps.len();
+    // An adapter does not have every rate.
+    let mut refused: Vec<Option<BitRate>> = Vec::new();
+    if schedule.is_shown {
+        terminal.note(SWITCH);
+    }
+    // The rate at which the adapter is open.
+    let mut open: Option<Option<BitRate>> = None;
+    let mut heard = None;
+    for (done, step) in (1..).zip(&schedule.steps) {
+        if (terminal.stopped)() {
+            if open.is_some() {
+                link.close();
+            }
+            return Err(stopped());
+        }
+        if refused.contains(&step.rate) {
+            continue;
+        }
+        let start = link.now();
+        // It stays open for the next step at the same rate: it hears all that comes meanwhile.
+        if open != Some(step.rate) {
+            if open.take().is_some() {
+                link.close();
+            }
+            match quiet(link, step.rate, terminal) {
+                Err(failure) if failure.code == "rate-refused" => {
+                    terminal.note(failure.message);
+                    refused.push(step.rate);
+                    continue;
+                }
+                opened => opened?,
+            }
+            open = Some(step.rate);
+        }
+        let opened = link.now();
+        let until = step.until(start, opened);
+        let frames = hear(link, until, End::Traffic)?;
+        let name = link
+            .rate()
+            .map_or("the bit rate of the interface", BitRate::name);
+        let is_shown = schedule.is_shown && (step.is_line || !frames.is_empty());
+        // Some adapters have to be asked, which takes a part of a short step.
+        let counts = link.adapter().capabilities().reports_errors
+            || (is_shown && (step.is_long() || !frames.is_empty()));
+        let errors = counts.then(|| link.adapter().errors()).flatten();
+        let errors = errors.map_or(String::new(), |errors| format!(", {errors} errors"));
+        let dwell = Duration::from_ticks(until.ticks().saturating_sub(opened.ticks())).to_millis();
+        let count = frames.len();
+        let told = format!("listened at {name} for {dwell} ms: {count} frames{errors}");
+        let text = match schedule.is_shown && frames.is_empty() {
+            true => format!("{told} - {SWITCH}"),
+            false => told.clone(),
+        };
+        let progress = Progress {
+            done,
+            total,
+            text: &text,
+        };
+        terminal.progress(
+            progress,
+            is_shown.then(|| format!("[{done:2}/{total}] {told}")),
+        );
+        if !frames.is_empty() {
+            let rate = link.rate();
+            heard = Some(Traffic { rate, frames });
+            break;
+        }
+    }
+    if open.is_some() {
+        link.close();
+    }
+    terminal.hide();
+    Ok(heard)
+}
+
+/// When the tool stops to listen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum End {
+    /// At the time, whatever comes.
+    Time,
+    /// [`LONG`] after the first frame: long enough for every node that sends once a second. A node that is alone on the bus is
+    /// recognised earlier.
+    Traffic,
+}
+
+/// The frames until then. The first one counts also if it is late: the computer can have been busy with something else.
+fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, Frame)>, Failure> {
+    let (mut frames, mut lone) = (Vec::new(), Lone::default());
+    let mut is_last_look = false;
+    loop {
+        let Some((at, frame)) = link.receive(until)? else {
+            // A frame can have come while the computer did not look.
+            if !frames.is_empty() || is_last_look {
+                break;
+            }
+            is_last_look = true;
+            continue;
+        };
+        // A late frame ends it: a sensor that nobody acknowledges sends all the time.
+        if at >= until && !frames.is_empty() {
+            break;
+        }
+        if frames.is_empty() && end == End::Traffic {
+            until = after(at, LONG);
+        }
+        if frames.len() < FRAMES {
+            frames.push((at, frame));
+        }
+        if end == End::Traffic && lone.take(at, &frame, link.rate()) {
+            break;
+        }
+    }
+    Ok(frames)
+}
+
+/// Opens the adapter to listen at the rate that the user has said. An adapter without listen-only mode takes part in the bus only after a
+/// yes, which is asked for once.
+///
+/// # Errors
+/// The question was answered with no, or those of the adapter.
+pub fn open(
+    link: &mut Link,
+    rate: Option<BitRate>,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    match quiet(link, rate, terminal) {
+        Err(failure) if failure.code == "no-listen-only" => {
+            if !link.takes_part() {
+                confirmed(rate, terminal)?;
+                link.take_part();
+            }
+            link.open(rate, Mode::Active)
+        }
+        opened => opened,
+    }
+}
+
+/// Asks whether an adapter without listen-only mode may take part in the bus.
+fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Failure> {
+    let rate = rate.map_or("the bit rate of the interface", BitRate::name);
+    let question = format!(
+        "The adapter has no listen-only mode. May it take part in the bus at {rate} while the tool listens? It acknowledges the messages of other devices, and at a wrong bit rate it destroys them."
+    );
+    if (terminal.confirm)(&question) {
+        terminal.note("the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens");
+        return Ok(());
+    }
+    let message = "the adapter has no listen-only mode, so it was not opened: --yes lets it take part in the bus; with --id, --node, --mac or --address the tool asks the sensor without listening first";
+    Err(Failure::usage("no-listen-only", message))
+}
+
+/// Opens the adapter in listen-only mode. This program does not change the mode of an interface: if it takes part in the bus, its frames
+/// are read, and a note says so once.
+fn quiet(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Failure> {
+    let sets_rate = link.adapter().capabilities().sets_rate;
+    match link.open(rate, Mode::Listen) {
+        Err(failure) if failure.code == "no-listen-only" && !sets_rate => {
+            link.open(rate, Mode::Active)?;
+            if link.take_part() {
+                let message = failure.message;
+                terminal.note(format!("the interface takes part in the bus and acknowledges the messages of other devices while the tool listens: {message}"));
+            }
+            Ok(())
+        }
+        opened => opened,
+    }
+}
+
+/// Listens at one rate, long enough for nodes that send once a second; None: there is no traffic.
+///
+/// # Errors
+/// Those of [`open()`].
+pub fn once(
+    link: &mut Link,
+    rate: Option<BitRate>,
+    terminal: &mut Terminal,
+) -> Result<Option<Traffic>, Failure> {
+    open(link, rate, terminal)?;
+    let (rate, frames) = (link.rate(), collect(link, LONG)?);
+    link.close();
+    Ok((!frames.is_empty()).then_some(Traffic { rate, frames }))
+}
+
+/// The frames of this time.
+///
+/// # Errors
+/// Those of the adapter.
+pub fn collect(link: &mut Link, time: Duration) -> Result<Vec<(Instant, Frame)>, Failure> {
+    let until = after(link.now(), time);
+    hear(link, until, End::Time)
+}
+
+#[cfg(test)]
+mod tests;

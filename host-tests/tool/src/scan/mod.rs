@@ -1,0 +1,241 @@
+//! `scan`: unknown bit rate, unknown protocol, unknown address.
+//!
+//! 1. `listen`: at all rates, only listening. The first valid frame shows the rate.
+//! 2. `passive`, `process_data`: what the frames tell. Nodes that are certain, and whose identifiers no other device uses, are asked who they are.
+//! 3. `active`: only after a yes. First the addresses as delivered at all rates, then all node-IDs and MAC IDs, and on request all
+//!    identifiers.
+//!
+//! One question at a time. A bus has one rate and one protocol: where somebody answers, no other rate is tried, and where a node shows
+//! its protocol, the others are not asked.
+
+mod active;
+pub mod listen;
+pub mod passive;
+mod process_data;
+mod row;
+pub mod schedule;
+
+use crate::adapter::{Adapter, Mode};
+use crate::client::Link;
+use crate::client::fsc::shown;
+use crate::connect::RATES;
+use crate::failure::Failure;
+use crate::identify;
+use crate::labels::Labels;
+use crate::output::Terminal;
+use crate::session::Target;
+pub use active::Questions;
+use listen::Traffic;
+use passive::Sighting;
+use plumbline::can::BitRate;
+use plumbline::time::after;
+pub use row::Row;
+use row::Rows;
+pub(crate) use row::kbits;
+use schedule::Schedule;
+use serde_json::Value;
+
+/// The options of a scan.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Only this rate.
+    pub rate: Option<BitRate>,
+    /// Ask at a silent bus without a question.
+    pub active: bool,
+    /// Ask for GEMAC sensors at all identifiers of 11 bits.
+    pub search: bool,
+}
+
+/// Finds sensors and prints them.
+///
+/// # Errors
+/// Nobody was found, or those of the adapter.
+pub fn run(
+    adapter: Box<dyn Adapter>,
+    options: Options,
+    labels: Labels,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let mut link = Link::new(adapter, &terminal.stopped);
+    let rates = match (options.rate, link.adapter().capabilities().sets_rate) {
+        (Some(rate), _) => vec![Some(rate)],
+        (None, false) => vec![None],
+        (None, true) => RATES.into_iter().map(Some).collect(),
+    };
+    let mut rows = Rows {
+        labels,
+        ..Rows::default()
+    };
+    let result = find(&mut link, &rates, options, &mut rows, terminal);
+    terminal.hide();
+    link.close();
+    report(&link, terminal);
+    let heard = result?;
+    if rows.rows.is_empty() {
+        return Err(match heard {
+            Some(heard) => unknown(&heard),
+            None => Failure::silent(
+                "nothing-found",
+                "no sensor was found: check power, wiring and terminators, then switch the sensor off and on during `plumbline scan`, or try `plumbline scan --search`",
+            ),
+        });
+    }
+    let rows: Value = rows.rows.iter().map(|row| row.json(rows.rate)).collect();
+    terminal.document(&rows)
+}
+
+/// The identifiers that a message names.
+const NAMED: usize = 8;
+
+/// There is traffic, but nobody in it was recognised, and nobody has answered.
+fn unknown(heard: &Traffic) -> Failure {
+    let mut ids = Vec::new();
+    for (_, frame) in &heard.frames {
+        if !ids.contains(&frame.can_id()) {
+            ids.push(frame.can_id());
+        }
+    }
+    let mut named: Vec<String> = ids.iter().take(NAMED).map(|id| shown(*id)).collect();
+    if ids.len() > NAMED {
+        named.push(format!("{} more", ids.len() - NAMED));
+    }
+    let at = heard
+        .rate
+        .map_or(String::new(), |rate| format!(" at {}", rate.name()));
+    let option = heard
+        .rate
+        .map_or(String::new(), |rate| format!("--rate {} ", kbits(rate)));
+    let message = format!(
+        "traffic{at} ({}), no sensor recognised: switch the sensor off and on during `plumbline {option}scan`, or give its address with --id, --node, --mac or --address; if no other device is on the bus, try `plumbline {option}scan --search`",
+        named.join(", ")
+    );
+    Failure::silent("nothing-found", message)
+}
+
+/// Adds what is found to the rows, and returns what was heard.
+fn find(
+    link: &mut Link,
+    rates: &[Option<BitRate>],
+    options: Options,
+    rows: &mut Rows,
+    terminal: &mut Terminal,
+) -> Result<Option<Traffic>, Failure> {
+    // Who wants to ask has no sensor to switch on.
+    let waits = !options.active && !options.search;
+    let schedule = Schedule::of(rates, waits).shown();
+    let heard = match listen::all(link, &schedule, terminal) {
+        // The user has been warned, and has said --active.
+        Err(failure) if failure.code == "no-listen-only" && options.active => {
+            terminal.note("the adapter has no listen-only mode: asking without listening first");
+            None
+        }
+        heard => heard?,
+    };
+    let frames = heard.as_ref().map_or(&[][..], |heard| &heard.frames);
+    let sightings = passive::sightings(frames);
+    if let Some(heard) = &heard {
+        known(link, heard.rate, &sightings, rows, terminal)?;
+    }
+    if rows.rows.iter().any(Row::is_certain) && waits {
+        return Ok(heard);
+    }
+    let question = match &heard {
+        Some(_) if !rows.rows.is_empty() => {
+            "Search for more sensors? The tool asks at all other addresses. Other devices can take a question for a command."
+        }
+        Some(_) => {
+            "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can take a question for a command."
+        }
+        None => "There is no traffic. Ask at all addresses and bit rates?",
+    };
+    // --active answers the question for a bus without traffic only.
+    let is_answered = options.active && heard.is_none();
+    if !is_answered && !(terminal.confirm)(question) {
+        if rows.rows.is_empty() {
+            let option = if heard.is_none() { "--active" } else { "--yes" };
+            terminal.note(format!(
+                "nothing was asked: `plumbline scan {option}` asks without this question"
+            ));
+        }
+        return Ok(heard);
+    }
+    let protocol = passive::protocol(&sightings);
+    if let Some(protocol) = protocol {
+        terminal.note(format!(
+            "the protocol of the bus is {protocol}: the tool asks in no other protocol"
+        ));
+    }
+    let rates: Vec<Option<BitRate>> = match &heard {
+        Some(heard) => vec![heard.rate],
+        None => rates.to_vec(),
+    };
+    let questions = Questions {
+        frames,
+        protocol,
+        search: options.search,
+    };
+    questions.ask(link, &rates, rows, terminal)?;
+    Ok(heard)
+}
+
+/// What the frames tell, with the answers of the nodes.
+fn known(
+    link: &mut Link,
+    rate: Option<BitRate>,
+    sightings: &[Sighting],
+    rows: &mut Rows,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    for sighting in sightings {
+        let mut row = sighting.row.clone();
+        let question = |target: Target| {
+            format!(
+                "Frames look like those of a sensor ({}, {}). Ask it? Another device can take the question for a command.",
+                target.protocol(),
+                target.address()
+            )
+        };
+        if let Some(target) = sighting.target
+            && (sighting.is_sure || (terminal.confirm)(&question(target)))
+        {
+            match link.open(rate, Mode::Active) {
+                // An interface of Linux: the message says what to type.
+                Err(failure) if failure.code == "only-listens" => terminal.note(failure.message),
+                opened => {
+                    opened?;
+                    row = asked(link, target, row.questions())?.unwrap_or(row);
+                }
+            }
+        }
+        rows.add(rate, row, terminal)?;
+    }
+    Ok(())
+}
+
+/// The answer of a node that was heard, to so many questions at most.
+fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Failure> {
+    let until = after(link.now(), passive::patience(&target));
+    for _ in 0..most {
+        if let Some(found) = identify::ask(link, target, identify::PATIENT)? {
+            return Ok(Some(Row::Found(found)));
+        }
+        if link.now() >= until {
+            break;
+        }
+    }
+    Ok(None)
+}
+
+/// Says what was sent.
+fn report(link: &Link, terminal: &mut Terminal) {
+    if link.sent().is_empty() {
+        terminal.note(match link.takes_part() {
+            true => "nothing was sent, but the messages of other devices were acknowledged",
+            false => "nothing was sent",
+        });
+    }
+    for (rate, count) in link.sent() {
+        let rate = rate.map_or("the bit rate of the interface", BitRate::name);
+        terminal.note(format!("sent {count} frames at {rate}"));
+    }
+}

@@ -1,0 +1,271 @@
+//! What a scan has found, as a document and as a line.
+
+use crate::client::fsc::shown;
+use crate::failure::Failure;
+use crate::identify::Found;
+use crate::labels::Labels;
+use crate::output::Terminal;
+use crate::session::Target;
+use plumbline::can::{BitRate, CanId};
+use serde_json::{Number, Value, json};
+
+/// A sensor, or a node that is only known from its frames.
+#[derive(Clone, Debug)]
+pub enum Row {
+    /// It has answered.
+    Found(Found),
+    /// It was heard only.
+    Heard(Heard),
+}
+
+/// What the frames of a node tell.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct Heard {
+    /// The name of the protocol in documents.
+    pub protocol: &'static str,
+    /// The address as text; None: the frames do not tell it.
+    pub address: Option<String>,
+    /// The serial number.
+    pub serial: Option<u32>,
+    /// Its maker, or which frames have shown it.
+    pub article: Option<String>,
+    /// What has shown it.
+    pub by: By,
+}
+
+/// What shows a node that was heard only.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum By {
+    /// A message with its address.
+    Message,
+    /// Angles of a GEMAC sensor in cyclic mode, with this Reply-Parameter-ID. `request` is the Set-Parameter-ID, if the other one is
+    /// that as delivered.
+    Cyclic {
+        /// The identifier of the frames.
+        reply: CanId,
+        /// The identifier for requests.
+        request: Option<CanId>,
+    },
+    /// I/O messages of DeviceNet: another master owns it.
+    Owned,
+    /// I/O messages or TPDOs that can also be those of something else.
+    Likely,
+}
+
+impl Row {
+    /// As a document; `rate` in kbit/s.
+    pub fn json(&self, rate: Option<BitRate>) -> Value {
+        let rate = rate.map(kbits);
+        match self {
+            Self::Found(found) => found.json(rate),
+            Self::Heard(heard) => {
+                let mut document = json!({
+                    "rate": rate, "protocol": heard.protocol, "product": null, "address": heard.address,
+                    "serial": heard.serial, "article": heard.article, "firmware": null,
+                });
+                if !self.is_certain() {
+                    document["likely"] = json!(true);
+                }
+                document
+            }
+        }
+    }
+
+    /// Protocol and address.
+    pub(super) fn address(&self) -> (&'static str, Option<String>) {
+        match self {
+            Self::Found(found) => (found.protocol(), Some(found.target.address())),
+            Self::Heard(heard) => (heard.protocol, heard.address.clone()),
+        }
+    }
+
+    /// Whether this row is the same node as an earlier one. An answer tells the Reply-Parameter-ID of a sensor in cyclic mode.
+    fn is_same(&self, earlier: &Self) -> bool {
+        let cyclic = |row: &Self| match row {
+            Self::Heard(Heard {
+                by: By::Cyclic { reply, .. },
+                ..
+            }) => Some(*reply),
+            Self::Found(Found {
+                target: Target::Fsc(sensor),
+                ..
+            }) => sensor.reply,
+            _ => None,
+        };
+        let is_cyclic = matches!(earlier, Self::Heard(heard) if heard.address.is_none());
+        match is_cyclic {
+            true => cyclic(self).is_some() && cyclic(self) == cyclic(earlier),
+            false => self.address() == earlier.address(),
+        }
+    }
+
+    /// Whether the frames or the answers show it for sure. The data of another device can have the form of cyclic mode, so only the
+    /// Reply-Parameter-ID as delivered counts.
+    pub(super) fn is_certain(&self) -> bool {
+        match self {
+            Self::Found(_) => true,
+            Self::Heard(heard) => {
+                !matches!(heard.by, By::Likely | By::Cyclic { request: None, .. })
+            }
+        }
+    }
+
+    /// How often it is asked at most. Where process data alone show an address, a question can be a command to another device.
+    pub(super) fn questions(&self) -> usize {
+        match self {
+            Self::Heard(Heard {
+                by: By::Likely | By::Cyclic { .. },
+                ..
+            }) => 2,
+            _ => usize::MAX,
+        }
+    }
+
+    /// Whether it has answered.
+    fn is_answer(&self) -> bool {
+        match self {
+            Self::Found(_) => true,
+            Self::Heard(heard) => heard.address.as_deref() == Some(UNCONFIGURED),
+        }
+    }
+
+    /// As a line, with the next step.
+    fn line(&self, rate: Option<BitRate>) -> String {
+        let document = self.json(rate);
+        let text = |name: &str| match &document[name] {
+            Value::String(text) => text.clone(),
+            Value::Null => "-".to_owned(),
+            other => other.to_string(),
+        };
+        let label = match self {
+            Self::Found(Found {
+                label: Some(label), ..
+            }) => format!("  {label:?}"),
+            _ => String::new(),
+        };
+        let known = format!(
+            "{} kbit/s  {}  {}  address {}  serial {}  {}  firmware {}{label}",
+            text("rate"),
+            text("protocol"),
+            text("product"),
+            text("address"),
+            text("serial"),
+            text("article"),
+            text("firmware")
+        );
+        let rate = rate.map_or(String::new(), |rate| format!("--rate {} ", kbits(rate)));
+        match self.next(&rate) {
+            Some(next) => format!("{known}\n    {next}"),
+            None => known,
+        }
+    }
+
+    /// The next step; `rate` is the option with the bit rate.
+    fn next(&self, rate: &str) -> Option<String> {
+        let heard = match self {
+            Self::Found(found) => {
+                let option = option(found.protocol());
+                let address = found.target.address();
+                return Some(format!("plumbline {rate}{option} {address} get"));
+            }
+            Self::Heard(heard) => heard,
+        };
+        let address = heard.address.as_deref().unwrap_or("?");
+        match heard.by {
+            By::Message => None,
+            By::Cyclic {
+                request: Some(request),
+                ..
+            } => Some(format!(
+                "plumbline {rate}--id {} get    if it has its identifiers as delivered",
+                shown(request).trim_end_matches('h')
+            )),
+            By::Cyclic { request: None, .. } => Some(format!(
+                "its frames do not tell its Set-Parameter-ID: switch it off and on during `plumbline {rate}scan`, or search with `plumbline {rate}scan --search` if no other device is on the bus"
+            )),
+            By::Owned => Some(format!(
+                "plumbline {rate}--mac {address} --product NAME watch --cyclic    only listens: another master owns it"
+            )),
+            By::Likely => Some(format!(
+                "plumbline {rate}{} {address} get    if it is this sensor",
+                option(heard.protocol)
+            )),
+        }
+    }
+}
+
+/// The address of a node without node-ID.
+pub(super) const UNCONFIGURED: &str = "unconfigured";
+
+/// The option for the address in a protocol.
+fn option(protocol: &str) -> &'static str {
+    match protocol {
+        "fsc" => "--id",
+        "canopen" => "--node",
+        "devicenet" => "--mac",
+        _ => "--address",
+    }
+}
+
+/// A rate in kbit/s.
+pub(crate) fn kbits(rate: BitRate) -> Value {
+    let bits = rate.bits_per_second();
+    if bits.is_multiple_of(1000) {
+        return json!(bits / 1000);
+    }
+    Number::from_f64(f64::from(bits) / 1000.0).map_or(Value::Null, Value::Number)
+}
+
+/// What a scan has found. Each row is printed at once.
+#[derive(Debug, Default)]
+pub(super) struct Rows {
+    pub labels: Labels,
+    pub rate: Option<BitRate>,
+    pub rows: Vec<Row>,
+}
+
+impl Rows {
+    /// Adds a row and prints it. An answer replaces what was only heard.
+    ///
+    /// # Errors
+    /// The output is closed.
+    pub fn add(
+        &mut self,
+        rate: Option<BitRate>,
+        mut row: Row,
+        terminal: &mut Terminal,
+    ) -> Result<(), Failure> {
+        if let Row::Found(found) = &mut row {
+            found.label = self.labels.name(found);
+        }
+        self.rate = rate;
+        terminal.line(row.line(rate))?;
+        if let Row::Found(found) = &row
+            && let Some(twins) = found.twins()
+        {
+            terminal.note(twins);
+        }
+        match self.rows.iter_mut().find(|own| row.is_same(own)) {
+            Some(own) => *own = row,
+            None => self.rows.push(row),
+        }
+        Ok(())
+    }
+
+    /// The nodes that have answered.
+    pub fn answers(&self) -> usize {
+        self.rows.iter().filter(|row| row.is_answer()).count()
+    }
+
+    /// Whether the sensor at an address has answered.
+    pub fn has_answered(&self, target: Target) -> bool {
+        let is_same = |row: &Row| match (row, target) {
+            (Row::Found(found), Target::Fsc(wanted)) => {
+                matches!(found.target, Target::Fsc(own) if own.request == wanted.request)
+            }
+            (Row::Found(found), _) => found.target == target,
+            (Row::Heard(_), _) => false,
+        };
+        self.rows.iter().any(is_same)
+    }
+}

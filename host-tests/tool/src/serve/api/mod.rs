@@ -1,0 +1,197 @@
+//! The requests of the page. All bodies and answers are JSON; an error has the document of `--json`. `run`, `backup` and `restore` have
+//! the number of their sensor in a header, and are refused if it is not the one that is connected.
+//!
+//! | request | body | does |
+//! |---|---|---|
+//! | `GET /api/events` | | server-sent events |
+//! | `GET /api/ports` | | the ports of this computer, and what the command line says |
+//! | `GET /api/products` | | the products of the catalogue |
+//! | `GET /api/parameters/PRODUCT` | | names, ranges, units and factory values of a product, or of a data sheet |
+//! | `POST /api/connect` | `{"port": .., "mode": "active"}` | finds the sensor, and polls it |
+//! | `POST /api/disconnect` | `{}` | closes the adapter |
+//! | `POST /api/scan` | `{"port": .., "active": false}` | finds sensors |
+//! | `POST /api/stop` | `{}` | stops the running command |
+//! | `POST /api/run` | `"save"`, `{"zero": {"axis": "x"}}` | a command on the sensor |
+//! | `POST /api/samples` | `{"perSecond": 200}` | the samples per second |
+//! | `POST /api/backup` | `{}` | reads all settings into a file |
+//! | `POST /api/restore` | `{"text": .., "only": []}` | writes the differences, stores them |
+//! | `POST /api/eds` | `{"name": .., "text": ..}` | takes a data sheet, which has a key then: `eds:1` |
+//! | `POST /api/calibrate` | `"start"`, `{"take": 7}`, `{"again": 7}`, `"stop"` | the calibration of a unit |
+//! | `POST /api/file` | `{"text": ..}`, `{"product": ..}` | reads a file; or a file with factory values |
+//! | `POST /api/file/set` | `{"text": .., "name": .., "value": ..}` | changes a value in a file |
+
+pub mod bus;
+pub mod catalog;
+pub mod file;
+
+use super::calibration::Calibration;
+use super::events::Hub;
+use super::job::{Job, Start, Task};
+use super::sheets::Sheets;
+use super::{assets, guard};
+use crate::failure::{Failure, Kind};
+use axum::Router;
+use axum::body::{Body, Bytes};
+use axum::extract::{DefaultBodyLimit, State};
+use axum::http::header::CONTENT_TYPE;
+use axum::http::{HeaderMap, StatusCode, Uri};
+use axum::middleware;
+use axum::response::{IntoResponse, Response};
+use axum::routing::{get, post};
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use std::convert::Infallible;
+use std::net::SocketAddr;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::sync::mpsc::Sender;
+use tokio::sync::oneshot;
+use tokio_stream::StreamExt;
+use tokio_stream::wrappers::ReceiverStream;
+
+/// The longest body in bytes: a file of 1 MiB with its escapes.
+pub const LONGEST: usize = 3 << 20;
+
+/// The header with the number of the sensor that the page shows: `connection` of the event `device`.
+const SENSOR: &str = "x-plumbline-sensor";
+
+/// What all requests share.
+pub struct App {
+    /// The jobs of the worker.
+    pub jobs: Sender<Job>,
+    /// The tabs.
+    pub hub: Arc<Hub>,
+    /// Stops the running command.
+    pub stop: Arc<AtomicBool>,
+    /// What the page offers first.
+    pub start: Start,
+    /// The secret.
+    pub token: String,
+    /// The address of the server.
+    pub address: SocketAddr,
+    /// The calibration of a unit.
+    pub calibration: Arc<Calibration>,
+    /// The data sheets.
+    pub sheets: Arc<Sheets>,
+}
+
+/// The answer to a request that failed.
+pub struct Refusal {
+    /// The status of HTTP.
+    pub status: StatusCode,
+    /// Why.
+    pub failure: Failure,
+}
+
+impl From<Failure> for Refusal {
+    fn from(failure: Failure) -> Self {
+        let status = match failure.kind {
+            Kind::Refused => StatusCode::CONFLICT,
+            Kind::Usage => StatusCode::BAD_REQUEST,
+            Kind::Silent => StatusCode::GATEWAY_TIMEOUT,
+            Kind::Bus | Kind::Stopped => StatusCode::BAD_GATEWAY,
+        };
+        Self { status, failure }
+    }
+}
+
+impl IntoResponse for Refusal {
+    fn into_response(self) -> Response {
+        (self.status, axum::Json(self.failure.json())).into_response()
+    }
+}
+
+/// The answer to a request.
+pub type Answer = Result<axum::Json<Value>, Refusal>;
+
+/// The pages and the requests.
+pub fn router(app: App) -> Router {
+    let app = Arc::new(app);
+    let api = Router::new()
+        .route("/events", get(events))
+        .route("/ports", get(catalog::ports))
+        .route("/products", get(catalog::products))
+        .route("/parameters/{product}", get(catalog::parameters))
+        .route("/connect", post(bus::connect))
+        .route("/disconnect", post(bus::disconnect))
+        .route("/scan", post(bus::scan))
+        .route("/stop", post(bus::stop))
+        .route("/run", post(bus::run))
+        .route("/samples", post(bus::samples))
+        .route("/backup", post(bus::backup))
+        .route("/restore", post(bus::restore))
+        .route("/eds", post(file::data_sheet))
+        .route("/calibrate", post(calibrate))
+        .route("/file", post(file::open))
+        .route("/file/set", post(file::set))
+        .fallback(nothing)
+        .method_not_allowed_fallback(nothing);
+    Router::new()
+        .nest("/api", api)
+        .fallback(get(|uri: Uri| async move { assets::answer(uri.path()) }))
+        .layer(DefaultBodyLimit::max(LONGEST))
+        .layer(middleware::from_fn_with_state(app.clone(), guard::check))
+        .with_state(app)
+}
+
+async fn nothing() -> Refusal {
+    Refusal {
+        status: StatusCode::NOT_FOUND,
+        failure: Failure::usage("bad-request", "there is no such request"),
+    }
+}
+
+/// The events of a tab.
+async fn events(State(app): State<Arc<App>>) -> Result<Response, Refusal> {
+    let events = app.hub.subscribe().map_err(|failure| Refusal {
+        status: StatusCode::SERVICE_UNAVAILABLE,
+        failure,
+    })?;
+    let stream = ReceiverStream::new(events)
+        .map(|event| Ok::<_, Infallible>(Bytes::from(event.as_bytes().to_vec())));
+    let headers = [(CONTENT_TYPE, "text/event-stream")];
+    Ok((headers, Body::from_stream(stream)).into_response())
+}
+
+/// The calibration of a unit.
+async fn calibrate(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    app.calibration.handle(parse(&body)?)?;
+    Ok(axum::Json(Value::Null))
+}
+
+/// Hands a job to the worker that is only for the sensor of the page.
+///
+/// # Errors
+/// The worker has another sensor, or those of the job.
+async fn on_sensor(app: &App, headers: &HeaderMap, task: Task) -> Answer {
+    let sensor = headers.get(SENSOR).and_then(|value| value.to_str().ok());
+    let sensor = sensor.and_then(|text| text.parse().ok());
+    let task = Box::new(task);
+    work(app, Task::For { sensor, task }).await
+}
+
+/// The body of a request.
+///
+/// # Errors
+/// It is not what the request needs.
+pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
+    let bad =
+        |why: String| Failure::usage("bad-request", format!("the request is not valid: {why}"));
+    // A list is no object, though its fields could be taken in their order.
+    if body.trim_ascii_start().starts_with(b"[") {
+        return Err(bad("it is a list".to_owned()));
+    }
+    serde_json::from_slice(body).map_err(|error| bad(error.to_string()))
+}
+
+/// Hands a job to the worker and waits for its answer.
+///
+/// # Errors
+/// Those of the job.
+pub async fn work(app: &App, task: Task) -> Answer {
+    let gone = || Failure::bus("stopped", "the server ends: start `plumbline serve` again");
+    let (reply, answer) = oneshot::channel();
+    app.jobs.send(Job { task, reply }).map_err(|_| gone())?;
+    let answer = answer.await.map_err(|_| gone())?;
+    Ok(axum::Json(answer?))
+}

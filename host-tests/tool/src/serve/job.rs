@@ -1,0 +1,190 @@
+//! The jobs of the worker, and what they need.
+
+use super::line::{self, Words};
+use super::sheets::Sheets;
+use crate::adapter::Adapter;
+use crate::cli::{Cli, Options};
+use crate::failure::Failure;
+use clap::Parser;
+use serde::Deserialize;
+use serde_json::Value;
+use tokio::sync::oneshot;
+
+/// Opens the adapter of a port, in the thread of the worker.
+pub type Opener = Box<dyn FnMut(&str) -> Result<Box<dyn Adapter>, Failure> + Send>;
+
+/// What the page offers first.
+#[derive(Clone, Debug)]
+pub struct Start {
+    /// The sensor of the command line.
+    pub connect: Connect,
+    /// It is connected at once.
+    pub connects: bool,
+}
+
+/// How to take part in the bus.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Part {
+    /// Only listen.
+    Listen,
+    /// Talk to a sensor.
+    Active,
+}
+
+/// The job to connect: to a bus, or to a sensor.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Connect {
+    /// The port.
+    pub port: String,
+    /// The rate in kbit/s.
+    #[serde(default)]
+    pub rate: Option<f64>,
+    /// How.
+    pub mode: Part,
+    /// The protocol of the address.
+    #[serde(default)]
+    pub protocol: Option<String>,
+    /// The address, as `scan` shows it.
+    #[serde(default)]
+    pub address: Option<String>,
+    /// The product, or the key of a data sheet.
+    #[serde(default)]
+    pub product: Option<String>,
+    /// The questions that were answered with yes.
+    #[serde(default)]
+    pub yes: Vec<String>,
+    /// All questions are answered with yes on the command line.
+    #[serde(skip)]
+    pub all: bool,
+}
+
+impl Connect {
+    /// The sensor of the options of the command line.
+    pub fn of(options: &Options) -> Self {
+        let number = |number: Option<u8>| number.map(|number| number.to_string());
+        let addresses = [
+            ("fsc", options.id.clone()),
+            ("canopen", number(options.node)),
+            ("devicenet", number(options.mac)),
+            ("j1939", number(options.address)),
+        ];
+        let mut addresses = addresses.into_iter();
+        let given = addresses.find_map(|(protocol, address)| Some((protocol, address?)));
+        Self {
+            port: options.port.clone().unwrap_or_default(),
+            rate: options
+                .rate
+                .map(|rate| f64::from(rate.bits_per_second()) / 1000.0),
+            mode: Part::Active,
+            protocol: given.as_ref().map(|(protocol, _)| (*protocol).to_owned()),
+            address: given.map(|(_, address)| address),
+            product: options.product.clone(),
+            yes: Vec::new(),
+            all: options.yes,
+        }
+    }
+
+    /// The options of the command line.
+    ///
+    /// # Errors
+    /// There is an address without a protocol, or no such data sheet.
+    pub fn words(&self, sheets: &Sheets) -> Result<Words, Failure> {
+        let mut words = vec!["--port".to_owned(), self.port.clone()];
+        if let Some(rate) = self.rate {
+            words.extend(["--rate".to_owned(), rate.to_string()]);
+        }
+        if let Some(address) = &self.address {
+            let option = self.protocol.as_deref().and_then(line::address_option);
+            let option = option.ok_or_else(|| {
+                Failure::usage(
+                    "bad-request",
+                    "an address needs its protocol: fsc, canopen, devicenet or j1939",
+                )
+            })?;
+            words.push(format!("{option}={address}"));
+        }
+        if let Some(product) = &self.product {
+            words.push(match sheets.find(product)? {
+                Some(kept) => kept.option(),
+                None => format!("--product={product}"),
+            });
+        }
+        Ok(words)
+    }
+}
+
+/// A job.
+#[derive(Debug)]
+pub enum Task {
+    /// Connect.
+    Connect(Connect),
+    /// Close the adapter.
+    Disconnect,
+    /// Find sensors at a port.
+    Scan {
+        /// The port.
+        port: String,
+        /// The command with its options.
+        words: Words,
+        /// The questions that were answered with yes.
+        yes: Vec<String>,
+        /// The user wants it to ask at other addresses.
+        asks: bool,
+    },
+    /// Run a command on the sensor.
+    Run(Words),
+    /// Read all settings into a file.
+    Backup,
+    /// Write the settings of a file that differ.
+    Restore {
+        /// The file.
+        text: String,
+        /// Its name, for the line.
+        name: String,
+        /// Only these settings; empty: all.
+        only: Vec<String>,
+        /// Also the name of the sensor.
+        label: bool,
+    },
+    /// Set the samples per second.
+    Samples(u32),
+    /// Do it only if this is the number of the sensor.
+    For {
+        /// The number that the page has.
+        sensor: Option<u64>,
+        /// What to do.
+        task: Box<Task>,
+    },
+}
+
+/// A job with the place for its answer.
+pub struct Job {
+    /// What to do.
+    pub task: Task,
+    /// Where the answer goes. Nobody waits for it if it is closed.
+    pub reply: oneshot::Sender<Result<Value, Failure>>,
+}
+
+/// A command of these words. The values of the page are never options.
+///
+/// # Errors
+/// The words are no command.
+pub fn parse(words: &Words) -> Result<Cli, Failure> {
+    let all = ["plumbline", "--json"].into_iter().map(str::to_owned);
+    Cli::try_parse_from(all.chain(words.iter().cloned())).map_err(|error| {
+        let text = error.to_string();
+        let line = text.lines().next().unwrap_or_default();
+        Failure::usage("bad-request", line.trim_start_matches("error: "))
+    })
+}
+
+/// The options of these words.
+///
+/// # Errors
+/// The words are no options.
+pub fn options(words: &Words) -> Result<Options, Failure> {
+    let all = [words.clone(), vec!["man".to_owned()]].concat();
+    Ok(parse(&all)?.options)
+}

@@ -1,0 +1,357 @@
+//! The session whose angles are polled.
+
+use super::events::{Hub, Kind};
+use super::sheets::Sheets;
+use crate::failure::{Failure, Kind as Refusal};
+use crate::identify::Found;
+use crate::sample::{Sample, Sampler};
+use crate::scan::kbits;
+use crate::session::Session;
+use crate::sheet::{Address, Entry};
+use plumbline::fsc::Condition;
+use plumbline::model::catalog::Protocol;
+use plumbline::time::{Duration, Instant, after, millis};
+use serde_json::{Value, json};
+
+/// The longest wait without a look at the jobs.
+const SLICE: Duration = millis(20);
+
+/// The pause between two events with samples.
+const BATCH: Duration = millis(50);
+
+/// The pause between two polls of a sensor that does not answer.
+const SILENT: Duration = millis(500);
+
+/// The pause between two reads of the error register.
+const CONDITION: Duration = millis(1000);
+
+/// The error register.
+const ERROR_REGISTER: Address = Address::Object {
+    index: 0x1001,
+    sub: 0,
+};
+
+/// The bits of the error register (CiA 301, object 1001h), from bit 0.
+const ERRORS: [&str; 8] = [
+    "generic error",
+    "current",
+    "voltage",
+    "temperature",
+    "communication error",
+    "device profile error",
+    "reserved bit 6",
+    "manufacturer-specific error",
+];
+
+/// The polls without an answer after which a sensor is silent.
+const STREAK: u32 = 3;
+
+/// A session with its samples.
+pub struct Live {
+    /// The session.
+    pub session: Session,
+    /// What the sensor has told.
+    pub found: Found,
+    /// The number of the sensor, for the page: another sensor has another one.
+    pub connection: u64,
+    /// None: the data sheet of the device does not say which values are angles.
+    sampler: Option<Sampler>,
+    /// The start of the time axis.
+    origin: Instant,
+    /// The start of the time of the sampler, from the origin.
+    offset: Duration,
+    next: Instant,
+    /// The pause between two samples; None: no samples.
+    period: Option<Duration>,
+    /// The number of the next sample.
+    number: u64,
+    rows: Vec<Value>,
+    flushed: Instant,
+    /// The samples that are missing.
+    pub lost: u64,
+    streak: u32,
+    /// The error register of CANopen. A reply of GEMAC has a status byte; DeviceNet has no status.
+    register: Option<Entry>,
+    condition_at: Instant,
+    condition: Value,
+}
+
+impl Live {
+    /// Samples of a new session.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn new(
+        mut session: Session,
+        found: Found,
+        connection: u64,
+        samples_per_second: u32,
+    ) -> Result<Self, Failure> {
+        let sampler = sampler(&mut session)?;
+        let now = session.link.now();
+        let is_register = |entry: &&Entry| entry.address == ERROR_REGISTER;
+        let register = session.sheet.entries.iter().find(is_register).cloned();
+        let mut live = Self {
+            session,
+            found,
+            connection,
+            sampler,
+            origin: now,
+            offset: millis(0),
+            next: now,
+            period: None,
+            number: 0,
+            rows: Vec::new(),
+            flushed: now,
+            lost: 0,
+            streak: 0,
+            register,
+            condition_at: now,
+            condition: Value::Null,
+        };
+        live.set_rate(samples_per_second);
+        Ok(live)
+    }
+
+    /// Sets the samples per second; 0 is none.
+    pub fn set_rate(&mut self, samples_per_second: u32) {
+        let period = 1_000_000_u64.checked_div(samples_per_second.into());
+        let period = period.filter(|_| self.sampler.is_some());
+        self.period = period.map(|period| Duration::from_ticks(period.max(1)));
+        self.next = self.session.link.now();
+    }
+
+    /// Releases the sensor for a command, also if the user has stopped the one before.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn release(&mut self) -> Result<(), Failure> {
+        let was_ending = self.session.link.set_ending(true);
+        let released = self.session.release();
+        self.session.link.set_ending(was_ending);
+        released
+    }
+
+    /// Whether the sensor does not answer.
+    pub fn is_silent(&self) -> bool {
+        self.streak >= STREAK
+    }
+
+    /// A command has run: the scale can differ, and the pause is not a loss.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn resume(&mut self) -> Result<(), Failure> {
+        let now = self.session.link.now();
+        match sampler(&mut self.session) {
+            Ok(sampler) => {
+                self.sampler = sampler;
+                self.offset = Duration::from_ticks(now.ticks() - self.origin.ticks());
+            }
+            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            // It restarts.
+            Err(_) => {}
+        }
+        self.next = self.session.link.now();
+        if !self.rows.is_empty() || self.number > 0 {
+            // A gap in the chart.
+            self.push(json!([self.seconds(now)]));
+        }
+        Ok(())
+    }
+
+    fn seconds(&self, at: Instant) -> f64 {
+        (at.ticks() - self.origin.ticks()) as f64 / 1e6
+    }
+
+    fn push(&mut self, row: Value) {
+        self.rows.push(row);
+        self.number += 1;
+    }
+
+    /// Waits a short time, polls when it is due, and publishes.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn turn(&mut self, hub: &Hub) -> Result<(), Failure> {
+        // A stop is for a command: a poll is short, and is not stopped in its middle.
+        let was_ending = self.session.link.set_ending(true);
+        let result = self.turned(hub);
+        self.session.link.set_ending(was_ending);
+        result
+    }
+
+    fn turned(&mut self, hub: &Hub) -> Result<(), Failure> {
+        let now = self.session.link.now();
+        match self.period {
+            Some(period) if now >= self.next => self.poll(period, hub)?,
+            period => {
+                let slice = after(now, SLICE);
+                let until = period.map_or(slice, |_| slice.min(self.next));
+                // The link defends the J1939 address of the tool.
+                while self.session.link.receive(until)?.is_some() {}
+            }
+        }
+        let now = self.session.link.now();
+        if now.ticks() - self.flushed.ticks() >= BATCH.ticks() {
+            self.flush(hub);
+            self.flushed = now;
+        }
+        let is_asked = !self.is_silent() || self.sampler.is_none();
+        if now >= self.condition_at && is_asked {
+            self.condition_at = after(now, CONDITION);
+            self.read_register(hub)?;
+        }
+        Ok(())
+    }
+
+    fn poll(&mut self, period: Duration, hub: &Hub) -> Result<(), Failure> {
+        let Some(sampler) = &mut self.sampler else {
+            return Ok(());
+        };
+        let polled = sampler.poll(&mut self.session, period);
+        let sample = match polled {
+            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(failure) => {
+                self.show_condition(json!([{"name": failure.message, "error": true}]), hub);
+                None
+            }
+            Ok(sample) => sample,
+        };
+        match sample {
+            Some(sample) => {
+                self.streak = 0;
+                self.take(&sample, hub);
+            }
+            None => {
+                self.lost += 1;
+                self.streak = self.streak.saturating_add(1);
+                if self.is_silent() {
+                    // A connection of DeviceNet is gone after a restart.
+                    self.session.moved(self.session.target);
+                }
+            }
+        }
+        let now = self.session.link.now();
+        if self.is_silent() {
+            self.next = after(now, SILENT);
+            return Ok(());
+        }
+        self.next = after(self.next, period);
+        if self.next < now {
+            let missed = (now.ticks() - self.next.ticks()) / period.ticks() + 1;
+            self.next = after(self.next, Duration::from_ticks(missed * period.ticks()));
+            self.lost += missed;
+        }
+        Ok(())
+    }
+
+    fn take(&mut self, sample: &Sample, hub: &Hub) {
+        let Some(sampler) = &self.sampler else {
+            return;
+        };
+        let document = sampler.json(&self.session, sample);
+        let time = self.offset.ticks() + sample.time.ticks();
+        let mut row = vec![json!(time as f64 / 1e6)];
+        for (name, value) in document.as_object().into_iter().flatten() {
+            match name.as_str() {
+                "time" => {}
+                // Read from the byte below.
+                "status" => {}
+                _ => row.push(value.clone()),
+            }
+        }
+        self.push(Value::Array(row));
+        if let (Some(status), Protocol::Fsc(tables)) =
+            (sample.status, &self.session.sheet.product.protocol)
+        {
+            let bits = tables.status.iter().enumerate();
+            let active = bits.filter(|(place, _)| status >> place & 1 != 0);
+            let words = active.map(|(_, bit)| {
+                let is_error = !matches!(
+                    bit.condition,
+                    Condition::Never | Condition::DefaultParam | Condition::AutobaudDetection
+                );
+                json!({"name": bit.name, "error": is_error})
+            });
+            self.show_condition(words.collect(), hub);
+        }
+    }
+
+    /// Publishes the samples.
+    fn flush(&mut self, hub: &Hub) {
+        if self.rows.is_empty() {
+            return;
+        }
+        let rows = std::mem::take(&mut self.rows);
+        let first = self.number - rows.len() as u64;
+        hub.publish(
+            Kind::Samples,
+            &json!({"first": first, "lost": self.lost, "rows": rows}),
+        );
+    }
+
+    fn show_condition(&mut self, condition: Value, hub: &Hub) {
+        if self.condition != condition {
+            hub.publish(Kind::Condition, &condition);
+            self.condition = condition;
+        }
+    }
+
+    fn read_register(&mut self, hub: &Hub) -> Result<(), Failure> {
+        let Some(entry) = self.register.clone() else {
+            return Ok(());
+        };
+        let read = self.session.read(&entry);
+        if self.sampler.is_none() {
+            // Nothing else shows whether the device is there.
+            self.streak = match &read {
+                Err(failure) if failure.kind == Refusal::Silent => STREAK,
+                _ => 0,
+            };
+        }
+        let register = match read {
+            Ok(register) => register,
+            Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
+            Err(_) => return Ok(()),
+        };
+        let bits = ERRORS.iter().enumerate();
+        let active = bits.filter(|(place, _)| register >> place & 1 != 0);
+        let words = active.map(|(_, name)| json!({"name": name, "error": true}));
+        self.show_condition(words.collect(), hub);
+        Ok(())
+    }
+
+    /// The sensor, for the page.
+    pub fn device(&self, sheets: &Sheets) -> Value {
+        let rate = self.session.link.rate().map(kbits);
+        let product = self.session.sheet.product;
+        let heading = self.sampler.as_ref().map(Sampler::heading);
+        let heading = heading.unwrap_or_default();
+        let angles: Vec<Value> = heading
+            .split(',')
+            .filter_map(|column| column.rsplit_once('_'))
+            .filter(|(name, _)| *name != "time")
+            .map(|(name, unit)| json!({"name": name, "unit": unit}))
+            .collect();
+        let axes: Vec<&str> = product.guide.zero.iter().map(|one| one.axis).collect();
+        let mut device = self.found.json(rate);
+        device["connection"] = json!(self.connection);
+        device["product"] = json!(product.name);
+        device["sheet"] = json!(sheets.key(&self.session.sheet));
+        device["foreign"] = json!(self.session.sheet.data_sheet.is_some());
+        device["maker"] = json!(product.maker);
+        device["angles"] = json!(angles);
+        device["zero"] = json!(axes);
+        device["teach"] = json!(!product.guide.teach.is_empty());
+        device
+    }
+}
+
+/// The angles of a sensor; None: its data sheet does not say which values they are.
+fn sampler(session: &mut Session) -> Result<Option<Sampler>, Failure> {
+    match Sampler::new(session) {
+        Err(failure) if failure.code == "no-angles" => Ok(None),
+        sampler => sampler.map(Some),
+    }
+}

@@ -1,0 +1,198 @@
+//! The data sheets (EDS) of a server: that of the command line, and those that a page has sent.
+//!
+//! A page uses the key of a data sheet, `eds:1`, where it uses the name of a product. The commands read a copy of the file, and the lines
+//! that they show have the name that the user knows. The server keeps the files until it ends.
+
+use crate::backup::{Backup, product_in};
+use crate::eds;
+use crate::failure::Failure;
+use crate::identify::{self, protocol_of};
+use crate::sheet::Sheet;
+use serde_json::{Value, json};
+use std::io::Write;
+use std::path::Path;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use tempfile::NamedTempFile;
+
+/// The longest file of a page, in bytes.
+pub const LONGEST: usize = 1 << 20;
+
+/// The beginning of a key.
+const KEY: &str = "eds:";
+
+/// A data sheet.
+#[derive(Debug)]
+pub struct Kept {
+    /// Its key.
+    pub key: String,
+    /// The name of the file, as the user knows it.
+    pub name: String,
+    /// The sheet.
+    pub sheet: Sheet,
+    /// The copy of the file.
+    file: NamedTempFile,
+}
+
+impl Kept {
+    /// The copy of the file, for commands.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// The option that names the file.
+    pub fn option(&self) -> String {
+        format!("--eds={}", self.name)
+    }
+
+    /// As a row of the page.
+    pub fn row(&self) -> Value {
+        let Sheet {
+            product,
+            entries,
+            data_sheet,
+        } = &self.sheet;
+        json!({
+            "sheet": self.key,
+            "name": product.name,
+            "maker": product.maker,
+            "protocol": protocol_of(product),
+            "file": self.name,
+            "entries": entries.len(),
+            "leftOut": data_sheet.as_ref().map(|data_sheet| data_sheet.left_out),
+        })
+    }
+}
+
+/// The data sheets of a server.
+#[derive(Default)]
+pub struct Sheets(Mutex<Vec<Arc<Kept>>>);
+
+impl Sheets {
+    fn kept(&self) -> MutexGuard<'_, Vec<Arc<Kept>>> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Adds the file of the command line.
+    ///
+    /// # Errors
+    /// The file cannot be read, or is no data sheet with parameters.
+    pub fn read(&self, path: &Path) -> Result<Arc<Kept>, Failure> {
+        let sheet = eds::read(path)?;
+        self.keep(path.to_string_lossy().into_owned(), sheet)
+    }
+
+    /// Adds a file of a page.
+    ///
+    /// # Errors
+    /// It is no data sheet with parameters, or is too long.
+    pub fn add(&self, name: &str, text: &str) -> Result<Arc<Kept>, Failure> {
+        let bad = |why: &str| {
+            let message = format!(
+                "{} is no data sheet (EDS): {why}; choose the EDS file of the maker of the device",
+                shown(name)
+            );
+            Failure::usage("bad-file", message)
+        };
+        if text.len() > LONGEST {
+            return Err(bad("it is longer than 1 MiB"));
+        }
+        let sheet = eds::parse(text.as_bytes()).map_err(|why| bad(&why))?;
+        self.keep(shown(name), sheet)
+    }
+
+    fn keep(&self, name: String, sheet: Sheet) -> Result<Arc<Kept>, Failure> {
+        let mut kept = self.kept();
+        // The same file has the same product.
+        let is_same = |own: &&Arc<Kept>| std::ptr::eq(own.sheet.product, sheet.product);
+        if let Some(own) = kept.iter().find(is_same) {
+            return Ok(own.clone());
+        }
+        let unwritten = |error: std::io::Error| {
+            Failure::bus("no-file", format!("cannot write a temporary file: {error}"))
+        };
+        let mut file = NamedTempFile::with_suffix(".eds").map_err(unwritten)?;
+        let text = sheet.data_sheet.as_ref().map(|own| own.text.clone());
+        file.write_all(text.unwrap_or_default().as_bytes())
+            .map_err(unwritten)?;
+        let new = Arc::new(Kept {
+            key: format!("{KEY}{}", kept.len() + 1),
+            name,
+            sheet,
+            file,
+        });
+        kept.push(new.clone());
+        Ok(new)
+    }
+
+    /// The data sheet with this key; None: it is the name of a product.
+    ///
+    /// # Errors
+    /// There is no such data sheet.
+    pub fn find(&self, key: &str) -> Result<Option<Arc<Kept>>, Failure> {
+        if !key.starts_with(KEY) {
+            return Ok(None);
+        }
+        let kept = self.kept();
+        let found = kept.iter().find(|own| own.key == key).cloned();
+        found.map(Some).ok_or_else(|| {
+            let message =
+                "the server does not have this data sheet any more: choose its file again";
+            Failure::usage("unknown-product", message)
+        })
+    }
+
+    /// The sheet of a product, or the data sheet with this key.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn sheet(&self, key: &str) -> Result<Sheet, Failure> {
+        Ok(match self.find(key)? {
+            Some(kept) => kept.sheet.clone(),
+            None => Sheet::of(identify::product(key)?),
+        })
+    }
+
+    /// The key of a sheet: the name of its product, or that of its data sheet.
+    pub fn key(&self, sheet: &Sheet) -> String {
+        let kept = self.kept();
+        let own = kept
+            .iter()
+            .find(|own| std::ptr::eq(own.sheet.product, sheet.product));
+        own.map_or(sheet.product.name.to_owned(), |own| own.key.clone())
+    }
+
+    /// The data sheet of a file with settings, if its product is not in the catalogue. If several data sheets have the name of the product,
+    /// for example those of two revisions: the one with the key `own`, otherwise the newest one.
+    pub fn of(&self, text: &str, own: Option<&str>) -> Option<Arc<Kept>> {
+        let product = product_in(text)?;
+        let kept = self.kept();
+        let fitting = || {
+            let newest = kept.iter().rev();
+            newest.filter(|one| one.sheet.product.name == product)
+        };
+        let first = fitting().find(|one| Some(one.key.as_str()) == own);
+        first.or_else(|| fitting().next()).cloned()
+    }
+
+    /// Reads the text of a file with settings. `own` is the key of its data sheet, see [`of`](Self::of).
+    ///
+    /// # Errors
+    /// See [`Backup::parse`].
+    pub fn backup(&self, text: &str, own: Option<&str>) -> Result<Backup, String> {
+        let kept = self.of(text, own);
+        Backup::parse_with(text, kept.as_ref().map(|kept| &kept.sheet))
+    }
+
+    /// The rows of the page.
+    pub fn rows(&self) -> Vec<Value> {
+        self.kept().iter().map(|kept| kept.row()).collect()
+    }
+}
+
+/// The name of a file without control characters, for the page.
+pub fn shown(name: &str) -> String {
+    match eds::shown(name) {
+        name if name.is_empty() => "FILE.eds".to_owned(),
+        name => name,
+    }
+}

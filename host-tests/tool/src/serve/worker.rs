@@ -1,0 +1,377 @@
+//! The thread that owns the adapter: it does one job after the other, and polls the angles between them.
+
+mod commands;
+mod report;
+mod which;
+
+use super::events::{Hub, Kind};
+use super::job::{Connect, Job, Opener, Part, Task, options};
+use super::lease::Lease;
+use super::line::{self, Words};
+use super::live::Live;
+use super::sheets::{Kept, Sheets};
+use crate::adapter::{Adapter, Mode};
+use crate::client::Link;
+use crate::connect;
+use crate::failure::{Failure, Kind as Refusal};
+use crate::identify::{self, Identity};
+use crate::labels::Labels;
+use crate::output::Terminal;
+use crate::scan::kbits;
+use crate::session::Target;
+use commands::Notes;
+use plumbline::can::BitRate;
+use plumbline::time::{after, millis};
+use report::Reported;
+use serde_json::{Value, json};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
+use std::time::{Duration, SystemTime, UNIX_EPOCH};
+use which::{Answers, on_request};
+
+/// The pause between two events with the status and the frames.
+const STATUS: Duration = Duration::from_millis(250);
+
+/// The samples per second at first.
+const SAMPLES: u32 = 50;
+
+enum State {
+    Closed,
+    Listening(Link),
+    Active(Box<Live>),
+}
+
+/// The worker.
+pub struct Worker {
+    jobs: Receiver<Job>,
+    hub: Arc<Hub>,
+    opener: Opener,
+    stop: Arc<AtomicBool>,
+    /// The folder with the names of sensors; None: that of the user.
+    pub(super) config: Option<PathBuf>,
+    /// The data sheets.
+    pub(super) sheets: Arc<Sheets>,
+    /// That of the sensor.
+    sheet: Option<Arc<Kept>>,
+    port: Option<(String, Lease)>,
+    state: State,
+    /// The options that select the bus and the sensor.
+    selection: Words,
+    /// How it was connected, with the answers of the user.
+    given: Option<Connect>,
+    /// The number of the sensor.
+    connection: u64,
+    /// Which sensor has that number.
+    last: Option<Identity>,
+    /// Where the sensor of the last command is.
+    target: Option<Target>,
+    samples: u32,
+    /// The line of the running command.
+    busy: Option<String>,
+    /// Why the connection ended.
+    error: Option<String>,
+    status: Reported,
+}
+
+impl Worker {
+    /// A worker for these jobs.
+    pub fn new(jobs: Receiver<Job>, hub: Arc<Hub>, opener: Opener, stop: Arc<AtomicBool>) -> Self {
+        Self {
+            jobs,
+            hub,
+            opener,
+            stop,
+            config: None,
+            sheets: Arc::default(),
+            sheet: None,
+            port: None,
+            state: State::Closed,
+            selection: Words::new(),
+            given: None,
+            connection: 0,
+            last: None,
+            target: None,
+            samples: SAMPLES,
+            busy: None,
+            error: None,
+            status: Reported::new(),
+        }
+    }
+
+    /// Works until nobody can send jobs.
+    pub fn run(mut self) {
+        self.report();
+        loop {
+            let job = match self.state {
+                State::Closed => match self.jobs.recv_timeout(STATUS * 4) {
+                    Ok(job) => Some(job),
+                    Err(RecvTimeoutError::Timeout) => None,
+                    Err(RecvTimeoutError::Disconnected) => break,
+                },
+                _ => match self.jobs.try_recv() {
+                    Ok(job) => Some(job),
+                    Err(TryRecvError::Empty) => None,
+                    Err(TryRecvError::Disconnected) => break,
+                },
+            };
+            if let Some(job) = job {
+                self.stop.store(false, Ordering::Relaxed);
+                let result = self.work(job.task);
+                self.stop.store(false, Ordering::Relaxed);
+                // The page knows that the buttons can be pressed again before it has the answer.
+                self.report();
+                let _ = job.reply.send(result);
+            } else {
+                // Without a job there is nothing to stop.
+                self.stop.store(false, Ordering::Relaxed);
+                let turned = self.turn();
+                self.survive(turned);
+            }
+            if self.status.at.elapsed() >= STATUS {
+                self.report();
+            }
+        }
+        self.stop.store(false, Ordering::Relaxed);
+        let _ = self.close();
+    }
+
+    fn turn(&mut self) -> Result<(), Failure> {
+        if self.port.is_none() {
+            return Ok(());
+        }
+        match &mut self.state {
+            State::Closed => Ok(()),
+            State::Listening(link) => {
+                let until = after(link.now(), millis(20));
+                while link.receive(until)?.is_some() {}
+                Ok(())
+            }
+            State::Active(live) => {
+                live.turn(&self.hub)?;
+                let was_silent = std::mem::replace(&mut self.status.was_silent, live.is_silent());
+                if was_silent && !live.is_silent() {
+                    // It has been restarted: its values can differ.
+                    self.refresh()?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    /// An adapter that has failed ends the connection, with its reason.
+    fn survive(&mut self, result: Result<(), Failure>) {
+        if let Err(failure) = result
+            && failure.code != "stopped"
+        {
+            self.error = Some(failure.message);
+            self.port = None;
+            self.forget();
+            self.report();
+        }
+    }
+
+    fn forget(&mut self) {
+        self.state = State::Closed;
+        self.selection.clear();
+        self.sheet = None;
+        self.hub.publish(Kind::Device, &Value::Null);
+        self.hub.publish(Kind::Values, &Value::Null);
+        self.hub.publish(Kind::Condition, &Value::Null);
+    }
+
+    /// Ends the session and closes the adapter, which is kept for the next connection.
+    fn close(&mut self) -> Result<(), Failure> {
+        let result = match std::mem::replace(&mut self.state, State::Closed) {
+            State::Active(mut live) => live.release(),
+            _ => Ok(()),
+        };
+        if let Some((_, lease)) = &self.port {
+            lease.end();
+        }
+        self.forget();
+        result
+    }
+
+    /// The adapter of a port. The one of another port is dropped first.
+    fn lease(&mut self, port: &str) -> Result<Lease, Failure> {
+        if let Some((own, lease)) = &self.port
+            && own == port
+        {
+            return Ok(lease.clone());
+        }
+        self.port = None;
+        let lease = Lease::new((self.opener)(port)?);
+        self.port = Some((port.to_owned(), lease.clone()));
+        self.status.tells_errors = true;
+        Ok(lease)
+    }
+
+    fn work(&mut self, task: Task) -> Result<Value, Failure> {
+        match task {
+            Task::Connect(connect) => self.connect(&connect),
+            Task::Disconnect => {
+                self.error = None;
+                self.close()?;
+                Ok(json!({}))
+            }
+            Task::Scan {
+                port,
+                words,
+                yes,
+                asks,
+            } => self.scan(&port, words, &yes, asks),
+            Task::Run(words) => self.command(words),
+            Task::Backup => self.backup(),
+            Task::Restore {
+                text,
+                name,
+                only,
+                label,
+            } => self.restore(&text, &name, &only, label),
+            Task::For { sensor, task } => {
+                self.check(sensor)?;
+                self.work(*task)
+            }
+            Task::Samples(samples) => {
+                self.samples = samples;
+                if let State::Active(live) = &mut self.state {
+                    live.set_rate(samples);
+                }
+                Ok(json!({}))
+            }
+        }
+    }
+
+    fn connect(&mut self, wanted: &Connect) -> Result<Value, Failure> {
+        let mut shown = wanted.words(&self.sheets)?;
+        shown.push(match wanted.mode {
+            Part::Listen => "log".to_owned(),
+            Part::Active => "watch".to_owned(),
+        });
+        if wanted.mode == Part::Listen {
+            shown.push("-".to_owned());
+        }
+        self.error = None;
+        self.close()?;
+        let number = self.begin(&shown);
+        let mut notes = self.notes(number);
+        let connected = self.connected(wanted, number, &mut notes);
+        let result = connected.map_err(on_request);
+        if let Err(failure) = &result {
+            // An adapter that has failed can be plugged in again.
+            if failure.kind == Refusal::Bus {
+                self.port = None;
+            }
+            let _ = self.close();
+            self.error = Some(failure.message.clone());
+        }
+        self.end(number, &shown, &result, notes.all);
+        result
+    }
+
+    fn connected(
+        &mut self,
+        wanted: &Connect,
+        number: u64,
+        notes: &mut Notes,
+    ) -> Result<Value, Failure> {
+        let options = options(&wanted.words(&self.sheets)?)?;
+        let sheet = self
+            .sheets
+            .find(wanted.product.as_deref().unwrap_or_default())?;
+        let lease = self.lease(&wanted.port)?;
+        lease.with_tap(|tap| tap.clear());
+        self.status.frames = 0;
+        let mut answers = Answers::new(&wanted.yes);
+        let mut confirm = |question: &str| wanted.all || answers.confirm(question);
+        let mut terminal = Terminal {
+            json: true,
+            out: &mut std::io::sink(),
+            notes,
+            confirm: &mut confirm,
+            stopped: self.stopped(),
+            bar: self.steps(number),
+        };
+        if wanted.mode == Part::Listen {
+            let mut link = Link::new(Box::new(lease.clone()), &terminal.stopped);
+            let rate = match options.rate {
+                None if lease.capabilities().needs_rate => {
+                    let heard = connect::traffic(&mut link, &mut terminal)?;
+                    heard.map(|heard| heard.rate).ok_or_else(|| {
+                        Failure::silent(
+                            "no-answer",
+                            "there is no traffic, so the bit rate is unknown: choose the bit rate, or connect actively",
+                        )
+                    })?
+                }
+                rate => rate,
+            };
+            link.open(rate, Mode::Listen)?;
+            lease.keep();
+            self.selection = selection(&wanted.port, rate);
+            self.state = State::Listening(link);
+            return Ok(json!({}));
+        }
+        let bus = connect::Wanted {
+            listens: false,
+            rate: options.rate,
+            target: connect::target(
+                options.id.as_deref(),
+                options.node,
+                options.mac,
+                options.address,
+            )?,
+            product: match &sheet {
+                Some(kept) => Some(kept.sheet.product),
+                None => options
+                    .product
+                    .as_deref()
+                    .map(identify::product)
+                    .transpose()?,
+            },
+            sheet: sheet.as_ref().map(|kept| kept.sheet.clone()),
+            labels: Labels::open(self.config.as_deref()).unwrap_or_default(),
+            expected: None,
+            all_yes: wanted.all,
+        };
+        let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
+        let (session, found) = match (opened, answers.question()) {
+            // The page asks the user, and tries again.
+            (Err(failure), Some(question)) if failure.kind == Refusal::Usage => {
+                return Err(Failure::usage("asks", question));
+            }
+            (opened, _) => opened?,
+        };
+        self.given = Some(wanted.clone());
+        lease.keep();
+        let rate = session.link.rate().map(kbits);
+        let product = session.sheet.product.name;
+        let eds = sheet.as_ref().map(|kept| kept.option());
+        self.selection = line::selecting(&wanted.port, rate.as_ref(), &found, product, eds);
+        self.sheet = sheet;
+        let number = self.number(&found);
+        let live = Live::new(session, found, number, self.samples)?;
+        let device = live.device(&self.sheets);
+        self.state = State::Active(Box::new(live));
+        self.hub.publish(Kind::Device, &device);
+        self.refresh()?;
+        Ok(device)
+    }
+}
+
+/// The options that select a bus.
+fn selection(port: &str, rate: Option<BitRate>) -> Words {
+    let mut words = vec!["--port".to_owned(), port.to_owned()];
+    if let Some(rate) = rate {
+        words.extend(["--rate".to_owned(), kbits(rate).to_string()]);
+    }
+    words
+}
+
+/// The time in ms since 1970.
+pub(super) fn now() -> u64 {
+    let passed = SystemTime::now().duration_since(UNIX_EPOCH);
+    passed.unwrap_or_default().as_millis() as u64
+}

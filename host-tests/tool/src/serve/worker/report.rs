@@ -1,0 +1,86 @@
+//! The status of the connection, and the newest frames, for the tabs.
+
+use super::{State, Worker};
+use crate::adapter::Adapter;
+use crate::scan::kbits;
+use crate::serve::events::Kind;
+use crate::serve::line;
+use serde_json::json;
+use std::time::{Duration, Instant};
+
+/// The pause between two looks at the errors of the adapter.
+const ERRORS: Duration = Duration::from_secs(1);
+
+/// What was reported last.
+pub(super) struct Reported {
+    pub(super) at: Instant,
+    pub(super) frames: u64,
+    pub(super) errors_at: Instant,
+    pub(super) errors: Option<u64>,
+    /// The adapter tells its errors.
+    pub(super) tells_errors: bool,
+    pub(super) was_silent: bool,
+}
+
+impl Reported {
+    pub(super) fn new() -> Self {
+        let now = Instant::now();
+        Self {
+            at: now,
+            frames: 0,
+            errors_at: now,
+            errors: None,
+            tells_errors: true,
+            was_silent: false,
+        }
+    }
+}
+
+impl Worker {
+    /// Publishes the status and the newest frames.
+    pub(super) fn report(&mut self) {
+        let elapsed = self.status.at.elapsed().as_secs_f64();
+        self.status.at = Instant::now();
+        let (mut received, mut sent, mut frames) = (0, 0, None);
+        if let Some((_, lease)) = &mut self.port {
+            (received, sent, frames) = lease.with_tap(|tap| (tap.received, tap.sent, tap.take()));
+            let is_open = !matches!(self.state, State::Closed);
+            if is_open && self.status.tells_errors && self.status.errors_at.elapsed() >= ERRORS {
+                self.status.errors_at = Instant::now();
+                self.status.errors = lease.errors();
+                self.status.tells_errors = self.status.errors.is_some();
+            }
+        }
+        if let Some(frames) = frames {
+            self.hub.publish(Kind::Frames, &frames);
+        }
+        let passed = (received + sent).saturating_sub(self.status.frames);
+        self.status.frames = received + sent;
+        let (state, lost, silent) = match &self.state {
+            State::Closed => ("closed", 0, false),
+            State::Listening(_) => ("listening", 0, false),
+            State::Active(live) => ("active", live.lost, live.is_silent()),
+        };
+        let rate = match &self.state {
+            State::Listening(link) => link.rate(),
+            State::Active(live) => live.session.link.rate(),
+            State::Closed => None,
+        };
+        let status = json!({
+            "state": state,
+            "port": self.port.as_ref().map(|(port, _)| port),
+            "rate": rate.map(kbits),
+            "received": received,
+            "sent": sent,
+            "perSecond": (passed as f64 / elapsed.max(0.05)).round(),
+            "errors": self.status.errors.filter(|_| self.status.tells_errors),
+            "samples": self.samples,
+            "lost": lost,
+            "silent": silent,
+            "busy": self.busy,
+            "error": self.error,
+            "line": (!self.selection.is_empty()).then(|| line::shown(&self.selection)),
+        });
+        self.hub.publish(Kind::Status, &status);
+    }
+}

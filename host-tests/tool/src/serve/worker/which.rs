@@ -1,0 +1,137 @@
+//! Which sensor the worker has: a page that shows another one is refused, and one that has moved is followed.
+
+use super::{State, Worker};
+use crate::failure::{Failure, Kind};
+use crate::identify::Found;
+use crate::serve::job::{Connect, options};
+use std::rc::Rc;
+use std::sync::atomic::Ordering;
+
+impl Worker {
+    /// Refuses a command for another sensor than the one that is connected.
+    pub(super) fn check(&self, sensor: Option<u64>) -> Result<(), Failure> {
+        match &self.state {
+            State::Active(live) if sensor != Some(live.connection) => {
+                let line = live.found.line(live.session.link.rate());
+                let message = format!(
+                    "another sensor is connected now ({line}): nothing was done. Look at it, and give the command again"
+                );
+                Err(Failure::refused("sensor-changed", message))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    /// The number of a sensor: that of the last one, if it is the same for certain.
+    pub(super) fn number(&mut self, found: &Found) -> u64 {
+        let identity = found.identity();
+        if !identity.is_unique() || self.last.as_ref() != Some(&identity) {
+            self.connection += 1;
+        }
+        self.last = Some(identity);
+        self.connection
+    }
+
+    /// Connects again to the sensor: it has another address, or another one is at its address.
+    pub(super) fn again(&mut self, change: impl FnOnce(&mut Connect)) -> Result<(), Failure> {
+        let Some((port, _)) = &self.port else {
+            return Ok(());
+        };
+        let mut wanted = Connect::of(&options(&self.selection)?);
+        wanted.port = port.clone();
+        if let Some(given) = &self.given {
+            // The same question about the same sensor is not asked again.
+            (wanted.yes, wanted.all) = (given.yes.clone(), given.all);
+        }
+        if let Some(kept) = &self.sheet {
+            wanted.product = Some(kept.key.clone());
+        }
+        change(&mut wanted);
+        self.connect(&wanted).map(|_| ())
+    }
+
+    /// True while the running job is to be stopped. The last requests of a command, which release the sensor, are sent nevertheless.
+    pub(super) fn stopped(&self) -> Rc<dyn Fn() -> bool> {
+        let stop = self.stop.clone();
+        Rc::new(move || stop.load(Ordering::Relaxed))
+    }
+}
+
+/// The questions of a command. A yes is for the question that was shown, not for another one.
+pub(super) struct Answers<'a> {
+    yes: &'a [String],
+    /// The questions without a yes.
+    asked: Vec<String>,
+}
+
+impl<'a> Answers<'a> {
+    pub(super) fn new(yes: &'a [String]) -> Self {
+        Self {
+            yes,
+            asked: Vec::new(),
+        }
+    }
+
+    /// Whether the user has said yes to this question.
+    pub(super) fn confirm(&mut self, question: &str) -> bool {
+        let is_yes = self.yes.iter().any(|own| own == question);
+        if !is_yes {
+            self.asked.push(question.to_owned());
+        }
+        is_yes
+    }
+
+    /// The questions without a yes, each on a line: the page asks the user until one is answered with yes, and tries again. None: all
+    /// had a yes.
+    pub(super) fn question(&self) -> Option<String> {
+        (!self.asked.is_empty()).then(|| self.asked.join("\n"))
+    }
+}
+
+/// A command of the page is not stopped by Ctrl-C.
+pub(super) fn on_request(failure: Failure) -> Failure {
+    match failure.kind {
+        Kind::Stopped => Failure::stopped("stopped on request: start it again to finish"),
+        _ => failure,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::adapter::{Adapter, Mode, demo};
+    use crate::client::Link;
+    use crate::serve::events::Hub;
+    use crate::serve::lease::Lease;
+    use plumbline::can::{CanId, Frame};
+    use plumbline::time::millis;
+    use std::sync::Arc;
+    use std::sync::atomic::AtomicBool;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn stop_while_the_last_frame_leaves_the_adapter_ends_the_command_but_not_its_last_requests() {
+        let (stop, (_jobs, receiver)) = (Arc::new(AtomicBool::new(false)), channel());
+        let opener = Box::new(|_: &str| -> Result<Box<dyn Adapter>, Failure> {
+            Err(Failure::bus("not-open", "there is no adapter"))
+        });
+        let worker = Worker::new(receiver, Arc::new(Hub::default()), opener, stop.clone());
+        let demo = demo::unpaced("is2").expect("a sensor");
+        let mut link = Link::new(Box::new(Lease::new(Box::new(demo))), &worker.stopped());
+        let request = Frame::of(CanId::standard(0x300), [0x02, 0, 0, 0, 0, 0, 0, 0], 1);
+        link.open(None, Mode::Active).expect("it opens");
+        link.send(&request).expect("it is sent");
+        stop.store(true, Ordering::Relaxed);
+        link.open(None, Mode::Active).expect("it opens");
+        let ask = |link: &mut Link| link.ask(&request, millis(100), |_| Some(()));
+        for _ in 0..2 {
+            let failure = ask(&mut link)
+                .map_err(on_request)
+                .expect_err("it is stopped");
+            assert_eq!(failure.code, "stopped");
+            assert!(failure.message.contains("on request"), "{failure}");
+        }
+        link.end();
+        assert_eq!(ask(&mut link), Ok(Some(())));
+    }
+}

@@ -1,0 +1,379 @@
+//! A session with one sensor: reads, writes and commands, whatever its protocol.
+
+mod commands;
+
+use crate::client::Link;
+use crate::client::devicenet::{Path, Response, Slave};
+use crate::client::fsc::{self, Sensor};
+use crate::client::sdo::Server;
+use crate::failure::Failure;
+use crate::number::Scale;
+use crate::sheet::{Address, Entry, Sheet};
+use plumbline::devicenet::service;
+use plumbline::model::catalog::{Product, Protocol};
+use plumbline::param::{ParameterId, number};
+
+/// The address of a sensor.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Target {
+    /// Function select codes.
+    Fsc(Sensor),
+    /// A CANopen node.
+    Canopen(u8),
+    /// A DeviceNet slave.
+    Devicenet(Slave),
+    /// A J1939 node, with its address. Its parameters are objects, as those of CANopen.
+    J1939(u8),
+}
+
+impl Target {
+    /// The address as `scan` shows it and the command line takes it: 300, 10 or 63.
+    pub fn address(&self) -> String {
+        match self {
+            Self::Fsc(sensor) => fsc::shown(sensor.request).trim_end_matches('h').to_owned(),
+            Self::Canopen(node) => node.to_string(),
+            Self::Devicenet(slave) => slave.mac.to_string(),
+            Self::J1939(address) => address.to_string(),
+        }
+    }
+
+    /// The name of the protocol in documents.
+    pub fn protocol(&self) -> &'static str {
+        match self {
+            Self::Fsc(_) => "fsc",
+            Self::Canopen(_) => "canopen",
+            Self::Devicenet(_) => "devicenet",
+            Self::J1939(_) => "j1939",
+        }
+    }
+
+    /// The address with its kind, for people.
+    pub fn named(&self) -> String {
+        match self {
+            Self::Fsc(_) => format!("identifier {}h", self.address()),
+            Self::Canopen(node) => format!("node-ID {node}"),
+            Self::Devicenet(slave) => format!("MAC ID {}", slave.mac),
+            Self::J1939(address) => format!("J1939 address {address}"),
+        }
+    }
+
+    /// The server of its objects, if it has one.
+    pub fn server(&self) -> Option<Server> {
+        match self {
+            Self::Canopen(node) => Some(Server::of(*node)),
+            Self::J1939(address) => Some(Server::j1939(*address)),
+            Self::Fsc(_) | Self::Devicenet(_) => None,
+        }
+    }
+}
+
+/// How often a read is tried.
+const TRIES: u8 = 3;
+
+/// A session.
+pub struct Session {
+    /// The link to the bus.
+    pub link: Link,
+    /// The address of the sensor.
+    pub target: Target,
+    /// Its sheet.
+    pub sheet: Sheet,
+    /// What the user must know at the end; see [`note`](Self::note).
+    pub notes: Vec<String>,
+    /// Another master owns the sensor: nothing is sent to it, and it is only listened to.
+    pub only_listens: bool,
+    /// The connection of DeviceNet is allocated.
+    is_allocated: bool,
+}
+
+impl Session {
+    /// A session with the sensor at this address, which is of this product.
+    pub fn new(link: Link, target: Target, product: &'static Product) -> Self {
+        Self::with_sheet(link, target, Sheet::of(product))
+    }
+
+    /// A session with the device at this address, which has this sheet.
+    pub fn with_sheet(link: Link, target: Target, sheet: Sheet) -> Self {
+        Self {
+            link,
+            target,
+            sheet,
+            notes: Vec::new(),
+            only_listens: false,
+            is_allocated: false,
+        }
+    }
+
+    /// Ends the session and returns the link. A connection of DeviceNet is released.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn finish(mut self) -> Result<Link, Failure> {
+        self.release()?;
+        Ok(self.link)
+    }
+
+    /// Releases the connection of DeviceNet.
+    ///
+    /// # Errors
+    /// Those of the adapter.
+    pub fn release(&mut self) -> Result<(), Failure> {
+        if let (Target::Devicenet(slave), true) = (self.target, self.is_allocated) {
+            self.is_allocated = false;
+            slave.release(&mut self.link)?;
+        }
+        Ok(())
+    }
+
+    /// Remembers what the user must know at the end, each once.
+    pub fn note(&mut self, note: impl Into<String>) {
+        let note = note.into();
+        if !self.notes.contains(&note) {
+            self.notes.push(note);
+        }
+    }
+
+    /// The sensor has another address now, and its connections are released.
+    pub fn moved(&mut self, target: Target) {
+        self.target = target;
+        self.is_allocated = false;
+    }
+
+    fn slave(&mut self, slave: Slave) -> Result<Slave, Failure> {
+        if !self.is_allocated {
+            slave.allocate(&mut self.link)?;
+            self.is_allocated = true;
+        }
+        Ok(slave)
+    }
+
+    /// The bytes of an entry; a text has any length. A request without an answer is repeated.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn read_bytes(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
+        let mut read = self.bytes_once(entry);
+        for _ in 1..TRIES {
+            match &read {
+                Err(failure) if failure.code == "no-answer" => read = self.bytes_once(entry),
+                _ => break,
+            }
+        }
+        read
+    }
+
+    fn bytes_once(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
+        match (self.target, entry.address) {
+            (Target::Fsc(sensor), Address::Fsc { read, offset, .. }) => {
+                let reply = fsc::once(&mut self.link, sensor, read, &[], fsc::ANSWER)?;
+                let from = usize::from(offset);
+                let to = from + usize::from(entry.data_type.size());
+                let bytes = reply.data.get(from..to);
+                bytes
+                    .map(<[u8]>::to_vec)
+                    .ok_or_else(|| unexpected(&entry.name))
+            }
+            (target, Address::Object { index, sub }) => {
+                let server = target.server().ok_or_else(|| unexpected(&entry.name))?;
+                let answer = server.read(&mut self.link, index, sub)?;
+                answer.must(server, &format!("to read {}", entry.name))
+            }
+            (
+                Target::Devicenet(slave),
+                Address::Attribute {
+                    class,
+                    instance,
+                    attribute,
+                },
+            ) => {
+                let path = Path { class, instance };
+                let response = self.explicit(slave, service::GET, path, &[attribute])?;
+                response.must(slave.mac, &format!("to read {}", entry.name))
+            }
+            _ => Err(unexpected(&entry.name)),
+        }
+    }
+
+    /// A request on the explicit connection. A pause of more than 10 s ends the connection; then it is allocated again.
+    ///
+    /// # Errors
+    /// Another master owns the sensor, or those of the adapter.
+    pub(crate) fn explicit(
+        &mut self,
+        slave: Slave,
+        code: u8,
+        path: Path,
+        data: &[u8],
+    ) -> Result<Response, Failure> {
+        let was_allocated = self.is_allocated;
+        let slave = self.slave(slave)?;
+        let response = slave.explicit(&mut self.link, code, path, data)?;
+        if response != Response::Silent || !was_allocated {
+            return Ok(response);
+        }
+        self.is_allocated = false;
+        let slave = self.slave(slave)?;
+        slave.explicit(&mut self.link, code, path, data)
+    }
+
+    /// The raw number of an entry.
+    ///
+    /// # Errors
+    /// See [`read_bytes`](Self::read_bytes).
+    pub fn read(&mut self, entry: &Entry) -> Result<u32, Failure> {
+        let bytes = self.read_bytes(entry)?;
+        raw_number(entry, &bytes)
+    }
+
+    /// The same without repetitions.
+    ///
+    /// # Errors
+    /// See [`read_bytes`](Self::read_bytes).
+    pub fn read_once(&mut self, entry: &Entry) -> Result<u32, Failure> {
+        let bytes = self.bytes_once(entry)?;
+        raw_number(entry, &bytes)
+    }
+
+    /// Writes raw numbers. Parameters of FSC with the same code are written together: those that are not given keep their values.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn write(&mut self, values: &[(Entry, u32)]) -> Result<(), Failure> {
+        let mut done = Vec::new();
+        for (entry, raw) in values {
+            match (self.target, entry.address) {
+                (
+                    Target::Fsc(_),
+                    Address::Fsc {
+                        write: Some(write), ..
+                    },
+                ) => {
+                    if !done.contains(&write) {
+                        done.push(write);
+                        let data = self.bytes_of_code(write, values)?;
+                        self.fsc_command(write, &data, fsc::WRITTEN)?;
+                    }
+                }
+                _ => {
+                    let size = usize::from(entry.data_type.size());
+                    self.write_bytes(entry, &raw.to_le_bytes()[..size])?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The data of a write code: the given values, and the present ones of the other parameters.
+    fn bytes_of_code(&mut self, code: u8, values: &[(Entry, u32)]) -> Result<Vec<u8>, Failure> {
+        let is = |entry: &&Entry| matches!(entry.address, Address::Fsc { write: Some(own), .. } if own == code);
+        let parts: Vec<Entry> = self.sheet.entries.iter().filter(is).cloned().collect();
+        let mut data = Vec::new();
+        for part in parts {
+            let given = values.iter().find(|(entry, _)| entry.name == part.name);
+            let raw = match given {
+                Some((_, raw)) => *raw,
+                None => self.read(&part)?,
+            };
+            data.extend_from_slice(&raw.to_le_bytes()[..usize::from(part.data_type.size())]);
+        }
+        Ok(data)
+    }
+
+    /// Writes the bytes of an entry, also none (FSC: the sensor takes the value from the present position) or a text.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn write_bytes(&mut self, entry: &Entry, bytes: &[u8]) -> Result<(), Failure> {
+        let what = format!("to write {}", entry.name);
+        match (self.target, entry.address) {
+            (
+                Target::Fsc(_),
+                Address::Fsc {
+                    write: Some(write), ..
+                },
+            ) => self.fsc_command(write, bytes, fsc::WRITTEN),
+            (target, Address::Object { index, sub }) => {
+                let server = target.server().ok_or_else(|| unexpected(&entry.name))?;
+                let server = server.patient();
+                server
+                    .write(&mut self.link, index, sub, bytes)?
+                    .must(server, &what)
+            }
+            (
+                Target::Devicenet(slave),
+                Address::Attribute {
+                    class,
+                    instance,
+                    attribute,
+                },
+            ) => {
+                let path = Path { class, instance };
+                let data = [&[attribute], bytes].concat();
+                let response = self.explicit(slave, service::SET, path, &data)?;
+                response.must(slave.mac, &what).map(|_| ())
+            }
+            _ => Err(unexpected(&entry.name)),
+        }
+    }
+
+    fn fsc_command(
+        &mut self,
+        code: u8,
+        data: &[u8],
+        time: plumbline::time::Duration,
+    ) -> Result<(), Failure> {
+        let (Target::Fsc(sensor), Protocol::Fsc(tables)) =
+            (self.target, &self.sheet.product.protocol)
+        else {
+            return Err(unexpected("the request"));
+        };
+        let earlier = fsc::command(&mut self.link, sensor, tables, code, data, time)?;
+        for name in earlier {
+            let note =
+                format!("the sensor had the error {name} before this command, which cleared it");
+            self.note(note);
+        }
+        Ok(())
+    }
+
+    /// The number of an entry with the scale in force: the resolution can select it. Of a sensor that is only listened to, that as
+    /// delivered.
+    ///
+    /// # Errors
+    /// See [`read_bytes`](Self::read_bytes).
+    pub fn scale_of(&mut self, entry: &Entry) -> Result<Scale, Failure> {
+        let resolution = self.sheet.product.guide.resolution;
+        let is_selected = self.sheet.follows_resolution(entry) && !self.only_listens;
+        let Some(resolution) = resolution.filter(|_| is_selected) else {
+            return Ok(entry.scale.clone());
+        };
+        let Some(own) = self.sheet.parameter(resolution.parameter).cloned() else {
+            return Ok(entry.scale.clone());
+        };
+        let number = self.read(&own)?;
+        Ok(own.scale.times(number))
+    }
+
+    /// The entry of a parameter.
+    ///
+    /// # Errors
+    /// The product has no address for it.
+    pub fn entry(&self, id: ParameterId) -> Result<Entry, Failure> {
+        let entry = self.sheet.parameter(id).cloned();
+        entry.ok_or_else(|| unexpected("a parameter"))
+    }
+}
+
+/// The answer does not fit the product.
+fn unexpected(what: &str) -> Failure {
+    Failure::refused(
+        "unexpected-answer",
+        format!("the answer to {what} does not fit the product: is --product right?"),
+    )
+}
+
+/// The number in the bytes of an entry.
+fn raw_number(entry: &Entry, bytes: &[u8]) -> Result<u32, Failure> {
+    let bytes = bytes.get(..usize::from(entry.data_type.size()));
+    bytes.map(number).ok_or_else(|| unexpected(&entry.name))
+}

@@ -1,0 +1,177 @@
+//! The commands of a session: put an old value back, save, load the factory values, restart.
+
+use super::{Session, TRIES, Target, unexpected};
+use crate::client::devicenet::Path;
+use crate::client::fsc;
+use crate::client::nmt::{self, Command};
+use crate::client::sdo::Server;
+use crate::failure::Failure;
+use crate::sheet::Entry;
+use plumbline::canopen::dictionary::{Service, Target as ObjectTarget};
+use plumbline::devicenet::service;
+use plumbline::fsc::table::{Function, Operation};
+use plumbline::model::catalog::Protocol;
+use plumbline::model::listing;
+
+impl Session {
+    /// Writes the number that an entry had before the tool changed it for a moment, also if the user wants to stop. A write without an
+    /// answer is repeated.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter. The message says what the user has to set.
+    pub fn put_back(&mut self, entry: &Entry, raw: u32) -> Result<(), Failure> {
+        let was_ending = self.link.set_ending(true);
+        let value = [(entry.clone(), raw)];
+        let mut written = self.write(&value);
+        for _ in 1..TRIES {
+            match &written {
+                Err(failure) if failure.code == "no-answer" => written = self.write(&value),
+                _ => break,
+            }
+        }
+        self.link.set_ending(was_ending);
+        written.map_err(|failure| Failure {
+            message: format!(
+                "{}; the tool could not restore {}, which was {}: `plumbline set {}=raw:{raw}`, or switch the sensor off and on",
+                failure.message,
+                entry.name,
+                entry.text(raw),
+                entry.name
+            ),
+            ..failure
+        })
+    }
+
+    /// Stores the parameters. Returns a sentence about what happened.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn save(&mut self) -> Result<&'static str, Failure> {
+        match &self.sheet.product.protocol {
+            Protocol::Fsc(tables) => self.signed(tables, Operation::Save)?,
+            Protocol::Canopen(tables) => {
+                let is = |service| matches!(service, Service::Store | Service::StoreGroup);
+                let [object, ..] = services(tables, is)[..] else {
+                    let message = "the device has no object that stores its parameters (1010h)";
+                    return Err(Failure::usage("not-offered", message));
+                };
+                self.object(object, b"save", "save")?;
+            }
+            Protocol::Devicenet(_) => {
+                return Ok("the sensor stores each change by itself within one second");
+            }
+        }
+        Ok("stored")
+    }
+
+    /// Loads the factory values. Returns a sentence about what follows.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn load_factory(&mut self) -> Result<&'static str, Failure> {
+        match &self.sheet.product.protocol {
+            Protocol::Fsc(tables) => {
+                self.signed(tables, Operation::Load)?;
+                Ok(
+                    "factory values are loaded and stored; identifiers and bit rate act after a restart",
+                )
+            }
+            Protocol::Canopen(tables) => {
+                // The last sub-index restores everything.
+                let groups = services(tables, |service| service == Service::RestoreGroup);
+                if let Some(all) = groups.last() {
+                    self.object(*all, b"load", "load")?;
+                    return Ok(
+                        "factory values, also those of node-ID and bit rate, act after a restart; `save` then keeps them",
+                    );
+                }
+                for object in services(tables, |service| service == Service::RestoreCommunication) {
+                    self.object(object, b"load", "load")?;
+                }
+                for object in services(tables, |service| service == Service::RestoreApplication) {
+                    self.object(object, &[1], "load")?;
+                }
+                Ok("factory values are loaded; node-ID and bit rate act after a restart")
+            }
+            Protocol::Devicenet(_) => {
+                self.reset(1)?;
+                Ok("the sensor restarts with factory values, also those of MAC ID and bit rate")
+            }
+        }
+    }
+
+    /// Restarts the sensor.
+    ///
+    /// # Errors
+    /// The sensor refuses, nobody answers, or those of the adapter.
+    pub fn restart(&mut self) -> Result<(), Failure> {
+        match (self.target, &self.sheet.product.protocol) {
+            (Target::Fsc(sensor), Protocol::Fsc(tables)) => {
+                let function = function(tables, Operation::Alive)?;
+                // There is no answer, so the sensor must be there before.
+                fsc::must(&mut self.link, sensor, function.code, fsc::ANSWER)?;
+                fsc::send(&mut self.link, sensor, function.code, function.signature)
+            }
+            (Target::Canopen(node), _) => {
+                let answer = Server::of(node).read(&mut self.link, 0x1000, 0)?;
+                answer.must(node, "to read the device type")?;
+                nmt::send(&mut self.link, Command::ResetNode, node)?;
+                Ok(())
+            }
+            (Target::J1939(_), Protocol::Canopen(tables)) => {
+                let [object, ..] = services(tables, |service| service == Service::ResetDevice)[..]
+                else {
+                    return Err(unexpected("restart"));
+                };
+                self.object(object, &[1], "the restart")
+            }
+            (Target::Devicenet(_), _) => self.reset(0),
+            _ => Err(unexpected("restart")),
+        }
+    }
+
+    /// The reset service of the identity object. It ends the connection.
+    fn reset(&mut self, kind: u8) -> Result<(), Failure> {
+        let Target::Devicenet(slave) = self.target else {
+            return Err(unexpected("reset"));
+        };
+        let identity = Path {
+            class: 1,
+            instance: 1,
+        };
+        let response = self.explicit(slave, service::RESET, identity, &[kind])?;
+        self.is_allocated = false;
+        response.must(slave.mac, "the reset").map(|_| ())
+    }
+
+    fn signed(
+        &mut self,
+        tables: &listing::fsc::Tables,
+        operation: Operation,
+    ) -> Result<(), Failure> {
+        let function = function(tables, operation)?;
+        self.fsc_command(function.code, function.signature, fsc::SAVED)
+    }
+
+    fn object(&mut self, (index, sub): (u16, u8), bytes: &[u8], what: &str) -> Result<(), Failure> {
+        let server = self.target.server().ok_or_else(|| unexpected(what))?;
+        let server = server.patient();
+        server
+            .write(&mut self.link, index, sub, bytes)?
+            .must(server, what)
+    }
+}
+
+fn function(tables: &listing::fsc::Tables, operation: Operation) -> Result<Function, Failure> {
+    let mut functions = tables.functions.iter();
+    let function = functions.find(|function| function.operation == operation);
+    function.copied().ok_or_else(|| unexpected("the function"))
+}
+
+/// The addresses of the objects with some services, in the order of the dictionary.
+fn services(tables: &listing::canopen::Tables, is: impl Fn(Service) -> bool) -> Vec<(u16, u8)> {
+    let objects = tables.objects.iter();
+    let objects = objects
+        .filter(|object| matches!(object.target, ObjectTarget::Service(service) if is(service)));
+    objects.map(|object| (object.index, object.sub)).collect()
+}

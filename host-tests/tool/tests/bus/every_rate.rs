@@ -1,0 +1,216 @@
+//! Every product at every bit rate that it has, on a wire with that rate: found by listening, and by asking as delivered.
+
+use super::bit_rate::{kbits, wired};
+use super::cyclic::texts;
+use super::rig::{PRODUCTS, Rig};
+use super::scan::scan;
+use plumbline::can::BitRate;
+use plumbline::model::catalog::{Protocol, find};
+use plumbline::time::millis;
+use serde_json::{Value, json};
+
+/// A product with the options for its address.
+fn address(product: &str) -> (&'static str, &'static str) {
+    match product {
+        "jn2101" => ("--node", "10"),
+        "ims360" => ("--node", "50"),
+        "tiltix080" | "tiltix360" => ("--mac", "63"),
+        _ => ("--id", "300"),
+    }
+}
+
+/// The rate of a product as delivered, on a wire; GEMAC sensors detect it.
+fn delivered(product: &str) -> BitRate {
+    match product {
+        "jn2101" | "ims360" | "tiltix080" | "tiltix360" => BitRate::K125,
+        _ => BitRate::K250,
+    }
+}
+
+/// The setting of a GEMAC sensor for a rate. `rate` would restart it, and wait for its answer.
+fn setting(rate: BitRate) -> String {
+    let product = find("is2").unwrap();
+    let Protocol::Fsc(tables) = &product.protocol else {
+        panic!("a GEMAC sensor");
+    };
+    let mut rates = tables.roles.bit_rates.iter();
+    let code = rates.position(|own| *own == Some(rate)).unwrap();
+    format!("set baud-rate=raw:{code} --save")
+}
+
+/// Runs `check` with the sensor at each rate of its product. Returns how many these are.
+fn at_each_rate(
+    mut rig: Rig,
+    address: &str,
+    mut old: BitRate,
+    mut check: impl FnMut(&mut Rig, BitRate),
+) -> usize {
+    let mut count = 0;
+    for rate in BitRate::ALL {
+        rig.says_yes = true;
+        rig.bus.borrow_mut().assist(false);
+        let (from, to) = (kbits(old), kbits(rate));
+        let command = match address.starts_with("--id") {
+            true => setting(rate),
+            false => format!("rate {to}"),
+        };
+        let ended = rig.tool(&format!("--json --rate {from} {address} {command}"));
+        if ended.code != 0 {
+            // Only because the tool, the object or LSS does not have this rate.
+            let mut reasons = ["does not have", "to write baud-rate", "LSS error 1"].iter();
+            let is_rate = reasons.any(|reason| ended.out.contains(reason));
+            assert!(is_rate, "{rate:?} {ended:?}");
+            continue;
+        }
+        (old, count) = (rate, count + 1);
+        rig.says_yes = false;
+        rig.questions.clear();
+        rig.listen(rate);
+        let id = rig.first();
+        rig.bus.borrow_mut().power_cycle(id);
+        check(&mut rig, rate);
+    }
+    count
+}
+
+fn number(rate: BitRate) -> Value {
+    serde_json::from_str(&kbits(rate)).unwrap()
+}
+
+#[test]
+fn every_product_is_found_at_every_rate_when_it_is_switched_on_and_by_asking() {
+    for product in PRODUCTS {
+        let (option, own) = address(product);
+        let rig = wired(product, delivered(product));
+        let count = at_each_rate(
+            rig,
+            &format!("{option} {own}"),
+            delivered(product),
+            |rig, rate| {
+                // Nobody acknowledges: boot-up message or duplicate check.
+                let (rows, time) = scan(rig, "");
+                let found = (&rows[0]["product"], &rows[0]["address"], &rows[0]["rate"]);
+                let expected = (&json!(product), &json!(own), &number(rate));
+                assert_eq!(found, expected, "{product} {rate:?}");
+                assert!(time < 13_000, "{product} {rate:?} {time} ms");
+                assert!(rig.questions.is_empty(), "{product} {rate:?}");
+                // Now it is silent. `scan` has a test that finds the rate of such a sensor.
+                rig.run(3000);
+                let ended = rig.tool(&format!("--rate {} scan --active", kbits(rate)));
+                let row = ended.out.lines().next().unwrap_or_default();
+                assert!(row.contains(product), "{product} {rate:?} {ended:?}");
+            },
+        );
+        let expected = match product {
+            // Section 9.1.
+            "jn2101" => 8,
+            // Object 2001h.
+            "ims360" => 5,
+            // Attribute 2.
+            "tiltix080" | "tiltix360" => 3,
+            // Section 9.10.3.
+            _ => 10,
+        };
+        assert_eq!(count, expected, "{product}");
+    }
+}
+
+#[test]
+fn heartbeat_of_a_second_is_found_at_every_rate() {
+    // Section 9.1, object 2001h.
+    for (product, name, rates) in [
+        ("jn2101", "heartbeat-interval-time", 8),
+        ("ims360", "producer-heartbeat-time", 5),
+    ] {
+        let (option, own) = address(product);
+        let mut rig = wired(product, BitRate::K125);
+        rig.done(&format!("--rate 125 {option} {own} set {name}=1s --save"));
+        let count = at_each_rate(
+            rig,
+            &format!("{option} {own}"),
+            BitRate::K125,
+            |rig, rate| {
+                let other = rig.bus.borrow_mut().adapter();
+                rig.bus.borrow_mut().open(other, Some(rate), false);
+                rig.run(1300);
+                rig.witnessed();
+                let (rows, time) = scan(rig, "");
+                assert_eq!(rows[0]["product"], product, "{rate:?}");
+                assert!(time < 13_000, "{product} {rate:?} {time} ms");
+                assert!(rig.questions.is_empty(), "{product} {rate:?}");
+                rig.bus.borrow_mut().remove(other);
+            },
+        );
+        assert_eq!(count, rates, "{product}");
+    }
+}
+
+/// An IMS360 in J1939 on a wire at 125 kbit/s.
+fn j1939() -> Rig {
+    let mut rig = wired("ims360", BitRate::K125);
+    rig.done("--rate 125 --node 50 raw 3100:1=01");
+    rig.done("--rate 125 --node 50 save");
+    rig.done("--rate 125 --node 50 restart");
+    rig.run(1000);
+    rig
+}
+
+#[test]
+fn address_claim_is_found_at_every_rate() {
+    let count = at_each_rate(j1939(), "--address 128", BitRate::K125, |rig, rate| {
+        rig.run(300);
+        rig.witnessed();
+        let (rows, time) = scan(rig, "");
+        let found = (&rows[0]["product"], &rows[0]["protocol"], &rows[0]["rate"]);
+        let expected = (&json!("ims360"), &json!("j1939"), &number(rate));
+        assert_eq!(found, expected, "{rate:?}");
+        assert!(time < 13_000, "{rate:?} {time} ms");
+        // It was found by its claim, which nobody acknowledges.
+        let seen = texts(&rig.witnessed());
+        assert!(seen[..5].iter().all(|own| own.starts_with("18EEFF80#")));
+    });
+    // Object 2001h.
+    assert_eq!(count, 5);
+}
+
+#[test]
+fn mac_id_other_than_as_delivered_is_found_by_asking_all() {
+    for mac in ["7", "0"] {
+        let mut rig = Rig::with("tiltix080");
+        rig.done(&format!("--mac 63 mac {mac}"));
+        rig.run(3000);
+        rig.witnessed();
+        let (rows, _) = scan(&mut rig, "--active");
+        assert_eq!(
+            (&rows[0]["product"], &rows[0]["address"]),
+            (&json!("tiltix080"), &json!(mac))
+        );
+    }
+}
+
+#[test]
+fn silent_j1939_node_is_found_by_a_request_for_claims() {
+    let mut rig = j1939();
+    rig.done("--rate 125 --address 128 rate 250");
+    let id = rig.first();
+    rig.power_cycle(id);
+    rig.listen(BitRate::K250);
+    // What it sends by itself is not heard.
+    let now = rig.bus.borrow().now();
+    rig.deaf = Some((now, now + millis(12_100)));
+    rig.bus.borrow_mut().assist(true);
+    rig.says_yes = true;
+    rig.questions.clear();
+    let (rows, _) = scan(&mut rig, "");
+    assert_eq!(
+        (
+            &rows[0]["product"],
+            &rows[0]["protocol"],
+            &rows[0]["address"]
+        ),
+        (&json!("ims360"), &json!("j1939"), &json!("128"))
+    );
+    assert_eq!(rig.questions.len(), 1, "{:?}", rig.questions);
+    let seen = texts(&rig.witnessed());
+    assert!(seen.contains(&"18EAFFFE#00EE00".to_owned()));
+}

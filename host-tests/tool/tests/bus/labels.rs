@@ -1,0 +1,104 @@
+//! `label`: the name of a sensor on this computer, and in files.
+
+use super::files::file;
+use super::rig::{PRODUCTS, Rig};
+use serde_json::{Value, json};
+use std::path::PathBuf;
+
+/// A new folder for names.
+fn folder(name: &str) -> PathBuf {
+    let folder = file(&format!("labels-{name}"));
+    let _ = std::fs::remove_dir_all(&folder);
+    folder
+}
+
+#[test]
+fn name_of_every_product_is_kept_by_maker_and_serial_number() {
+    let config = folder("products");
+    for product in PRODUCTS {
+        let mut rig = Rig::with(product);
+        rig.config = Some(config.clone());
+        let name = format!("boom {product}");
+        let ended = rig.tool_with(&["label", &name]);
+        assert_eq!((ended.code, ended.out.trim()), (0, &*name), "{ended:?}");
+        assert!(ended.notes.contains("labels.toml"), "{ended:?}");
+        let ended = rig.tool("get serial-number");
+        assert!(ended.notes.contains(&format!("{name:?}")), "{ended:?}");
+        // Another unit has no name.
+        let mut rig = Rig::new(bench::BusRate::Follow);
+        (rig.rate, rig.says_yes, rig.config) = (Some("250"), true, Some(config.clone()));
+        rig.attach(product, 2);
+        let other = rig.bus.borrow_mut().adapter();
+        rig.bus.borrow_mut().open(other, None, false);
+        rig.run(3000);
+        rig.bus.borrow_mut().remove(other);
+        assert_eq!(rig.json("label"), json!({"label": null}), "{product}");
+    }
+    let names = std::fs::read_to_string(config.join("labels.toml")).unwrap();
+    for line in [
+        "[GEMAC]",
+        "[\"ifm electronic\"]",
+        "[SIKO]",
+        "[\"FRABA Posital GmbH\"]",
+        "1 = \"boom jn2101\"",
+    ] {
+        assert!(names.lines().any(|own| own == line), "{line}: {names}");
+    }
+}
+
+#[test]
+fn name_is_shown_by_scan_and_can_be_removed() {
+    let mut rig = Rig::with("jn2101");
+    rig.config = Some(folder("scan"));
+    rig.done("--node 10 label boom");
+    assert_eq!(rig.json("scan --active")[0]["label"], "boom");
+    assert!(rig.done("scan --active").contains("\"boom\""));
+    rig.done("--node 10 label --remove");
+    assert_eq!(rig.json("scan --active")[0].get("label"), None);
+    assert_eq!(rig.json("--node 10 label"), json!({"label": Value::Null}));
+}
+
+#[test]
+fn name_in_a_file_goes_to_the_successor_that_has_none() {
+    let path = file("label.toml");
+    let _ = std::fs::remove_file(&path);
+    let mut rig = Rig::with("is2");
+    rig.config = Some(folder("file"));
+    rig.done("label boom");
+    rig.done(&format!("backup {}", path.display()));
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("label = \"boom\"\n"), "{text}");
+    rig.done(&format!("set filter=1Hz --file {}", path.display()));
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.contains("label = \"boom\"\n"), "{text}");
+    // The same computer forgets the name.
+    rig.config = Some(folder("successor"));
+    rig.done(&format!("restore {} --only filter", path.display()));
+    assert_eq!(rig.json("label")["label"], Value::Null);
+    rig.done(&format!("restore {}", path.display()));
+    assert_eq!(rig.json("label")["label"], "boom");
+    // A name that the sensor has stays.
+    rig.done("label other");
+    rig.done(&format!("restore {}", path.display()));
+    assert_eq!(rig.json("label")["label"], "other");
+}
+
+#[test]
+fn bad_name_and_broken_file_change_nothing() {
+    let config = folder("bad");
+    let mut rig = Rig::with("is2");
+    rig.config = Some(config.clone());
+    for name in ["", "  ", "two\nlines", &"x".repeat(61)] {
+        let ended = rig.tool_with(&["label", name]);
+        assert_eq!(ended.code, 2, "{name:?} {ended:?}");
+    }
+    assert!(!config.exists());
+    std::fs::create_dir_all(&config).unwrap();
+    let path = config.join("labels.toml");
+    for text in ["nonsense", "GEMAC = 1", "[GEMAC]\n1 = 2\n[GEMAC]"] {
+        std::fs::write(&path, text).unwrap();
+        rig.done("get serial-number");
+        assert_eq!(rig.fails("label boom"), (4, "no-file".to_owned()), "{text}");
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
+    }
+}

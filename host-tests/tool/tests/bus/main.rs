@@ -1,0 +1,27 @@
+//! The commands against every product, in the virtual time of the simulated bus.
+
+mod adjust;
+mod bit_rate;
+#[cfg(unix)]
+mod calibrate;
+mod commands;
+mod cyclic;
+mod data_sheets;
+mod eds_files;
+mod every_rate;
+mod files;
+mod foreign;
+mod interrupted;
+mod j1939;
+mod labels;
+mod listen_only;
+mod names;
+mod opening;
+mod products;
+mod rates;
+mod refusals;
+mod rig;
+mod samples;
+mod scan;
+mod several;
+mod talking;

@@ -1,0 +1,136 @@
+//! Bad input: the error, its exit code, and that nothing is written.
+
+use super::rig::Rig;
+
+/// Whether a frame of the tool writes something in an FSC sensor.
+fn writes(rig: &mut Rig) -> Vec<String> {
+    let frames = rig.witnessed();
+    let frames = frames.iter().map(|frame| format!("{frame:?}"));
+    frames
+        .filter(|frame| {
+            frame.starts_with("300#2") || frame.starts_with("300#4") || frame.starts_with("300#5")
+        })
+        .collect()
+}
+
+#[test]
+fn value_out_of_range_is_refused_before_anything_is_written() {
+    for (assignment, code) in [
+        ("cyclic-time=0", "out-of-range"),
+        ("cyclic-time=65.536s", "bad-value"),
+        ("zero-x=90.01deg", "out-of-range"),
+        ("zero-x=1.255deg", "bad-value"),
+        ("zero-x=1.25Hz", "bad-value"),
+        ("cut-off=99mHz", "out-of-range"),
+        ("cut-off=25.001Hz", "out-of-range"),
+        ("cut-off=8.001Hz", "out-of-range"),
+        ("filter=9Hz,critically-damped", "out-of-range"),
+        ("filter=2Hz,chebyshev", "bad-value"),
+        ("filter-type=3", "bad-value"),
+        ("filter-type=raw:3", "out-of-range"),
+        ("baud-rate=300", "bad-value"),
+        ("baud-rate=10", "bad-value"),
+        ("set-id=301h", "out-of-range"),
+        ("set-id=800h", "bad-value"),
+        ("angle-x=0", "read-only"),
+        ("cyclic-time", "bad-assignment"),
+        ("nonsense=1", "unknown-name"),
+        ("cyclic-time=", "bad-value"),
+        ("cyclic-time=99999999999999999999999999999", "bad-value"),
+    ] {
+        let mut rig = Rig::with("is2");
+        rig.done("get cyclic-time");
+        writes(&mut rig);
+        // A good value before the bad one is not written either.
+        let failed = rig.fails(&format!("set cyclic-mode=on {assignment}"));
+        assert_eq!(failed, (2, code.to_owned()), "{assignment}");
+        assert_eq!(writes(&mut rig), [""; 0], "{assignment}");
+    }
+}
+
+#[test]
+fn refusal_of_the_sensor_is_exit_code_1_and_names_the_next_step() {
+    let list = "`plumbline parameters` lists";
+    for (product, command, step) in [
+        ("jn2101", "--rate 125 --node 10 raw 2000:0=00", list),
+        ("ims360", "--rate 125 --node 50 raw 3100:1=03", list),
+        ("ims360", "--rate 125 --node 50 raw 7777:0", list),
+        ("tiltix080", "--rate 125 --mac 63 raw 10650171FF00", list),
+    ] {
+        let mut rig = Rig::with(product);
+        let ended = rig.tool(command);
+        assert_eq!(ended.code, 1, "{ended:?}");
+        assert!(ended.notes.contains("the sensor refused"), "{ended:?}");
+        assert!(ended.notes.contains(step), "{ended:?}");
+        assert_eq!(rig.fails(command), (1, "refused".to_owned()));
+    }
+}
+
+#[test]
+fn refusal_of_a_gemac_sensor_names_the_next_step() {
+    // The tables of IS2 permit a value that IS1 does not have: zero point Y.
+    let mut rig = Rig::with("is1");
+    let ended = rig.tool("--id 300 --product is2 set zero-y=1deg");
+    assert_eq!(ended.code, 1, "{ended:?}");
+    assert!(ended.notes.contains("CmdParamError"), "{ended:?}");
+    assert!(
+        ended.notes.contains("`plumbline parameters` lists"),
+        "{ended:?}"
+    );
+}
+
+#[test]
+fn silent_bus_is_exit_code_3() {
+    let mut rig = Rig::with("is2");
+    assert_eq!(
+        rig.fails("--rate 250 --id 555 get"),
+        (3, "no-answer".to_owned())
+    );
+    assert_eq!(
+        rig.fails("--rate 250 --node 10 get"),
+        (3, "no-answer".to_owned())
+    );
+    assert_eq!(
+        rig.fails("--rate 250 --mac 1 get"),
+        (3, "no-answer".to_owned())
+    );
+}
+
+#[test]
+fn wrong_product_of_command_line_is_refused() {
+    let mut rig = Rig::with("is2");
+    assert_eq!(
+        rig.fails("--id 300 --product jn2101 get"),
+        (2, "wrong-product".to_owned())
+    );
+    assert_eq!(
+        rig.fails("--product is3 get"),
+        (2, "unknown-product".to_owned())
+    );
+    assert_eq!(
+        rig.fails("--id 300 --node 3 get"),
+        (2, "too-many-addresses".to_owned())
+    );
+    assert_eq!(rig.fails("node-id 3"), (2, "not-offered".to_owned()));
+    assert_eq!(rig.fails("mac 3"), (2, "not-offered".to_owned()));
+    assert_eq!(rig.fails("raw 03Q"), (2, "bad-request".to_owned()));
+}
+
+#[test]
+fn sensor_that_another_master_owns_is_not_touched() {
+    let mut rig = Rig::with("tiltix080");
+    let master = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(master, None, false);
+    let allocate = plumbline::can::Frame::data(
+        plumbline::can::standard(0x5FE),
+        &[0x0A, 0x4B, 3, 1, 3, 0x0A],
+    );
+    rig.bus.borrow_mut().send(master, allocate.unwrap());
+    rig.run(20);
+    assert_eq!(
+        rig.fails("--rate 125 --mac 63 raw 0E010101"),
+        (1, "owned".to_owned())
+    );
+    let (code, _) = rig.fails("--mac 63 --product tiltix080 get");
+    assert_eq!(code, 1);
+}

@@ -1,0 +1,394 @@
+//! A simulated bus with sensors, the program, and a witness that listens.
+
+#[path = "rig/adapter.rs"]
+mod adapter;
+
+use adapter::{Altered, Cyclic, Event, Unplugged};
+use bench::motion::Motion;
+use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Geometry, NodeType, Sensor};
+use clap::Parser;
+use plumbline::can::{BitRate, Frame};
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::time::{Instant, after, millis};
+use plumbline_tool::adapter::bench::{BenchAdapter, SharedBus};
+use plumbline_tool::adapter::{Adapter, Mode};
+use plumbline_tool::cli::Cli;
+use plumbline_tool::command::run_with;
+use plumbline_tool::output::{Bar, Terminal};
+use serde_json::Value;
+use std::cell::{Cell, RefCell};
+use std::io::{self, Write};
+use std::path::PathBuf;
+use std::rc::Rc;
+
+/// All products, one of each family with one axis and with two.
+pub const PRODUCTS: [&str; 12] = [
+    "is1",
+    "is2",
+    "is1d",
+    "is2d",
+    "is1dm",
+    "is2dm",
+    "is1tk",
+    "is2tk",
+    "jn2101",
+    "ims360",
+    "tiltix080",
+    "tiltix360",
+];
+
+/// A position in which every angle of every product is within its range: X = 10 deg, Y = 5 deg of a 2-axis GEMAC sensor.
+pub fn tilted() -> Box<dyn Motion> {
+    let (gx, gy) = (10_f64.to_radians().sin(), 5_f64.to_radians().sin());
+    let up = [-gx, gy, (1.0 - gx * gx - gy * gy).sqrt()];
+    let [x, y, z] = up.map(|part| (part * f64::from(ONE_G)).round() as i32);
+    Box::new(Reading {
+        acceleration: I32x3 { x, y, z },
+        temperature: 25_00,
+        ..Reading::default()
+    })
+}
+
+/// The path of a file for a test. A file of an earlier run is removed.
+pub fn file(name: &str) -> PathBuf {
+    let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(name);
+    let _ = std::fs::remove_file(&path);
+    path
+}
+
+/// A bus.
+pub struct Rig {
+    pub bus: SharedBus,
+    witness: AdapterId,
+    /// The rate of the wire, if it has one.
+    rate_of_bus: Option<BitRate>,
+    devices: Vec<DeviceId>,
+    /// Whether questions are answered with yes.
+    pub says_yes: bool,
+    /// Of those, only questions that contain this.
+    pub yes_to: Option<&'static str>,
+    /// The questions that were asked, and when.
+    pub questions: Vec<String>,
+    pub asked_at: Vec<Instant>,
+    /// The rate for commands that do not say it and are no scans.
+    pub rate: Option<&'static str>,
+    /// The adapter fails after so many requests.
+    pub cut: Option<usize>,
+    /// The folder with the names of sensors; None: one that does not exist.
+    pub config: Option<PathBuf>,
+    /// The adapter does not have this rate.
+    pub refused: Option<BitRate>,
+    /// Another device sends this frame with this cycle in ms, as long as the tool runs.
+    pub cyclic: Option<(u32, Frame)>,
+    /// The adapter loses the frames that come between these times.
+    pub deaf: Option<(Instant, Instant)>,
+    /// The adapter loses the frames of the tool for which this is true.
+    pub lost: fn(&Frame) -> bool,
+    /// The adapter changes the frames that come between two times.
+    pub altered: Option<Altered>,
+    /// They happen on the bus at their times while the tool runs, the earliest first.
+    pub events: Vec<Event>,
+    /// The frames that the adapter says it has lost.
+    pub overruns: Option<u64>,
+    /// The adapter has no listen-only mode.
+    pub only_active: bool,
+    /// The modes in which the adapter was opened.
+    pub modes: Rc<RefCell<Vec<Mode>>>,
+    /// The adapter is an interface with this rate, which the tool cannot set.
+    pub interface: Option<BitRate>,
+    /// The adapter needs this time in ms to open.
+    pub opening: u32,
+    /// Ctrl-C is pressed after so many looks at it.
+    pub stop: Option<u32>,
+    /// The progress bar of the next command.
+    pub bar: Option<Box<dyn Bar>>,
+}
+
+/// Standard output, with the time of each line.
+struct Output {
+    bus: SharedBus,
+    text: Vec<u8>,
+    times: Vec<Instant>,
+}
+
+impl Write for Output {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        let lines = bytes.iter().filter(|byte| **byte == b'\n').count();
+        let now = self.bus.borrow().now();
+        self.times.extend(std::iter::repeat_n(now, lines));
+        self.text.extend_from_slice(bytes);
+        Ok(bytes.len())
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
+    }
+}
+
+/// The end of a run of the program.
+#[derive(Debug)]
+pub struct Ended {
+    pub code: u8,
+    pub out: String,
+    pub notes: String,
+    /// The time of each line of the output.
+    pub times: Vec<Instant>,
+}
+
+impl Rig {
+    /// An empty bus.
+    pub fn new(rate: BusRate) -> Self {
+        let mut bus = Bus::new(rate);
+        let witness = bus.adapter();
+        let witness_rate = match rate {
+            BusRate::Fixed(rate) => Some(rate),
+            _ => None,
+        };
+        bus.open(witness, witness_rate, true);
+        Self {
+            bus: Rc::new(RefCell::new(bus)),
+            witness,
+            rate_of_bus: witness_rate,
+            devices: Vec::new(),
+            says_yes: false,
+            yes_to: None,
+            questions: Vec::new(),
+            asked_at: Vec::new(),
+            rate: None,
+            cut: None,
+            config: None,
+            refused: None,
+            cyclic: None,
+            deaf: None,
+            lost: |_| false,
+            altered: None,
+            events: Vec::new(),
+            overruns: None,
+            only_active: false,
+            modes: Rc::default(),
+            interface: None,
+            opening: 0,
+            stop: None,
+            bar: None,
+        }
+    }
+
+    /// A bus with one sensor as delivered, which is on-line.
+    pub fn with(product: &str) -> Self {
+        let mut rig = Self::new(BusRate::Follow);
+        rig.rate = Some("250");
+        rig.says_yes = true;
+        rig.attach(product, 1);
+        let other = rig.bus.borrow_mut().adapter();
+        rig.bus.borrow_mut().open(other, None, false);
+        rig.run(3000);
+        rig.bus.borrow_mut().remove(other);
+        rig.witnessed();
+        rig
+    }
+
+    /// Adds a sensor and switches it on.
+    pub fn attach(&mut self, product: &str, serial: u32) -> DeviceId {
+        let node_type = NodeType::find(product).expect("a product");
+        self.attach_type(&node_type, serial)
+    }
+
+    /// Adds a sensor of a type and switches it on.
+    pub fn attach_type(&mut self, node_type: &NodeType, serial: u32) -> DeviceId {
+        let flash = Flash::blank(Geometry::STM32F103);
+        self.attach_sensor(Device::new(node_type, serial, flash, tilted()))
+    }
+
+    /// Adds a sensor of any kind and switches it on.
+    pub fn attach_sensor(&mut self, sensor: impl Sensor) -> DeviceId {
+        let id = self.bus.borrow_mut().attach(sensor);
+        self.devices.push(id);
+        id
+    }
+
+    /// The first sensor.
+    pub fn first(&self) -> DeviceId {
+        self.devices[0]
+    }
+
+    /// Runs the bus for some milliseconds.
+    pub fn run(&mut self, time: u32) {
+        let mut bus = self.bus.borrow_mut();
+        let until = after(bus.now(), millis(time));
+        bus.run_until(until);
+    }
+
+    /// Switches a sensor off and on; it is on-line again some time later.
+    pub fn power_cycle(&mut self, id: DeviceId) {
+        self.bus.borrow_mut().power_cycle(id);
+        let other = self.bus.borrow_mut().adapter();
+        self.bus.borrow_mut().open(other, None, false);
+        self.run(3000);
+        self.bus.borrow_mut().remove(other);
+    }
+
+    /// The present time, and some milliseconds.
+    pub fn later(&self, time: u32) -> Instant {
+        after(self.bus.borrow().now(), millis(time))
+    }
+
+    /// Lets the sensor be switched off and on while the tool runs, at this time.
+    pub fn power_cycle_at(&mut self, at: Instant, id: DeviceId) {
+        let happens = move |bus: &mut Bus| bus.power_cycle(id);
+        self.events.push((at, Rc::new(happens)));
+    }
+
+    /// The frames that the witness has seen since the last call.
+    pub fn witnessed(&mut self) -> Vec<Frame> {
+        let mut bus = self.bus.borrow_mut();
+        let frames = bus.take_received(self.witness);
+        frames.into_iter().map(|(_, frame)| frame).collect()
+    }
+
+    /// Opens the witness at a rate.
+    pub fn listen(&mut self, rate: BitRate) {
+        self.rate_of_bus = Some(rate);
+        self.bus.borrow_mut().open(self.witness, Some(rate), true);
+    }
+
+    /// Runs the program with these arguments.
+    pub fn tool(&mut self, arguments: &str) -> Ended {
+        let words: Vec<&str> = arguments.split_whitespace().collect();
+        self.tool_with(&words)
+    }
+
+    /// Runs the program with these arguments, which can have spaces.
+    pub fn tool_with(&mut self, arguments: &[&str]) -> Ended {
+        let config = self.config.clone();
+        let config = config.unwrap_or_else(|| file("no-config"));
+        let config = config.display().to_string();
+        let mut all = vec!["plumbline", "--port", "bench", "--config", &config];
+        let says_rate = arguments
+            .iter()
+            .any(|word| ["--rate", "--file", "scan"].contains(word));
+        if let Some(rate) = self.rate.filter(|_| !says_rate) {
+            all.extend(["--rate", rate]);
+        }
+        all.extend(arguments);
+        let cli = Cli::try_parse_from(all).unwrap_or_else(|error| panic!("{error}"));
+        let mut out = Output {
+            bus: self.bus.clone(),
+            text: Vec::new(),
+            times: Vec::new(),
+        };
+        let mut notes = Vec::new();
+        let (says_yes, yes_to) = (self.says_yes, self.yes_to);
+        let (questions, asked_at, bus) = (&mut self.questions, &mut self.asked_at, &self.bus);
+        let mut confirm = |question: &str| {
+            questions.push(question.to_owned());
+            asked_at.push(bus.borrow().now());
+            says_yes && yes_to.is_none_or(|part| question.contains(part))
+        };
+        let looks = Cell::new(self.stop.unwrap_or(u32::MAX));
+        let stopped = move || {
+            looks.set(looks.get().saturating_sub(1));
+            looks.get() == 0
+        };
+        let mut terminal = Terminal {
+            json: cli.options.json,
+            out: &mut out,
+            notes: &mut notes,
+            confirm: &mut confirm,
+            stopped: Rc::new(stopped),
+            bar: self.bar.take(),
+        };
+        let bus = self.bus.clone();
+        let (left, refused) = (self.cut.unwrap_or(usize::MAX), self.refused);
+        let mut others = Vec::new();
+        let (cyclic, deaf, lost) = (self.cyclic, self.deaf, self.lost);
+        let (interface, opening) = (self.interface, self.opening);
+        let rate = self.rate_of_bus;
+        let (only_active, modes) = (self.only_active, self.modes.clone());
+        let (altered, events) = (self.altered, std::mem::take(&mut self.events));
+        let overruns = self.overruns;
+        let mut connect = |_: &str| {
+            let cyclic = cyclic.map(|(cycle, frame)| {
+                let id = bus.borrow_mut().adapter();
+                bus.borrow_mut().open(id, rate, false);
+                others.push(id);
+                let next = bus.borrow().now();
+                Cyclic {
+                    bus: bus.clone(),
+                    id,
+                    frame,
+                    cycle,
+                    next,
+                }
+            });
+            Ok(Box::new(Unplugged {
+                adapter: BenchAdapter::new(&bus),
+                left,
+                refused,
+                cyclic,
+                deaf,
+                lost,
+                bus: bus.clone(),
+                altered,
+                events: events.clone(),
+                overruns,
+                only_active,
+                modes: modes.clone(),
+                interface,
+                opening,
+            }) as Box<dyn Adapter>)
+        };
+        let result = run_with(&cli, &mut terminal, &mut connect);
+        for id in others {
+            self.bus.borrow_mut().remove(id);
+        }
+        let mut ended = Ended {
+            code: 0,
+            out: String::from_utf8(out.text).expect("UTF-8"),
+            notes: String::from_utf8(notes).expect("UTF-8"),
+            times: out.times,
+        };
+        if let Err(failure) = result {
+            ended.code = failure.kind.exit_code();
+            if cli.options.json {
+                ended.out.push_str(&failure.json().to_string());
+            } else {
+                ended.notes.push_str(&failure.message);
+            }
+        }
+        ended
+    }
+
+    /// Runs the program, which must succeed, and returns its document.
+    #[track_caller]
+    pub fn json(&mut self, arguments: &str) -> Value {
+        let ended = self.tool(&format!("--json {arguments}"));
+        assert_eq!(ended.code, 0, "{arguments}: {ended:?}");
+        serde_json::from_str(&ended.out).unwrap_or_else(|error| panic!("{error}: {}", ended.out))
+    }
+
+    /// Runs the program, which must succeed.
+    #[track_caller]
+    pub fn done(&mut self, arguments: &str) -> String {
+        let ended = self.tool(arguments);
+        assert_eq!(ended.code, 0, "{arguments}: {ended:?}");
+        ended.out
+    }
+
+    /// Runs the program, which must fail, and returns its exit code and the code of the error.
+    #[track_caller]
+    pub fn fails(&mut self, arguments: &str) -> (u8, String) {
+        let ended = self.tool(&format!("--json {arguments}"));
+        let document: Value =
+            serde_json::from_str(&ended.out).unwrap_or_else(|error| panic!("{error}: {ended:?}"));
+        let code = document["error"]["code"]
+            .as_str()
+            .expect("a code")
+            .to_owned();
+        let message = document["error"]["message"].as_str().expect("a message");
+        assert!(
+            message.len() > 20,
+            "the message names the next step: {message}"
+        );
+        (ended.code, code)
+    }
+}
