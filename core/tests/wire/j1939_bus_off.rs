@@ -47,7 +47,7 @@ fn commanded_address_is_claimed_if_its_claim_was_not_sent() {
 }
 
 #[test]
-fn lost_address_is_told_once_after_the_recovery() {
+fn cannot_claim_message_is_sent_once_after_bus_off_recovery() {
     let lost = "18EEFFFE#0102E3FF00910000";
     for is_built in [false, true] {
         let mut tester = with(&[(0x2106, 1, 1, 0)]);
@@ -73,6 +73,26 @@ fn lost_address_is_told_once_after_the_recovery() {
         tester.bus(ACTIVE);
         assert_eq!(tester.wait_text(5000), []);
     }
+}
+
+#[test]
+fn error_led_shows_warning_limit() {
+    let mut tester = claimed();
+    let lit = |tester: &mut Ims360Tester| {
+        let steps = (0..30).filter(|_| {
+            tester.wait(40);
+            assert!(tester.leds.run);
+            tester.leds.error
+        });
+        steps.count()
+    };
+    assert_eq!(lit(&mut tester), 0);
+    for state in [BusState::Warning, BusState::Passive] {
+        tester.bus(BusEvent::State(state));
+        assert_eq!(lit(&mut tester), 5, "single flash: 200 of 1200 ms");
+    }
+    tester.bus(ACTIVE);
+    assert_eq!(lit(&mut tester), 0);
 }
 
 #[test]

@@ -34,7 +34,7 @@ fn write(tester: &mut Ims360Tester, request: &str) -> Vec<String> {
 }
 
 #[test]
-fn angle_out_of_range_is_told_at_once() {
+fn angle_out_of_range_sends_dm1_at_once() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(write(&mut tester, "23103200FF230000"), dm1("70130001")); // 92.15 deg
@@ -104,17 +104,18 @@ fn defective_sensor_memory_supply_and_network_have_codes() {
         sent(&mut tester, 60),
         [dm1("7F020202"), vec![NO_CODES.into()]].concat()
     );
-    let stale = tester.wait_without_samples(160);
+    let stale = tester.wait_without_samples(220);
     let stale: Vec<_> = stale
         .iter()
         .map(|(_, frame)| format!("{frame:?}"))
         .collect();
     assert_eq!(stale[0], "1CECFF80#200A0002FFCAFE00");
     assert_eq!(stale[1], "1CEBFF80#0104FF70130C0171");
+    assert_eq!(stale[2], "1CEBFF80#02130C01FFFFFFFF");
 }
 
 #[test]
-fn error_history_and_register_are_those_of_canopen() {
+fn error_history_and_register_match_canopen() {
     let mut tester = claimed();
     write(&mut tester, "23103200FF230000");
     tester.wait(10);
@@ -145,7 +146,7 @@ fn assert_timed(sent: &[(u64, String)], expected: &[(u64, &str)]) {
 }
 
 #[test]
-fn overrun_besides_another_code_is_told_once() {
+fn overrun_with_another_active_code_is_reported_once() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(pitch(&mut tester, ABOVE), dm1("70130001"));
@@ -164,7 +165,7 @@ fn overrun_besides_another_code_is_told_once() {
 }
 
 #[test]
-fn overrun_that_waits_for_another_message_to_all_is_told() {
+fn overrun_during_another_broadcast_is_reported_after_it() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(pitch(&mut tester, ABOVE), dm1("70130001"));
@@ -185,7 +186,7 @@ fn overrun_that_waits_for_another_message_to_all_is_told() {
 }
 
 #[test]
-fn message_with_fewer_codes_follows_the_end_of_the_one_before() {
+fn dm1_with_fewer_codes_is_sent_after_the_previous_dm1() {
     let mut tester = claimed();
     tester.wait(100);
     clip(&mut tester);
@@ -218,7 +219,7 @@ fn requested_message_follows_the_end_of_the_one_before() {
 }
 
 #[test]
-fn codes_that_come_and_go_while_another_message_is_sent_are_told_after_it() {
+fn code_active_only_during_another_message_is_reported_after_it() {
     let mut tester = claimed();
     tester.wait(100);
     tester.request_group("FF", "EBFE00");
@@ -255,7 +256,7 @@ fn message_that_becomes_shorter_while_it_waits_is_one_frame() {
 }
 
 #[test]
-fn code_that_comes_and_goes_within_50_ms_is_told_in_the_next_message() {
+fn code_active_for_less_than_50_ms_is_in_the_next_message() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(pitch(&mut tester, ABOVE), dm1("70130001"));
@@ -273,7 +274,7 @@ fn code_that_comes_and_goes_within_50_ms_is_told_in_the_next_message() {
 }
 
 #[test]
-fn code_that_goes_and_comes_within_50_ms_is_told_with_its_count() {
+fn code_cleared_for_less_than_50_ms_is_reported_with_its_count() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(pitch(&mut tester, ABOVE), dm1("70130001"));
@@ -308,7 +309,7 @@ fn identification_is_sent_while_codes_change_all_the_time() {
 }
 
 #[test]
-fn overrun_before_a_restart_is_not_told_after_it() {
+fn overrun_before_a_restart_is_not_reported_after_it() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(write(&mut tester, "2F10200101000000"), [""; 0]);

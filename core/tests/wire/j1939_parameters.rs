@@ -134,7 +134,7 @@ fn save_is_answered_to_its_client_at_its_end() {
     assert_eq!(tester.exchange("18EF8021#2310100173617665"), [""; 0]);
     let other = tester.exchange("18EF8022#4000100000000000");
     assert_eq!(other, ["18EF2280#430010009A010407"]);
-    // The other client aborts its transfer, with the address 0 or that of the save.
+    // The other client aborts its transfer, with the object address 0 or the object address of the save.
     for abort in ["8000000000000008", "8010100100000008"] {
         let sent = tester.exchange(&format!("18EF8022#{abort}"));
         assert_eq!(sent, [""; 0]);

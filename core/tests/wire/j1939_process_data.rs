@@ -89,7 +89,7 @@ fn one_axis_has_the_bytes_of_its_angle() {
 }
 
 #[test]
-fn offset_is_included_and_range_is_told() {
+fn value_includes_offset_and_reports_out_of_range() {
     let mut tester = claimed();
     tester.parameter("2310320010270000"); // 100 deg
     let data = group(&mut tester, SSI2);
@@ -134,7 +134,7 @@ fn acceleration_has_lateral_first() {
 }
 
 #[test]
-fn latency_is_that_of_the_filter_in_force() {
+fn latency_matches_the_active_filter() {
     let mut tester = claimed();
     let latency = |tester: &mut Ims360Tester| group(tester, SSI2)[14..].to_string();
     assert_eq!(latency(&mut tester), "FF");

@@ -108,7 +108,7 @@ fn two_connections_are_served_at_a_time() {
 }
 
 #[test]
-fn messages_that_nobody_wants_are_aborted() {
+fn unsupported_messages_are_aborted() {
     let mut tester = claimed();
     let sent = tester.exchange("1CEC8021#10140003FFEBFE00");
     assert_eq!(sent, ["1CEC2180#FF02FFFFFFEBFE00"]);
@@ -164,7 +164,7 @@ fn transfer_ends_with_the_address() {
 }
 
 #[test]
-fn packets_to_all_are_60_ms_apart_from_their_transmission_on() {
+fn packets_to_all_are_sent_60_ms_after_the_previous_transmission() {
     let mut tester = claimed();
     tester.acknowledged = false;
     assert_eq!(
