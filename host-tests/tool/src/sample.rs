@@ -16,7 +16,7 @@ use serde_json::{Map, Number, Value, json};
 /// How long a broadcast is waited for before it is requested.
 const BROADCAST: Duration = millis(50);
 
-/// The longest wait without a look at Ctrl-C.
+/// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
 
 /// A sample.
@@ -63,7 +63,7 @@ impl Sampler {
     /// The angles of the sensor of a session.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn new(session: &mut Session) -> Result<Self, Failure> {
         let sheet = &session.sheet;
         let angles: Vec<Entry> = match &sheet.data_sheet {
@@ -84,7 +84,7 @@ impl Sampler {
         };
         if let Target::J1939(address) = session.target {
             let first = sampler.ssi2(session, address)?;
-            // A sensor with one axis has one angle. One that measures nothing now tells nothing about its axes.
+            // A sensor with one axis has one angle. A sensor that measures nothing now does not tell the number of its axes.
             let first = first.filter(|angles| angles.iter().any(Option::is_some));
             let measured = |place: usize| first.is_none_or(|angles| angles[place].is_some());
             let angles = sampler.angles.into_iter().zip(0..ssi2::COUNT);
@@ -98,7 +98,7 @@ impl Sampler {
     /// These values of the sensor of a session. Each is read by itself.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn of(session: &mut Session, entries: Vec<Entry>) -> Result<Self, Failure> {
         let mut angles = Vec::new();
         for entry in entries {
@@ -123,10 +123,10 @@ impl Sampler {
         self.angles.iter().map(|(entry, _)| entry.clone()).collect()
     }
 
-    /// Takes other values instead: those that the sensor sends.
+    /// Takes the values that the sensor sends instead.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub(crate) fn take(
         &mut self,
         session: &mut Session,
@@ -139,7 +139,7 @@ impl Sampler {
     /// Polls once, on a grid with this period; None if nobody answers.
     ///
     /// # Errors
-    /// The sensor refuses, or those of the adapter.
+    /// The sensor refuses, or the adapter fails.
     pub fn poll(
         &mut self,
         session: &mut Session,
@@ -316,7 +316,7 @@ impl Sampler {
     /// Waits until the next poll of a grid with this period. False: `stopped` has returned true.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn wait(
         &self,
         session: &mut Session,
@@ -336,6 +336,12 @@ impl Sampler {
         Ok(!stopped())
     }
 
+    /// The end of polls that last this long. It is on the grid of the polls, so a poll at the end is not expected.
+    #[must_use]
+    pub fn end_after(&self, seconds: Duration) -> Instant {
+        after(self.start, seconds)
+    }
+
     /// Counts the polls that are missing until the end: the last answer came after their time.
     pub fn end(&mut self, until: Instant, every: Duration) {
         let passed = until.ticks().saturating_sub(self.start.ticks());
@@ -351,7 +357,7 @@ impl Sampler {
         let invalid = (self.invalid > 0).then(|| {
             let count = self.invalid;
             format!(
-                "{count} samples have an empty value: the sensor told no valid angle, or one that has no room in 16 bits at this resolution (then set resolution, or leave out --cyclic)"
+                "{count} samples have an empty value: the sensor sent no valid angle, or the angle does not fit in 16 bits at this resolution (in this case set resolution, or leave out --cyclic)"
             )
         });
         invalid.into_iter().chain([lost]).collect()

@@ -19,7 +19,7 @@ use std::io::{self, BufWriter, Write};
 use std::path::Path;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// The longest wait without a look at Ctrl-C.
+/// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
 
 /// The name of the interface in a log.
@@ -75,7 +75,7 @@ impl Pace {
 /// A sampler of the values with these names; without names, of the angles.
 ///
 /// # Errors
-/// A name is wrong, or those of the session.
+/// A name is wrong, or a request of the session fails.
 pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler, Failure> {
     if names.is_empty() {
         return Sampler::new(session);
@@ -89,7 +89,7 @@ pub(super) fn sampler(session: &mut Session, names: &[String]) -> Result<Sampler
         .iter()
         .find(|entry| !entry.readable || entry.data_type == DataType::Text)
     {
-        let message = format!("{} is no number that can be read", entry.name);
+        let message = format!("{} is not a readable number", entry.name);
         return Err(Failure::usage("bad-value", message));
     }
     Sampler::of(session, entries)
@@ -120,7 +120,7 @@ fn samples(
     if sampler.printed == 0 && sampler.lost > 0 {
         return Err(Failure::silent(
             "no-answer",
-            "the sensor has not answered once: check power and wiring",
+            "the sensor has not answered any request: check power and wiring",
         ));
     }
     Ok(sampler)
@@ -135,9 +135,7 @@ fn polled(
     take: Take,
 ) -> Result<(), Failure> {
     let every = millis(pace.every);
-    let end = pace
-        .seconds
-        .map(|seconds| after(session.link.now(), seconds));
+    let end = pace.seconds.map(|seconds| sampler.end_after(seconds));
     loop {
         match sampler.poll(session, every) {
             Ok(Some(sample)) => take(terminal, session, sampler, &sample)?,

@@ -1,6 +1,6 @@
 //! The program as a process, with the server of the virtual sensor: slcan over TCP and on a pseudoterminal.
 //!
-//! The time is that of the bus, except in the tests of the pseudoterminal and of python-canopen.
+//! The clock is the time of the bus, except in the tests of the pseudoterminal and of python-canopen.
 
 mod command_line;
 mod sensor;
@@ -162,6 +162,13 @@ fn demonstration_needs_no_hardware() {
 }
 
 #[test]
+fn watch_for_a_second_expects_no_poll_at_its_end() {
+    let output = program("demo:is2", "computer", "watch --every 500 --seconds 1");
+    let notes = String::from_utf8_lossy(&output.stderr);
+    assert!(notes.contains("0 of 2 samples lost"), "{notes}");
+}
+
+#[test]
 fn missing_adapter_is_exit_code_4_with_a_next_step() {
     // The port of a client is in use, and nobody accepts connections there.
     let listener = TcpListener::bind("127.0.0.1:0").expect("a free port");
@@ -171,7 +178,7 @@ fn missing_adapter_is_exit_code_4_with_a_next_step() {
         (refusing.as_str(), 4),
         ("slcan:/dev/nonexistent", 4),
         ("nonexistent0", 4),
-        // Nor is there such an adapter, also on a computer without USB.
+        // This adapter does not exist either, also on a computer without USB.
         ("usb:no-such-number", 4),
         ("sub:", 2),
         ("", 2),
