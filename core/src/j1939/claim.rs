@@ -156,7 +156,7 @@ impl Claim {
         false
     }
 
-    /// Whether there is an address, ours or not yet.
+    /// Whether the node has an address or is claiming one.
     fn has_address(&self) -> bool {
         matches!(self.state, State::Claiming | State::Claimed)
     }

@@ -120,8 +120,8 @@ impl Diagnostics {
         self.due
     }
 
-    /// The codes in the next message that is sent because of its period or a change: the active ones, and those that were active since
-    /// the last message.
+    /// The codes in the next message that the period or a change causes: the active codes, and the codes that were active since the last
+    /// message.
     pub fn reported(&self) -> u16 {
         self.active | self.begun
     }
@@ -200,7 +200,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_that_went_before_the_message_are_in_it_and_not_in_the_next_one() {
+    fn code_cleared_before_the_message_is_in_this_message_only() {
         let mut diagnostics = Diagnostics::OFF;
         diagnostics.start(at(250));
         diagnostics.sent(at(250));
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn codes_that_went_before_the_start_are_counted_and_not_in_the_first_message() {
+    fn code_cleared_before_the_start_is_counted_but_not_in_the_first_message() {
         let mut diagnostics = Diagnostics::OFF;
         diagnostics.set(1);
         diagnostics.set(2);

@@ -54,7 +54,7 @@ impl<P: Product> J1939<P> {
         self.consider(now, self.diagnostics.deadline());
     }
 
-    /// Sends DM1 in one frame, or begins to send it by BAM. No BAM is in progress if it has more than one frame.
+    /// Sends DM1 in one frame, or starts a BAM. If DM1 has more than one frame, no other BAM is in progress.
     fn report_codes(&mut self, cx: &mut ContextOf<P>, now: Instant, objects: &Canopen<P>) {
         let Some(source) = self.claim.address() else {
             return;
@@ -83,10 +83,10 @@ impl<P: Product> J1939<P> {
         self.waiting |= bit(pgn);
     }
 
-    /// Takes the next message to all nodes that waits. They take turns in the order of [`LONG`].
+    /// Takes the next waiting message to all nodes. The messages take turns in the order of [`LONG`].
     fn take_waiting(&mut self) -> Option<Pgn> {
         let last = bit(self.broadcast.pgn());
-        // Those after the last one; none if there was no message yet.
+        // The waiting messages after the last one; none if there was no message yet.
         let after = self.waiting & !(last | last.wrapping_sub(1));
         let next = if after == 0 { self.waiting } else { after };
         let pgn = LONG.get(next.trailing_zeros() as usize).copied();

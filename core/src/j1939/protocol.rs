@@ -21,7 +21,7 @@ pub(super) type ContextOf<P> = Context<<P as canopen::Product>::Application>;
 /// The number of messages to different nodes at a time.
 const CONNECTIONS: usize = 2;
 
-/// The J1939 protocol for product `P`. The parameters are those of its CANopen objects, which each method takes as `objects`.
+/// The J1939 protocol for product `P`. The parameters are the parameters of its CANopen objects, which each method takes as `objects`.
 pub struct J1939<P: Product> {
     pub(super) claim: Claim,
     rate: BitRate,
@@ -107,7 +107,7 @@ impl<P: Product> J1939<P> {
         self.waiting = 0;
     }
 
-    /// The address was left, or is claimed anew: nothing more is sent from it.
+    /// The node has left the address, or claims it again: it sends nothing more from this address.
     pub(super) fn leave(&mut self, cx: &mut ContextOf<P>, objects: &mut Canopen<P>) {
         self.end_traffic();
         self.commanded.end_addressed();
@@ -199,7 +199,7 @@ impl<P: Product> J1939<P> {
     }
 
     /// Performs a step of the actions of expired timers. Returns true if there is another step.
-    #[inline(never)] // CANopen must not pay for its stack
+    #[inline(never)] // CANopen must not need the stack of this function
     pub(super) fn tick(
         &mut self,
         cx: &mut ContextOf<P>,

@@ -23,12 +23,12 @@ const FORMAT: u32 = EXTENDED_DATA_PAGE | 0x01FF_0000;
 const DESTINATION: u32 = 0xFF00;
 
 impl<P: Product> J1939<P> {
-    /// The most acceptance filters.
+    /// The maximum number of acceptance filters.
     pub(super) const FILTERS: usize = 8;
 
     /// Handles a received frame. If it is a parameter request, returns the identifier of the reply instead: [`Canopen::serve`] must
     /// follow.
-    #[inline(never)] // CANopen must not pay for its stack
+    #[inline(never)] // CANopen must not need the stack of this function
     pub(super) fn receive(
         &mut self,
         cx: &mut ContextOf<P>,

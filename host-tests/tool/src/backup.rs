@@ -86,7 +86,7 @@ impl Backup {
         Self::read_with(path, None)
     }
 
-    /// The same. A product that is not in the catalogue is that of `foreign`.
+    /// The same. A product that is not in the catalogue is the product of `foreign`.
     ///
     /// # Errors
     /// See [`read`](Self::read).
@@ -114,7 +114,7 @@ impl Backup {
         Self::parse_with(text, None)
     }
 
-    /// The same. A product that is not in the catalogue is that of `foreign`.
+    /// The same. A product that is not in the catalogue is the product of `foreign`.
     ///
     /// # Errors
     /// See [`parse`](Self::parse).
@@ -143,7 +143,7 @@ impl Backup {
         let node_id = sensor.get("node-id").map(|value| {
             let node = value.as_integer().and_then(|node| u8::try_from(node).ok());
             node.filter(|node| (1..=127).contains(node))
-                .ok_or("its node-id is not 1 to 127")
+                .ok_or("its node-id is not from 1 to 127")
         });
         let mut backup = Self {
             sheet,
@@ -155,7 +155,7 @@ impl Backup {
             texts,
             values: Vec::new(),
         };
-        // The resolution first: it is the unit of others.
+        // The resolution comes first: it is the unit of other values.
         let mut rows: Vec<(&String, &Value)> = parameters.iter().collect();
         let is_resolution = |name: &str| {
             let entry = backup.sheet.entries.iter().find(|entry| entry.name == name);
@@ -207,14 +207,15 @@ impl Backup {
             .or(self.node_id)
     }
 
-    /// Default identifiers for the node-ID `in_force` become those for the node-ID in the file, which acts after a restart.
+    /// Default identifiers for the node-ID `in_force` become the default identifiers for the node-ID in the file, which acts after a
+    /// restart.
     pub fn number_from(&mut self, in_force: u8) {
         if let Some(own) = self.node() {
             self.renumber(in_force, own);
         }
     }
 
-    /// Default identifiers for the node-ID in the file become those for the node-ID `in_force` of a sensor.
+    /// Default identifiers for the node-ID in the file become the default identifiers for the node-ID `in_force` of a sensor.
     pub fn number_for(&mut self, in_force: u8) {
         if let Some(own) = self.node() {
             self.renumber(own, in_force);

@@ -24,7 +24,7 @@ const SETTLED: Duration = millis(200);
 /// Two different messages with the same identifier within this time are from another device: a sensor does not restart twice in it.
 const CHANGED: Duration = millis(1000);
 
-/// The most sensors that are kept. Other devices can send frames with the same first byte and any others.
+/// The maximum number of sensors that are kept. Other devices can send frames with the same first byte and any others.
 const SENSORS: usize = 64;
 
 /// Identifiers at which a question is a command to other devices: network management, SYNC, layer setting services.
@@ -53,7 +53,7 @@ pub fn may_be_asked(sensor: Sensor) -> bool {
     !RESERVED.contains(&sensor.request)
 }
 
-/// Whether so many messages between these times are repetitions of one that nobody acknowledges.
+/// Whether this number of messages between these times are repetitions of one message that nobody acknowledges.
 pub fn is_repeated(count: u32, first: Instant, last: Instant) -> bool {
     let time = last.ticks().saturating_sub(first.ticks());
     count >= 2 && time <= u64::from(count - 1) * REPEATED.ticks()
@@ -70,7 +70,7 @@ struct Seen {
 }
 
 impl Seen {
-    /// Exactly two messages at once: cyclic values come more often or later.
+    /// Exactly two messages, one directly after the other: cyclic values come more often or later.
     fn is_pair(&self) -> bool {
         self.count == 2 && self.last.ticks() - self.first.ticks() <= PAIR.ticks()
     }
@@ -134,7 +134,7 @@ impl BootUps {
         self.insert(at, sensor);
     }
 
-    /// Adds a sensor. If there are too many, those that can be no pair any more are forgotten.
+    /// Adds a sensor. If there are too many sensors, the ones that can no longer form a pair are removed.
     fn insert(&mut self, at: Instant, sensor: Sensor) {
         if self.seen.len() >= SENSORS {
             let can_be = |seen: &Seen| {
@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn frames_of_one_identifier_with_a_counter_are_those_of_another_device() {
+    fn frames_with_one_identifier_and_a_counter_belong_to_another_device() {
         let mut booted = BootUps::default();
         let times = (0..100).map(|place| (place * 50, 0x300 + place as u16 / 2));
         for (time, id) in times {
@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn foreign_frames_take_neither_memory_nor_the_place_of_a_sensor() {
+    fn foreign_frames_use_no_memory_and_replace_no_sensor() {
         let mut booted = BootUps::default();
         for place in 0..1000 {
             let foreign = Frame::of(standard(place % 700), [0xFF, 3, 1, 7, 0, 0, 0x44, 3], 8);

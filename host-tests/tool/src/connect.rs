@@ -43,7 +43,7 @@ pub const RATES: [BitRate; 10] = [
 /// The code of a failure: another sensor answers than the expected one.
 pub const OTHER: &str = "other-sensor";
 
-/// How long a sensor that must be there is asked: one that has just been switched on makes its duplicate MAC ID check first.
+/// How long a sensor that must be there is asked: a sensor that has just been switched on makes its duplicate MAC ID check first.
 const PATIENCE: Duration = millis(3000);
 
 /// Opens the adapter and finds the sensor; it is asked only with reads.
@@ -52,7 +52,7 @@ const PATIENCE: Duration = millis(3000);
 /// of the nodes that it has heard. On a bus without traffic it asks at the addresses as delivered; at all rates only after a yes.
 ///
 /// # Errors
-/// Nobody answers, several sensors do, a question was answered with no, or those of the adapter.
+/// Nobody answers, several sensors do, a question was answered with no, or the adapter fails.
 pub fn find(
     adapter: Box<dyn Adapter>,
     wanted: &Wanted,
@@ -84,7 +84,7 @@ pub fn find(
         let is_known = rates.len() == 1;
         found = asked(&mut link, &rates, &targets, is_known, wanted)?;
     }
-    // A foreign node has told who it is, but is not looked for.
+    // A foreign node has told its identity, but it is not a sensor that the tool looks for.
     let is_ours = |found: &Found| wanted.product.is_some() || !found.products.is_empty();
     if wanted.target.is_none() && !found.iter().any(is_ours) {
         let questions = Questions {
@@ -96,7 +96,7 @@ pub fn find(
             Some(product) => factory_target(product).into_iter().collect(),
             None => factory_targets(),
         };
-        // The user can name a product of another protocol than that of the bus.
+        // The user can name a product whose protocol differs from the protocol of the bus.
         let is_named =
             |target: Target| wanted.product.is_some() && !passive::is_used(target, frames);
         delivered.retain(|target| {
@@ -108,7 +108,7 @@ pub fn find(
         let is_known = wanted.product.is_some() && questions.protocol.is_some();
         let may = heard.is_none() || (is_known && is_of_bus);
         if targets.is_empty() && delivered.is_empty() {
-            let message = "nothing was asked, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address";
+            let message = "no request was sent, because other devices use the identifiers of the sensor as delivered: give its address with --id, --node, --mac or --address";
             return Err(Failure::usage("no-address", message));
         }
         if !delivered.is_empty() && !may && !(terminal.confirm)(question) {
@@ -139,7 +139,7 @@ pub fn find(
             {
                 let line = only.line(link.rate());
                 let message = format!(
-                    "another sensor answers now ({line}): nothing was done. Look at it, and give the command again"
+                    "another sensor answers now ({line}): nothing was done. Check the sensor, and start the command again"
                 );
                 return Err(Failure::refused(OTHER, message));
             }
@@ -161,7 +161,7 @@ pub fn find(
     }
 }
 
-/// The DeviceNet slave that the user has named, by its MAC ID, or by a product that has the one as delivered.
+/// The DeviceNet slave that the user has named by its MAC ID, or by a product that has its MAC ID as delivered.
 fn slave(wanted: &Wanted) -> Option<Slave> {
     match wanted.target.or_else(|| factory_target(wanted.product?)) {
         Some(Target::Devicenet(slave)) => Some(slave),
@@ -169,7 +169,7 @@ fn slave(wanted: &Wanted) -> Option<Slave> {
     }
 }
 
-/// The rates at which the sensor can be, and what was heard there.
+/// The bit rates that the sensor can have, and the traffic that was heard at these rates.
 fn listened(
     link: &mut Link,
     wanted: &Wanted,
@@ -209,8 +209,8 @@ pub fn traffic(link: &mut Link, terminal: &mut Terminal) -> Result<Option<Traffi
     }
 }
 
-/// Who answers at these addresses, at the first rate at which somebody does. Sensors at an address that was heard or given are asked for
-/// [`PATIENCE`] if their rate is known.
+/// The nodes that answer at these addresses, at the first rate at which a node answers. Sensors at an address that was heard or given are
+/// asked for [`PATIENCE`] if their rate is known.
 fn asked(
     link: &mut Link,
     rates: &[Option<BitRate>],
@@ -281,7 +281,7 @@ fn claimed(
     Ok(found)
 }
 
-/// Adds a sensor that is wanted and not known yet. A boot-up message can be that of another sensor.
+/// Adds a sensor that is wanted and not known yet. A boot-up message can come from another sensor.
 fn add(found: &mut Vec<Found>, answer: Option<Found>, wanted: &Wanted) {
     let answer = answer.filter(|answer| is_wanted(answer, wanted));
     let is_same = |own: &Found, other: &Found| own.target.address() == other.target.address();
@@ -310,7 +310,7 @@ fn silent(targets: &[Target], rates: &[Option<BitRate>]) -> Failure {
     Failure::silent("no-answer", message)
 }
 
-/// Whether a sensor is the one of the user. A boot-up message can be that of another sensor.
+/// Whether a sensor is the one of the user. A boot-up message can come from another sensor.
 fn is_wanted(found: &Found, wanted: &Wanted) -> bool {
     match (found.target, wanted.target) {
         (Target::Fsc(found), Some(Target::Fsc(wanted))) => found.request == wanted.request,
@@ -339,7 +339,7 @@ fn is_of(target: Target, product: Option<&'static Product>) -> bool {
 /// A session with the sensor.
 ///
 /// # Errors
-/// Nobody answers, the product is not known, or those of the adapter.
+/// Nobody answers, the product is not known, or the adapter fails.
 pub fn session(
     adapter: Box<dyn Adapter>,
     wanted: &Wanted,

@@ -26,10 +26,10 @@ use plumbline::model::catalog::Protocol;
 use plumbline::param::{DataType, ParameterId, number};
 use plumbline::time::{Duration, Instant, after, millis};
 
-/// The longest wait without a look at Ctrl-C.
+/// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
 
-/// How many periods, and how long besides, a value can be late before nothing comes any more.
+/// The permitted delay of a value: a number of periods plus a time. After it the tool assumes that no value comes any more.
 const LATE: (u64, Duration) = (3, millis(1000));
 
 /// How long the messages of a sensor are listened to that sends by itself, and how many are sufficient to know their period.
@@ -77,7 +77,7 @@ impl Cyclic {
     /// Lets the sensor send with a period of `every` ms. The sampler gets the values that the sensor sends.
     ///
     /// # Errors
-    /// The sensor cannot do it, refuses it, nobody answers, or those of the adapter.
+    /// The sensor cannot do it, refuses it, nobody answers, or the adapter fails.
     pub fn start(
         session: &mut Session,
         sampler: &mut Sampler,
@@ -114,7 +114,7 @@ impl Cyclic {
         let (wanted, before) = present(session, settings)?;
         if let Some(own) = sends_already(&kind, &before).filter(|own| Some(millis(*own)) != every)
             && !(terminal.confirm)(&format!(
-                "The sensor sends its angles already, with a period of {own} ms, and other devices can need them. Change the period meanwhile?"
+                "The sensor sends its angles already, with a period of {own} ms, and other devices can need them. Change the period until the command ends?"
             ))
         {
             let message = format!(
@@ -143,7 +143,7 @@ impl Cyclic {
     /// The settings as they were, in the reverse order, also if the user wants to stop.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn stop(&mut self, session: &mut Session) -> Result<(), Failure> {
         let was_ending = session.link.set_ending(true);
         let mut written = match &mut self.kind {
@@ -166,10 +166,10 @@ impl Cyclic {
         written
     }
 
-    /// The next sample; None if it does not come within some time, after which the caller looks at Ctrl-C.
+    /// The next sample; None if it does not come within some time, after which the caller checks for Ctrl-C.
     ///
     /// # Errors
-    /// Nothing comes any more, or those of the adapter.
+    /// Nothing comes any more, or the adapter fails.
     pub fn next(
         &mut self,
         session: &mut Session,
@@ -220,16 +220,16 @@ impl Cyclic {
         if self.every.is_none() || self.count.silence(now).ticks() < longest {
             return Ok(None);
         }
-        let message = "the sensor does not send its angles any more: check power and wiring. If it was switched off meanwhile, start the command again";
+        let message = "the sensor does not send its angles any more: check power and wiring. If it was switched off during the command, start the command again";
         Err(Failure::silent("no-answer", message))
     }
 }
 
 /// The counter of a sensor began again.
-const RESTARTED: &str = "the counter of the sensor began again: was the sensor off meanwhile? The samples that are lost there are counted by the time";
+const RESTARTED: &str = "the counter of the sensor started again: was the sensor off? The lost samples of this time are calculated from the time";
 
 /// The sensor could not be put back.
-const NOT_PUT_BACK: &str = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has those that it had before";
+const NOT_PUT_BACK: &str = "the settings of the sensor for --cyclic could not be put back. They are not stored: switch the sensor off and on, then it has its previous settings";
 
 /// The settings with their entries, and their present numbers.
 #[expect(clippy::type_complexity, reason = "two lists of the same kind")]

@@ -19,13 +19,13 @@ mod j1939;
 
 pub use found::{Found, Identity};
 
-/// How long an answer may take, besides the time on the bus, at an address where perhaps nobody is.
+/// How long an answer may take, in addition to the time on the bus, at an address that perhaps no node has.
 pub const QUICK: Duration = millis(30);
 
 /// The same at an address that was heard or given.
 pub const PATIENT: Duration = millis(100);
 
-/// How often an identified sensor is asked the same.
+/// The number of times an identified sensor is asked the same.
 const TRIES: u8 = 3;
 
 /// The bits of the frames until a sensor that detects the bit rate has answered: the adapter repeats the first frame
@@ -35,10 +35,10 @@ const DETECTION: u32 = 3500;
 /// The bits of a question and its answer.
 const EXCHANGE: u32 = 300;
 
-/// The wait for the answer to a question at the bit rate of a link; `latency` is that of the adapter.
+/// The wait for the answer to a question at the bit rate of a link; `latency` is the latency of the adapter.
 pub fn question(link: &Link, latency: Duration) -> Duration {
     let rate = link.rate().map_or(250_000, BitRate::bits_per_second);
-    // A sensor that detects the bit rate takes the first one at which somebody sends.
+    // A sensor that detects the bit rate takes the first rate at which a node sends.
     let is_first = link.sent().iter().all(|(rate, _)| *rate == link.rate());
     let bits = if is_first { DETECTION } else { EXCHANGE };
     latency + millis(bits * 1000 / rate)
@@ -91,7 +91,7 @@ pub fn product(name: &str) -> Result<&'static Product, Failure> {
 /// again. `latency` is [`QUICK`] or [`PATIENT`].
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn ask(link: &mut Link, target: Target, latency: Duration) -> Result<Option<Found>, Failure> {
     let time = question(link, latency);
     match target {
@@ -183,8 +183,8 @@ fn serials(link: &mut Link, sensor: Sensor) -> Result<Vec<(u32, u16)>, Failure> 
     Ok(all)
 }
 
-/// Those of these serial numbers that come again if the sensor is asked again: the others are the data of another device. Two replies can
-/// destroy each other, so the sensor is asked several times.
+/// The serial numbers that come again when the sensor is asked again. The other numbers are data of another device. Two replies can destroy
+/// each other, so the sensor is asked several times.
 fn confirmed(link: &mut Link, sensor: Sensor, others: &[(u32, u16)]) -> Result<Vec<u32>, Failure> {
     let mut twins: Vec<u32> = Vec::new();
     for _ in 0..TRIES {

@@ -34,7 +34,7 @@ pub struct Labels {
 }
 
 impl Labels {
-    /// Reads the file in a folder, or in that of the user. A file that does not exist has no names.
+    /// Reads the file in a folder, or in the folder of the user. A file that does not exist has no names.
     ///
     /// # Errors
     /// The file cannot be read, or is not one of names.
@@ -81,7 +81,7 @@ impl Labels {
     pub fn set(&mut self, found: &Found, name: Option<&str>) -> Result<(), Failure> {
         let Some((maker, serial)) = key(found) else {
             let message =
-                "the sensor tells no serial number, so that it can have no name on this computer";
+                "the sensor tells no serial number, so it cannot have a name on this computer";
             return Err(Failure::usage("no-serial", message));
         };
         let name = name.map(checked).transpose()?;

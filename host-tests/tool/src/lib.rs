@@ -1,4 +1,4 @@
-//! `plumbline`: finds, sets, shows and records CAN inclination sensors, those of this project and the makers' own.
+//! `plumbline`: finds, sets, shows and records CAN inclination sensors: the sensors of this project and the original sensors of the makers.
 //!
 //! From the bus to the user:
 //!

@@ -137,7 +137,7 @@ impl Entry {
         }
     }
 
-    /// Checks a raw number against the permitted values. `scale` is the scale in force, which can differ from that of the table.
+    /// Checks a raw number against the permitted values. `scale` is the scale in force, which can differ from the scale of the table.
     ///
     /// # Errors
     /// One sentence with the permitted values.

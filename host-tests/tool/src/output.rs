@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::io::Write;
 use std::rc::Rc;
 
-/// How far a command is.
+/// The progress of a command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Progress<'a> {
     /// The steps that are done.
@@ -21,7 +21,7 @@ pub trait Bar {
     /// Shows it.
     fn show(&mut self, progress: Progress);
 
-    /// Takes it away, so that lines and questions have the terminal for themselves.
+    /// Removes it, so that the terminal can show lines and questions.
     fn hide(&mut self);
 }
 
@@ -54,7 +54,7 @@ impl Terminal<'_> {
         writeln!(self.out, "{}", text.as_ref()).map_err(closed)
     }
 
-    /// Shows how far a command is. Without a progress bar it is `line`, if there is one.
+    /// Shows the progress of a command. Without a progress bar it prints `line`, if there is one.
     pub fn progress(&mut self, progress: Progress, line: Option<String>) {
         match (&mut self.bar, line) {
             (Some(bar), _) => bar.show(progress),

@@ -25,7 +25,7 @@ pub type Values = Vec<(Entry, u32)>;
 /// Writes values in an order in which the sensor accepts them. Does not read them back.
 ///
 /// # Errors
-/// The sensor refuses a value, nobody answers, or those of the adapter.
+/// The sensor refuses a value, nobody answers, or the adapter fails.
 pub fn write(session: &mut Session, values: &Values) -> Result<(), Failure> {
     let written = write_all(session, values);
     let (true, Target::Canopen(node)) = (is_wrong_state(&written), session.target) else {
@@ -66,7 +66,7 @@ fn patiently(
 /// The pause before a write is repeated that the present state of the sensor forbids.
 const STORING: Duration = millis(100);
 
-/// How often it is repeated.
+/// The number of times it is repeated.
 const REPETITIONS: u8 = 10;
 
 fn write_all(session: &mut Session, values: &Values) -> Result<(), Failure> {
@@ -131,7 +131,7 @@ fn is_exclusive(product: &Product, entry: &Entry) -> bool {
         })
 }
 
-/// Writes values one after the other. What is refused is tried again after the others, as long as there is progress.
+/// Writes values one after the other. A refused value is tried again after the other values, as long as there is progress.
 fn retried(session: &mut Session, values: Values) -> Result<(), Failure> {
     let is_fsc = matches!(session.sheet.product.protocol, Protocol::Fsc(_));
     if is_fsc {

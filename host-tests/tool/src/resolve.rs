@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::sheet::{Entry, Sheet, kebab};
 
-/// The entries that a name means: one, or those of a group.
+/// The entries that a name means: one entry, or the entries of a group.
 ///
 /// A name is the full name, or the beginnings of some of its words in their order: `zero-x`, `cyclic-t`.
 ///

@@ -22,7 +22,7 @@ pub enum Target {
     Canopen(u8),
     /// A DeviceNet slave.
     Devicenet(Slave),
-    /// A J1939 node, with its address. Its parameters are objects, as those of CANopen.
+    /// A J1939 node, with its address. Its parameters are objects, as in CANopen.
     J1939(u8),
 }
 
@@ -67,7 +67,7 @@ impl Target {
     }
 }
 
-/// How often a read is tried.
+/// The number of times a read is tried.
 const TRIES: u8 = 3;
 
 /// A session.
@@ -107,7 +107,7 @@ impl Session {
     /// Ends the session and returns the link. A connection of DeviceNet is released.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn finish(mut self) -> Result<Link, Failure> {
         self.release()?;
         Ok(self.link)
@@ -116,7 +116,7 @@ impl Session {
     /// Releases the connection of DeviceNet.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn release(&mut self) -> Result<(), Failure> {
         if let (Target::Devicenet(slave), true) = (self.target, self.is_allocated) {
             self.is_allocated = false;
@@ -150,7 +150,7 @@ impl Session {
     /// The bytes of an entry; a text has any length. A request without an answer is repeated.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn read_bytes(&mut self, entry: &Entry) -> Result<Vec<u8>, Failure> {
         let mut read = self.bytes_once(entry);
         for _ in 1..TRIES {
@@ -197,7 +197,7 @@ impl Session {
     /// A request on the explicit connection. A pause of more than 10 s ends the connection; then it is allocated again.
     ///
     /// # Errors
-    /// Another master owns the sensor, or those of the adapter.
+    /// Another master owns the sensor, or the adapter fails.
     pub(crate) fn explicit(
         &mut self,
         slave: Slave,
@@ -237,7 +237,7 @@ impl Session {
     /// Writes raw numbers. Parameters of FSC with the same code are written together: those that are not given keep their values.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn write(&mut self, values: &[(Entry, u32)]) -> Result<(), Failure> {
         let mut done = Vec::new();
         for (entry, raw) in values {
@@ -282,7 +282,7 @@ impl Session {
     /// Writes the bytes of an entry, also none (FSC: the sensor takes the value from the present position) or a text.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn write_bytes(&mut self, entry: &Entry, bytes: &[u8]) -> Result<(), Failure> {
         let what = format!("to write {}", entry.name);
         match (self.target, entry.address) {

@@ -108,7 +108,7 @@ pub struct Sheet {
     pub product: &'static Product,
     /// The entries in the order of the tables.
     pub entries: Vec<Entry>,
-    /// The data sheet (EDS) with these entries; None: they are those of the product.
+    /// The data sheet (EDS) with these entries; None: they are the entries of the product.
     pub data_sheet: Option<DataSheet>,
 }
 

@@ -23,7 +23,7 @@ fn claimed(name: Name, address: u8) -> Claim {
 }
 
 #[test]
-fn address_is_ours_250_ms_after_the_claim_is_sent() {
+fn address_is_claimed_250_ms_after_the_claim_is_sent() {
     let mut claim = Claim::OFF;
     claim.start(OURS, 0x80, 1);
     assert!(claim.is_queued());
@@ -148,7 +148,7 @@ fn same_address_is_claimed_again_after_bus_off() {
     assert!(claim.resume(at(9999)));
     let mut lost = claimed(FIXED, 0x80);
     lost.hear(at(300), 0x80, LOWER);
-    // The message follows if it was not sent.
+    // If the message was not sent before, it is sent now.
     for sent in [false, false, true] {
         lost.suspend();
         assert!(!lost.deadline().is_set());

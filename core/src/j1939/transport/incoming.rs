@@ -29,7 +29,7 @@ struct Transfer<const N: usize> {
     received: u8,
     /// The number of the last packet that the sender may send before the next CTS.
     granted: u8,
-    /// The most packets that one CTS may request.
+    /// The maximum number of packets that one CTS may request.
     limit: u8,
     data: [u8; N],
 }
@@ -205,7 +205,8 @@ impl<const N: usize> Incoming<N> {
         Reaction::None
     }
 
-    /// Ends the transfers to all nodes that have timed out, and one to us. Returns the abort message of that one.
+    /// Ends every transfer to all nodes that has timed out, and one transfer to this node that has timed out. Returns the abort message for
+    /// the transfer to this node.
     pub fn poll(&mut self, now: Instant, pgn: Pgn) -> Option<Packet> {
         self.expire(now);
         let mut transfers = self.transfers.iter_mut();

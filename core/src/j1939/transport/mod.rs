@@ -71,7 +71,7 @@ pub enum Control {
         size: u16,
         /// The number of packets.
         packets: u8,
-        /// The most packets that one CTS may request.
+        /// The maximum number of packets that one CTS may request.
         limit: u8,
     },
     /// Clear to send.

@@ -35,7 +35,7 @@ pub struct Outgoing {
     stage: Stage,
     destination: u8,
     pgn: Pgn,
-    /// The time of the next packet to all nodes, or of a time-out. Sending to all nodes, it is not set while the packet before waits
+    /// The time of the next packet to all nodes, or of a time-out. In a transfer to all nodes it is not set while the previous packet waits
     /// for the bus.
     due: Deadline,
     message: Message,

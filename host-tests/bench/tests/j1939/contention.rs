@@ -17,7 +17,7 @@ const FIXED: Objects = &[(0x2104, 1, &[100, 0]), (0x2106, 1, &[0])];
 /// All nodes get distinct addresses within this time, in ms.
 const SETTLED: u32 = 3000;
 
-/// The frames of sensors that are neither cyclic nor the trouble code of the collisions.
+/// The frames of the sensors, without the cyclic frames and without the trouble code of the collisions.
 fn contending(frames: &[bench::Logged]) -> Vec<String> {
     let mut sent = answers(frames);
     sent.retain(|text| !is_error_passive(text));
@@ -167,7 +167,7 @@ fn late_node_with_a_lower_name_takes_the_address() {
     assert_eq!(network.addresses()[2], Some(PREFERRED));
     let addresses: BTreeSet<_> = network.addresses().into_iter().flatten().collect();
     assert_eq!(addresses.len(), 3, "{addresses:02X?}");
-    // The claims are heard by all, so each moves at most once.
+    // All nodes hear the claims, so each node changes its address at most once.
     let moved = network
         .log
         .iter()
@@ -213,7 +213,7 @@ fn claim_that_waits_for_the_bus_is_withdrawn_when_the_address_is_lost() {
 }
 
 #[test]
-fn silence_begins_anew_with_a_contention_and_with_a_command() {
+fn silence_starts_again_after_contention_and_after_commanded_address() {
     let mut network = Network::new(&[7], SLOW);
     let claim = format!("{PREFERRED:02X}#0700E0FF00910080");
     while network.wait(1).is_empty() {}

@@ -85,7 +85,7 @@ fn restart_by_parameter_leaves_bus_off_without_recovery() {
 }
 
 #[test]
-fn address_that_was_taken_during_bus_off_belongs_to_the_lower_name() {
+fn lower_name_keeps_the_address_claimed_during_bus_off() {
     for (late, addresses) in [(9, [0x80, 0x81]), (3, [0x81, 0x80])] {
         let mut network = Network::new(&[7], RECOVERING);
         network.wait(500);
@@ -175,7 +175,7 @@ fn interrupted_bus_does_not_cost_an_address() {
 }
 
 #[test]
-fn restart_by_parameter_claims_again_and_disturbs_nobody() {
+fn restart_by_parameter_claims_again_and_disturbs_no_other_node() {
     let mut network = Network::new(&[7, 8, 9], RECOVERING);
     network.wait(600);
     for round in 0..10 {

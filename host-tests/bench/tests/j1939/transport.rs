@@ -194,7 +194,7 @@ fn address_that_is_kept_keeps_its_transfers() {
 }
 
 #[test]
-fn two_sensors_and_a_late_one_keep_their_transfers_apart() {
+fn transfers_of_two_sensors_and_a_late_sensor_do_not_mix() {
     let mut network = Network::new(&[7, 9], QUIET);
     network.wait(400);
     assert_eq!(network.addresses(), [Some(0x80), Some(0x81)]);

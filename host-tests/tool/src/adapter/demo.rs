@@ -1,5 +1,5 @@
-//! `demo:PRODUCT`: a virtual sensor inside of the program, at factory settings, in real time. It sways slowly. `demo:PRODUCT/j1939` is one
-//! that has been switched to J1939.
+//! `demo:PRODUCT`: a virtual sensor inside of the program, at factory settings, in real time. Its angles change slowly.
+//! `demo:PRODUCT/j1939` is one that has been switched to J1939.
 
 use super::bench::BenchAdapter;
 use super::{Adapter, Capabilities, Mode};

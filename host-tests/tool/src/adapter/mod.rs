@@ -38,7 +38,7 @@ pub enum Mode {
 pub struct Capabilities {
     /// It has a listen-only mode. An adapter that finds this out when it opens refuses then.
     pub listen_only: bool,
-    /// The tool sets the bit rate. If not, the rate is that of the interface.
+    /// The tool sets the bit rate. If not, the interface has its own bit rate.
     pub sets_rate: bool,
     /// It must be opened with a bit rate.
     pub needs_rate: bool,
@@ -51,7 +51,7 @@ pub trait Adapter {
     /// What it can do.
     fn capabilities(&self) -> Capabilities;
 
-    /// Opens it at a bit rate, or at that of the interface. If it is open, closes it first.
+    /// Opens it at a bit rate, or at the bit rate of the interface. If it is open, closes it first.
     ///
     /// # Errors
     /// It cannot have this rate, it has no listen-only mode (it is never opened in another mode instead), or it has failed.
@@ -66,8 +66,8 @@ pub trait Adapter {
     /// It is not open for sending, or it has failed.
     fn send(&mut self, frame: &Frame) -> Result<(), Failure>;
 
-    /// The next received frame with the time of its reception, or None at `until`. A frame that is here already is received also if
-    /// `until` is over; a caller that receives all frames until then must look at the clock.
+    /// The next received frame with the time of its reception, or None at `until`. A frame that has already arrived is received even if
+    /// `until` is over; a caller that receives all frames until then must compare the time itself.
     ///
     /// # Errors
     /// It has failed, or was unplugged.
@@ -148,6 +148,6 @@ fn interface(name: &str) -> Result<Box<dyn Adapter>, Failure> {
 fn interface(name: &str) -> Result<Box<dyn Adapter>, Failure> {
     Err(Failure::usage(
         "unknown-port",
-        format!("{name} would be an interface of Linux: {PORTS}"),
+        format!("{name} can only be a CAN interface of Linux: {PORTS}"),
     ))
 }

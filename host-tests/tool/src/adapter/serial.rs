@@ -12,7 +12,7 @@ const SPEED: u32 = 115_200;
 
 impl Stream for SerialPort {
     fn read(&mut self, bytes: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        // The port counts whole milliseconds: a shorter wait would be none. On Windows the shortest wait is 1 ms.
+        // The port counts whole milliseconds: a shorter wait becomes 0. On Windows the shortest wait is 1 ms.
         let timeout = match timeout.is_zero() {
             true => timeout,
             false => timeout.max(Duration::from_millis(1)),

@@ -91,7 +91,7 @@ pub struct Slcan<S: Stream> {
     command: Option<u8>,
     /// The answer to the command that waits, without CR; BEL is an answer with this byte.
     answer: Option<Vec<u8>>,
-    /// The first line since the command that no slcan adapter says.
+    /// The first line since the command that no slcan adapter sends.
     foreign: Option<Vec<u8>>,
     /// The time of the bus came in answer to a line that advances it.
     is_advanced: bool,
@@ -101,7 +101,7 @@ pub struct Slcan<S: Stream> {
     refused: bool,
     /// It answers the question for its status.
     has_status: bool,
-    /// How often the status had errors of the bus, and lost frames.
+    /// The number of times the status had errors of the bus, and lost frames.
     errors: Option<u64>,
     overruns: Option<u64>,
 }
@@ -288,7 +288,7 @@ impl<S: Stream> Adapter for Slcan<S> {
     }
 
     fn close(&mut self) {
-        // The answers to frames can come late, and would be taken for those to other commands.
+        // An answer to a sent frame can come late. The adapter must not read it as the answer to a later command.
         let has_listened = self.mode.take() == Some(Mode::Listen);
         // An adapter that has failed cannot be closed.
         let answer = self.command("C");
@@ -304,8 +304,8 @@ impl<S: Stream> Adapter for Slcan<S> {
 
     fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
         loop {
-            // It reads before it looks at the clock: a frame that is here already is received, however late this call is. A late
-            // call does not wait, so it ends also if frames come all the time.
+            // It reads before it compares the time: a late call still receives the frames that have already arrived. A late call does not
+            // wait, so it also ends if frames come continuously.
             if self.frames.is_empty() {
                 self.pump(until)?;
             }

@@ -11,7 +11,7 @@ const CONNECT: Duration = Duration::from_secs(3);
 
 impl Stream for TcpStream {
     fn read(&mut self, bytes: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        // A read time-out of 0 would be none.
+        // A read time-out of 0 means no time-out.
         let waits = !timeout.is_zero();
         self.set_nonblocking(!waits)?;
         if waits {

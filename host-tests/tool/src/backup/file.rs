@@ -1,4 +1,4 @@
-//! Writes a file so that an old one is never half overwritten.
+//! Writes a file. An existing file is never partly overwritten.
 
 use crate::failure::Failure;
 use std::fs::File;
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// The file cannot be written.
 pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
     let target = path.canonicalize().unwrap_or_else(|_| path.to_owned());
-    // A device cannot be replaced.
+    // A special file cannot be replaced.
     let is_special = target.exists() && !target.is_file();
     let written = match is_special {
         true => std::fs::write(&target, text),

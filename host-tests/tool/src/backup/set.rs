@@ -28,7 +28,7 @@ impl Backup {
         let mut entries = self.sheet.entries.iter();
         match entries.find(|entry| entry.name == name) {
             Some(entry) if entry.writable => format!(
-                "{name} is no setting of a file; `plumbline set {name}=...` writes it to the sensor"
+                "{name} cannot be stored in a file; `plumbline set {name}=...` writes it to the sensor"
             ),
             Some(_) => format!("{name} can only be read: `plumbline get {name}` shows it"),
             None => format!(

@@ -88,7 +88,7 @@ fn hostile_file_is_refused() {
 }
 
 #[test]
-fn number_in_resolution_has_that_of_the_file() {
+fn number_uses_the_resolution_of_the_file() {
     let text = "[sensor]\nproduct = \"tiltix080\"\n[parameters]\nslope-long16-preset-value = \"12.3 deg\"\nresolution = \"0.1 deg\"\n";
     let backup = Backup::parse(text).unwrap();
     let (_, raw) = backup

@@ -58,7 +58,7 @@ impl Attitude {
     }
 }
 
-/// Where the unit is asked to turn, and its messages. They end when nobody takes them.
+/// The channel that turns the unit, and the channel with its messages. The messages end when the receiver is dropped.
 pub fn start() -> (Sender<Side>, Receiver<Message>) {
     let (turn, turns) = channel();
     let (sender, messages) = channel();

@@ -1,4 +1,4 @@
-//! Who leads the user through a calibration: a terminal, or the page of `serve`.
+//! The interface that leads the user through a calibration: a terminal, or the page of `serve`.
 
 use super::log::Source;
 use super::rest::Average;
@@ -7,7 +7,7 @@ use host_tests::calibrate::Side;
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
 
-/// The looks at the same state after which a terminal tells it again: 10 s.
+/// The number of checks with the same state after which a terminal prints the state again: 10 s.
 const TOLD: usize = 20;
 
 /// What happens. As a text, it is the note of a terminal.
@@ -29,7 +29,7 @@ pub enum Step<'a> {
         /// The side that must be up.
         side: Side,
     },
-    /// A look at the last 3 s, which cannot be taken.
+    /// A measurement of the last 3 s that cannot be used as a position.
     Measured {
         /// Why not.
         state: State,
@@ -61,12 +61,12 @@ pub enum State {
         /// The side that must be up.
         side: Side,
     },
-    /// The temperature is not that of the first position.
+    /// The temperature differs from the temperature of the first position.
     TooFar {
         /// The temperature of the first position in degC.
         first: f64,
     },
-    /// The temperature is that of an earlier measurement.
+    /// The temperature is too near to the temperature of an earlier measurement.
     TooNear,
 }
 
@@ -101,7 +101,7 @@ pub enum Question {
     },
 }
 
-/// Who leads the user through the positions.
+/// The interface that leads the user through the positions.
 pub trait Host {
     /// Tells what happens.
     fn tell(&mut self, step: &Step);
@@ -116,7 +116,7 @@ pub trait Host {
 /// A terminal.
 pub struct Asks<'a, 'b> {
     terminal: &'a mut Terminal<'b>,
-    /// The state that was told last, and how often it was seen since.
+    /// The state that was reported last, and the number of times it was seen since then.
     told: Option<(State, usize)>,
 }
 

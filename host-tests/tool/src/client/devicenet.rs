@@ -72,7 +72,7 @@ impl Response {
     }
 }
 
-/// How often a slave can repeat a fragment.
+/// The number of times a slave can repeat a fragment.
 const REPETITIONS: u8 = 3;
 
 /// A slave, and the MAC ID of the tool.
@@ -95,7 +95,7 @@ impl Slave {
     /// Allocates the explicit connection. If an earlier run has left it open, releases it first.
     ///
     /// # Errors
-    /// Another master owns the sensor, nobody answers, or those of the adapter.
+    /// Another master owns the sensor, nobody answers, or the adapter fails.
     pub fn allocate(self, link: &mut Link) -> Result<(), Failure> {
         self.allocate_within(link, ANSWER)
     }
@@ -108,7 +108,7 @@ impl Slave {
         self.allocate_choice(link, EXPLICIT, time)
     }
 
-    /// Allocates the poll connection besides the explicit one.
+    /// Allocates the poll connection in addition to the explicit connection.
     ///
     /// # Errors
     /// See [`allocate`](Self::allocate).
@@ -136,7 +136,7 @@ impl Slave {
     /// Releases the explicit connection, also if the user wants to stop.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn release(self, link: &mut Link) -> Result<(), Failure> {
         self.release_choice(link, EXPLICIT).map(|_| ())
     }
@@ -144,7 +144,7 @@ impl Slave {
     /// Releases the poll connection, also if the user wants to stop. A sensor that has released it by itself refuses, which is no failure.
     ///
     /// # Errors
-    /// Nobody answers, or those of the adapter.
+    /// Nobody answers, or the adapter fails.
     pub fn release_poll(self, link: &mut Link) -> Result<(), Failure> {
         match self.release_choice(link, POLL)? {
             Response::Refused(general::ALREADY, _) => Ok(()),
@@ -162,17 +162,17 @@ impl Slave {
     /// Sends a poll command. The response comes with the identifier of [`poll_response`](Self::poll_response).
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn poll(self, link: &mut Link) -> Result<(), Failure> {
         link.send(&Frame::of(self.id(group_2::POLL), [0; 8], 0))
     }
 
-    /// The identifier of the responses to polls, to whatever master.
+    /// The identifier of the responses to polls, independent of the master.
     pub fn poll_response(self) -> CanId {
         CanId::standard(Group1::PollResponse.id(self.mac))
     }
 
-    /// The identifiers of the I/O messages that the slave sends: those to polls first.
+    /// The identifiers of the I/O messages that the slave sends. The responses to polls are first.
     pub fn io(self) -> [CanId; 2] {
         let change = CanId::standard(Group1::ChangeOrCyclic.id(self.mac));
         [self.poll_response(), change]
@@ -196,7 +196,7 @@ impl Slave {
     /// A request on the explicit connection, with at most four bytes of data.
     ///
     /// # Errors
-    /// The data is too long, or those of the adapter.
+    /// The data is too long, or the adapter fails.
     pub fn explicit(
         self,
         link: &mut Link,
@@ -210,7 +210,7 @@ impl Slave {
     /// Reads an attribute.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn get(self, link: &mut Link, path: Path, attribute: u8) -> Result<Response, Failure> {
         self.explicit(link, service::GET, path, &[attribute])
     }
@@ -294,7 +294,7 @@ fn next_step(code: u8) -> &'static str {
     }
 }
 
-/// The meaning of a general error code. Those that the sensors of the core do not use are of the specification of CIP.
+/// The meaning of a general error code. The codes that the sensors of the core do not use come from the CIP specification.
 pub fn reason(code: u8) -> &'static str {
     match code {
         general::RESOURCE => "the resource is not available",

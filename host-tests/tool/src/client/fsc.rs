@@ -22,7 +22,7 @@ pub const WRITTEN: Duration = millis(1000);
 /// The wait for the reply to SAVE and LOAD, which comes when the memory is written.
 pub const SAVED: Duration = millis(3000);
 
-/// How often a request that changes nothing is sent.
+/// The number of times a request that changes nothing is sent.
 const TRIES: u8 = 3;
 
 /// A sensor.
@@ -48,7 +48,7 @@ pub struct Reply {
 /// Sends a request and returns its reply; None after `time`.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn ask(
     link: &mut Link,
     sensor: Sensor,
@@ -63,7 +63,7 @@ pub fn ask(
 /// Sends a request that has no reply.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn send(link: &mut Link, sensor: Sensor, code: u8, data: &[u8]) -> Result<(), Failure> {
     link.send(&request(sensor.request, code, data)?)
 }
@@ -98,7 +98,7 @@ pub fn reply(frame: &Frame, sensor: Sensor, code: u8) -> Option<Reply> {
 /// answer the first one.
 ///
 /// # Errors
-/// Nobody answers, or those of the adapter.
+/// Nobody answers, or the adapter fails.
 pub fn must(link: &mut Link, sensor: Sensor, code: u8, time: Duration) -> Result<Reply, Failure> {
     let mut reply = once(link, sensor, code, &[], time);
     for _ in 1..TRIES {
@@ -115,7 +115,7 @@ pub fn must(link: &mut Link, sensor: Sensor, code: u8, time: Duration) -> Result
 /// Sends a request once that the sensor must answer.
 ///
 /// # Errors
-/// Nobody answers, or those of the adapter.
+/// Nobody answers, or the adapter fails.
 pub fn once(
     link: &mut Link,
     sensor: Sensor,
@@ -138,7 +138,7 @@ pub fn once(
 /// sensor had before: this request clears them.
 ///
 /// # Errors
-/// The sensor refuses it, nobody answers, or those of the adapter.
+/// The sensor refuses it, nobody answers, or the adapter fails.
 pub fn command(
     link: &mut Link,
     sensor: Sensor,
@@ -150,11 +150,11 @@ pub fn command(
     let errors = mask(tables, |condition| {
         matches!(condition, Condition::CmdParamError | Condition::EepromError)
     });
-    // The bits stay until the status is read. An earlier refusal is not that of this request.
+    // The bits stay until the status is read. An earlier refusal does not belong to this request.
     let earlier = must(link, sensor, status_code(tables), ANSWER)?;
     let memory = mask(tables, |condition| condition == Condition::EepromError);
     let earlier = names(&tables.status, earlier.status & memory);
-    // The request is sent once: if only its reply is lost, a second one would set the zero point at a later position.
+    // The request is sent once: if only its reply is lost, a second request sets the zero point at a later position.
     let reply = once(link, sensor, code, data, time)?;
     if reply.status & errors == 0 {
         return Ok(earlier);

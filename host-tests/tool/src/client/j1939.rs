@@ -1,4 +1,4 @@
-//! J1939: who is on the bus, requests for groups, and Commanded Address.
+//! J1939: the nodes on the bus, requests for groups, and Commanded Address.
 //!
 //! ```text
 //!  18EAFFFE   00 EE 00                        who is there? From 254, so it needs no address
@@ -59,7 +59,7 @@ fn claim(frame: &Frame) -> Option<(u8, Name)> {
 /// The nodes with an address, in the order of their claims.
 ///
 /// # Errors
-/// Those of the adapter, or the user wants to stop.
+/// The adapter fails, or the user wants to stop.
 pub fn nodes(link: &mut Link) -> Result<Vec<(u8, Name)>, Failure> {
     let mut nodes = Vec::new();
     let source = link.source();
@@ -75,7 +75,7 @@ pub fn nodes(link: &mut Link) -> Result<Vec<(u8, Name)>, Failure> {
 /// The NAME of the node with this address; None: nobody has it.
 ///
 /// # Errors
-/// Those of the adapter, or the user wants to stop.
+/// The adapter fails, or the user wants to stop.
 pub fn name(link: &mut Link, address: u8, time: Duration) -> Result<Option<Name>, Failure> {
     let source = link.source();
     let question = request(ADDRESS_CLAIMED, address, source);
@@ -85,7 +85,7 @@ pub fn name(link: &mut Link, address: u8, time: Duration) -> Result<Option<Name>
     })
 }
 
-/// What begins the answer to a request.
+/// The first part of the answer to a request.
 enum First {
     Data(Vec<u8>),
     Refused,
@@ -95,7 +95,7 @@ enum First {
 /// Requests a group of a node.
 ///
 /// # Errors
-/// The tool finds no address for itself, those of the adapter, or the user wants to stop.
+/// The tool finds no address for itself, the adapter fails, or the user wants to stop.
 pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Failure> {
     let own = link.own_address()?;
     let judge = |frame: &Frame| {
@@ -131,7 +131,7 @@ pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Failure> {
 /// claims within a second; None: it does not.
 ///
 /// # Errors
-/// The tool finds no address for itself, those of the adapter, or the user wants to stop.
+/// The tool finds no address for itself, the adapter fails, or the user wants to stop.
 pub fn command_address(link: &mut Link, node: Name, new: u8) -> Result<Option<u8>, Failure> {
     const CLAIMED: Duration = millis(1000);
     let own = link.own_address()?;
@@ -187,10 +187,10 @@ impl Link {
         own.unwrap_or(NO_ADDRESS)
     }
 
-    /// The J1939 address of the tool. The first call looks who is on the bus, and claims an address that nobody uses.
+    /// The J1939 address of the tool. The first call finds the nodes on the bus, and claims an address that no node uses.
     ///
     /// # Errors
-    /// There is no free address, those of the adapter, or the user wants to stop.
+    /// There is no free address, the adapter fails, or the user wants to stop.
     pub fn own_address(&mut self) -> Result<u8, Failure> {
         if let Some(address) = self.own.as_ref().and_then(own::Own::address) {
             return Ok(address);

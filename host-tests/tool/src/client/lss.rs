@@ -38,7 +38,7 @@ fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool
 /// Finds a node without node-ID; it is in configuration mode then. None: there is none.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn find(link: &mut Link) -> Result<Option<Identity>, Failure> {
     const RESET: u8 = 128;
     if !fastscan(link, 0, RESET, 0, 0)? {
@@ -71,7 +71,7 @@ pub fn index(rate: BitRate) -> Option<u8> {
 /// mode afterwards, also after a failure: [`release`] ends it.
 ///
 /// # Errors
-/// The node refuses, nobody answers, or those of the adapter.
+/// The node refuses, nobody answers, or the adapter fails.
 pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), Failure> {
     const SELECT: u8 = 0x40;
     const SELECTED: u8 = 0x44;
@@ -91,7 +91,7 @@ pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), 
         selected = ask(link, request, time)?;
     }
     if selected.is_none_or(|answer| answer[0] != SELECTED) {
-        let message = "no node has answered to the selection by LSS: is its identity (1018h) that of another node too?";
+        let message = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?";
         return Err(Failure::silent("no-answer", message));
     }
     must(
@@ -123,7 +123,7 @@ fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(
 /// Switches all nodes to waiting.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn release(link: &mut Link) -> Result<(), Failure> {
     link.send(&Frame::of(MASTER, [4, 0, 0, 0, 0, 0, 0, 0], 8))
 }

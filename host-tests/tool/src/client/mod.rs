@@ -24,7 +24,7 @@ use std::rc::Rc;
 /// The longest time for received frames to be dropped, if more come all the time.
 const DROPPING: Duration = millis(10);
 
-/// The time in which a frame leaves the adapter, besides its time on the bus.
+/// The time in which a frame leaves the adapter, in addition to its time on the bus.
 const LEAVING: Duration = millis(20);
 
 /// How long frames that are here already are looked at after the time for an answer, if more come all the time.
@@ -84,7 +84,7 @@ impl Link {
         self.adapter.as_mut()
     }
 
-    /// The bit rate at which it was opened; None: that of the interface, which does not tell it.
+    /// The bit rate at which it was opened; None: the rate of the interface, which does not report its rate.
     pub fn rate(&self) -> Option<BitRate> {
         self.rate
     }
@@ -92,7 +92,7 @@ impl Link {
     /// Opens the adapter; see [`Adapter::open`].
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
         self.leave();
         self.own = None;
@@ -127,7 +127,7 @@ impl Link {
     /// Opens the adapter for questions at one of several rates. False: it does not have this one.
     ///
     /// # Errors
-    /// Those of the adapter; with a single rate also that it does not have it.
+    /// The adapter fails. With a single rate also: the adapter does not have this rate.
     pub fn try_rate(
         &mut self,
         rate: Option<BitRate>,
@@ -150,8 +150,8 @@ impl Link {
         self.leave_within(LEAVING);
     }
 
-    /// Waits until the last frame has left the adapter: this time besides its time on the bus. An adapter that has failed is not waited
-    /// for.
+    /// Waits until the last frame has left the adapter: this time in addition to its time on the bus. The call does not wait for an adapter
+    /// that has failed.
     pub fn leave_within(&mut self, time: Duration) {
         const BITS: u32 = 160;
         let Some(sent) = self.unanswered.take() else {
@@ -169,7 +169,7 @@ impl Link {
     /// Sends a frame and counts it.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
         self.since_open += 1;
         self.adapter.send(frame)?;
@@ -194,12 +194,12 @@ impl Link {
     /// The next frame until then.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
         let received = self.adapter.receive(until)?;
         if let Some((at, frame)) = &received {
             self.booted.take(*at, frame);
-            // A J1939 node tells its address to everybody who asks, and defends it.
+            // A J1939 node tells its address to every node that asks, and defends it.
             if let Some(claim) = self.own.as_mut().and_then(|own| own.hear(*at, frame)) {
                 self.send(&claim)?;
             }
@@ -207,11 +207,11 @@ impl Link {
         Ok(received)
     }
 
-    /// The GEMAC sensors that have sent their two boot-up messages since the last call. A sensor that detects the bit rate sends them
-    /// after a question to any address. Frames that look like them are waited for: a third one is that of another device.
+    /// The GEMAC sensors that have sent their two boot-up messages since the last call. A sensor that detects the bit rate sends them after
+    /// a question to any address. The call waits for more frames that look like them: a third frame comes from another device.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn take_booted(&mut self) -> Result<Vec<fsc::Sensor>, Failure> {
         while let Some(settled) = self.booted.settled()
             && self.now() < settled
@@ -223,10 +223,10 @@ impl Link {
     }
 
     /// Waits this time for the first frame that `judge` takes; others are ignored. If the computer was late, the answer can be among the
-    /// frames that are here already: they are looked at too.
+    /// frames that have already arrived: they are checked too.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn wait_for<T>(
         &mut self,
         time: Duration,
@@ -239,7 +239,7 @@ impl Link {
     /// The same with the time of its reception.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn wait_for_at<T>(
         &mut self,
         time: Duration,
@@ -262,7 +262,7 @@ impl Link {
     /// Sends a frame, and waits this time for the first frame that `judge` takes.
     ///
     /// # Errors
-    /// Those of the adapter, or the user wants to stop.
+    /// The adapter fails, or the user wants to stop.
     pub fn ask<T>(
         &mut self,
         frame: &Frame,
@@ -290,11 +290,11 @@ impl Link {
         Ok(answer)
     }
 
-    /// Drops the frames that have been received already: an answer comes after its request. A late answer to an earlier request
-    /// would be taken for that to this one.
+    /// Drops the frames that have already been received, because an answer comes after its request. Otherwise the tool could accept a late
+    /// answer to an earlier request as the answer to this request.
     fn drop_received(&mut self) -> Result<(), Failure> {
         let start = self.now();
-        // The frames of one read have the same time: all that were here are dropped, however slow the computer is.
+        // The frames of one read have the same time. So all frames that had arrived are dropped, even if the computer is slow.
         while let Some((at, _)) = self.receive(start)? {
             if at >= after(start, DROPPING) {
                 break;

@@ -43,23 +43,23 @@ const HEARTBEAT: u16 = 0x1017;
 /// The heartbeat time of a node that is asked for its state and sends no heartbeat, in ms.
 const OWN: u16 = 50;
 
-/// How late a heartbeat is.
+/// The permitted delay of a heartbeat.
 const LATE: Duration = millis(100);
 
 /// Sends a command to one node. There is no answer.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn send(link: &mut Link, command: Command, node: u8) -> Result<(), Failure> {
     let frame = Frame::of(standard(0x000), [command as u8, node, 0, 0, 0, 0, 0, 0], 2);
     link.send(&frame)
 }
 
-/// The state of a node, as its heartbeat tells; None: it tells nothing. A node that sends no heartbeat gets one for this question, and
-/// loses it again. It is not asked by node guarding, because that would start its supervision of the master.
+/// The state of a node, from its heartbeat; None: the state is unknown. A node that sends no heartbeat gets one for this question, and
+/// loses it again. The tool does not use node guarding, because node guarding starts the supervision of the master in the node.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Failure> {
     let server = Server::of(node);
     let Answer::Done(present) = server.read(link, HEARTBEAT, 0)? else {

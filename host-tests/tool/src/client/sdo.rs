@@ -38,7 +38,7 @@ const WRONG_STATE: u32 = Abort::DeviceState as u32;
 /// The longest text or record that is read, in bytes.
 const LONGEST: usize = 4096;
 
-/// How often a value is put back.
+/// The number of times a value is put back.
 const TRIES: u8 = 3;
 
 /// An answer of the server.
@@ -152,7 +152,7 @@ impl Server {
         }
     }
 
-    /// The identifier of requests, and those of answers: their priority is free in J1939.
+    /// The identifier of requests, and the identifiers of answers. In J1939 an answer can have any priority.
     fn identifiers(
         self,
         link: &mut Link,
@@ -215,7 +215,7 @@ impl Server {
     /// Reads an object.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn read(self, link: &mut Link, index: u16, sub: u8) -> Result<Answer<Vec<u8>>, Failure> {
         let Some(answer) = self.initiate(link, header(0x40, index, sub))? else {
             return Ok(Answer::Silent);
@@ -263,7 +263,7 @@ impl Server {
     /// Writes an object: expedited up to 4 bytes, otherwise in segments.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn write(
         self,
         link: &mut Link,
@@ -325,7 +325,7 @@ impl Server {
     /// done is repeated.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn put_back(
         self,
         link: &mut Link,

@@ -16,7 +16,7 @@ pub(crate) struct Script {
     /// The time of the last frame.
     sent_at: u64,
     closed_at: u64,
-    /// The adapter refuses a frame when it keeps so many that nobody has answered; None: it keeps all.
+    /// The number of unanswered frames at which the adapter refuses the next frame; None: it refuses none.
     places: Option<usize>,
     kept: usize,
     is_refused: bool,
@@ -102,7 +102,7 @@ pub(crate) fn frame(id: u16, bytes: &[u8]) -> Frame {
 }
 
 #[test]
-fn late_answers_are_not_taken_for_the_answer_to_the_next_request() {
+fn late_answer_is_not_used_for_the_next_request() {
     let adapter = Scripted::default();
     let mut link = link(&adapter);
     let late = frame(0x301, &[0x15, 0, 100, 0]);
@@ -127,7 +127,7 @@ fn sdo_answer_of_another_object_is_not_taken() {
     let read = sdo::Server::of(10).read(&mut link, 0x1018, 2).unwrap();
     assert_eq!(read, sdo::Answer::Done(vec![5, 6, 7, 8]));
     assert_eq!(adapter.0.borrow().sent.len(), 1, "no abort");
-    // A late end of a segmented transfer, then the abort of the one that is asked.
+    // A late end of a segmented transfer, then the abort of the transfer that the tool waits for.
     let late = frame(0x58A, &[0x0F, 0, 0, 0, 0, 0, 0, 0]);
     let other = frame(0x58A, &[0x80, 0x18, 0x10, 1, 0, 0, 2, 6]);
     let own = frame(0x58A, &[0x80, 0x18, 0x10, 9, 0x11, 0, 9, 6]);
@@ -137,7 +137,7 @@ fn sdo_answer_of_another_object_is_not_taken() {
 }
 
 #[test]
-fn short_reply_after_a_boot_up_message_is_no_panic() {
+fn short_reply_after_a_boot_up_message_does_not_panic() {
     let adapter = Scripted::default();
     let mut link = link(&adapter);
     let booted = frame(0x301, &[0xFF, 0, 0, 3, 0, 0, 0x44, 3]);
@@ -298,7 +298,7 @@ fn zero_point_is_set_once_though_its_reply_is_lost() {
 }
 
 #[test]
-fn adapter_that_keeps_few_frames_without_an_answer_is_used_on() {
+fn adapter_with_few_buffers_continues_without_answers() {
     let ask = |places: usize, answers: bool| {
         let adapter = Scripted::default();
         let mut link = link(&adapter);

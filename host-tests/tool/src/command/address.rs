@@ -17,7 +17,7 @@ use plumbline::devicenet::identifiers::group_2_id;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::time::{Duration, after, millis};
 
-/// How often an address that must be free is asked.
+/// The number of times an address that must be free is asked.
 const QUESTIONS: u8 = 3;
 
 /// The longest time until a CANopen sensor has restarted.

@@ -58,7 +58,7 @@ fn angles(session: &mut Session) -> Result<(Vec<String>, Map<String, Value>), Fa
 /// Asks whether this is the right sensor: what, product, serial number, address, present angles.
 ///
 /// # Errors
-/// The answer is no, nobody answers, or those of the adapter.
+/// The answer is no, nobody answers, or the adapter fails.
 pub(super) fn confirm(
     session: &mut Session,
     found: &Found,
@@ -116,7 +116,7 @@ pub(super) fn adjust(
     if save {
         terminal.line(session.save()?)?;
     } else if is_pending {
-        terminal.note("not stored yet: `plumbline save` keeps it after power-off");
+        terminal.note("not stored yet: `plumbline save` stores it");
     } else {
         terminal.note("the sensor stores it by itself");
     }

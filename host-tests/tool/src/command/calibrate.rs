@@ -35,13 +35,13 @@ const SIDES: [Side; 6] = {
     ]
 };
 
-/// The longest wait without a look at Ctrl-C.
+/// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = Duration::from_millis(100);
 
 /// The longest pause between two samples.
 const PAUSE: Duration = Duration::from_secs(10);
 
-/// The samples between two looks at the window: 0.5 s.
+/// The samples between two checks of the window: 0.5 s.
 const LOOK: usize = 100;
 
 /// The unit.
@@ -64,7 +64,7 @@ pub(super) fn calibrate(
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
     if !log.is_empty() && !may_measure {
-        let message = "each position needs an answer of its own: leave out --yes";
+        let message = "each position needs its own answer: leave out --yes";
         return Err(Failure::usage("needs-answers", message));
     }
     let source = (!log.is_empty()).then(|| Source::Command(log.to_vec()));
@@ -99,10 +99,11 @@ pub fn run(
     unit: Unit,
     host: &mut dyn Host,
 ) -> Result<Done, Failure> {
-    // What is wrong is said before the measurement.
+    // Errors are reported before the measurement.
     let product = match (unit.store, unit.product) {
         (Some(_), None) => {
-            let message = "a store file is that of a product: say which with --product NAME";
+            let message =
+                "a store file belongs to one product: give the product with --product NAME";
             return Err(Failure::usage("unknown-product", message));
         }
         (_, name) => name.map(identify::product).transpose()?,
@@ -196,7 +197,7 @@ impl Guide {
             (measurement.serial, self.serial, measurement.is_named)
         {
             let message = format!(
-                "{} is of the unit with serial number {own}, but the log does not tell of which unit it is: begin the log with the start of the unit, or say --serial {own}",
+                "{} belongs to the unit with serial number {own}, but the log does not contain the serial number of its unit: start the log before the unit, or give --serial {own}",
                 measurement.path.display()
             );
             return Err(Failure::usage("no-serial", message));
@@ -259,7 +260,7 @@ impl Guide {
                 return Ok(average);
             }
             if !host.ask(&Question::Again { side }) {
-                let message = "stopped: the positions that were taken are in the file, and the same command goes on with the others";
+                let message = "stopped: the measured positions are in the file. The same command continues with the other positions";
                 return Err(Failure::usage("not-confirmed", message));
             }
             self.restart(measurement, host)?;
@@ -295,7 +296,7 @@ impl Guide {
             )),
             Some(_) => Ok(()),
             None if self.is_unknown && measurement.serial.is_none() => wrong(format!(
-                "the log tells the serial number {serial} now, but not of which unit the positions before are: begin with a new file, and with --serial {serial}"
+                "the log now contains the serial number {serial}, but the serial number of the earlier positions is unknown: begin with a new file, and with --serial {serial}"
             )),
             None => {
                 measurement.is_of(serial)?;

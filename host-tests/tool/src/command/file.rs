@@ -52,14 +52,14 @@ pub(super) fn backup(
             .push((entry.name, String::from_utf8_lossy(&bytes).into_owned()));
     }
     if let Target::Canopen(node) = session.target {
-        // Identifiers as delivered are those of the node-ID after the next restart.
+        // The default identifiers in the file belong to the node-ID after the next restart.
         backup.number_from(node);
     }
     backup.write(path)?;
     let left_out = session.sheet.commands().count();
     if left_out > 0 {
         terminal.note(format!(
-            "{left_out} entries are left out, because a write of them is a command or changes process data: the file names them"
+            "{left_out} entries are left out, because writing them is a command or changes process data: the file lists them"
         ));
     }
     let count = backup.values.len();
@@ -74,7 +74,7 @@ pub(super) fn backup(
     terminal.document(&document)
 }
 
-/// The path of the Device Configuration File (DCF), which a CANopen device has besides.
+/// The path of the Device Configuration File (DCF), which is also written for a CANopen device.
 fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>, Failure> {
     let is_special = path.exists() && !path.is_file();
     if !matches!(session.target, Target::Canopen(_)) || is_special {
@@ -83,7 +83,7 @@ fn configuration_path(session: &Session, path: &Path) -> Result<Option<PathBuf>,
     let configuration = path.with_extension("dcf");
     if configuration == path {
         let message = format!(
-            "{} would be the name of the DCF besides: give the backup another name, as crane.toml",
+            "{} is the name of the DCF: give the backup another name, for example crane.toml",
             path.display()
         );
         return Err(Failure::usage("bad-file", message));
@@ -126,7 +126,7 @@ pub(super) fn set_in_file(
         wanted.extend(resolve::assignments(&sheet, assignment)?);
     }
     set::once_each(wanted.iter().map(|(entry, _)| *entry))?;
-    // The resolution first: it is the unit of others.
+    // The resolution comes first: it is the unit of other values.
     wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
     for (entry, text) in &wanted {
         backup

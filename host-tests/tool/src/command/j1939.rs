@@ -45,7 +45,7 @@ pub(super) fn address(
         let claimed = j1939::command_address(&mut session.link, name, new)?;
         session.target = Target::J1939(claimed.unwrap_or(old));
         if claimed.is_some() {
-            // Until others cannot contend for the address any more, the sensor is silent.
+            // The sensor is silent until other nodes cannot contend for the address any more.
             answers(session, name)?;
         }
     }
@@ -100,7 +100,7 @@ fn show(
         name >> 21 & 0x7FF,
         name >> 40 & 0xFF,
         match is_capable {
-            true => "takes another address if it loses this one",
+            true => "claims another address if it loses this one",
             false => "has no address if it loses this one",
         }
     ))?;

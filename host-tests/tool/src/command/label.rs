@@ -37,7 +37,7 @@ pub(super) fn label(
     terminal.document(&json!({"label": name}))
 }
 
-/// Gives a sensor that has no name that of a file, for example to the successor of a broken one.
+/// Gives the name in a file to a sensor that has no name, for example to the replacement of a broken sensor.
 pub(super) fn take_over(
     labels: &mut Labels,
     found: &Found,

@@ -137,7 +137,7 @@ pub fn run_on(
         | Command::Teach { .. }
             if options.eds.is_some() =>
         {
-            let message = "a data sheet does not say how this is done: use `plumbline set` with the names that `plumbline parameters` lists";
+            let message = "a data sheet does not describe this command: use `plumbline set` with the names that `plumbline parameters` lists";
             return Err(Failure::usage("not-offered", message));
         }
         _ => {}
@@ -275,7 +275,8 @@ pub fn run_on(
 fn replaced(path: &Path, terminal: &mut Terminal) -> Result<(), Failure> {
     let shown = path.display();
     if path.is_file() && !(terminal.confirm)(&format!("{shown} exists. Replace it?")) {
-        let message = format!("{shown} exists: choose another name, or --yes replaces it");
+        let message =
+            format!("{shown} exists already: choose another name, or replace it with --yes");
         return Err(Failure::usage("file-exists", message));
     }
     Ok(())

@@ -49,8 +49,9 @@ pub(super) fn rate(
         return tell(terminal, &format!("the bit rate is {new} already"));
     }
     reachable(session, new)?;
-    let question =
-        format!("Change the bit rate to {new} (the other devices on the bus must change too)");
+    let question = format!(
+        "Change the bit rate to {new} (the other devices on the bus must have the same rate)"
+    );
     adjust::confirm(session, found, &question, terminal)?;
     let target = next_target(session)?;
     store(session, &entry, new, raw)?;
@@ -161,7 +162,7 @@ fn next_target(session: &mut Session) -> Result<Target, Failure> {
         }) if is_j1939 => Target::J1939(value(tables.address)? as u8),
         Protocol::Canopen(tables) => match value(tables.node_id)? {
             UNCONFIGURED => {
-                let message = "the node-ID is 255 after the restart, so the sensor could not be asked: give it one with `plumbline node-id`";
+                let message = "the node-ID is 255 after the restart, so the tool cannot read from the sensor: give it one with `plumbline node-id`";
                 return Err(Failure::usage("no-address", message));
             }
             node => Target::Canopen(node as u8),

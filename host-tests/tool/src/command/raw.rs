@@ -138,7 +138,7 @@ fn bytes(text: &str) -> Result<Vec<u8>, Failure> {
 
 fn bad(request: &str) -> Failure {
     let message = format!(
-        "{request:?} is no request: bytes like 0300 (GEMAC), INDEX:SUB like 1018:1 or 6000:0=0A00 (CANopen), 0E650172 (DeviceNet), FEEB (J1939)"
+        "{request:?} is not a valid request: use bytes like 0300 (GEMAC), INDEX:SUB like 1018:1 or 6000:0=0A00 (CANopen), 0E650172 (DeviceNet), FEEB (J1939)"
     );
     Failure::usage("bad-request", message)
 }

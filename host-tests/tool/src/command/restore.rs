@@ -1,4 +1,4 @@
-//! `restore` and `diff`: the settings of a file and those of the sensor.
+//! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
 use super::address;
 use super::set::{constrain, is_saved_on_command, later, write};
@@ -63,8 +63,8 @@ fn take_resolution(session: &mut Session, backup: &mut Backup) -> Result<(), Fai
     })
 }
 
-/// The settings of a file of this product, with the default identifiers of the node-ID that the sensor has now. A file without
-/// resolution has that of the sensor.
+/// The settings of a file of this product, with the default identifiers of the node-ID that the sensor has now. A file without resolution
+/// has the resolution of the sensor.
 fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
     let foreign = session.sheet.data_sheet.is_some();
     let foreign = foreign.then_some(&session.sheet);
@@ -72,7 +72,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
     let (own, wanted) = (session.sheet.product, backup.sheet.product);
     if own.name != wanted.name {
         let message = format!(
-            "the file is of {}, but the sensor is {}: nothing was written",
+            "the file belongs to {}, but the sensor is {}: nothing was written",
             wanted.name, own.name
         );
         return Err(Failure::usage("wrong-file", message));

@@ -28,7 +28,7 @@ pub(super) fn set(
         wanted.extend(resolve::assignments(&sheet, assignment)?);
     }
     once_each(wanted.iter().map(|(entry, _)| *entry))?;
-    // The resolution first: it is the unit of others.
+    // The resolution comes first: it is the unit of other values.
     wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
     let mut texts = Vec::new();
     let mut values = Checked::new();
@@ -87,7 +87,7 @@ pub(super) fn set(
     } else if values.iter().any(|(entry, _)| {
         entry.stored && !entry.command && needs_save(session.sheet.product, entry.origin)
     }) {
-        terminal.note("not stored yet: `plumbline save` keeps it after power-off");
+        terminal.note("not stored yet: `plumbline save` stores it");
     }
     terminal.document(&Value::Object(document))
 }
@@ -114,7 +114,7 @@ pub(super) fn once_each<'a>(entries: impl Iterator<Item = &'a Entry>) -> Result<
     Ok(())
 }
 
-/// The raw number of a text, within the permitted values. Its unit is that after the writes of `others`.
+/// The raw number of a text, within the permitted values. Its unit is the unit after the writes of `others`.
 fn check(
     session: &mut Session,
     entry: &Entry,
@@ -142,7 +142,7 @@ fn check(
     Ok(raw)
 }
 
-/// Checks values against each other and against those in the sensor.
+/// Checks values against each other and against the values in the sensor.
 pub(super) fn constrain(session: &mut Session, values: &Checked) -> Result<(), Failure> {
     for constraint in session.sheet.product.constraints {
         let (one, other) = parameters(constraint);
@@ -192,7 +192,7 @@ pub(super) fn write(session: &mut Session, values: &Checked) -> Result<(), Failu
     Ok(())
 }
 
-/// Compares values with those in the sensor.
+/// Compares values with the values in the sensor.
 pub(super) fn read_back(session: &mut Session, values: &Checked) -> Result<(), Failure> {
     for (entry, raw) in values {
         if !entry.readable || entry.command {
@@ -243,7 +243,7 @@ pub(super) fn needs_save(product: &Product, origin: Origin) -> bool {
 pub(super) fn is_saved_on_command(product: &Product) -> bool {
     match &product.protocol {
         Protocol::Fsc(_) => true,
-        // A foreign device can be without.
+        // A foreign device can have no command to store.
         Protocol::Canopen(tables) => tables.objects.iter().any(|object| {
             let store = [Service::Store, Service::StoreGroup].map(Target::Service);
             store.contains(&object.target)

@@ -41,7 +41,7 @@ fn permitted(found: &Found, wanted: &Product) -> Result<(), Failure> {
     Err(Failure::usage("wrong-product", message))
 }
 
-/// Asks about a product that is none of those that fit the sensor.
+/// Asks about a product that does not fit the sensor.
 fn confirmed(
     found: &Found,
     wanted: &'static Product,
@@ -57,14 +57,14 @@ fn confirmed(
         None => String::new(),
     };
     let question = format!(
-        "The sensor says that it is {own} (article {}{version}). Use the tables of {name} nevertheless?",
+        "The sensor says that it is {own} (article {}{version}). Use the tables of {name} anyway?",
         article(found)
     );
     if (terminal.confirm)(&question) {
         return Ok(());
     }
     let message = format!(
-        "the sensor says that it is {own}, not {name}: leave out --product, or --yes uses the tables of {name}"
+        "the sensor says that it is {own}, not {name}: leave out --product, or use --yes for the tables of {name}"
     );
     Err(Failure::usage("wrong-product", message))
 }
@@ -81,7 +81,7 @@ fn told(
         [] if found.is_owned => Err(Failure::refused(
             "owned",
             format!(
-                "another master owns the sensor with {}, so it does not tell what it is: stop that master, or listen with --cyclic --product NAME",
+                "another master owns the sensor with {}, so the product is unknown: stop that master, or listen with --cyclic --product NAME",
                 found.target.named()
             ),
         )),
@@ -95,14 +95,14 @@ fn told(
             let mut several = several.iter().filter(|_| !all_yes);
             let chosen = several.find(|product| {
                 let question = format!(
-                    "The sensor has the article {article}, which can be {names}, and does not tell its software version. Is it {}?",
+                    "The sensor has the article {article}, which fits several products ({names}), and does not report its software version. Is it {}?",
                     product.name
                 );
                 (terminal.confirm)(&question)
             });
             chosen.copied().ok_or_else(|| {
                 let message =
-                    format!("the article {article} can be {names}: choose with --product NAME");
+                    format!("the article {article} fits several products ({names}): choose one with --product NAME");
                 Failure::usage("ambiguous-product", message)
             })
         }

@@ -20,7 +20,7 @@ pub struct Wanted {
     pub target: Option<Target>,
     /// The product.
     pub product: Option<&'static Product>,
-    /// The sheet of a device that is not in the catalogue; then `product` is that of the sheet.
+    /// The sheet of a device that is not in the catalogue; then `product` is the product of the sheet.
     pub sheet: Option<Sheet>,
     /// The names of sensors on this computer.
     pub labels: Labels,

@@ -19,7 +19,7 @@ use plumbline::can::{CanId, Frame};
 use plumbline::time::{Duration, Instant, after, millis};
 use tpdo::{COB_ID, COMMUNICATION, EVENT, MAPPING, OFF, Tpdo, mapped, read};
 
-/// How late a TPDO is.
+/// The permitted delay of a TPDO.
 const LATE: Duration = millis(100);
 
 /// The objects that have the same angle with 16 bits and with 32 bits (CiA 410).
@@ -72,7 +72,7 @@ pub(super) fn start(
         return listened(session, node, sampler, own, terminal);
     }
     let Some(state) = nmt::state(&mut session.link, node)? else {
-        let message = "the node does not tell its NMT state (1017h), so it is not started: start it with another NMT master, or leave out --cyclic";
+        let message = "the NMT state of the node is unknown (no heartbeat, 1017h), so the tool does not start the node: start it with another NMT master, or leave out --cyclic";
         return Err(Failure::refused("not-offered", message));
     };
     let was_operational = state == State::Operational;
@@ -134,7 +134,7 @@ fn listened(
 fn confirmed(number: u16, terminal: &mut Terminal) -> Result<(), Failure> {
     let number = number + 1;
     let question = format!(
-        "TPDO {number} of the operational node is on, though it does not come now, and other devices can need it. Change it meanwhile?"
+        "TPDO {number} of the operational node is on, although no message of it is received now, and other devices can need it. Change it until the command ends?"
     );
     if (terminal.confirm)(&question) {
         return Ok(());
@@ -186,8 +186,8 @@ fn sets(session: &Session, sampler: &Sampler) -> Vec<Vec<Entry>> {
     [Some(angles), others].into_iter().flatten().collect()
 }
 
-/// The first TPDO that is received. Those that come less often than [`LISTENS`] are not. `others` gets the identifiers of all other
-/// frames that came.
+/// The first TPDO that is received. A TPDO with a period longer than [`LISTENS`] is not received. `others` gets the identifiers of all
+/// other frames that came.
 fn heard<'a>(
     link: &mut Link,
     sent: &'a [Sent],
@@ -217,7 +217,7 @@ fn heard<'a>(
     Ok(None)
 }
 
-/// The TPDO that is changed, what it becomes, and its values. One that is off must have an identifier that nobody uses.
+/// The TPDO that is changed, what it becomes, and its values. A TPDO that is off must have an identifier that nobody uses.
 fn chosen(
     session: &Session,
     tpdos: &[Tpdo],
@@ -253,7 +253,7 @@ fn chosen(
             }
         }
     }
-    // The angles are mapped into one that is off.
+    // The angles are mapped into a TPDO that is off.
     let is_free = |tpdo: &&Tpdo| {
         let index = MAPPING + tpdo.number;
         let mut entries = session.sheet.entries.iter();
@@ -272,7 +272,7 @@ fn chosen(
 }
 
 fn not_mapped() -> Failure {
-    let message = "no TPDO of the sensor has all angles, an event timer, and a COB-ID of its own from 181h to 57Fh: set them (1800h, 1A00h), or leave out --cyclic";
+    let message = "no TPDO of the sensor has all angles, an event timer, and a unique COB-ID from 181h to 57Fh: set them (1800h, 1A00h), or leave out --cyclic";
     Failure::refused("not-offered", message)
 }
 
@@ -285,7 +285,7 @@ impl Pdo {
         let server = Server::of(self.node);
         let link = &mut session.link;
         if before.with_mapping {
-            // All that are overwritten, also those beyond the number of objects.
+            // All entries that are overwritten, also the entries beyond the number of objects.
             let mapping = MAPPING + wanted.number;
             for sub in before.tpdo.objects.len() + 1..=wanted.objects.len() {
                 let object = read(link, self.node, mapping, sub as u8)?;

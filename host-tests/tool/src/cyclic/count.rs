@@ -9,13 +9,13 @@ use plumbline::time::{Duration, Instant};
 /// The periods after which the grid is compared with the values.
 const WINDOW: f64 = 24.0;
 
-/// The part of a deviation by which the grid follows, and the part by which its period does.
+/// The fraction of a deviation by which the grid is corrected, and the fraction by which its period is corrected.
 const FOLLOWS: [f64; 2] = [0.5, 0.0625];
 
 /// How much the clock of a sensor can deviate.
 const CLOCK: f64 = 1.0 / 64.0;
 
-/// How far in us a counter can be ahead of the time. A computer or an adapter that is late makes it only seem to be behind.
+/// How far in us a counter can be ahead of the time. If a computer or an adapter is late, the counter only seems to be behind.
 const AHEAD: i64 = 1_000_000;
 
 /// How much the clock of a sensor can deviate, as the divisor of a time.
@@ -38,7 +38,7 @@ pub(super) struct Count {
     periods: u64,
     /// The lateness in us of the earliest value with a counter. It rises with the clock of a sensor that is slow.
     earliest: i64,
-    /// How often the counter began again.
+    /// The number of times the counter began again.
     restarts: u64,
     grid: Grid,
     /// The missing values until the last comparison; -1: there is one more than periods, because the first one was late.
@@ -53,7 +53,7 @@ struct Grid {
     place: f64,
     /// The time of the last comparison.
     start: f64,
-    /// The values since then, and the lateness of the earliest one.
+    /// The values since then, and the delay of the earliest value.
     values: f64,
     earliest: f64,
     /// The lateness of the last values, from the oldest on.
@@ -174,7 +174,7 @@ impl Count {
         passed
     }
 
-    /// How often the counter of the sensor began again.
+    /// The number of times the counter of the sensor began again.
     pub(super) fn restarts(&self) -> u64 {
         self.restarts
     }
@@ -199,8 +199,8 @@ impl Count {
 /// The gaps that a period needs.
 const GAPS: usize = 5;
 
-/// The deviation of a gap from the periods in it: a part of the period, but this time in us for those of some ms, because adapters have
-/// steps of 1 ms. Never more than the other part of the period.
+/// The permitted deviation of a gap from the periods in it: the first number is the divisor of the period. The second number is the least
+/// deviation in us, because adapters have steps of 1 ms. The third number is the divisor of the period for the largest deviation.
 const DEVIATION: (u64, u64, u64) = (10, 1000, 4);
 
 /// The period of values that came at these times; None: they are too few, or not regular.
@@ -212,7 +212,7 @@ pub(super) fn period(times: &[Instant]) -> Option<Duration> {
     let whole: u64 = gaps.iter().sum();
     gaps.sort_unstable();
     let middle = *gaps.get(gaps.len() / 2).filter(|gap| **gap > 0)?;
-    // One that is missing has a gap of two periods.
+    // A missing value makes a gap of two periods.
     let periods: u64 = gaps.iter().map(|gap| (gap + middle / 2) / middle).sum();
     let period = whole / periods.max(1);
     let (part, time, most) = DEVIATION;

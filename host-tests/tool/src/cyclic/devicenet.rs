@@ -32,11 +32,12 @@ const RATE: u8 = 9;
 /// The least expected packet rate in ms: the connection lasts for four times as long without a poll.
 const LEAST: u32 = 1000;
 
-/// The most polls that wait for a response, and how long at most: a bus that is too slow must not have a queue.
+/// The maximum number of polls that wait for a response, and the maximum time of this wait: on a bus that is too slow, polls must not fill
+/// a queue.
 const WAITING: (usize, Duration) = (8, millis(50));
 
 /// The connection could not be released.
-pub(super) const NOT_RELEASED: &str = "the connection to the sensor could not be released: it releases it itself after four times --every, at least after 10 s";
+pub(super) const NOT_RELEASED: &str = "the connection to the sensor could not be released: the sensor releases the connection by itself after four times --every, and not before 10 s";
 
 /// The I/O messages that are received.
 pub(super) struct Io {
@@ -100,7 +101,7 @@ pub(super) fn start(
     Ok((io, Some(millis(every))))
 }
 
-/// The places of the angles in an assembly. The sampler keeps those that are in it; None: there is none.
+/// The places of the angles in an assembly. The sampler keeps the angles that are in the assembly; None: the assembly has no angle.
 fn taken(
     session: &mut Session,
     slave: Slave,
@@ -233,7 +234,7 @@ impl Io {
             let mut step = until;
             if let Some(polls) = &mut self.polls {
                 if now >= polls.next && now < until {
-                    // What the computer or the bus is late for is not repeated.
+                    // The tool skips the polls for which the computer or the bus is late.
                     let every = polls.every.ticks().max(1);
                     let passed = (now.ticks() - polls.next.ticks()) / every + 1;
                     polls.next = Instant::from_ticks(polls.next.ticks() + passed * every);

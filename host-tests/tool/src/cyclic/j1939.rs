@@ -48,7 +48,7 @@ impl Sender {
     /// The next broadcast. After a restart the sensor sends with its stored period.
     ///
     /// # Errors
-    /// The settings in `wanted` are those before the restart, or those of the adapter.
+    /// The settings in `wanted` are from before the restart, or the adapter fails.
     pub(super) fn next(
         &mut self,
         session: &mut Session,

@@ -39,7 +39,7 @@ pub fn text(data_sheet: &str, device: &Commissioning, values: &[(Entry, u32)]) -
         let is = |name: &str| key.eq_ignore_ascii_case(name);
         if let Some(name) = section(trimmed) {
             is_info = name.eq_ignore_ascii_case("FileInfo");
-            // Those of an older configuration.
+            // These sections belong to an older configuration.
             is_dropped =
                 name.eq_ignore_ascii_case("DeviceComissioning") || compact_values(name).is_some();
             if is_dropped {

@@ -24,7 +24,7 @@ const READ_ONLY: i64 = 1 << 4;
 const MONITOR: i64 = 1 << 5;
 const PRECISION: i64 = 1 << 6;
 
-/// The greatest factor and the most decimals of a scale. Others are shown as the numbers of the protocol.
+/// The greatest factor and the maximum number of decimals of a scale. Others are shown as the numbers of the protocol.
 const GREATEST: i64 = 1_000_000_000;
 const DECIMALS: u8 = 9;
 
@@ -149,7 +149,7 @@ fn parameter(all: &Fields, place: usize) -> Option<(Entry, Texts)> {
     let text = |place: usize| fields.get(place).map_or("", String::as_str);
     let integer = |place: usize| number(text(place));
     let data_type = match integer(4)? {
-        // The codes of CIP, then those of the parameter object of DeviceNet.
+        // The codes of CIP, then the codes of the parameter object of DeviceNet.
         0xC1 | 0xC6 | 0xD1 | 4 | 8 => DataType::U8,
         0xC7 | 0xD2 | 1 | 2 => DataType::U16,
         0xC8 | 0xD3 | 9 => DataType::U32,
@@ -171,7 +171,7 @@ fn parameter(all: &Fields, place: usize) -> Option<(Entry, Texts)> {
         _ => Permitted::Any,
     };
     let address = path(text(2), place)?;
-    // The unit is that of the value, so a number without a known scale has none.
+    // The unit belongs to the scaled value, so a number without a known scale has no unit.
     let (scale, unit, title) = match factor(fields, flags) {
         Some(factor) => (factor, shown(text(7)), text(6).to_owned()),
         None => (Factor::ONE, String::new(), raw_title(text(6))),

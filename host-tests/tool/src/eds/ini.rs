@@ -7,10 +7,10 @@ use std::collections::HashMap;
 /// The longest line in bytes. One of CiA 306 has 255.
 const LONGEST: usize = 1024;
 
-/// The most sections: one for each entry, for each object with sub-indices, and for its names.
+/// The maximum number of sections: one for each entry, for each object with sub-indices, and for its names.
 const MOST_SECTIONS: usize = 3 * MOST;
 
-/// Keys with their values. It cannot be cloned: that of a hostile file can be as long as the file.
+/// Keys with their values. It cannot be cloned: the section of a hostile file can be as long as the file.
 #[derive(Debug, Default)]
 pub struct Section(HashMap<String, String>);
 
@@ -46,7 +46,7 @@ pub fn sections(text: &str) -> Result<HashMap<String, Section>, String> {
         ..ParseOption::default()
     };
     let ini = Ini::load_from_str_opt(text, option)
-        .map_err(|error| format!("line {} is no line of an EDS", error.line))?;
+        .map_err(|error| format!("line {} is not a valid line of an EDS", error.line))?;
     let small = |text: &str| text.trim().to_ascii_lowercase();
     let mut sections: HashMap<String, Section> = HashMap::new();
     for (name, properties) in ini.iter() {

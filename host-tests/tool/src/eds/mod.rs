@@ -1,7 +1,7 @@
 //! Electronic Data Sheets (EDS) of devices that are not in the catalogue: CANopen (CiA 306) and DeviceNet (ODVA).
 //!
-//! A sheet is made from the file, so that all commands work with its names. The file is made by others: whatever is in it, the result is
-//! a sheet or a clear error. An entry that this tool cannot show, for example a floating-point number, is left out and counted.
+//! A sheet is made from the file, so that all commands work with its names. Other people make the file: for any content, the result is a
+//! sheet or a clear error. An entry that this tool cannot show, for example a floating-point number, is left out and counted.
 //!
 //! The tables of a product are constants of the core, so the texts of a file that become tables stay until the end of the program. The
 //! sheets are kept: the same file is read again without new memory, a file that is refused leaves nothing, and a process takes at most
@@ -27,10 +27,10 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// The longest file that is read, in bytes.
 const LONGEST: u64 = 8 << 20;
 
-/// The most entries of a file.
+/// The maximum number of entries of a file.
 const MOST: usize = 20_000;
 
-/// The most different files of a process.
+/// The maximum number of different files of a process.
 pub const MOST_FILES: usize = 32;
 
 /// The sheets of the files that were read.
@@ -74,7 +74,7 @@ struct Parts {
 /// A row whose texts have no owner yet.
 struct Draft {
     row: Row,
-    /// Those of a parameter of DeviceNet.
+    /// The texts of a DeviceNet parameter.
     texts: Option<devicenet::Texts>,
 }
 
@@ -112,7 +112,7 @@ pub fn read(path: &Path) -> Result<Sheet, Failure> {
         Failure::bus("no-file", message)
     };
     let bad = |why: &str| {
-        let message = format!("{shown} is no data sheet (EDS): {why}; nothing was written");
+        let message = format!("{shown} is not a data sheet (EDS): {why}; nothing was written");
         Failure::usage("bad-file", message)
     };
     if std::fs::metadata(path).map_err(unreadable)?.len() > LONGEST {
@@ -144,7 +144,7 @@ fn parse_among(kept: &mut Vec<Sheet>, bytes: &[u8]) -> Result<Sheet, String> {
     let parts = parts(&text)?;
     if kept.len() >= MOST_FILES {
         return Err(format!(
-            "this program has read {MOST_FILES} different ones, which is the most: start it again"
+            "this program has read {MOST_FILES} different data sheets, which is the maximum: start it again"
         ));
     }
     let sheet = sheet(text, parts);
@@ -219,7 +219,7 @@ fn product_name(name: &str) -> String {
     }
 }
 
-/// A text of a file without control characters, which a terminal would obey.
+/// A text of a file without control characters, because a terminal executes them.
 pub(crate) fn shown(text: &str) -> String {
     let printable = text.trim().chars().filter(|letter| !letter.is_control());
     printable.take(SHOWN).collect()
@@ -229,7 +229,8 @@ fn too_many() -> String {
     format!("it has more than {MOST} entries")
 }
 
-/// A name of its own for every entry. Returns how many names were tried besides those of the file: at most two for each entry.
+/// Gives every entry a unique name. Returns the number of names that were tried in addition to the names of the file: at most two for each
+/// entry.
 fn make_unique(entries: &mut [Entry]) -> usize {
     let mut seen = HashSet::new();
     // The next number of an address that several entries have.
@@ -299,7 +300,7 @@ fn entry(title: &str, address: Address, data_type: DataType) -> Entry {
 /// whether to go on.
 ///
 /// # Errors
-/// The answer is no, nobody answers, or those of the adapter.
+/// The answer is no, nobody answers, or the adapter fails.
 pub fn check(session: &mut Session, terminal: &mut Terminal) -> Result<(), Failure> {
     let Some(data_sheet) = session.sheet.data_sheet.clone() else {
         return Ok(());

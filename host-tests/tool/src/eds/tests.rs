@@ -32,7 +32,7 @@ const FOREIGN: &str = "\
 [1A00SUB0]\r\nParameterName=Number\r\nDataType=0x5\r\nAccessType=rw\r\n\
 [1A00sub0A]\r\nParameterName=Entry\r\nDataType=0x7\r\nAccessType=rw\r\n";
 
-/// The sheet of a file that is not kept: the tests read more different ones than a process may.
+/// The sheet of a file that is not kept: the tests read more different files than a process may read.
 fn parsed(bytes: &[u8]) -> Result<Sheet, String> {
     let text = text_of(bytes);
     let parts = parts(&text)?;
@@ -157,7 +157,7 @@ fn file_that_does_not_exist_or_is_too_long_is_refused() {
 }
 
 #[test]
-fn names_are_different_printable_and_never_those_of_the_catalogue() {
+fn names_are_unique_printable_and_not_in_the_catalogue() {
     let text = "[DeviceInfo]\nProductName=IS2\n\
         [2000]\nParameterName=\u{1b}[2J\u{7}Reset\nDataType=5\nAccessType=rw\n\
         [2001]\nParameterName=\u{3a9}\nDataType=5\nAccessType=rw\n\

@@ -73,7 +73,7 @@ fn value_that_is_not_exact_or_no_number_is_refused() {
 }
 
 #[test]
-fn number_with_the_unit_h_is_in_hours_and_no_hexadecimal_number() {
+fn number_with_the_unit_h_is_hours_not_hexadecimal() {
     let sheet = Sheet::of(find("is2").unwrap());
     let entry = sheet.entries.iter().find(|entry| entry.name == "cut-off");
     let of = |unit: &'static str, text: &str| {
@@ -135,7 +135,7 @@ fn identifier_has_three_or_eight_digits() {
 }
 
 #[test]
-fn version_is_that_of_its_generation() {
+fn version_format_follows_its_generation() {
     assert_eq!(version_text(0x0344), "3.44");
     assert_eq!(version_text(103), "1.03");
 }

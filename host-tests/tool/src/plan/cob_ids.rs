@@ -43,7 +43,7 @@ fn communication(entry: &Entry) -> Option<u16> {
     }
 }
 
-/// From the index of the communication parameter to that of the mapping.
+/// From the index of the communication parameter to the index of the mapping.
 const MAPPING: u16 = 0x200;
 
 /// Writes the COB-IDs and mappings of PDOs, and returns the other values.
@@ -104,8 +104,8 @@ impl Pdo {
         let changed = self.change(session, &before.mapping);
         let written = changed.and_then(|()| session.write(&[wanted]));
         if written.is_err() {
-            // The PDO must not stay switched off: a repetition would take this for its setting. With a mapping that is neither the
-            // old nor the new one it must.
+            // The PDO must not stay switched off: a repeated command would read this state as the setting. If the mapping is neither the
+            // old nor the new one, the PDO must stay switched off.
             undo(session, &before)?;
             session.put_back(cob_id, present)?;
         }
@@ -139,9 +139,7 @@ impl Pdo {
         };
         if self.wanted.is_none() && cob_id & OFF != 0 {
             let name = &entry.name;
-            let note = format!(
-                "the PDO of {name} is switched off, and stays so: if this is not wanted, set {name}"
-            );
+            let note = format!("the PDO of {name} stays switched off. To switch it on, set {name}");
             session.note(note);
         }
         let count = mapping.last().filter(|(own, raw)| {
@@ -154,7 +152,7 @@ impl Pdo {
         });
         if let Some((count, _)) = count {
             let name = &count.name;
-            let note = format!("{name} is 0, and stays so: if this is not wanted, set {name}");
+            let note = format!("{name} stays 0. To change it, set {name}");
             session.note(note);
         }
     }

@@ -170,7 +170,7 @@ fn written(
 }
 
 #[test]
-fn node_that_stores_is_waited_for_and_gets_no_command() {
+fn tool_waits_for_a_node_that_stores_and_sends_no_command() {
     for heartbeat in [0, 200] {
         let (result, node) = written(PRE_OPERATIONAL, 700, false, heartbeat);
         let node = node.borrow();

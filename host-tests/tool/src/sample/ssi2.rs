@@ -24,7 +24,7 @@ pub type Angles = [Option<i64>; COUNT];
 /// The angles of the next broadcast; None: it did not come in this time.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn broadcast(link: &mut Link, address: u8, time: Duration) -> Result<Option<Angles>, Failure> {
     link.wait_for(time, |frame| of(frame, address))
 }
@@ -38,7 +38,7 @@ pub fn of(frame: &Frame, address: u8) -> Option<Angles> {
 /// The angles on request; None: nobody answers.
 ///
 /// # Errors
-/// Those of [`j1939::get`].
+/// The errors of [`j1939::get`].
 pub(super) fn request(link: &mut Link, address: u8) -> Result<Option<Angles>, Failure> {
     let [group, ..] = groups::GROUPS;
     Ok(match j1939::get(link, address, group.pgn)? {

@@ -10,7 +10,7 @@ fn slope(name: &str) -> Entry {
 }
 
 #[test]
-fn end_of_16_bits_is_no_angle_if_they_have_no_room_for_all() {
+fn end_of_16_bit_range_is_no_angle_if_the_range_is_too_small() {
     let unit = Scale {
         multiplier: 1,
         decimals: 3,

@@ -18,13 +18,13 @@ use crate::session::Target;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Duration, millis};
 
-/// The wait for an answer in a search of all identifiers, besides the time on the bus.
+/// The wait for an answer in a search of all identifiers, in addition to the time on the bus.
 const SEARCH: Duration = millis(20);
 
 /// The bits of a question and an answer of the search.
 const SEARCH_BITS: u32 = 150;
 
-/// The identifiers of the search between two looks at the progress.
+/// The identifiers of the search between two updates of the progress.
 const STEP: u16 = 32;
 
 /// The node-IDs and MAC IDs that are asked.
@@ -52,7 +52,7 @@ impl Questions<'_> {
     /// Asks at these rates until somebody answers at one of them.
     ///
     /// # Errors
-    /// Those of the adapter, or Ctrl-C.
+    /// The adapter fails, or the user presses Ctrl-C.
     pub(super) fn ask(
         &self,
         link: &mut Link,
@@ -181,7 +181,7 @@ impl Questions<'_> {
         self.booted(link, rows, terminal)
     }
 
-    /// The sensors that have detected the bit rate since the last call, whatever was asked.
+    /// The sensors that have detected the bit rate since the last call, independent of the question.
     fn booted(
         &self,
         link: &mut Link,
@@ -196,7 +196,7 @@ impl Questions<'_> {
         Ok(())
     }
 
-    /// All identifiers, if the user wants it, whatever the protocol of the bus is.
+    /// All identifiers, if the user wants it, independent of the protocol of the bus.
     fn searched(
         &self,
         link: &mut Link,
@@ -220,7 +220,7 @@ impl Questions<'_> {
         let bits = link.rate().map_or(250_000, BitRate::bits_per_second);
         let wait = SEARCH + Duration::micros((SEARCH_BITS * 1_000_000 / bits).into());
         let seconds = 2048 * wait.to_micros() / 1_000_000;
-        let what = format!("searching all identifiers of 11 bits, {seconds} s");
+        let what = format!("searching all 11-bit identifiers, {seconds} s");
         let (last, text) = (0x7FF, of(&what, link.rate()));
         for id in 1..=last {
             let progress = Progress {

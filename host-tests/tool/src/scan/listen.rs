@@ -11,7 +11,7 @@ use plumbline::time::{Duration, Instant, after, millis};
 /// How long a bus with traffic is listened to: heartbeats and cyclic values come once a second.
 pub const LONG: Duration = millis(1100);
 
-/// The most frames that are kept: a message that nobody acknowledges is repeated all the time.
+/// The maximum number of frames that are kept: a message that nobody acknowledges is repeated all the time.
 const FRAMES: usize = 20_000;
 
 /// Frames with the times of their reception.
@@ -20,7 +20,7 @@ pub type Frames = [(Instant, Frame)];
 /// What was heard at a rate.
 #[derive(Clone, Debug)]
 pub struct Traffic {
-    /// The rate; None: that of the interface.
+    /// The rate; None: the rate of the interface.
     pub rate: Option<BitRate>,
     /// The frames in their order.
     pub frames: Vec<(Instant, Frame)>,
@@ -58,7 +58,7 @@ pub fn all(
             continue;
         }
         let start = link.now();
-        // It stays open for the next step at the same rate: it hears all that comes meanwhile.
+        // The adapter stays open for the next step at the same rate: it receives all frames that come between the steps.
         if open != Some(step.rate) {
             if open.take().is_some() {
                 link.close();
@@ -117,7 +117,7 @@ pub fn all(
 /// When the tool stops to listen.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 enum End {
-    /// At the time, whatever comes.
+    /// At the end of the time, with or without frames.
     Time,
     /// [`LONG`] after the first frame: long enough for every node that sends once a second. A node that is alone on the bus is
     /// recognised earlier.
@@ -130,7 +130,7 @@ fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, F
     let mut is_last_look = false;
     loop {
         let Some((at, frame)) = link.receive(until)? else {
-            // A frame can have come while the computer did not look.
+            // A frame can have arrived while the program did not read.
             if !frames.is_empty() || is_last_look {
                 break;
             }
@@ -158,7 +158,7 @@ fn hear(link: &mut Link, mut until: Instant, end: End) -> Result<Vec<(Instant, F
 /// yes, which is asked for once.
 ///
 /// # Errors
-/// The question was answered with no, or those of the adapter.
+/// The question was answered with no, or the adapter fails.
 pub fn open(
     link: &mut Link,
     rate: Option<BitRate>,
@@ -180,7 +180,7 @@ pub fn open(
 fn confirmed(rate: Option<BitRate>, terminal: &mut Terminal) -> Result<(), Failure> {
     let rate = rate.map_or("the bit rate of the interface", BitRate::name);
     let question = format!(
-        "The adapter has no listen-only mode. May it take part in the bus at {rate} while the tool listens? It acknowledges the messages of other devices, and at a wrong bit rate it destroys them."
+        "The adapter has no listen-only mode. Allow it to take part in the bus at {rate} while the tool listens? It acknowledges the messages of other devices, and at a wrong bit rate it destroys them."
     );
     if (terminal.confirm)(&question) {
         terminal.note("the adapter has no listen-only mode: it acknowledges the messages of other devices while the tool listens");
@@ -210,7 +210,7 @@ fn quiet(link: &mut Link, rate: Option<BitRate>, terminal: &mut Terminal) -> Res
 /// Listens at one rate, long enough for nodes that send once a second; None: there is no traffic.
 ///
 /// # Errors
-/// Those of [`open()`].
+/// The errors of [`open()`].
 pub fn once(
     link: &mut Link,
     rate: Option<BitRate>,
@@ -225,7 +225,7 @@ pub fn once(
 /// The frames of this time.
 ///
 /// # Errors
-/// Those of the adapter.
+/// The adapter fails.
 pub fn collect(link: &mut Link, time: Duration) -> Result<Vec<(Instant, Frame)>, Failure> {
     let until = after(link.now(), time);
     hear(link, until, End::Time)

@@ -49,7 +49,7 @@ pub struct Options {
 /// Finds sensors and prints them.
 ///
 /// # Errors
-/// Nobody was found, or those of the adapter.
+/// Nobody was found, or the adapter fails.
 pub fn run(
     adapter: Box<dyn Adapter>,
     options: Options,
@@ -120,7 +120,7 @@ fn find(
     rows: &mut Rows,
     terminal: &mut Terminal,
 ) -> Result<Option<Traffic>, Failure> {
-    // Who wants to ask has no sensor to switch on.
+    // With --active or --search the tool does not wait for a sensor that is switched on.
     let waits = !options.active && !options.search;
     let schedule = Schedule::of(rates, waits).shown();
     let heard = match listen::all(link, &schedule, terminal) {
@@ -154,7 +154,7 @@ fn find(
         if rows.rows.is_empty() {
             let option = if heard.is_none() { "--active" } else { "--yes" };
             terminal.note(format!(
-                "nothing was asked: `plumbline scan {option}` asks without this question"
+                "no request was sent: `plumbline scan {option}` sends the requests without this question"
             ));
         }
         return Ok(heard);
@@ -162,7 +162,7 @@ fn find(
     let protocol = passive::protocol(&sightings);
     if let Some(protocol) = protocol {
         terminal.note(format!(
-            "the protocol of the bus is {protocol}: the tool asks in no other protocol"
+            "the protocol of the bus is {protocol}: the tool sends no requests of other protocols"
         ));
     }
     let rates: Vec<Option<BitRate>> = match &heard {
@@ -212,7 +212,7 @@ fn known(
     Ok(())
 }
 
-/// The answer of a node that was heard, to so many questions at most.
+/// The answer of a node that was heard, to at most this number of questions.
 fn asked(link: &mut Link, target: Target, most: usize) -> Result<Option<Row>, Failure> {
     let until = after(link.now(), passive::patience(&target));
     for _ in 0..most {

@@ -77,7 +77,7 @@ pub struct Sighting {
     pub row: Row,
     /// Its address, if it can be asked and no other device uses its identifiers.
     pub target: Option<Target>,
-    /// Its messages are those of a sensor, so it is asked. Others need a yes.
+    /// Its messages are messages of a sensor, so the tool asks it. The tool asks other nodes only after a yes.
     pub is_sure: bool,
     /// Its messages show the protocol of the bus.
     shows_protocol: bool,
@@ -217,7 +217,7 @@ fn by_process_data(
     })
 }
 
-/// Whether messages at these times are those of a duplicate MAC ID check: exactly two, or repeated by a node that is alone on the bus. A
+/// Whether messages at these times belong to a duplicate MAC ID check: exactly two, or repeated by a node that is alone on the bus. A
 /// cyclic frame with constant data looks like them.
 fn is_check(times: &[Instant], all: usize) -> bool {
     let is_alone = times.len() == all
@@ -246,7 +246,7 @@ pub fn protocol(sightings: &[Sighting]) -> Option<&'static str> {
     sure.next().map(Sighting::protocol)
 }
 
-/// Whether the frames show that somebody else uses an identifier of the questions to an address, or of their answers.
+/// Whether the frames show that another node uses an identifier of the questions to an address, or of their answers.
 pub fn is_used(target: Target, frames: &Frames) -> bool {
     let ids = match target {
         Target::Fsc(sensor) => vec![sensor.request],

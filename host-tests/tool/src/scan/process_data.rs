@@ -1,4 +1,5 @@
-//! Nodes that a scan knows by their process data alone: their messages tell neither their address for certain nor who they are.
+//! Nodes that a scan knows only by their process data. Their messages do not show the identity of the node, and do not show its address
+//! with certainty.
 //!
 //! | frames of one identifier | node |
 //! |---|---|
@@ -29,7 +30,7 @@ const COUNTER: usize = 2;
 /// The frames of cyclic mode with an identifier that another device can have.
 const MANY: usize = 5;
 
-/// How much later than its period a frame can be, besides a quarter of the period: adapters and computers collect frames.
+/// The maximum delay of a frame after its period, in addition to a quarter of the period: adapters and computers collect frames.
 const LATE: Duration = millis(50);
 
 /// The first group of J1939 that is sent to all nodes, without its data page.
@@ -104,7 +105,7 @@ fn is_canopen_id(id: u16) -> bool {
     }
 }
 
-/// Whether a frame of 11 bits is one that only CANopen has: NMT, SYNC, heartbeat. The identifiers of PDOs are those of any machine.
+/// Whether a frame of 11 bits is one that only CANopen has: NMT, SYNC, heartbeat. Any machine can use the identifiers of PDOs.
 fn is_sign((_, frame): &(Instant, Frame)) -> bool {
     match (bits(frame), frame.bytes()) {
         (0x000, [1 | 2 | 0x80..=0x82, node]) => *node <= 127,
@@ -114,7 +115,7 @@ fn is_sign((_, frame): &(Instant, Frame)) -> bool {
     }
 }
 
-/// Whether all these identifiers of 11 bits are those of one node-ID.
+/// Whether all these identifiers of 11 bits belong to one node-ID.
 fn is_one_node(ids: &[CanId]) -> bool {
     let is_of_node = |id: &&CanId| !matches!(id.bits(), 0x000 | 0x080 | 0x100 | 0x7E4 | 0x7E5);
     let mut nodes = ids.iter().filter(is_of_node).map(|id| id.bits() & 0x7F);
@@ -180,8 +181,8 @@ fn counter(frame: &Frame) -> u16 {
     number(frame.bytes().get(from..).unwrap_or_default()) as u16
 }
 
-/// A sensor in cyclic mode: all frames have the form, the counter of most is one more than that of the frame before, and most come with a
-/// period. A frame can be lost, or be the reply to a request.
+/// A sensor in cyclic mode: all frames have the form, in most frames the counter is one more than in the frame before, and most frames come
+/// with a period. A frame can be lost, or be the reply to a request.
 fn cyclic(id: CanId, times: &[Instant], frames: &[&Frame], is_alone: bool) -> Option<Node> {
     let is_broadcast =
         |frame: &Frame| Identifier::of(frame).is_some_and(|id| id.pgn & 0xFFFF >= BROADCAST);
@@ -208,8 +209,8 @@ fn cyclic(id: CanId, times: &[Instant], frames: &[&Frame], is_alone: bool) -> Op
         .then_some(Node::Cyclic { reply: id, axes })
 }
 
-/// Whether three of four frames come when their counter says it. Of those with the same counter the first one counts, as the others are
-/// replies to requests.
+/// Whether three of four frames come when their counter says it. Of several frames with the same counter only the first one counts, because
+/// the others are replies to requests.
 fn is_periodic(times: &[Instant], frames: &[&Frame]) -> bool {
     let mut counted: Vec<(u64, u64)> = times
         .iter()
@@ -243,7 +244,7 @@ fn slave(id: CanId, own: &[&Frame], frames: &Frames, is_devicenet: bool) -> Opti
     if !is_devicenet || !(is_poll || standard == Group1::ChangeOrCyclic.id(mac)) {
         return None;
     }
-    // A poll goes before its response, an acknowledge comes after its message.
+    // A poll comes before its response. An acknowledge comes after its message.
     let other = match is_poll {
         true => group_2::POLL,
         false => group_2::ACKNOWLEDGE,

@@ -48,7 +48,7 @@ pub enum By {
     },
     /// I/O messages of DeviceNet: another master owns it.
     Owned,
-    /// I/O messages or TPDOs that can also be those of something else.
+    /// I/O messages or TPDOs that another device could also send.
     Likely,
 }
 
@@ -110,7 +110,7 @@ impl Row {
         }
     }
 
-    /// How often it is asked at most. Where process data alone show an address, a question can be a command to another device.
+    /// The maximum number of questions to it. Where process data alone show an address, a question can be a command to another device.
     pub(super) fn questions(&self) -> usize {
         match self {
             Self::Heard(Heard {
@@ -177,14 +177,14 @@ impl Row {
                 request: Some(request),
                 ..
             } => Some(format!(
-                "plumbline {rate}--id {} get    if it has its identifiers as delivered",
+                "plumbline {rate}--id {} get    if the sensor still has the identifiers as delivered",
                 shown(request).trim_end_matches('h')
             )),
             By::Cyclic { request: None, .. } => Some(format!(
                 "its frames do not tell its Set-Parameter-ID: switch it off and on during `plumbline {rate}scan`, or search with `plumbline {rate}scan --search` if no other device is on the bus"
             )),
             By::Owned => Some(format!(
-                "plumbline {rate}--mac {address} --product NAME watch --cyclic    only listens: another master owns it"
+                "plumbline {rate}--mac {address} --product NAME watch --cyclic    listens only: another master owns the sensor"
             )),
             By::Likely => Some(format!(
                 "plumbline {rate}{} {address} get    if it is this sensor",

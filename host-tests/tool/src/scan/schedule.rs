@@ -25,7 +25,7 @@ const TWO_FRAMES: u64 = 350;
 /// The longest time between two messages of a node, with the deviation of its clock.
 const SECOND: Duration = millis(1005);
 
-/// How often all rates are listened to at the end.
+/// The number of times all rates are listened to at the end.
 const LAST: usize = 2;
 
 /// The long steps at the only rate: about the time of ten rates.
@@ -37,7 +37,7 @@ const LONE: Duration = millis(250);
 /// A step: so long at this rate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Step {
-    /// The rate; None: that of the interface.
+    /// The rate; None: the rate of the interface.
     pub rate: Option<BitRate>,
     /// The time until a first frame, with the opening of the adapter.
     pub time: Duration,

@@ -1,7 +1,7 @@
 //! The calibration in the page. A thread leads through the six positions; each one waits for the answer of the page.
 //!
-//! The page chooses no file and no command: both are those of the command line of `serve`. A page that could start programs would be
-//! worse than one that moves a zero point.
+//! The page chooses no file and no command: both come from the command line of `serve`. A page that can start programs is a larger risk
+//! than a page that can move a zero point.
 
 use super::events::{Hub, Kind};
 use super::line;
@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-/// The longest wait without a look at a stop.
+/// The longest wait without a check for a stop.
 const SLICE: Duration = Duration::from_millis(100);
 
 /// The line of a unit with a probe.
@@ -59,7 +59,8 @@ impl Unit {
     pub fn check(&self) -> Result<(), Failure> {
         match (&self.store, &self.product) {
             (Some(_), None) => {
-                let message = "a store file is that of a product: say which with --product NAME";
+                let message =
+                    "a store file belongs to one product: give the product with --product NAME";
                 Err(Failure::usage("unknown-product", message))
             }
             _ => Ok(()),
@@ -231,7 +232,7 @@ fn is_demo(unit: &Unit) -> bool {
 }
 
 fn old() -> Failure {
-    let message = "this question is answered already: look at the position that the page shows now";
+    let message = "this question already has an answer: check the position that the page shows now";
     Failure::usage("old-question", message)
 }
 
@@ -247,7 +248,7 @@ impl Running {
     }
 }
 
-/// The page as the one who leads the user.
+/// The page as the interface that leads the user.
 struct Page {
     hub: Arc<Hub>,
     shared: Arc<Mutex<Shared>>,
@@ -333,7 +334,7 @@ impl Host for Page {
 
     fn ask(&mut self, question: &Question) -> bool {
         let Question::Take { average, .. } = question else {
-            // "Measure again" has said it; a stop ends the calibration.
+            // The answer was "Measure again", so this is a yes. A stop ends the calibration.
             return !self.is_stopped();
         };
         self.measured(State::Ready, average);

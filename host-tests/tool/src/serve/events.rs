@@ -15,13 +15,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use tokio::sync::mpsc::{Receiver, Sender, channel};
 
-/// The most tabs.
+/// The maximum number of tabs.
 pub const TABS: usize = 5;
 
-/// The most events that wait for a tab: 12 s of samples.
+/// The maximum number of events that wait for a tab: 12 s of samples.
 const WAITING: usize = 256;
 
-/// The most actions that are kept for new tabs.
+/// The maximum number of actions that are kept for new tabs.
 const ACTIONS: usize = 100;
 
 /// An event as bytes of the stream.
@@ -52,7 +52,7 @@ pub enum Kind {
     Action,
     /// A line of text of a running action.
     Note,
-    /// How far a running action is.
+    /// The progress of a running action.
     Progress,
 }
 
@@ -105,7 +105,7 @@ impl Hub {
         inner.tabs.retain(|tab| !tab.is_closed());
         if inner.tabs.len() >= TABS {
             let message = format!(
-                "{TABS} tabs are open already: close one of them, then this page connects by itself"
+                "{TABS} tabs are already open: close one of them, then this page connects automatically"
             );
             return Err(Failure::bus("too-many-tabs", message));
         }

@@ -1,4 +1,5 @@
-//! Who may ask. Any page in the user's browser can send requests to this computer; none of them may move the zero point of a crane.
+//! Which requests the server accepts. Any page in the user's browser can send requests to this computer, but another page must not move the
+//! zero point of a crane.
 //!
 //! | check | against |
 //! |---|---|
@@ -73,7 +74,7 @@ fn judge(app: &App, method: &Method, headers: &HeaderMap, is_api: bool) -> Judge
                 Ok(value) => Ok(Some(value.to_owned())),
                 Err(_) => Err((StatusCode::BAD_REQUEST, "a header is not readable")),
             },
-            _ => Err((StatusCode::BAD_REQUEST, "a header is there twice")),
+            _ => Err((StatusCode::BAD_REQUEST, "a header occurs twice")),
         }
     };
     let host = text("host")?.unwrap_or_default();
@@ -87,7 +88,7 @@ fn judge(app: &App, method: &Method, headers: &HeaderMap, is_api: bool) -> Judge
     {
         return Err((
             StatusCode::FORBIDDEN,
-            "requests of other pages are refused: nothing was done",
+            "this request came from another page and was refused: nothing was done",
         ));
     }
     if let Some(site) = text("sec-fetch-site")?
@@ -96,7 +97,7 @@ fn judge(app: &App, method: &Method, headers: &HeaderMap, is_api: bool) -> Judge
     {
         return Err((
             StatusCode::FORBIDDEN,
-            "requests of other pages are refused: nothing was done",
+            "this request came from another page and was refused: nothing was done",
         ));
     }
     if !is_api {
@@ -182,7 +183,7 @@ mod tests {
     }
 
     #[test]
-    fn secrets_are_equal_only_as_a_whole() {
+    fn secret_matches_only_if_complete() {
         assert!(is_equal("ab", "ab"));
         assert!(!is_equal("", "ab") && !is_equal("a", "ab") && !is_equal("ac", "ab"));
     }

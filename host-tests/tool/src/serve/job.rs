@@ -163,7 +163,7 @@ pub enum Task {
 pub struct Job {
     /// What to do.
     pub task: Task,
-    /// Where the answer goes. Nobody waits for it if it is closed.
+    /// The channel for the answer. If it is closed, nobody waits for the answer.
     pub reply: oneshot::Sender<Result<Value, Failure>>,
 }
 

@@ -48,7 +48,7 @@ impl Lease {
         shared.opened.is_some() && shared.opened == shared.kept
     }
 
-    /// Closes the adapter, whatever it is kept for.
+    /// Closes the adapter, independent of its use.
     pub fn end(&self) {
         let mut shared = self.0.borrow_mut();
         (shared.kept, shared.opened) = (None, None);

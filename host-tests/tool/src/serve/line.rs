@@ -20,7 +20,7 @@ fn quoted(word: &str) -> String {
     format!("'{}'", word.replace('\'', r"'\''"))
 }
 
-/// Adds what is no option, also if it looks like one.
+/// Adds an argument that is not an option, even if it looks like an option.
 pub fn positional(words: &mut Words, values: &[String]) {
     if values.iter().any(|value| value.starts_with('-')) {
         words.push("--".to_owned());

@@ -13,7 +13,7 @@ use plumbline::model::catalog::Protocol;
 use plumbline::time::{Duration, Instant, after, millis};
 use serde_json::{Value, json};
 
-/// The longest wait without a look at the jobs.
+/// The longest wait without a check for jobs.
 const SLICE: Duration = millis(20);
 
 /// The pause between two events with samples.
@@ -80,7 +80,7 @@ impl Live {
     /// Samples of a new session.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn new(
         mut session: Session,
         found: Found,
@@ -124,7 +124,7 @@ impl Live {
     /// Releases the sensor for a command, also if the user has stopped the one before.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn release(&mut self) -> Result<(), Failure> {
         let was_ending = self.session.link.set_ending(true);
         let released = self.session.release();
@@ -140,7 +140,7 @@ impl Live {
     /// A command has run: the scale can differ, and the pause is not a loss.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn resume(&mut self) -> Result<(), Failure> {
         let now = self.session.link.now();
         match sampler(&mut self.session) {
@@ -172,7 +172,7 @@ impl Live {
     /// Waits a short time, polls when it is due, and publishes.
     ///
     /// # Errors
-    /// Those of the adapter.
+    /// The adapter fails.
     pub fn turn(&mut self, hub: &Hub) -> Result<(), Failure> {
         // A stop is for a command: a poll is short, and is not stopped in its middle.
         let was_ending = self.session.link.set_ending(true);

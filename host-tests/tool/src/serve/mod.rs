@@ -52,7 +52,7 @@ use worker::Worker;
 /// The port of the demonstration.
 pub const DEMO: &str = "demo:is2";
 
-/// The pause between two looks at Ctrl-C.
+/// The pause between two checks for Ctrl-C.
 const STOP: Duration = Duration::from_millis(100);
 
 /// What to serve.
@@ -223,9 +223,11 @@ pub fn run(settings: Settings, opens: bool, terminal: &mut Terminal) -> Result<(
     terminal.line(&url)?;
     terminal.document(&json!({"url": url}))?;
     if !server.address().ip().is_loopback() {
-        terminal.note("other computers reach the page with the address of this computer instead of 127.0.0.1: whoever knows the secret can change the sensor");
+        terminal.note("other computers can open the page: use the address of this computer instead of 127.0.0.1. Every user who knows the secret can change the sensor");
     }
-    terminal.note("the address contains a secret: do not pass it on. Ctrl-C ends the server.");
+    terminal.note(
+        "the address contains a secret: do not give it to other people. Ctrl-C ends the server.",
+    );
     if opens && let Err(error) = open::that_detached(&url) {
         terminal.note(format!(
             "cannot open a browser ({error}): open the address yourself"

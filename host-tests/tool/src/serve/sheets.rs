@@ -1,4 +1,4 @@
-//! The data sheets (EDS) of a server: that of the command line, and those that a page has sent.
+//! The data sheets (EDS) of a server: the data sheet of the command line, and the data sheets that a page has sent.
 //!
 //! A page uses the key of a data sheet, `eds:1`, where it uses the name of a product. The commands read a copy of the file, and the lines
 //! that they show have the name that the user knows. The server keeps the files until it ends.
@@ -88,7 +88,7 @@ impl Sheets {
     pub fn add(&self, name: &str, text: &str) -> Result<Arc<Kept>, Failure> {
         let bad = |why: &str| {
             let message = format!(
-                "{} is no data sheet (EDS): {why}; choose the EDS file of the maker of the device",
+                "{} is not a data sheet (EDS): {why}; choose the EDS file of the maker of the device",
                 shown(name)
             );
             Failure::usage("bad-file", message)
@@ -152,7 +152,7 @@ impl Sheets {
         })
     }
 
-    /// The key of a sheet: the name of its product, or that of its data sheet.
+    /// The key of a sheet: the name of its product, or the key of its data sheet.
     pub fn key(&self, sheet: &Sheet) -> String {
         let kept = self.kept();
         let own = kept
@@ -161,8 +161,8 @@ impl Sheets {
         own.map_or(sheet.product.name.to_owned(), |own| own.key.clone())
     }
 
-    /// The data sheet of a file with settings, if its product is not in the catalogue. If several data sheets have the name of the product,
-    /// for example those of two revisions: the one with the key `own`, otherwise the newest one.
+    /// The data sheet of a file with settings, if its product is not in the catalogue. Several data sheets can have the name of the
+    /// product, for example the data sheets of two revisions. Then it is the one with the key `own`, otherwise the newest one.
     pub fn of(&self, text: &str, own: Option<&str>) -> Option<Arc<Kept>> {
         let product = product_in(text)?;
         let kept = self.kept();

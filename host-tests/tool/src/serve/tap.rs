@@ -5,7 +5,7 @@ use plumbline::time::Instant;
 use serde_json::{Value, json};
 use std::collections::HashMap;
 
-/// The most identifiers that are kept. A new one replaces the one that has been silent for the longest time.
+/// The maximum number of identifiers that are kept. A new one replaces the one that has been silent for the longest time.
 const IDENTIFIERS: usize = 256;
 
 /// The newest frame of an identifier.

@@ -49,11 +49,11 @@ pub struct Worker {
     hub: Arc<Hub>,
     opener: Opener,
     stop: Arc<AtomicBool>,
-    /// The folder with the names of sensors; None: that of the user.
+    /// The folder with the names of sensors; None: the folder of the user.
     pub(super) config: Option<PathBuf>,
     /// The data sheets.
     pub(super) sheets: Arc<Sheets>,
-    /// That of the sensor.
+    /// The data sheet of the sensor.
     sheet: Option<Arc<Kept>>,
     port: Option<(String, Lease)>,
     state: State,
@@ -194,7 +194,7 @@ impl Worker {
         result
     }
 
-    /// The adapter of a port. The one of another port is dropped first.
+    /// The adapter of a port. The adapter of another port is dropped first.
     fn lease(&mut self, port: &str) -> Result<Lease, Failure> {
         if let Some((own, lease)) = &self.port
             && own == port

@@ -18,7 +18,7 @@ impl Session {
     /// answer is repeated.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter. The message says what the user has to set.
+    /// The sensor refuses, nobody answers, or the adapter fails. The message says what the user has to set.
     pub fn put_back(&mut self, entry: &Entry, raw: u32) -> Result<(), Failure> {
         let was_ending = self.link.set_ending(true);
         let value = [(entry.clone(), raw)];
@@ -45,7 +45,7 @@ impl Session {
     /// Stores the parameters. Returns a sentence about what happened.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn save(&mut self) -> Result<&'static str, Failure> {
         match &self.sheet.product.protocol {
             Protocol::Fsc(tables) => self.signed(tables, Operation::Save)?,
@@ -67,7 +67,7 @@ impl Session {
     /// Loads the factory values. Returns a sentence about what follows.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn load_factory(&mut self) -> Result<&'static str, Failure> {
         match &self.sheet.product.protocol {
             Protocol::Fsc(tables) => {
@@ -82,7 +82,7 @@ impl Session {
                 if let Some(all) = groups.last() {
                     self.object(*all, b"load", "load")?;
                     return Ok(
-                        "factory values, also those of node-ID and bit rate, act after a restart; `save` then keeps them",
+                        "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them",
                     );
                 }
                 for object in services(tables, |service| service == Service::RestoreCommunication) {
@@ -95,7 +95,7 @@ impl Session {
             }
             Protocol::Devicenet(_) => {
                 self.reset(1)?;
-                Ok("the sensor restarts with factory values, also those of MAC ID and bit rate")
+                Ok("the sensor restarts with factory values, including MAC ID and bit rate")
             }
         }
     }
@@ -103,7 +103,7 @@ impl Session {
     /// Restarts the sensor.
     ///
     /// # Errors
-    /// The sensor refuses, nobody answers, or those of the adapter.
+    /// The sensor refuses, nobody answers, or the adapter fails.
     pub fn restart(&mut self) -> Result<(), Failure> {
         match (self.target, &self.sheet.product.protocol) {
             (Target::Fsc(sensor), Protocol::Fsc(tables)) => {

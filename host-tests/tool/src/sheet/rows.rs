@@ -251,8 +251,8 @@ pub(crate) fn group_of(index: u16, name: &str) -> String {
     }
 }
 
-/// Gives every row its name: the short one, or that of its title. Names that several rows have are completed by the group, or by the
-/// address.
+/// Gives every row its name: the short name, or the name from its title. If several rows have the same name, the group or the address is
+/// added.
 pub(crate) fn named(rows: Vec<Row>, short: impl Fn(&Entry) -> Option<&'static str>) -> Vec<Entry> {
     let own = |entry: &Entry| match short(entry) {
         Some(name) => name.to_owned(),

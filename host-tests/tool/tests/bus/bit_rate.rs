@@ -4,7 +4,7 @@ use super::rig::Rig;
 use bench::BusRate;
 use plumbline::can::{BitRate, CanId};
 
-/// A sensor on a wire at its rate as delivered, or at 250 kbit/s for one that detects it, and another node that acknowledges.
+/// A sensor on a wire at its rate as delivered, or at 250 kbit/s if it detects the rate, and another node that acknowledges.
 pub fn wired(product: &str, rate: BitRate) -> Rig {
     let mut rig = Rig::new(BusRate::Wire);
     rig.says_yes = true;

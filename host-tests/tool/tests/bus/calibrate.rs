@@ -34,7 +34,7 @@ fn log(serial: u32, side: &str, temperature: i32) -> String {
     let [x, y, z] = raw(side);
     let mut text = format!("0.000012 [INFO ] serial number {serial}\nnot a message\n");
     for place in 0..600 {
-        // Noise without a mean.
+        // Noise with a mean of 0.
         let noise = if place % 2 == 0 { 900 } else { -900 };
         let (x, y) = (x + noise, y - noise);
         text += &format!(
@@ -58,7 +58,7 @@ fn count(position: &Path) -> PathBuf {
     position.with_extension("count")
 }
 
-/// Waits until the log has printed the position so many times more.
+/// Waits until the log has printed the position this many more times.
 fn wait_for_prints(position: &Path, times: u64) {
     let path = count(position);
     let printed = || std::fs::metadata(&path).map_or(0, |own| own.len());
@@ -352,7 +352,7 @@ fn unit_that_is_exchanged_while_a_question_is_open_is_not_measured() {
 }
 
 #[test]
-fn wrong_side_and_motion_are_told_and_never_taken() {
+fn wrong_side_and_motion_are_reported_and_not_measured() {
     let board = Board::new("wrong");
     board.turn("-y");
     let (position, serial) = (board.position.clone(), board.serial);

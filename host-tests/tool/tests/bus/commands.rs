@@ -223,7 +223,7 @@ fn name_that_is_given_twice_is_refused() {
 }
 
 #[test]
-fn node_id_of_a_node_that_answers_no_question_is_in_use() {
+fn node_id_of_a_node_that_does_not_answer_is_in_use() {
     let mut rig = Rig::with("jn2101");
     let other = rig.bus.borrow_mut().adapter();
     rig.bus.borrow_mut().open(other, None, false);

@@ -1,6 +1,6 @@
 //! `--eds`: devices by the names of their data sheet, and the Device Configuration File of `backup`.
 //!
-//! The devices are those of this project, but the program knows them only from the data sheet.
+//! The devices belong to this project, but the program knows them only from the data sheet.
 
 use super::files::file;
 use super::rig::Rig;

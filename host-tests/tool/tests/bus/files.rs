@@ -225,7 +225,7 @@ fn value_that_is_not_wanted_need_not_fit_the_resolution_of_the_sensor() {
 }
 
 #[test]
-fn file_without_resolution_has_that_of_the_sensor() {
+fn file_without_resolution_uses_the_resolution_of_the_sensor() {
     let (path, mut rig) = resolutions("without-resolution.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let lines = text.lines().filter(|line| !line.starts_with("resolution"));
@@ -311,7 +311,7 @@ fn file_is_changed_without_a_sensor() {
         (2, "out-of-range".to_owned())
     );
     assert_eq!(std::fs::read_to_string(&path).unwrap(), text);
-    // The document is that of `get`.
+    // The document is the same as the document of `get`.
     let changed = nobody.json(&format!(
         "set cyclic-time=0.1s filter-type=off --file {}",
         path.display()
@@ -325,7 +325,7 @@ fn file_is_changed_without_a_sensor() {
 }
 
 #[test]
-fn text_and_value_that_are_no_settings_of_a_file_are_refused_with_the_next_step() {
+fn text_or_value_not_allowed_in_a_file_is_refused_with_the_next_step() {
     let path = file("no-setting.toml");
     Rig::with("jn2101").done(&format!("backup {}", path.display()));
     let mut nobody = Rig::new(bench::BusRate::Follow);

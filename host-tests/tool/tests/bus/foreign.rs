@@ -205,7 +205,7 @@ fn device(rig: &mut Rig, cycle: u32, frame: impl Fn(u8) -> Frame) {
     rig.events.sort_by_key(|(at, _)| *at);
 }
 
-/// A frame with a counter in the place of that of cyclic mode.
+/// A frame with a counter in the place of the counter of cyclic mode.
 fn counted(id: u16, counter: u8) -> Frame {
     Frame::data(standard(id), &[0, 0, 0, 0, 0, 0, counter, 0]).unwrap()
 }

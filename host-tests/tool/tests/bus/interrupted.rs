@@ -103,7 +103,7 @@ fn identifiers_that_are_equal_are_refused_before_a_write() {
         let failed = rig.fails(&format!("{command} {}", path.display()));
         assert_eq!(failed, (2, "bad-file".to_owned()));
     }
-    // Each file is good, but its identifier is that of the reply of this sensor.
+    // Each file is valid, but its request identifier is the reply identifier of this sensor.
     let other = good
         .replace("set-id = \"300h\"", "set-id = \"301h\"")
         .replace("reply-id = \"301h\"", "reply-id = \"302h\"");

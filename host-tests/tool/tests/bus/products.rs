@@ -60,7 +60,7 @@ fn sensor_that_can_be_two_products_is_not_touched_without_an_answer() {
         .filter_map(|question| question.rsplit(". ").next())
         .collect();
     assert_eq!(asked, ["Is it is2?", "Is it is2d?"]);
-    // A yes to all questions says nothing.
+    // A yes to all questions selects no product.
     rig.says_yes = true;
     assert_eq!(rig.fails(&format!("--id 300 --yes {set}")), failed);
     assert_eq!(rig.questions.len(), 2);

@@ -65,14 +65,14 @@ pub struct Rig {
     devices: Vec<DeviceId>,
     /// Whether questions are answered with yes.
     pub says_yes: bool,
-    /// Of those, only questions that contain this.
+    /// Only the questions that contain this text are answered with yes.
     pub yes_to: Option<&'static str>,
     /// The questions that were asked, and when.
     pub questions: Vec<String>,
     pub asked_at: Vec<Instant>,
     /// The rate for commands that do not say it and are no scans.
     pub rate: Option<&'static str>,
-    /// The adapter fails after so many requests.
+    /// The adapter fails after this number of requests.
     pub cut: Option<usize>,
     /// The folder with the names of sensors; None: one that does not exist.
     pub config: Option<PathBuf>,
@@ -98,7 +98,7 @@ pub struct Rig {
     pub interface: Option<BitRate>,
     /// The adapter needs this time in ms to open.
     pub opening: u32,
-    /// Ctrl-C is pressed after so many looks at it.
+    /// Ctrl-C is pressed after this number of checks for it.
     pub stop: Option<u32>,
     /// The progress bar of the next command.
     pub bar: Option<Box<dyn Bar>>,

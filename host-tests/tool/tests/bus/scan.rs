@@ -243,7 +243,7 @@ fn sensor_with_unknown_identifiers_that_detects_the_rate_is_found_by_its_boot_up
     );
 }
 
-/// The steps that a progress bar has shown, and a mark where it was taken away.
+/// The steps that a progress bar has shown, and a mark where the bar was removed.
 #[derive(Clone, Default)]
 struct Shown(Rc<RefCell<Vec<(usize, usize, String)>>>);
 

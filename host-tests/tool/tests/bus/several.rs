@@ -39,7 +39,7 @@ fn pair(first: &str, settings: &[&str], second: &str) -> (Rig, [DeviceId; 2]) {
     (rig, [one, two])
 }
 
-/// The identifiers of a GEMAC sensor beside one with those as delivered.
+/// The identifiers of a GEMAC sensor next to a sensor with identifiers as delivered.
 const MOVED: [&str; 2] = [
     "--id 300 rate 125",
     "--id 300 set set-id=310h reply-id=311h --save",
@@ -53,7 +53,7 @@ fn two_boot_ups_are_both_found_by_listening() {
     rig.says_yes = false;
     rig.questions.clear();
     rig.bus.borrow_mut().assist(false);
-    // Each acknowledges the other, so the messages come twice only.
+    // Each sensor acknowledges the other one, so the messages come only twice.
     for gap in [0, 300] {
         let on = after(rig.bus.borrow().now(), millis(2000));
         rig.power_cycle_at(on, ids[0]);
@@ -98,7 +98,7 @@ fn two_silent_gemac_sensors_are_found_by_a_search() {
 }
 
 #[test]
-fn two_sensors_with_the_same_identifiers_are_named_and_never_one_of_them_chosen() {
+fn two_sensors_with_the_same_identifiers_are_listed_and_none_is_chosen() {
     for rate in [BitRate::K10, BitRate::K250, BitRate::M1] {
         let mut rig = Rig::new(BusRate::Fixed(rate));
         for serial in [21, 22] {

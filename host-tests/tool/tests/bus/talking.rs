@@ -61,7 +61,7 @@ fn talking_sensor_is_found_at_every_rate_by_listening() {
         let row = json!({"rate": number, "protocol": "fsc", "product": null, "address": null, "serial": null, "article": "GEMAC, 2 angles at 301h", "firmware": null});
         assert_eq!(rows(&ended), [row], "{rate:?}");
         assert!(time < 13_000, "{rate:?} {time} ms");
-        // It has its identifiers as delivered, perhaps.
+        // The sensor possibly has its identifiers as delivered.
         assert_eq!(rig.questions.len(), 1, "{:?}", rig.questions);
         assert!(rig.questions[0].contains("(fsc, 300)"), "{rate:?}");
         rig.says_yes = true;
@@ -76,7 +76,7 @@ fn talking_sensor_is_found_at_every_rate_by_listening() {
 }
 
 #[test]
-fn cyclic_sensor_with_other_identifiers_is_a_row_without_address_until_it_is_asked() {
+fn cyclic_sensor_with_other_identifiers_has_no_address_in_its_row_before_a_request() {
     for (reply, shown) in [("6A6h", "6A6"), ("12345678h", "12345678")] {
         let settings = format!("set-id=6A5h reply-id={reply}");
         let mut rig = cyclic_with_ids("is1", BitRate::K125, &settings);
@@ -138,7 +138,7 @@ fn slave_of_another_master_is_found_by_its_io_messages_and_never_asked() {
     }
     let text = rig.done("scan");
     assert!(text.contains("--mac 63 --product NAME watch"), "{text}");
-    // Also if everybody is asked.
+    // The same if the tool asks all nodes.
     rig.witnessed();
     rig.done("scan --active");
     let seen = texts(&rig.witnessed());

@@ -34,7 +34,7 @@ struct Case {
     /// What `scan` shows as its protocol and address.
     protocol: &'static str,
     address: &'static str,
-    /// The options that address it, and those after the factory values are in force.
+    /// The options that address it, and the options that address it when the factory values are in force.
     options: &'static str,
     factory: &'static str,
     /// A change of a setting, its name, and the number that is read afterwards.
@@ -307,8 +307,7 @@ fn image_of_tiltix_is_found_set_backed_up_restored_and_zeroed() {
     }
 }
 
-/// The sensor restarts in some ms, and sends its first message at the new rate. An adapter that were still at the old rate would bring it
-/// to bus-off.
+/// The sensor restarts in some ms, and sends its first message at the new rate. An adapter at the old rate brings the sensor to bus-off.
 #[test]
 fn images_restart_with_another_bit_rate() {
     for (product, address, old, new) in [

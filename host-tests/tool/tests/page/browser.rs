@@ -16,7 +16,7 @@ use url::{ParseError, Url};
 /// The longest wait for the page, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A browser. Only one runs at a time: two would make each other slow.
+/// A browser. Only one browser runs at a time: two browsers slow each other down.
 pub struct Browser {
     runtime: Runtime,
     client: Option<Client>,
@@ -160,7 +160,7 @@ impl Browser {
         self.wait_within(expression, PATIENCE);
     }
 
-    /// The same with another patience.
+    /// The same with another time-out.
     #[track_caller]
     pub fn wait_within(&self, expression: &str, patience: Duration) {
         let start = Instant::now();

@@ -281,7 +281,7 @@ fn files(user: &User) {
     user.click("only-differences");
     user.write("search", "x\u{E003}");
     user.wait(&format!("{visible} > 10"));
-    // One of them at first.
+    // First, one difference only.
     user.click("restore");
     user.wait("document.getElementById('question').open");
     user.browser.click("#question-check-0");

@@ -10,7 +10,7 @@ const ENTER: &str = "\u{E007}";
 const ESCAPE: &str = "\u{E00C}";
 const SHIFT: &str = "\u{E008}";
 
-/// The most presses of Tab in a walk.
+/// The maximum number of presses of Tab in a walk.
 const MOST: usize = 120;
 
 fn focused(browser: &Browser) -> String {
@@ -83,7 +83,7 @@ fn sensor_is_set_with_the_keyboard_alone() {
     );
     assert_eq!(lost, "BODY");
     browser.wait("document.activeElement.id === 'zero'");
-    // The focus stays in the question: behind its last element comes its first one, or the browser.
+    // The focus stays in the question: after the last element it goes to the first element, or to the browser.
     browser.press("", ENTER);
     browser.wait(OPEN);
     for _ in 0..8 {

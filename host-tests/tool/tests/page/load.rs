@@ -13,10 +13,11 @@ const PATIENCE: Duration = Duration::from_secs(600);
 /// The readings of the memory of the page.
 const READINGS: usize = 5;
 
-/// How often a minute is measured. The readings of one can differ by more than a leak that is too much; a leak is in each of them.
+/// How many minutes are measured. The readings of one minute can differ by more than the permitted growth, but a leak increases the memory
+/// in every minute.
 const MINUTES: usize = 3;
 
-/// The growth of a memory that is too much, in percent.
+/// The growth of a memory at which the test fails, in percent.
 const GROWTH: f64 = 5.0;
 
 /// The program as a process, so that its time and memory can be measured.
@@ -90,7 +91,7 @@ fn used(browser: &Browser) -> f64 {
 }
 
 fn reading(browser: &Browser) -> f64 {
-    // What a first run has freed can hold others.
+    // Objects that the first run of the collector frees can hold other objects.
     for _ in 0..3 {
         browser.devtools("HeapProfiler.collectGarbage", json!({}));
     }
@@ -120,8 +121,8 @@ struct Minute {
 }
 
 impl Minute {
-    /// Counts the samples of a minute and prints what they cost. The seconds are those of the sensor: if the computer is slow, they take
-    /// longer, and no sample is skipped.
+    /// Counts the samples of a minute and prints what they cost. The minute is measured with the time of the sensor: if the computer is
+    /// slow, the minute takes longer, and no sample is skipped.
     fn measured(browser: &Browser, program: &Program, per_second: f64) -> Self {
         let total = "plumbline.got + plumbline.count";
         let passed = |from: f64, seconds: f64| {
@@ -157,7 +158,7 @@ impl Minute {
     }
 }
 
-/// How much a memory has grown, in percent. 0 where the system does not tell it.
+/// The growth of a memory, in percent. 0 if the system does not report the memory.
 fn growth([first, last]: [f64; 2]) -> f64 {
     if first > 0.0 {
         (last / first - 1.0) * 100.0
@@ -207,7 +208,7 @@ fn minute_at_200_samples_per_second_is_complete_and_needs_no_more_memory() {
 
 #[test]
 #[ignore = "takes a minute, and prints the figures of README.md"]
-fn minute_at_1000_samples_per_second_costs() {
+fn cost_of_a_minute_at_1000_samples_per_second_is_printed() {
     let program = Program::start(&["--rate", "1000"]);
     let Some(browser) = Browser::open(&program.url) else {
         return;

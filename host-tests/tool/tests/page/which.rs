@@ -17,7 +17,7 @@ fn has_none(browser: &Browser) {
 }
 
 #[test]
-fn old_angles_are_not_shown_and_a_question_has_new_ones() {
+fn old_angles_are_not_shown_and_a_question_shows_new_angles() {
     let server = Running::new("demo:is2");
     let Some(browser) = Browser::open(&server.url) else {
         return;

@@ -73,7 +73,7 @@ fn error_with_json_is_a_document() {
 }
 
 #[test]
-fn closed_output_is_no_panic() {
+fn closed_output_does_not_panic() {
     for arguments in [
         &["completions", "bash"][..],
         &["man"],

@@ -97,12 +97,12 @@ impl Drop for Sensor {
     }
 }
 
-/// A folder without names of sensors: tests must not use that of the user.
+/// A folder without names of sensors: tests must not use the folder of the user.
 pub fn no_config() -> PathBuf {
     PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("process-config")
 }
 
-/// The program with this clock: `bus`, or that of the computer.
+/// The program with this clock: `bus`, or the clock of the computer.
 pub fn command(port: &str, clock: &str, arguments: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_plumbline"));
     command

@@ -16,7 +16,7 @@ struct Plug {
     sent: AtomicU64,
     /// It was opened so that it takes part in the bus.
     was_active: AtomicBool,
-    /// How often an adapter was opened.
+    /// The number of times an adapter was opened.
     opened: AtomicU64,
     /// The adapters that were made.
     made: AtomicU64,

@@ -1,4 +1,4 @@
-//! Devices with a data sheet (EDS): one that the page sends, and that of the command line. The devices are those of this project, but the
+//! Devices with a data sheet (EDS): one that the page sends, and one from the command line. The devices belong to this project, but the
 //! server knows them only from the data sheet.
 
 use crate::api::{run, value};

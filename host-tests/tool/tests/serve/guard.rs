@@ -1,4 +1,4 @@
-//! Who may ask: no other page, no other name, nobody without the secret.
+//! The server refuses requests of other pages, requests with another host name, and requests without the secret.
 
 use crate::client::Running;
 

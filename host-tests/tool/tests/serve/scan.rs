@@ -35,7 +35,7 @@ fn bus_with_traffic_is_asked_only_after_the_yes_to_its_question() {
         assert_eq!(found.json()[0]["address"], "300");
         assert!(witness.sent().contains(&0x300));
     }
-    // Who has checked no box has said no.
+    // Without a checked box the answer is no.
     let silent = scan(&server, json!({}), &[]);
     assert_eq!(
         (silent.status, silent.code().as_str()),
@@ -61,7 +61,7 @@ fn search_beside_a_node_that_was_heard_runs_after_the_yes() {
     for id in [0x001, 0x305, 0x621, 0x7FF] {
         assert!(sent.contains(&id), "{id:X}");
     }
-    // Identifiers of network management, and that of the heartbeat.
+    // Identifiers of network management, and the identifier of the heartbeat.
     for id in [0x000, 0x080, 0x722] {
         assert!(!sent.contains(&id), "{id:X}");
     }

@@ -172,7 +172,7 @@ fn sensor_that_answers_after_a_silence_is_identified_again() {
 }
 
 #[test]
-fn command_of_a_page_that_shows_the_sensor_of_before_is_refused() {
+fn command_of_a_page_that_shows_the_previous_sensor_is_refused() {
     let server = Running::connected("is2");
     let connect = |product: &str| {
         let body = json!({"port": format!("demo:{product}"), "mode": "active"}).to_string();

@@ -185,7 +185,7 @@ fn sender_ends_or_repeats_its_transfer() {
 }
 
 #[test]
-fn transfers_that_have_timed_out_take_no_packet_before_the_poll() {
+fn timed_out_transfer_ignores_packets_before_the_poll() {
     let mut incoming = begun(TO_ALL, bam(PGN));
     incoming.control(at(0), to_all(0x22), bam(PGN), PGN);
     incoming.control(at(0), to_us(0x23), rts(255), PGN);

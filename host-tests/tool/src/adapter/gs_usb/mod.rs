@@ -313,7 +313,7 @@ impl<U: Usb> Adapter for GsUsb<U> {
             if let Some(received) = self.received.pop_front() {
                 return Ok(Some(received));
             }
-            // It reads before it looks at the clock: a frame that is here already is received, however late this call is.
+            // It reads before it compares the time: a late call still receives the frames that have already arrived.
             let wait = until.ticks().saturating_sub(self.now().ticks());
             let came = self.pump(Duration::from_micros(wait))?;
             if self.received.is_empty() && self.now() >= until {

@@ -159,7 +159,7 @@ fn adapter_that_needs_longer_frames_has_them() {
 }
 
 #[test]
-fn received_frames_are_told_and_echoes_are_not() {
+fn received_frames_are_returned_and_echoes_are_not() {
     let (mut adapter, fake) = opened(LISTENS, Mode::Active);
     adapter.send(&question()).unwrap();
     let data = [0x10, 2, 3, 4, 5, 6, 7, 8];
@@ -295,7 +295,7 @@ fn adapter_that_takes_no_frames_restarts_once_and_then_has_failed() {
 }
 
 #[test]
-fn frames_of_the_time_before_are_dropped_when_it_opens() {
+fn frames_received_before_opening_are_dropped() {
     let (mut adapter, fake) = opened(LISTENS, Mode::Active);
     fake.transfer(&received(0x301, 0, 0, 0, [0; 8]));
     fake.transfer(&error(0x0040, 0));
@@ -308,7 +308,7 @@ fn frames_of_the_time_before_are_dropped_when_it_opens() {
 }
 
 #[test]
-fn unplugged_adapter_is_told_with_the_next_step() {
+fn unplugged_adapter_is_reported_with_the_next_step() {
     let (mut adapter, fake) = opened(COUNTS, Mode::Active);
     fake.0.borrow_mut().is_unplugged = true;
     let until = after(adapter.now(), millis(50));

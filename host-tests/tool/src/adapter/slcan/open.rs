@@ -19,7 +19,7 @@ impl<S: Stream> Slcan<S> {
     pub(super) fn silent(&self) -> Failure {
         let name = &self.name;
         let message = format!(
-            "{name} does not answer as an slcan adapter: check the port. CANable sticks with slcan firmware do not answer; use their candleLight firmware and SocketCAN"
+            "{name} does not answer like an slcan adapter: check the port. CANable sticks with slcan firmware do not answer; use their candleLight firmware and SocketCAN"
         );
         Failure::bus("adapter-silent", message)
     }
@@ -28,12 +28,12 @@ impl<S: Stream> Slcan<S> {
     pub(super) fn no_adapter(&self, said: &[u8]) -> Failure {
         let (name, said) = (&self.name, shown(&String::from_utf8_lossy(said)));
         let message = format!(
-            "{name} is no slcan adapter: it says {said:?}. Check the port; other ports are can0, usb and demo:PRODUCT"
+            "{name} is not an slcan adapter: it sends {said:?}. Check the port; other ports are can0, usb and demo:PRODUCT"
         );
         Failure::bus("no-adapter", message)
     }
 
-    /// Reads until the adapter sends nothing more: late answers would be taken for those to the next commands.
+    /// Reads until the adapter sends nothing more, so that a late answer is not read as the answer to the next command.
     fn drain(&mut self) -> Result<(), Failure> {
         if let Clock::Bus(_) = self.clock {
             return self.advance(Duration::from_ticks(0));
@@ -52,7 +52,7 @@ impl<S: Stream> Slcan<S> {
         }
     }
 
-    /// Closes the channel, whatever another program has left.
+    /// Closes the channel, independent of the state that another program has left.
     pub(super) fn reset(&mut self) -> Result<(), Failure> {
         // The first one can be the end of an incomplete line. A closed adapter may refuse C.
         let answers = [self.command("C")?, self.command("C")?];
@@ -88,7 +88,7 @@ impl<S: Stream> Slcan<S> {
     /// Reads the status and counts what it tells. The adapter clears it then. None: there is none.
     pub(super) fn read_status(&mut self) -> Option<()> {
         self.mode.filter(|_| self.has_status)?;
-        // Each question to an adapter that does not know F would cost the wait for its answer.
+        // An adapter that does not know F does not answer. It is not asked again, because each request would wait for the time-out.
         let answer = self.command("F").ok().flatten();
         self.has_status = answer.is_some();
         let answer = answer?;

@@ -118,7 +118,7 @@ fn rate_that_the_adapter_refuses_is_an_error() {
 }
 
 #[test]
-fn silent_port_is_no_adapter() {
+fn port_that_does_not_answer_is_not_an_adapter() {
     let (mut adapter, _) = adapter(&[("C", b"")]);
     let failure = adapter.open(Some(BitRate::K125), Mode::Active).unwrap_err();
     assert_eq!(
@@ -128,7 +128,7 @@ fn silent_port_is_no_adapter() {
 }
 
 #[test]
-fn port_of_another_service_is_no_adapter() {
+fn port_of_another_service_is_not_an_adapter() {
     for (command, text, said) in [
         (
             "C",
@@ -233,7 +233,7 @@ fn refused_frame_and_lost_adapter_are_errors() {
     adapter
         .send(&Frame::data(standard(0x300), &[0xFF]).unwrap())
         .unwrap();
-    // However late the call is, it reads what has come.
+    // A late call still reads the frames that have arrived.
     let past = adapter.now();
     assert_eq!(adapter.receive(past).unwrap_err().code, "frame-refused");
     shared.0.borrow_mut().ended = true;
@@ -258,7 +258,7 @@ fn refused_frame_is_noticed_after_frames_that_were_answered_with_cr() {
 }
 
 #[test]
-fn frame_that_is_here_already_is_received_after_the_time_is_over() {
+fn frame_that_has_arrived_is_received_after_the_time_out() {
     let (mut adapter, shared) = adapter(&[]);
     adapter.open(None, Mode::Active).unwrap();
     give(&shared, b"t30111F\r");
@@ -271,7 +271,7 @@ fn frame_that_is_here_already_is_received_after_the_time_is_over() {
 }
 
 #[test]
-fn time_of_the_bus_is_that_of_the_server() {
+fn bus_time_is_the_time_of_the_server() {
     let (adapter, shared) = adapter(&[("@0", b"@100\r"), ("@3E8", b"#2A0\rt30111F\r@2C8\r")]);
     let mut adapter = adapter.in_bus_time().unwrap();
     assert_eq!(

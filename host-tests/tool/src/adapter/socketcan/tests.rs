@@ -137,7 +137,7 @@ fn frames_pass_in_both_directions() {
 }
 
 #[test]
-fn lost_frames_are_those_since_the_interface_was_opened() {
+fn lost_frames_are_counted_since_the_interface_was_opened() {
     let (mut adapter, fake) = adapter(Some(UP));
     adapter.open(None, Mode::Active).unwrap();
     assert_eq!(adapter.overruns(), None);
@@ -253,7 +253,7 @@ fn frames_pass_between_two_sockets_of_a_virtual_interface() {
 }
 
 #[test]
-fn rate_of_the_interface_is_told_when_it_is_open() {
+fn rate_of_the_open_interface_is_reported() {
     let (mut adapter, _) = adapter(Some(UP));
     assert_eq!(adapter.rate(), None);
     adapter.open(None, Mode::Active).unwrap();

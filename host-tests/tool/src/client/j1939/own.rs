@@ -11,7 +11,8 @@ use plumbline::time::{Duration, Instant, millis};
 use std::sync::LazyLock;
 use std::time::SystemTime;
 
-/// The addresses that SAE J1939 keeps for service tools, and those that a node takes by itself from the end.
+/// The addresses that SAE J1939 reserves for service tools, and the range of addresses that a node can take by itself. The tool tries this
+/// range from its end.
 const TOOLS: [u8; 2] = [249, 250];
 const FIRST: u8 = 128;
 const LAST: u8 = 247;
@@ -19,10 +20,10 @@ const LAST: u8 = 247;
 /// The longest time until an address is claimed, with contentions.
 pub(super) const LONGEST: Duration = millis(5000);
 
-/// The pause between two looks at the claim.
+/// The pause between two checks of the claim.
 pub(super) const STEP: Duration = millis(10);
 
-/// The identity number. Two tools on a bus have different NAMEs; all sessions of a process have the same, as they are one node.
+/// The identity number. Two tools on a bus have different NAMEs; all sessions of a process have the same NAME, because they are one node.
 static SEED: LazyLock<u32> = LazyLock::new(|| {
     let time = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
     time.map_or(0, |time| time.subsec_nanos()) ^ std::process::id() << 12
@@ -66,7 +67,7 @@ impl Own {
         self.claim.address()
     }
 
-    /// Whether there is no address, and will be none.
+    /// Whether the tool cannot claim an address.
     pub(super) fn has_lost(&self) -> bool {
         self.claim.state() == State::CannotClaim
     }

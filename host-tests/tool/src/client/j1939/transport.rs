@@ -82,7 +82,7 @@ pub fn packet(message: &[u8], number: u8, destination: u8, own: u8) -> Frame {
 /// Receives a message that was announced to `own` or to all; None: it was not complete.
 ///
 /// # Errors
-/// Those of the adapter, or the user wants to stop.
+/// The adapter fails, or the user wants to stop.
 pub fn receive(link: &mut Link, opening: Opening, own: u8) -> Result<Option<Vec<u8>>, Failure> {
     let Opening {
         pgn,

@@ -64,7 +64,7 @@ impl<'a> Measurement<'a> {
             Some(own) if own != serial => {
                 let shown = self.path.display();
                 let message = format!(
-                    "{shown} is of the unit with serial number {own}, not of {serial}: choose another file"
+                    "{shown} belongs to the unit with serial number {own}, not of {serial}: choose another file"
                 );
                 Err(Failure::usage("wrong-file", message))
             }

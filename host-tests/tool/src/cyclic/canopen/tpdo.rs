@@ -34,7 +34,7 @@ pub(super) const EXTENDED: u32 = 1 << 29;
 /// The bits of a COB-ID that are no part of its identifier of 11 bits: switched off, and without RTR.
 const CONTROL: u32 = OFF | 1 << 30;
 
-/// The identifiers for PDOs of a node: neither restricted (CiA 301, table 74) nor those of NMT, SYNC, EMCY and TIME.
+/// The identifiers for PDOs of a node: not restricted (CiA 301, table 74), and not used by NMT, SYNC, EMCY and TIME.
 const PERMITTED: RangeInclusive<u32> = 0x181..=0x57F;
 
 /// The transmission types with an event timer. The second one can also send changes.
@@ -43,7 +43,7 @@ pub(super) const EVENT: [u8; 2] = [254, 255];
 /// The transmission types that come with each n-th SYNC, whether the values have changed or not.
 const SYNC: RangeInclusive<u8> = 1..=240;
 
-/// How often a request without an answer is sent.
+/// The number of times a request without an answer is sent.
 pub(super) const TRIES: u8 = 3;
 
 /// A TPDO as it is set.

@@ -18,7 +18,7 @@ fn read(time: u64, step: u64) -> u64 {
 }
 
 #[test]
-fn values_on_the_grid_are_complete_whatever_the_clock_of_the_sensor_is() {
+fn values_on_the_grid_are_complete_with_any_sensor_clock() {
     for period in [990, 995, 1000, 1005, 1010] {
         let times = (0..100_000).map(|place| place * period);
         assert_eq!(lost(times), 0, "{period}");
@@ -77,7 +77,7 @@ fn without_a_period_nothing_is_counted() {
 }
 
 #[test]
-fn period_is_that_of_the_values_also_if_one_is_missing() {
+fn period_is_correct_if_one_value_is_missing() {
     let times = |places: &[u64]| -> Vec<Instant> {
         let times = places
             .iter()
@@ -103,7 +103,7 @@ fn values_without_regularity_have_no_period() {
 }
 
 #[test]
-fn counter_that_begins_again_leaves_the_time_as_it_is() {
+fn counter_restart_does_not_change_the_time() {
     for (before, after_it) in [(30_000_u16, 0), (40_000, 17), (100, 3)] {
         let mut count = Count::new(Some(millis(1)), Instant::from_ticks(0));
         let start = 5_000_000;
@@ -127,7 +127,7 @@ fn values_that_are_lost_while_the_computer_is_late_are_counted_by_the_counter() 
             Some(counter),
         );
     }
-    // For 5 s nothing is read, then all that was not lost comes at once.
+    // Nothing is read for 5 s. Then all values that were not lost come at once.
     let late = Instant::from_ticks(6_000_000);
     for counter in [1000, 1001, 4900, 5999] {
         count.take(late, Some(counter));

@@ -36,7 +36,7 @@ fn entries_with_the_same_place_and_title_get_short_names_in_few_steps() {
     assert!(why.contains("20000"), "{why}");
 }
 
-/// Says whether a type can be cloned: the own constant goes before that of the trait.
+/// Says whether a type can be cloned: the inherent constant takes precedence over the constant of the trait.
 struct Probe<T>(PhantomData<T>);
 
 trait Fallback {

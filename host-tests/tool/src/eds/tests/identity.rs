@@ -1,4 +1,4 @@
-//! The identity in the data sheet and that of the device.
+//! The identity in the data sheet and the identity of the device.
 
 use super::super::*;
 use super::{FOREIGN, foreign};

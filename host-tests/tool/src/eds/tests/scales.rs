@@ -48,7 +48,7 @@ fn number_whose_scale_is_known_has_its_unit() {
         ("0", "deg", "5,10,2,0, 0,0,0,0, 0", "30.0 deg"),
         ("0", "deg", "1,1,1,0, 0,0,0,0, 1", "3.0 deg"),
         ("0", "0.01 deg", "1,1,1,0, 0,0,0,0, 0", "0.30 deg"),
-        // With extended precision, the decimals divide the value besides.
+        // With extended precision, the decimals also divide the value.
         ("0x44", "deg", "1,10,1,0, 0,0,0,0, 1", "0.30 deg"),
         ("0x04", "deg", "1,10,1,0, 0,0,0,0, 1", "3.0 deg"),
     ] {

@@ -113,7 +113,7 @@ fn written_to(
 }
 
 #[test]
-fn note_of_a_pdo_that_is_off_is_said_once_though_the_write_is_repeated() {
+fn note_of_a_disabled_pdo_is_printed_once_if_the_write_is_repeated() {
     let off = [(0x1800, 1, 0x8000_018A)];
     let (result, node, notes) = written_to(data_sheet(), &off, 700, &[(0x1800, 3, 100)]);
     assert_eq!(result, Ok(()));

@@ -11,7 +11,7 @@ struct Late {
     now: Instant,
     /// When the frame comes; None: it was read.
     frame: Option<Instant>,
-    /// A late wait ends without a look at what has come.
+    /// A late wait ends without a check of the frames that have arrived.
     is_blind: bool,
 }
 
@@ -81,7 +81,7 @@ fn heard(at: u32, is_blind: bool, listen: Listen) -> Option<Traffic> {
 type Listen = fn(&mut Link, &mut Terminal) -> Option<Traffic>;
 
 #[test]
-fn frame_shortly_before_the_end_is_heard_though_the_computer_is_late() {
+fn frame_before_the_end_is_received_if_the_computer_is_late() {
     const RATE: Option<BitRate> = Some(BitRate::K250);
     let step: Listen = |link, terminal| {
         let schedule = Schedule::of(&[RATE], false);

@@ -120,7 +120,7 @@ fn node_that_another_master_talks_to_is_not_asked() {
 }
 
 #[test]
-fn boot_up_message_is_sure_exactly_twice_at_once_or_alone() {
+fn boot_up_message_is_certain_if_sent_exactly_twice_or_by_a_lone_node() {
     let message = frame(0x321, &BOOT_UP);
     let other = frame(0x123, &[]);
     assert_eq!(asked(&[message, message, other]).len(), 1);

@@ -132,7 +132,7 @@ fn tpdo_of_constant_length_on_a_bus_of_canopen_shows_a_node() {
 }
 
 #[test]
-fn tpdos_of_several_nodes_without_a_sign_of_canopen_are_those_of_any_machine() {
+fn tpdos_of_several_nodes_without_canopen_frames_show_no_node() {
     let machine = [0x1F0, 0x2E1, 0x493].map(|id| frame(id, &[1, 2, 3, 4]));
     assert_eq!(of([machine, machine].concat()), []);
     // These are no NMT command, SYNC or heartbeat.

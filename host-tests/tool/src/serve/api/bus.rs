@@ -12,7 +12,7 @@ use serde_json::{Value, json};
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-/// The most samples per second.
+/// The maximum number of samples per second.
 const MOST_SAMPLES: u32 = 1000;
 
 /// A request without arguments.
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn commands_of_the_page_are_those_of_the_command_line() {
+    fn page_and_command_line_have_the_same_commands() {
         for (body, expected) in [
             (r#""save""#, "save"),
             (r#""load-factory""#, "load-factory"),

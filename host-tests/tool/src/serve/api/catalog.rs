@@ -56,7 +56,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
     })))
 }
 
-/// The interfaces of SocketCAN and the adapters on USB; one that the kernel has is only an interface.
+/// The interfaces of SocketCAN and the adapters on USB; an adapter that the kernel uses is listed only as an interface.
 fn candidates(interfaces: &[String], usb: &[Port]) -> Vec<Value> {
     let kind = |port: &Port| {
         let serial = port.serial.as_deref().unwrap_or_default();

@@ -162,7 +162,7 @@ async fn calibrate(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 /// Hands a job to the worker that is only for the sensor of the page.
 ///
 /// # Errors
-/// The worker has another sensor, or those of the job.
+/// The worker has another sensor, or the job fails.
 async fn on_sensor(app: &App, headers: &HeaderMap, task: Task) -> Answer {
     let sensor = headers.get(SENSOR).and_then(|value| value.to_str().ok());
     let sensor = sensor.and_then(|text| text.parse().ok());
@@ -187,9 +187,14 @@ pub fn parse<T: DeserializeOwned>(body: &[u8]) -> Result<T, Failure> {
 /// Hands a job to the worker and waits for its answer.
 ///
 /// # Errors
-/// Those of the job.
+/// The job fails.
 pub async fn work(app: &App, task: Task) -> Answer {
-    let gone = || Failure::bus("stopped", "the server ends: start `plumbline serve` again");
+    let gone = || {
+        Failure::bus(
+            "stopped",
+            "the server is stopping: start `plumbline serve` again",
+        )
+    };
     let (reply, answer) = oneshot::channel();
     app.jobs.send(Job { task, reply }).map_err(|_| gone())?;
     let answer = answer.await.map_err(|_| gone())?;

@@ -336,7 +336,7 @@ pub(super) struct Notes {
     pub(super) all: Vec<String>,
 }
 
-/// The most lines of notes that are kept.
+/// The maximum number of lines of notes that are kept.
 const NOTES: usize = 200;
 
 impl Write for Notes {

@@ -8,7 +8,7 @@ use crate::serve::line;
 use serde_json::json;
 use std::time::{Duration, Instant};
 
-/// The pause between two looks at the errors of the adapter.
+/// The pause between two checks of the errors of the adapter.
 const ERRORS: Duration = Duration::from_secs(1);
 
 /// What was reported last.

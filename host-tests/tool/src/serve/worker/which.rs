@@ -1,4 +1,5 @@
-//! Which sensor the worker has: a page that shows another one is refused, and one that has moved is followed.
+//! Which sensor the worker has: a command of a page that shows another sensor is refused, and the worker connects again to a sensor that
+//! has another address.
 
 use super::{State, Worker};
 use crate::failure::{Failure, Kind};
@@ -22,7 +23,7 @@ impl Worker {
         }
     }
 
-    /// The number of a sensor: that of the last one, if it is the same for certain.
+    /// The number of a sensor. It is the number of the last sensor if it is certain that both are the same sensor.
     pub(super) fn number(&mut self, found: &Found) -> u64 {
         let identity = found.identity();
         if !identity.is_unique() || self.last.as_ref() != Some(&identity) {
@@ -32,7 +33,7 @@ impl Worker {
         self.connection
     }
 
-    /// Connects again to the sensor: it has another address, or another one is at its address.
+    /// Connects again to the sensor: it has another address, or another sensor is at its address.
     pub(super) fn again(&mut self, change: impl FnOnce(&mut Connect)) -> Result<(), Failure> {
         let Some((port, _)) = &self.port else {
             return Ok(());
@@ -91,7 +92,9 @@ impl<'a> Answers<'a> {
 /// A command of the page is not stopped by Ctrl-C.
 pub(super) fn on_request(failure: Failure) -> Failure {
     match failure.kind {
-        Kind::Stopped => Failure::stopped("stopped on request: start it again to finish"),
+        Kind::Stopped => {
+            Failure::stopped("stopped by the user: start the command again to finish it")
+        }
         _ => failure,
     }
 }
@@ -129,7 +132,7 @@ mod tests {
                 .map_err(on_request)
                 .expect_err("it is stopped");
             assert_eq!(failure.code, "stopped");
-            assert!(failure.message.contains("on request"), "{failure}");
+            assert!(failure.message.contains("by the user"), "{failure}");
         }
         link.end();
         assert_eq!(ask(&mut link), Ok(Some(())));

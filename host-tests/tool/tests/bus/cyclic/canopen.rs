@@ -246,7 +246,7 @@ fn tpdos_that_are_missing_are_counted() {
 }
 
 #[test]
-fn sensor_that_is_switched_off_and_on_sends_no_more() {
+fn sensor_stops_sending_after_a_power_cycle() {
     let mut rig = Rig::with("ims360");
     let id = rig.first();
     let before = settings(&mut rig, 50);
@@ -304,7 +304,7 @@ fn device_with_a_data_sheet_sends_its_slopes() {
     assert_eq!(settings(&mut rig, 10), before);
 }
 
-/// The changes without those of the heartbeat, with which the tool asks for the state.
+/// The changes, without the changes of the heartbeat. The tool uses the heartbeat to ask for the state.
 fn changes_of_tpdos(rig: &mut Rig, node: u8) -> Vec<String> {
     let mut changes = changes(rig, node);
     changes.retain(|frame| !frame[6..].starts_with("1710"));

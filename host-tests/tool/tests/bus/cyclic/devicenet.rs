@@ -115,7 +115,7 @@ fn slave_releases_the_connection_itself_if_the_tool_is_cut_off() {
     rig.cut = Some(30);
     let ended = rig.tool("--mac 63 watch --every 10 --cyclic --seconds 5");
     assert_eq!(ended.code, 4, "{ended:?}");
-    assert!(ended.notes.contains("releases it itself"), "{ended:?}");
+    assert!(ended.notes.contains("releases the connection by itself"), "{ended:?}");
     rig.cut = None;
     send(&mut rig, &[]);
     rig.run(11_000);
@@ -179,7 +179,7 @@ fn slave_of_another_master_is_only_listened_to() {
         let is_foreign = |frame: &String| frame == "5FD#" || frame.starts_with("3FF#");
         assert!(seen.iter().all(is_foreign), "{seen:?}");
     }
-    // What it is must be said, and polling by explicit messages is refused.
+    // The user must give the product, and polling by explicit messages is refused.
     rig.witnessed();
     for command in [
         "--mac 63 watch --cyclic",

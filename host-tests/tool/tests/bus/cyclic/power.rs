@@ -35,7 +35,7 @@ fn cyclic_mode_that_a_power_cycle_ends_is_an_error_with_the_next_step() {
 #[test]
 fn stored_cyclic_mode_goes_on_after_a_power_cycle_with_the_lost_samples() {
     let mut rig = Rig::with("is2");
-    // A sensor that detects the bit rate sends nothing until somebody else sends.
+    // A sensor that detects the bit rate sends nothing until another node sends.
     rig.done("--id 300 set baud-rate=250kbit/s cyclic-time=5ms cyclic-mode=on --save");
     let id = rig.first();
     rig.power_cycle_at(rig.later(2500), id);
@@ -44,7 +44,7 @@ fn stored_cyclic_mode_goes_on_after_a_power_cycle_with_the_lost_samples() {
     assert!((1..=240).contains(&missing), "{}", ended.notes);
     assert!((1190..=1205).contains(&all), "{}", ended.notes);
     assert_eq!(ended.out.lines().count() as u64, all - missing);
-    assert!(ended.notes.contains("began again"), "{}", ended.notes);
+    assert!(ended.notes.contains("started again"), "{}", ended.notes);
 }
 
 /// An IMS360 in J1939.

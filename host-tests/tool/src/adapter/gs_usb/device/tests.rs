@@ -68,7 +68,7 @@ fn refusal(candidates: &[Candidate], serial: Option<&str>) -> String {
 }
 
 #[test]
-fn adapter_is_the_only_one_or_that_with_the_serial_number() {
+fn adapter_is_selected_by_serial_number_or_if_it_is_the_only_one() {
     let two = [candidate("0031001A"), candidate("0042003B")];
     assert_eq!(choose(&two[1..], None), Ok(0));
     assert_eq!(choose(&two, Some("0042003b")), Ok(1));

@@ -27,7 +27,7 @@ fn channel_is_closed_again_when_opening_failed() {
 }
 
 #[test]
-fn late_answers_of_closing_are_not_those_to_rate_and_mode() {
+fn late_answer_to_close_is_not_used_as_answer_to_rate_or_mode() {
     // The answers to the incomplete line of another program and to C come one after the other, so that two come after both C.
     let (mut adapter, shared) = adapter(&[("C", b""), ("L", b"\x07")]);
     shared.0.borrow_mut().pieces = VecDeque::from([&b"\x07"[..], b"\r", b"\r", b"\r"]);
