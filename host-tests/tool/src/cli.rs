@@ -343,3 +343,18 @@ fn new_rate(text: &str) -> Result<NewRate, String> {
         _ => bit_rate(text).map(NewRate::Fixed),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{Cli, Command};
+    use clap::Parser;
+
+    #[test]
+    fn page_is_served_only_to_this_computer_by_default() {
+        let cli = Cli::try_parse_from(["plumbline", "serve"]).unwrap();
+        let Command::Serve { listen, .. } = cli.command else {
+            panic!("{cli:?}");
+        };
+        assert!(listen.ip().is_loopback(), "{listen}");
+    }
+}

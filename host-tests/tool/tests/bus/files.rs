@@ -3,6 +3,7 @@
 pub use super::rig::file;
 
 use super::rig::{PRODUCTS, Rig};
+use plumbline::can::Frame;
 use serde_json::json;
 use std::path::PathBuf;
 
@@ -340,4 +341,47 @@ fn text_or_value_not_allowed_in_a_file_is_refused_with_the_next_step() {
         assert_eq!(ended.code, 2, "{ended:?}");
         assert!(ended.notes.contains(step), "{ended:?}");
     }
+}
+
+#[test]
+fn value_that_the_sensor_did_not_take_is_refused_and_not_stored() {
+    let path = file("not-written.toml");
+    let mut rig = Rig::with("is2");
+    rig.done("set cyclic-time=100ms");
+    rig.done(&format!("backup {}", path.display()));
+    // The sensor confirms 100 ms, but reads 250 ms.
+    let kept = |frame: Frame| match frame.bytes() {
+        [code, status, 100, 0, rest @ ..] if *code != 0x25 => {
+            let bytes = [&[*code, *status, 250, 0], rest].concat();
+            Frame::data(frame.can_id().into(), &bytes).unwrap()
+        }
+        _ => frame,
+    };
+    for command in [
+        "set cyclic-time=100ms --save".to_owned(),
+        format!("restore {}", path.display()),
+    ] {
+        let mut rig = Rig::with("is2");
+        rig.altered = Some((rig.later(0), rig.later(60_000), kept));
+        assert_eq!(rig.fails(&command), (1, "not-written".to_owned()));
+        assert_eq!(writes(&mut rig), ["300#256400"], "{command}");
+    }
+}
+
+#[test]
+fn restore_writes_bit_rate_and_identifiers_last() {
+    let path = file("order.toml");
+    let mut rig = Rig::with("is2");
+    rig.done(
+        "set set-id=361h baud-rate=500 cyclic-time=100ms zero-x=1.25deg filter=2.5Hz,butterworth",
+    );
+    rig.done(&format!("backup {}", path.display()));
+    let mut rig = Rig::with("is2");
+    rig.witnessed();
+    rig.done(&format!("restore {}", path.display()));
+    let writes = writes(&mut rig);
+    // Bit rate (23h), then Set-Parameter-ID (20h), then SAVE.
+    let (first, last) = writes.split_at(3);
+    assert_eq!(first, ["300#256400", "300#27C40901", "300#287D00"]);
+    assert_eq!(last, ["300#2307", "300#2061030000", "300#5053415645"]);
 }

@@ -1,5 +1,6 @@
 //! The IMS360 in J1939: the same commands, with its parameters in Proprietary A.
 
+use super::cyclic::texts;
 use super::files::file;
 use super::rig::Rig;
 use bench::BusRate;
@@ -20,10 +21,6 @@ fn network(settings: &str) -> Rig {
     rig.run(1000);
     rig.witnessed();
     rig
-}
-
-fn texts(frames: &[Frame]) -> Vec<String> {
-    frames.iter().map(|frame| format!("{frame:?}")).collect()
 }
 
 /// The frames with this source address.
@@ -101,13 +98,18 @@ fn parameters_are_read_set_and_stored() {
 fn zero_restart_and_factory_values_work_as_in_canopen() {
     let mut rig = network("");
     rig.done("--address 128 zero --save");
-    let before = rig.bus.borrow().device(rig.first()).boots();
+    rig.witnessed();
     rig.done("--address 128 restart");
     rig.run(1000);
     let seen = texts(&rig.witnessed());
-    let has_claimed = seen.iter().any(|frame| frame.starts_with("18EEFF80#"));
-    let after = rig.bus.borrow().device(rig.first()).boots();
-    assert!(has_claimed || after > before, "{seen:?}");
+    let mut after_reset = seen
+        .iter()
+        .skip_while(|frame| !frame.starts_with("18EF80F9#2F102001"));
+    assert!(after_reset.next().is_some(), "{seen:?}");
+    assert!(
+        after_reset.any(|frame| frame.starts_with("18EEFF80#")),
+        "{seen:?}"
+    );
     let read = rig.json("--address 128 get slope-long32");
     let angle = read["slope-long32"]["value"].as_f64().unwrap();
     assert!(angle.abs() < 0.02, "{read}");
@@ -329,4 +331,24 @@ fn broadcast_has_the_rate_of_the_samples_meanwhile() {
         rig.fails("--address 128 watch --every 5 --cyclic --seconds 1"),
         (2, "out-of-range".to_owned())
     );
+}
+
+#[test]
+fn broadcast_rate_is_put_back_after_ctrl_c() {
+    let mut is_changed = false;
+    for looks in (1..).step_by(7) {
+        let mut rig = network("");
+        rig.stop = Some(looks);
+        let ended = rig.tool("--json --address 128 watch --every 40 --cyclic --seconds 0.4");
+        rig.stop = None;
+        let seen = sent_by(&mut rig, "F9");
+        is_changed |= seen.iter().any(|frame| frame.starts_with("18EF80F9#2"));
+        let read = rig.json("--address 128 get transmission-rate-ssi2");
+        let raw = &read["transmission-rate-ssi2"]["raw"];
+        assert_eq!(raw, 10, "{looks} {ended:?}");
+        if ended.code == 0 && ended.out.lines().count() >= 9 {
+            assert!(looks > 20 && is_changed, "{looks}");
+            break;
+        }
+    }
 }

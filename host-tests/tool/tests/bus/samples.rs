@@ -244,3 +244,28 @@ fn log_of_a_silent_bus_needs_the_rate() {
     );
     assert_eq!(rig.fails("watch --seconds=-1"), (2, "bad-value".to_owned()));
 }
+
+#[test]
+fn record_prints_an_object_for_each_row() {
+    let path = file("record-json.csv");
+    let mut rig = Rig::with("is2");
+    let out = rig.done(&format!(
+        "--json record {} --every 10 --seconds 1",
+        path.display()
+    ));
+    let text = std::fs::read_to_string(&path).unwrap();
+    let mut objects = out.lines();
+    let rows = text.lines().skip(1);
+    assert!((100..=101).contains(&rows.clone().count()), "{text}");
+    for row in rows {
+        let object: Value = serde_json::from_str(objects.next().expect("an object")).unwrap();
+        let cells = row.split(',').map(str::parse);
+        let cells: Vec<f64> = cells.map_while(Result::ok).take(3).collect();
+        let values = ["time", "angle-x", "angle-y"].map(|name| object[name].as_f64().unwrap());
+        assert_eq!(values, *cells);
+        // DefaultParam and AutobaudDetection.
+        assert_eq!(object["status"].as_array().unwrap().len(), 2, "{object}");
+        assert!(row.ends_with(",03"), "{row}");
+    }
+    assert_eq!(objects.next(), None);
+}

@@ -299,3 +299,40 @@ fn progress_bar_shows_each_step_instead_of_lines_and_is_away_during_questions() 
     }
     assert_eq!(steps.last().map(|(_, total, _)| *total), Some(0));
 }
+
+/// A number in the first note with this text before it.
+fn number_after(notes: &str, text: &str) -> Option<usize> {
+    let (_, rest) = notes.split_once(text)?;
+    rest.split(' ').next()?.parse().ok()
+}
+
+#[test]
+fn scan_says_how_many_frames_it_has_sent() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, Some(BitRate::K250), false);
+    let ended = rig.tool("--rate 250 scan --active");
+    let count = rig.witnessed().len();
+    assert!(count > 100, "{count}");
+    let told = format!("sent {count} frames at 250 kbit/s");
+    assert!(ended.notes.lines().any(|line| line == told), "{ended:?}");
+}
+
+#[test]
+fn scan_tells_what_it_has_heard_at_each_rate() {
+    let mut rig = silent("is2", BitRate::K250);
+    let ended = rig.tool("scan");
+    for rate in BitRate::ALL {
+        let told = format!("listened at {} for ", rate.name());
+        assert!(ended.notes.contains(&told), "{told}: {}", ended.notes);
+    }
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
+    let frame = |id| Frame::data(standard(id), &[1]).unwrap();
+    rig.cyclic = Some((40, frame(0x7A0)));
+    let ended = rig.tool("--rate 250 scan");
+    let heard = number_after(&ended.notes, " ms: ");
+    assert!(
+        heard.is_some_and(|count| (26..=28).contains(&count)),
+        "{ended:?}"
+    );
+}
