@@ -6,6 +6,7 @@
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
 //! - [`NodeType`]: the type of a sensor: its node and the owner of the records in its memory
 //! - [`motion`] and [`thermal`]: the source of readings, and the heated cell around the accelerometer
+//! - [`bit_rate`]: the bit rate as an option of a program
 //! - [`script`]: a node for tests of the bench itself
 //!
 //! The tests and the virtual sensor use the same bench. The tests run virtual time as fast as possible, the virtual sensor runs
@@ -13,6 +14,7 @@
 
 mod accelerometer;
 mod adapter;
+mod bit_rate;
 mod bus;
 mod controller;
 mod device;
@@ -24,6 +26,7 @@ pub mod script;
 mod sensor;
 pub mod thermal;
 
+pub use bit_rate::bit_rate;
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
 pub use device::Device;
 pub use flash::{Flash, FlashError, Geometry, PAGE_SIZE};

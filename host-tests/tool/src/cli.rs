@@ -30,7 +30,7 @@ pub struct Options {
     #[arg(long, global = true, env = "PLUMBLINE_PORT", value_name = "PORT")]
     pub port: Option<String>,
     /// The bit rate in kbit/s [default: listens for it]
-    #[arg(long, global = true, value_name = "KBITS", value_parser = bit_rate)]
+    #[arg(long, global = true, value_name = "KBITS", value_parser = bench::bit_rate)]
     pub rate: Option<BitRate>,
     /// The Set-Parameter-ID of a GEMAC sensor, hexadecimal: 300, or 8 digits for 29 bits
     #[arg(long, global = true, value_name = "HEX")]
@@ -320,27 +320,11 @@ pub enum Command {
     },
 }
 
-/// One of the ten bit rates, in kbit/s.
-fn bit_rate(text: &str) -> Result<BitRate, String> {
-    let wanted = text.parse::<f64>().ok();
-    let kbits = |rate: &BitRate| f64::from(rate.bits_per_second()) / 1000.0;
-    let mut rates = BitRate::ALL.into_iter();
-    rates
-        .find(|rate| Some(kbits(rate)) == wanted)
-        .ok_or_else(|| {
-            let all: Vec<String> = BitRate::ALL
-                .iter()
-                .map(|rate| kbits(rate).to_string())
-                .collect();
-            format!("the bit rates are {} kbit/s", all.join(", "))
-        })
-}
-
 /// One of the ten bit rates, in kbit/s, or `auto`.
 fn new_rate(text: &str) -> Result<NewRate, String> {
     match text {
         "auto" => Ok(NewRate::Automatic),
-        _ => bit_rate(text).map(NewRate::Fixed),
+        _ => bench::bit_rate(text).map(NewRate::Fixed),
     }
 }
 

@@ -62,7 +62,7 @@ pub struct Options {
 
     /// The bit rate of the bus; clients with another rate are not connected [default: that of the sensor, for clients with any
     /// rate]
-    #[arg(long, value_name = "KBITS", value_parser = bit_rate)]
+    #[arg(long, value_name = "KBITS", value_parser = bench::bit_rate)]
     bus_rate: Option<BitRate>,
 
     /// Where the time comes from
@@ -208,22 +208,6 @@ fn node_type(options: &Options) -> Result<NodeType, Failure> {
 
 fn has_article(product: &Product, wanted: &str) -> bool {
     product.articles().any(|article| article.is(wanted))
-}
-
-/// One of the ten bit rates, in kbit/s.
-fn bit_rate(text: &str) -> Result<BitRate, String> {
-    let kbits = |rate: &BitRate| f64::from(rate.bits_per_second()) / 1000.0;
-    let wanted = text.parse::<f64>().ok();
-    BitRate::ALL
-        .into_iter()
-        .find(|rate| Some(kbits(rate)) == wanted)
-        .ok_or_else(|| {
-            let all: Vec<String> = BitRate::ALL
-                .iter()
-                .map(|rate| kbits(rate).to_string())
-                .collect();
-            format!("the bit rates are {} kbit/s", all.join(", "))
-        })
 }
 
 /// The memory in `path`, which is created if it does not exist. If it cannot be written, reports it at once and not at the first

@@ -9,6 +9,8 @@ use super::Link;
 use super::sdo::{Answer, Server};
 use crate::failure::Failure;
 use plumbline::can::{CanId, Frame, standard};
+use plumbline::canopen::cob_id::ERROR_CONTROL;
+use plumbline::canopen::nmt;
 use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 
@@ -90,8 +92,8 @@ pub fn state(link: &mut Link, node: u8) -> Result<Option<State>, Failure> {
 }
 
 fn heartbeat(link: &mut Link, node: u8, time: Duration) -> Result<Option<State>, Failure> {
-    const OPERATIONAL: u8 = 5;
-    let id = CanId::standard(0x700 + u16::from(node));
+    const OPERATIONAL: u8 = nmt::State::Operational as u8;
+    let id = CanId::standard(ERROR_CONTROL + u16::from(node));
     link.wait_for(time, |frame| match frame.bytes() {
         [OPERATIONAL] if frame.can_id() == id => Some(State::Operational),
         [_] if frame.can_id() == id && !frame.is_remote() => Some(State::Other),

@@ -17,6 +17,7 @@ use super::Link;
 use crate::failure::Failure;
 use plumbline::can::{CanId, Frame};
 use plumbline::canopen::Abort;
+use plumbline::canopen::cob_id::{SDO_REPLY, SDO_REQUEST};
 use plumbline::j1939::identifier::{Identifier, PROPRIETARY_A};
 use plumbline::time::{Duration, millis};
 use std::fmt::{self, Display, Formatter};
@@ -160,7 +161,8 @@ impl Server {
         let (request, answer) = match self.peer {
             Peer::Node(node) => {
                 let node = u16::from(node);
-                let [request, answer] = [0x600, 0x580].map(|base| CanId::standard(base + node));
+                let [request, answer] =
+                    [SDO_REQUEST, SDO_REPLY].map(|base| CanId::standard(base + node));
                 (request, Reply::Node(answer))
             }
             Peer::Address(address) => {

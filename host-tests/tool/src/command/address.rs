@@ -13,6 +13,7 @@ use crate::scan::listen;
 use crate::session::{Session, Target};
 use crate::sheet::{Entry, Origin};
 use plumbline::can::{CanId, Frame};
+use plumbline::canopen::cob_id::{EMCY, ERROR_CONTROL, SDO_REPLY};
 use plumbline::devicenet::identifiers::group_2_id;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::time::{Duration, after, millis};
@@ -126,7 +127,7 @@ pub(super) fn check(session: &mut Session, values: &Values) -> Result<(), Failur
 /// Refuses an address that is in use: listens for its messages, then asks several times.
 pub(super) fn free(session: &mut Session, target: Target) -> Result<(), Failure> {
     let ids: Vec<CanId> = match target {
-        Target::Canopen(node) => [0x700, 0x580, 0x080]
+        Target::Canopen(node) => [ERROR_CONTROL, SDO_REPLY, EMCY]
             .map(|base| CanId::standard(base + u16::from(node)))
             .to_vec(),
         Target::Devicenet(slave) => (0..8)

@@ -13,10 +13,7 @@ use crate::sample::ssi2::{self, Angles};
 use crate::session::Session;
 use crate::sheet::Entry;
 use plumbline::can::Frame;
-use plumbline::time::{Duration, Instant, after, millis};
-
-/// The time in which a node claims its address after a request.
-const CLAIM: Duration = millis(300);
+use plumbline::time::{Duration, Instant, after};
 
 /// The sensor.
 #[derive(Debug)]
@@ -76,7 +73,7 @@ impl Sender {
                         counter: None,
                     }));
                 }
-                Heard::Request => self.asked_until = Some(after(at, CLAIM)),
+                Heard::Request => self.asked_until = Some(after(at, j1939::ANSWER)),
                 Heard::Claim if self.asked_until.is_some_and(|until| at < until) => {}
                 Heard::Claim => self.is_unchecked = true,
             }

@@ -25,6 +25,7 @@ use crate::connect::factory_reply;
 use crate::session::Target;
 use embedded_can::Id;
 use plumbline::can::{CanId, Frame};
+use plumbline::canopen::cob_id::{ERROR_CONTROL, SDO_REPLY, SDO_REQUEST};
 use plumbline::devicenet::identifiers::{group_2, group_2_id};
 use plumbline::j1939::groups;
 use plumbline::j1939::identifier::{
@@ -250,7 +251,7 @@ pub fn protocol(sightings: &[Sighting]) -> Option<&'static str> {
 pub fn is_used(target: Target, frames: &Frames) -> bool {
     let ids = match target {
         Target::Fsc(sensor) => vec![sensor.request],
-        Target::Canopen(node) => [0x600, 0x580]
+        Target::Canopen(node) => [SDO_REQUEST, SDO_REPLY]
             .map(|base| CanId::standard(base + u16::from(node)))
             .to_vec(),
         // Each J1939 node has the same identifiers: they name sender and receiver.
@@ -289,7 +290,7 @@ fn sign(frame: &Frame) -> Option<Sign> {
         (Id::Standard(id), [0x00 | 0x04 | 0x05 | 0x7F])
             if (0x701..=0x77F).contains(&id.as_raw()) =>
         {
-            Some(Sign::Canopen((id.as_raw() - 0x700) as u8))
+            Some(Sign::Canopen((id.as_raw() - ERROR_CONTROL) as u8))
         }
         (Id::Standard(id), &[port, v0, v1, s0, s1, s2, s3]) if port & 0x7F == 0 => {
             let mac = (id.as_raw() >> 3 & 0x3F) as u8;

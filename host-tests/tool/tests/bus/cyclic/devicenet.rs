@@ -115,7 +115,10 @@ fn slave_releases_the_connection_itself_if_the_tool_is_cut_off() {
     rig.cut = Some(30);
     let ended = rig.tool("--mac 63 watch --every 10 --cyclic --seconds 5");
     assert_eq!(ended.code, 4, "{ended:?}");
-    assert!(ended.notes.contains("releases the connection by itself"), "{ended:?}");
+    assert!(
+        ended.notes.contains("releases the connection by itself"),
+        "{ended:?}"
+    );
     rig.cut = None;
     send(&mut rig, &[]);
     rig.run(11_000);
