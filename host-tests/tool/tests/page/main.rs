@@ -12,6 +12,7 @@ mod foreign;
 mod keyboard;
 mod load;
 mod next_steps;
+mod oscilloscope;
 mod parts;
 mod products;
 mod reading;
