@@ -28,15 +28,16 @@ export function turn(point, one, other, angle) {
 }
 
 /**
- * A corner of the box on the screen; the third number is the depth. One angle turns the box about the line of sight of its front,
- * two angles tilt it about its Y axis and its X axis.
+ * A corner of the box on the screen; the third number is the depth. One angle turns the box about the line of sight of its front:
+ * a right-hand rotation is positive. Two angles tilt it about its Y axis, where a positive X lowers the X axis, and about its X axis,
+ * where a positive Y raises the Y axis.
  * @param {number[]} corner
  * @param {number[]} angles in degrees
  */
 export function project(corner, angles) {
   const [first, second] = angles.map((angle) => (angle * Math.PI) / 180);
-  const point = turn(corner, 0, 2, first);
-  return look(angles.length === 1 ? point : turn(point, 1, 2, second));
+  if (angles.length === 1) return look(turn(corner, 0, 2, first));
+  return look(turn(turn(corner, 0, 2, -first), 1, 2, second));
 }
 
 /** A point on the screen; the third number is the depth. @param {number[]} point */

@@ -102,7 +102,7 @@ impl Owner {
 /// Reads a file.
 ///
 /// # Errors
-/// The file cannot be read, or is no data sheet with parameters.
+/// The file cannot be read, or is not a data sheet with parameters.
 pub fn read(path: &Path) -> Result<Sheet, Failure> {
     let shown = path.display();
     let unreadable = |error: std::io::Error| {

@@ -75,7 +75,7 @@ impl Sheets {
     /// Adds the file of the command line.
     ///
     /// # Errors
-    /// The file cannot be read, or is no data sheet with parameters.
+    /// The file cannot be read, or is not a data sheet with parameters.
     pub fn read(&self, path: &Path) -> Result<Arc<Kept>, Failure> {
         let sheet = eds::read(path)?;
         self.keep(path.to_string_lossy().into_owned(), sheet)
@@ -84,7 +84,7 @@ impl Sheets {
     /// Adds a file of a page.
     ///
     /// # Errors
-    /// It is no data sheet with parameters, or is too long.
+    /// It is not a data sheet with parameters, or is too long.
     pub fn add(&self, name: &str, text: &str) -> Result<Arc<Kept>, Failure> {
         let bad = |why: &str| {
             let message = format!(

@@ -153,9 +153,9 @@ pub fn with_data_sheets(user: &User) {
     user.done("set resolution=100");
     user.wait("document.getElementById('file-resolution').closest('tr').children[1].textContent === '100'");
     user.click("disconnect");
-    // A file that is no data sheet changes nothing.
+    // A file that is not a data sheet changes nothing.
     open(user, &file(b"[Device]\n[Params]\nParam1 = \"\n"));
-    user.wait("document.getElementById('message').textContent.includes('is no data sheet')");
+    user.wait("document.getElementById('message').textContent.includes('is not a data sheet')");
     open(user, &file(&vec![b' '; (1 << 20) + 1]));
     user.wait("document.getElementById('message').textContent.includes('longer than 1 MiB')");
     // A device whose data sheet does not say which values are angles.

@@ -167,9 +167,10 @@ fn drawing_shows_a_turned_corner_at_its_place() {
     let down = [-tilt.sin() * level[0], -tilt.sin() * level[1], -tilt.cos()];
     let ahead = [tilt.cos() * level[0], tilt.cos() * level[1], -tilt.sin()];
     for (corner, angles, place) in [
-        ("[1, 0, 0]", "[30, 0]", [cosine, 0.0, sine]),
+        // The X axis moves down, the Y axis moves up.
+        ("[1, 0, 0]", "[30, 0]", [cosine, 0.0, -sine]),
         ("[0, 1, 0]", "[30, 0]", [0.0, 1.0, 0.0]),
-        ("[0, 0, 1]", "[30, 0]", [-sine, 0.0, cosine]),
+        ("[0, 0, 1]", "[30, 0]", [sine, 0.0, cosine]),
         ("[1, 0, 0]", "[0, 30]", [1.0, 0.0, 0.0]),
         ("[0, 1, 0]", "[0, 30]", [0.0, cosine, sine]),
         ("[0, 0, 1]", "[0, 30]", [0.0, -sine, cosine]),
