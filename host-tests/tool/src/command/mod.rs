@@ -10,6 +10,7 @@ mod label;
 mod parameters;
 mod rate;
 mod raw;
+mod record;
 mod restore;
 mod set;
 mod watch;
@@ -254,7 +255,7 @@ pub fn run_on(
             replaced(file, terminal)?;
             bus.with(terminal, |session, terminal| {
                 let sampler = watch::sampler(session, names)?;
-                watch::record(session, sampler, file, pace, terminal)
+                record::record(session, sampler, file, pace, terminal)
             })
         }
         Command::Log { file, seconds } => {

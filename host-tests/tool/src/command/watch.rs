@@ -1,4 +1,4 @@
-//! `watch`, `record` and `log`.
+//! `watch` and `log`, and the samples of `record`.
 
 use super::set;
 use crate::adapter::{Adapter, Mode};
@@ -100,7 +100,7 @@ type Take<'a> =
     &'a mut dyn FnMut(&mut Terminal, &Session, &Sampler, &Sample) -> Result<(), Failure>;
 
 /// Hands each sample to `take`, until the time is over or Ctrl-C.
-fn samples(
+pub(super) fn samples(
     session: &mut Session,
     mut sampler: Sampler,
     pace: Pace,
@@ -205,40 +205,7 @@ pub(super) fn watch(
     Ok(())
 }
 
-/// Records the angles as CSV.
-pub(super) fn record(
-    session: &mut Session,
-    sampler: Sampler,
-    path: &Path,
-    pace: Pace,
-    terminal: &mut Terminal,
-) -> Result<(), Failure> {
-    let mut file = BufWriter::new(File::create(path).map_err(|error| unwritten(path, &error))?);
-    let mut has_heading = false;
-    let sampler = samples(
-        session,
-        sampler,
-        pace,
-        terminal,
-        &mut |terminal, session, sampler, sample| {
-            if !has_heading {
-                writeln!(file, "{}", sampler.heading()).map_err(|error| unwritten(path, &error))?;
-                has_heading = true;
-            }
-            terminal.document(&sampler.json(session, sample))?;
-            writeln!(file, "{}", sampler.row(sample)).map_err(|error| unwritten(path, &error))
-        },
-    )?;
-    file.flush().map_err(|error| unwritten(path, &error))?;
-    let recorded = sampler.printed;
-    terminal.line(format!("{recorded} samples are in {}", path.display()))?;
-    for note in sampler.summary() {
-        terminal.note(note);
-    }
-    Ok(())
-}
-
-fn unwritten(path: &Path, error: &io::Error) -> Failure {
+pub(super) fn unwritten(path: &Path, error: &io::Error) -> Failure {
     Failure::bus(
         "no-file",
         format!("cannot write {} ({error})", path.display()),

@@ -334,6 +334,22 @@ fn broadcast_has_the_rate_of_the_samples_meanwhile() {
 }
 
 #[test]
+fn record_without_a_sample_leaves_the_file_as_it_was() {
+    let mut rig = network("");
+    let (new, old) = (file("record-new.csv"), file("record-old.csv"));
+    std::fs::write(&old, "mine").unwrap();
+    for path in [&new, &old] {
+        let path = path.display();
+        let failed = rig.fails(&format!(
+            "--address 128 record {path} --every 5 --cyclic --seconds 1"
+        ));
+        assert_eq!(failed, (2, "out-of-range".to_owned()));
+    }
+    assert!(!new.exists());
+    assert_eq!(std::fs::read_to_string(&old).unwrap(), "mine");
+}
+
+#[test]
 fn broadcast_rate_is_put_back_after_ctrl_c() {
     let mut is_changed = false;
     for looks in (1..).step_by(7) {

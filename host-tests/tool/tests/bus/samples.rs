@@ -96,6 +96,17 @@ fn record_writes_one_row_for_each_sample() {
 }
 
 #[test]
+fn shorter_recording_replaces_a_longer_one() {
+    let path = file("record-longer.csv");
+    std::fs::write(&path, "mine\n".repeat(10_000)).unwrap();
+    let mut rig = Rig::with("is2");
+    rig.done(&format!("record {} --seconds 0.5", path.display()));
+    let text = std::fs::read_to_string(&path).unwrap();
+    assert!(text.starts_with("time_s,"), "{text}");
+    assert!(!text.contains("mine"), "{text}");
+}
+
+#[test]
 fn lost_samples_are_counted() {
     let mut rig = Rig::with("is2");
     rig.done("get angle-x");
