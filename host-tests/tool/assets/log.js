@@ -6,7 +6,7 @@ import { currentLanguage, onLanguage, t } from "./texts.js";
 /** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, error?: {message: string}}} Action */
 /** The most actions. */
 const MOST = 100;
-/** @type {Map<number, Action>} */
+/** The actions with their rows. @type {Map<number, {action: Action, row: HTMLElement}>} */
 const actions = new Map();
 
 /** @param {Action} action */
@@ -42,19 +42,38 @@ function done(result) {
   return typeof result?.done === "string" ? [result.done] : [];
 }
 
-function show() {
-  element("log-empty").hidden = actions.size > 0;
-  const newest = [...actions.values()].sort((one, other) => other.n - one.n);
-  element("log-rows").replaceChildren(...newest.map(item));
+/** Shows an action. The other rows stay in the document, so that a control in them keeps the focus. @param {Action} action */
+function show(action) {
+  const earlier = actions.get(action.n)?.row;
+  const row = item(action);
+  actions.set(action.n, { action, row });
+  if (earlier) {
+    const hadFocus = earlier.contains(document.activeElement);
+    earlier.replaceWith(row);
+    if (hadFocus) row.querySelector("button")?.focus({ preventScroll: true });
+  } else {
+    // The newest is the first.
+    const older = [...actions.keys()].filter((n) => n < action.n);
+    const next = actions.get(Math.max(...older))?.row ?? null;
+    element("log-rows").insertBefore(row, next);
+  }
+  if (actions.size <= MOST) return;
+  const oldest = Math.min(...actions.keys());
+  actions.get(oldest)?.row.remove();
+  actions.delete(oldest);
 }
 
 /** Starts the log. */
 export function start() {
+  const empty = element("log-empty");
   on("action", (/** @type {Action} */ action) => {
-    actions.set(action.n, action);
-    if (actions.size > MOST) actions.delete(Math.min(...actions.keys()));
-    show();
+    show(action);
+    empty.hidden = true;
   });
-  on("restarted", () => { actions.clear(); show(); });
-  onLanguage(show);
+  on("restarted", () => {
+    actions.clear();
+    element("log-rows").replaceChildren();
+    empty.hidden = false;
+  });
+  onLanguage(() => { for (const { action } of [...actions.values()]) show(action); });
 }

@@ -114,6 +114,15 @@ fn sensor_is_set_with_the_keyboard_alone() {
     browser.press("", ENTER);
     browser.done("label boom");
     browser.wait("document.activeElement.id === 'label'");
+    // A new action leaves the focus on a button of an earlier one.
+    browser.script("document.querySelector('#log-rows button').focus()");
+    let label = "document.activeElement.getAttribute('aria-label')";
+    let copy = browser.text(label);
+    assert!(copy.contains("label boom"), "{copy}");
+    browser.script("document.getElementById('read').click()");
+    browser.done("get");
+    assert_eq!(browser.text(label), copy);
+    browser.script("document.getElementById('label').focus()");
     // Backwards.
     browser.press(SHIFT, TAB);
     assert_eq!(focused(&browser), "bit-rate");
