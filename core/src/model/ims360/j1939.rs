@@ -76,26 +76,14 @@ impl j1939::Product for Ims360Product {
 
     fn motion(values: &Inclination, parameters: &Parameters<Self>) -> Motion {
         let faults = values.faults();
-        let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
-        let Some(fine) = values.fine() else {
-            // There was no sample for a time in which one must come.
-            let merit = merit(faults, Faults::NONE, defective, Merit::Unavailable);
-            let measured = Measured { number: 0, merit };
-            let roll = if has_two_axes(parameters) {
-                measured
-            } else {
-                Measured::default()
-            };
-            let mut values = [measured; 8];
-            values[1] = roll;
-            return Motion {
-                values,
-                latency: latency(parameters),
-            };
-        };
-        let [pitch, roll] = angles(fine, parameters);
         let two_axes = has_two_axes(parameters);
-        let rest = merit(faults, Faults::NONE, defective, Merit::Good);
+        // Without a sample in the time in which one must come, no value is available, and no range can be exceeded.
+        let (fine, [range_x, range_y], usual) = match values.fine() {
+            Some(fine) => (fine, [Faults::X, Faults::Y], Merit::Good),
+            None => (Default::default(), [Faults::NONE; 2], Merit::Unavailable),
+        };
+        let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
+        let rest = merit(faults, Faults::NONE, defective, usual);
         let value = |id: ValueId| Measured {
             number: values.number(id) as i32,
             merit: rest,
@@ -104,14 +92,15 @@ impl j1939::Product for Ims360Product {
         let none = Measured { number: 0, ..x };
         let [pitch_rate, roll_rate, yaw_rate] = if two_axes { [y, x, z] } else { [z, none, none] };
         let [force_x, force_y, force_z] = value::FORCE32.map(value);
+        let [pitch, roll] = angles(fine, parameters);
         let pitch = Measured {
             number: pitch,
-            merit: merit(faults, Faults::X, Faults::X_DEFECTIVE, Merit::Good),
+            merit: merit(faults, range_x, Faults::X_DEFECTIVE, usual),
         };
         let roll = if two_axes {
             Measured {
                 number: roll,
-                merit: merit(faults, Faults::Y, Faults::Y_DEFECTIVE, Merit::Good),
+                merit: merit(faults, range_y, Faults::Y_DEFECTIVE, usual),
             }
         } else {
             Measured::default()
