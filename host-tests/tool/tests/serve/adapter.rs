@@ -132,7 +132,7 @@ fn listening_opens_no_active_adapter_and_sends_nothing() {
     assert_eq!(answer.status, 200, "{answer:?}");
     let mut tab = server.tab();
     // A lone CANopen node repeats its boot-up message.
-    let frames = tab.wait("frames", |_| true);
+    let frames = tab.wait("frames", |frames| frames[0].is_object());
     assert_eq!(frames[0]["id"], "70Ah");
     server.post("/api/run", r#"{"raw":{"request":"1018:1"}}"#);
     server.post("/api/samples", r#"{"perSecond":200}"#);

@@ -44,7 +44,7 @@ fn samples_have_all_numbers_and_angles_of_the_sensor() {
         (&device["product"], &device["serial"]),
         (&json!("is2"), &json!(1))
     );
-    let condition = tab.wait("condition", |_| true);
+    let condition = tab.wait("condition", |condition| !condition.is_null());
     assert_eq!(
         condition,
         json!([{"name": "DefaultParam", "error": false}, {"name": "AutobaudDetection", "error": false}])
@@ -99,7 +99,7 @@ fn action_is_shown_with_the_line_that_repeats_it() {
         action["line"],
         "plumbline --port demo:is2 --id 300 set --save filter=2.5Hz,butterworth"
     );
-    let values = tab.wait("values", |_| true);
+    let values = tab.wait("values", |values| !values.is_null());
     assert_eq!(values["cut-off"]["raw"], 2500);
     server.post("/api/run", r#"{"set":{"assignments":["cyclic-time=0"]}}"#);
     let failed = tab.wait("action", |action| {
