@@ -1,6 +1,6 @@
 //! Activate bit timing (CiA 305): the node is silent for a delay, switches the bit rate, and is silent for the same delay again.
 
-use crate::time::{Deadline, Duration, Instant};
+use crate::time::{Deadline, Duration, Instant, after};
 
 /// A step of the activation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,7 +31,8 @@ impl Activation {
     /// Begins the first delay.
     pub fn begin(&mut self, now: Instant, delay: Duration) {
         self.delay = delay;
-        self.due = Deadline::after(now, delay);
+        // A deadline at the time 0 is none.
+        self.due = Deadline::at(after(now, delay).max(Instant::from_ticks(1)));
         self.switched = false;
     }
 
@@ -78,5 +79,18 @@ mod tests {
         assert_eq!(activation.poll(at(210)), Some(Step::Resume));
         assert!(!activation.is_running());
         assert_eq!(activation.poll(at(1000)), None);
+    }
+
+    #[test]
+    fn activation_without_delay_ends_at_any_time() {
+        for start in [0, 1, 1_000_000] {
+            let at = |us: u64| Instant::from_ticks(start + us);
+            let mut activation = Activation::IDLE;
+            activation.begin(at(0), Duration::from_ticks(0));
+            assert!(activation.is_running(), "{start}");
+            assert_eq!(activation.poll(at(1)), Some(Step::Switch));
+            assert_eq!(activation.poll(at(1)), Some(Step::Resume));
+            assert!(!activation.is_running());
+        }
     }
 }
