@@ -5,7 +5,7 @@
 //! `PLUMBLINE_SWAPS=j1939` in the environment, only the swaps with this text in their path or texts are made.
 
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::{Command, Output};
 use std::sync::{Mutex, PoisonError};
 use std::{fs, io, iter, thread};
 
@@ -238,9 +238,9 @@ impl Copied {
         Self { sources, target }
     }
 
-    /// Whether the tests `wire` of core pass.
-    fn passes(&self) -> bool {
-        let output = Command::new(env!("CARGO"))
+    /// Runs the tests `wire` of core.
+    fn run(&self) -> Output {
+        Command::new(env!("CARGO"))
             .args([
                 "test",
                 "--quiet",
@@ -255,8 +255,22 @@ impl Copied {
             .current_dir(&self.sources)
             .env("CARGO_TARGET_DIR", &self.target)
             .output()
-            .expect("cargo runs");
-        output.status.success()
+            .expect("cargo runs")
+    }
+
+    /// Fails if the tests fail without a swap.
+    fn must_pass(&self) {
+        let Output {
+            status,
+            stdout,
+            stderr,
+        } = self.run();
+        let texts = [stdout, stderr].map(|text| String::from_utf8_lossy(&text).into_owned());
+        assert!(
+            status.success(),
+            "the copy without a swap must pass:\n{}",
+            texts.concat()
+        );
     }
 
     /// Whether the copy with a swap does not build, or its tests fail.
@@ -269,14 +283,14 @@ impl Copied {
             .replace(b, a)
             .replace('\u{0}', b);
         fs::write(&path, swapped).expect("a file");
-        let passes = self.passes();
+        let output = self.run();
         fs::write(&path, original).expect("a file");
-        !passes
+        !output.status.success()
     }
 
     /// Takes swaps until none is left. Returns those that are not detected.
     fn undetected<'a>(&self, swaps: &Mutex<impl Iterator<Item = &'a Swap>>) -> Vec<String> {
-        assert!(self.passes(), "the copy without a swap must pass");
+        self.must_pass();
         let next = || swaps.lock().unwrap_or_else(PoisonError::into_inner).next();
         let undetected = iter::from_fn(next)
             .filter(|swap| !self.detects(swap))
@@ -287,7 +301,7 @@ impl Copied {
                  }| format!("{file}: {a:?} and {b:?}"),
             )
             .collect();
-        assert!(self.passes(), "the copy without a swap must still pass");
+        self.must_pass();
         undetected
     }
 }
