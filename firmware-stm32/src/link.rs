@@ -50,8 +50,8 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
 
     #[inline(always)] // the path of a received frame
     fn handle(&mut self, frame: &Frame) {
-        // A frame that the main loop has just built does not wait for this answer. If the received one can take the address of the node
-        // away, it waits.
+        // A frame that the main loop has just built does not wait for this answer. But it waits if the received frame can be a claim that
+        // takes the address of this node.
         if self.node.is_sending() && !(P::CHANGES_FILTERS && frame.is_extended()) {
             self.send();
         }
@@ -63,7 +63,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
         self.withdraw();
     }
 
-    /// Discards the frames in the mailboxes if the received frame has made them wrong. Now, before one of them follows that frame.
+    /// Discards the frames in the mailboxes if the received frame has made them invalid, before the controller sends one of them.
     #[inline(always)] // nothing for most products
     fn withdraw(&mut self) {
         if self.node.withdraws() {

@@ -33,7 +33,7 @@ impl<P: Product> Canopen<P> {
         // The history is cleared. Active faults are sent again after the boot-up message. Life guarding restarts, so its time-out
         // is not one of them.
         let mut faults = self.services.emergency.active() & !Services::<P>::GUARDING;
-        // As power does. Without automatic recovery, nothing else ends bus-off.
+        // A restart ends bus-off, as power-up does. Without automatic recovery, nothing else ends it.
         let was_off = P::BUS_OFF_RECOVERY.is_some() && cx.shell.leave_bus_off();
         if was_off {
             faults &= !Services::<P>::PASSIVE;

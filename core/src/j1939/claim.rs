@@ -14,8 +14,8 @@
 //!             +--------------+
 //! ```
 //!
-//! A node that is arbitrary address capable takes the next free address above its own in 128..247, after 247 from 128 on. Free
-//! is an address that no other node was heard to claim.
+//! A node that is arbitrary address capable takes the next free address above its own in 128..247, after 247 from 128 on. An
+//! address is free if no claim of another node for it was received.
 
 use super::identifier::{ADDRESS_CLAIMED, GLOBAL, Identifier, NO_ADDRESS};
 use super::name::Name;
@@ -46,7 +46,7 @@ pub enum State {
     CannotClaim,
 }
 
-/// What follows from a claim of another node.
+/// The result of a claim of another node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Outcome {
     /// Nothing.
@@ -185,12 +185,12 @@ impl Claim {
             self.note(source);
             return Outcome::None;
         }
-        // A node with our NAME would answer each answer.
+        // Two nodes with the same NAME would answer each other without end.
         if name == self.name {
             return Outcome::None;
         }
         if name > self.name {
-            // A claim that waits for the bus follows, and is the answer.
+            // A claim that is already queued is the answer.
             if self.queued {
                 return Outcome::None;
             }
@@ -243,7 +243,7 @@ impl Claim {
 
     /// Begins the random delay before "cannot claim".
     fn delay(&mut self, now: Instant) {
-        // Numerical Recipes; the upper bits are the better ones.
+        // The linear congruential generator of Numerical Recipes. Its upper bits are more random than its lower bits.
         let random = self.random.wrapping_mul(1_664_525);
         self.random = random.wrapping_add(1_013_904_223);
         self.due = Deadline::after(now, millis((self.random >> 16) % DELAYS));

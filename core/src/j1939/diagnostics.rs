@@ -66,7 +66,7 @@ impl Diagnostics {
         inhibited: Deadline::NEVER,
     };
 
-    /// Begins to send, at once. Codes that have gone before are counted, and not sent.
+    /// Begins to send, at once. Codes that became inactive before are counted, but not sent.
     pub fn start(&mut self, now: Instant) {
         self.begun = 0;
         self.changed = false;
@@ -85,7 +85,7 @@ impl Diagnostics {
         self.active
     }
 
-    /// Takes the active codes over.
+    /// Sets the active codes, and counts the codes that have become active.
     pub fn set(&mut self, active: u16) {
         let begun = active & !self.active;
         self.changed |= active != self.active;

@@ -1,7 +1,8 @@
 //! DM1 and the messages of the transport protocol.
 //!
-//! A message to all nodes takes more than 60 ms for each packet, and one is sent at a time. The others wait, and each has its turn. DM1
-//! is composed when its turn comes. The next DM1 follows the end of the one before, because a receiver takes the last one that is complete.
+//! A message to all nodes takes more than 60 ms for each packet, and only one is sent at a time. The others wait and are sent one after
+//! the other. DM1 gets its codes when its transmission begins. The next DM1 begins after the end of the previous DM1, because a receiver
+//! uses the last complete one.
 
 use super::identifier::{
     ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, GLOBAL,

@@ -275,7 +275,7 @@ impl<P: Product> J1939<P> {
         }
     }
 
-    /// A time that has passed waits for room in the queue.
+    /// Adds a deadline. A deadline that has passed means that a frame waits for room in the queue.
     pub(super) fn consider(&mut self, now: Instant, deadline: Deadline) {
         if deadline.is_reached(now) {
             self.pending = true;

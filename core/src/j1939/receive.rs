@@ -170,7 +170,7 @@ impl<P: Product> J1939<P> {
             let receive = |one: &mut Outgoing| one.receive(now, sender.source, control, pgn);
             self.connections.iter_mut().for_each(receive);
         }
-        // The messages of others to all nodes change nothing.
+        // Other messages to all nodes have no effect on this node.
         if sender.addressed || self.commanded.deadline() != before {
             cx.shell.wake_up();
         }

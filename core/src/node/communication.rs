@@ -257,7 +257,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         }
     }
 
-    /// Whether the frames in the mailboxes must not be sent any more: a change of the filters is pending, after which they are wrong.
+    /// Whether the frames in the mailboxes must not be sent any more: a change of the filters is pending, and they have the old address.
     #[inline(always)] // nothing for most products
     pub fn withdraws(&self) -> bool {
         P::CHANGES_FILTERS && self.context.shell.is_blocked(cause::BUS)

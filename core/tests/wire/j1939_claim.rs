@@ -20,7 +20,7 @@ fn traffic_begins_250_ms_after_the_claim() {
 }
 
 #[test]
-fn silence_begins_when_the_claim_has_left_the_mailbox() {
+fn silence_begins_when_the_claim_is_sent() {
     let mut tester = with(&[]);
     tester.acknowledged = false;
     assert_eq!(tester.sent_text(), [CLAIM]);
@@ -75,7 +75,7 @@ fn address_is_kept_against_a_higher_name() {
 }
 
 #[test]
-fn address_is_left_to_a_lower_name() {
+fn lower_name_takes_the_address() {
     let mut tester = with(&[]);
     tester.wait(1000);
     tester.exchange(&format!("18EEFF81#{HIGHER}"));
@@ -201,7 +201,7 @@ fn leds_do_not_show_the_state_of_canopen() {
 }
 
 #[test]
-fn filters_admit_what_the_node_needs() {
+fn filters_accept_the_frames_that_the_node_uses() {
     let tester = claimed();
     let accepts = |id: u32| tester.accepts(extended(id));
     for id in [

@@ -204,7 +204,7 @@ fn dm1_with_fewer_codes_is_sent_after_the_previous_dm1() {
 }
 
 #[test]
-fn requested_message_follows_the_end_of_the_one_before() {
+fn requested_dm1_waits_for_the_end_of_the_previous_dm1() {
     let mut tester = claimed();
     tester.wait(100);
     clip(&mut tester);

@@ -220,7 +220,7 @@ fn restart_in_j1939_claims_again() {
 }
 
 #[test]
-fn restore_leads_back_to_canopen() {
+fn restore_of_factory_values_selects_canopen() {
     for sub in [1, 4, 5] {
         let mut tester = claimed();
         let reply = tester.parameter(&format!("231110{sub:02X}6C6F6164"));

@@ -3,7 +3,7 @@
 use crate::tester::j1939::{CLAIM, NO_CODES, claimed, claimed_with};
 
 #[test]
-fn supported_groups_are_answered_to_us_and_to_all() {
+fn supported_group_is_sent_if_requested_from_this_node_or_from_all() {
     let mut tester = claimed();
     for destination in ["FF", "80"] {
         let rows = [
@@ -22,7 +22,7 @@ fn supported_groups_are_answered_to_us_and_to_all() {
 }
 
 #[test]
-fn other_groups_are_refused_only_to_us() {
+fn unsupported_group_is_refused_only_if_requested_from_this_node() {
     let mut tester = claimed();
     let answer = tester.request_group("80", "EEFE00");
     assert_eq!(answer, ["18E8FF80#01FFFFFF21EEFE00"]);
@@ -53,7 +53,7 @@ fn request_has_three_bytes_or_more() {
 }
 
 #[test]
-fn node_without_address_gets_only_the_claim() {
+fn request_from_address_254_is_answered_only_with_the_claim() {
     let mut tester = claimed();
     assert_eq!(tester.exchange("18EA80FE#CAFE00"), [""; 0]);
     assert_eq!(tester.exchange("18EA80FE#00EE00"), [CLAIM]);

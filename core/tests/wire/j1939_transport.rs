@@ -185,7 +185,7 @@ fn packets_to_all_are_sent_60_ms_after_the_previous_transmission() {
 }
 
 #[test]
-fn packet_that_is_not_sent_holds_the_next_one() {
+fn unsent_packet_delays_the_next_packet() {
     let mut tester = claimed();
     tester.acknowledged = false;
     tester.request_group("FF", "EBFE00");
@@ -203,7 +203,7 @@ fn command(tester: &mut Ims360Tester, source: &str, part: usize) -> Vec<String> 
 }
 
 #[test]
-fn transfers_that_time_out_together_are_all_over() {
+fn transfers_that_time_out_together_all_end() {
     let mut tester = claimed();
     tester.wait(10);
     for part in 0..2 {

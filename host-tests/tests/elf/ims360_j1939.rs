@@ -171,7 +171,7 @@ fn image_sends_angles_with_their_bytes() {
 }
 
 #[test]
-fn image_moves_through_claims_that_follow_without_a_gap() {
+fn image_takes_the_next_address_for_each_of_many_claims_without_a_gap() {
     let mut rig = claimed();
     for address in 0x80..0x84 {
         rig.send_text(&format!("18EEFF{address:02X}#{LOWER}"));

@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[command(
     name = "plumbline",
     version,
-    after_help = "Exit codes: 0 done, 1 refused by the sensor, 2 usage, 3 nobody answers, 4 bus or adapter, 130 Ctrl-C.\nWithout hardware: plumbline --port demo:is2 get"
+    after_help = "Exit codes: 0 done, 1 refused by the sensor, 2 usage, 3 no sensor answers, 4 bus, adapter or file, 130 Ctrl-C.\nWithout hardware: plumbline --port demo:is2 get"
 )]
 pub struct Cli {
     /// The options of all commands
@@ -89,7 +89,7 @@ impl Axis {
 /// A bit rate for a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NewRate {
-    /// The sensor detects that of the bus.
+    /// The sensor detects the bit rate of the bus.
     Automatic,
     /// This one.
     Fixed(BitRate),
@@ -128,7 +128,7 @@ impl Display for NewRate {
 pub enum Command {
     /// Find sensors: listens at all bit rates, then asks
     Scan {
-        /// Ask at a silent bus without a question
+        /// Send requests on a bus without traffic, without a question to the user
         #[arg(long)]
         active: bool,
         /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits: 42 s at 250 kbit/s
@@ -199,7 +199,7 @@ pub enum Command {
     Label {
         /// The new name
         name: Option<String>,
-        /// Take the name away
+        /// Remove the name
         #[arg(long, conflicts_with = "name")]
         remove: bool,
     },

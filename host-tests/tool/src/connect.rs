@@ -102,7 +102,7 @@ pub fn find(
         delivered.retain(|target| {
             (questions.permit(*target) || is_named(*target)) && !targets.contains(target)
         });
-        let question = "There is traffic, but no sensor was recognised. Ask at the addresses as delivered? Other devices can take a question for a command.";
+        let question = "There is traffic, but no sensor was recognised. Ask at the addresses as delivered? Other devices can interpret a request as a command.";
         let is_of_bus = delivered.iter().all(|target| questions.permit(*target));
         // A product is no yes to a bus whose protocol is not known.
         let is_known = wanted.product.is_some() && questions.protocol.is_some();

@@ -48,7 +48,7 @@ pub struct Cyclic {
     kind: Kind,
     /// The period; None: it is not known.
     every: Option<Duration>,
-    /// The settings meanwhile, and before.
+    /// The settings while the sensor sends, and the settings before.
     wanted: Vec<(Entry, u32)>,
     before: Vec<(Entry, u32)>,
     count: Count,

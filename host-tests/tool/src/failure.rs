@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-/// Who refused. It is the exit code.
+/// The kind of a failure, which selects the exit code.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Kind {
     /// The sensor refused: exit code 1.

@@ -80,8 +80,7 @@ impl Labels {
     /// The name is empty or too long, the sensor has no serial number, or the file cannot be written.
     pub fn set(&mut self, found: &Found, name: Option<&str>) -> Result<(), Failure> {
         let Some((maker, serial)) = key(found) else {
-            let message =
-                "the sensor tells no serial number, so it cannot have a name on this computer";
+            let message = "the sensor does not report a serial number, so it cannot have a name on this computer";
             return Err(Failure::usage("no-serial", message));
         };
         let name = name.map(checked).transpose()?;

@@ -86,7 +86,7 @@ fn asked(question: &str) -> bool {
     read.is_ok() && matches!(answer.trim(), "y" | "Y" | "yes")
 }
 
-/// Prints a line. If nobody reads it any more, nothing can be said.
+/// Prints a line. An error is ignored, because there is no other output for it.
 fn print(output: &mut dyn Write, line: &str) {
     let _ = writeln!(output, "{line}");
 }

@@ -36,7 +36,7 @@ type Read = (Vec<Option<i64>>, Option<u8>);
 /// The slopes with 16 bits (CiA 410).
 const SHORT: [u16; 2] = [0x6010, 0x6020];
 
-/// The largest inclination in degrees. Numbers of 16 bits have room for it, or they end before it.
+/// The largest inclination in degrees. At a fine resolution, 16 bits cannot represent it.
 const LARGEST: f64 = 180.0;
 
 /// The angles of a sensor.

@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn activation_without_delay_ends_at_any_time() {
+    fn activation_with_delay_0_ends_at_any_start_time() {
         for start in [0, 1, 1_000_000] {
             let at = |us: u64| Instant::from_ticks(start + us);
             let mut activation = Activation::IDLE;

@@ -62,7 +62,7 @@ fn address_is_kept_against_a_higher_name() {
 }
 
 #[test]
-fn address_is_left_to_a_lower_name() {
+fn lower_name_takes_the_address() {
     let mut claim = claimed(OURS, 0x80);
     assert_eq!(claim.hear(at(300), 0x80, LOWER), Outcome::Left);
     assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x81));
@@ -70,7 +70,7 @@ fn address_is_left_to_a_lower_name() {
 }
 
 #[test]
-fn addresses_that_others_claimed_are_passed_over() {
+fn next_address_skips_addresses_claimed_by_others() {
     let mut claim = claimed(OURS, 246);
     for source in [247, 128, 129, 0, 127, 254, 253] {
         assert_eq!(claim.hear(at(300), source, LOWER), Outcome::None);

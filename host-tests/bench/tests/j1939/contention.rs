@@ -132,7 +132,7 @@ fn equal_names_do_not_block_the_bus() {
 }
 
 #[test]
-fn nodes_that_start_again_and_again_settle_each_time() {
+fn nodes_that_restart_repeatedly_get_distinct_addresses_each_time() {
     let serials: Vec<u32> = (1..=5).collect();
     let mut network = settle(&serials, SLOW);
     // Each start at another time, also within the 250 ms of others.

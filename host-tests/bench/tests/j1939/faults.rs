@@ -130,7 +130,7 @@ fn lone_node_has_its_address_250_ms_after_the_first_acknowledge() {
 }
 
 #[test]
-fn lone_node_does_not_collect_trouble_codes() {
+fn lone_node_queues_only_the_newest_dm1() {
     let mut network = Network::new(&[7], RECOVERING);
     network.wait(500);
     network.bus.close(network.tester);
@@ -156,7 +156,7 @@ fn disturbed_claim_is_repeated() {
 }
 
 #[test]
-fn interrupted_bus_does_not_cost_an_address() {
+fn node_keeps_its_address_after_an_interruption_of_the_bus() {
     let mut network = Network::new(&[7, 8], RECOVERING);
     network.wait(500);
     for _ in 0..5 {
@@ -197,7 +197,7 @@ fn restart_by_parameter_claims_again_and_disturbs_no_other_node() {
 }
 
 #[test]
-fn frames_with_11_bits_are_neither_answered_nor_obeyed() {
+fn frames_with_11_bits_have_no_effect_and_no_answer() {
     let mut network = Network::new(&[7], RECOVERING);
     network.wait(500);
     let sensor = network.sensors[0];

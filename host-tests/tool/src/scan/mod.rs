@@ -141,10 +141,10 @@ fn find(
     }
     let question = match &heard {
         Some(_) if !rows.rows.is_empty() => {
-            "Search for more sensors? The tool asks at all other addresses. Other devices can take a question for a command."
+            "Search for more sensors? The tool asks at all other addresses. Other devices can interpret a request as a command."
         }
         Some(_) => {
-            "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can take a question for a command."
+            "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can interpret a request as a command."
         }
         None => "There is no traffic. Ask at all addresses and bit rates?",
     };
@@ -190,7 +190,7 @@ fn known(
         let mut row = sighting.row.clone();
         let question = |target: Target| {
             format!(
-                "Frames look like those of a sensor ({}, {}). Ask it? Another device can take the question for a command.",
+                "Frames look like those of a sensor ({}, {}). Ask it? Another device can interpret the request as a command.",
                 target.protocol(),
                 target.address()
             )

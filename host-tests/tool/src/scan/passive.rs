@@ -10,8 +10,8 @@
 //! | 407h + 8 x MAC ID, 7 bytes, port 0 | DeviceNet, duplicate MAC ID check: vendor and serial number |
 //! | process data of GEMAC, DeviceNet and CANopen | see the module `process_data` |
 //!
-//! A question to a node that only seems to be there is a command to another device. A node is asked without a yes if its messages are
-//! sure: GEMAC exactly twice at once, or alone on the bus; DeviceNet exactly twice with 1 s between them, or alone on the bus, without a
+//! If a node does not exist, a request to it can be a command to another device. The tool asks a node without a yes if its messages are
+//! certain: GEMAC exactly twice at once, or alone on the bus; DeviceNet exactly twice with 1 s between them, or alone on the bus, without a
 //! sign of CANopen or J1939; CANopen twice, or without a sign of DeviceNet. A node that is known by its process data is asked only after a
 //! yes, because its address is likely at most; a slave that another master owns is not asked.
 

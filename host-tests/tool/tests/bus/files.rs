@@ -146,7 +146,7 @@ fn restore_stores_and_writes_only_differences() {
 }
 
 #[test]
-fn identifiers_that_change_places_never_collide() {
+fn exchanged_identifiers_are_never_equal_during_the_writes() {
     let path = file("swapped.toml");
     let mut rig = Rig::with("is2");
     rig.done(&format!("backup {}", path.display()));
@@ -212,7 +212,7 @@ fn only_keeps_the_resolution_of_the_sensor() {
 }
 
 #[test]
-fn value_that_is_not_wanted_need_not_fit_the_resolution_of_the_sensor() {
+fn value_not_named_by_only_is_not_checked_against_the_resolution() {
     let path = file("finer.toml");
     let mut rig = Rig::with("tiltix080");
     rig.done("set resolution=0.01deg slope-long16-preset-value=12.34deg size-of=50");

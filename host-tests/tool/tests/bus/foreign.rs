@@ -107,7 +107,7 @@ fn only_the_protocol_of_the_bus_is_asked() {
 }
 
 #[test]
-fn live_bus_is_asked_at_other_addresses_only_after_a_yes() {
+fn bus_with_traffic_is_asked_at_other_addresses_only_after_a_yes() {
     for says_yes in [false, true] {
         let mut rig = Rig::with("jn2101");
         rig.done("set heartbeat-interval-time=100ms");

@@ -6,7 +6,7 @@ use plumbline::can::{CanId, Frame, standard};
 use serde_json::json;
 
 #[test]
-fn restore_that_was_cut_is_complete_after_a_repetition() {
+fn interrupted_restore_is_complete_after_a_repetition() {
     let path = file("cut.toml");
     let mut rig = Rig::with("is2");
     rig.done("set cyclic-time=100ms filter=1Hz,butterworth zero-x=1.25deg");

@@ -150,7 +150,7 @@ fn frames_of_another_device_that_begin_with_04h_are_no_second_sensor() {
 }
 
 #[test]
-fn number_that_does_not_come_again_is_no_second_sensor() {
+fn serial_number_that_is_not_repeated_is_no_second_sensor() {
     // Another device sends a counter with the Reply-Parameter-ID.
     let mut rig = Rig::with("is2");
     let other = rig.bus.borrow_mut().adapter();

@@ -220,7 +220,7 @@ fn cost_of_a_minute_at_1000_samples_per_second_is_printed() {
 
 #[test]
 #[ignore = "writes the picture of README.md"]
-fn picture_of_the_document() {
+fn screenshot_for_the_readme() {
     let program = Program::start(&[]);
     let Some(browser) = Browser::open(&program.url) else {
         return;

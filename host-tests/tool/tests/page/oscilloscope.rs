@@ -77,7 +77,7 @@ fn window_is_the_width_of_the_chart() {
 }
 
 #[test]
-fn clear_forgets_the_samples_of_the_file() {
+fn clear_removes_the_samples_from_the_csv_file() {
     let server = Running::new("demo:is2");
     let Some(browser) = running(&server) else {
         return;

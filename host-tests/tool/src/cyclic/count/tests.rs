@@ -57,7 +57,7 @@ fn values_that_come_late_and_at_once_are_not_missing() {
 }
 
 #[test]
-fn counter_tells_what_is_missing_whatever_the_time_is() {
+fn counter_gives_the_missing_values_independent_of_the_time() {
     let mut count = Count::new(Some(millis(1)), Instant::from_ticks(0));
     let at = Instant::from_ticks(5_000_000);
     for (counter, expected) in [(0xFFFE, 0), (0xFFFF, 0), (2, 2), (3, 2)] {

@@ -65,7 +65,7 @@ fn frame_without_code_counter_or_angle_is_not_of_cyclic_mode() {
 }
 
 #[test]
-fn slave_is_sure_by_its_polls_or_acknowledges() {
+fn slave_with_polls_or_acknowledges_is_certain() {
     let (poll, response) = (frame(0x42D, &[]), frame(0x3C5, &[1, 2, 3, 4]));
     let sure = [Node::Slave {
         mac: 5,

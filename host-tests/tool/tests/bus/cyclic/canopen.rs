@@ -82,7 +82,7 @@ fn tpdo_at_1_khz_is_complete_and_everything_is_put_back() {
 }
 
 #[test]
-fn nothing_is_stored() {
+fn cyclic_settings_are_not_stored() {
     for (product, node, _) in NODES {
         let mut rig = Rig::with(product);
         rig.witnessed();
