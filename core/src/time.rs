@@ -50,9 +50,15 @@ impl Deadline {
         Self(time.ticks().wrapping_neg())
     }
 
-    /// A deadline `delay` after `now`.
+    /// A deadline `delay` after `now`. The deadline for the time 0 is 1 us.
+    #[inline(never)] // inlined, it would need 300 bytes more in the image of the IMS360
     pub const fn after(now: Instant, delay: Duration) -> Self {
-        Self::at(after(now, delay))
+        let ticks = now.ticks().saturating_add(delay.ticks());
+        Self(if ticks > 0 {
+            ticks.wrapping_neg()
+        } else {
+            u64::MAX
+        })
     }
 
     /// True if there is a deadline and it is reached.
@@ -122,5 +128,11 @@ mod tests {
         assert!(deadline.is_reached(Instant::from_ticks(u64::MAX)));
         assert!(!Deadline::NEVER.is_set());
         assert!(!Deadline::NEVER.is_reached(Instant::from_ticks(u64::MAX)));
+    }
+
+    #[test]
+    fn deadline_without_delay_at_time_0_is_a_deadline() {
+        let deadline = Deadline::after(Instant::from_ticks(0), Duration::from_ticks(0));
+        assert!(deadline.is_set() && deadline.is_reached(Instant::from_ticks(1)));
     }
 }

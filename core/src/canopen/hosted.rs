@@ -92,6 +92,11 @@ impl<P: Product> Canopen<P> {
         self.sdo.poll(now)
     }
 
+    /// Whether an object has requested a reset, and its delay has not ended.
+    pub(crate) fn is_resetting(&self) -> bool {
+        self.services.state == State::Initialising
+    }
+
     /// Resets the node if an object has requested it and the delay has ended. Returns true if so.
     pub(crate) fn resets_hosted(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         let resets = self.services.resets(now);
@@ -104,7 +109,7 @@ impl<P: Product> Canopen<P> {
     /// The time of the next [`tick_hosted`](Self::tick_hosted) or [`resets_hosted`](Self::resets_hosted).
     pub(crate) fn deadline_hosted(&self) -> Deadline {
         let mut earliest = self.sdo.deadline();
-        if self.services.state == State::Initialising {
+        if self.is_resetting() {
             earliest.consider(self.services.heartbeat.deadline());
         }
         earliest

@@ -24,6 +24,13 @@ impl State {
     }
 }
 
+// The command specifiers.
+const START: u8 = 1;
+const STOP: u8 = 2;
+const ENTER_PRE_OPERATIONAL: u8 = 128;
+const RESET_NODE: u8 = 129;
+const RESET_COMMUNICATION: u8 = 130;
+
 /// An NMT command.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Command {
@@ -45,12 +52,24 @@ impl Command {
             return None;
         }
         match command {
-            1 => Some(Self::Enter(State::Operational)),
-            2 => Some(Self::Enter(State::Stopped)),
-            128 => Some(Self::Enter(State::PreOperational)),
-            129 => Some(Self::ResetNode),
-            130 => Some(Self::ResetCommunication),
+            START => Some(Self::Enter(State::Operational)),
+            STOP => Some(Self::Enter(State::Stopped)),
+            ENTER_PRE_OPERATIONAL => Some(Self::Enter(State::PreOperational)),
+            RESET_NODE => Some(Self::ResetNode),
+            RESET_COMMUNICATION => Some(Self::ResetCommunication),
             _ => None,
+        }
+    }
+
+    /// The command specifier, which is the first byte of the frame.
+    pub const fn specifier(self) -> u8 {
+        match self {
+            Self::Enter(State::Operational) => START,
+            Self::Enter(State::Stopped) => STOP,
+            Self::Enter(State::PreOperational) => ENTER_PRE_OPERATIONAL,
+            // A node enters initialising by a reset.
+            Self::Enter(State::Initialising) | Self::ResetNode => RESET_NODE,
+            Self::ResetCommunication => RESET_COMMUNICATION,
         }
     }
 }

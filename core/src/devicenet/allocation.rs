@@ -12,16 +12,21 @@ use super::connection::{Connection, State};
 use super::explicit::{Failure, MAC};
 use crate::time::{Deadline, Instant};
 
-/// Bits of the choice.
-pub(super) mod choice {
+/// Bits of the allocation choice.
+pub mod choice {
+    /// The explicit connection.
     pub const EXPLICIT: u8 = 0x01;
+    /// The poll connection.
     pub const POLL: u8 = 0x02;
+    /// The change-of-state connection.
     pub const CHANGE: u8 = 0x10;
+    /// The cyclic connection.
     pub const CYCLIC: u8 = 0x20;
     /// COS and cyclic messages are not acknowledged.
     pub const SUPPRESS: u8 = 0x40;
     /// The choices that use instance 4.
     pub const PRODUCING: u8 = CHANGE | CYCLIC;
+    /// The choices that no product has.
     pub const UNSUPPORTED: u8 = !(EXPLICIT | POLL | PRODUCING | SUPPRESS);
 }
 

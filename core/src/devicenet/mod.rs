@@ -29,6 +29,7 @@ mod requests;
 mod saving;
 pub mod table;
 
+pub use allocation::choice;
 pub use explicit::{general, service};
 pub use node::DevicenetNode;
 pub use protocol::Devicenet;

@@ -243,14 +243,11 @@ impl Claim {
 
     /// Begins the random delay before "cannot claim".
     fn delay(&mut self, now: Instant) {
-        // The linear congruential generator of Numerical Recipes. Its upper bits are more random than its lower bits.
-        let random = self.random.wrapping_mul(1_664_525);
+        // The linear congruential generator of Numerical Recipes. Its upper bits are more random than its lower bits. With the time, two
+        // starts have different delays.
+        let random = (self.random ^ now.ticks() as u32).wrapping_mul(1_664_525);
         self.random = random.wrapping_add(1_013_904_223);
         self.due = Deadline::after(now, millis((self.random >> 16) % DELAYS));
-        // A delay of 0 at time 0.
-        if !self.due.is_set() {
-            self.due = Deadline::after(now, Duration::from_ticks(1));
-        }
     }
 
     /// Marks an address as that of another node.

@@ -46,7 +46,7 @@ impl<P: Product> CanopenOrJ1939<P> {
     #[inline(always)] // called for each step
     fn is_j1939(&mut self, cx: &mut ContextOf<P>) -> bool {
         let hosted = self.canopen.is_hosted();
-        if hosted && !self.j1939.is_started() {
+        if hosted && !self.j1939.is_started() && !self.canopen.is_resetting() {
             self.j1939.start(cx, self.canopen.rate());
         }
         hosted
@@ -56,7 +56,6 @@ impl<P: Product> CanopenOrJ1939<P> {
     fn resets(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         let resets = self.canopen.resets_hosted(cx, now);
         if resets {
-            self.j1939.stop();
             // It starts again, unless CANopen is selected.
             self.is_j1939(cx);
             cx.shell.wake_up();
@@ -100,6 +99,10 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
         // In one place for both protocols: measured, 2 us less.
         if let Some(reply) = request {
             self.canopen.serve(cx, now, frame, reply);
+            if self.canopen.is_hosted() && self.canopen.is_resetting() {
+                // The reply is the last frame before the reset.
+                self.j1939.stop();
+            }
         }
     }
 

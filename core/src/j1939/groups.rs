@@ -47,9 +47,14 @@ pub const GROUPS: [Group; COUNT] = [
     },
 ];
 
+/// The suspect parameter number of the pitch angle in SSI2.
+pub const PITCH_SPN: u32 = 4976;
+/// The suspect parameter number of the roll angle in SSI2.
+pub const ROLL_SPN: u32 = 4977;
+
 const SSI2: [Signal; 7] = [
-    fine_angle("PitchAngleExRange", 4976, 0, Source::Pitch),
-    fine_angle("RollAngleExRange", 4977, 24, Source::Roll),
+    fine_angle("PitchAngleExRange", PITCH_SPN, 0, Source::Pitch),
+    fine_angle("RollAngleExRange", ROLL_SPN, 24, Source::Roll),
     compensation("PitchAngleExRangeCompensation", 4978, 48),
     merit("PitchAngleExRangeFigureOfMerit", 4979, 50, Source::Pitch),
     compensation("RollAngleExRangeCompensation", 4980, 52),

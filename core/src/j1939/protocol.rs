@@ -70,7 +70,7 @@ impl<P: Product> J1939<P> {
     /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = check::<P>();
 
-    /// Whether it is on the bus.
+    /// Whether it is on the bus. It is not between the request for a reset and the reset.
     pub(super) fn is_started(&self) -> bool {
         self.claim.state() != State::Off
     }
@@ -212,6 +212,10 @@ impl<P: Product> J1939<P> {
             0 => {
                 self.earliest = Deadline::NEVER;
                 self.pending = false;
+                if !self.is_started() {
+                    self.earliest.consider(objects.deadline_hosted());
+                    return false;
+                }
                 self.tick_claim(cx, now);
             }
             1 => self.tick_objects(cx, now, objects),

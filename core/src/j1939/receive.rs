@@ -36,7 +36,7 @@ impl<P: Product> J1939<P> {
         frame: &Frame,
         objects: &mut Canopen<P>,
     ) -> Option<CanId> {
-        let id = Identifier::of(frame)?;
+        let id = Identifier::of(frame).filter(|_| self.is_started())?;
         let data = frame.bytes();
         let own = self.claim.address();
         let to_us = own == Some(id.destination) && id.source < NO_ADDRESS;

@@ -213,10 +213,33 @@ fn restart_in_j1939_claims_again() {
             .exchange("18EF8021#2F10200101000000")
             .contains(&"18EF2180#6010200100000000".to_string())
     );
-    let sent = tester.wait_text(300);
-    let claim = sent.iter().position(|(_, text)| text == CLAIM).unwrap();
-    assert_eq!(sent[claim].0, 100);
-    assert_eq!(sent.len(), claim + 1);
+    assert_eq!(tester.wait_text(300), [(100, CLAIM.to_string())]);
+}
+
+#[test]
+fn node_is_silent_between_the_reply_to_a_restart_and_the_claim() {
+    let mut tester = with(&[]);
+    tester.wait(300);
+    // A message to all nodes is in progress.
+    tester.send("18EAFF21#EBFE00");
+    tester.wait(70);
+    let sent = tester.exchange("18EF8021#2F10200101000000");
+    assert_eq!(
+        sent.last().map(String::as_str),
+        Some("18EF2180#6010200100000000")
+    );
+    for frame in [
+        "18EA8021#EEFE00",
+        "18EAFF21#00EE00",
+        "18EF8021#4000100000000000",
+        "18EEFF80#0000000000000000",
+        "1CEC8021#10140003FFEBFE00",
+    ] {
+        assert_eq!(tester.exchange(frame), [""; 0], "{frame}");
+    }
+    assert_eq!(tester.wait_text(99), [] as [(u64, String); 0]);
+    // The lower NAME came before the restart, which tries the preferred address again.
+    assert_eq!(tester.wait_text(2), [(1, CLAIM.to_string())]);
 }
 
 #[test]

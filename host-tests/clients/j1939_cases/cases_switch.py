@@ -121,6 +121,23 @@ def when(context: Context) -> None:
         session.reads("S17 not stored: 3100h:01", *p.SWITCH, p.J1939)
 
 
+def restart(context: Context) -> None:
+    """S38, S64: 2010h:01 resets after its answer, as power does: the next frame is the claim."""
+    with Node(context, {(0x2104, 1): 10, (0x2104, 2): 20}) as session:
+        answer = p.shown(p.PROPRIETARY_A, session.address, bytes.fromhex("6010200100000000"), session.me)
+        for name, before in (("SSI2 and SSI", []), ("a BAM", [session.request(p.COMPONENT, p.GLOBAL)])):
+            session.wait(lambda frame: False, 0.3)
+            session.tx(*before)
+            session.wait(lambda frame: False, 0.03)
+            session.send_to(session.address, bytes.fromhex("2F10200101"))
+            found = session.wait_text(answer)
+            session.report.equal(f"S64 {name}: answer to 2010h:01", answer, str(found))
+            frames = session.tester.collect(0.02)
+            session.tx(session.request(p.COMPONENT), session.request(p.CLAIMED), p.shown(p.CLAIMED, session.address, p.LOWER))
+            frames += session.tester.collect(START_TIME)
+            session.report.equal(f"S64 {name}: the next frame", p.claim(), str(frames[0]) if frames else "nothing")
+
+
 def restored(context: Context) -> None:
     """S38: 1011h:01, :04 and :05 lead back to CANopen at the next restart; :02 and :03 do not."""
     for sub, leads in ((1, True), (2, False), (3, False), (4, True), (5, True)):
@@ -271,4 +288,4 @@ def objects(context: Context) -> None:
                 session.reads(f"S20 S21 mode {mode}, {p.TABLE[key]}: the refused change nothing", *key, good[-1])
 
 
-GROUPS = (both_ways, when, restored, silence, canopen_deaf, bit_rate, objects)
+GROUPS = (both_ways, when, restart, restored, silence, canopen_deaf, bit_rate, objects)

@@ -10,8 +10,8 @@ from gemac.harness import Tester
 from . import protocol as p
 from . import values as v
 from .cases_request import texts
+from .dm1 import NONE, Dm1Log, codes, message
 from .session import AT_ONCE, DM1_PERIOD, SILENCE, Node
-from .told import NONE, Told, codes, message
 
 PITCH, ROLL, SUPPLY, MEMORY, NETWORK = 4976, 4977, 168, 630, 639
 ABOVE, BELOW, ERRATIC, VOLTAGE_ABOVE, VOLTAGE_BELOW, BAD = 0, 1, 2, 3, 4, 12
@@ -20,8 +20,8 @@ ABOVE, BELOW, ERRATIC, VOLTAGE_ABOVE, VOLTAGE_BELOW, BAD = 0, 1, 2, 3, 4, 12
 def cadence(context: Context) -> None:
     """S37: without a code, these bytes, once a second, with priority 6."""
     with Node(context) as session:
-        told = Told(session)
-        found = [told.next() for _ in range(6)]
+        log = Dm1Log(session)
+        found = [log.next() for _ in range(6)]
         session.report.equal("S37 no code", [NONE] * 6, [str(one) for one in found])
         steps = [later.begin - earlier.begin for earlier, later in zip(found, found[1:], strict=False)]
         session.report.within("S37 once a second: shortest", *DM1_PERIOD, min(steps))
@@ -35,24 +35,24 @@ def cadence(context: Context) -> None:
 def ranges(context: Context) -> None:
     """S36, S37: pitch and roll above and below their ranges; occurrence counts; at once when the set changes."""
     with Node(context, {(0x3110, 1): 0}, scene="tilt=12.34,-5") as session:
-        told = Told(session)
-        told.until("S37 before")
-        told.put(0x3210, 0, 8000)
-        told.until("S37 pitch above: the bytes in facts", (PITCH, ABOVE, 1))
-        told.put(0x3210, 0, 0)
-        told.until("S37 pitch good again")
-        told.put(0x3210, 0, -11000)
-        told.until("S37 pitch below: its own count", (PITCH, BELOW, 1))
-        told.put(0x3210, 0, 8000)
-        told.until("S37 from below to above: the second time", (PITCH, ABOVE, 2))
-        told.put(0x3220, 0, 9501)
-        told.until("S37 roll above too: two codes by BAM", (PITCH, ABOVE, 2), (ROLL, ABOVE, 1))
-        told.put(0x3210, 0, 0)
-        told.until("S37 roll above alone", (ROLL, ABOVE, 1))
-        told.put(0x3220, 0, -8600)
-        told.until("S37 roll below", (ROLL, BELOW, 1))
-        told.put(0x3220, 0, 0)
-        told.until("S37 all good")
+        log = Dm1Log(session)
+        log.until("S37 before")
+        log.put(0x3210, 0, 8000)
+        log.until("S37 pitch above: the bytes in facts", (PITCH, ABOVE, 1))
+        log.put(0x3210, 0, 0)
+        log.until("S37 pitch good again")
+        log.put(0x3210, 0, -11000)
+        log.until("S37 pitch below: its own count", (PITCH, BELOW, 1))
+        log.put(0x3210, 0, 8000)
+        log.until("S37 from below to above: the second time", (PITCH, ABOVE, 2))
+        log.put(0x3220, 0, 9501)
+        log.until("S37 roll above too: two codes by BAM", (PITCH, ABOVE, 2), (ROLL, ABOVE, 1))
+        log.put(0x3210, 0, 0)
+        log.until("S37 roll above alone", (ROLL, ABOVE, 1))
+        log.put(0x3220, 0, -8600)
+        log.until("S37 roll below", (ROLL, BELOW, 1))
+        log.put(0x3220, 0, 0)
+        log.until("S37 all good")
         # The border: -90.00 and +90.00 deg are within the range.
         for index, angle, rest in ((0x3210, 1234, (PITCH, BELOW, ABOVE)), (0x3220, -500, (ROLL, BELOW, ABOVE))):
             for target in (9000, -9000):
@@ -74,30 +74,30 @@ def ranges(context: Context) -> None:
 def at_once(context: Context) -> None:
     """S37: sent when the set of codes changes, not only at the next second: one message for each change."""
     with Node(context, {(0x3110, 1): 0}) as session:
-        told = Told(session)
-        told.until("S37 before")
+        log = Dm1Log(session)
+        log.until("S37 before")
         for number in range(1, 6):
             for name, angle, found in (("appears", 9500, [(PITCH, ABOVE, number)]), ("goes", 0, [])):
                 # At different times after the last DM1.
                 session.sleep(0.07 * number)
-                told.put(0x3210, 0, angle)
-                told.until(f"S37 {name} at once, {number}", *found)
-                rest = [str(one) for one in told.collect(0.9)]
+                log.put(0x3210, 0, angle)
+                log.until(f"S37 {name} at once, {number}", *found)
+                rest = [str(one) for one in log.collect(0.9)]
                 session.report.equal(f"S37 {name}, {number}: once", [], rest)
-                told.next()
+                log.next()
 
 
 def by_bam(context: Context) -> None:
     """S37: two codes: BAM with packets 50..200 ms apart, by RTS/CTS if one node asks."""
     with Node(context, {(0x3110, 1): 0}) as session:
-        told = Told(session)
-        told.until("S37 before")
-        told.put(0x3210, 0, 9500)
-        told.until("S37 one code", (PITCH, ABOVE, 1))
+        log = Dm1Log(session)
+        log.until("S37 before")
+        log.put(0x3210, 0, 9500)
+        log.until("S37 one code", (PITCH, ABOVE, 1))
         two = ((PITCH, ABOVE, 1), (ROLL, BELOW, 1))
-        told.put(0x3220, 0, -9500)
-        first = told.until("S37 two codes", *two)
-        second = told.next()
+        log.put(0x3220, 0, -9500)
+        first = log.until("S37 two codes", *two)
+        second = log.next()
         session.report.within("S37 once a second by BAM", *DM1_PERIOD, second.begin - first.begin)
         data = second.data
         announced = session.wait_pgn(p.TP_CM, 1.2)
@@ -124,10 +124,10 @@ def by_bam(context: Context) -> None:
             announced = {line for line in lines if line.startswith("1CECFF80#20")}
             wanted = {p.bam(0x80, p.COMPONENT, len(texts(session)[p.COMPONENT])), p.bam(0x80, p.DM1, 10)}
             session.report.equal("S26 both are answered", wanted, announced)
-        told = Told(session)
-        told.until("S37 two codes still", *two)
-        told.put(0x3220, 0, 0)
-        told.until("S37 one code again: one frame", two[0])
+        log = Dm1Log(session)
+        log.until("S37 two codes still", *two)
+        log.put(0x3220, 0, 0)
+        log.until("S37 one code again: one frame", two[0])
 
 
 def mixed(lines: list[str]) -> list[str]:
@@ -162,11 +162,11 @@ def supply(context: Context) -> None:
         ("7 V: below for the second time", 14.0, [(SUPPLY, VOLTAGE_BELOW, 2)]),
     )
     with Node(context, scene=supply_scene(context.folder / "volts.csv", volts)) as session:
-        told = Told(session)
-        told.until("S37 24 V")
+        log = Dm1Log(session)
+        log.until("S37 24 V")
         for name, at, found in changes:
-            told.changed = at
-            told.until(f"S37 S69 {name}", *found, timeout=5.0, limit=MEASURED)
+            log.changed = at
+            log.until(f"S37 S69 {name}", *found, timeout=5.0, limit=MEASURED)
 
 
 SHOCKS = ((2.0, 1), (2.6, 2), (3.43, 3))  # times in s at which the accelerometer clips for one or two samples, and the counts
@@ -189,14 +189,14 @@ def clipping(context: Context) -> None:
     for variant, level, shock in ((1, "0,0,1", "0,0,3"), (0, "0,1,0", "0,3,0")):
         path = shocks(context.folder / f"clip{variant}.csv", level, shock, [at for at, _ in SHOCKS])
         with Node(context, {(0x3110, 1): 0, (0x3120, 1): variant}, scene=path, name=f"clip{variant}") as session:
-            told = Told(session)
-            told.until(f"S37 variant {variant}: before")
+            log = Dm1Log(session)
+            log.until(f"S37 variant {variant}: before")
             for at, count in SHOCKS:
-                told.changed = at
+                log.changed = at
                 name = f"S37 variant {variant}, shock {count}"
-                told.until(f"{name}: two codes", (PITCH, ERRATIC, count), (ROLL, ERRATIC, count))
-                told.changed = at + SHOCK + HELD
-                told.until(f"{name}: afterwards")
+                log.until(f"{name}: two codes", (PITCH, ERRATIC, count), (ROLL, ERRATIC, count))
+                log.changed = at + SHOCK + HELD
+                log.until(f"{name}: afterwards")
 
 
 def clipping_within_a_bam(context: Context) -> None:
@@ -204,12 +204,12 @@ def clipping_within_a_bam(context: Context) -> None:
     times = (2.0, 3.0, 4.2)
     path = shocks(context.folder / "shocks.csv", "0,0,1", "0,0,3", list(times))
     with Node(context, {(0x3110, 1): 0}, scene=path) as session:
-        told = Told(session)
-        told.until("S37 before")
+        log = Dm1Log(session)
+        log.until("S37 before")
         for at in times:
             session.sleep(at - 0.01 - session.now())
             session.tx(session.request(p.COMPONENT, p.GLOBAL))
-            found = told.collect(at + 0.45 - session.now())
+            found = log.collect(at + 0.45 - session.now())
             wrong = [one.wrong for one in found if one.wrong]
             session.report.equal(f"S37 S29 shock at {at} s within a BAM: each DM1 is right", [], wrong)
             told_last = str(found[-1]) if found else "nothing"
@@ -222,12 +222,12 @@ def steady_clipping(context: Context) -> None:
     path = context.folder / "clip.csv"
     path.write_text(lines)
     with Node(context, {(0x3110, 1): 0}, scene=path) as session:
-        told = Told(session)
-        told.until("S37 before")
-        told.changed = 2.0
-        told.until("S37 clipping", (PITCH, ERRATIC, 1), (ROLL, ERRATIC, 1))
-        told.changed = 5.5 + HELD
-        told.until("S37 afterwards", timeout=4.0)
+        log = Dm1Log(session)
+        log.until("S37 before")
+        log.changed = 2.0
+        log.until("S37 clipping", (PITCH, ERRATIC, 1), (ROLL, ERRATIC, 1))
+        log.changed = 5.5 + HELD
+        log.until("S37 afterwards", timeout=4.0)
 
 
 def memory(context: Context) -> None:
@@ -242,16 +242,16 @@ def memory(context: Context) -> None:
         newest = record.find(store)[-1]
         record.flip(store, newest.offset + record.HEADER + 20)
         session.power_up()
-        told = Told(session)
-        told.until("S37 memory", (MEMORY, BAD, 1))
+        log = Dm1Log(session)
+        log.until("S37 memory", (MEMORY, BAD, 1))
         session.reads("J29 the older values are in force", 0x3210, 0, 5)
-        told.put(0x3220, 0, 9500)
-        told.until("S37 memory and roll", (MEMORY, BAD, 1), (ROLL, ABOVE, 1))
-        told.put(0x3220, 0, 0)
-        told.until("S37 memory alone", (MEMORY, BAD, 1))
-        told.changed = session.now()
+        log.put(0x3220, 0, 9500)
+        log.until("S37 memory and roll", (MEMORY, BAD, 1), (ROLL, ABOVE, 1))
+        log.put(0x3220, 0, 0)
+        log.until("S37 memory alone", (MEMORY, BAD, 1))
+        log.changed = session.now()
         session.save()
-        told.until("S70 gone after a good save")
+        log.until("S70 gone after a good save")
 
 
 def network(context: Context) -> None:
@@ -261,20 +261,20 @@ def network(context: Context) -> None:
         session.online = True
         session.power_up(boot=False, alone=1.5)
         claim = session.wait_pgn(p.CLAIMED)
-        told = Told(session)
-        first = told.until("S37 nobody acknowledges the claim, over before the first DM1: it has no code")
+        log = Dm1Log(session)
+        first = log.until("S37 nobody acknowledges the claim, over before the first DM1: it has no code")
         session.report.within("S22 the first DM1 ends the silence", *SILENCE, first.begin - claim.at)
         session.wait_online()
         found = [session.get(0x1003, sub) & 0xFFFF for sub in range(1, session.get(0x1003) + 1)]
         session.report.equal("S37 history", ["8120h"], [f"{one:04X}h" for one in found])
-        told = Told(session)
-        told.until("S37 before")
+        log = Dm1Log(session)
+        log.until("S37 before")
         session.tester.close()
         session.sleep(2.0)
         session.tester = Tester(session.sensor)
-        told.until("S37 nobody acknowledges for 2 s: error passive", (NETWORK, ERRATIC, 2))
+        log.until("S37 nobody acknowledges for 2 s: error passive", (NETWORK, ERRATIC, 2))
         # Each frame that is acknowledged lowers the error counter by one.
-        told.until("S37 afterwards: no code", timeout=10.0)
+        log.until("S37 afterwards: no code", timeout=10.0)
 
 
 def counts(context: Context) -> None:
@@ -298,7 +298,7 @@ def counts(context: Context) -> None:
         session.put(0x3210, 0, 9500)
         session.save()
         session.reset()
-        Told(session).until("S37 after a restart: 1", (PITCH, ABOVE, 1))
+        Dm1Log(session).until("S37 after a restart: 1", (PITCH, ABOVE, 1))
 
 
 def unsupported(context: Context) -> None:
@@ -321,8 +321,8 @@ def unsupported(context: Context) -> None:
             session.expect(f"S37 S26 {name} to us", session.request(pgn), p.nack(pgn))
             session.expect(f"S37 S26 {name} to all", session.request(pgn, p.GLOBAL))
         session.expect("S37 a DM13 is ignored", p.shown(57088, p.ME, bytes(8), 0xFF))
-        told = Told(session)
-        first, second = told.next(), told.next()
+        log = Dm1Log(session)
+        first, second = log.next(), log.next()
         session.report.within("S37 DM1 goes on", *DM1_PERIOD, second.begin - first.begin)
         session.becomes("S35 and SSI2 is good", p.SSI2, v.ssi2(0.0, 0.0))
 

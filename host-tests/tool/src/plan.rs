@@ -10,7 +10,7 @@
 
 mod cob_ids;
 
-use crate::client::nmt::{self, Command, State};
+use crate::client::nmt::{self, State};
 use crate::failure::Failure;
 use crate::session::{Session, Target};
 use crate::sheet::{Entry, Origin};
@@ -36,10 +36,10 @@ pub fn write(session: &mut Session, values: &Values) -> Result<(), Failure> {
     if state != Some(State::Operational) {
         return patiently(session, values, written);
     }
-    nmt::send(&mut session.link, Command::PreOperational, node)?;
+    nmt::send(&mut session.link, nmt::ENTER_PRE_OPERATIONAL, node)?;
     let written = write_all(session, values);
     let written = patiently(session, values, written);
-    nmt::send(&mut session.link, Command::Start, node)?;
+    nmt::send(&mut session.link, nmt::START, node)?;
     written
 }
 

@@ -1,6 +1,6 @@
 //! Activate bit timing (CiA 305): the node is silent for a delay, switches the bit rate, and is silent for the same delay again.
 
-use crate::time::{Deadline, Duration, Instant, after};
+use crate::time::{Deadline, Duration, Instant};
 
 /// A step of the activation.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,8 +31,7 @@ impl Activation {
     /// Begins the first delay.
     pub fn begin(&mut self, now: Instant, delay: Duration) {
         self.delay = delay;
-        // A deadline at the time 0 is none.
-        self.due = Deadline::at(after(now, delay).max(Instant::from_ticks(1)));
+        self.due = Deadline::after(now, delay);
         self.switched = false;
     }
 

@@ -32,7 +32,7 @@ mod flicker;
 mod service;
 mod slave;
 
-pub use slave::{BIT_RATES, Device, Outcome, Slave};
+pub use slave::{BEGIN_SCAN, BIT_RATES, Device, Outcome, Slave, answer, command};
 
 use super::feature::Initial;
 use crate::time::Deadline;

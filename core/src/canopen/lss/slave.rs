@@ -5,27 +5,44 @@ use crate::can::BitRate;
 use crate::time::{Duration, millis};
 
 /// Commands of the master. Most answers have the command of their request.
-mod command {
+pub mod command {
+    /// Switch state global: waiting or configuration.
     pub const SWITCH_GLOBAL: u8 = 0x04;
+    /// Configure node-ID.
     pub const NODE_ID: u8 = 0x11;
+    /// Configure bit timing.
     pub const BIT_TIMING: u8 = 0x13;
+    /// Activate bit timing.
     pub const ACTIVATE: u8 = 0x15;
+    /// Store configuration.
     pub const STORE: u8 = 0x17;
+    /// Switch state selective: the first number of the identity.
     pub const SELECT: u8 = 0x40;
+    /// Switch state selective: the last number of the identity.
     pub const SELECT_LAST: u8 = 0x43;
+    /// Identify remote slave: the first number or limit of the identity.
     pub const IDENTIFY: u8 = 0x46;
+    /// Identify remote slave: the last limit of the identity.
     pub const IDENTIFY_LAST: u8 = 0x4B;
+    /// Identify non-configured remote slave.
     pub const IDENTIFY_UNCONFIGURED: u8 = 0x4C;
+    /// Fastscan.
     pub const FASTSCAN: u8 = 0x51;
+    /// Inquire the first number of the identity.
     pub const INQUIRE: u8 = 0x5A;
+    /// Inquire the last number of the identity.
     pub const INQUIRE_LAST: u8 = 0x5D;
+    /// Inquire node-ID.
     pub const INQUIRE_NODE_ID: u8 = 0x5E;
 }
 
 /// Answers with a command of their own.
-mod answer {
+pub mod answer {
+    /// The node was selected.
     pub const SELECTED: u8 = 0x44;
+    /// The identity matches.
     pub const IDENTIFIED: u8 = 0x4F;
+    /// The node has no node-ID.
     pub const UNCONFIGURED: u8 = 0x50;
 }
 
@@ -34,8 +51,8 @@ const OUT_OF_RANGE: u8 = 1;
 /// Error of store configuration: the memory failed.
 const MEDIUM_FAILED: u8 = 2;
 
-/// Fastscan: the master begins a scan. All unconfigured nodes answer.
-const BEGIN_SCAN: u8 = 0x80;
+/// The bit of a fastscan request with which the master begins a scan. All unconfigured nodes answer.
+pub const BEGIN_SCAN: u8 = 0x80;
 
 /// The standard table of bit rates (CiA 305, table selector 0). Index 5 is reserved.
 pub const BIT_RATES: [Option<BitRate>; 9] = [

@@ -9,6 +9,7 @@ use super::parameters::{FILTER_KINDS, has_two_axes, id};
 use crate::angle::Angle;
 use crate::application::{Faults, Values};
 use crate::j1939::diagnostics::Code;
+use crate::j1939::groups;
 use crate::j1939::signal::{Measured, Merit, Motion};
 use crate::j1939::{self, Conditions};
 use crate::measure::low_pass::Kind;
@@ -29,8 +30,8 @@ const VOLTAGE_BELOW: u8 = 4;
 const DEFECTIVE: u8 = 12;
 
 /// Suspect parameter numbers.
-const PITCH: u32 = 4976;
-const ROLL: u32 = 4977;
+const PITCH: u32 = groups::PITCH_SPN;
+const ROLL: u32 = groups::ROLL_SPN;
 const BATTERY: u32 = 168;
 const MEMORY: u32 = 630;
 const NETWORK: u32 = 639;

@@ -12,6 +12,7 @@
 use super::{Link, refusal};
 use crate::failure::Failure;
 use plumbline::can::{CanId, Frame};
+use plumbline::devicenet::choice::{EXPLICIT, POLL};
 use plumbline::devicenet::identifiers::{Group1, group_2, group_2_id};
 use plumbline::devicenet::{general, service};
 use plumbline::time::{Duration, millis};
@@ -21,12 +22,6 @@ const ANSWER: Duration = millis(500);
 
 /// The longest response that is put together, in bytes.
 const LONGEST: usize = 1024;
-
-/// The choice of the explicit connection.
-const EXPLICIT: u8 = 0x01;
-
-/// The choice of the poll connection.
-const POLL: u8 = 0x02;
 
 /// An attribute, or an instance of a class for other services.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

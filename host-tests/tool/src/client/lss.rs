@@ -3,11 +3,12 @@
 use super::Link;
 use crate::failure::Failure;
 use plumbline::can::{BitRate, CanId, Frame};
-use plumbline::canopen::lss::BIT_RATES;
+use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
+use plumbline::canopen::lss::{BEGIN_SCAN, BIT_RATES, answer, command};
 use plumbline::time::{Duration, millis};
 
-const MASTER: CanId = CanId::standard(0x7E5);
-const SLAVE: CanId = CanId::standard(0x7E4);
+const MASTER: CanId = CanId::standard(LSS_REQUEST);
+const SLAVE: CanId = CanId::standard(LSS_REPLY);
 
 /// The wait after a question of fastscan: the slaves answer or keep silent.
 const SCAN: Duration = millis(20);
@@ -31,8 +32,8 @@ fn ask(link: &mut Link, bytes: [u8; 8], time: Duration) -> Result<Option<[u8; 8]
 
 fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool, Failure> {
     let [a, b, c, d] = id.to_le_bytes();
-    let answer = ask(link, [0x51, a, b, c, d, bit, sub, next], SCAN)?;
-    Ok(answer.is_some_and(|answer| answer[0] == 0x4F))
+    let request = [command::FASTSCAN, a, b, c, d, bit, sub, next];
+    Ok(ask(link, request, SCAN)?.is_some_and(|bytes| bytes[0] == answer::IDENTIFIED))
 }
 
 /// Finds a node without node-ID; it is in configuration mode then. None: there is none.
@@ -40,8 +41,7 @@ fn fastscan(link: &mut Link, id: u32, bit: u8, sub: u8, next: u8) -> Result<bool
 /// # Errors
 /// The adapter fails.
 pub fn find(link: &mut Link) -> Result<Option<Identity>, Failure> {
-    const RESET: u8 = 128;
-    if !fastscan(link, 0, RESET, 0, 0)? {
+    if !fastscan(link, 0, BEGIN_SCAN, 0, 0)? {
         return Ok(None);
     }
     let mut identity = [0; 4];
@@ -73,40 +73,41 @@ pub fn index(rate: BitRate) -> Option<u8> {
 /// # Errors
 /// The node refuses, nobody answers, or the adapter fails.
 pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), Failure> {
-    const SELECT: u8 = 0x40;
-    const SELECTED: u8 = 0x44;
-    const BIT_TIMING: u8 = 0x13;
-    const STORE: u8 = 0x17;
     release(link)?;
     let mut selected = None;
-    for (command, number) in (SELECT..).zip(identity) {
+    for (part, number) in (command::SELECT..).zip(identity) {
         let [a, b, c, d] = number.to_le_bytes();
-        let request = [command, a, b, c, d, 0, 0, 0];
+        let request = [part, a, b, c, d, 0, 0, 0];
         // Only the last one is answered.
-        let time = if command == SELECT + 3 {
+        let time = if part == command::SELECT_LAST {
             ANSWER
         } else {
             millis(0)
         };
         selected = ask(link, request, time)?;
     }
-    if selected.is_none_or(|answer| answer[0] != SELECTED) {
+    if selected.is_none_or(|bytes| bytes[0] != answer::SELECTED) {
         let message = "no node has answered to the selection by LSS: does another node have the same identity (1018h)?";
         return Err(Failure::silent("no-answer", message));
     }
     must(
         link,
-        [BIT_TIMING, 0, index, 0, 0, 0, 0, 0],
+        [command::BIT_TIMING, 0, index, 0, 0, 0, 0, 0],
         ANSWER,
         "the bit rate",
     )?;
-    must(link, [STORE, 0, 0, 0, 0, 0, 0, 0], STORED, "to store it")
+    must(
+        link,
+        [command::STORE, 0, 0, 0, 0, 0, 0, 0],
+        STORED,
+        "to store it",
+    )
 }
 
 /// A request with an error code in its answer.
 fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(), Failure> {
     match ask(link, bytes, time)? {
-        Some([command, 0, ..]) if command == bytes[0] => Ok(()),
+        Some([own, 0, ..]) if own == bytes[0] => Ok(()),
         Some([_, error, ..]) => Err(Failure::refused(
             "refused",
             format!(
@@ -125,5 +126,9 @@ fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(
 /// # Errors
 /// The adapter fails.
 pub fn release(link: &mut Link) -> Result<(), Failure> {
-    link.send(&Frame::of(MASTER, [4, 0, 0, 0, 0, 0, 0, 0], 8))
+    link.send(&Frame::of(
+        MASTER,
+        [command::SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0],
+        8,
+    ))
 }

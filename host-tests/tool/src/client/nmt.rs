@@ -8,27 +8,18 @@
 use super::Link;
 use super::sdo::{Answer, Server};
 use crate::failure::Failure;
-use plumbline::can::{CanId, Frame, standard};
-use plumbline::canopen::cob_id::ERROR_CONTROL;
+use plumbline::can::{CanId, Frame};
+use plumbline::canopen::cob_id::{ERROR_CONTROL, NMT};
 use plumbline::canopen::nmt;
+pub use plumbline::canopen::nmt::Command;
 use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 
-/// A command of the NMT master.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-#[repr(u8)]
-pub enum Command {
-    /// Start remote node: operational.
-    Start = 1,
-    /// Stop remote node.
-    Stop = 2,
-    /// Enter pre-operational.
-    PreOperational = 128,
-    /// Reset node.
-    ResetNode = 129,
-    /// Reset communication.
-    ResetCommunication = 130,
-}
+/// Start remote node.
+pub const START: Command = Command::Enter(nmt::State::Operational);
+
+/// Enter pre-operational.
+pub const ENTER_PRE_OPERATIONAL: Command = Command::Enter(nmt::State::PreOperational);
 
 /// The state of a node.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -53,7 +44,11 @@ const LATE: Duration = millis(100);
 /// # Errors
 /// The adapter fails.
 pub fn send(link: &mut Link, command: Command, node: u8) -> Result<(), Failure> {
-    let frame = Frame::of(standard(0x000), [command as u8, node, 0, 0, 0, 0, 0, 0], 2);
+    let frame = Frame::of(
+        CanId::standard(NMT),
+        [command.specifier(), node, 0, 0, 0, 0, 0, 0],
+        2,
+    );
     link.send(&frame)
 }
 

@@ -158,7 +158,7 @@ fn last_frame_without_answer_leaves_the_adapter_before_it_is_closed() {
         let adapter = Scripted::default();
         let mut link = link(&adapter);
         link.open(Some(rate), Mode::Active).unwrap();
-        nmt::send(&mut link, nmt::Command::Start, 10).unwrap();
+        nmt::send(&mut link, nmt::START, 10).unwrap();
         link.close();
         let script = adapter.0.borrow();
         // 20 ms for the adapter, and 150 bits.

@@ -7,7 +7,7 @@
 mod tpdo;
 
 use super::{LISTENS, Layout, SLICE};
-use crate::client::nmt::{self, Command, State};
+use crate::client::nmt::{self, State};
 use crate::client::sdo::{Answer, Server};
 use crate::client::{Link, stopped};
 use crate::failure::Failure;
@@ -16,8 +16,9 @@ use crate::sample::Sampler;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
 use plumbline::can::{CanId, Frame};
+use plumbline::canopen::cob_id::DISABLED;
 use plumbline::time::{Duration, Instant, after, millis};
-use tpdo::{COB_ID, COMMUNICATION, EVENT, MAPPING, OFF, Tpdo, mapped, read};
+use tpdo::{COB_ID, COMMUNICATION, EVENT, MAPPING, Tpdo, mapped, read};
 
 /// The permitted delay of a TPDO.
 const LATE: Duration = millis(100);
@@ -232,7 +233,7 @@ fn chosen(
     };
     let is_off = |tpdo: &&Tpdo| tpdo.is_free() && !is_used(tpdo.id());
     let changed = |tpdo: &Tpdo, objects: Vec<u32>| Tpdo {
-        cob_id: tpdo.cob_id & !OFF,
+        cob_id: tpdo.cob_id & !DISABLED,
         kind: EVENT[0],
         inhibit: tpdo.inhibit.map(|_| 0),
         timer: Some(every as u16),
@@ -301,7 +302,7 @@ impl Pdo {
         }
         if !before.was_operational {
             before.has_started = true;
-            nmt::send(link, Command::Start, self.node)?;
+            nmt::send(link, nmt::START, self.node)?;
         }
         Ok(())
     }
@@ -315,7 +316,7 @@ impl Pdo {
         let was_ending = link.set_ending(true);
         let mut done = Ok(());
         if before.has_started {
-            done = nmt::send(link, Command::PreOperational, self.node);
+            done = nmt::send(link, nmt::ENTER_PRE_OPERATIONAL, self.node);
         }
         let server = Server::of(self.node);
         for (index, sub, bytes) in before.tpdo.writes(before.with_mapping) {

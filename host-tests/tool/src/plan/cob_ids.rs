@@ -4,10 +4,8 @@ use super::Values;
 use crate::failure::Failure;
 use crate::session::Session;
 use crate::sheet::{Address, Entry};
+use plumbline::canopen::cob_id::DISABLED;
 use std::collections::BTreeSet;
-
-/// The bit of a COB-ID that switches its service off.
-const OFF: u32 = 1 << 31;
 
 /// The wanted values of a PDO, and its entries.
 struct Pdo {
@@ -99,7 +97,7 @@ impl Pdo {
         };
         let present = session.read(cob_id)?;
         self.warn(session, present, &before.mapping);
-        session.write(&[(cob_id.clone(), present | OFF)])?;
+        session.write(&[(cob_id.clone(), present | DISABLED)])?;
         let wanted = (cob_id.clone(), self.wanted.unwrap_or(present));
         let changed = self.change(session, &before.mapping);
         let written = changed.and_then(|()| session.write(&[wanted]));
@@ -137,7 +135,7 @@ impl Pdo {
         let Some(entry) = &self.cob_id else {
             return;
         };
-        if self.wanted.is_none() && cob_id & OFF != 0 {
+        if self.wanted.is_none() && cob_id & DISABLED != 0 {
             let name = &entry.name;
             let note = format!("the PDO of {name} stays switched off. To switch it on, set {name}");
             session.note(note);
@@ -198,9 +196,9 @@ pub(super) fn others(session: &mut Session, values: Values) -> Result<Values, Fa
         .partition(|(entry, _)| entry.node_relative);
     for (entry, raw) in cob_ids {
         let present = session.read(&entry)?;
-        let is_moved = (present ^ raw) & !OFF != 0;
-        if is_moved && (present | raw) & OFF == 0 {
-            session.write(&[(entry.clone(), raw | OFF)])?;
+        let is_moved = (present ^ raw) & !DISABLED != 0;
+        if is_moved && (present | raw) & DISABLED == 0 {
+            session.write(&[(entry.clone(), raw | DISABLED)])?;
         }
         let written = session.write(&[(entry.clone(), raw)]);
         if written.is_err() {

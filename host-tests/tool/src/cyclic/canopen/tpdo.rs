@@ -11,6 +11,7 @@ use crate::cyclic::Layout;
 use crate::failure::Failure;
 use crate::sheet::{Address, Entry};
 use plumbline::can::CanId;
+use plumbline::canopen::cob_id::{BIT_29, BIT_30, DISABLED};
 use plumbline::param::number;
 use plumbline::time::{Duration, millis};
 use std::ops::RangeInclusive;
@@ -25,14 +26,8 @@ pub(super) const TYPE: u8 = 2;
 pub(super) const INHIBIT: u8 = 3;
 pub(super) const TIMER: u8 = 5;
 
-/// The bit of a COB-ID that switches its service off.
-pub(super) const OFF: u32 = 1 << 31;
-
-/// The bit of a COB-ID with 29 bits.
-pub(super) const EXTENDED: u32 = 1 << 29;
-
 /// The bits of a COB-ID that are no part of its identifier of 11 bits: switched off, and without RTR.
-const CONTROL: u32 = OFF | 1 << 30;
+const CONTROL: u32 = DISABLED | BIT_30;
 
 /// The identifiers for PDOs of a node: not restricted (CiA 301, table 74), and not used by NMT, SYNC, EMCY and TIME.
 const PERMITTED: RangeInclusive<u32> = 0x181..=0x57F;
@@ -111,12 +106,12 @@ impl Tpdo {
     }
 
     pub(super) fn is_on(&self) -> bool {
-        self.cob_id & OFF == 0
+        self.cob_id & DISABLED == 0
     }
 
     /// The identifier of its frames.
     pub(super) fn id(&self) -> CanId {
-        match self.cob_id & EXTENDED {
+        match self.cob_id & BIT_29 {
             0 => CanId::standard(self.cob_id as u16 & 0x7FF),
             _ => CanId::extended(self.cob_id & 0x1FFF_FFFF),
         }
@@ -148,7 +143,7 @@ impl Tpdo {
     /// The writes that change it from any state to this one. It is off meanwhile.
     pub(super) fn writes(&self, with_mapping: bool) -> Vec<Write> {
         let (own, mapping) = (COMMUNICATION + self.number, MAPPING + self.number);
-        let off = (self.cob_id | OFF).to_le_bytes().to_vec();
+        let off = (self.cob_id | DISABLED).to_le_bytes().to_vec();
         let mut writes = vec![(own, COB_ID, off)];
         if with_mapping {
             writes.push((mapping, 0, vec![0]));

@@ -100,7 +100,7 @@ class Assembler:
         return Message(self._data[:size], announced.at, frame.at, wrong)
 
 
-class Told:
+class Dm1Log:
     """The DM1 of a session, in their order: nothing is left out but what `others` lost by a call of `clear`."""
 
     def __init__(self, session: Node) -> None:
