@@ -11,6 +11,7 @@
 //! An adapter is also the clock: the tests run the same commands in the virtual time of a simulated bus. Tests of the program set
 //! `PLUMBLINE_CLOCK=bus`: then the time of `slcan://` is that of a server with `--clock client`, and `demo:` does not wait.
 
+pub mod background;
 pub mod bench;
 pub mod demo;
 pub mod gs_usb;

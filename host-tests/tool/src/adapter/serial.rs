@@ -1,40 +1,20 @@
 //! slcan on a serial port.
 
-use super::slcan::{Slcan, Stream};
-use super::tcp::is_timeout;
+use super::background::{Background, SLICE};
+use super::slcan::Slcan;
 use crate::failure::Failure;
 use serial2::SerialPort;
 use std::io;
-use std::time::Duration;
 
 /// The speed of the port. Adapters on USB ignore it.
 const SPEED: u32 = 115_200;
-
-impl Stream for SerialPort {
-    fn read(&mut self, bytes: &mut [u8], timeout: Duration) -> io::Result<usize> {
-        // The port counts whole milliseconds: a shorter wait becomes 0. On Windows the shortest wait is 1 ms.
-        let timeout = match timeout.is_zero() {
-            true => timeout,
-            false => timeout.max(Duration::from_millis(1)),
-        };
-        self.set_read_timeout(timeout)?;
-        match SerialPort::read(self, bytes) {
-            Err(error) if is_timeout(&error) => Ok(0),
-            result => result,
-        }
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> io::Result<()> {
-        self.write_all(bytes)
-    }
-}
 
 /// Opens the serial port at this path.
 ///
 /// # Errors
 /// The port cannot be opened.
-pub fn open(path: &str) -> Result<Slcan<SerialPort>, Failure> {
-    let port = SerialPort::open(path, SPEED).map_err(|error| {
+pub fn open(path: &str) -> Result<Slcan<Background<SerialPort>>, Failure> {
+    let failed = |error: io::Error| {
         let ports = SerialPort::available_ports().unwrap_or_default();
         let ports: Vec<String> = ports
             .iter()
@@ -48,6 +28,14 @@ pub fn open(path: &str) -> Result<Slcan<SerialPort>, Failure> {
             "no-adapter",
             format!("cannot open {path} ({error}): {hint}"),
         )
-    })?;
+    };
+    let port = in_background(path).map_err(failed)?;
     Ok(Slcan::new(port, &format!("slcan:{path}")))
+}
+
+fn in_background(path: &str) -> io::Result<Background<SerialPort>> {
+    let mut port = SerialPort::open(path, SPEED)?;
+    port.set_read_timeout(SLICE)?;
+    let reader = port.try_clone()?;
+    Background::start(port, move |bytes| reader.read(bytes))
 }
