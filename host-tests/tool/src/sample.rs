@@ -57,6 +57,8 @@ pub struct Sampler {
     pub lost: u64,
     /// The samples with a value that is not valid.
     invalid: u64,
+    /// The time of the first poll without an answer since the last answer.
+    unanswered: Option<Instant>,
 }
 
 impl Sampler {
@@ -115,6 +117,7 @@ impl Sampler {
             printed: 0,
             lost: 0,
             invalid: 0,
+            unanswered: None,
         })
     }
 
@@ -156,13 +159,17 @@ impl Sampler {
             _ => self.poll_each(session),
         };
         match read {
-            Ok((numbers, status)) => Ok(Some(Sample {
-                time,
-                numbers: self.taken(numbers),
-                status,
-            })),
+            Ok((numbers, status)) => {
+                self.unanswered = None;
+                Ok(Some(Sample {
+                    time,
+                    numbers: self.taken(numbers),
+                    status,
+                }))
+            }
             Err(failure) if failure.code == "no-answer" => {
                 self.lost += 1;
+                self.unanswered.get_or_insert(after(self.start, time));
                 Ok(None)
             }
             Err(failure) => Err(failure),
@@ -334,6 +341,12 @@ impl Sampler {
             session.link.receive(until)?;
         }
         Ok(!stopped())
+    }
+
+    /// How long the sensor has answered no poll; 0: it has answered the last one.
+    pub fn silence(&self, now: Instant) -> Duration {
+        let since = self.unanswered.unwrap_or(now);
+        Duration::from_ticks(now.ticks().saturating_sub(since.ticks()))
     }
 
     /// The end of polls that last this long. It is on the grid of the polls, so a poll at the end is not expected.

@@ -102,8 +102,5 @@ pub(super) fn record(
     csv.flush()?;
     let recorded = sampler.printed;
     terminal.line(format!("{recorded} samples are in {}", path.display()))?;
-    for note in sampler.summary() {
-        terminal.note(note);
-    }
-    Ok(())
+    watch::summarize(session, &sampler, terminal)
 }

@@ -22,6 +22,9 @@ use std::time::{SystemTime, UNIX_EPOCH};
 /// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
 
+/// The time without an answer after which the user is told.
+const SILENT: Duration = millis(1000);
+
 /// The name of the interface in a log.
 const INTERFACE: &str = "can0";
 
@@ -136,9 +139,19 @@ fn polled(
 ) -> Result<(), Failure> {
     let every = millis(pace.every);
     let end = pace.seconds.map(|seconds| sampler.end_after(seconds));
+    let mut is_told = false;
     loop {
         match sampler.poll(session, every) {
-            Ok(Some(sample)) => take(terminal, session, sampler, &sample)?,
+            Ok(Some(sample)) => {
+                if std::mem::take(&mut is_told) {
+                    terminal.note("the sensor answers again");
+                }
+                take(terminal, session, sampler, &sample)?;
+            }
+            Ok(None) if !is_told && sampler.silence(session.link.now()) >= SILENT => {
+                is_told = true;
+                terminal.note("the sensor has not answered for 1 s: check power and wiring. The command continues; Ctrl-C ends it");
+            }
             Ok(None) => {}
             Err(failure) if failure.code == "stopped" => break,
             Err(failure) => return Err(failure),
@@ -199,10 +212,30 @@ pub(super) fn watch(
             terminal.document(&sampler.json(session, sample))
         },
     )?;
+    summarize(session, &sampler, terminal)
+}
+
+/// Says what the user must know of the samples.
+///
+/// # Errors
+/// The sensor does not answer any more.
+pub(super) fn summarize(
+    session: &Session,
+    sampler: &Sampler,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
     for note in sampler.summary() {
         terminal.note(note);
     }
-    Ok(())
+    let silence = sampler.silence(session.link.now());
+    if silence < SILENT {
+        return Ok(());
+    }
+    let message = format!(
+        "the sensor has not answered for the last {} s: check power and wiring, then repeat the command",
+        silence.to_secs()
+    );
+    Err(Failure::silent("no-answer", message))
 }
 
 pub(super) fn unwritten(path: &Path, error: &io::Error) -> Failure {

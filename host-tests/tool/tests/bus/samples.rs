@@ -127,6 +127,28 @@ fn lost_samples_are_counted() {
 }
 
 #[test]
+fn sensor_that_stops_answering_is_reported_while_the_command_runs() {
+    const SILENT: &str = "the sensor has not answered for 1 s";
+    let mut rig = Rig::with("is2");
+    rig.deaf = Some((rig.later(2000), rig.later(4000)));
+    let ended = rig.tool("--id 300 watch --every 100 --seconds 6");
+    assert_eq!(ended.code, 0, "{ended:?}");
+    let notes: Vec<&str> = ended.notes.lines().collect();
+    let silent = notes.iter().position(|note| note.starts_with(SILENT));
+    assert_eq!(notes[silent.unwrap() + 1], "the sensor answers again");
+    // It does not answer at the end.
+    let path = file("silent.csv");
+    rig.deaf = Some((rig.later(2000), rig.later(60_000)));
+    let record = format!("--id 300 record {} --every 100 --seconds 6", path.display());
+    let ended = rig.tool(&record);
+    assert_eq!(ended.code, 3, "{ended:?}");
+    assert!(ended.out.contains(" samples are in "), "{ended:?}");
+    assert!(ended.notes.contains(SILENT), "{ended:?}");
+    let rows = std::fs::read_to_string(&path).unwrap().lines().count();
+    assert!((15..=21).contains(&rows), "{rows}");
+}
+
+#[test]
 fn samples_faster_than_the_bus_are_lost() {
     let mut rig = Rig::with("jn2101");
     let ended = rig.tool("--node 10 watch --every 1 --seconds 1");
