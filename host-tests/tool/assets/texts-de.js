@@ -86,7 +86,7 @@ export const de = {
   "teach-text": "Die jetzige Lage wird das Bezugssystem der Maschine.",
   "save-text": "Der Sensor speichert seine jetzigen Einstellungen. Sie bleiben nach dem Ausschalten erhalten.",
   "restart-text": "Der Sensor startet neu. Währenddessen sendet er keine Winkel. Gespeicherte Adressen und Bitraten wirken danach.",
-  "load-factory-text": "Alle Einstellungen des Sensors bekommen die Werkswerte. Sichern Sie vorher eine Datei, wenn Sie die jetzigen brauchen.",
+  "load-factory-text": "Alle Einstellungen des Sensors bekommen die Werkswerte, auch Adresse und Bitrate. Manche Sensoren starten neu. Sichern Sie vorher eine Datei, wenn Sie die jetzigen brauchen.",
   "node-id-text": "Der Sensor bekommt eine andere Node-ID, speichert sie und startet neu.",
   "mac-text": "Der Sensor bekommt eine andere MAC ID und prüft sie.",
   "j1939-address-text": "Der Sensor bekommt eine andere J1939-Adresse durch Commanded Address und speichert sie.",

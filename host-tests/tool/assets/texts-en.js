@@ -86,7 +86,7 @@ export const en = {
   "teach-text": "The present position becomes the reference frame of the machine.",
   "save-text": "The sensor stores its present settings. They remain after power-off.",
   "restart-text": "The sensor restarts. It sends no angles during the restart. Saved addresses and bit rates take effect after it.",
-  "load-factory-text": "All settings of the sensor get their factory values. If you need the present values, save a file first.",
+  "load-factory-text": "All settings of the sensor get their factory values, also address and bit rate. Some sensors restart. If you need the present values, save a file first.",
   "node-id-text": "The sensor gets another node-ID, stores it and restarts.",
   "mac-text": "The sensor gets another MAC ID, and checks it.",
   "j1939-address-text": "The sensor gets another J1939 address by Commanded Address, and stores it.",

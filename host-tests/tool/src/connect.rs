@@ -4,7 +4,7 @@ mod factory;
 mod product;
 mod wanted;
 
-pub use factory::{factory_reply, factory_target, factory_targets};
+pub use factory::{factory_rate, factory_reply, factory_target, factory_targets};
 pub use wanted::{Wanted, target};
 
 use crate::adapter::Adapter;

@@ -3,6 +3,7 @@
 mod address;
 mod adjust;
 pub mod calibrate;
+mod factory;
 mod file;
 mod help;
 mod j1939;
@@ -177,12 +178,7 @@ pub fn run_on(
             let done = session.save()?;
             tell(terminal, done)
         }),
-        Command::LoadFactory => bus.with_found(terminal, |session, found, terminal| {
-            let what = "Load the factory values";
-            adjust::confirm(session, found, what, terminal)?;
-            let done = session.load_factory()?;
-            tell(terminal, done)
-        }),
+        Command::LoadFactory => bus.with_found(terminal, factory::load),
         Command::Zero { axis, save } => bus.with_found(terminal, |session, found, terminal| {
             let axis = axis.map(|axis| axis.name());
             adjust::adjust(session, found, adjust::What::Zero, (axis, *save), terminal)

@@ -27,7 +27,7 @@ const RESTART: Duration = millis(4000);
 
 /// The time in which the request to restart leaves the adapter. The adapter must not be at the old rate any more when the sensor sends
 /// its first message at the new one: its error frames can bring the sensor to bus-off.
-const SOON: Duration = millis(4);
+pub(super) const SOON: Duration = millis(4);
 
 /// The identity object of CANopen.
 const IDENTITY: u16 = 0x1018;
@@ -199,7 +199,11 @@ fn store(session: &mut Session, entry: &Entry, new: NewRate, raw: u32) -> Result
 }
 
 /// Waits until the sensor answers after its restart.
-fn answers(session: &mut Session, target: Target, found: &Found) -> Result<bool, Failure> {
+pub(super) fn answers(
+    session: &mut Session,
+    target: Target,
+    found: &Found,
+) -> Result<bool, Failure> {
     let until = after(session.link.now(), RESTART);
     loop {
         let answer = identify::ask(&mut session.link, target, identify::PATIENT)?;

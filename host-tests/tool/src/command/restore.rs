@@ -1,7 +1,7 @@
 //! `restore` and `diff`: the settings of a file and the settings of the sensor.
 
-use super::address;
 use super::set::{constrain, is_saved_on_command, later, write};
+use super::{address, adjust};
 use crate::backup::Backup;
 use crate::failure::Failure;
 use crate::identify::Found;
@@ -72,7 +72,7 @@ fn read(session: &mut Session, path: &Path) -> Result<Backup, Failure> {
     let (own, wanted) = (session.sheet.product, backup.sheet.product);
     if own.name != wanted.name {
         let message = format!(
-            "the file belongs to {}, but the sensor is {}: nothing was written",
+            "the file belongs to {}, but the sensor is {}: nothing has changed. Take a file of this sensor, or choose another sensor; `plumbline scan` shows them",
             wanted.name, own.name
         );
         return Err(Failure::usage("wrong-file", message));
@@ -169,9 +169,6 @@ pub(super) fn restore(
         backup.values.retain(|(entry, _)| is_wanted(entry));
     }
     let found_differences = differences(session, &backup)?;
-    if found.serial != backup.serial {
-        terminal.note("the file is of a sensor with another serial number");
-    }
     if found_differences.is_empty() {
         terminal.line(format!(
             "the sensor has the settings of {} already",
@@ -184,6 +181,15 @@ pub(super) fn restore(
         values.map(|one| (one.entry.clone(), one.raw)).collect()
     };
     let mut values = values_of(&found_differences);
+    if found.serial != backup.serial && !values.is_empty() {
+        let number = |serial: Option<u32>| serial.map_or("none".to_owned(), |own| own.to_string());
+        let question = format!(
+            "The file is of a sensor with another serial number ({}, this one has {}). Write its settings to this sensor",
+            number(backup.serial),
+            number(found.serial)
+        );
+        adjust::confirm(session, found, &question, terminal)?;
+    }
     constrain(session, &values)?;
     address::check(session, &values)?;
     let sheet = session.sheet.clone();

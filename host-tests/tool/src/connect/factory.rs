@@ -3,7 +3,7 @@
 use crate::client::devicenet::Slave;
 use crate::client::fsc::Sensor;
 use crate::session::Target;
-use plumbline::can::CanId;
+use plumbline::can::{BitRate, CanId};
 use plumbline::model::catalog::{PRODUCTS, Product, Protocol};
 use plumbline::param::ParameterId;
 
@@ -23,6 +23,20 @@ pub fn factory_target(product: &Product) -> Option<Target> {
             mac: factory(tables.roles.mac_id)? as u8,
         }),
     })
+}
+
+/// The bit rate of a CANopen product as delivered; None: a data sheet does not say it, or the product has another protocol.
+pub fn factory_rate(product: &Product) -> Option<BitRate> {
+    let Protocol::Canopen(tables) = &product.protocol else {
+        return None;
+    };
+    let raw = product
+        .parameters
+        .get(usize::from(tables.bit_rate.0))?
+        .factory;
+    let mut rates = tables.bit_rates.iter();
+    let (_, rate) = rates.find(|(code, _)| u32::from(*code) * tables.bit_rate_unit == raw)?;
+    Some(*rate)
 }
 
 /// The addresses of all products as delivered, each once.

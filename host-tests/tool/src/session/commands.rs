@@ -13,6 +13,9 @@ use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::Protocol;
 use plumbline::model::listing;
 
+/// What follows if [`Session::loads_at_restart`].
+const AT_RESTART: &str = "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them";
+
 impl Session {
     /// Writes the number that an entry had before the tool changed it for a moment, also if the user wants to stop. A write without an
     /// answer is repeated.
@@ -64,6 +67,16 @@ impl Session {
         Ok("stored")
     }
 
+    /// Whether the sensor takes its factory values at its next start, without storing them (1011h with groups).
+    pub fn loads_at_restart(&self) -> bool {
+        match &self.sheet.product.protocol {
+            Protocol::Canopen(tables) => {
+                !services(tables, |service| service == Service::RestoreGroup).is_empty()
+            }
+            Protocol::Fsc(_) | Protocol::Devicenet(_) => false,
+        }
+    }
+
     /// Loads the factory values. Returns a sentence about what follows.
     ///
     /// # Errors
@@ -81,9 +94,7 @@ impl Session {
                 let groups = services(tables, |service| service == Service::RestoreGroup);
                 if let Some(all) = groups.last() {
                     self.object(*all, b"load", "load")?;
-                    return Ok(
-                        "factory values, including node-ID and bit rate, take effect after a restart; then `save` stores them",
-                    );
+                    return Ok(AT_RESTART);
                 }
                 for object in services(tables, |service| service == Service::RestoreCommunication) {
                     self.object(object, b"load", "load")?;

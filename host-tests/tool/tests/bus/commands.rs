@@ -58,10 +58,6 @@ fn load_factory_of_every_product_restores_the_setting() {
         rig.done("load-factory");
         rig.run(1500);
         rig.power_cycle(id(&rig));
-        if product == "ims360" {
-            // 1011h acts at one start; 1010h keeps it.
-            rig.done("save");
-        }
         assert!(
             rig.done(&format!("get {name}")).contains(factory),
             "{product}"

@@ -115,9 +115,8 @@ fn zero_restart_and_factory_values_work_as_in_canopen() {
     assert!(angle.abs() < 0.02, "{read}");
     // The factory value of the protocol is CANopen.
     rig.done("--address 128 load-factory");
-    rig.done("--address 128 restart");
     rig.run(1000);
-    rig.done("--node 50 get node-id");
+    rig.done("--rate 125 --node 50 get node-id");
 }
 
 #[test]

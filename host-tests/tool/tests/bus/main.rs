@@ -20,6 +20,7 @@ mod opening;
 mod products;
 mod rates;
 mod refusals;
+mod restored;
 mod rig;
 mod samples;
 mod scan;

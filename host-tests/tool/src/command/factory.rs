@@ -1,0 +1,63 @@
+//! `load-factory`. A sensor that takes its factory values only at its next start is restarted, and stores them then: otherwise that start
+//! would also replace settings that are written and stored before it.
+
+use super::rate::answers;
+use super::{address, adjust, tell};
+use crate::adapter::Mode;
+use crate::connect::{factory_rate, factory_target};
+use crate::failure::Failure;
+use crate::identify::Found;
+use crate::output::Terminal;
+use crate::session::Session;
+
+/// Loads the factory values after a yes.
+pub(super) fn load(
+    session: &mut Session,
+    found: &Found,
+    terminal: &mut Terminal,
+) -> Result<(), Failure> {
+    let product = session.sheet.product;
+    let after_restart = session
+        .loads_at_restart()
+        .then(|| Some((factory_target(product)?, factory_rate(product)?)))
+        .flatten();
+    let question = match after_restart {
+        Some((target, rate)) => format!(
+            "Load the factory values and restart the sensor (it then has {} and {}; the other devices on the bus must have the same rate)",
+            target.named(),
+            rate.name()
+        ),
+        None => "Load the factory values".to_owned(),
+    };
+    adjust::confirm(session, found, &question, terminal)?;
+    if let Some((target, rate)) = after_restart
+        && target != session.target
+        && session.link.rate() == Some(rate)
+    {
+        address::free(session, target)?;
+    }
+    let done = session.load_factory()?;
+    let Some((target, rate)) = after_restart else {
+        return tell(terminal, done);
+    };
+    session.restart()?;
+    if session.link.rate() != Some(rate) {
+        session.link.leave_within(super::rate::SOON);
+        if let Err(failure) = session.link.open(Some(rate), Mode::Active) {
+            // The rate of an interface is not changed by this program. The message says what to type.
+            terminal.note(failure.message);
+            terminal.note("then `plumbline save`, so that the sensor keeps the factory values");
+            return tell(terminal, "the sensor restarts with its factory values");
+        }
+    }
+    if !answers(session, target, found)? {
+        return Err(address::missing(&target.named()));
+    }
+    session.moved(target);
+    session.save()?;
+    let (address, rate) = (target.named(), rate.name());
+    tell(
+        terminal,
+        &format!("factory values are loaded and stored; the sensor has {address} and {rate} now"),
+    )
+}
