@@ -3,6 +3,10 @@
 //! The core reads no clock. The driver of a [`Node`](crate::node::Node) passes the time as an argument. The time must never
 //! decrease.
 
+mod periodic;
+
+pub use periodic::Periodic;
+
 /// A point in time, in microseconds since power-up.
 pub type Instant = fugit::Instant<u64, 1, 1_000_000>;
 

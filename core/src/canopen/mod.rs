@@ -36,7 +36,6 @@ pub mod row;
 mod saving;
 pub mod sdo;
 pub mod setting;
-pub(crate) mod timer;
 mod variant;
 
 pub use abort::Abort;

@@ -12,10 +12,9 @@
 //! Each type answers remote frames, unless bit 30 of the COB-ID is set.
 
 use super::cob_id;
-use super::timer::Periodic;
 use crate::can::Frame;
 use crate::param::Ranges;
-use crate::time::{Deadline, Duration, Instant};
+use crate::time::{Deadline, Duration, Instant, Periodic};
 
 /// The transmission types of a TPDO; 241 to 251 are reserved.
 pub const TRANSMISSION_TYPES: Ranges = Ranges {

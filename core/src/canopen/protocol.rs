@@ -12,12 +12,11 @@ use super::row::Row;
 use super::saving::Saved;
 use super::sdo::Server;
 use super::setting::Setting;
-use super::timer::Periodic;
 use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
 use crate::store::StoreError;
-use crate::time::{Deadline, Instant};
+use crate::time::{Deadline, Instant, Periodic};
 
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;

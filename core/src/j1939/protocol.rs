@@ -9,10 +9,9 @@ use super::product::{Product, check};
 use super::transport::{Incoming, Outgoing};
 use crate::application::{Faults, Values};
 use crate::can::BitRate;
-use crate::canopen::timer::Periodic;
 use crate::canopen::{self, Canopen};
 use crate::node::{BusChange, BusState, Context, Protocol};
-use crate::time::{Deadline, Instant};
+use crate::time::{Deadline, Instant, Periodic};
 use core::marker::PhantomData;
 
 /// The part of the node of product `P` that the protocol can access.

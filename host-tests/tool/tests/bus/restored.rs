@@ -56,7 +56,10 @@ fn restart_with_factory_values_is_part_of_the_question() {
     rig.says_yes = false;
     let path = file("asked.toml");
     rig.done(&format!("--node 33 backup {}", path.display()));
-    assert_eq!(rig.fails("--node 33 load-factory"), (2, "not-confirmed".to_owned()));
+    assert_eq!(
+        rig.fails("--node 33 load-factory"),
+        (2, "not-confirmed".to_owned())
+    );
     let question = rig.questions.last().unwrap();
     for part in ["restart", "node-ID 50", "125 kbit/s"] {
         assert!(question.contains(part), "{question}");

@@ -1,6 +1,6 @@
 //! A periodic timer without drift.
 
-use crate::time::{Deadline, Instant, after, millis, reached};
+use super::{Deadline, Instant, after, millis, reached};
 
 /// A periodic timer. It is off until it is started.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
