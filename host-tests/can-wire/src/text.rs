@@ -7,6 +7,7 @@
 //! ```
 
 use plumbline::can::{Frame, extended, standard};
+use std::time::Duration;
 
 /// The frame of a text. The error says what is wrong.
 pub fn parse(text: &str) -> Result<Frame, String> {
@@ -23,6 +24,15 @@ pub fn frame(text: &str) -> Frame {
         Ok(frame) => frame,
         Err(error) => panic!("{error}"),
     }
+}
+
+/// A line of `candump -L`, at a time since 1970.
+pub fn log_line(time: Duration, interface: &str, frame: &Frame) -> String {
+    format!(
+        "({:010}.{:06}) {interface} {frame:?}",
+        time.as_secs(),
+        time.subsec_micros()
+    )
 }
 
 fn read(text: &str) -> Option<Frame> {

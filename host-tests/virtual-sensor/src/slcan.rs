@@ -27,7 +27,7 @@
 //! Two differences from the LAWICEL manual: python-can opens twice and closes a closed channel, so both are answered with CR; and
 //! opening without a bit rate is permitted, because a simulated bus has one.
 
-use embedded_can::{ExtendedId, Id, StandardId};
+use can_wire::slcan::{RATES, read_hex, write_frame, write_hex};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 
@@ -193,18 +193,7 @@ impl Channel {
 
 /// The bit rate of `Sn`.
 fn standard_rate(digit: u8) -> Option<BitRate> {
-    Some(match digit {
-        b'0' => BitRate::K10,
-        b'1' => BitRate::K20,
-        b'2' => BitRate::K50,
-        b'3' => BitRate::K100,
-        b'4' => BitRate::K125,
-        b'5' => BitRate::K250,
-        b'6' => BitRate::K500,
-        b'7' => BitRate::K800,
-        b'8' => BitRate::M1,
-        _ => return None,
-    })
+    RATES.get(usize::from(digit.checked_sub(b'0')?)).copied()
 }
 
 /// The bit rate of `sxxyy`; None when it is not one of the ten.
@@ -225,61 +214,8 @@ fn register_rate(registers: &[u8]) -> Option<BitRate> {
 
 /// Reads a `t`, `T`, `r` or `R` line without its CR; None unless the complete line is valid.
 fn read_frame(line: &[u8]) -> Option<Frame> {
-    let (&kind, rest) = line.split_first()?;
-    let (id, rest) = if kind.is_ascii_lowercase() {
-        let (digits, rest) = rest.split_at_checked(3)?;
-        let id = u16::try_from(read_hex(digits)?).ok()?;
-        (Id::Standard(StandardId::new(id)?), rest)
-    } else {
-        let (digits, rest) = rest.split_at_checked(8)?;
-        (Id::Extended(ExtendedId::new(read_hex(digits)?)?), rest)
-    };
-    let (&length, digits) = rest.split_first()?;
-    let length = usize::from(length.checked_sub(b'0').filter(|length| *length <= 8)?);
-    if kind.eq_ignore_ascii_case(&b'r') {
-        return digits.is_empty().then(|| Frame::remote(id, length))?;
-    }
-    if digits.len() != 2 * length {
-        return None;
-    }
-    let mut data = [0; 8];
-    for (byte, digits) in data.iter_mut().zip(digits.chunks(2)) {
-        *byte = read_hex(digits)? as u8;
-    }
-    Frame::data(id, &data[..length])
-}
-
-/// Appends the line of a frame without its CR.
-fn write_frame(frame: &Frame, line: &mut Vec<u8>) {
-    let kind = if frame.is_remote() { b'r' } else { b't' };
-    match frame.id() {
-        Id::Standard(id) => {
-            line.push(kind);
-            write_hex(id.as_raw().into(), 3, line);
-        }
-        Id::Extended(id) => {
-            line.push(kind.to_ascii_uppercase());
-            write_hex(id.as_raw().into(), 8, line);
-        }
-    }
-    write_hex(frame.dlc() as u64, 1, line);
-    for byte in frame.bytes() {
-        write_hex((*byte).into(), 2, line);
-    }
-}
-
-/// The value of up to 8 hexadecimal digits; None when there is another character.
-fn read_hex(digits: &[u8]) -> Option<u32> {
-    digits.iter().try_fold(0, |number: u32, digit| {
-        Some(number << 4 | char::from(*digit).to_digit(16)?)
-    })
-}
-
-/// Appends the low `digits` hexadecimal digits of `number`.
-fn write_hex(number: u64, digits: u32, text: &mut Vec<u8>) {
-    for shift in (0..digits).rev() {
-        text.push(b"0123456789ABCDEF"[(number >> (4 * shift) & 0xF) as usize]);
-    }
+    let (frame, rest) = can_wire::slcan::read_frame(line)?;
+    rest.is_empty().then_some(frame)
 }
 
 #[cfg(test)]

@@ -10,14 +10,15 @@ use crate::output::Terminal;
 use crate::resolve;
 use crate::sample::{Sample, Sampler};
 use crate::session::Session;
-use plumbline::can::{BitRate, Frame};
+use can_wire::text::log_line;
+use plumbline::can::BitRate;
 use plumbline::param::DataType;
 use plumbline::time::{Duration, after, millis};
 use serde_json::json;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
-use std::time::{SystemTime, UNIX_EPOCH};
+use std::time::{self, SystemTime, UNIX_EPOCH};
 
 /// The longest wait without a check for Ctrl-C.
 const SLICE: Duration = millis(50);
@@ -272,8 +273,7 @@ pub(super) fn log(
     let start = link.now();
     let epoch = SystemTime::now()
         .duration_since(UNIX_EPOCH)
-        .unwrap_or_default()
-        .as_micros() as u64;
+        .unwrap_or_default();
     let is_output = path == Path::new("-");
     let mut file = match is_output {
         true => None,
@@ -287,7 +287,9 @@ pub(super) fn log(
         let until = after(link.now(), SLICE);
         let until = end.map_or(until, |end| until.min(end));
         if let Some((at, frame)) = link.receive(until)? {
-            let text = line(epoch + at.ticks().saturating_sub(start.ticks()), &frame);
+            let passed = Duration::from_ticks(at.ticks().saturating_sub(start.ticks()));
+            let time = epoch + time::Duration::from_micros(passed.ticks());
+            let text = log_line(time, INTERFACE, &frame);
             count += 1;
             let written = match &mut file {
                 Some(file) => writeln!(file, "{text}"),
@@ -325,13 +327,4 @@ fn only_listens(link: &mut Link, failure: Failure) -> Failure {
         ),
         _ => failure,
     }
-}
-
-/// A frame as `candump -L` writes it; `time` in us since 1970.
-fn line(time: u64, frame: &Frame) -> String {
-    format!(
-        "({}.{:06}) {INTERFACE} {frame:?}",
-        time / 1_000_000,
-        time % 1_000_000
-    )
 }

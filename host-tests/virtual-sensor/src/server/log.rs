@@ -6,6 +6,7 @@
 //! ```
 
 use bench::Logged;
+use can_wire::text::log_line;
 use std::fs::File;
 use std::io::{self, BufWriter, Write};
 use std::path::Path;
@@ -55,12 +56,7 @@ fn time_of_day() -> Duration {
 /// One line without its line end.
 fn line(start: Duration, entry: &Logged) -> String {
     let at = start + Duration::from_micros(entry.at.ticks());
-    format!(
-        "({:010}.{:06}) {INTERFACE} {:?}",
-        at.as_secs(),
-        at.subsec_micros(),
-        entry.frame
-    )
+    log_line(at, INTERFACE, &entry.frame)
 }
 
 #[cfg(test)]

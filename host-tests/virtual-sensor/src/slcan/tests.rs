@@ -1,6 +1,7 @@
 //! The protocol against the LAWICEL manual and the input of real drivers.
 
 use super::*;
+use embedded_can::Id;
 use plumbline::can::{extended, standard};
 use proptest::prelude::*;
 

@@ -8,8 +8,12 @@
 //!  Vhhhh, Nxxxx, Fhh      the answers to V (version), N (serial number) and F (status)
 //! ```
 
-use plumbline::can::{BitRate, Frame, extended, standard};
+use can_wire::slcan::{self, RATES};
+use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
+
+/// The command of the only bit rate that is not in the table of slcan.
+const K62_5: &str = "s071C";
 
 /// What a line of an adapter is.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -67,74 +71,23 @@ impl Line {
 }
 
 /// The command that sets a bit rate.
-pub(super) fn rate_command(rate: BitRate) -> &'static str {
-    match rate {
-        BitRate::K10 => "S0",
-        BitRate::K20 => "S1",
-        BitRate::K50 => "S2",
-        BitRate::K62_5 => "s071C",
-        BitRate::K100 => "S3",
-        BitRate::K125 => "S4",
-        BitRate::K250 => "S5",
-        BitRate::K500 => "S6",
-        BitRate::K800 => "S7",
-        BitRate::M1 => "S8",
-    }
+pub(super) fn rate_command(rate: BitRate) -> String {
+    let place = RATES.iter().position(|own| *own == rate);
+    place.map_or(K62_5.to_owned(), |place| format!("S{place}"))
 }
 
 /// A frame as a line without CR.
 pub fn write_frame(frame: &Frame) -> String {
-    use embedded_can::Id;
-    let kind = if frame.is_remote() { 'r' } else { 't' };
-    let mut line = match frame.id() {
-        Id::Standard(id) => format!("{kind}{:03X}", id.as_raw()),
-        Id::Extended(id) => format!("{}{:08X}", kind.to_ascii_uppercase(), id.as_raw()),
-    };
-    line.push_str(&frame.dlc().to_string());
-    for byte in frame.bytes() {
-        line.push_str(&format!("{byte:02X}"));
-    }
-    line
+    let mut line = Vec::new();
+    slcan::write_frame(frame, &mut line);
+    line.into_iter().map(char::from).collect()
 }
 
 /// The frame of a line without CR; None if the line is no valid frame. A time stamp of 4 or 8 digits behind it is ignored.
 pub fn read_frame(line: &[u8]) -> Option<Frame> {
-    let line = std::str::from_utf8(line)
-        .ok()
-        .filter(|line| line.is_ascii())?;
-    let (kind, rest) = line.split_at_checked(1)?;
-    let digits = if kind.chars().all(char::is_lowercase) {
-        3
-    } else {
-        8
-    };
-    let (id, rest) = rest.split_at_checked(digits)?;
-    let id = hexadecimal(id)?;
-    let id = match digits {
-        3 if id <= 0x7FF => standard(id as u16),
-        8 if id <= 0x1FFF_FFFF => extended(id),
-        _ => return None,
-    };
-    let (length, rest) = rest.split_at_checked(1)?;
-    let length = length.parse::<usize>().ok().filter(|length| *length <= 8)?;
-    if kind.eq_ignore_ascii_case("r") {
-        return time_stamp(rest).then(|| Frame::remote(id, length))?;
-    }
-    let (data, rest) = rest.split_at_checked(2 * length)?;
-    let mut bytes = [0; 8];
-    for (place, byte) in bytes.iter_mut().take(length).enumerate() {
-        *byte = hexadecimal(&data[2 * place..2 * place + 2])? as u8;
-    }
-    time_stamp(rest).then(|| Frame::data(id, &bytes[..length]))?
-}
-
-fn hexadecimal(text: &str) -> Option<u32> {
-    let valid = text.bytes().all(|byte| byte.is_ascii_hexdigit());
-    valid.then(|| u32::from_str_radix(text, 16).ok())?
-}
-
-fn time_stamp(text: &str) -> bool {
-    matches!(text.len(), 0 | 4 | 8) && text.bytes().all(|byte| byte.is_ascii_hexdigit())
+    let (frame, stamp) = slcan::read_frame(line)?;
+    let is_stamp = matches!(stamp.len(), 0 | 4 | 8) && stamp.iter().all(u8::is_ascii_hexdigit);
+    is_stamp.then_some(frame)
 }
 
 /// The time of a line of the clock of the bus.

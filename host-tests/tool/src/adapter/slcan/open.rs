@@ -70,7 +70,7 @@ impl<S: Stream> Slcan<S> {
                 self.name,
                 rate.name()
             );
-            self.must(rate_command(rate), ("rate-refused", refusal))?;
+            self.must(&rate_command(rate), ("rate-refused", refusal))?;
         }
         let (command, refusal) = match mode {
             Mode::Active => (
