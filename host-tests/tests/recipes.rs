@@ -14,12 +14,12 @@
 //!
 //! A comment can follow the frame. The sensor starts with a blank memory, and the bus has the bit rate of the sensor.
 
+use bench::scene::{Axes, Scene, SceneArgument};
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
 use can_wire::text::parse;
 use host_tests::documents::documents;
 use plumbline::can::{Frame, standard};
 use plumbline::time::{Duration, after, millis, reached};
-use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
 /// The start of a recipe.
 const BEGIN: &str = "<!-- recipe: ";

@@ -3,10 +3,10 @@
 
 use bench::NodeType;
 use bench::motion::Motion;
+use bench::scene::{Axes, Scene, SceneArgument};
 use host_tests::trace::Trace;
 use plumbline::model::catalog::PRODUCTS;
 use std::path::{Path, PathBuf};
-use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
 /// The paths of all traces.
 fn traces() -> Vec<PathBuf> {

@@ -1,6 +1,7 @@
 //! Warm-up of GEMAC's reference line: AccuracyWarning over minutes, in scenes with a temperature (manual 9.3 and 9.5.2).
 
 use bench::motion::Motion;
+use bench::scene::{Axes, Scene};
 use bench::script::frame;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType, Sensor};
 use plumbline::can::BitRate;
@@ -10,7 +11,6 @@ use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
-use virtual_sensor::scene::{Axes, Scene};
 
 /// Bit 6 of the status byte (tables 14 and 15).
 const ACCURACY_WARNING: u8 = 0x40;

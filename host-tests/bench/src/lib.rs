@@ -6,6 +6,7 @@
 //! - [`Bus`]: the wire with its devices and adapters, accurate to the bit
 //! - [`NodeType`]: the type of a sensor: its node and the owner of the records in its memory
 //! - [`motion`] and [`thermal`]: the source of readings, and the heated cell around the accelerometer
+//! - [`scene`]: the motion of a virtual sensor
 //! - [`bit_rate`]: the bit rate as an option of a program
 //! - [`script`]: a node for tests of the bench itself
 //!
@@ -22,6 +23,7 @@ mod flash;
 pub mod motion;
 mod node_type;
 mod receive_pin;
+pub mod scene;
 pub mod script;
 mod sensor;
 pub mod thermal;

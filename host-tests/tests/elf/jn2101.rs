@@ -365,8 +365,8 @@ fn later(trace: &str, delay: u64) -> String {
 #[cfg(target_os = "linux")]
 #[test]
 fn image_passes_every_trace() {
+    use bench::scene::{Axes, Scene, SceneArgument};
     use host_tests::trace::Trace;
-    use virtual_sensor::scene::{Axes, Scene, SceneArgument};
     let scene = |node_type: &NodeType, text: &str| -> Result<Box<dyn Motion>, String> {
         let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
         let scene = Scene::open(Some(&argument), Axes::of(node_type));

@@ -12,6 +12,7 @@ pub use parameters::*;
 
 use crate::CHIP;
 use bench::motion::Motion;
+use bench::scene::{Axes, Scene};
 use bench::{AdapterId, Bus, BusRate, DeviceId, Flash, Logged, NodeType, Sensor, Source};
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::time::{Duration, after};
@@ -25,7 +26,6 @@ use stm32_sim::firmware;
 use stm32_sim::flash::Times;
 use stm32_sim::peripherals::Peripherals;
 use stm32_sim::rcc::ResetCause;
-use virtual_sensor::scene::{Axes, Scene};
 
 /// The products whose images are tested.
 pub const MODELS: [&str; 2] = ["is1", "is2"];

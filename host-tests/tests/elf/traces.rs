@@ -4,11 +4,11 @@
 use crate::rig::*;
 use bench::NodeType;
 use bench::motion::Motion;
+use bench::scene::{Axes, Scene, SceneArgument};
 use host_tests::trace::Trace;
 use plumbline::time::Duration;
 use std::path::Path;
 use stm32_sim::Microcontroller;
-use virtual_sensor::scene::{Axes, Scene, SceneArgument};
 
 /// Maximum time after which the image takes part in the bus: it waits until the accelerometer has settled.
 const BOOT: Duration = ms(200);

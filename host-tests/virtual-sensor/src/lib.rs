@@ -1,10 +1,8 @@
 //! A sensor for external clients: the library of the program `virtual-sensor`.
 //!
-//! - [`scene`]: the motion of the sensor
 //! - [`slcan`]: the protocol of its clients; [`server`]: the clients on a bus in real time
 //! - [`program`]: the command line and its files
 
 pub mod program;
-pub mod scene;
 pub mod server;
 pub mod slcan;

@@ -1,7 +1,7 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
-use crate::scene::{Axes, Scene, SceneArgument, SceneError};
 use crate::server::{Clock, Log, RunError, Server, StatusLine, tcp};
+use bench::scene::{Axes, Scene, SceneArgument, SceneError};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
 use clap::builder::PossibleValuesParser;

@@ -8,15 +8,13 @@ use crate::connect::factory_target;
 use crate::failure::Failure;
 use crate::identify;
 use crate::session::Session;
-use bench::motion::Motion;
+use bench::scene::{Axes, Scene};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use plumbline::can::{BitRate, Frame};
-use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::model::listing::canopen::J1939Tables;
 use plumbline::time::{Duration, Instant, after, millis};
 use std::cell::RefCell;
-use std::f64::consts::TAU;
 use std::rc::Rc;
 use std::time;
 
@@ -34,30 +32,6 @@ const CLAIM: Duration = millis(700);
 
 /// The end of the name of a product that has been switched to J1939.
 pub const J1939: &str = "/j1939";
-
-/// The period of the sway, in s.
-const PERIOD: f64 = 20.0;
-
-/// A slow sway of both axes about the level position.
-struct Sway;
-
-impl Motion for Sway {
-    fn reading(&mut self, now: Instant) -> Reading {
-        let phase = TAU * now.ticks() as f64 / 1e6 / PERIOD;
-        let (x, y) = (
-            (15.0 * phase.sin()).to_radians(),
-            (8.0 * (2.0 * phase).sin()).to_radians(),
-        );
-        let (gx, gy) = (x.sin(), y.sin());
-        let up = [-gx, gy, (1.0 - gx * gx - gy * gy).max(0.0).sqrt()];
-        let [x, y, z] = up.map(|part| (part * f64::from(ONE_G)) as i32);
-        Reading {
-            acceleration: I32x3 { x, y, z },
-            temperature: 25_00,
-            ..Reading::default()
-        }
-    }
-}
 
 /// The bus of the demonstration with one sensor of this product.
 ///
@@ -77,7 +51,8 @@ pub fn bus(name: &str) -> Result<Bus, Failure> {
     let node_type = NodeType::from(product);
     let mut bus = Bus::new(BusRate::Follow);
     let flash = Flash::blank(Geometry::STM32F103);
-    bus.attach(Device::new(&node_type, SERIAL, flash, Box::new(Sway)));
+    let sway = Box::new(Scene::sway(Axes::of(&node_type)));
+    bus.attach(Device::new(&node_type, SERIAL, flash, sway));
     let mut booted = after(bus.now(), BOOT);
     let other = bus.adapter();
     if let Protocol::Devicenet(_) = product.protocol {

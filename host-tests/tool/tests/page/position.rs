@@ -3,6 +3,7 @@
 use crate::browser::Browser;
 use crate::server::Running;
 use bench::motion::Motion;
+use bench::scene::{Axes, Scene};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use plumbline::measure::Reading;
 use plumbline::time::Instant;
@@ -10,7 +11,6 @@ use std::net::TcpListener;
 use std::sync::mpsc::channel;
 use std::sync::{Arc, Mutex};
 use std::thread::{self, JoinHandle};
-use virtual_sensor::scene::{Axes, Scene};
 use virtual_sensor::server::{Clock, Events, Server, tcp};
 
 /// The corners of the faces that are drawn.

@@ -7,6 +7,7 @@ mod sensor;
 
 use bench::BusRate;
 use plumbline::can::BitRate;
+use plumbline::model::catalog::PRODUCTS;
 use sensor::{Sensor, document, plumbline, program};
 use serde_json::Value;
 use std::net::{TcpListener, TcpStream};
@@ -159,6 +160,30 @@ fn demonstration_needs_no_hardware() {
         assert!(document(&output)["zero"].is_object(), "{product}");
     }
     assert_eq!(plumbline("demo:is3", "get").status.code(), Some(2));
+}
+
+/// A sensor with one axis that lies flat would have no angle.
+#[test]
+fn demonstration_of_every_product_sways_slowly_without_an_error() {
+    for product in PRODUCTS {
+        let port = format!("demo:{}", product.name);
+        let output = program(&port, "bus", "--json watch --every 500 --seconds 20");
+        let text = String::from_utf8_lossy(&output.stdout);
+        assert!(!text.contains("Error"), "{port} {text}");
+        let angles = text.lines().map(|line| {
+            let sample: Value = serde_json::from_str(line).expect("a sample");
+            let angle = sample.as_object().and_then(|sample| sample.values().nth(1));
+            angle.and_then(Value::as_f64).expect("an angle")
+        });
+        let angles: Vec<f64> = angles.collect();
+        assert_eq!(angles.len(), 40, "{port}");
+        let steps = angles.windows(2).map(|pair| {
+            let step = (pair[1] - pair[0]).rem_euclid(360.0);
+            step.min(360.0 - step)
+        });
+        let longest = steps.fold(0.0, f64::max);
+        assert!((0.1..10.0).contains(&longest), "{port} {longest}");
+    }
 }
 
 #[test]

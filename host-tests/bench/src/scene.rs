@@ -1,9 +1,9 @@
-//! The motion of the virtual sensor: a fixed tilt, a recording in a CSV file, or a slow sway.
+//! The motion of a virtual sensor: a fixed tilt, a recording in a CSV file, or a slow sway.
 
 mod recording;
 
-use bench::NodeType;
-use bench::motion::{Motion, NOMINAL_SUPPLY};
+use crate::NodeType;
+use crate::motion::{Motion, NOMINAL_SUPPLY};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::Boot;
 use plumbline::time::Instant;
