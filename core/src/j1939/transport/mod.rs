@@ -35,7 +35,7 @@ use crate::time::{Duration, millis};
 const PRIORITY: u8 = 7;
 
 /// Bytes of the message in a packet.
-const PACKET: usize = 7;
+pub const PACKET: usize = 7;
 
 /// The longest time between two received packets.
 pub const T1: Duration = millis(750);

@@ -18,10 +18,11 @@ use crate::failure::Failure;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{
     ACKNOWLEDGEMENT, ADDRESS_CLAIMED, COMMANDED_ADDRESS, GLOBAL, Identifier, NO_ADDRESS, Pgn,
-    REQUEST, pgn_bytes, pgn_of,
+    REQUEST, pgn_bytes,
 };
 use plumbline::j1939::name::Name;
-use plumbline::j1939::transport::Control;
+use plumbline::j1939::request::{refused, request};
+use plumbline::j1939::transport::{Message, Outgoing};
 use plumbline::time::{Duration, after, millis};
 use transport::Opening;
 
@@ -30,6 +31,9 @@ pub const ANSWER: Duration = millis(300);
 
 /// The wait for the claims of all nodes.
 const CLAIMS: Duration = millis(250);
+
+/// The wait between two looks whether the next packet of a message to all nodes is due.
+const STEP: Duration = millis(5);
 
 /// The answer to a request for a group.
 #[derive(Clone, PartialEq, Eq, Debug)]
@@ -40,13 +44,6 @@ pub enum Answer {
     Refused,
     /// Nobody answers.
     Silent,
-}
-
-/// A request for a group, from this address.
-fn request(pgn: Pgn, destination: u8, source: u8) -> Frame {
-    let [low, middle, high] = pgn_bytes(pgn);
-    let id = Identifier::new(REQUEST, destination, source).can_id();
-    Frame::of(id, [low, middle, high, 0, 0, 0, 0, 0], 3)
 }
 
 /// Address and NAME in a claim. A node without address claims 254.
@@ -107,11 +104,8 @@ pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Failure> {
             return Some(First::Data(frame.bytes().to_vec()));
         }
         if id.pgn == ACKNOWLEDGEMENT {
-            let &[control, _, _, _, requester, a, b, c] = frame.bytes() else {
-                return None;
-            };
-            let is_own = requester == own && pgn_of([a, b, c]) == pgn && control != 0;
-            return is_own.then_some(First::Refused);
+            let is_ours = refused(frame.bytes(), own) == Some(pgn);
+            return is_ours.then_some(First::Refused);
         }
         let opening = Opening::of(frame)?;
         (opening.pgn == pgn).then_some(First::Long(opening))
@@ -135,30 +129,24 @@ pub fn get(link: &mut Link, node: u8, pgn: Pgn) -> Result<Answer, Failure> {
 pub fn command_address(link: &mut Link, node: Name, new: u8) -> Result<Option<u8>, Failure> {
     const CLAIMED: Duration = millis(1000);
     let own = link.own_address()?;
-    let mut message = node.to_bytes().to_vec();
-    message.push(new);
     let is_claim = |frame: &Frame| {
         let claim = claim(frame).filter(|(_, name)| *name == node);
         claim.map(|(address, _)| address)
     };
-    let packets = message.len().div_ceil(transport::PACKET) as u8;
-    let announce = Control::Broadcast {
-        size: message.len() as u16,
-        packets,
-    };
-    link.send(&transport::control(
-        announce,
-        COMMANDED_ADDRESS,
-        GLOBAL,
-        own,
-    ))?;
-    for number in 1..=packets {
-        link.wait_for(transport::INTERVAL, |_| None::<()>)?;
-        let packet = transport::packet(&message, number, GLOBAL, own);
-        if number == packets {
-            return link.ask(&packet, CLAIMED, is_claim);
+    let name = node.to_bytes();
+    let message: Message = name.into_iter().chain([new]).collect();
+    let mut outgoing = Outgoing::IDLE;
+    outgoing.begin(GLOBAL, COMMANDED_ADDRESS, message);
+    while outgoing.is_active() {
+        if let Some(packet) = outgoing.next(link.now()) {
+            let frame = packet.frame(own);
+            if !outgoing.is_active() {
+                return link.ask(&frame, CLAIMED, is_claim);
+            }
+            link.send(&frame)?;
+            outgoing.sent(link.now());
         }
-        link.send(&packet)?;
+        link.wait_for(STEP, |_| None::<()>)?;
     }
     Ok(None)
 }

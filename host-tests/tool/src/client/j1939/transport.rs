@@ -1,4 +1,4 @@
-//! Messages of more than eight bytes (SAE J1939-21, 5.10): receives one that was announced, and sends one to all nodes.
+//! Messages of more than eight bytes (SAE J1939-21, 5.10): receives one that was announced.
 //!
 //! ```text
 //!  7 EC<dst><src>   10 size size packets limit PGN      request to send, to us
@@ -12,14 +12,7 @@ use crate::client::Link;
 use crate::failure::Failure;
 use plumbline::can::Frame;
 use plumbline::j1939::identifier::{GLOBAL, Identifier, Pgn, TRANSPORT_CONTROL, TRANSPORT_DATA};
-use plumbline::j1939::transport::{Control, Packet, Reason, T1, T2};
-use plumbline::time::{Duration, millis};
-
-/// Bytes of a message in a packet.
-pub const PACKET: usize = 7;
-
-/// The time between two packets to all nodes; 50 to 200 ms are permitted.
-pub const INTERVAL: Duration = millis(60);
+use plumbline::j1939::transport::{Control, PACKET, Packet, Reason, T1, T2};
 
 /// A message that was announced.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -59,24 +52,8 @@ impl Opening {
 }
 
 /// A TP.CM frame.
-pub fn control(control: Control, pgn: Pgn, destination: u8, own: u8) -> Frame {
+fn control(control: Control, pgn: Pgn, destination: u8, own: u8) -> Frame {
     Packet::control(destination, control, pgn).frame(own)
-}
-
-/// A packet of a message; the first one has number 1.
-pub fn packet(message: &[u8], number: u8, destination: u8, own: u8) -> Frame {
-    let mut bytes = [0xFF; 8];
-    bytes[0] = number;
-    let from = usize::from(number.saturating_sub(1)) * PACKET;
-    for (own, byte) in bytes[1..].iter_mut().zip(message.iter().skip(from)) {
-        *own = *byte;
-    }
-    let packet = Packet {
-        is_control: false,
-        destination,
-        bytes,
-    };
-    packet.frame(own)
 }
 
 /// Receives a message that was announced to `own` or to all; None: it was not complete.
