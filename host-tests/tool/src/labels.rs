@@ -5,7 +5,7 @@
 //! 4711 = "boom left"
 //! ```
 
-use crate::backup::write_file;
+use crate::backup::{Unread, read_text, write_file};
 use crate::failure::Failure;
 use crate::identify::Found;
 use etcetera::{BaseStrategy, choose_base_strategy};
@@ -54,12 +54,14 @@ impl Labels {
                 format!("cannot read the names in {shown} ({why}): repair or delete it"),
             )
         };
-        let makers = match std::fs::read_to_string(&path) {
+        let makers = match read_text(&path) {
             Ok(text) => text
                 .parse()
                 .map_err(|error: toml::de::Error| bad(error.message().to_owned()))?,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Table::new(),
-            Err(error) => return Err(bad(error.to_string())),
+            Err(Unread::Failed(error)) if error.kind() == std::io::ErrorKind::NotFound => {
+                Table::new()
+            }
+            Err(unread) => return Err(bad(unread.to_string())),
         };
         Ok(Self {
             path: Some(path),
