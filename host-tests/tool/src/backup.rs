@@ -115,7 +115,7 @@ impl Backup {
     pub fn parse_with(text: &str, foreign: Option<&Sheet>) -> Result<Self, String> {
         let table: Table = text
             .parse()
-            .map_err(|error: toml::de::Error| error.message().to_owned())?;
+            .map_err(|error: toml::de::Error| shown(error.message()))?;
         let section = |name: &str| {
             let section = table.get(name).and_then(Value::as_table);
             section.ok_or_else(|| format!("it has no section [{name}]"))
@@ -161,7 +161,7 @@ impl Backup {
                 Value::String(text) => text.clone(),
                 Value::Integer(number) => number.to_string(),
                 Value::Float(number) => number.to_string(),
-                _ => return Err(format!("{name} has no value in quotes")),
+                _ => return Err(format!("{name:?} has no value in quotes")),
             };
             backup.set(name, &text)?;
         }

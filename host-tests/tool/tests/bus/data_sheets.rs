@@ -75,7 +75,7 @@ fn value_outside_the_limits_of_the_data_sheet_is_refused_before_anything_is_writ
     device.rig.witnessed();
     for (set, code) in [
         ("resolution=1001", "out-of-range"),
-        ("resolution=70000", "bad-value"),
+        ("resolution=70000", "out-of-range"),
         ("resolution=1deg", "bad-value"),
         ("slope-long16=1", "read-only"),
         ("nonsense=1", "unknown-name"),

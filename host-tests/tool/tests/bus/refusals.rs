@@ -17,7 +17,10 @@ fn writes(rig: &mut Rig) -> Vec<String> {
 fn value_out_of_range_is_refused_before_anything_is_written() {
     for (assignment, code) in [
         ("cyclic-time=0", "out-of-range"),
-        ("cyclic-time=65.536s", "bad-value"),
+        ("cyclic-time=65.536s", "out-of-range"),
+        ("cyclic-time=99999999", "out-of-range"),
+        ("cyclic-time=raw:99999999", "out-of-range"),
+        ("filter=99999999,butterworth", "out-of-range"),
         ("zero-x=90.01deg", "out-of-range"),
         ("zero-x=1.255deg", "bad-value"),
         ("zero-x=1.25Hz", "bad-value"),
@@ -36,7 +39,7 @@ fn value_out_of_range_is_refused_before_anything_is_written() {
         ("cyclic-time", "bad-assignment"),
         ("nonsense=1", "unknown-name"),
         ("cyclic-time=", "bad-value"),
-        ("cyclic-time=99999999999999999999999999999", "bad-value"),
+        ("cyclic-time=99999999999999999999999999999", "out-of-range"),
     ] {
         let mut rig = Rig::with("is2");
         rig.done("get cyclic-time");

@@ -122,7 +122,7 @@ fn value_out_of_range_is_refused_and_changes_nothing() {
     let server = Running::connected("is2");
     for (assignment, code) in [
         ("cyclic-time=0", "out-of-range"),
-        ("cyclic-time=70000", "bad-value"),
+        ("cyclic-time=70000", "out-of-range"),
         ("cyclic-time=quickly", "bad-value"),
         ("nothing=1", "unknown-name"),
         ("angle-x=1", "read-only"),
