@@ -98,7 +98,7 @@ fn command_without_sensor_names_the_next_step() {
 fn sensor_of_every_protocol_is_set_zeroed_and_stored() {
     for (product, name, text, expected) in [
         ("is2", "cut-off", "2.5Hz", json!(2500)),
-        ("jn2101", "filter", "1 Hz", json!("1 Hz")),
+        ("jn2101", "filter", "1 Hz", json!(1)),
         ("ims360", "cut-off", "2500mHz", json!(2500)),
         ("tiltix080", "cos-delta", "0.5deg", json!(0.50)),
     ] {
@@ -203,7 +203,8 @@ fn hostile_bodies_are_refused() {
 fn file_is_edited_without_sensor() {
     let server = Running::new();
     let file = server.post("/api/file", r#"{"product":"jn2101"}"#).json();
-    assert_eq!(file["values"]["filter"]["value"], "5 Hz");
+    let filter = json!({"value": 5, "unit": "Hz", "raw": 2});
+    assert_eq!(file["values"]["filter"], filter);
     let set = |text: &Value, name: &str, value: &str| {
         let body = json!({"text": text, "name": name, "value": value});
         server.post("/api/file/set", &body.to_string())
