@@ -354,7 +354,7 @@ impl Rig {
         };
         if let Err(failure) = result {
             ended.code = failure.kind.exit_code();
-            if cli.options.json {
+            if cli.options.json && !failure.has_document {
                 ended.out.push_str(&failure.json().to_string());
             } else {
                 ended.notes.push_str(&failure.message);
