@@ -156,7 +156,7 @@ impl Questions<'_> {
                     protocol: "canopen",
                     address: Some(UNCONFIGURED.to_owned()),
                     serial: Some(serial),
-                    article: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
+                    text: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
                     by: By::Message,
                 };
                 rows.add(link.rate(), Row::Heard(row), terminal)?;

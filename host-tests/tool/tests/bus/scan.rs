@@ -186,7 +186,7 @@ fn node_without_node_id_is_found_by_fastscan() {
     let (rows, _) = scan(&mut rig, "--active --rate 125");
     assert_eq!(rows[0]["address"], "unconfigured");
     assert_eq!(
-        (&rows[0]["serial"], &rows[0]["article"]),
+        (&rows[0]["serial"], &rows[0]["heard"]),
         (&json!(1), &json!("vendor 195h, product code 1869Fh"))
     );
 }
