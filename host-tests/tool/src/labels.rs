@@ -106,7 +106,10 @@ impl Labels {
         };
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| {
-                let message = format!("cannot create the folder {} ({error})", folder.display());
+                let message = format!(
+                    "cannot create the folder {} ({error}): choose another one with --config",
+                    folder.display()
+                );
                 Failure::bus("no-file", message)
             })?;
         }
@@ -131,7 +134,10 @@ fn checked(name: &str) -> Result<String, Failure> {
     let name = name.trim();
     let is_shown = name.chars().all(|letter| !letter.is_control());
     if name.is_empty() || name.chars().count() > LONGEST || !is_shown {
-        let message = format!("a name has 1 to {LONGEST} characters on one line");
+        let start: String = name.chars().take(LONGEST + 1).collect();
+        let message = format!(
+            "the name {start:?} is not permitted: choose one of 1 to {LONGEST} characters on one line"
+        );
         return Err(Failure::usage("bad-value", message));
     }
     Ok(name.to_owned())

@@ -81,7 +81,10 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
     written.map_err(|error| {
         Failure::bus(
             "no-file",
-            format!("cannot write {} ({error})", path.display()),
+            format!(
+                "cannot write {} ({error}): choose another file or folder",
+                path.display()
+            ),
         )
     })
 }

@@ -52,6 +52,63 @@ fn value_out_of_range_is_refused_before_anything_is_written() {
 }
 
 #[test]
+fn value_out_of_range_is_named_in_the_unit_of_the_user() {
+    let mut rig = Rig::with("is2");
+    for (assignment, part) in [
+        (
+            "zero-x=999deg",
+            "999.00 deg is not permitted: zero-x takes -90.00..90.00 deg",
+        ),
+        (
+            "cyclic-time=99999999",
+            "99999999 ms is not permitted: cyclic-time takes 1..65535 ms",
+        ),
+        (
+            "filter=99999999,butterworth",
+            "99999999 mHz is not permitted",
+        ),
+        ("angle-x=0", "`plumbline get angle-x` shows it"),
+        ("tpdo1-cob-id", "is no assignment"),
+        ("=1", "no parameter \"\":"),
+    ] {
+        let ended = rig.tool(&format!("set {assignment}"));
+        assert!(ended.notes.contains(part), "{assignment} {ended:?}");
+    }
+    for (command, part) in [
+        (
+            "--node 200 get",
+            "--node 200: a node-ID is 1 to 127; `plumbline scan` shows",
+        ),
+        (
+            "--mac 64 get",
+            "--mac 64: a MAC ID is 0 to 63; `plumbline scan` shows",
+        ),
+    ] {
+        let ended = rig.tool(command);
+        assert!(ended.notes.contains(part), "{command} {ended:?}");
+    }
+    let mut jn2101 = Rig::with("jn2101");
+    for (command, part) in [
+        ("set tpdo1-cob-id=18B", "write 18Bh"),
+        (
+            "--rate 125 --node 10 raw 1017:0=F4",
+            "The object has 2 bytes: write all bytes of the object, for example F400",
+        ),
+        (
+            "--rate 125 --node 10 raw 1017:0=F4000000",
+            "The object has 2 bytes: write all bytes of the object, for example F400",
+        ),
+        ("node-id 200", "200 is no node-ID: choose one from 1 to 127"),
+    ] {
+        let ended = jn2101.tool(command);
+        assert!(ended.notes.contains(part), "{command} {ended:?}");
+        assert_ne!(ended.code, 0, "{command}");
+    }
+    let ended = rig.tool_with(&["get", "\u{1b}]0;x\u{7}"]);
+    assert!(ended.notes.contains("\"\\u{1b}]0;x\\u{7}\""), "{ended:?}");
+}
+
+#[test]
 fn refusal_of_the_sensor_is_exit_code_1_and_names_the_next_step() {
     let list = "`plumbline parameters` lists";
     for (product, command, step) in [
