@@ -131,7 +131,7 @@ pub enum Command {
         /// Send requests on a bus without traffic, without a question to the user
         #[arg(long)]
         active: bool,
-        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits; with all other addresses at least 51 s at 250 kbit/s
+        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits; with all other addresses at least 50 s at 250 kbit/s
         #[arg(long)]
         search: bool,
     },

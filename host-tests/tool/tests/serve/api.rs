@@ -219,21 +219,21 @@ fn file_is_edited_without_sensor() {
             &json!("done")
         )
     );
-    assert_eq!(changed["values"]["filter"]["value"], "1 Hz");
+    assert_eq!(changed["values"]["filter"]["value"], 1);
     let body = json!({"text": changed["text"]}).to_string();
     assert_eq!(
         server.post("/api/file", &body).json()["values"],
         changed["values"]
     );
-    for (name, value) in [
-        ("filter", "3 Hz"),
-        ("nothing", "1"),
-        ("slope-long16", "1"),
-        ("node-id", "128"),
+    for (name, value, code) in [
+        ("filter", "3 Hz", "bad-value"),
+        ("nothing", "1", "unknown-name"),
+        ("slope-long16", "1", "read-only"),
+        ("node-id", "128", "out-of-range"),
     ] {
         assert_eq!(
             set(&file["text"], name, value).code(),
-            "out-of-range",
+            code,
             "{name}={value}"
         );
     }

@@ -125,7 +125,7 @@ fn devicenet_device_without_known_angles_is_read_and_set() {
         &server,
         json!({"set": {"assignments": ["resolution=raw:100"]}}),
     );
-    assert_eq!(value(&server, "resolution"), "0.1 deg");
+    assert_eq!(value(&server, "resolution"), 0.1);
     let status = tab.wait("status", |status| status["busy"].is_null());
     assert_eq!(
         (&status["state"], &status["lost"], &status["silent"]),
