@@ -159,7 +159,7 @@ async function find() {
 /** @param {any} row */
 function row(row) {
   const line = document.createElement("tr");
-  const cells = [row.product ?? t("unknown"), row.label ?? "", row.rate ?? "-", `${row.protocol} ${row.address ?? "-"}`, row.serial ?? "-", row.article ?? "-", row.firmware ?? "-"];
+  const cells = [row.product ?? t("unknown"), row.label ?? "", row.rate ?? "-", `${row.protocol} ${row.address ?? "-"}`, row.serial ?? "-", row.article ?? row.heard ?? "-", row.firmware ?? "-"];
   line.append(...cells.map((text) => make("td", String(text))));
   const button = /** @type {HTMLButtonElement} */ (make("button", t("use", row.product ?? row.address ?? row.protocol)));
   button.type = "button";

@@ -32,7 +32,7 @@ export function differences() {
   const { values } = file;
   return Object.keys(values).filter((name) => {
     const own = state.values?.[name];
-    return own !== undefined && own !== null && own.value !== values[name].value;
+    return own !== undefined && own !== null && shown(own) !== shown(values[name]);
   });
 }
 

@@ -129,7 +129,7 @@ function show() {
       const value = fits ? file.values[entry.name] : undefined;
       field.disabled = !fits;
       if (document.activeElement !== field || field.getAttribute("aria-invalid") === null) {
-        const own = value === undefined ? "" : field instanceof HTMLSelectElement ? String(value.value) : shown(value);
+        const own = value === undefined ? "" : shown(value);
         if (field.value !== own) field.value = own;
       }
     }

@@ -18,8 +18,9 @@ mod file;
 mod set;
 mod texts;
 
-pub use file::write_file;
+pub use file::{Unread, read_file, read_text, write_file};
 
+use crate::eds::shown;
 use crate::failure::Failure;
 use crate::identify::{Found, product};
 use crate::number::Scale;
@@ -29,9 +30,6 @@ use plumbline::model::catalog::Protocol;
 use plumbline::param::ParameterId;
 use std::path::Path;
 use toml::{Table, Value};
-
-/// The longest file that is read, in bytes.
-const LONGEST: u64 = 1 << 20;
 
 /// The bits of a COB-ID that are its identifier.
 const IDENTIFIER: u32 = 0x1FFF_FFFF;
@@ -92,17 +90,13 @@ impl Backup {
     /// See [`read`](Self::read).
     pub fn read_with(path: &Path, foreign: Option<&Sheet>) -> Result<Self, Failure> {
         let shown = path.display();
-        let unreadable = |error: std::io::Error| {
-            Failure::bus(
+        let text = read_text(path).map_err(|unread| match unread {
+            Unread::Failed(error) => Failure::bus(
                 "no-file",
                 format!("cannot read {shown} ({error}): `plumbline backup` writes such a file"),
-            )
-        };
-        let length = std::fs::metadata(path).map_err(unreadable)?.len();
-        if length > LONGEST {
-            return Err(bad(path, "it is too long"));
-        }
-        let text = std::fs::read_to_string(path).map_err(unreadable)?;
+            ),
+            Unread::Unfit(why) => bad(path, why),
+        })?;
         Self::parse_with(&text, foreign).map_err(|why| bad(path, &why))
     }
 
@@ -121,7 +115,7 @@ impl Backup {
     pub fn parse_with(text: &str, foreign: Option<&Sheet>) -> Result<Self, String> {
         let table: Table = text
             .parse()
-            .map_err(|error: toml::de::Error| error.message().to_owned())?;
+            .map_err(|error: toml::de::Error| shown(error.message()))?;
         let section = |name: &str| {
             let section = table.get(name).and_then(Value::as_table);
             section.ok_or_else(|| format!("it has no section [{name}]"))
@@ -167,7 +161,7 @@ impl Backup {
                 Value::String(text) => text.clone(),
                 Value::Integer(number) => number.to_string(),
                 Value::Float(number) => number.to_string(),
-                _ => return Err(format!("{name} has no value in quotes")),
+                _ => return Err(format!("{name:?} has no value in quotes")),
             };
             backup.set(name, &text)?;
         }

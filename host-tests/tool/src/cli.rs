@@ -131,7 +131,7 @@ pub enum Command {
         /// Send requests on a bus without traffic, without a question to the user
         #[arg(long)]
         active: bool,
-        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits: 42 s at 250 kbit/s
+        /// Also ask for GEMAC sensors at all 2048 identifiers of 11 bits; with all other addresses at least 50 s at 250 kbit/s
         #[arg(long)]
         search: bool,
     },
@@ -232,13 +232,13 @@ pub enum Command {
         #[arg(value_name = "NAME")]
         names: Vec<String>,
         /// The pause between two samples in ms
-        #[arg(long, default_value_t = 200, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+        #[arg(long, default_value_t = 200, value_name = "MS", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=60_000))]
         every: u32,
         /// The sensor sends the angles by itself (DeviceNet: answers to polls); its settings are put back afterwards
         #[arg(long, conflicts_with = "names")]
         cyclic: bool,
         /// End after this time
-        #[arg(long, value_name = "S")]
+        #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
     },
     /// Record the angles as CSV
@@ -249,13 +249,13 @@ pub enum Command {
         #[arg(value_name = "NAME")]
         names: Vec<String>,
         /// The pause between two samples in ms
-        #[arg(long, default_value_t = 20, value_name = "MS", value_parser = clap::value_parser!(u32).range(1..=60_000))]
+        #[arg(long, default_value_t = 20, value_name = "MS", allow_negative_numbers = true, value_parser = clap::value_parser!(u32).range(1..=60_000))]
         every: u32,
         /// The sensor sends the angles by itself (DeviceNet: answers to polls); its settings are put back afterwards
         #[arg(long, conflicts_with = "names")]
         cyclic: bool,
         /// End after this time
-        #[arg(long, value_name = "S")]
+        #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
     },
     /// Write all frames on the bus as `candump -L` does; only listens
@@ -263,7 +263,7 @@ pub enum Command {
         /// The file; - is standard output
         file: PathBuf,
         /// End after this time
-        #[arg(long, value_name = "S")]
+        #[arg(long, value_name = "S", allow_negative_numbers = true)]
         seconds: Option<f64>,
     },
     /// Calibrate a sensor of this project: guides through six positions with the log of the board, then computes the calibration

@@ -40,6 +40,8 @@ pub struct Failure {
     pub code: &'static str,
     /// One sentence for people.
     pub message: String,
+    /// The document of the command is printed, so this failure is not a second document.
+    pub has_document: bool,
 }
 
 impl Failure {
@@ -73,6 +75,15 @@ impl Failure {
             kind,
             code,
             message: message.into(),
+            has_document: false,
+        }
+    }
+
+    /// The same after the document of the command was printed.
+    pub fn after_document(self) -> Self {
+        Self {
+            has_document: true,
+            ..self
         }
     }
 

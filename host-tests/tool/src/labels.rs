@@ -5,7 +5,7 @@
 //! 4711 = "boom left"
 //! ```
 
-use crate::backup::write_file;
+use crate::backup::{Unread, read_text, write_file};
 use crate::failure::Failure;
 use crate::identify::Found;
 use etcetera::{BaseStrategy, choose_base_strategy};
@@ -54,12 +54,14 @@ impl Labels {
                 format!("cannot read the names in {shown} ({why}): repair or delete it"),
             )
         };
-        let makers = match std::fs::read_to_string(&path) {
+        let makers = match read_text(&path) {
             Ok(text) => text
                 .parse()
                 .map_err(|error: toml::de::Error| bad(error.message().to_owned()))?,
-            Err(error) if error.kind() == std::io::ErrorKind::NotFound => Table::new(),
-            Err(error) => return Err(bad(error.to_string())),
+            Err(Unread::Failed(error)) if error.kind() == std::io::ErrorKind::NotFound => {
+                Table::new()
+            }
+            Err(unread) => return Err(bad(unread.to_string())),
         };
         Ok(Self {
             path: Some(path),
@@ -104,7 +106,10 @@ impl Labels {
         };
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| {
-                let message = format!("cannot create the folder {} ({error})", folder.display());
+                let message = format!(
+                    "cannot create the folder {} ({error}): choose another one with --config",
+                    folder.display()
+                );
                 Failure::bus("no-file", message)
             })?;
         }
@@ -129,7 +134,10 @@ fn checked(name: &str) -> Result<String, Failure> {
     let name = name.trim();
     let is_shown = name.chars().all(|letter| !letter.is_control());
     if name.is_empty() || name.chars().count() > LONGEST || !is_shown {
-        let message = format!("a name has 1 to {LONGEST} characters on one line");
+        let start: String = name.chars().take(LONGEST + 1).collect();
+        let message = format!(
+            "the name {start:?} is not permitted: choose one of 1 to {LONGEST} characters on one line"
+        );
         return Err(Failure::usage("bad-value", message));
     }
     Ok(name.to_owned())

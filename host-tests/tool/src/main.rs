@@ -48,7 +48,7 @@ fn main() -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            if json {
+            if json && !failure.has_document {
                 print(&mut stdout(), &failure.json().to_string());
             } else {
                 print(&mut stderr(), &format!("plumbline: {failure}"));

@@ -8,11 +8,64 @@ mod scale;
 pub use scale::Scale;
 
 use crate::client::fsc::shown;
+use crate::failure::Failure;
 use crate::sheet::{Entry, Form};
 use plumbline::can::CanId;
 use plumbline::param::{DataType, Meaning, Permitted};
-use scale::decimal;
+use scale::{decimal, number_and_unit};
 use serde_json::{Number, Value, json};
+
+/// Why a text is no value of an entry.
+#[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
+#[error("{why}")]
+pub struct Wrong {
+    /// The code for programs.
+    pub code: &'static str,
+    /// One sentence for people.
+    pub why: String,
+}
+
+impl Wrong {
+    /// The code of a number that is not permitted.
+    const OUT_OF_RANGE: &'static str = "out-of-range";
+
+    /// The text is no value.
+    pub(crate) fn value(why: impl Into<String>) -> Self {
+        Self::new("bad-value", why)
+    }
+
+    /// The value is not permitted.
+    pub(crate) fn out_of_range(why: impl Into<String>) -> Self {
+        Self::new(Self::OUT_OF_RANGE, why)
+    }
+
+    /// No number of the protocol is so large.
+    fn too_large() -> Self {
+        Self::out_of_range("it is too large")
+    }
+
+    pub(crate) fn new(code: &'static str, why: impl Into<String>) -> Self {
+        let why = why.into();
+        Self { code, why }
+    }
+
+    /// Whether the text is a number that is not permitted.
+    pub(crate) fn is_out_of_range(&self) -> bool {
+        self.code == Self::OUT_OF_RANGE
+    }
+}
+
+impl From<Wrong> for String {
+    fn from(wrong: Wrong) -> Self {
+        wrong.why
+    }
+}
+
+impl From<Wrong> for Failure {
+    fn from(wrong: Wrong) -> Self {
+        Self::usage(wrong.code, wrong.why)
+    }
+}
 
 impl Entry {
     /// The value of raw bytes as text with its unit, for example `1.25 deg`.
@@ -28,18 +81,25 @@ impl Entry {
         }
     }
 
-    /// The value of raw bytes as JSON: a number, or a text for names and identifiers.
+    /// The value of raw bytes as JSON: a number, or a text for names and identifiers. A name such as `0.01 deg` is a number with a unit.
     pub fn json(&self, raw: u32) -> Value {
-        let is_text = self.form != Form::Decimal || self.meaning(raw).is_some();
         let number = self.data_type.value(raw);
-        let value = if is_text {
-            Value::String(self.text(raw))
-        } else {
-            let text = self.scale.value(number);
-            text.parse::<Number>()
-                .map_or(Value::String(text), Value::Number)
+        let as_number = |text: &str| {
+            let value = text.parse::<Number>();
+            value.map_or_else(|_| Value::from(text), Value::Number)
         };
-        json!({"value": value, "unit": self.scale.unit, "raw": number})
+        let (value, unit) = match (self.form, self.meaning(raw)) {
+            (Form::Decimal, Some(name)) => match number_and_unit(name) {
+                Some((value, unit)) => (as_number(value), unit),
+                None => (Value::from(name), ""),
+            },
+            (Form::Decimal, None) => {
+                let (value, unit) = self.scale.quantity(number);
+                (as_number(&value), unit)
+            }
+            _ => (Value::from(self.text(raw)), self.scale.unit),
+        };
+        json!({"value": value, "unit": unit, "raw": number})
     }
 
     fn meaning(&self, raw: u32) -> Option<&'static str> {
@@ -51,28 +111,71 @@ impl Entry {
     ///
     /// # Errors
     /// One sentence, why it is no value of this entry.
-    pub fn parse(&self, text: &str) -> Result<u32, String> {
-        let text = text.trim();
-        let number = match text.strip_prefix("raw:") {
-            Some(raw) => integer(raw).ok_or("raw: needs an integer")?,
-            None if self.form == Form::Identifier => return identifier(text),
-            None if !self.meanings.is_empty() => self.named(text)?,
-            None => self.scaled(text)?,
-        };
-        self.raw(number)
+    pub fn parse(&self, text: &str) -> Result<u32, Wrong> {
+        self.raw(self.number(text)?, &self.scale)
     }
 
-    /// The raw bytes of a number.
-    fn raw(&self, number: i64) -> Result<u32, String> {
+    /// The same within the permitted values. `scale` is the scale in force, which can differ from the scale of the table.
+    ///
+    /// # Errors
+    /// One sentence with the permitted values.
+    pub fn accept(&self, text: &str, scale: &Scale) -> Result<u32, Wrong> {
+        let scaled = Self {
+            scale: scale.clone(),
+            ..self.clone()
+        };
+        let number = scaled.number(text).map_err(|wrong| {
+            let (name, range) = (&self.name, self.range());
+            match wrong.is_out_of_range() {
+                true => Wrong::out_of_range(self.not_permitted(text.trim())),
+                false => Wrong::value(format!("{name} = {text:?}: {wrong}; it takes {range}")),
+            }
+        })?;
+        let raw = self.raw(number, scale)?;
+        self.check(raw, scale).map_err(Wrong::out_of_range)?;
+        Ok(raw)
+    }
+
+    /// The number of a value that a user writes.
+    fn number(&self, text: &str) -> Result<i64, Wrong> {
+        let text = text.trim();
+        match text.strip_prefix("raw:") {
+            Some(raw) => integer(raw).ok_or_else(|| Wrong::value("raw: needs an integer")),
+            None if self.form == Form::Identifier => {
+                identifier(text).map(i64::from).map_err(Wrong::value)
+            }
+            None if !self.meanings.is_empty() => self.named(text).map_err(Wrong::value),
+            None => self.scaled(text),
+        }
+    }
+
+    /// The raw bytes of a number in a scale.
+    fn raw(&self, number: i64, scale: &Scale) -> Result<u32, Wrong> {
         let (low, high) = self.data_type.range();
         if number < low || high < number {
-            return Err(format!("it is not within {low} to {high}"));
+            let value = scale.with_unit(number);
+            return Err(Wrong::out_of_range(self.not_permitted(&value)));
         }
         let size = u32::from(self.data_type.size());
         Ok(number as u32 & (u32::MAX >> (32 - 8 * size)))
     }
 
-    fn scaled(&self, text: &str) -> Result<i64, String> {
+    /// It cannot be written.
+    pub(crate) fn read_only(&self) -> Wrong {
+        let name = &self.name;
+        let why = format!("{name} can only be read: `plumbline get {name}` shows it");
+        Wrong::new("read-only", why)
+    }
+
+    fn not_permitted(&self, value: &str) -> String {
+        format!(
+            "{value} is not permitted: {} takes {}",
+            self.name,
+            self.range()
+        )
+    }
+
+    fn scaled(&self, text: &str) -> Result<i64, Wrong> {
         // `10h` is 10 hours, if the unit is hours.
         let (unit, small) = (self.scale.unit.to_lowercase(), text.to_lowercase());
         let is_unit = unit.ends_with('h') && small.ends_with(&unit);
@@ -83,10 +186,16 @@ impl Entry {
         {
             return Ok(number);
         }
+        let is_digits = text.bytes().all(|byte| byte.is_ascii_hexdigit());
+        let has_letter = text.bytes().any(|byte| byte.is_ascii_alphabetic());
+        if self.form == Form::Hexadecimal && is_digits && has_letter {
+            let why = format!("a hexadecimal number ends with h: write {text}h");
+            return Err(Wrong::value(why));
+        }
         let is_number = |letter: char| letter.is_ascii_digit() || ".-+".contains(letter);
         let end = text.find(|letter| !is_number(letter)).unwrap_or(text.len());
         let (number, unit) = text.split_at(end);
-        let number = decimal(number).ok_or_else(|| "it is no number".to_owned())?;
+        let number = decimal(number).ok_or_else(|| Wrong::value("it is no number"))?;
         self.scale.number(number, unit.trim())
     }
 
@@ -162,11 +271,7 @@ impl Entry {
             ..self.clone()
         }
         .text(raw);
-        Err(format!(
-            "{value} is not permitted: {} takes {}",
-            self.name,
-            self.range()
-        ))
+        Err(self.not_permitted(&value))
     }
 
     /// A number in `scale` as a fraction of a number in the scale of the table.

@@ -1,6 +1,7 @@
 //! From what a user types to entries of a sheet: full names, names of groups, abbreviations.
 
 use crate::failure::Failure;
+use crate::number::Wrong;
 use crate::sheet::{Entry, Sheet, kebab};
 
 /// The entries that a name means: one entry, or the entries of a group.
@@ -30,13 +31,16 @@ pub fn entries<'a>(sheet: &'a Sheet, name: &str) -> Result<Vec<&'a Entry>, Failu
         [] => Err(Failure::usage(
             "unknown-name",
             format!(
-                "{} has no parameter {name}: `plumbline parameters` lists all names",
+                "{} has no parameter {name:?}: `plumbline parameters` lists all names",
                 sheet.product.name
             ),
         )),
         _ => {
             let names: Vec<&str> = matches.iter().map(|entry| entry.name.as_str()).collect();
-            let message = format!("{name} can be {}: write more of the name", names.join(", "));
+            let message = format!(
+                "{name:?} can be {}: write more of the name",
+                names.join(", ")
+            );
             Err(Failure::usage("ambiguous-name", message))
         }
     }
@@ -61,7 +65,7 @@ pub type Assignment<'a> = (&'a Entry, String);
 pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a>>, Failure> {
     let Some((name, value)) = text.split_once('=') else {
         let message =
-            format!("{text} is no assignment: write NAME=VALUE, for example cyclic-time=250ms");
+            format!("{text:?} is no assignment: write NAME=VALUE, for example cyclic-time=250ms");
         return Err(Failure::usage("bad-assignment", message));
     };
     let found = entries(sheet, name)?;
@@ -77,11 +81,16 @@ pub fn assignments<'a>(sheet: &'a Sheet, text: &str) -> Result<Vec<Assignment<'a
     for part in value.split(',') {
         let fits = |entry: &&Entry| entry.parse(part).is_ok();
         let Some(place) = left.iter().position(fits) else {
+            let mut wrong = left.iter().filter_map(|entry| entry.parse(part).err());
+            let wrong = wrong.find(Wrong::is_out_of_range);
             let names: Vec<String> = group
                 .iter()
                 .map(|entry| format!("{} ({})", entry.name, entry.range()))
                 .collect();
-            let message = format!("{name}: {part} fits none of {}", names.join("; "));
+            if let Some(wrong) = wrong {
+                return Err(wrong.into());
+            }
+            let message = format!("{name:?}: {part:?} fits none of {}", names.join("; "));
             return Err(Failure::usage("bad-value", message));
         };
         taken.push((left.remove(place), part.trim().to_owned()));

@@ -11,7 +11,7 @@ use crate::number::Scale;
 use crate::sheet::{Address, Entry, Sheet};
 use plumbline::devicenet::service;
 use plumbline::model::catalog::{Product, Protocol};
-use plumbline::param::{ParameterId, number};
+use plumbline::param::{DataType, ParameterId, number};
 
 /// The address of a sensor.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -188,7 +188,11 @@ impl Session {
             ) => {
                 let path = Path { class, instance };
                 let response = self.explicit(slave, service::GET, path, &[attribute])?;
-                response.must(slave.mac, &format!("to read {}", entry.name))
+                let bytes = response.must(slave.mac, &format!("to read {}", entry.name))?;
+                Ok(match entry.data_type {
+                    DataType::Text => short_string(&bytes).to_vec(),
+                    _ => bytes,
+                })
             }
             _ => Err(unexpected(&entry.name)),
         }
@@ -370,6 +374,14 @@ fn unexpected(what: &str) -> Failure {
         "unexpected-answer",
         format!("the answer to {what} does not fit the product: is --product right?"),
     )
+}
+
+/// The letters of a text of DeviceNet (SHORT_STRING), which begins with its length.
+fn short_string(bytes: &[u8]) -> &[u8] {
+    match bytes {
+        [length, letters @ ..] => &letters[..letters.len().min(usize::from(*length))],
+        [] => bytes,
+    }
 }
 
 /// The number in the bytes of an entry.

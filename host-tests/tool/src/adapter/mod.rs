@@ -115,6 +115,7 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
     }
     for scheme in ["slcan://", "socket://"] {
         if let Some(address) = port.strip_prefix(scheme) {
+            check_address(port, address)?;
             let adapter = tcp::connect(address)?;
             return Ok(match is_in_bus_time() {
                 true => Box::new(adapter.in_bus_time()?),
@@ -123,6 +124,10 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
         }
     }
     if let Some(path) = port.strip_prefix("slcan:") {
+        if path.is_empty() {
+            let message = "slcan: needs a serial port, for example slcan:/dev/ttyACM0 or slcan:COM3; slcan://HOST:PORT is slcan over TCP";
+            return Err(Failure::usage("unknown-port", message));
+        }
         return Ok(Box::new(serial::open(path)?));
     }
     if port == "usb" {
@@ -138,6 +143,22 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
         ));
     }
     interface(port)
+}
+
+/// Refuses an address that is not `HOST:PORT`.
+fn check_address(port: &str, address: &str) -> Result<(), Failure> {
+    let is_valid = address.rsplit_once(':').is_some_and(|(host, number)| {
+        !host.is_empty() && number.parse::<u16>().is_ok_and(|number| number > 0)
+    });
+    match is_valid {
+        true => Ok(()),
+        false => Err(Failure::usage(
+            "unknown-port",
+            format!(
+                "{port:?} has no host or no valid port number: write slcan://HOST:PORT, for example slcan://127.0.0.1:11898"
+            ),
+        )),
+    }
 }
 
 #[cfg(target_os = "linux")]

@@ -147,8 +147,11 @@ impl<S: Stream> Slcan<S> {
 
     fn lost(&self, error: &io::Error) -> Failure {
         let name = &self.name;
-        let message =
-            format!("the adapter {name} has failed ({error}): plug it in again and repeat");
+        let next = match name.starts_with("slcan://") {
+            true => "is the server still running? Start it again and repeat",
+            false => "plug it in again and repeat",
+        };
+        let message = format!("the adapter {name} has failed ({error}): {next}");
         Failure::bus("adapter-lost", message)
     }
 

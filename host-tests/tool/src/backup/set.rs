@@ -1,6 +1,7 @@
 //! Changes values of a file.
 
 use super::Backup;
+use crate::number::Wrong;
 use crate::sheet::Entry;
 
 impl Backup {
@@ -8,7 +9,7 @@ impl Backup {
     ///
     /// # Errors
     /// The product has no such setting, or the value is not permitted.
-    pub fn set(&mut self, name: &str, text: &str) -> Result<(), String> {
+    pub fn set(&mut self, name: &str, text: &str) -> Result<(), Wrong> {
         let entry = self
             .sheet
             .settings()
@@ -24,22 +25,28 @@ impl Backup {
     }
 
     /// Why a name is no setting of a file, with the next step.
-    fn no_setting(&self, name: &str) -> String {
+    fn no_setting(&self, name: &str) -> Wrong {
         let mut entries = self.sheet.entries.iter();
         match entries.find(|entry| entry.name == name) {
-            Some(entry) if entry.writable => format!(
-                "{name} cannot be stored in a file; `plumbline set {name}=...` writes it to the sensor"
+            Some(entry) if entry.writable => Wrong::new(
+                "not-in-a-file",
+                format!(
+                    "{name} cannot be stored in a file; `plumbline set {name}=...` writes it to the sensor"
+                ),
             ),
-            Some(_) => format!("{name} can only be read: `plumbline get {name}` shows it"),
-            None => format!(
-                "{} has no setting {name}: `plumbline parameters` lists the names",
-                self.sheet.product.name
+            Some(entry) => entry.read_only(),
+            None => Wrong::new(
+                "unknown-name",
+                format!(
+                    "{} has no setting {name:?}: `plumbline parameters` lists the names",
+                    self.sheet.product.name
+                ),
             ),
         }
     }
 
     /// Sets the resolution. The values in its unit stay the same, so their raw numbers change.
-    fn set_resolution(&mut self, entry: Entry, text: &str) -> Result<(), String> {
+    fn set_resolution(&mut self, entry: Entry, text: &str) -> Result<(), Wrong> {
         let raw = self.checked(&entry, text)?;
         let followers: Vec<(Entry, u32)> = self
             .values
@@ -59,9 +66,10 @@ impl Backup {
         for (own, text) in texts {
             match self.checked(&own, &text) {
                 Ok(raw) => self.put(own, raw),
-                Err(why) => {
+                Err(wrong) => {
                     self.values = before;
-                    return Err(format!("{why}; change it first"));
+                    let why = format!("{wrong}; change it first");
+                    return Err(Wrong::out_of_range(why));
                 }
             }
         }
@@ -69,17 +77,8 @@ impl Backup {
     }
 
     /// The raw number of a text, within the permitted values.
-    pub(super) fn checked(&self, entry: &Entry, text: &str) -> Result<u32, String> {
-        let scale = self.scale_of(entry);
-        let scaled = Entry {
-            scale: scale.clone(),
-            ..entry.clone()
-        };
-        let raw = scaled
-            .parse(text)
-            .map_err(|why| format!("{} = {text:?}: {why}", entry.name))?;
-        entry.check(raw, &scale)?;
-        Ok(raw)
+    fn checked(&self, entry: &Entry, text: &str) -> Result<u32, Wrong> {
+        entry.accept(text, &self.scale_of(entry))
     }
 
     pub(super) fn put(&mut self, entry: Entry, raw: u32) {

@@ -130,3 +130,128 @@ fn file_behind_a_symbolic_link_is_written_and_keeps_its_permissions() {
     assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
     std::fs::remove_dir_all(folder).unwrap();
 }
+
+#[cfg(unix)]
+#[test]
+fn file_that_is_not_regular_or_too_long_is_refused_before_it_fills_the_memory() {
+    let folder = folder("special");
+    let (pipe, long, labels) = (
+        folder.join("pipe"),
+        folder.join("long"),
+        folder.join("labels.toml"),
+    );
+    // Nobody writes to the pipe, so the opening would wait without end.
+    for pipe in [&pipe, &labels] {
+        let made = std::process::Command::new("mkfifo").arg(pipe).status();
+        assert!(made.unwrap().success());
+    }
+    std::fs::write(&long, [b' '; 11]).unwrap();
+    for path in [
+        Path::new("/dev/zero"),
+        Path::new("/dev/null"),
+        &pipe,
+        &folder,
+    ] {
+        for unread in [
+            read_file(path, 10).unwrap_err(),
+            read_text(path).unwrap_err(),
+        ] {
+            assert_eq!(unread.to_string(), "it is not a regular file", "{path:?}");
+        }
+        for failure in [
+            Backup::read(path).unwrap_err(),
+            crate::eds::read(path).unwrap_err(),
+        ] {
+            assert_eq!((failure.code, failure.kind.exit_code()), ("bad-file", 2));
+        }
+    }
+    let failure = crate::labels::Labels::open(Some(&folder)).unwrap_err();
+    assert!(failure.message.contains("not a regular file"), "{failure}");
+    assert_eq!(
+        read_file(&long, 10).unwrap_err().to_string(),
+        "it is too long"
+    );
+    assert_eq!(read_file(&long, 11).unwrap(), [b' '; 11]);
+    // The length of a file in /proc is 0.
+    if Path::new("/proc/self/status").exists() {
+        let unread = read_file(Path::new("/proc/self/status"), 10).unwrap_err();
+        assert_eq!(unread.to_string(), "it is too long");
+    }
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn file_that_cannot_be_written_names_the_next_step() {
+    let failure = write_file(Path::new("/nonexistent/x.toml"), "").unwrap_err();
+    assert!(
+        failure.message.contains("choose another file or folder"),
+        "{failure}"
+    );
+}
+
+#[test]
+fn control_characters_of_a_file_are_not_in_a_message() {
+    for text in [
+        "[sensor]\nproduct = \"is2\"\n[parameters]\n\"\\u001b]0;x\\u0007\" = 1",
+        "[sensor]\nproduct = \"is2\"\n[parameters]\n\"\\u001b]0;x\\u0007\" = [1]",
+        "[sensor]\nproduct = \"\\u001b]0;x\\u0007\"\n[parameters]",
+        "[sensor]\nproduct = \"is2\"\n[parameters]\nzero-x = \"1\\u001bdeg\"",
+        "[sensor]\n\"\\u001b\" = 1\n\"\\u001b\" = 1",
+    ] {
+        let why = Backup::parse(text).unwrap_err();
+        assert!(!why.chars().any(char::is_control), "{text} {why:?}");
+    }
+}
+
+#[test]
+fn value_of_a_file_that_is_not_permitted_is_told_from_one_that_is_none() {
+    let mut backup = Backup::parse(FILE).unwrap();
+    for (name, text, code, part) in [
+        (
+            "cyclic-time",
+            "99999999",
+            "out-of-range",
+            "99999999 ms is not permitted: cyclic-time takes 1..65535 ms",
+        ),
+        (
+            "cyclic-time",
+            "99999999999999999999999 ms",
+            "out-of-range",
+            "cyclic-time takes 1..65535 ms",
+        ),
+        (
+            "zero-x",
+            "999",
+            "out-of-range",
+            "999.00 deg is not permitted: zero-x takes -90.00..90.00 deg",
+        ),
+        ("zero-x", "91", "out-of-range", "91.00 deg is not permitted"),
+        (
+            "zero-x",
+            "1 Hz",
+            "bad-value",
+            "its unit is deg; it takes -90.00..90.00 deg",
+        ),
+        (
+            "serial-number",
+            "1",
+            "read-only",
+            "`plumbline get serial-number`",
+        ),
+        ("nonsense", "1", "unknown-name", "\"nonsense\""),
+    ] {
+        let wrong = backup.set(name, text).unwrap_err();
+        assert_eq!(wrong.code, code, "{name} {text} {wrong}");
+        assert!(wrong.why.contains(part), "{name} {text} {wrong}");
+    }
+    // The resolution of the sensor is the unit, the range stays that of the table.
+    let text = "[sensor]\nproduct = \"tiltix080\"\n[parameters]\nresolution = \"1 deg\"\n";
+    let mut backup = Backup::parse(text).unwrap();
+    let wrong = backup
+        .set("slope-long16-preset-value", "99999 deg")
+        .unwrap_err();
+    assert!(
+        wrong.why.starts_with("99999 deg is not permitted"),
+        "{wrong}"
+    );
+}

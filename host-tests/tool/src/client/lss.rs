@@ -1,6 +1,6 @@
 //! CANopen layer setting services, master (CiA 305): fastscan of nodes without node-ID, and the bit rate of a known node.
 
-use super::Link;
+use super::{Link, refusal};
 use crate::failure::Failure;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::canopen::cob_id::{LSS_REPLY, LSS_REQUEST};
@@ -108,17 +108,27 @@ pub fn store_rate(link: &mut Link, identity: Identity, index: u8) -> Result<(), 
 fn must(link: &mut Link, bytes: [u8; 8], time: Duration, what: &str) -> Result<(), Failure> {
     match ask(link, bytes, time)? {
         Some([own, 0, ..]) if own == bytes[0] => Ok(()),
-        Some([_, error, ..]) => Err(Failure::refused(
-            "refused",
-            format!(
-                "the sensor refused {what} (LSS error {error}): its bit rate has not changed. Choose another one, or repeat"
-            ),
-        )),
+        Some([_, error, ..]) => Err(refused(bytes[0], error, what)),
         None => Err(Failure::silent(
             "no-answer",
             "the sensor does not answer LSS requests: `plumbline scan` finds it",
         )),
     }
+}
+
+/// The sensor has answered a request with an error code. Error 1 says that it does not have the bit rate, or cannot store by LSS.
+fn refused(request: u8, error: u8, what: &str) -> Failure {
+    let next = match (request, error) {
+        (command::BIT_TIMING, 1) => "The sensor does not have this bit rate: choose another one",
+        (command::STORE, 1) => {
+            "Write the bit rate with `plumbline set`, and store it with `plumbline save`"
+        }
+        _ => refusal::REPEAT,
+    };
+    let message = format!(
+        "the sensor refused {what} (LSS error {error}): its bit rate has not changed. {next}"
+    );
+    Failure::refused("refused", message)
 }
 
 /// Switches all nodes to waiting.
@@ -131,4 +141,21 @@ pub fn release(link: &mut Link) -> Result<(), Failure> {
         [command::SWITCH_GLOBAL, 0, 0, 0, 0, 0, 0, 0],
         8,
     ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn refusal_of_a_bit_rate_does_not_advise_to_repeat() {
+        let message = |request, error| refused(request, error, "the bit rate").message;
+        let unknown = message(command::BIT_TIMING, 1);
+        assert!(unknown.contains("choose another one"), "{unknown}");
+        assert!(!unknown.to_lowercase().contains("repeat"), "{unknown}");
+        assert!(message(command::STORE, 1).contains("`plumbline set`"));
+        for (request, error) in [(command::BIT_TIMING, 255), (command::STORE, 2)] {
+            assert!(message(request, error).contains("Repeat"), "{error}");
+        }
+    }
 }

@@ -22,7 +22,8 @@ use plumbline::j1939::identifier::{Identifier, PROPRIETARY_A};
 use plumbline::time::{Duration, millis};
 use std::fmt::{self, Display, Formatter};
 
-use reasons::{next_step, reason};
+use reasons::next_step;
+pub(crate) use reasons::reason;
 
 /// The wait for an answer.
 pub const ANSWER: Duration = millis(500);

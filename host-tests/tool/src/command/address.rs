@@ -46,7 +46,7 @@ pub(super) fn node_id(
     let permitted = if (1..=127).contains(&new) {
         entry.check(new.into(), &entry.scale)
     } else {
-        Err("a node-ID is 1 to 127".to_owned())
+        Err(format!("{new} is no node-ID: choose one from 1 to 127"))
     };
     permitted.map_err(|why| Failure::usage("out-of-range", why))?;
     if new == old {

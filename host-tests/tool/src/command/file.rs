@@ -129,9 +129,7 @@ pub(super) fn set_in_file(
     // The resolution comes first: it is the unit of other values.
     wanted.sort_by_key(|(entry, _)| !sheet.is_resolution(entry));
     for (entry, text) in &wanted {
-        backup
-            .set(&entry.name, text)
-            .map_err(|why| Failure::usage("out-of-range", why))?;
+        backup.set(&entry.name, text)?;
     }
     let permitted = backup.constrain();
     permitted.map_err(|why| Failure::usage("out-of-range", why))?;

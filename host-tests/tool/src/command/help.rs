@@ -33,8 +33,12 @@ pub fn man(
         let written = std::fs::create_dir_all(folder)
             .and_then(|()| clap_mangen::generate_to(program, folder));
         let path = folder.display();
-        written
-            .map_err(|error| Failure::bus("no-file", format!("cannot write {path} ({error})")))?;
+        written.map_err(|error| {
+            Failure::bus(
+                "no-file",
+                format!("cannot write {path} ({error}): choose another folder"),
+            )
+        })?;
         return terminal.line(format!("man {path}/plumbline.1"));
     }
     let page = page(program, command)?;

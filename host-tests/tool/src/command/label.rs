@@ -24,6 +24,7 @@ pub(super) fn label(
     change: Change,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
+    let before = labels.name(found);
     match change {
         Change::Show => {}
         Change::Give(name) => labels.set(found, Some(name))?,
@@ -33,7 +34,11 @@ pub(super) fn label(
     if let (Change::Give(_) | Change::Remove, Some(path)) = (change, labels.path()) {
         terminal.note(format!("the names are in {}", path.display()));
     }
-    terminal.line(name.as_deref().unwrap_or("the sensor has no name"))?;
+    terminal.line(match (change, &name, before) {
+        (Change::Remove, None, Some(before)) => format!("the name {before} was removed"),
+        (_, Some(name), _) => name.clone(),
+        (_, None, _) => "the sensor has no name".to_owned(),
+    })?;
     terminal.document(&json!({"label": name}))
 }
 
@@ -50,6 +55,8 @@ pub(super) fn take_over(
     // The settings are restored already.
     match labels.set(found, Some(name)) {
         Ok(()) => terminal.note(format!("the sensor has the name {name:?} of the file now")),
-        Err(failure) => terminal.note(failure.message),
+        Err(failure) => terminal.note(format!(
+            "the label in the file was not taken over: {failure}"
+        )),
     }
 }

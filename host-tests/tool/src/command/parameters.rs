@@ -69,6 +69,9 @@ pub(super) fn list(sheet: &Sheet, terminal: &mut Terminal) -> Result<(), Failure
     terminal.document(&Value::Object(document))
 }
 
+/// The name of a serial number ends with this in the sheets of all products.
+const SERIAL_NUMBER: &str = "serial-number";
+
 /// An entry that has been read.
 pub(super) struct Shown {
     pub text: String,
@@ -79,11 +82,7 @@ pub(super) struct Shown {
 pub(super) fn show(session: &mut Session, entry: &Entry) -> Result<Shown, Failure> {
     if entry.data_type == DataType::Text {
         let bytes = session.read_bytes(entry)?;
-        let text = String::from_utf8_lossy(&bytes)
-            .trim_end_matches('\0')
-            .to_owned();
-        let json = json!({"value": text, "unit": ""});
-        return Ok(Shown { text, json });
+        return Ok(shown_text(&entry.name, &bytes));
     }
     let scaled = Entry {
         scale: session.scale_of(entry)?,
@@ -94,6 +93,25 @@ pub(super) fn show(session: &mut Session, entry: &Entry) -> Result<Shown, Failur
         text: scaled.text(raw),
         json: scaled.json(raw),
     })
+}
+
+/// A text of a device. A terminal executes control characters, so a text with them is shown with their codes. A serial number of digits is a
+/// number in the document, as that of the devices that report it as one.
+fn shown_text(name: &str, bytes: &[u8]) -> Shown {
+    let text = String::from_utf8_lossy(bytes);
+    let text = text.trim_end_matches('\0');
+    let is_digits = text.bytes().all(|byte| byte.is_ascii_digit());
+    let number = text.parse::<u64>().ok();
+    let value = match number.filter(|_| name.ends_with(SERIAL_NUMBER) && is_digits) {
+        Some(number) => Value::from(number),
+        None => Value::from(text),
+    };
+    let json = json!({"value": value, "unit": ""});
+    let text = match text.chars().any(char::is_control) {
+        true => format!("{text:?}"),
+        false => text.to_owned(),
+    };
+    Shown { text, json }
 }
 
 /// Reads entries and prints them; without names all that can be read.
@@ -129,4 +147,29 @@ pub(super) fn get(
         document.insert(entry.name, shown.json);
     }
     terminal.document(&Value::Object(document))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_with_control_characters_is_shown_with_their_codes() {
+        let shown = shown_text("product-name", b"a\x1B]0;x\x07\0");
+        assert_eq!(shown.text, "\"a\\u{1b}]0;x\\u{7}\"");
+        assert_eq!(shown.json["value"], "a\u{1b}]0;x\u{7}");
+        assert_eq!(shown_text("product-name", b"a \"b\"\0\0").text, "a \"b\"");
+    }
+
+    #[test]
+    fn serial_number_of_digits_is_a_number_in_a_document() {
+        let value =
+            |name: &str, text: &str| shown_text(name, text.as_bytes()).json["value"].clone();
+        assert_eq!(value(SERIAL_NUMBER, "0017"), 17);
+        for text in ["", "17a", "+17", "99999999999999999999999"] {
+            assert_eq!(value(SERIAL_NUMBER, text), text);
+        }
+        assert_eq!(value("software-version", "17"), "17");
+        assert_eq!(shown_text(SERIAL_NUMBER, b"0017").text, "0017");
+    }
 }

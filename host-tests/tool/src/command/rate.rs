@@ -14,7 +14,7 @@ use crate::output::Terminal;
 use crate::session::{Session, Target};
 use crate::sheet::Entry;
 use plumbline::can::{BitRate, CanId};
-use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::catalog::Protocol;
 use plumbline::model::listing::canopen;
 use plumbline::param::{ParameterId, number};
 use plumbline::time::{Duration, after, millis};
@@ -42,8 +42,7 @@ pub(super) fn rate(
     new: NewRate,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
-    let (id, raw) = code(session.sheet.product, new)?;
-    let entry = session.entry(id)?;
+    let (entry, raw) = code(session, new)?;
     let old = session.link.rate();
     if session.read(&entry)? == raw && (new == NewRate::Automatic || old == new.fixed()) {
         return tell(terminal, &format!("the bit rate is {new} already"));
@@ -88,9 +87,10 @@ pub(super) fn rate(
 }
 
 /// The parameter of the bit rate, and its raw number for a rate.
-fn code(product: &Product, new: NewRate) -> Result<(ParameterId, u32), Failure> {
+fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
+    let product = session.sheet.product;
     let wanted = new.fixed();
-    let (id, rates): (ParameterId, Vec<(u32, Option<BitRate>)>) = match &product.protocol {
+    let (id, mut rates): (ParameterId, Vec<(u32, Option<BitRate>)>) = match &product.protocol {
         Protocol::Fsc(tables) => {
             let rates = (0..).zip(tables.roles.bit_rates.iter().copied());
             (tables.roles.bit_rate, rates.collect())
@@ -106,8 +106,11 @@ fn code(product: &Product, new: NewRate) -> Result<(ParameterId, u32), Failure> 
             (tables.roles.baud_rate, rates.collect())
         }
     };
+    let entry = session.entry(id)?;
+    // A product does not need to have all rates of its protocol.
+    rates.retain(|(raw, _)| entry.check(*raw, &entry.scale).is_ok());
     let found = rates.iter().find(|(_, rate)| *rate == wanted);
-    found.map(|(raw, _)| (id, *raw)).ok_or_else(|| {
+    found.map(|(raw, _)| (entry, *raw)).ok_or_else(|| {
         let names: Vec<String> = rates
             .iter()
             .map(|(_, rate)| NewRate::from(*rate).to_string())

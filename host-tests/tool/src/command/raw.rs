@@ -2,14 +2,23 @@
 
 use super::Bus;
 use crate::client::devicenet::Path;
+use crate::client::sdo::{Answer, reason};
 use crate::client::{Link, fsc, j1939};
 use crate::connect;
 use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::session::Target;
+use plumbline::canopen::Abort;
 use plumbline::fsc::table::Operation;
 use plumbline::model::catalog::{PRODUCTS, Protocol};
 use serde_json::json;
+
+/// The abort codes of a write with the wrong number of bytes.
+const LENGTHS: [u32; 3] = [
+    Abort::Length as u32,
+    Abort::TooLong as u32,
+    Abort::TooShort as u32,
+];
 
 /// Sends one request and prints the answer. With an address and a bit rate of the command line the sensor is not asked for anything else.
 pub(super) fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Result<(), Failure> {
@@ -28,9 +37,8 @@ pub(super) fn raw(bus: &mut Bus, request: &str, terminal: &mut Terminal) -> Resu
     };
     let answer = send(&mut link, target, request)?;
     link.close();
-    let bytes: Vec<String> = answer.iter().map(|byte| format!("{byte:02X}")).collect();
-    terminal.line(bytes.join(" "))?;
-    terminal.document(&json!({"request": request, "answer": bytes.concat()}))
+    terminal.line(joined(&answer, " "))?;
+    terminal.document(&json!({"request": request, "answer": joined(&answer, "")}))
 }
 
 fn send(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failure> {
@@ -57,7 +65,14 @@ fn send(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failu
             let what = format!("{index:04X}h:{sub:02X}");
             match data {
                 Some(data) => {
-                    server.write(link, index, sub, &data)?.must(server, &what)?;
+                    let answer = server.write(link, index, sub, &data)?;
+                    if let Answer::Aborted(code) = answer
+                        && LENGTHS.contains(&code)
+                        && let Answer::Done(own) = server.read(link, index, sub)?
+                    {
+                        return Err(wrong_length(&what, code, data, own.len()));
+                    }
+                    answer.must(server, &what)?;
                     Ok(Vec::new())
                 }
                 None => server.read(link, index, sub)?.must(server, &what),
@@ -76,6 +91,23 @@ fn send(link: &mut Link, target: Target, request: &str) -> Result<Vec<u8>, Failu
             response?.must(slave.mac, "the request")
         }
     }
+}
+
+/// The sensor has refused the number of bytes.
+fn wrong_length(what: &str, code: u32, mut data: Vec<u8>, length: usize) -> Failure {
+    data.resize(length, 0);
+    let message = format!(
+        "the sensor refused {what}: {} ({code:08X}h). The object has {length} bytes: write all bytes of the object, for example {}",
+        reason(code),
+        joined(&data, "")
+    );
+    Failure::refused("refused", message)
+}
+
+/// Bytes as hexadecimal text.
+fn joined(bytes: &[u8], between: &str) -> String {
+    let bytes: Vec<String> = bytes.iter().map(|byte| format!("{byte:02X}")).collect();
+    bytes.join(between)
 }
 
 /// Whether a code without data changes nothing in any product, so that it can be repeated.

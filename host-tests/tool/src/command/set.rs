@@ -34,14 +34,13 @@ pub(super) fn set(
     let mut values = Checked::new();
     for (entry, text) in wanted {
         if !entry.writable {
-            let message = format!("{} can only be read", entry.name);
-            return Err(Failure::usage("read-only", message));
+            return Err(entry.read_only().into());
         }
         if entry.data_type == DataType::Text {
             if text.len() > LONGEST_TEXT || !text.bytes().all(|byte| (b' '..=b'~').contains(&byte))
             {
                 let message = format!(
-                    "{}={text}: it takes up to {LONGEST_TEXT} letters, digits and signs",
+                    "{}={text:?}: it takes up to {LONGEST_TEXT} letters, digits and signs",
                     entry.name
                 );
                 return Err(Failure::usage("bad-value", message));
@@ -60,7 +59,7 @@ pub(super) fn set(
         let read = session.read_bytes(entry)?;
         if !is_text(&read, text) {
             let message = format!(
-                "{} was written as {text}, but reads {}: repeat, or restart the sensor with `plumbline restart`",
+                "{} was written as {text}, but reads {:?}: repeat, or restart the sensor with `plumbline restart`",
                 entry.name,
                 String::from_utf8_lossy(&read)
             );
@@ -129,17 +128,7 @@ fn check(
         Some((resolution, raw)) => resolution.scale.times(*raw),
         None => session.scale_of(entry)?,
     };
-    let scaled = Entry {
-        scale,
-        ..entry.clone()
-    };
-    let raw = scaled.parse(text).map_err(|why| {
-        let message = format!("{}={text}: {why}; it takes {}", entry.name, entry.range());
-        Failure::usage("bad-value", message)
-    })?;
-    let permitted = entry.check(raw, &scaled.scale);
-    permitted.map_err(|why| Failure::usage("out-of-range", why))?;
-    Ok(raw)
+    Ok(entry.accept(text, &scale)?)
 }
 
 /// Checks values against each other and against the values in the sensor.

@@ -45,8 +45,9 @@ pub fn target(
     match (id, node, mac, address) {
         (None, None, None, None) => Ok(None),
         (None, None, None, Some(address @ 0..=253)) => Ok(Some(Target::J1939(address))),
-        (None, None, None, Some(_)) => Err(Failure::usage(
-            "out-of-range",
+        (None, None, None, Some(address)) => Err(no_address(
+            "--address",
+            address,
             "a J1939 address is 0 to 253",
         )),
         (Some(id), None, None, None) => {
@@ -60,11 +61,19 @@ pub fn target(
         }
         (None, Some(node @ 1..=127), None, None) => Ok(Some(Target::Canopen(node))),
         (None, None, Some(mac @ 0..=63), None) => Ok(Some(Target::Devicenet(Slave { mac }))),
-        (None, Some(_), None, None) => Err(Failure::usage("out-of-range", "a node-ID is 1 to 127")),
-        (None, None, Some(_), None) => Err(Failure::usage("out-of-range", "a MAC ID is 0 to 63")),
+        (None, Some(node), None, None) => Err(no_address("--node", node, "a node-ID is 1 to 127")),
+        (None, None, Some(mac), None) => Err(no_address("--mac", mac, "a MAC ID is 0 to 63")),
         _ => Err(Failure::usage(
             "too-many-addresses",
             "give one of --id (GEMAC), --node (CANopen), --mac (DeviceNet) and --address (J1939)",
         )),
     }
+}
+
+/// The number of an option is no address.
+fn no_address(option: &str, number: u8, why: &str) -> Failure {
+    let message = format!(
+        "{option} {number}: {why}; `plumbline scan` shows the addresses of the sensors on the bus"
+    );
+    Failure::usage("out-of-range", message)
 }

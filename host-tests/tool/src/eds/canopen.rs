@@ -156,6 +156,9 @@ fn is_constant(section: &Section) -> bool {
     ["ro", "const"].contains(&&access.to_ascii_lowercase()[..])
 }
 
+/// The serial number, which is decimal.
+const SERIAL_NUMBER: (u16, u8) = (0x1018, 4);
+
 /// A variable as a row; None if its type or access is not known.
 fn variable((index, sub): (u16, u8), title: &str, group: String, section: &Section) -> Option<Row> {
     let (data_type, permitted) = match section.number("datatype")? {
@@ -185,7 +188,8 @@ fn variable((index, sub): (u16, u8), title: &str, group: String, section: &Secti
         _ => (None, false),
     };
     let is_refused = section.number("objflags").unwrap_or(0) & 1 != 0;
-    let is_bits = data_type == DataType::U32 && index < 0x2000;
+    let is_serial = (index, sub) == SERIAL_NUMBER;
+    let is_bits = data_type == DataType::U32 && index < 0x2000 && !is_serial;
     let entry = Entry {
         permitted: limits(section, data_type).unwrap_or(permitted),
         form: if is_bits {

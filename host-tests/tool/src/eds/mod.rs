@@ -12,6 +12,7 @@ pub mod dcf;
 mod devicenet;
 mod ini;
 
+use crate::backup::{Unread, read_file};
 use crate::failure::Failure;
 use crate::output::Terminal;
 use crate::session::Session;
@@ -115,10 +116,10 @@ pub fn read(path: &Path) -> Result<Sheet, Failure> {
         let message = format!("{shown} is not a data sheet (EDS): {why}; nothing was written");
         Failure::usage("bad-file", message)
     };
-    if std::fs::metadata(path).map_err(unreadable)?.len() > LONGEST {
-        return Err(bad("it is too long"));
-    }
-    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
+        Unread::Failed(error) => unreadable(error),
+        Unread::Unfit(why) => bad(why),
+    })?;
     parse(&bytes).map_err(|why| bad(&why))
 }
 

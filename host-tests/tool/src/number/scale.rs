@@ -1,5 +1,7 @@
 //! The scale of a number: multiplier, decimals and unit.
 
+use super::Wrong;
+
 /// The scale of a number: value = number x multiplier / 10^decimals, in the unit.
 #[derive(Clone, PartialEq, Eq, Debug)]
 pub struct Scale {
@@ -69,11 +71,18 @@ impl Scale {
         }
     }
 
+    /// The value of a number and its unit. A bit rate is in kbit/s, as all products have it.
+    pub(super) fn quantity(&self, number: i64) -> (String, &'static str) {
+        match (self.unit, self.decimals) {
+            ("bit/s", 0) if number % 1000 == 0 => (self.value(number / 1000), "kbit/s"),
+            _ => (self.value(number), self.unit),
+        }
+    }
+
     /// The value of a number with the unit, for example `-12.34 deg`.
     pub fn with_unit(&self, number: i64) -> String {
-        format!("{} {}", self.value(number), self.unit)
-            .trim_end()
-            .to_owned()
+        let (value, unit) = self.quantity(number);
+        format!("{value} {unit}").trim_end().to_owned()
     }
 
     /// The number of a value in another spelling of the unit.
@@ -81,19 +90,19 @@ impl Scale {
         &self,
         (mantissa, exponent): (i128, u8),
         unit: &str,
-    ) -> Result<i64, String> {
+    ) -> Result<i64, Wrong> {
         let power = match unit {
             "" => 0,
             unit => conversion(unit, self.unit).ok_or_else(|| match self.unit {
-                "" => "it has no unit".to_owned(),
-                own => format!("its unit is {own}"),
+                "" => Wrong::value("it has no unit"),
+                own => Wrong::value(format!("its unit is {own}")),
             })?,
         };
         // mantissa / 10^exponent x 10^power = number x multiplier / 10^decimals
         let shift = i32::from(self.decimals) - i32::from(exponent) + power;
         let tens = 10_i128
             .checked_pow(shift.unsigned_abs())
-            .ok_or("it is too large")?;
+            .ok_or_else(Wrong::too_large)?;
         let multiplier = i128::from(self.multiplier);
         let (over, under) = if shift < 0 {
             (Some(mantissa), multiplier.checked_mul(tens))
@@ -101,12 +110,13 @@ impl Scale {
             (mantissa.checked_mul(tens), Some(multiplier))
         };
         let (Some(over), Some(under)) = (over, under) else {
-            return Err("it is too large".to_owned());
+            return Err(Wrong::too_large());
         };
         if over % under != 0 {
-            return Err(format!("its step is {}", self.with_unit(1)));
+            let step = format!("its step is {}", self.with_unit(1));
+            return Err(Wrong::value(step));
         }
-        i64::try_from(over / under).map_err(|_| "it is too large".to_owned())
+        i64::try_from(over / under).map_err(|_| Wrong::too_large())
     }
 }
 
@@ -133,10 +143,21 @@ fn conversion(from: &str, to: &str) -> Option<i32> {
     (from.1 == to.1).then_some(from.0 - to.0)
 }
 
+/// The units that can have a prefix.
+const BASES: [&str; 7] = ["Hz", "s", "bit/s", "V", "W", "A", "g"];
+
+/// The number and the unit of a name such as `0.01 deg`.
+pub(super) fn number_and_unit(name: &str) -> Option<(&str, &str)> {
+    let (number, unit) = name.split_once(' ')?;
+    let base = split(unit).1;
+    let is_unit = base == "deg" || BASES.contains(&base.as_str());
+    decimal(number).filter(|_| is_unit)?;
+    Some((number, unit))
+}
+
 /// The power of ten of the prefix of a unit, and its base.
 fn split(unit: &str) -> (i32, String) {
     let unit = unit.trim().replace('°', "deg").replace('µ', "u");
-    const BASES: [&str; 7] = ["Hz", "s", "bit/s", "V", "W", "A", "g"];
     for (prefix, power) in [("u", -6), ("m", -3), ("k", 3), ("M", 6)] {
         if let Some(base) = unit.strip_prefix(prefix)
             && BASES.contains(&base)

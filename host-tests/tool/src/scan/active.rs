@@ -35,8 +35,14 @@ const EVERYBODY: &str = "asking at all node-IDs and MAC IDs";
 /// How many identifiers before an answer are asked again: the answer can be late.
 const LATE: u16 = 3;
 
-/// How long an adapter may take in each pass over the addresses as delivered.
-const PASSES: [Duration; 2] = [identify::QUICK, millis(60)];
+/// How long an adapter may take in each pass over the addresses as delivered, and what the user reads meanwhile.
+const PASSES: [(Duration, &str); 2] = [
+    (identify::QUICK, "asking at the addresses as delivered"),
+    (
+        millis(60),
+        "asking at the addresses as delivered again, with more time",
+    ),
+];
 
 /// What is known before the questions.
 pub struct Questions<'a> {
@@ -61,9 +67,8 @@ impl Questions<'_> {
         terminal: &mut Terminal,
     ) -> Result<(), Failure> {
         let total = PASSES.len() * rates.len();
-        for (pass, latency) in (0..).zip(PASSES) {
+        for (pass, (latency, what)) in (0..).zip(PASSES) {
             for (place, rate) in (0..).zip(rates) {
-                let what = "asking at the addresses as delivered";
                 say(terminal, what, *rate, (pass * rates.len() + place, total));
                 if !link.try_rate(*rate, rates)? {
                     continue;
@@ -74,8 +79,7 @@ impl Questions<'_> {
                 }
                 self.booted(link, rows, terminal)?;
                 if rows.answers() > before {
-                    self.everybody(link, rows, terminal)?;
-                    return self.searched(link, rows, terminal);
+                    return self.everywhere(link, rows, terminal);
                 }
                 link.close();
             }
@@ -89,8 +93,7 @@ impl Questions<'_> {
             for target in factory_targets() {
                 self.one(link, target, fsc::ANSWER, rows, terminal)?;
             }
-            self.everybody(link, rows, terminal)?;
-            self.searched(link, rows, terminal)?;
+            self.everywhere(link, rows, terminal)?;
             if rows.answers() > before {
                 return Ok(());
             }
@@ -156,7 +159,7 @@ impl Questions<'_> {
                     protocol: "canopen",
                     address: Some(UNCONFIGURED.to_owned()),
                     serial: Some(serial),
-                    article: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
+                    text: Some(format!("vendor {vendor:X}h, product code {code:X}h")),
                     by: By::Message,
                 };
                 rows.add(link.rate(), Row::Heard(row), terminal)?;
@@ -196,17 +199,25 @@ impl Questions<'_> {
         Ok(())
     }
 
-    /// All identifiers, if the user wants it, independent of the protocol of the bus.
-    fn searched(
+    /// All addresses, and all identifiers, if the user wants it, independent of the protocol of the bus. The adapter and the computer add
+    /// their time to each request.
+    fn everywhere(
         &self,
         link: &mut Link,
         rows: &mut Rows,
         terminal: &mut Terminal,
     ) -> Result<(), Failure> {
-        match self.search {
-            true => self.identifiers(link, rows, terminal),
-            false => Ok(()),
+        if !self.search {
+            return self.everybody(link, rows, terminal);
         }
+        let nodes = u64::from(NODES) + u64::from(MACS);
+        let time = nodes * identify::question(link, identify::QUICK).to_micros() + searching(link);
+        terminal.note(format!(
+            "the requests to all node-IDs, MAC IDs and 11-bit identifiers take at least {} s",
+            time / 1_000_000
+        ));
+        self.everybody(link, rows, terminal)?;
+        self.identifiers(link, rows, terminal)
     }
 
     /// All identifiers of 11 bits: the request for the status has no effect. Identifiers of network management are left out.
@@ -217,10 +228,9 @@ impl Questions<'_> {
         terminal: &mut Terminal,
     ) -> Result<(), Failure> {
         const STATUS: u8 = 0x02;
-        let bits = link.rate().map_or(250_000, BitRate::bits_per_second);
-        let wait = SEARCH + Duration::micros((SEARCH_BITS * 1_000_000 / bits).into());
-        let seconds = 2048 * wait.to_micros() / 1_000_000;
-        let what = format!("searching all 11-bit identifiers, {seconds} s");
+        let wait = search_wait(link);
+        let seconds = searching(link) / 1_000_000;
+        let what = format!("searching all 11-bit identifiers, at least {seconds} s");
         let (last, text) = (0x7FF, of(&what, link.rate()));
         for id in 1..=last {
             let progress = Progress {
@@ -259,6 +269,17 @@ impl Questions<'_> {
         }
         Ok(())
     }
+}
+
+/// The wait for an answer in a search of all identifiers.
+fn search_wait(link: &Link) -> Duration {
+    let bits = link.rate().map_or(250_000, BitRate::bits_per_second);
+    SEARCH + Duration::micros((SEARCH_BITS * 1_000_000 / bits).into())
+}
+
+/// The time of a search of all identifiers, in us.
+fn searching(link: &Link) -> u64 {
+    2048 * search_wait(link).to_micros()
 }
 
 /// What is done at a rate.

@@ -1,6 +1,6 @@
 //! The first part of a scan, and of every other command that does not know where the sensor is: listens and sends nothing.
 
-use super::schedule::{Lone, Schedule};
+use super::schedule::{Lone, Schedule, Step};
 use crate::adapter::Mode;
 use crate::client::{Link, stopped};
 use crate::failure::Failure;
@@ -32,7 +32,7 @@ const SWITCH: &str = "switch the sensor off and on now: it then tells its addres
 /// Listens at all rates of a schedule; None: there is no traffic at any of them. A scan reports each rate also without a progress bar.
 ///
 /// # Errors
-/// The adapter has no listen-only mode, or has failed.
+/// The adapter has no listen-only mode, refuses all rates, or has failed.
 pub fn all(
     link: &mut Link,
     schedule: &Schedule,
@@ -40,7 +40,7 @@ pub fn all(
 ) -> Result<Option<Traffic>, Failure> {
     let total = schedule.steps.len();
     // An adapter does not have every rate.
-    let mut refused: Vec<Option<BitRate>> = Vec::new();
+    let mut refused: Vec<(Option<BitRate>, Failure)> = Vec::new();
     if schedule.is_shown {
         terminal.note(SWITCH);
     }
@@ -54,7 +54,7 @@ pub fn all(
             }
             return Err(stopped());
         }
-        if refused.contains(&step.rate) {
+        if refused.iter().any(|(rate, _)| *rate == step.rate) {
             continue;
         }
         let start = link.now();
@@ -65,8 +65,8 @@ pub fn all(
             }
             match quiet(link, step.rate, terminal) {
                 Err(failure) if failure.code == "rate-refused" => {
-                    terminal.note(failure.message);
-                    refused.push(step.rate);
+                    terminal.note(&failure.message);
+                    refused.push((step.rate, failure));
                     continue;
                 }
                 opened => opened?,
@@ -111,7 +111,22 @@ pub fn all(
         link.close();
     }
     terminal.hide();
-    Ok(heard)
+    let is_refused = |step: &Step| refused.iter().any(|(rate, _)| *rate == step.rate);
+    match schedule.steps.iter().all(is_refused) {
+        true => Err(all_refused(refused)),
+        false => Ok(heard),
+    }
+}
+
+/// The adapter refuses all bit rates at which the tool must listen.
+fn all_refused(mut refused: Vec<(Option<BitRate>, Failure)>) -> Failure {
+    match (refused.pop(), refused.is_empty()) {
+        (Some((_, only)), true) => only,
+        _ => {
+            let message = "the adapter refuses all bit rates: another program may have it open, or it is not an slcan adapter. Close the other program, or check --port";
+            Failure::bus("adapter-refused", message)
+        }
+    }
 }
 
 /// When the tool stops to listen.

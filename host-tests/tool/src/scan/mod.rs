@@ -19,7 +19,7 @@ use crate::adapter::{Adapter, Mode};
 use crate::client::Link;
 use crate::client::fsc::shown;
 use crate::connect::RATES;
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::identify;
 use crate::labels::Labels;
 use crate::output::Terminal;
@@ -70,7 +70,15 @@ pub fn run(
     terminal.hide();
     link.close();
     report(&link, terminal);
-    let heard = result?;
+    let document: Value = rows.rows.iter().map(|row| row.json(rows.rate)).collect();
+    let heard = match result {
+        // The rows are complete so far.
+        Err(failure) if failure.kind == Kind::Stopped && !rows.rows.is_empty() && terminal.json => {
+            terminal.document(&document)?;
+            return Err(failure.after_document());
+        }
+        heard => heard?,
+    };
     if rows.rows.is_empty() {
         return Err(match heard {
             Some(heard) => unknown(&heard),
@@ -80,8 +88,7 @@ pub fn run(
             ),
         });
     }
-    let rows: Value = rows.rows.iter().map(|row| row.json(rows.rate)).collect();
-    terminal.document(&rows)
+    terminal.document(&document)
 }
 
 /// The identifiers that a message names.

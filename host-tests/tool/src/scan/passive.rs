@@ -168,7 +168,7 @@ fn by_process_data(
                 protocol: "fsc",
                 address: None,
                 serial: None,
-                article: Some(format!("GEMAC, {axes} {kind} at {}", shown(reply))),
+                text: Some(format!("GEMAC, {axes} {kind} at {}", shown(reply))),
                 by: By::Cyclic { reply, request },
             };
             let sensor = request.map(|request| Sensor {
@@ -194,12 +194,12 @@ fn by_process_data(
     {
         return None;
     }
-    let (by, article, target) = match node {
+    let (by, text, target) = match node {
         Node::Slave { is_sure: true, .. } => (By::Owned, "I/O of another master".to_owned(), None),
         Node::Slave { .. } => (By::Likely, "likely, by its I/O messages".to_owned(), None),
         Node::Pdo { node, id } => {
-            let article = format!("likely, by a TPDO ({id:03X}h)");
-            (By::Likely, article, Some(Target::Canopen(node)))
+            let text = format!("likely, by a TPDO ({id:03X}h)");
+            (By::Likely, text, Some(Target::Canopen(node)))
         }
         Node::Cyclic { .. } => return None,
     };
@@ -207,7 +207,7 @@ fn by_process_data(
         protocol,
         address: Some(number.to_string()),
         serial: None,
-        article: Some(article),
+        text: Some(text),
         by,
     };
     Some(Sighting {
@@ -318,7 +318,7 @@ fn sign(frame: &Frame) -> Option<Sign> {
 }
 
 fn row(sign: Sign) -> Row {
-    let (address, serial, article) = match sign {
+    let (address, serial, text) = match sign {
         Sign::Fsc(sensor) => {
             let address = shown(sensor.request).trim_end_matches('h').to_owned();
             (address, None, None)
@@ -343,7 +343,7 @@ fn row(sign: Sign) -> Row {
         protocol: sign.protocol(),
         address: Some(address),
         serial,
-        article,
+        text,
         by: By::Message,
     })
 }

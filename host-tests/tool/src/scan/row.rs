@@ -27,8 +27,8 @@ pub struct Heard {
     pub address: Option<String>,
     /// The serial number.
     pub serial: Option<u32>,
-    /// Its maker, or which frames have shown it.
-    pub article: Option<String>,
+    /// What the frames tell besides: its maker, or which frames have shown it.
+    pub text: Option<String>,
     /// What has shown it.
     pub by: By,
 }
@@ -61,8 +61,11 @@ impl Row {
             Self::Heard(heard) => {
                 let mut document = json!({
                     "rate": rate, "protocol": heard.protocol, "product": null, "address": heard.address,
-                    "serial": heard.serial, "article": heard.article, "firmware": null,
+                    "serial": heard.serial, "article": null, "firmware": null,
                 });
+                if let Some(text) = &heard.text {
+                    document["heard"] = json!(text);
+                }
                 if !self.is_certain() {
                     document["likely"] = json!(true);
                 }
@@ -143,6 +146,11 @@ impl Row {
             }) => format!("  {label:?}"),
             _ => String::new(),
         };
+        // What was heard of a node is no order number, but it is in the same place of the line.
+        let article = match &self {
+            Self::Heard(_) if document.get("heard").is_some() => text("heard"),
+            _ => text("article"),
+        };
         let known = format!(
             "{} kbit/s  {}  {}  address {}  serial {}  {}  firmware {}{label}",
             text("rate"),
@@ -150,7 +158,7 @@ impl Row {
             text("product"),
             text("address"),
             text("serial"),
-            text("article"),
+            article,
             text("firmware")
         );
         let rate = rate.map_or(String::new(), |rate| format!("--rate {} ", kbits(rate)));

@@ -156,7 +156,9 @@ impl Builder {
             entry.command = !entry.readable
                 || matches!(object.target, Target::Command(..) | Target::Service(_))
                 || self.is_at_once(&entry);
-            let is_plain = entry.scale.unit.is_empty() && entry.meanings.is_empty();
+            // A serial number is decimal, as on the label of the sensor.
+            let is_serial = object.target == Target::Service(Service::SerialNumber);
+            let is_plain = entry.scale.unit.is_empty() && entry.meanings.is_empty() && !is_serial;
             if entry.data_type == DataType::U32 && is_plain && object.index < 0x2000 {
                 entry.form = Form::Hexadecimal;
             }

@@ -85,6 +85,7 @@ fn rate_that_product_or_adapter_does_not_have_is_refused_before_a_write() {
         ("ims360", "62.5"),
         ("tiltix080", "1000"),
         ("jn2101", "auto"),
+        ("ims360", "20"),
     ] {
         let mut rig = Rig::with(product);
         assert_eq!(
@@ -94,6 +95,10 @@ fn rate_that_product_or_adapter_does_not_have_is_refused_before_a_write() {
         );
         assert!(rig.questions.is_empty(), "{product} {rate}");
     }
+    let mut rig = Rig::with("ims360");
+    let ended = rig.tool("rate 20");
+    let rates = "it has 125 kbit/s, 250 kbit/s, 500 kbit/s, 800 kbit/s, 1 Mbit/s";
+    assert!(ended.notes.contains(rates), "{ended:?}");
     let mut rig = Rig::with("is2");
     rig.refused = Some(BitRate::K500);
     assert_eq!(

@@ -75,7 +75,7 @@ fn value_outside_the_limits_of_the_data_sheet_is_refused_before_anything_is_writ
     device.rig.witnessed();
     for (set, code) in [
         ("resolution=1001", "out-of-range"),
-        ("resolution=70000", "bad-value"),
+        ("resolution=70000", "out-of-range"),
         ("resolution=1deg", "bad-value"),
         ("slope-long16=1", "read-only"),
         ("nonsense=1", "unknown-name"),
@@ -216,7 +216,8 @@ fn hostile_data_sheet_is_refused_and_nothing_is_sent() {
 fn devicenet_device_is_read_and_set_by_the_names_of_its_data_sheet() {
     let mut device = Foreign::new("tiltix080", "foreign-tiltix.eds", "--mac 63");
     let read = device.json("get resolution slope-long16");
-    assert_eq!(read["resolution"]["value"], "0.01 deg");
+    let resolution = json!({"value": 0.01, "unit": "deg", "raw": 10});
+    assert_eq!(read["resolution"], resolution);
     device.done("set resolution=raw:100");
     let read = device.rig.json("--mac 63 get resolution");
     assert_eq!(read["resolution"]["raw"], 100);

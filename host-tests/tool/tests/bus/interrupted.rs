@@ -3,7 +3,7 @@
 use super::files::{file, writes};
 use super::rig::Rig;
 use plumbline::can::{CanId, Frame, standard};
-use serde_json::json;
+use serde_json::{Value, json};
 
 #[test]
 fn interrupted_restore_is_complete_after_a_repetition() {
@@ -284,4 +284,31 @@ fn node_is_operational_again_after_ctrl_c() {
         }
         assert_eq!(ended.code, 130, "{looks} {ended:?}");
     }
+}
+
+#[test]
+fn rows_before_ctrl_c_are_the_document_of_a_scan() {
+    let mut counts = [0; 2];
+    for looks in (1..).step_by(40) {
+        let mut rig = Rig::with("is2");
+        rig.stop = Some(looks);
+        let ended = rig.tool("--json --rate 250 scan --active");
+        let document: Value = serde_json::from_str(&ended.out).expect("one document");
+        if ended.code == 0 {
+            break;
+        }
+        assert_eq!(ended.code, 130, "{looks} {ended:?}");
+        match document.as_array() {
+            Some(rows) => {
+                assert_eq!((rows.len(), &rows[0]["product"]), (1, &json!("is2")));
+                assert!(ended.notes.contains("Ctrl-C"), "{looks} {ended:?}");
+                counts[1] += 1;
+            }
+            None => {
+                assert_eq!(document["error"]["code"], "stopped", "{looks}");
+                counts[0] += 1;
+            }
+        }
+    }
+    assert!(counts.iter().all(|count| *count > 0), "{counts:?}");
 }

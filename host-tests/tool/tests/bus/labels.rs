@@ -53,7 +53,10 @@ fn name_is_shown_by_scan_and_can_be_removed() {
     rig.done("--node 10 label boom");
     assert_eq!(rig.json("scan --active")[0]["label"], "boom");
     assert!(rig.done("scan --active").contains("\"boom\""));
-    rig.done("--node 10 label --remove");
+    let removed = rig.done("--node 10 label --remove");
+    assert_eq!(removed, "the name boom was removed\n");
+    let removed = rig.done("--node 10 label --remove");
+    assert_eq!(removed, "the sensor has no name\n");
     assert_eq!(rig.json("scan --active")[0].get("label"), None);
     assert_eq!(rig.json("--node 10 label"), json!({"label": Value::Null}));
 }
@@ -77,6 +80,16 @@ fn name_in_a_file_goes_to_the_successor_that_has_none() {
     assert_eq!(rig.json("label")["label"], Value::Null);
     rig.done(&format!("restore {}", path.display()));
     assert_eq!(rig.json("label")["label"], "boom");
+    // A label that is no name is told from the name of the sensor.
+    let bad = file("bad-label.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    std::fs::write(&bad, text.replace("\"boom\"", "\"a\\nb\"")).unwrap();
+    rig.config = Some(folder("bad-label"));
+    let ended = rig.tool(&format!("restore {}", bad.display()));
+    let told = "the label in the file was not taken over: the name \"a\\nb\"";
+    assert!(ended.notes.contains(told), "{ended:?}");
+    rig.config = Some(folder("successor"));
+    rig.done(&format!("restore {}", path.display()));
     // A name that the sensor has stays.
     rig.done("label other");
     rig.done(&format!("restore {}", path.display()));
@@ -91,6 +104,8 @@ fn bad_name_and_broken_file_change_nothing() {
     for name in ["", "  ", "two\nlines", &"x".repeat(61)] {
         let ended = rig.tool_with(&["label", name]);
         assert_eq!(ended.code, 2, "{name:?} {ended:?}");
+        let told = format!("the name {:?} is not permitted: choose", name.trim());
+        assert!(ended.notes.contains(&told), "{name:?} {ended:?}");
     }
     assert!(!config.exists());
     std::fs::create_dir_all(&config).unwrap();

@@ -97,3 +97,45 @@ fn group_reads_all_its_parameters() {
     assert_eq!(read["cut-off"]["raw"], 2000);
     assert_eq!(read["filter-type"]["value"], "critically damped");
 }
+
+#[test]
+fn text_of_devicenet_has_no_length_byte() {
+    let mut rig = Rig::with("tiltix080");
+    assert_eq!(
+        rig.json("get product-name")["product-name"],
+        json!({"value": "INCLINOMETER 080 degree", "unit": ""})
+    );
+}
+
+#[test]
+fn serial_number_and_bit_rate_have_the_same_form_for_every_product() {
+    for product in PRODUCTS {
+        let mut rig = Rig::with(product);
+        if !["jn2101", "ims360", "tiltix080", "tiltix360"].contains(&product) {
+            rig.done("set baud-rate=125");
+        }
+        let serials: &[&str] = match product {
+            "ims360" => &[
+                "identity-object-serial-number",
+                "logistic-data-serial-number",
+            ],
+            _ => &["serial-number"],
+        };
+        let read = rig.json(&format!("get baud-rate {}", serials.join(" ")));
+        for serial in serials {
+            assert_eq!(read[serial]["value"], 1, "{product} {read}");
+        }
+        let rate = &read["baud-rate"];
+        assert_eq!(
+            (&rate["value"], &rate["unit"]),
+            (&json!(125), &json!("kbit/s")),
+            "{product}"
+        );
+        assert!(rate["raw"].is_u64(), "{product}");
+    }
+    let mut rig = Rig::with("tiltix080");
+    assert_eq!(
+        rig.json("set resolution=0.01deg")["resolution"],
+        json!({"value": 0.01, "unit": "deg", "raw": 10})
+    );
+}

@@ -144,3 +144,25 @@ fn silent_sensor_that_detects_the_rate_answers_at_the_rate_of_the_user() {
         assert_eq!(read["serial-number"]["raw"], 9, "{rate}");
     }
 }
+
+#[test]
+fn adapter_that_refuses_all_rates_is_named_as_the_cause() {
+    for command in ["scan", "scan --active", "get"] {
+        let mut rig = Rig::with("is2");
+        rig.rate = None;
+        rig.refuses_all = true;
+        let ended = rig.tool(command);
+        assert_eq!(ended.code, 4, "{command} {ended:?}");
+        for part in [
+            "refuses all bit rates",
+            "Close the other program, or check --port",
+        ] {
+            assert!(ended.notes.contains(part), "{command} {ended:?}");
+        }
+        assert_eq!(rig.fails(command), (4, "adapter-refused".to_owned()));
+    }
+    let mut rig = Rig::with("is2");
+    rig.refused = Some(BitRate::K250);
+    let failed = rig.fails("--rate 250 scan");
+    assert_eq!(failed, (4, "rate-refused".to_owned()));
+}

@@ -17,7 +17,10 @@ fn writes(rig: &mut Rig) -> Vec<String> {
 fn value_out_of_range_is_refused_before_anything_is_written() {
     for (assignment, code) in [
         ("cyclic-time=0", "out-of-range"),
-        ("cyclic-time=65.536s", "bad-value"),
+        ("cyclic-time=65.536s", "out-of-range"),
+        ("cyclic-time=99999999", "out-of-range"),
+        ("cyclic-time=raw:99999999", "out-of-range"),
+        ("filter=99999999,butterworth", "out-of-range"),
         ("zero-x=90.01deg", "out-of-range"),
         ("zero-x=1.255deg", "bad-value"),
         ("zero-x=1.25Hz", "bad-value"),
@@ -36,7 +39,7 @@ fn value_out_of_range_is_refused_before_anything_is_written() {
         ("cyclic-time", "bad-assignment"),
         ("nonsense=1", "unknown-name"),
         ("cyclic-time=", "bad-value"),
-        ("cyclic-time=99999999999999999999999999999", "bad-value"),
+        ("cyclic-time=99999999999999999999999999999", "out-of-range"),
     ] {
         let mut rig = Rig::with("is2");
         rig.done("get cyclic-time");
@@ -46,6 +49,63 @@ fn value_out_of_range_is_refused_before_anything_is_written() {
         assert_eq!(failed, (2, code.to_owned()), "{assignment}");
         assert_eq!(writes(&mut rig), [""; 0], "{assignment}");
     }
+}
+
+#[test]
+fn value_out_of_range_is_named_in_the_unit_of_the_user() {
+    let mut rig = Rig::with("is2");
+    for (assignment, part) in [
+        (
+            "zero-x=999deg",
+            "999.00 deg is not permitted: zero-x takes -90.00..90.00 deg",
+        ),
+        (
+            "cyclic-time=99999999",
+            "99999999 ms is not permitted: cyclic-time takes 1..65535 ms",
+        ),
+        (
+            "filter=99999999,butterworth",
+            "99999999 mHz is not permitted",
+        ),
+        ("angle-x=0", "`plumbline get angle-x` shows it"),
+        ("tpdo1-cob-id", "is no assignment"),
+        ("=1", "no parameter \"\":"),
+    ] {
+        let ended = rig.tool(&format!("set {assignment}"));
+        assert!(ended.notes.contains(part), "{assignment} {ended:?}");
+    }
+    for (command, part) in [
+        (
+            "--node 200 get",
+            "--node 200: a node-ID is 1 to 127; `plumbline scan` shows",
+        ),
+        (
+            "--mac 64 get",
+            "--mac 64: a MAC ID is 0 to 63; `plumbline scan` shows",
+        ),
+    ] {
+        let ended = rig.tool(command);
+        assert!(ended.notes.contains(part), "{command} {ended:?}");
+    }
+    let mut jn2101 = Rig::with("jn2101");
+    for (command, part) in [
+        ("set tpdo1-cob-id=18B", "write 18Bh"),
+        (
+            "--rate 125 --node 10 raw 1017:0=F4",
+            "The object has 2 bytes: write all bytes of the object, for example F400",
+        ),
+        (
+            "--rate 125 --node 10 raw 1017:0=F4000000",
+            "The object has 2 bytes: write all bytes of the object, for example F400",
+        ),
+        ("node-id 200", "200 is no node-ID: choose one from 1 to 127"),
+    ] {
+        let ended = jn2101.tool(command);
+        assert!(ended.notes.contains(part), "{command} {ended:?}");
+        assert_ne!(ended.code, 0, "{command}");
+    }
+    let ended = rig.tool_with(&["get", "\u{1b}]0;x\u{7}"]);
+    assert!(ended.notes.contains("\"\\u{1b}]0;x\\u{7}\""), "{ended:?}");
 }
 
 #[test]

@@ -78,6 +78,8 @@ pub struct Rig {
     pub config: Option<PathBuf>,
     /// The adapter does not have this rate.
     pub refused: Option<BitRate>,
+    /// The adapter refuses every rate.
+    pub refuses_all: bool,
     /// Another device sends this frame with this cycle in ms, as long as the tool runs.
     pub cyclic: Option<(u32, Frame)>,
     /// The adapter loses the frames that come between these times.
@@ -158,6 +160,7 @@ impl Rig {
             cut: None,
             config: None,
             refused: None,
+            refuses_all: false,
             cyclic: None,
             deaf: None,
             lost: |_| false,
@@ -304,6 +307,7 @@ impl Rig {
         let (interface, opening) = (self.interface, self.opening);
         let rate = self.rate_of_bus;
         let (only_active, modes) = (self.only_active, self.modes.clone());
+        let refuses_all = self.refuses_all;
         let (altered, events) = (self.altered, std::mem::take(&mut self.events));
         let overruns = self.overruns;
         let mut connect = |_: &str| {
@@ -324,6 +328,7 @@ impl Rig {
                 adapter: BenchAdapter::new(&bus),
                 left,
                 refused,
+                refuses_all,
                 cyclic,
                 deaf,
                 lost,
@@ -349,7 +354,7 @@ impl Rig {
         };
         if let Err(failure) = result {
             ended.code = failure.kind.exit_code();
-            if cli.options.json {
+            if cli.options.json && !failure.has_document {
                 ended.out.push_str(&failure.json().to_string());
             } else {
                 ended.notes.push_str(&failure.message);

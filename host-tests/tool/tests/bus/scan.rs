@@ -107,6 +107,8 @@ fn silent_sensor_is_found_though_the_first_answers_are_late() {
     let ended = rig.tool("scan --active --rate 250");
     let asked = ended.notes.matches("asking at the addresses as delivered");
     assert_eq!(asked.count(), 2, "{ended:?}");
+    let again = ended.notes.matches("as delivered again, with more time");
+    assert_eq!(again.count(), 1, "{ended:?}");
     assert!(ended.out.contains("  fsc  is2  address 300"), "{ended:?}");
 }
 
@@ -186,7 +188,7 @@ fn node_without_node_id_is_found_by_fastscan() {
     let (rows, _) = scan(&mut rig, "--active --rate 125");
     assert_eq!(rows[0]["address"], "unconfigured");
     assert_eq!(
-        (&rows[0]["serial"], &rows[0]["article"]),
+        (&rows[0]["serial"], &rows[0]["heard"]),
         (&json!(1), &json!("vendor 195h, product code 1869Fh"))
     );
 }
@@ -334,5 +336,22 @@ fn scan_tells_what_it_has_heard_at_each_rate() {
     assert!(
         heard.is_some_and(|count| (26..=28).contains(&count)),
         "{ended:?}"
+    );
+}
+
+#[test]
+fn search_says_how_long_it_takes_in_total() {
+    let mut rig = Rig::new(BusRate::Fixed(BitRate::K250));
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, Some(BitRate::K250), false);
+    let start = rig.bus.borrow().now();
+    let ended = rig.tool("--rate 250 scan --active --search");
+    let seconds = (rig.bus.borrow().now().ticks() - start.ticks()) / 1_000_000;
+    let told = number_after(&ended.notes, "11-bit identifiers take at least ");
+    let told = told.unwrap_or(0) as u64;
+    // The tool listens, and asks at the addresses as delivered, before.
+    assert!(
+        (seconds - 5..=seconds).contains(&told),
+        "{told} s, {seconds} s: {ended:?}"
     );
 }

@@ -58,7 +58,7 @@ fn talking_sensor_is_found_at_every_rate_by_listening() {
         let mut rig = cyclic("is2", rate, "");
         let (ended, time) = listened(&mut rig, &["301#00"]);
         let number: Value = serde_json::from_str(&kbits(rate)).unwrap();
-        let row = json!({"rate": number, "protocol": "fsc", "product": null, "address": null, "serial": null, "article": "GEMAC, 2 angles at 301h", "firmware": null});
+        let row = json!({"rate": number, "protocol": "fsc", "product": null, "address": null, "serial": null, "article": null, "heard": "GEMAC, 2 angles at 301h", "firmware": null});
         assert_eq!(rows(&ended), [row], "{rate:?}");
         assert!(time < 13_000, "{rate:?} {time} ms");
         // The sensor possibly has its identifiers as delivered.
@@ -83,7 +83,7 @@ fn cyclic_sensor_with_other_identifiers_has_no_address_in_its_row_before_a_reque
         let (ended, _) = listened(&mut rig, &[&format!("{shown}#00")]);
         let row = &rows(&ended)[0];
         assert_eq!(
-            (&row["address"], &row["article"]),
+            (&row["address"], &row["heard"]),
             (&json!(null), &json!(format!("GEMAC, 1 angle at {shown}h")))
         );
         assert_eq!(row["likely"], true);
@@ -132,7 +132,7 @@ fn slave_of_another_master_is_found_by_its_io_messages_and_never_asked() {
     for says_yes in [false, true] {
         rig.says_yes = says_yes;
         let (ended, _) = listened(&mut rig, &["5FD#", "3FF#"]);
-        let row = json!({"rate": 250, "protocol": "devicenet", "product": null, "address": "63", "serial": null, "article": "I/O of another master", "firmware": null});
+        let row = json!({"rate": 250, "protocol": "devicenet", "product": null, "address": "63", "serial": null, "article": null, "heard": "I/O of another master", "firmware": null});
         assert_eq!(rows(&ended), [row]);
         assert!(rig.questions.is_empty(), "{:?}", rig.questions);
     }
@@ -170,7 +170,7 @@ fn cyclic_messages_of_devicenet_without_a_master_are_likely_a_slave() {
             rows.len(),
             &rows[0]["protocol"],
             &rows[0]["address"],
-            &rows[0]["article"]
+            &rows[0]["heard"]
         ),
         (
             1,
@@ -191,7 +191,7 @@ fn node_that_only_sends_a_tpdo_is_likely_one_and_asked_after_a_yes() {
     rig.says_yes = false;
     rig.questions.clear();
     let (ended, _) = listened(&mut rig, &["18A#"]);
-    let row = json!({"rate": 250, "protocol": "canopen", "product": null, "address": "10", "serial": null, "article": "likely, by a TPDO (18Ah)", "firmware": null, "likely": true});
+    let row = json!({"rate": 250, "protocol": "canopen", "product": null, "address": "10", "serial": null, "article": null, "heard": "likely, by a TPDO (18Ah)", "firmware": null, "likely": true});
     assert_eq!(rows(&ended), [row]);
     assert!(rig.questions[0].contains("(canopen, 10)"));
     assert_eq!(rig.questions.len(), 2, "{:?}", rig.questions);

@@ -58,6 +58,13 @@ fn error_with_json_is_a_document() {
         ("demo:is2", "--json set cyclic-time=0", 2, "out-of-range"),
         ("demo:is2", "--json --id 310 get", 3, "no-answer"),
         ("nonexistent0", "--json get", 4, "no-adapter"),
+        ("slcan:", "--json get", 2, "unknown-port"),
+        ("slcan://", "--json get", 2, "unknown-port"),
+        ("slcan://localhost", "--json get", 2, "unknown-port"),
+        ("slcan://localhost:", "--json get", 2, "unknown-port"),
+        ("slcan://:11898", "--json get", 2, "unknown-port"),
+        ("socket://localhost:0", "--json get", 2, "unknown-port"),
+        ("slcan://localhost:99999", "--json get", 2, "unknown-port"),
     ] {
         let output = plumbline(port, arguments);
         assert_eq!(output.status.code(), Some(exit), "{arguments}: {output:?}");
@@ -69,6 +76,34 @@ fn error_with_json_is_a_document() {
                 .as_str()
                 .is_some_and(|text| text.len() > 20)
         );
+    }
+}
+
+#[test]
+fn negative_time_is_a_wrong_value_and_no_unknown_option() {
+    for (arguments, part) in [
+        ("watch --seconds -1", "--seconds is a time of 0 to"),
+        ("log - --seconds -1", "--seconds is a time of 0 to"),
+        ("record x.csv --seconds -1", "--seconds is a time of 0 to"),
+        ("watch --every -1", "-1 is not in 1..=60000"),
+        ("record x.csv --every -1", "-1 is not in 1..=60000"),
+    ] {
+        let output = plumbline("demo:is2", arguments);
+        assert_eq!(output.status.code(), Some(2), "{arguments}: {output:?}");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains(part), "{arguments}: {message}");
+    }
+}
+
+#[test]
+fn port_without_a_target_names_the_form() {
+    for (port, part) in [
+        ("slcan:", "for example slcan:/dev/ttyACM0"),
+        ("slcan://localhost", "write slcan://HOST:PORT"),
+    ] {
+        let output = plumbline(port, "get");
+        let message = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(message.contains(part), "{port}: {message}");
     }
 }
 

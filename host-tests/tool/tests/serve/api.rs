@@ -98,7 +98,7 @@ fn command_without_sensor_names_the_next_step() {
 fn sensor_of_every_protocol_is_set_zeroed_and_stored() {
     for (product, name, text, expected) in [
         ("is2", "cut-off", "2.5Hz", json!(2500)),
-        ("jn2101", "filter", "1 Hz", json!("1 Hz")),
+        ("jn2101", "filter", "1 Hz", json!(1)),
         ("ims360", "cut-off", "2500mHz", json!(2500)),
         ("tiltix080", "cos-delta", "0.5deg", json!(0.50)),
     ] {
@@ -122,7 +122,7 @@ fn value_out_of_range_is_refused_and_changes_nothing() {
     let server = Running::connected("is2");
     for (assignment, code) in [
         ("cyclic-time=0", "out-of-range"),
-        ("cyclic-time=70000", "bad-value"),
+        ("cyclic-time=70000", "out-of-range"),
         ("cyclic-time=quickly", "bad-value"),
         ("nothing=1", "unknown-name"),
         ("angle-x=1", "read-only"),
@@ -203,7 +203,8 @@ fn hostile_bodies_are_refused() {
 fn file_is_edited_without_sensor() {
     let server = Running::new();
     let file = server.post("/api/file", r#"{"product":"jn2101"}"#).json();
-    assert_eq!(file["values"]["filter"]["value"], "5 Hz");
+    let filter = json!({"value": 5, "unit": "Hz", "raw": 2});
+    assert_eq!(file["values"]["filter"], filter);
     let set = |text: &Value, name: &str, value: &str| {
         let body = json!({"text": text, "name": name, "value": value});
         server.post("/api/file/set", &body.to_string())
@@ -218,21 +219,21 @@ fn file_is_edited_without_sensor() {
             &json!("done")
         )
     );
-    assert_eq!(changed["values"]["filter"]["value"], "1 Hz");
+    assert_eq!(changed["values"]["filter"]["value"], 1);
     let body = json!({"text": changed["text"]}).to_string();
     assert_eq!(
         server.post("/api/file", &body).json()["values"],
         changed["values"]
     );
-    for (name, value) in [
-        ("filter", "3 Hz"),
-        ("nothing", "1"),
-        ("slope-long16", "1"),
-        ("node-id", "128"),
+    for (name, value, code) in [
+        ("filter", "3 Hz", "bad-value"),
+        ("nothing", "1", "unknown-name"),
+        ("slope-long16", "1", "read-only"),
+        ("node-id", "128", "out-of-range"),
     ] {
         assert_eq!(
             set(&file["text"], name, value).code(),
-            "out-of-range",
+            code,
             "{name}={value}"
         );
     }

@@ -119,12 +119,13 @@ fn devicenet_device_without_known_angles_is_read_and_set() {
     assert_eq!(device["angles"], json!([]));
     let mut tab = server.tab();
     let values = tab.wait("values", |values| !values.is_null());
-    assert_eq!(values["resolution"]["value"], "0.01 deg");
+    let resolution = json!({"value": 0.01, "unit": "deg", "raw": 10});
+    assert_eq!(values["resolution"], resolution);
     run(
         &server,
         json!({"set": {"assignments": ["resolution=raw:100"]}}),
     );
-    assert_eq!(value(&server, "resolution"), "0.1 deg");
+    assert_eq!(value(&server, "resolution"), 0.1);
     let status = tab.wait("status", |status| status["busy"].is_null());
     assert_eq!(
         (&status["state"], &status["lost"], &status["silent"]),

@@ -34,7 +34,7 @@ const REASONS: [(Abort, &str); 23] = [
 ];
 
 /// The meaning of an abort code (CiA 301, table 22).
-pub(super) fn reason(code: u32) -> &'static str {
+pub(crate) fn reason(code: u32) -> &'static str {
     let own = REASONS.iter().find(|(abort, _)| *abort as u32 == code);
     match (own, code) {
         (Some((_, text)), _) => text,

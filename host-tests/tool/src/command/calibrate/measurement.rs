@@ -6,7 +6,7 @@
 //! +z,0.025000,-0.030000,1.060000,25.10
 //! ```
 
-use crate::backup::write_file;
+use crate::backup::{Unread, read_text, write_file};
 use crate::calibrate::rest::Average;
 use crate::failure::Failure;
 use host_tests::calibrate::{HEADER, Side, set_at};
@@ -31,9 +31,11 @@ impl<'a> Measurement<'a> {
         serial: Option<u32>,
         may_be_new: bool,
     ) -> Result<Self, Failure> {
-        let text = match std::fs::read_to_string(path) {
+        let text = match read_text(path) {
             Ok(text) => text,
-            Err(error) if may_be_new && error.kind() == std::io::ErrorKind::NotFound => {
+            Err(Unread::Failed(error))
+                if may_be_new && error.kind() == std::io::ErrorKind::NotFound =>
+            {
                 format!("{HEADER}\n")
             }
             Err(error) => {

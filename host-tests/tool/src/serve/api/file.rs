@@ -114,8 +114,7 @@ pub(super) async fn set(State(app): State<Arc<App>>, body: Bytes) -> Answer {
 
 fn changed(set: &Set, sheets: &Sheets) -> Result<Value, Failure> {
     let mut backup = read(&set.text, sheets, set.sheet.as_deref())?;
-    let changed = backup.set(&set.name, &set.value);
-    changed.map_err(|why| Failure::usage("out-of-range", why))?;
+    backup.set(&set.name, &set.value)?;
     Ok(document(&backup, sheets))
 }
 

@@ -15,6 +15,7 @@ pub(super) struct Unplugged {
     pub bus: SharedBus,
     pub left: usize,
     pub refused: Option<BitRate>,
+    pub refuses_all: bool,
     pub cyclic: Option<Cyclic>,
     pub deaf: Option<(Instant, Instant)>,
     pub lost: fn(&Frame) -> bool,
@@ -75,7 +76,7 @@ impl Adapter for Unplugged {
     fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
         self.check()?;
         let rate = rate.or(self.interface);
-        if rate.is_some() && rate == self.refused {
+        if rate.is_some() && (rate == self.refused || self.refuses_all) {
             return Err(Failure::bus("rate-refused", "it does not have this rate"));
         }
         if self.only_active && mode == Mode::Listen {

@@ -1,6 +1,8 @@
 //! The commands that open and close the channel.
 
+use super::Shared;
 use super::{adapter, give, next, written};
+use crate::adapter::slcan::Slcan;
 use crate::adapter::{Adapter, Mode};
 use plumbline::can::{BitRate, Frame, standard};
 use std::collections::VecDeque;
@@ -72,4 +74,19 @@ fn closed_adapter_that_refuses_is_closed_and_asked_once_more() {
     let failure = adapter.open(Some(BitRate::K125), Mode::Listen).unwrap_err();
     assert_eq!(failure.code, "rate-refused");
     assert_eq!(written(&shared), "S4\rC\rC\rS4\rC\r");
+}
+
+#[test]
+fn lost_connection_is_told_from_a_lost_adapter() {
+    for (name, part) in [
+        ("slcan://127.0.0.1:11898", "is the server still running?"),
+        ("slcan:/dev/ttyACM0", "plug it in again"),
+    ] {
+        let shared = Shared::default();
+        let mut adapter = Slcan::new(shared.clone(), name);
+        adapter.open(None, Mode::Active).unwrap();
+        shared.0.borrow_mut().ended = true;
+        let failure = adapter.receive(adapter.now()).unwrap_err();
+        assert!(failure.message.contains(part), "{failure}");
+    }
 }
