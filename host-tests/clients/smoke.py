@@ -10,14 +10,13 @@ failed. It expects a GEMAC IS2 with factory values: requests with identifier 300
 """
 
 import argparse
-import statistics
 import sys
 import time
 
 import can
 
 REQUEST, REPLY, SYNC = 0x300, 0x301, 0x100
-ANGLES, BOOT_UP = 0x00, 0xFF
+ANGLES, CYCLIC_TIME, BOOT_UP = 0x00, 0x15, 0xFF
 BURST = 2000
 
 
@@ -45,10 +44,15 @@ def take(bus: can.BusABC, count: int, timeout: float = 5.0, only: int | None = N
     return messages
 
 
-def drain(bus: can.BusABC) -> None:
-    """Drops the received messages until there are no more."""
-    while bus.recv(0.1):
-        pass
+def settle(*buses: can.BusABC) -> None:
+    """Drops what these clients of one sensor have received: the first one sends a request whose reply comes after all others."""
+    buses[0].send(message(REQUEST, bytes([CYCLIC_TIME])))
+    for bus in buses:
+        end = time.monotonic() + 5.0
+        while (left := end - time.monotonic()) > 0:
+            received = bus.recv(left)
+            if received and received.arbitration_id == REPLY and received.data[0] == CYCLIC_TIME:
+                break
 
 
 def poll(bus: can.BusABC, identifier: int = REQUEST, data: bytes = bytes([ANGLES])) -> list[can.Message]:
@@ -61,8 +65,8 @@ def wake(bus: can.BusABC) -> list[can.Message]:
     """Sends until a sensor that detects the bit rate has found it, and returns its boot-up messages."""
     for _ in range(50):
         bus.send(message(REQUEST, bytes([ANGLES])))
-        if boot_up := take(bus, 2, 0.5, only=REPLY):
-            return boot_up
+        if first := take(bus, 1, 0.5, only=REPLY):
+            return first + take(bus, 1, only=REPLY)
     return []
 
 
@@ -104,7 +108,7 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
         checks.check("two boot-up messages after the first traffic", good, boot_up)
 
         for channel, bus in zip(channels, (first, *others)):
-            drain(bus)
+            settle(first, *others)
             checks.check(f"a poll through {channel} is answered", poll(bus) != [])
         checks.check("a sync frame is answered", poll(first, SYNC, b"") != [])
 
@@ -113,12 +117,12 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
             start = time.perf_counter()
             poll(first)
             times.append(time.perf_counter() - start)
-        median = statistics.median(times) * 1000
-        checks.check("a poll takes a few milliseconds at most", median < 10, f"(median {median:.2f} ms)")
+        # A delay of the adapter is in every poll, a delay by other programs is not.
+        shortest = min(times) * 1000
+        checks.check("a poll takes a few milliseconds at most", shortest < 20, f"(shortest {shortest:.2f} ms)")
 
         for channel, other in zip(channels[1:], others):
-            drain(first)
-            drain(other)
+            settle(first, *others)
             sent = every_kind()
             for frame in sent:
                 first.send(frame)
@@ -131,7 +135,7 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
             got = take(first, BURST, 60.0)
             good = [int.from_bytes(m.data, "big") for m in got] == list(range(BURST))
             checks.check(f"a burst through {channel} is received completely and in order", good, f"({len(got)} of {BURST})")
-        drain(first)
+        settle(first, *others)
         first.send(message(0x123))
         checks.check("an adapter does not receive its own frames", first.recv(0.3) is None)
     finally:
@@ -153,7 +157,7 @@ def check_options(checks: Checks, channel: str) -> None:
         bus.send(message(REQUEST, bytes([ANGLES])))
         heard = take(silent, 2)
         checks.check("a listen-only client receives both frames", [m.arbitration_id for m in heard] == [REQUEST, REPLY], heard)
-        drain(bus)
+        settle(bus)
         silent.send(message(0x123))
         checks.check("a listen-only client cannot send", bus.recv(0.3) is None)
     finally:

@@ -1,6 +1,7 @@
 //! Clients written in Python, which the tests run.
 //!
-//! They need the packages of `clients/requirements.txt` and `clients/requirements-no-deps.txt`. The first test that runs a client
+//! They need the packages of `clients/requirements.txt` and `clients/requirements-no-deps.txt`; `clients/constraints.txt` has the
+//! versions of the packages that those need. The first test that runs a client
 //! installs the packages into the virtual environment `clients-venv` in the target directory. `PLUMBLINE_PYTHON` selects another interpreter. Without `python3` or
 //! without a package registry the tests print `skipped`. In a continuous integration run (`CI` is set) they fail.
 
@@ -23,21 +24,27 @@ pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
             return;
         }
     };
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
-        .join("clients")
-        .join(script);
+    let path = clients().join(script);
     let output = Command::new(python)
         .arg(path)
         .args(arguments)
         .stdin(Stdio::null())
         .output()
         .expect("the interpreter starts");
+    let text = String::from_utf8_lossy(&output.stdout);
     assert!(
         output.status.success(),
-        "{script} failed:\n{}{}",
-        String::from_utf8_lossy(&output.stdout),
+        "{script} failed:\n{text}{}",
         String::from_utf8_lossy(&output.stderr)
     );
+    // Shows which checks often need a second attempt.
+    let mut in_report = false;
+    for line in text.lines() {
+        in_report = line.starts_with("an attempt failed") || in_report && line.starts_with("  ");
+        if in_report {
+            let _ = writeln!(stderr(), "{script}: {line}");
+        }
+    }
 }
 
 /// An interpreter that has these modules, or the reason why there is none.
@@ -76,10 +83,12 @@ fn has(python: &Path, modules: &[&str]) -> bool {
 
 /// The interpreter of the virtual environment, which is installed if it is missing or outdated.
 fn environment() -> Result<PathBuf, String> {
-    /// The packages, and those that are installed without their dependencies and without a check of the version of Python.
+    /// The packages, those that are installed without their dependencies and without a check of the version of Python, and the
+    /// versions of the packages that they need.
     const REQUIREMENTS: &str = concat!(
         include_str!("../clients/requirements.txt"),
         include_str!("../clients/requirements-no-deps.txt"),
+        include_str!("../clients/constraints.txt"),
     );
     let failed = |error: std::io::Error| error.to_string();
     // The test program is in the folder `deps` of its profile.
@@ -107,7 +116,9 @@ fn environment() -> Result<PathBuf, String> {
             .args(["-m", "venv", "--clear"])
             .arg(&folder),
     )?;
-    install(&python, "requirements.txt", &[])?;
+    let constraints = clients().join("constraints.txt");
+    let constraints = constraints.to_str().ok_or("a path that is not Unicode")?;
+    install(&python, "requirements.txt", &["--constraint", constraints])?;
     let options = ["--no-deps", "--ignore-requires-python"];
     install(&python, "requirements-no-deps.txt", &options)?;
     fs::write(installed, REQUIREMENTS).map_err(failed)?;
@@ -124,9 +135,14 @@ fn install(python: &Path, file: &str, options: &[&str]) -> Result<(), String> {
         "--quiet",
         "--disable-pip-version-check",
     ]);
-    pip.args(options).args(["--retries", "1", "--requirement"]);
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("clients");
-    command(pip.arg(folder.join(file)))
+    pip.args(options);
+    pip.args(["--retries", "10", "--timeout", "60", "--requirement"]);
+    command(pip.arg(clients().join(file)))
+}
+
+/// The folder of the clients.
+fn clients() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("clients")
 }
 
 /// Runs a command; returns the last line of its standard error if it fails.

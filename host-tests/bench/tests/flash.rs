@@ -92,7 +92,7 @@ fn faulty_memory_does_not_change() {
     assert_eq!(read(&mut flash, 0), [1, 2, 0x11, 2]);
 }
 
-/// A file name for one test; the file is removed at the end.
+/// The name of a file or folder for one test; it is removed at the end.
 struct Scratch(PathBuf);
 
 impl Scratch {
@@ -104,7 +104,9 @@ impl Scratch {
 
 impl Drop for Scratch {
     fn drop(&mut self) {
+        // One of them fails: it is a file or a folder, or it does not exist.
         let _ = fs::remove_file(&self.0);
+        let _ = fs::remove_dir_all(&self.0);
     }
 }
 
@@ -139,7 +141,6 @@ fn unwritable_file_is_faulty_memory() {
     fs::create_dir(&folder.0).unwrap();
     flash.write(0, &[1, 2]).unwrap();
     assert_eq!(fs::read(&path).unwrap(), flash.bytes());
-    fs::remove_dir_all(&folder.0).unwrap();
 }
 
 #[test]

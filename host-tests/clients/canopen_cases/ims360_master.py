@@ -8,7 +8,7 @@ from canopen import objectdictionary as od
 from canopen.lss import LssError
 
 from . import protocol as p
-from .cases_master import TYPES
+from .cases_master import TYPES, mean_period
 from .ims360_objects import IMS360, LATERAL, LONGITUDINAL, MAPPABLE, NODE, OBJECTS
 from .runner import Context
 
@@ -73,8 +73,7 @@ def mapping_by_master(context: Context) -> None:
             report.equal(f"{state}: mapped", [LATERAL, 0x30000108, 0x65110008], mapped(node, 2))
         arrived = pdo.wait_for_reception(2)
         report.equal("TPDO 2 arrives", -567, pdo[0].raw if arrived else None)
-        time.sleep(0.4)
-        report.within("TPDO 2: period in s", 0.045, 0.055, pdo.period or 0)
+        report.within("TPDO 2: period in s", 0.045, 0.055, mean_period(pdo))
         node.sdo[0x1010][1].raw = p.decode(p.SAVE)
     with context.session(scene="tilt=12.34,-5.67", store=store, real_time=True) as session, network(session.sensor.port) as (net, node):
         node.tpdo.read()

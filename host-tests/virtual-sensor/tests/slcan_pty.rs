@@ -17,6 +17,12 @@ fn open(path: &str) -> Client<File> {
     Client::on(File::from(terminal))
 }
 
+/// Closes the terminal, and gives the server, which asks for its state from time to time, the time to notice it.
+fn close(client: Client<File>) {
+    drop(client);
+    std::thread::sleep(Duration::from_millis(500));
+}
+
 fn sensor_with_terminal(arguments: &[&str]) -> (Sensor, String) {
     let mut sensor = Sensor::start(&[arguments, &["--pty"]].concat());
     let line = sensor.line();
@@ -65,8 +71,7 @@ fn terminal_can_be_reopened() {
         // Not read, within a line and without C.
         client.say("V");
         client.stream.write_all(b"t12").expect("a terminal");
-        drop(client);
-        std::thread::sleep(Duration::from_millis(100));
+        close(client);
         // No client is there to receive this one.
         witness.poll();
     }
@@ -103,8 +108,7 @@ fn terminal_client_that_never_reads_does_not_block_others() {
             .expect("it listens");
     }
     reader.poll();
-    drop(idle);
-    std::thread::sleep(Duration::from_millis(100));
+    close(idle);
     let mut next = open(&path);
     next.expect("V", "V1010");
     drop(sender);

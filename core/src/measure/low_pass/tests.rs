@@ -399,8 +399,10 @@ proptest! {
         let mut filter = tuned(first.0, first.1);
         let mut output = filter.step(along_x(0)).x;
         for ((kind, cutoff), inputs) in runs {
-            prop_assume!((kind, cutoff) != (filter.kind, filter.cutoff));
-            prop_assume!((kind, filter.kind) != (Kind::Off, Kind::Off));
+            // Settings that change nothing do not settle the filter.
+            if (kind, cutoff) == (filter.kind, filter.cutoff) || (kind, filter.kind) == (Kind::Off, Kind::Off) {
+                continue;
+            }
             filter.tune(kind, cutoff).unwrap();
             let mut model = Model::settled(kind, cutoff, output);
             for (input, times) in inputs {

@@ -1,168 +1,14 @@
 //! `calibrate`: a shell script is the command of the log. It prints 3 s of the position in a file again and again, and the answers
 //! to the questions turn the sensor.
 
-use super::files::file;
+mod board;
+
 use bench::{Flash, Geometry, STORE_BUFFER};
-use clap::Parser;
+use board::{Board, Ended, raw, wait_for_prints};
 use plumbline::measure::{I32x3, ONE_G};
 use plumbline::model::catalog::find;
 use plumbline::store::Store;
-use plumbline_tool::cli::Cli;
-use plumbline_tool::command::run_with;
-use plumbline_tool::failure::Failure;
-use plumbline_tool::output::Terminal;
-use std::path::{Path, PathBuf};
-use std::rc::Rc;
-use std::time::{Duration, Instant};
-
-/// The offset of the accelerometer in g.
-const OFFSET: [f64; 3] = [0.02, -0.03, 0.05];
-
-/// Its response to 1 g along each axis.
-const RESPONSE: [[f64; 3]; 3] = [[1.02, 0.01, 0.0], [-0.01, 0.97, 0.02], [0.005, 0.0, 1.01]];
-
-/// The raw acceleration in 10^-6 g with a side up.
-fn raw(side: &str) -> [i32; 3] {
-    let axis = ["x", "y", "z"].iter().position(|name| side.ends_with(name));
-    let axis = axis.expect("an axis");
-    let sign = if side.starts_with('-') { -1.0 } else { 1.0 };
-    std::array::from_fn(|i| ((OFFSET[i] + sign * RESPONSE[axis][i]) * 1e6).round() as i32)
-}
-
-/// 3 s of the log at a temperature in 0.01 degC.
-fn log(serial: u32, side: &str, temperature: i32) -> String {
-    let [x, y, z] = raw(side);
-    let mut text = format!("0.000012 [INFO ] serial number {serial}\nnot a message\n");
-    for place in 0..600 {
-        // Noise with a mean of 0.
-        let noise = if place % 2 == 0 { 900 } else { -900 };
-        let (x, y) = (x + noise, y - noise);
-        text += &format!(
-            "0.06 [DEBUG] acceleration {x} {y} {z} ug, {temperature} 0.01 degC (app.rs:330)\n"
-        );
-    }
-    text
-}
-
-/// A unit on a bench: the sides to which it is turned, one after the other.
-struct Board {
-    serial: u32,
-    temperature: i32,
-    position: PathBuf,
-    measurement: PathBuf,
-    store: PathBuf,
-}
-
-/// The file to which the log adds a byte each time that it has printed a position.
-fn count(position: &Path) -> PathBuf {
-    position.with_extension("count")
-}
-
-/// Waits until the log has printed the position this many more times.
-fn wait_for_prints(position: &Path, times: u64) {
-    let path = count(position);
-    let printed = || std::fs::metadata(&path).map_or(0, |own| own.len());
-    let end = printed() + times;
-    let start = Instant::now();
-    while printed() < end {
-        assert!(start.elapsed() < PATIENCE, "the log has ended");
-        std::thread::sleep(Duration::from_millis(5));
-    }
-}
-
-/// How long the log can take.
-const PATIENCE: Duration = Duration::from_secs(60);
-
-/// The end of a run.
-#[derive(Debug)]
-struct Ended {
-    result: Result<(), Failure>,
-    out: String,
-    notes: String,
-    questions: Vec<String>,
-}
-
-impl Board {
-    fn new(name: &str) -> Self {
-        Self {
-            serial: 7,
-            temperature: 25_10,
-            position: file(&format!("calibrate-{name}.log")),
-            measurement: file(&format!("calibrate-{name}.csv")),
-            store: file(&format!("calibrate-{name}.bin")),
-        }
-    }
-
-    /// Turns the unit.
-    fn turn(&self, side: &str) {
-        let part = self.position.with_extension("part");
-        std::fs::write(&part, log(self.serial, side, self.temperature)).expect("a file");
-        std::fs::rename(&part, &self.position).expect("a file");
-    }
-
-    /// Runs the program with a log. `answer` takes the question and its number, and turns the unit.
-    fn run(&self, options: &[&str], answer: &mut dyn FnMut(&Self, &str, usize) -> bool) -> Ended {
-        let script = format!(
-            "while cat '{}' 2>/dev/null; do echo >>'{}'; sleep 0.02; done",
-            self.position.display(),
-            count(&self.position).display()
-        );
-        self.run_with(options, &["--", "sh", "-c", &script], answer)
-    }
-
-    fn run_with(
-        &self,
-        options: &[&str],
-        log: &[&str],
-        answer: &mut dyn FnMut(&Self, &str, usize) -> bool,
-    ) -> Ended {
-        let measurement = self.measurement.display().to_string();
-        let mut all = vec!["plumbline", "calibrate", &measurement];
-        all.extend(options);
-        all.extend(log);
-        let cli = Cli::try_parse_from(all).unwrap_or_else(|error| panic!("{error}"));
-        let (mut out, mut notes, mut questions) = (Vec::new(), Vec::new(), Vec::new());
-        let mut confirm = |question: &str| {
-            questions.push(question.to_owned());
-            answer(self, question, questions.len())
-        };
-        let mut terminal = Terminal {
-            json: cli.options.json,
-            out: &mut out,
-            notes: &mut notes,
-            confirm: &mut confirm,
-            stopped: Rc::new(|| false),
-            bar: None,
-        };
-        let result = run_with(&cli, &mut terminal, &mut |_| panic!("no adapter is needed"));
-        Ended {
-            result,
-            out: String::from_utf8(out).expect("UTF-8"),
-            notes: String::from_utf8(notes).expect("UTF-8"),
-            questions,
-        }
-    }
-
-    /// The options that write the store file.
-    fn store_options(&self) -> [String; 4] {
-        let store = self.store.display().to_string();
-        ["--product".into(), "is2".into(), "--store".into(), store]
-    }
-
-    /// Turns the unit; the log does not tell its serial number.
-    fn turn_untold(&self, side: &str) {
-        let told = log(self.serial, side, self.temperature);
-        let (_, untold) = told.split_once('\n').expect("lines");
-        let part = self.position.with_extension("part");
-        std::fs::write(&part, untold).expect("a file");
-        std::fs::rename(&part, &self.position).expect("a file");
-    }
-
-    fn rows(&self) -> Vec<String> {
-        let text = std::fs::read_to_string(&self.measurement).unwrap_or_default();
-        text.lines().map(str::to_owned).collect()
-    }
-}
+use std::path::Path;
 
 const SIDES: [&str; 6] = ["+z", "-z", "+x", "-x", "+y", "-y"];
 
@@ -353,26 +199,18 @@ fn unit_that_is_exchanged_while_a_question_is_open_is_not_measured() {
 
 #[test]
 fn wrong_side_and_motion_are_reported_and_not_measured() {
+    const WRONG_SIDE: &str = "-y is up, not +z: x ";
+    const MOTION: &str = "it moves: x ";
     let board = Board::new("wrong");
     board.turn("-y");
-    let (position, serial) = (board.position.clone(), board.serial);
-    // The user turns the unit later: to a wrong side first, then it moves all the time, then it is right.
-    let turning = std::thread::spawn(move || {
-        let pause = || std::thread::sleep(std::time::Duration::from_millis(700));
-        let put = |text: &str| {
-            let part = position.with_extension("turned");
-            std::fs::write(&part, text).expect("a file");
-            std::fs::rename(&part, &position).expect("a file");
-        };
-        pause();
-        put(&(log(serial, "+z", 25_10) + &log(serial, "+x", 25_10)));
-        pause();
-        put(&log(serial, "+z", 25_10));
-    });
+    // The user moves the unit all the time when the tool says that the side is wrong, and puts it right when it says that it moves.
+    board
+        .reactions
+        .borrow_mut()
+        .extend([(WRONG_SIDE, &["+z", "+x"][..]), (MOTION, &["+z"])]);
     let ended = board.run(&[], &mut |_, _, _| false);
-    turning.join().expect("the thread ends");
     assert_eq!(code(&ended), (2, "not-confirmed"));
-    for note in ["-y is up, not +z: x ", "it moves: x "] {
+    for note in [WRONG_SIDE, MOTION] {
         assert!(ended.notes.contains(note), "{note}: {ended:?}");
     }
     assert!(

@@ -1,6 +1,8 @@
 //! A headless Chromium with one tab.
 
 use fantoccini::actions::{InputSource, KeyAction, KeyActions};
+use fantoccini::elements::Element;
+use fantoccini::error::{CmdError, ErrorStatus};
 use fantoccini::wd::WebDriverCompatibleCommand;
 use fantoccini::{Client, ClientBuilder, Locator};
 use http::Method;
@@ -8,21 +10,75 @@ use hyper_util::client::legacy::connect::HttpConnector;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Write, stderr};
 use std::process::{Child, Command, Stdio};
+use std::sync::mpsc::channel;
 use std::sync::{Mutex, MutexGuard, PoisonError};
+use std::thread;
 use std::time::{Duration, Instant};
+use tempfile::TempDir;
 use tokio::runtime::{Builder, Runtime};
 use url::{ParseError, Url};
 
 /// The longest wait for the page, on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
+/// How often the start of the browser is tried.
+const STARTS: usize = 3;
+
 /// A browser. Only one browser runs at a time: two browsers slow each other down.
 pub struct Browser {
     runtime: Runtime,
     client: Option<Client>,
-    driver: Child,
-    profile: tempfile::TempDir,
+    _driver: Driver,
+    profile: TempDir,
     _alone: MutexGuard<'static, ()>,
+}
+
+/// A running chromedriver; it is killed when this is dropped.
+struct Driver(Child);
+
+impl Driver {
+    /// Starts it; returns its port too.
+    fn start() -> Result<(Self, u16), String> {
+        let mut child = Command::new("chromedriver")
+            .arg("--port=0")
+            // The page has the language of the browser.
+            .env("LANGUAGE", "en")
+            .env("LANG", "C.UTF-8")
+            .stdout(Stdio::piped())
+            .stderr(Stdio::null())
+            .spawn()
+            .expect("chromedriver starts");
+        let output = BufReader::new(child.stdout.take().expect("its output"));
+        let driver = Self(child);
+        let (sender, port) = channel();
+        thread::spawn(move || {
+            for line in output.lines().map_while(Result::ok) {
+                let port = line.split("successfully on port ").nth(1);
+                if let Some(Ok(port)) = port.map(|port| port.trim_end_matches('.').parse()) {
+                    let _ = sender.send(port);
+                }
+            }
+        });
+        let port = port.recv_timeout(PATIENCE);
+        let port = port.map_err(|_| "chromedriver does not print its port")?;
+        Ok((driver, port))
+    }
+}
+
+impl Drop for Driver {
+    fn drop(&mut self) {
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// Whether an error is only of the moment: the page replaces the element, moves it, or has another one over it.
+fn is_of_the_moment(error: &CmdError) -> bool {
+    let is_covered = matches!(
+        error,
+        CmdError::Standard(own) if own.error == ErrorStatus::ElementClickIntercepted
+    );
+    is_covered || error.is_stale_element_reference() || error.is_element_not_interactable()
 }
 
 /// A command of Chromium.
@@ -68,24 +124,34 @@ impl Browser {
                 return None;
             }
         }
-        let mut driver = Command::new("chromedriver")
-            .arg("--port=0")
-            .stdout(Stdio::piped())
-            .stderr(Stdio::null())
-            .spawn()
-            .expect("chromedriver starts");
-        let output = BufReader::new(driver.stdout.take().expect("its output"));
-        let port = output
-            .lines()
-            .map_while(Result::ok)
-            .find_map(|line| {
-                let port = line.split("successfully on port ").nth(1)?;
-                port.trim_end_matches('.').parse::<u16>().ok()
-            })
-            .expect("the port of chromedriver");
+        // On a busy machine, chromedriver or Chromium can take longer to start than the other one waits.
+        let mut started = Self::start();
+        for _ in 1..STARTS {
+            let Err(error) = &started else {
+                break;
+            };
+            let _ = writeln!(stderr(), "the browser is started again: {error}");
+            started = Self::start();
+        }
+        let (runtime, client, driver, profile) = started.unwrap_or_else(|error| panic!("{error}"));
+        let browser = Self {
+            runtime,
+            client: Some(client),
+            _driver: driver,
+            profile,
+            _alone: alone,
+        };
+        browser.go(url);
+        Some(browser)
+    }
+
+    /// Starts chromedriver and Chromium.
+    fn start() -> Result<(Runtime, Client, Driver, TempDir), String> {
+        let (driver, port) = Driver::start()?;
         let profile = tempfile::tempdir().expect("a folder");
         let options = json!({"args": [
             "--headless=new",
+            "--lang=en-US",
             "--no-sandbox",
             "--window-size=1400,1500",
             "--disable-dev-shm-usage",
@@ -105,19 +171,8 @@ impl Browser {
             builder.capabilities(capabilities.as_object().expect("an object").clone());
             builder.connect(&format!("http://127.0.0.1:{port}")).await
         });
-        let client = client.unwrap_or_else(|error| {
-            let _ = driver.kill();
-            panic!("{error}")
-        });
-        let browser = Self {
-            runtime,
-            client: Some(client),
-            driver,
-            profile,
-            _alone: alone,
-        };
-        browser.go(url);
-        Some(browser)
+        let client = client.map_err(|error| error.to_string())?;
+        Ok((runtime, client, driver, profile))
     }
 
     fn client(&self) -> &Client {
@@ -173,25 +228,32 @@ impl Browser {
                     self.console()
                 );
             }
-            std::thread::sleep(Duration::from_millis(50));
+            thread::sleep(Duration::from_millis(50));
         }
     }
 
-    /// Clicks an element as a user does, when it can be pressed. The page can replace it between the search and the click.
+    /// Clicks an element as a user does, when it can be pressed.
     #[track_caller]
     pub fn click(&self, selector: &str) {
         self.wait(&format!(
             "!(document.querySelector({selector:?})?.matches(':disabled') ?? true)"
         ));
+        self.act(selector, async |element| element.click().await);
+    }
+
+    /// Does something with an element as a user does, who tries again when it was not possible at the moment.
+    #[track_caller]
+    fn act(&self, selector: &str, action: impl AsyncFn(Element) -> Result<(), CmdError>) {
         let start = Instant::now();
         loop {
-            let clicked = self.runtime.block_on(async {
-                let element = self.client().find(Locator::Css(selector)).await?;
-                element.click().await
+            let done = self.runtime.block_on(async {
+                action(self.client().find(Locator::Css(selector)).await?).await
             });
-            match clicked {
+            match done {
                 Ok(()) => return,
-                Err(error) if error.is_stale_element_reference() && start.elapsed() < PATIENCE => {}
+                Err(error) if is_of_the_moment(&error) && start.elapsed() < PATIENCE => {
+                    thread::sleep(Duration::from_millis(20));
+                }
                 Err(error) => panic!("{selector}: {error}; {:?}", self.console()),
             }
         }
@@ -204,29 +266,23 @@ impl Browser {
         while self.value(&format!("!!({expression})")) != true {
             assert!(start.elapsed() < PATIENCE, "not true in time: {expression}");
             self.click(selector);
-            std::thread::sleep(Duration::from_millis(100));
+            thread::sleep(Duration::from_millis(100));
         }
     }
 
     /// Types a text into a field, instead of what it has.
     #[track_caller]
     pub fn write(&self, selector: &str, text: &str) {
-        let written = self.runtime.block_on(async {
-            let element = self.client().find(Locator::Css(selector)).await?;
+        self.act(selector, async |element| {
             element.clear().await?;
             element.send_keys(text).await
         });
-        written.unwrap_or_else(|error| panic!("{selector}: {error}"));
     }
 
     /// Presses keys at an element.
     #[track_caller]
     pub fn keys(&self, selector: &str, keys: &str) {
-        let pressed = self.runtime.block_on(async {
-            let element = self.client().find(Locator::Css(selector)).await?;
-            element.send_keys(keys).await
-        });
-        pressed.unwrap_or_else(|error| panic!("{selector}: {error}"));
+        self.act(selector, async |element| element.send_keys(keys).await);
     }
 
     /// Presses keys of the keyboard, one after the other, with these held down (Shift).
@@ -252,11 +308,9 @@ impl Browser {
     /// Chooses an option by its value.
     #[track_caller]
     pub fn choose(&self, selector: &str, value: &str) {
-        let chosen = self.runtime.block_on(async {
-            let element = self.client().find(Locator::Css(selector)).await?;
+        self.act(selector, async |element| {
             element.select_by_value(value).await
         });
-        chosen.unwrap_or_else(|error| panic!("{selector} {value}: {error}"));
     }
 
     /// The text that an element shows.
@@ -297,7 +351,7 @@ impl Browser {
             if let Ok(text) = std::fs::read_to_string(&path) {
                 return text;
             }
-            std::thread::sleep(Duration::from_millis(50));
+            thread::sleep(Duration::from_millis(50));
         }
         panic!("{name} was not saved");
     }
@@ -314,7 +368,5 @@ impl Drop for Browser {
         if let Some(client) = self.client.take() {
             let _ = self.runtime.block_on(client.close());
         }
-        let _ = self.driver.kill();
-        let _ = self.driver.wait();
     }
 }

@@ -77,8 +77,7 @@ impl Sensor {
         browser.choose("#rate", "125");
         browser.choose("#protocol", "fsc");
         browser.write("#address", "300");
-        browser.click("#connect");
-        browser.done("watch");
+        browser.connect();
         Some(browser)
     }
 }

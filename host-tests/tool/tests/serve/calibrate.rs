@@ -185,6 +185,8 @@ fn stopped_calibration_goes_on_with_the_positions_that_are_missing() {
         "{failed}"
     );
     assert_eq!(board.rows(), 1);
+    // On another side there is no question, which would wait for its answer.
+    board.turn("+z");
     // The thread can take a moment to end.
     while board.server.post("/api/calibrate", "\"start\"").status != 200 {}
     let place = board

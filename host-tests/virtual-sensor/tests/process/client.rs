@@ -84,13 +84,13 @@ impl<S: Read + Write> Client<S> {
                 }
                 return Some(String::from_utf8(line).expect("ASCII"));
             }
-            if Instant::now() > end {
-                return None;
-            }
+            // It reads at least once, also if the computer was busy until now.
+            let late = Instant::now() > end;
             let mut buffer = [0; 4096];
             match self.stream.read(&mut buffer) {
                 Ok(0) => return None,
                 Ok(length) => self.buffer.extend_from_slice(&buffer[..length]),
+                Err(_) if late => return None,
                 Err(error) if error.kind() == ErrorKind::WouldBlock => {
                     std::thread::sleep(Duration::from_micros(200));
                 }
@@ -152,10 +152,9 @@ impl Client<TcpStream> {
                 }
             }
         }
-        // Earlier polls are answered before this one.
-        self.say("N");
-        self.find("N");
-        while self.next_within(Duration::from_millis(100)).is_some() {}
+        // The sensor answers in order: the reply to a request for the cyclic time comes after those to the polls.
+        self.say("t300115");
+        self.find("t301415");
         self.stream
             .set_read_timeout(Some(PATIENCE))
             .expect("a socket");

@@ -82,5 +82,5 @@ fn answers_like_host_build(chip: Chip) {
         .filter_map(|line| line.strip_prefix('(')?.split_once(')')?.0.parse().ok())
         .collect();
     assert!(stamps.len() > 2 && stamps.is_sorted(), "{log}");
-    assert!(stamps.iter().all(|at| *at <= now.as_secs_f64() + 0.01));
+    assert!(stamps.iter().all(|at| *at <= now.as_secs_f64() + 1.0));
 }
