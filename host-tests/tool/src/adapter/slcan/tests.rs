@@ -42,7 +42,8 @@ impl Stream for Shared {
             return Ok(piece.len());
         }
         if script.pending.is_empty() {
-            std::thread::sleep(timeout.min(time::Duration::from_millis(1)));
+            let step = time::Duration::from_millis(1);
+            std::thread::sleep(if script.busy { step } else { timeout.min(step) });
             if script.busy {
                 script.reads += 1;
                 assert!(script.reads < MAX_READS, "a wait does not end");
