@@ -53,9 +53,9 @@ fn factory_values_of_every_product_are_kept_at_power_off() {
 fn restart_with_factory_values_is_part_of_the_question() {
     let mut rig = Rig::with("ims360");
     rig.done("node-id 33");
-    rig.says_yes = false;
     let path = file("asked.toml");
     rig.done(&format!("--node 33 backup {}", path.display()));
+    rig.says_yes = false;
     assert_eq!(
         rig.fails("--node 33 load-factory"),
         (2, "not-confirmed".to_owned())
