@@ -4,7 +4,7 @@ use crate::failure::Failure;
 use std::fmt::{self, Display, Formatter};
 use std::fs::File;
 use std::io::{self, Read, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 /// The longest text that the tool has written by itself, in bytes.
 pub const LONGEST_TEXT: u64 = 1 << 20;
@@ -91,38 +91,32 @@ pub fn write_file(path: &Path, text: &str) -> Result<(), Failure> {
 
 /// Writes a new file beside the old one, and gives it the name of the old one.
 fn replace(path: &Path, text: &str) -> io::Result<()> {
-    let (part, mut file) = match part_of(path) {
+    let folder = path
+        .parent()
+        .filter(|folder| !folder.as_os_str().is_empty());
+    let mut part = match new_file().tempfile_in(folder.unwrap_or(Path::new("."))) {
         // A file can be writable in a folder that is not.
         Err(error) if error.kind() == io::ErrorKind::PermissionDenied && path.exists() => {
             return std::fs::write(path, text);
         }
         part => part?,
     };
-    let written = file.write_all(text.as_bytes()).and_then(|()| {
-        if let Ok(old) = std::fs::metadata(path) {
-            file.set_permissions(old.permissions())?;
-        }
-        std::fs::rename(&part, path)
-    });
-    if written.is_err() {
-        let _ = std::fs::remove_file(&part);
+    part.write_all(text.as_bytes())?;
+    if let Ok(old) = std::fs::metadata(path) {
+        part.as_file().set_permissions(old.permissions())?;
     }
-    written
+    part.persist(path)?;
+    Ok(())
 }
 
-/// A new file beside this one.
-fn part_of(path: &Path) -> io::Result<(PathBuf, File)> {
-    const NAMES: u32 = 100;
-    let mut last = io::Error::from(io::ErrorKind::AlreadyExists);
-    for number in 0..NAMES {
-        let mut name = path.file_name().unwrap_or_default().to_owned();
-        name.push(format!(".part{number}"));
-        let part = path.with_file_name(name);
-        match File::create_new(&part) {
-            Ok(file) => return Ok((part, file)),
-            Err(error) if error.kind() == io::ErrorKind::AlreadyExists => last = error,
-            Err(error) => return Err(error),
-        }
+/// A new file with the usual permissions; by itself, only its owner could read a temporary file.
+fn new_file() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".plumbline-");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    Err(last)
+    builder
 }

@@ -118,16 +118,18 @@ fn file_behind_a_symbolic_link_is_written_and_keeps_its_permissions() {
     std::fs::write(&file, "old").unwrap();
     std::fs::set_permissions(&file, PermissionsExt::from_mode(0o640)).unwrap();
     symlink(&file, &link).unwrap();
-    // A file of another run with the name of the new one stays.
-    let other = folder.join("crane.toml.part0");
-    std::fs::write(&other, "other").unwrap();
     write_file(&link, "new").unwrap();
     assert!(link.is_symlink());
     assert_eq!(std::fs::read_to_string(&file).unwrap(), "new");
-    assert_eq!(std::fs::read_to_string(&other).unwrap(), "other");
     let mode = std::fs::metadata(&file).unwrap().permissions().mode();
     assert_eq!(mode & 0o777, 0o640);
-    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 3);
+    // A new file can be read by everybody whom the settings of the user permit, as other new files.
+    let (new, usual) = (folder.join("new.toml"), folder.join("usual"));
+    write_file(&new, "new").unwrap();
+    std::fs::write(&usual, "usual").unwrap();
+    let mode = |path| std::fs::metadata(path).unwrap().permissions().mode();
+    assert_eq!(mode(&new), mode(&usual));
+    assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 4);
     std::fs::remove_dir_all(folder).unwrap();
 }
 
