@@ -56,7 +56,7 @@ pub fn read_file(path: &Path, longest: u64) -> Result<Vec<u8>, Unread> {
     }
 }
 
-/// Reads a regular file with a text of at most [`LONGEST_TEXT`] bytes.
+/// Reads a regular file with a text of at most 1 MiB.
 ///
 /// # Errors
 /// See [`read_file`]; or it is no text.
