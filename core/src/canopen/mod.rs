@@ -31,6 +31,7 @@ mod process_data;
 mod product;
 pub mod profile;
 mod protocol;
+mod receive;
 mod reset;
 pub mod row;
 mod saving;
