@@ -46,7 +46,7 @@ impl<P: Product> CanopenOrJ1939<P> {
     #[inline(always)] // called for each step
     fn is_j1939(&mut self, cx: &mut ContextOf<P>) -> bool {
         let hosted = self.canopen.is_hosted();
-        if hosted && !self.j1939.is_started() && !self.canopen.is_resetting() {
+        if hosted && !self.j1939.is_started() {
             self.j1939.start(cx, self.canopen.rate());
         }
         hosted
@@ -56,6 +56,7 @@ impl<P: Product> CanopenOrJ1939<P> {
     fn resets(&mut self, cx: &mut ContextOf<P>, now: Instant) -> bool {
         let resets = self.canopen.resets_hosted(cx, now);
         if resets {
+            self.j1939.stop();
             // It starts again, unless CANopen is selected.
             self.is_j1939(cx);
             cx.shell.wake_up();
@@ -101,7 +102,7 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
             self.canopen.serve(cx, now, frame, reply);
             if self.canopen.is_hosted() && self.canopen.is_resetting() {
                 // The reply is the last frame before the reset.
-                self.j1939.stop();
+                self.j1939.be_silent();
             }
         }
     }

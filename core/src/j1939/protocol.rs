@@ -23,7 +23,7 @@ const CONNECTIONS: usize = 2;
 /// The J1939 protocol for product `P`. The parameters are the parameters of its CANopen objects, which each method takes as `objects`.
 pub struct J1939<P: Product> {
     pub(super) claim: Claim,
-    rate: BitRate,
+    pub(super) rate: BitRate,
     timers: [Periodic; COUNT],
     /// The transmission rates in force, in ms.
     periods: [u32; COUNT],
@@ -69,7 +69,7 @@ impl<P: Product> J1939<P> {
     /// Checks the tables of the product. Inconsistent tables are a compile error.
     const CHECKED: () = check::<P>();
 
-    /// Whether it is on the bus. It is not between the request for a reset and the reset.
+    /// Whether it is on the bus.
     pub(super) fn is_started(&self) -> bool {
         self.claim.state() != State::Off
     }
@@ -93,6 +93,11 @@ impl<P: Product> J1939<P> {
     /// Ends all activity.
     pub(super) fn stop(&mut self) {
         self.claim.stop();
+        self.be_silent();
+    }
+
+    /// Sends nothing more until it starts again.
+    pub(super) fn be_silent(&mut self) {
         self.end_traffic();
         self.commanded.end();
     }
@@ -187,7 +192,8 @@ impl<P: Product> J1939<P> {
             }
             BusChange::Recovered => {
                 self.leave(cx, objects);
-                if self.claim.resume(now) {
+                // Before a reset, the start that follows claims the address.
+                if !objects.is_resetting() && self.claim.resume(now) {
                     self.move_on(cx);
                 }
             }
@@ -211,7 +217,7 @@ impl<P: Product> J1939<P> {
             0 => {
                 self.earliest = Deadline::NEVER;
                 self.pending = false;
-                if !self.is_started() {
+                if objects.is_resetting() {
                     self.earliest.consider(objects.deadline_hosted());
                     return false;
                 }

@@ -36,7 +36,7 @@ impl<P: Product> J1939<P> {
         frame: &Frame,
         objects: &mut Canopen<P>,
     ) -> Option<CanId> {
-        let id = Identifier::of(frame).filter(|_| self.is_started())?;
+        let id = Identifier::of(frame)?;
         let data = frame.bytes();
         let own = self.claim.address();
         let to_us = own == Some(id.destination) && id.source < NO_ADDRESS;
@@ -45,7 +45,11 @@ impl<P: Product> J1939<P> {
             source: id.source,
             addressed: to_us,
         };
-        match (id.pgn, <[u8; 8]>::try_from(data)) {
+        let message = <[u8; 8]>::try_from(data);
+        if objects.is_resetting() && id.pgn != ADDRESS_CLAIMED {
+            return None;
+        }
+        match (id.pgn, message) {
             (REQUEST, _) => {
                 if let Some(pgn) = requested(data) {
                     self.request(cx, now, id, pgn);
@@ -85,6 +89,14 @@ impl<P: Product> J1939<P> {
         (source, name): (u8, Name),
         objects: &mut Canopen<P>,
     ) {
+        if objects.is_resetting() {
+            // Only frames that wait must not be sent from a lost address.
+            if self.claim.address() == Some(source) && name < self.claim.name() {
+                self.leave(cx, objects);
+                cx.shell.go_online(self.rate);
+            }
+            return;
+        }
         match self.claim.hear(now, source, name) {
             Outcome::None => {}
             Outcome::Defended => self.announce(cx),

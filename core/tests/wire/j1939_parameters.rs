@@ -238,7 +238,7 @@ fn node_is_silent_between_the_reply_to_a_restart_and_the_claim() {
         assert_eq!(tester.exchange(frame), [""; 0], "{frame}");
     }
     assert_eq!(tester.wait_text(99), [] as [(u64, String); 0]);
-    // The lower NAME came before the restart, which tries the preferred address again.
+    // The restart tries the preferred address, although a lower NAME has claimed it before.
     assert_eq!(tester.wait_text(2), [(1, CLAIM.to_string())]);
 }
 

@@ -53,8 +53,9 @@ fn image_without_recovery_leaves_bus_off_at_a_restart() {
     rig.download(0x3100, 2, [0]);
     rig.change_to_j1939();
     rig.run(500);
-    // 2010h:01: the restart is 100 ms after the answer. The process data before it is disturbed.
-    assert_eq!(rig.parameter(0x80, "2F10200101000000"), "6010200100000000");
+    // 2010h:01: the restart is 100 ms after the reply, which is disturbed.
+    rig.send_text("18EF8021#2F10200101000000");
+    rig.run(1);
     rig.bus.corrupt(32, Some(Source::Device(rig.sensor)));
     rig.wait_until(100, 90, is_off);
     rig.frames();
