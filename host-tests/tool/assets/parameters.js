@@ -4,7 +4,7 @@ import { which } from "./actions.js";
 import { get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { change, current, differences } from "./document.js";
-import { attempt, choice, element, isReady, make, on, sensor, shown, state } from "./state.js";
+import { attempt, choice, element, fail, isReady, make, on, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /**
@@ -168,13 +168,14 @@ function show() {
 
 /** Starts the form. */
 export function start() {
-  on("device", () => attempt(load));
+  // A message stays until the next action of the user.
+  on("device", () => load().catch(fail));
   on("file", () => {
     for (const { file: field, wrong } of rows) {
       field?.removeAttribute("aria-invalid");
       wrong.textContent = "";
     }
-    attempt(load);
+    load().catch(fail);
   });
   on("values", show);
   setInterval(showAngles, PAUSE);

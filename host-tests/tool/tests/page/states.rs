@@ -129,6 +129,19 @@ fn refused_value_is_told_where_the_user_looks() {
         })()",
     );
     assert_eq!(shown, true);
+    // It stays until the next action of this user; what another tab reads does not take it away.
+    let status = browser.script(
+        "return fetch('/api/run', {
+            method: 'POST', body: '{\"get\":{\"names\":[\"cut-off\"]}}',
+            headers: {
+                'Content-Type': 'application/json', 'X-Plumbline-Sensor': '1',
+                'X-Plumbline-Token': sessionStorage.getItem('plumbline-token'),
+            },
+        }).then(({ status }) => status)",
+    );
+    assert_eq!(status, 200);
+    browser.wait("document.querySelector('#log-rows li').textContent.includes('get cut-off')");
+    assert!(browser.shown("#message").contains("1..65535 ms"));
 }
 
 #[test]
