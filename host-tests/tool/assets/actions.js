@@ -51,18 +51,30 @@ async function simple(key) {
 async function address(key, min, max, command = key) {
   const own = sensor();
   const answer = await ask({
-    title: t(key), text: `${t(`${key}-text`)}\n${which()}`, yes: t("write"),
+    title: title(key), text: `${t(`${key}-text`)}\n${which()}`, yes: t("write"),
     field: { label: t("new-number"), min, max, value: state.device?.address },
   });
   if (answer) await post("api/run", { [command]: { new: Number(answer.value) } }, own);
+}
+
+/** The title of the question of a button. @param {string} key */
+const title = (key) => t(key).replace(/\.+$/, "");
+
+/** The rate that the sensor has stored; the setting of a GEMAC sensor has the code 0 for automatic detection. */
+function stored() {
+  const value = state.values?.["baud-rate"];
+  if (state.device?.protocol === "fsc" && value?.raw === 0) return "auto";
+  const text = shown(value);
+  const number = Number.parseFloat(text) * (text.includes("Mbit") ? 1000 : text.includes("kbit") ? 1 : 0.001);
+  return state.rates.includes(number) ? String(number) : String(state.device?.rate ?? 125);
 }
 
 async function rate() {
   const own = sensor();
   const automatic = state.device?.protocol === "fsc" ? ["auto"] : [];
   const answer = await ask({
-    title: t("bit-rate"), text: `${t("bit-rate-text")}\n${which()}`, yes: t("write"),
-    field: { label: `${t("rate")} / (kbit/s)`, choices: [...automatic, ...state.rates.map(String)], value: String(state.device?.rate ?? 125) },
+    title: title("bit-rate"), text: `${t("bit-rate-text")}\n${which()}`, yes: t("write"),
+    field: { label: `${t("rate")} / (kbit/s)`, choices: [...automatic, ...state.rates.map(String)], value: stored() },
   });
   if (answer) await post("api/run", { rate: { new: answer.value } }, own);
 }
@@ -70,7 +82,7 @@ async function rate() {
 async function label() {
   const own = sensor();
   const answer = await ask({
-    title: t("label"), text: `${t("label-text")}\n${which()}`, yes: t("label-yes"),
+    title: title("label"), text: `${t("label-text")}\n${which()}`, yes: t("label-yes"),
     field: { label: t("name"), value: state.device?.label ?? "", optional: true },
   });
   if (answer) await post("api/run", { label: { name: answer.value || null } }, own);

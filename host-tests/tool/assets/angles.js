@@ -1,6 +1,6 @@
 // The large angles, and the status in words.
 
-import { element, make, on, state } from "./state.js";
+import { element, goneText, make, on, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** The pause between two values in ms: a person, also with a screen reader, must be able to follow. */
@@ -43,12 +43,12 @@ function number(value) {
 /** Old angles are not shown: the sensor does not answer, sampling is off, or the server is gone. */
 function forget() {
   const { samples = 0, silent = true, state: now = "closed" } = state.status ?? {};
-  if (now !== "active" || silent || samples === 0 || performance.now() - newest > OLD + 1500 / samples) state.angles = null;
+  if (state.gone !== null || now !== "active" || silent || samples === 0 || performance.now() - newest > OLD + 1500 / samples) state.angles = null;
 }
 
 function show() {
   forget();
-  const isActive = state.status?.state === "active";
+  const isActive = state.gone === null && state.status?.state === "active";
   outputs.forEach((output, place) => {
     const text = isActive && state.angles ? number(state.angles[place]) : "-";
     if (output.textContent !== text) output.textContent = text;
@@ -59,16 +59,18 @@ function show() {
   const none = state.device?.angles.length === 0;
   empty.hidden = isActive && !silent && !stopped && !none;
   const shown = silent ? "angles-silent" : none ? "angles-none" : "angles-stopped";
-  empty.textContent = t(isActive ? shown : "angles-empty");
+  empty.textContent = t(state.gone !== null ? goneText() : isActive ? shown : "angles-empty");
 }
 
 function showCondition() {
   const place = element("condition");
+  const { samples = 0, silent = true } = state.status ?? {};
+  const isKnown = state.gone === null && !silent && samples > 0;
   const bits = condition ?? [];
-  const isBad = bits.some(({ error }) => error);
+  const isBad = isKnown && bits.some(({ error }) => error);
   const words = bits.map(({ name }) => word(name));
   if (!isBad) words.unshift(t("ok"));
-  const text = state.device === null ? "" : t("status", words.join(", "));
+  const text = state.device === null ? "" : t("status", isKnown ? words.join(", ") : t("unknown"));
   if (place.textContent !== text) place.textContent = text;
   place.classList.toggle("bad", isBad);
 }
@@ -96,8 +98,8 @@ export function start() {
     state.angles = last.slice(1);
     newest = performance.now();
   });
-  on("status", show);
-  on("gone", () => { newest = -Infinity; show(); });
+  on("status", () => { show(); showCondition(); });
+  on("gone", () => { newest = -Infinity; });
   on("condition", (words) => { condition = words; showCondition(); });
   onLanguage(() => { show(); showCondition(); });
   setInterval(show, PAUSE);

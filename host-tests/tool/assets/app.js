@@ -13,7 +13,7 @@ import * as frames from "./frames.js";
 import * as log from "./log.js";
 import * as parameters from "./parameters.js";
 import { attempt, element, emit, fail, on } from "./state.js";
-import { currentLanguage, onLanguage, setLanguage, t, translate } from "./texts.js";
+import { currentLanguage, onLanguage, said, setLanguage, t, translate } from "./texts.js";
 
 const THEME = "plumbline-theme";
 
@@ -28,7 +28,14 @@ function setTheme(theme) {
 function sentence(error) {
   const key = error instanceof Failure ? `error-${error.code}` : "";
   const text = t(key);
-  return text === key ? /** @type {Error} */ (error).message : text;
+  return text === key ? advised(/** @type {Error} */ (error).message) : text;
+}
+
+/** A message of the program. Where it names the command for a scan, the page names its own controls. @param {string} message */
+function advised(message) {
+  const [head] = message.split(": ");
+  if (head === message || !/`plumbline [^`]*scan/.test(message)) return said(message);
+  return `${said(head)}: ${t(head.startsWith("nobody answers") ? "next-no-answer" : "next-nothing-found")}`;
 }
 
 /** @type {unknown} */
@@ -42,7 +49,8 @@ function showFailure() {
 on("failure", (error) => { failure = error; showFailure(); });
 /** The reason for which a connection ended. */
 let reason = "";
-on("status", ({ error }) => {
+on("status", (status) => {
+  const error = status?.error;
   if (error && error !== reason) fail(new Failure("ended", error));
   reason = error ?? "";
 });
@@ -60,7 +68,7 @@ attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;
 events(emit, (error) => {
-  emit(error === null ? "restarted" : "gone", null);
+  emit(error === null ? "restarted" : "gone", error?.code ?? null);
   if (error !== null || lost !== null) emit("failure", error);
   lost = error;
 });

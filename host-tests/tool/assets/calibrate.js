@@ -2,7 +2,7 @@
 
 import { post } from "./api.js";
 import { faces, look, paint, svg, turn } from "./attitude.js";
-import { attempt, element, make, on } from "./state.js";
+import { attempt, element, make, on, state as server } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** The order of the positions. */
@@ -90,17 +90,18 @@ function set(id, text) {
 
 function show() {
   const { state } = calibration;
-  const isRunning = !["off", "idle", "done", "failed"].includes(state);
+  const isGone = server.gone !== null;
+  const isRunning = !isGone && !["off", "idle", "done", "failed"].includes(state);
   set("calibrate-step", step());
   set("calibrate-numbers", numbers());
   set("calibrate-line", state === "off" ? SERVE : calibration.line ?? "");
   set("calibrate-next", state === "done" ? calibration.next ?? "" : "");
   element("calibrate-step").classList.toggle("bad", state === "failed");
   element("calibrate-positions").replaceChildren(...SIDES.map(position));
-  element("calibrate-start").disabled = state === "off" || isRunning;
-  element("calibrate-take").disabled = state !== "asking";
+  element("calibrate-start").disabled = isGone || state === "off" || isRunning;
+  element("calibrate-take").disabled = isGone || state !== "asking";
   element("calibrate-take").dataset.question = String(calibration.question ?? "");
-  element("calibrate-again").disabled = state !== "asking";
+  element("calibrate-again").disabled = isGone || state !== "asking";
   element("calibrate-stop").disabled = !isRunning;
   draw(calibration.side ?? SIDES[0]);
 }
@@ -122,5 +123,6 @@ export function start() {
   element("calibrate-again").addEventListener("click", answer("again"));
   element("calibrate-stop").addEventListener("click", () => attempt(() => post("api/calibrate", "stop")));
   on("calibration", (/** @type {Calibration} */ next) => { calibration = next; show(); });
+  for (const kind of ["gone", "restarted"]) on(kind, show);
   onLanguage(show);
 }

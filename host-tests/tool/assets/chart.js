@@ -13,6 +13,8 @@ const COLOURS = ["--x", "--y", "--third"];
 
 /** @type {any} */
 let plot = null;
+/** The angles of the samples: they stay after the end of the connection. @type {import("./state.js").Angle[]} */
+let angles = [];
 /** @type {Ring | null} */
 let ring = null;
 /** The times around each gap. @type {[number, number][]} */
@@ -48,7 +50,7 @@ function right() {
 function build() {
   plot?.destroy();
   plot = null;
-  const angles = state.device?.angles ?? [];
+  element("chart").hidden = angles.length === 0;
   if (angles.length === 0) return;
   const [text, line] = [resolved("--quiet"), resolved("--line")];
   const axis = { stroke: text, grid: { stroke: line, width: 1 }, ticks: { stroke: line, width: 1 } };
@@ -91,9 +93,20 @@ function view() {
 }
 
 function draw() {
+  showEmpty();
   if (!plot || !isDirty || document.hidden) return;
   isDirty = false;
   plot.setData(view(), true);
+  // The window moves under the cursor.
+  const { left, top } = plot.cursor;
+  if (left >= 0) plot.setCursor({ left, top });
+}
+
+function showEmpty() {
+  const isEmpty = (ring?.length ?? 0) === 0;
+  element("chart-empty").hidden = !isEmpty;
+  element("chart").hidden = plot === null;
+  element("csv").disabled = isEmpty;
 }
 
 /** @param {{first: number, rows: number[][]}} samples */
@@ -133,8 +146,8 @@ function moveCursor(step) {
 }
 
 function save() {
-  if (!ring || !state.device) return;
-  const heading = ["time_s", ...state.device.angles.map((angle) => `${angle.name}_${angle.unit}`)].join(",");
+  if (!ring) return;
+  const heading = ["time_s", ...angles.map((angle) => `${angle.name}_${angle.unit}`)].join(",");
   const columns = ring.since(-Infinity);
   const lines = [heading];
   for (let place = 0; place < columns[0].length; place += 1) {
@@ -159,7 +172,8 @@ export function start() {
     const now = JSON.stringify([device?.angles ?? [], device?.serial, device?.address]);
     if (!device || now === shape) return;
     shape = now;
-    ring = new Ring(1 + device.angles.length, KEPT);
+    angles = device.angles;
+    ring = new Ring(1 + angles.length, KEPT);
     gaps = [];
     next = null;
     build();
@@ -168,7 +182,8 @@ export function start() {
   on("restarted", () => { missed.streams += 1; });
   on("status", (status) => {
     const field = element("samples");
-    if (document.activeElement !== field) field.value = String(status.samples);
+    if (status && document.activeElement !== field) field.value = String(status.samples);
+    field.disabled = state.gone !== null;
   });
   element("pause").addEventListener("click", pause);
   element("window").addEventListener("change", () => { isDirty = true; });

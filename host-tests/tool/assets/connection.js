@@ -4,15 +4,22 @@ import { which } from "./actions.js";
 import { Failure, get, post } from "./api.js";
 import { missed } from "./chart.js";
 import { ask } from "./dialog.js";
-import { attempt, element, emit, fail, make, on, state } from "./state.js";
-import { currentLanguage, onLanguage, t } from "./texts.js";
+import { attempt, element, emit, fail, goneText, make, on, state } from "./state.js";
+import { currentLanguage, onLanguage, said, t } from "./texts.js";
 
 const input = (/** @type {string} */ id) => /** @type {HTMLInputElement & HTMLSelectElement} */ (element(id));
 /** @type {any[] | null} */
 let found = null;
 /** The rows that the page shows, as text. */
 let drawn = "";
-let finding = false;
+/** What the user waits for: `finding` or `connecting`. */
+let waits = "";
+/** The number of the newest request of the bar. */
+let turn = 0;
+/** The text without rows. */
+let ended = "found-empty";
+/** What waits for the end of the running action. @type {(() => void)[]} */
+const ending = [];
 /** The products of the catalogue. @type {Product[]} */
 let catalogue = [];
 /** The data sheets. @type {Product[]} */
@@ -109,8 +116,35 @@ function fill(values) {
   showSheet();
 }
 
-/** Sends a request. Where the program asks before it sends to the bus, the user answers. @param {string} path @param {object} sent @param {string} name of the button */
-async function asking(path, sent, name) {
+/**
+ * Sends a request, and says meanwhile what the user waits for. Where the program asks before it sends to the bus, the user answers: the
+ * request with the yes goes on after the question.
+ * @param {string} path @param {object} sent @param {string} name of the button @param {string} doing
+ */
+async function asking(path, sent, name, doing) {
+  turn += 1;
+  const own = turn;
+  waits = doing;
+  showFound();
+  let end = doing === "finding" ? "found-nothing" : "found-empty";
+  try {
+    await answered(path, sent, name);
+  } catch (error) {
+    // A scan that gave way to a connection is over.
+    if (own !== turn) return;
+    const code = error instanceof Failure ? error.code : "";
+    if (code !== "nothing-found") end = code === "stopped" ? "found-stopped" : "found-empty";
+    throw error;
+  } finally {
+    if (own === turn) {
+      [waits, ended] = ["", end];
+      showFound();
+    }
+  }
+}
+
+/** @param {string} path @param {object} sent @param {string} name of the button */
+async function answered(path, sent, name) {
   /** The questions that were answered with yes. @type {string[]} */
   const yes = [];
   /** @type {Set<string>} */
@@ -124,7 +158,7 @@ async function asking(path, sent, name) {
       // Each line is a question, and one yes is enough. A question that was answered with no is not shown again.
       const given = yes.length;
       for (const text of error.message.split("\n").filter((line) => !no.has(line))) {
-        if (await ask({ title: name, text, yes: t("ask-yes") })) {
+        if (await ask({ title: name, text: said(text), yes: t("ask-yes") })) {
           yes.push(text);
           break;
         }
@@ -135,7 +169,7 @@ async function asking(path, sent, name) {
   }
 }
 
-const connect = () => asking("api/connect", wanted(), t("connect"));
+const connect = () => asking("api/connect", wanted(), t("connect"), "connecting");
 
 async function find() {
   const { port, rate } = wanted();
@@ -144,26 +178,23 @@ async function find() {
     title: t("find-title", port), text: t("find-text"), yes: t("find-listen"), checks: [t("find-ask"), t("find-search")],
   });
   if (!answer) return;
-  finding = true;
-  showFound();
-  try {
-    const [active, search] = answer.checked;
-    // Who wants to search wants to ask.
-    await asking("api/scan", { port, rate, active: active || search, search }, t("find"));
-  } finally {
-    finding = false;
-    showFound();
-  }
+  const [active, search] = answer.checked;
+  // Who wants to search wants to ask.
+  await asking("api/scan", { port, rate, active: active || search, search }, t("find"), "finding");
 }
 
 /** @param {any} row */
 function row(row) {
   const line = document.createElement("tr");
   const cells = [row.product ?? t("unknown"), row.label ?? "", row.rate ?? "-", `${row.protocol} ${row.address ?? "-"}`, row.serial ?? "-", row.article ?? row.heard ?? "-", row.firmware ?? "-"];
-  line.append(...cells.map((text) => make("td", String(text))));
   const button = /** @type {HTMLButtonElement} */ (make("button", t("use", row.product ?? row.address ?? row.protocol)));
   button.type = "button";
   button.addEventListener("click", () => attempt(async () => {
+    // The sensor is shown while the scan goes on.
+    if (waits === "finding") {
+      turn += 1;
+      await stopped();
+    }
     const port = state.status?.port ?? input("port").value;
     // A device that is not in the catalogue can have the data sheet that was chosen.
     const own = input("product").value;
@@ -175,7 +206,7 @@ function row(row) {
   const cell = document.createElement("td");
   // A node without node-ID has no address, and one that was only heard need not tell it.
   if (/^[0-9a-f]+$/i.test(row.address ?? "")) cell.append(button);
-  line.append(cell);
+  line.append(cell, ...cells.map((text) => make("td", String(text))));
   return line;
 }
 
@@ -189,13 +220,26 @@ function showFound() {
   const empty = element("found-empty");
   empty.hidden = rows.length > 0;
   const device = state.device;
-  if (finding) empty.textContent = t("finding");
+  if (waits) empty.textContent = t(waits);
   else if (device) empty.textContent = [which(), device.article, device.firmware].filter(Boolean).join(" ");
-  else empty.textContent = t(found === null ? "found-empty" : "found-nothing");
+  else empty.textContent = t(ended);
 }
 
 function showStatus() {
-  const status = state.status;
+  const { status, gone } = state;
+  const isGone = gone !== null;
+  const busy = (status?.busy ?? null) !== null;
+  for (const id of ["connect", "find"]) input(id).disabled = busy || isGone;
+  input("disconnect").disabled = busy || isGone || (status?.state ?? "closed") === "closed";
+  input("stop").disabled = !busy || isGone;
+  for (const id of ["eds", "file", "new-file"]) input(id).disabled = isGone;
+  for (const button of element("found").querySelectorAll("button")) button.disabled = isGone;
+  if (isGone) {
+    set("state", t(goneText()));
+    set("frames-per-second", "-");
+    set("errors", t("unknown"));
+    return;
+  }
   if (!status) return;
   let text = t(`state-${status.state}`);
   if (status.silent) text = t("state-silent");
@@ -205,10 +249,6 @@ function showStatus() {
   set("frames-per-second", String(status.perSecond));
   set("errors", status.errors === null ? t("unknown") : String(status.errors));
   set("lost", String(status.lost + missed.count));
-  const busy = status.busy !== null;
-  for (const id of ["connect", "find"]) input(id).disabled = busy;
-  input("disconnect").disabled = busy || status.state === "closed";
-  input("stop").disabled = !busy;
   showLines();
 }
 
@@ -220,6 +260,13 @@ function showLines() {
   element("log-note").hidden = line === null;
   set("record-line", `${line} record angles.csv --every ${every}`);
   set("log-line", `${line} log frames.log`);
+}
+
+/** Stops the running action, and waits for its end. */
+async function stopped() {
+  const end = new Promise((/** @type {(value: void) => void} */ resolve) => ending.push(resolve));
+  await post("api/stop", {});
+  await end;
 }
 
 /** Writes a text only when it is new: the page is redrawn less. @param {string} id @param {string} text */
@@ -246,14 +293,15 @@ export async function start() {
   on("status", showStatus);
   on("device", showFound);
   on("found", (rows) => { found = rows; showFound(); });
-  on("note", ({ text }) => { element("progress").textContent = text; });
+  on("note", ({ text }) => { element("progress").textContent = said(text); });
   on("progress", ({ done, total, text }) => {
     const bar = input("progress-bar");
     [bar.max, bar.value, bar.hidden] = [total, done, false];
-    element("progress").textContent = `${done}/${total} ${text}`;
+    element("progress").textContent = `${done}/${total} ${said(text)}`;
   });
   on("action", ({ state: end }) => {
     if (end === "running") return;
+    ending.splice(0).forEach((resolve) => resolve());
     element("progress").textContent = "";
     element("progress-bar").hidden = true;
   });

@@ -3,7 +3,7 @@
 import { which } from "./actions.js";
 import { post } from "./api.js";
 import { ask } from "./dialog.js";
-import { attempt, element, isReady, make, on, sensor } from "./state.js";
+import { attempt, element, isReady, make, on, sensor, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /** @typedef {{id: string, data: string, remote: boolean, count: number, period: number | null, own: boolean}} Row */
@@ -13,7 +13,9 @@ const lines = new Map();
 let newest = [];
 
 function show() {
-  element("frames-empty").hidden = newest.length > 0;
+  const empty = element("frames-empty");
+  empty.hidden = newest.length > 0;
+  empty.textContent = t(state.status?.state === "listening" ? "frames-listening" : "frames-empty");
   element("frames-scroll").hidden = newest.length === 0;
   const body = element("frame-rows");
   const ids = new Set(newest.map(({ id }) => id));
@@ -57,7 +59,10 @@ async function send() {
 /** Starts the table. */
 export function start() {
   on("frames", (rows) => { newest = rows; show(); });
-  on("status", () => { element("send").disabled = !isReady(); });
+  on("status", () => {
+    element("send").disabled = !isReady();
+    if (newest.length === 0) show();
+  });
   element("raw").addEventListener("submit", (/** @type {Event} */ event) => {
     event.preventDefault();
     attempt(send);

@@ -1,7 +1,7 @@
 // Each action with its command line.
 
 import { element, fail, make, on } from "./state.js";
-import { currentLanguage, onLanguage, t } from "./texts.js";
+import { currentLanguage, onLanguage, said, t } from "./texts.js";
 
 /** @typedef {{n: number, at: number, line: string, state: string, notes?: string[], result?: any, error?: {message: string}}} Action */
 /** The most actions. */
@@ -32,8 +32,10 @@ function item(action) {
   });
   row.append(text, copy);
   entry.append(row);
-  const lines = [...(action.notes ?? []).slice(-6), ...(action.error ? [action.error.message] : []), ...done(action.result)];
-  for (const line of lines) entry.append(make("div", line, line === action.error?.message ? "failed" : "note"));
+  const ends = (action.error?.message ?? "").split("\n").filter((line) => line !== "");
+  const kind = action.state === "failed" ? "failed" : "note";
+  for (const line of [...(action.notes ?? []).slice(-6), ...done(action.result)]) entry.append(make("div", said(line), "note"));
+  for (const line of ends) entry.append(make("div", said(line), kind));
   return entry;
 }
 

@@ -4,7 +4,7 @@ import { which } from "./actions.js";
 import { get, post } from "./api.js";
 import { ask } from "./dialog.js";
 import { change, current, differences } from "./document.js";
-import { attempt, element, isReady, make, on, sensor, shown, state } from "./state.js";
+import { attempt, choice, element, fail, isReady, make, on, sensor, shown, state } from "./state.js";
 import { onLanguage, t } from "./texts.js";
 
 /**
@@ -18,13 +18,15 @@ import { onLanguage, t } from "./texts.js";
  * @property {boolean} plusNode
  * @property {boolean} writable
  * @property {boolean} setting
- * @property {string[]} choices
+ * @property {import("./state.js").Choice[]} choices
  * @typedef {{line: HTMLElement, entry: Entry, sensor: HTMLElement, set: HTMLButtonElement | null,
- *   file: (HTMLInputElement | HTMLSelectElement) | null, wrong: HTMLElement}} Row
+ *   file: (HTMLInputElement | HTMLSelectElement) | null, wrong: HTMLElement, mark: HTMLElement}} Row
  */
 
 /** @type {{product: string, entries: Entry[]} | null} */
 let sheet = null;
+/** The pause between two values of the angles in ms. */
+const PAUSE = 400;
 /** @type {Row[]} */
 let rows = [];
 /** The key of the sheet that is being asked for. */
@@ -65,19 +67,20 @@ function row(entry) {
     action.append(set);
   }
   const field = entry.setting ? input(entry, wrong) : null;
-  if (field) file.append(field, wrong);
+  const mark = make("span", "", "mark");
+  if (field) file.append(field, mark, wrong);
   else file.textContent = entry.writable ? "" : t("read-only");
   const factory = entry.factory && entry.kind === "parameter" ? shown(entry.factory) : "";
   line.append(name, sensor, action, file,
     make("td", entry.plusNode && factory ? t("plus-node", factory) : factory, "value"),
     make("td", entry.range || entry.unit, "range"));
-  return { line, entry, sensor, set, file: field, wrong };
+  return { line, entry, sensor, set, file: field, wrong, mark };
 }
 
 /** The field of the file. @param {Entry} entry @param {HTMLElement} wrong */
 function input(entry, wrong) {
   const field = document.createElement(entry.choices.length > 0 ? "select" : "input");
-  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map((choice) => new Option(choice, choice)));
+  if (field instanceof HTMLSelectElement) field.append(...entry.choices.map(({ name }) => new Option(name, name)));
   else {
     field.autocomplete = "off";
     field.spellcheck = false;
@@ -97,12 +100,28 @@ function input(entry, wrong) {
   return field;
 }
 
+/** The value in the sensor. Angles move: theirs are the newest samples. @param {Entry} entry */
+function read(entry) {
+  const place = state.device?.angles.findIndex(({ name }) => name === entry.name) ?? -1;
+  if (place < 0) return state.values === null ? "-" : shown(state.values[entry.name]);
+  const angle = state.angles?.[place] ?? NaN;
+  return Number.isFinite(angle) ? `${angle.toFixed(2)} ${state.device?.angles[place].unit}` : "-";
+}
+
+function showAngles() {
+  for (const { entry, sensor } of rows) {
+    const text = read(entry);
+    if (sensor.textContent !== text) sensor.textContent = text;
+  }
+}
+
 /** Sets one value in the sensor. @param {Entry} entry */
 async function write(entry) {
   const [present, own] = [state.values?.[entry.name], sensor()];
   const answer = await ask({
     title: t("set-title", entry.name), text: which(), yes: t("write"),
-    field: { label: t("value"), value: present ? shown(present) : "", hint: entry.range, choices: entry.choices },
+    field: { label: t("value"), value: entry.choices.length > 0 ? choice(entry.choices, present) : present ? shown(present) : "", hint: entry.range,
+      choices: entry.choices.map(({ name }) => name) },
     checks: state.device?.protocol === "devicenet" ? [] : [t("also-save")],
   });
   if (!answer) return;
@@ -121,19 +140,20 @@ function show() {
   const differing = new Set(differences());
   const fits = file !== null && file.product === sheet?.product;
   const [search, only] = [element("search").value.trim().toLowerCase(), element("only-differences").checked];
-  for (const { line, entry, sensor, set, file: field, wrong } of rows) {
-    const text = state.values === null ? "-" : shown(state.values[entry.name]);
+  for (const { line, entry, sensor, set, file: field, wrong, mark } of rows) {
+    const text = read(entry);
     if (sensor.textContent !== text) sensor.textContent = text;
     if (set) set.disabled = !isReady();
     if (field) {
       const value = fits ? file.values[entry.name] : undefined;
       field.disabled = !fits;
       if (document.activeElement !== field || field.getAttribute("aria-invalid") === null) {
-        const own = value === undefined ? "" : shown(value);
+        const own = value === undefined ? "" : field instanceof HTMLSelectElement ? choice(entry.choices, value) : shown(value);
         if (field.value !== own) field.value = own;
       }
     }
     line.classList.toggle("differs", differing.has(entry.name));
+    mark.textContent = differing.has(entry.name) ? "≠" : "";
     const isWanted = `${entry.name} ${entry.title}`.toLowerCase().includes(search) && (!only || differing.has(entry.name));
     line.hidden = !isWanted;
     if (!field?.hasAttribute("aria-invalid") && wrong.textContent) wrong.textContent = "";
@@ -148,15 +168,17 @@ function show() {
 
 /** Starts the form. */
 export function start() {
-  on("device", () => attempt(load));
+  // A message stays until the next action of the user.
+  on("device", () => load().catch(fail));
   on("file", () => {
     for (const { file: field, wrong } of rows) {
       field?.removeAttribute("aria-invalid");
       wrong.textContent = "";
     }
-    attempt(load);
+    load().catch(fail);
   });
   on("values", show);
+  setInterval(showAngles, PAUSE);
   let ready = false;
   on("status", () => {
     if (ready !== isReady()) show();

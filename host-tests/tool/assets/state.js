@@ -3,6 +3,7 @@
 /**
  * @typedef {{value: number | string, unit: string, raw: number}} Value
  * @typedef {{name: string, unit: string}} Angle
+ * @typedef {{name: string, raw: number}} Choice
  * @typedef {{connection: number, product: string, sheet: string, foreign: boolean, maker: string, protocol: string, address: string, serial: number | null, rate: number | null,
  *   article: string | null, firmware: string | null, label?: string, angles: Angle[], zero: string[], teach: boolean}} Device
  * @typedef {{state: string, port: string | null, rate: number | null, perSecond: number, errors: number | null, samples: number,
@@ -20,6 +21,8 @@ export const state = {
   angles: null,
   /** The bit rates in kbit/s. @type {number[]} */
   rates: [],
+  /** Why there are no events: the code of the failure. @type {string | null} */
+  gone: null,
 };
 
 /** @type {Map<string, ((data: any) => void)[]>} */
@@ -35,23 +38,36 @@ export function emit(kind, data) {
   if (kind === "status") state.status = data;
   if (kind === "device") state.device = data;
   if (kind === "values") state.values = data;
+  if (kind === "gone") state.gone = data;
+  if (kind === "restarted") state.gone = null;
   for (const listener of listeners.get(kind) ?? []) listener(data);
+  // What depends on the status depends on the server as well.
+  if (kind === "gone" || kind === "restarted") emit("status", state.status);
 }
 
 /** Whether a command can be given to a sensor. @returns {boolean} */
 export function isReady() {
-  return state.status?.state === "active" && state.device !== null && !state.status.busy;
+  return state.gone === null && state.status?.state === "active" && state.device !== null && !state.status.busy;
 }
+
+/** The key of the text for a server without events. */
+export const goneText = () => (state.gone === "too-many-tabs" ? "state-tabs" : "state-gone");
 
 /** The number of the sensor that the page shows. It is taken before a question, for the request after it. @returns {number | null} */
 export function sensor() {
   return state.device?.connection ?? null;
 }
 
-/** A value with its unit. @param {Value | null | undefined} value @returns {string} */
+/** A value with its unit, which the name of a choice can contain. @param {Value | null | undefined} value @returns {string} */
 export function shown(value) {
   if (value === null || value === undefined) return "-";
-  return `${value.value} ${value.unit}`.trim();
+  const text = String(value.value);
+  return text.endsWith(` ${value.unit}`) ? text : `${text} ${value.unit}`.trim();
+}
+
+/** The name of the choice that a value is. @param {Choice[]} choices @param {Value | null | undefined} value @returns {string} */
+export function choice(choices, value) {
+  return choices.find(({ raw }) => raw === value?.raw)?.name ?? "";
 }
 
 /** @template T @param {string} id @returns {T} */

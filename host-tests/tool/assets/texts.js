@@ -1,6 +1,8 @@
-// All texts of the page, in two languages. Names of parameters and messages of the program are those of the command line.
+// All texts of the page, in two languages. Names of parameters are those of the command line, and messages of the
+// program without a German sentence.
 
 import { de } from "./texts-de.js";
+import { sentences } from "./sentences-de.js";
 import { en } from "./texts-en.js";
 
 /** @type {Record<string, Record<string, string>>} */
@@ -15,6 +17,16 @@ const listeners = [];
 export function t(key, ...parts) {
   const text = texts[language]?.[key] ?? texts.en[key] ?? key;
   return text.replace(/\{(\d)\}/g, (_, place) => String(parts[Number(place)] ?? ""));
+}
+
+/** A text of the program in the language of the page, if the page knows it. @param {string} text @returns {string} */
+export function said(text) {
+  if (language !== "de") return text;
+  for (const [pattern, german] of sentences) {
+    const parts = pattern.exec(text);
+    if (parts) return german.replace(/\{(\d)\}/g, (_, place) => said(parts[Number(place) + 1] ?? ""));
+  }
+  return text;
 }
 
 /** @returns {string} */

@@ -16,10 +16,10 @@ use crate::eds;
 use crate::failure::Failure;
 use crate::identify::{self, Found, speaks};
 use crate::output::Terminal;
-use crate::scan::Questions;
 use crate::scan::listen::{self, Traffic};
 use crate::scan::passive;
 use crate::scan::schedule::Schedule;
+use crate::scan::{Memory, Questions};
 use crate::session::{Session, Target};
 use crate::sheet::Sheet;
 use plumbline::can::BitRate;
@@ -183,7 +183,7 @@ fn listened(
         };
         return Ok((vec![wanted.rate], heard));
     }
-    if let Some(heard) = traffic(link, terminal)? {
+    if let Some(heard) = remembered(link, &wanted.memory, terminal)? {
         return Ok((vec![heard.rate], Some(heard)));
     }
     let question = "There is no traffic at any bit rate. Ask at all bit rates? At a wrong rate the questions destroy the messages of other devices.";
@@ -199,8 +199,17 @@ fn listened(
 /// # Errors
 /// The adapter has no listen-only mode, or has failed.
 pub fn traffic(link: &mut Link, terminal: &mut Terminal) -> Result<Option<Traffic>, Failure> {
+    remembered(link, &Memory::default(), terminal)
+}
+
+/// The same, if something was heard before.
+fn remembered(
+    link: &mut Link,
+    memory: &Memory,
+    terminal: &mut Terminal,
+) -> Result<Option<Traffic>, Failure> {
     let schedule = Schedule::of(&RATES.map(Some), false);
-    match listen::all(link, &schedule, terminal) {
+    match memory.listen(link, &schedule, terminal) {
         Err(failure) if failure.code == "no-listen-only" => {
             let message = "the adapter has no listen-only mode: give the bit rate with --rate";
             Err(Failure::bus("no-listen-only", message))

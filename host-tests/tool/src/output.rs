@@ -23,6 +23,9 @@ pub trait Bar {
 
     /// Removes it, so that the terminal can show lines and questions.
     fn hide(&mut self);
+
+    /// Takes what a scan has found until now.
+    fn found(&mut self, _rows: &Value) {}
 }
 
 /// The terminal of a command: its output, questions and the end by Ctrl-C.
@@ -67,6 +70,13 @@ impl Terminal<'_> {
     pub fn hide(&mut self) {
         if let Some(bar) = &mut self.bar {
             bar.hide();
+        }
+    }
+
+    /// Shows what a scan has found until now.
+    pub fn found(&mut self, rows: &Value) {
+        if let Some(bar) = &mut self.bar {
+            bar.found(rows);
         }
     }
 

@@ -52,6 +52,8 @@ pub struct Sensor {
     pub expected: Option<Identity>,
     /// Its address after the command, also if that has failed. None: it was not found.
     pub target: Option<Target>,
+    /// What was heard before.
+    pub memory: scan::Memory,
 }
 
 /// Runs a command with these adapters.
@@ -159,6 +161,7 @@ pub fn run_on(
                 rate: options.rate,
                 active: *active || options.yes,
                 search: *search,
+                memory: bus.sensor.memory.clone(),
             };
             let labels = bus.labels(terminal);
             scan::run(bus.adapter()?, options, labels, terminal)
@@ -331,6 +334,7 @@ impl Bus<'_> {
             listens: self.listens,
             expected: self.sensor.expected.clone(),
             all_yes: options.yes,
+            memory: self.sensor.memory.clone(),
         })
     }
 

@@ -6,6 +6,7 @@ use crate::failure::Failure;
 use crate::identify::Identity;
 use crate::labels::Labels;
 use crate::number::identifier;
+use crate::scan::Memory;
 use crate::session::Target;
 use crate::sheet::Sheet;
 use plumbline::can::{BitRate, CanId};
@@ -30,6 +31,8 @@ pub struct Wanted {
     pub expected: Option<Identity>,
     /// All questions are answered with yes on the command line. That does not tell which of several products the sensor is.
     pub all_yes: bool,
+    /// What was heard before.
+    pub memory: Memory,
 }
 
 /// The address of the options `--id`, `--node`, `--mac` and `--address`.

@@ -10,6 +10,7 @@
 
 mod active;
 pub mod listen;
+mod memory;
 pub mod passive;
 mod process_data;
 mod row;
@@ -26,6 +27,7 @@ use crate::output::Terminal;
 use crate::session::Target;
 pub use active::Questions;
 use listen::Traffic;
+pub use memory::Memory;
 use passive::Sighting;
 use plumbline::can::BitRate;
 use plumbline::time::after;
@@ -33,10 +35,9 @@ pub use row::Row;
 use row::Rows;
 pub(crate) use row::kbits;
 use schedule::Schedule;
-use serde_json::Value;
 
 /// The options of a scan.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct Options {
     /// Only this rate.
     pub rate: Option<BitRate>,
@@ -44,7 +45,12 @@ pub struct Options {
     pub active: bool,
     /// Ask for GEMAC sensors at all identifiers of 11 bits.
     pub search: bool,
+    /// What was heard before.
+    pub memory: Memory,
 }
+
+/// The question at a bus without traffic.
+pub const SILENT: &str = "There is no traffic. Ask at all addresses and bit rates?";
 
 /// Finds sensors and prints them.
 ///
@@ -66,15 +72,14 @@ pub fn run(
         labels,
         ..Rows::default()
     };
-    let result = find(&mut link, &rates, options, &mut rows, terminal);
+    let result = find(&mut link, &rates, &options, &mut rows, terminal);
     terminal.hide();
     link.close();
     report(&link, terminal);
-    let document: Value = rows.rows.iter().map(|row| row.json(rows.rate)).collect();
     let heard = match result {
         // The rows are complete so far.
         Err(failure) if failure.kind == Kind::Stopped && !rows.rows.is_empty() && terminal.json => {
-            terminal.document(&document)?;
+            terminal.document(&rows.json())?;
             return Err(failure.after_document());
         }
         heard => heard?,
@@ -88,7 +93,7 @@ pub fn run(
             ),
         });
     }
-    terminal.document(&document)
+    terminal.document(&rows.json())
 }
 
 /// The identifiers that a message names.
@@ -123,14 +128,15 @@ fn unknown(heard: &Traffic) -> Failure {
 fn find(
     link: &mut Link,
     rates: &[Option<BitRate>],
-    options: Options,
+    options: &Options,
     rows: &mut Rows,
     terminal: &mut Terminal,
 ) -> Result<Option<Traffic>, Failure> {
     // With --active or --search the tool does not wait for a sensor that is switched on.
     let waits = !options.active && !options.search;
     let schedule = Schedule::of(rates, waits).shown();
-    let heard = match listen::all(link, &schedule, terminal) {
+    let heard = options.memory.listen(link, &schedule, terminal);
+    let heard = match heard {
         // The user has been warned, and has said --active.
         Err(failure) if failure.code == "no-listen-only" && options.active => {
             terminal.note("the adapter has no listen-only mode: asking without listening first");
@@ -153,7 +159,7 @@ fn find(
         Some(_) => {
             "There is traffic, but no sensor was recognised. Ask at all addresses? Other devices can interpret a request as a command."
         }
-        None => "There is no traffic. Ask at all addresses and bit rates?",
+        None => SILENT,
     };
     // --active answers the question for a bus without traffic only.
     let is_answered = options.active && heard.is_none();

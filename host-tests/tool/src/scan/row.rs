@@ -257,7 +257,13 @@ impl Rows {
             Some(own) => *own = row,
             None => self.rows.push(row),
         }
+        terminal.found(&self.json());
         Ok(())
+    }
+
+    /// As a document.
+    pub fn json(&self) -> Value {
+        self.rows.iter().map(|row| row.json(self.rate)).collect()
     }
 
     /// The nodes that have answered.

@@ -117,6 +117,20 @@ impl Schedule {
         }
     }
 
+    /// A short look after silence: two rounds at all rates, or one step at the only rate.
+    pub fn again(&self) -> Self {
+        let quick = self.steps.iter().take_while(|step| !step.is_long());
+        let mut steps: Vec<Step> = quick.copied().collect();
+        steps.extend(steps.clone());
+        if steps.is_empty() {
+            steps.extend(self.steps.first());
+        }
+        Self {
+            steps,
+            is_shown: false,
+        }
+    }
+
     /// The same for a user who watches.
     pub fn shown(mut self) -> Self {
         self.is_shown = true;

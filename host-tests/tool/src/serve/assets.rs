@@ -40,6 +40,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "log.js"),
     asset!(JS, "parameters.js"),
     asset!(JS, "ring.js"),
+    asset!(JS, "sentences-de.js"),
     asset!(JS, "state.js"),
     asset!(JS, "texts.js"),
     asset!(JS, "texts-de.js"),

@@ -17,7 +17,7 @@ use crate::failure::{Failure, Kind as Refusal};
 use crate::identify::{self, Identity};
 use crate::labels::Labels;
 use crate::output::Terminal;
-use crate::scan::kbits;
+use crate::scan::{Memory, kbits};
 use crate::session::Target;
 use commands::Notes;
 use plumbline::can::BitRate;
@@ -29,7 +29,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, TryRecvError};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
-use which::{Answers, on_request};
+use which::{ASKS, Answers, Asked, on_request};
 
 /// The pause between two events with the status and the frames.
 const STATUS: Duration = Duration::from_millis(250);
@@ -59,6 +59,8 @@ pub struct Worker {
     state: State,
     /// The options that select the bus and the sensor.
     selection: Words,
+    /// The request whose question the user can answer.
+    asked: Option<Asked>,
     /// How it was connected, with the answers of the user.
     given: Option<Connect>,
     /// The number of the sensor.
@@ -89,6 +91,7 @@ impl Worker {
             port: None,
             state: State::Closed,
             selection: Words::new(),
+            asked: None,
             given: None,
             connection: 0,
             last: None,
@@ -257,7 +260,9 @@ impl Worker {
         self.close()?;
         let number = self.begin(&shown);
         let mut notes = self.notes(number);
-        let connected = self.connected(wanted, number, &mut notes);
+        let asked = self.asked(&shown, &wanted.yes);
+        let memory = asked.memory.clone();
+        let connected = self.connected(wanted, number, &mut notes, memory);
         let result = connected.map_err(on_request);
         if let Err(failure) = &result {
             // An adapter that has failed can be plugged in again.
@@ -265,7 +270,11 @@ impl Worker {
                 self.port = None;
             }
             let _ = self.close();
-            self.error = Some(failure.message.clone());
+            if failure.code == ASKS {
+                self.wait(asked, &failure.message);
+            } else {
+                self.error = Some(failure.message.clone());
+            }
         }
         self.end(number, &shown, &result, notes.all);
         result
@@ -276,6 +285,7 @@ impl Worker {
         wanted: &Connect,
         number: u64,
         notes: &mut Notes,
+        memory: Memory,
     ) -> Result<Value, Failure> {
         let options = options(&wanted.words(&self.sheets)?)?;
         let sheet = self
@@ -283,6 +293,7 @@ impl Worker {
             .find(wanted.product.as_deref().unwrap_or_default())?;
         let lease = self.lease(&wanted.port)?;
         lease.with_tap(|tap| tap.clear());
+        self.hub.publish(Kind::Frames, &json!([]));
         self.status.frames = 0;
         let mut answers = Answers::new(&wanted.yes);
         let mut confirm = |question: &str| wanted.all || answers.confirm(question);
@@ -335,12 +346,13 @@ impl Worker {
             labels: Labels::open(self.config.as_deref()).unwrap_or_default(),
             expected: None,
             all_yes: wanted.all,
+            memory,
         };
         let opened = connect::session(Box::new(lease.clone()), &bus, &mut terminal);
         let (session, found) = match (opened, answers.question()) {
             // The page asks the user, and tries again.
             (Err(failure), Some(question)) if failure.kind == Refusal::Usage => {
-                return Err(Failure::usage("asks", question));
+                return Err(Failure::usage(ASKS, question));
             }
             (opened, _) => opened?,
         };

@@ -346,7 +346,7 @@ fn connections(user: &User) {
     user.wait("document.getElementById('progress').textContent.includes('listened at')");
     user.click("stop");
     user.wait("document.getElementById('message').textContent.includes('stopped')");
-    user.wait("document.getElementById('found-empty').textContent.includes('No sensor was found')");
+    user.wait("document.getElementById('found-empty').textContent.startsWith('Stopped')");
 }
 
 fn calibration(user: &User) {

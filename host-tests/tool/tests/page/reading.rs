@@ -195,6 +195,8 @@ fn sixth_tab_says_what_to_close_and_connects_then() {
     };
     let message = "document.getElementById('message').textContent";
     browser.wait(&format!("{message}.includes('Close one of them')"));
+    browser.wait("document.getElementById('state').textContent.includes('five tabs are open')");
+    browser.wait("document.getElementById('disconnect').disabled");
     browser.choose("#language", "de");
     browser.wait(&format!("{message}.includes('Schließen Sie einen davon')"));
     tabs.pop();

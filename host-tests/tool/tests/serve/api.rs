@@ -43,7 +43,11 @@ fn catalogue_is_the_one_of_the_command_line() {
     let filter = entries.iter().find(|entry| entry["name"] == "filter-type");
     assert_eq!(
         filter.expect("a parameter")["choices"],
-        json!(["off", "Butterworth", "critically damped"])
+        json!([
+            {"name": "off", "raw": 0},
+            {"name": "Butterworth", "raw": 1},
+            {"name": "critically damped", "raw": 2},
+        ])
     );
     let answer = server.get("/api/parameters/is3");
     assert_eq!(

@@ -10,5 +10,6 @@ mod foreign;
 mod guard;
 mod j1939;
 mod scan;
+mod sentences;
 mod stream;
 mod which;

@@ -2,7 +2,13 @@
 
 use crate::client::{Answer, Running};
 use crate::foreign::{heartbeat, opener, unknown};
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
+use plumbline_tool::failure::Failure;
 use serde_json::{Value, json};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 fn scan(server: &Running, boxes: Value, yes: &[&str]) -> Answer {
     let mut body = json!({"port": "demo:is2", "rate": 250, "yes": yes});
@@ -65,4 +71,142 @@ fn search_beside_a_node_that_was_heard_runs_after_the_yes() {
     for id in [0x000, 0x080, 0x722] {
         assert!(!sent.contains(&id), "{id:X}");
     }
+}
+
+/// The virtual times of a bus, in ms.
+#[derive(Default)]
+struct Times {
+    now: AtomicU64,
+    /// The first frame that was received.
+    first: AtomicU64,
+}
+
+/// A bus at 125 kbit/s with an IS2 as delivered, which sends nothing by itself.
+struct Silent {
+    adapter: Box<dyn Adapter>,
+    rate: Option<BitRate>,
+    times: Arc<Times>,
+}
+
+impl Adapter for Silent {
+    fn capabilities(&self) -> Capabilities {
+        Capabilities {
+            needs_rate: true,
+            sets_rate: true,
+            ..self.adapter.capabilities()
+        }
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        self.rate = rate;
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        match self.rate {
+            Some(BitRate::K125) => self.adapter.send(frame),
+            _ => Ok(()),
+        }
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+        let mut received = self.adapter.receive(until)?;
+        while received.is_some() && self.rate != Some(BitRate::K125) {
+            received = self.adapter.receive(until)?;
+        }
+        let now = self.now().ticks() / 1000;
+        self.times.now.store(now, Ordering::Relaxed);
+        if received.is_some() {
+            let first = &self.times.first;
+            let _ = first.compare_exchange(0, now, Ordering::Relaxed, Ordering::Relaxed);
+        }
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        None
+    }
+}
+
+fn silent() -> (Running, Arc<Times>) {
+    let times = Arc::new(Times::default());
+    let own = times.clone();
+    let server = Running::with(Box::new(move |_| {
+        Ok(Box::new(Silent {
+            adapter: Box::new(demo::unpaced("is2")?),
+            rate: None,
+            times: own.clone(),
+        }))
+    }));
+    (server, times)
+}
+
+/// The milliseconds after the question until the first frame of the sensor.
+#[track_caller]
+fn waited(times: &Times, asked: u64) -> u64 {
+    let first = times.first.load(Ordering::Relaxed);
+    assert!(first > asked, "{first} {asked}");
+    first - asked
+}
+
+#[test]
+fn silent_sensor_is_found_within_5_s_of_the_yes_and_shown_while_the_scan_goes_on() {
+    let (server, times) = silent();
+    let mut tab = server.tab();
+    let scan = |yes: &[&str]| {
+        let body = json!({"port": "demo:is2", "yes": yes});
+        server.post("/api/scan", &body.to_string())
+    };
+    let text = question(&scan(&[]));
+    assert_eq!(
+        text,
+        "There is no traffic. Ask at all addresses and bit rates?"
+    );
+    // It is no failure.
+    let end = tab.wait("action", |action| action["state"] != "running");
+    assert_eq!(end["state"], "asks");
+    assert_eq!(times.first.load(Ordering::Relaxed), 0);
+    let asked = times.now.load(Ordering::Relaxed);
+    let found = scan(&[&text]);
+    assert_eq!(found.json()[0]["address"], "300", "{found:?}");
+    assert!(waited(&times, asked) < 5000);
+    let row = tab.wait("found", |rows| rows != &json!([]));
+    assert_eq!(row, found.json());
+    let next = tab.wait("progress", |_| true);
+    assert!(
+        next["text"]
+            .as_str()
+            .is_some_and(|text| text.contains("all node-IDs")),
+        "{next}"
+    );
+    // The next scan listens again.
+    let asked = times.now.load(Ordering::Relaxed);
+    assert_eq!(question(&scan(&[])), text);
+    assert!(times.now.load(Ordering::Relaxed) > asked + 10_000);
+}
+
+#[test]
+fn connection_to_a_silent_sensor_is_there_within_5_s_of_the_yes() {
+    let (server, times) = silent();
+    let mut tab = server.tab();
+    let connect = |yes: &[&str]| {
+        let body = json!({"port": "demo:is2", "mode": "active", "yes": yes});
+        server.post("/api/connect", &body.to_string())
+    };
+    let text = question(&connect(&[]));
+    assert!(text.starts_with("There is no traffic"), "{text}");
+    let status = tab.wait("status", |status| status["port"] == "demo:is2");
+    assert_eq!(status["error"], json!(null));
+    let asked = times.now.load(Ordering::Relaxed);
+    let connected = connect(&[&text]);
+    assert_eq!(connected.json()["address"], "300", "{connected:?}");
+    assert!(waited(&times, asked) < 5000);
 }

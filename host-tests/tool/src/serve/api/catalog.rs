@@ -129,11 +129,9 @@ fn row(sheet: &Sheet, entry: &Entry) -> Value {
         Origin::Value(_) => "value",
         Origin::Fact | Origin::DataSheet => "fact",
     };
-    let choices: Vec<&str> = entry
-        .meanings
-        .iter()
-        .map(|(_, name)| *name)
-        .filter(|name| !name.is_empty())
+    let named = entry.meanings.iter().filter(|(_, name)| !name.is_empty());
+    let choices: Vec<Value> = named
+        .map(|(raw, name)| json!({"name": name, "raw": entry.data_type.value(*raw)}))
         .collect();
     // A number beside its names can be typed.
     let is_closed = match entry.permitted {

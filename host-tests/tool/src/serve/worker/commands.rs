@@ -1,6 +1,6 @@
 //! The commands of the command line, run with the adapter of the worker.
 
-use super::which::{Answers, on_request};
+use super::which::{ASKS, Answers, on_request};
 use super::{State, Worker, now};
 use crate::adapter::Adapter;
 use crate::backup::Backup;
@@ -8,6 +8,7 @@ use crate::command::{Sensor, run_on};
 use crate::connect;
 use crate::failure::{Failure, Kind as Refusal};
 use crate::output::{Bar, Progress, Terminal};
+use crate::scan::{Memory, SILENT};
 use crate::serve::api::file::document;
 use crate::serve::events::{Hub, Kind};
 use crate::serve::job::parse;
@@ -30,8 +31,8 @@ impl Worker {
         Ok(document(&backup, &self.sheets))
     }
 
-    /// Finds sensors. A question of the scan without a yes goes back to the page, which asks the user, and scans again: if the user wants
-    /// to ask (`asks`), or if something was heard that can be a sensor.
+    /// Finds sensors. A question of the scan without a yes goes back to the page, which asks the user, and scans again from there: if the
+    /// user wants to ask (`asks`), if there is no traffic, or if something was heard that can be a sensor.
     pub(super) fn scan(
         &mut self,
         port: &str,
@@ -42,24 +43,30 @@ impl Worker {
         self.error = None;
         self.close()?;
         self.lease(port)?;
-        let shown = words.clone();
+        let asked = self.asked(&words, yes);
         let mut answers = Answers::new(yes);
-        let result = self.logged(words, shown, &mut |question| answers.confirm(question));
+        self.hub.publish(Kind::Found, &json!([]));
+        let number = self.begin(&words);
+        let mut notes = self.notes(number);
+        let bar = self.steps(number);
+        let mut confirm = |question: &str| answers.confirm(question);
+        let result = self.execute(&words, &mut notes, bar, &asked.memory, &mut confirm);
         if let Some((_, lease)) = &self.port {
             lease.end();
         }
-        let rows = match &result {
-            Ok(rows) => rows.clone(),
-            Err(_) => json!([]),
+        let may_ask = match &result {
+            Ok(_) => true,
+            Err(failure) => failure.kind == Refusal::Silent && (asks || answers.has(SILENT)),
         };
-        self.hub.publish(Kind::Found, &rows);
-        match (result, answers.question()) {
-            (Ok(_), Some(question)) => Err(Failure::usage("asks", question)),
-            (Err(failure), Some(question)) if asks && failure.kind == Refusal::Silent => {
-                Err(Failure::usage("asks", question))
+        let result = match answers.question() {
+            Some(question) if may_ask => {
+                self.wait(asked, &question);
+                Err(Failure::usage(ASKS, question))
             }
-            (result, _) => result,
-        }
+            _ => result,
+        };
+        self.end(number, &words, &result, notes.all);
+        result
     }
 
     pub(super) fn command(&mut self, words: Words) -> Result<Value, Failure> {
@@ -178,7 +185,8 @@ impl Worker {
         };
         live.release()?;
         let words = [self.selection.clone(), words(["get"])].concat();
-        match self.execute(&words, &mut std::io::sink(), None, &mut |_| true) {
+        let memory = Memory::default();
+        match self.execute(&words, &mut std::io::sink(), None, &memory, &mut |_| true) {
             Ok(values) => self.hub.publish(Kind::Values, &values),
             Err(failure) if failure.kind == Refusal::Bus => return Err(failure),
             Err(failure) if failure.code == connect::OTHER => {
@@ -204,7 +212,7 @@ impl Worker {
         let number = self.begin(&shown);
         let mut notes = self.notes(number);
         let bar = self.steps(number);
-        let result = self.execute(&words, &mut notes, bar, confirm);
+        let result = self.execute(&words, &mut notes, bar, &Memory::default(), confirm);
         self.end(number, &shown, &result, notes.all);
         result
     }
@@ -247,7 +255,11 @@ impl Worker {
         self.busy = None;
         let mut event = json!({
             "n": number, "at": now(), "line": line::shown(shown), "notes": notes,
-            "state": if result.is_ok() { "done" } else { "failed" },
+            "state": match result {
+                Ok(_) => "done",
+                Err(failure) if failure.code == ASKS => "asks",
+                Err(_) => "failed",
+            },
         });
         match result {
             Ok(document) => event["result"] = document.clone(),
@@ -262,6 +274,7 @@ impl Worker {
         words: &Words,
         notes: &mut dyn Write,
         bar: Option<Box<dyn Bar>>,
+        memory: &Memory,
         confirm: &mut dyn FnMut(&str) -> bool,
     ) -> Result<Value, Failure> {
         let mut cli = parse(words)?;
@@ -290,7 +303,10 @@ impl Worker {
             stopped: self.stopped(),
             bar,
         };
-        let mut sensor = Sensor::default();
+        let mut sensor = Sensor {
+            memory: memory.clone(),
+            ..Sensor::default()
+        };
         if let State::Active(live) = &self.state {
             sensor.expected = Some(live.found.identity());
         }
@@ -326,6 +342,10 @@ impl Bar for Steps {
 
     /// The end of the action hides it.
     fn hide(&mut self) {}
+
+    fn found(&mut self, rows: &Value) {
+        self.hub.publish(Kind::Found, rows);
+    }
 }
 
 /// The notes of a command: each line is an event.

@@ -4,9 +4,12 @@
 use super::{State, Worker};
 use crate::failure::{Failure, Kind};
 use crate::identify::Found;
+use crate::scan::Memory;
 use crate::serve::job::{Connect, options};
+use crate::serve::line::Words;
 use std::rc::Rc;
 use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
 
 impl Worker {
     /// Refuses a command for another sensor than the one that is connected.
@@ -58,6 +61,46 @@ impl Worker {
     }
 }
 
+/// The code of a failure: the user is to answer a question.
+pub(super) const ASKS: &str = "asks";
+
+/// How long what was heard before a question counts after it.
+const RECENT: Duration = Duration::from_secs(120);
+
+/// A request that has ended with a question, and what was heard before.
+pub(super) struct Asked {
+    words: Words,
+    questions: Vec<String>,
+    since: Instant,
+    /// What was heard.
+    pub(super) memory: Memory,
+}
+
+impl Worker {
+    /// What was heard before the question that this request answers with yes; nothing for another request, or too late.
+    pub(super) fn asked(&mut self, words: &Words, yes: &[String]) -> Asked {
+        let is_answer = |asked: &Asked| {
+            let is_yes = asked.questions.iter().any(|own| yes.contains(own));
+            asked.words == *words && is_yes && asked.since.elapsed() < RECENT
+        };
+        self.asked
+            .take()
+            .filter(is_answer)
+            .unwrap_or_else(|| Asked {
+                words: words.clone(),
+                questions: Vec::new(),
+                since: Instant::now(),
+                memory: Memory::default(),
+            })
+    }
+
+    /// Keeps what was heard until the user has answered one of these questions.
+    pub(super) fn wait(&mut self, asked: Asked, questions: &str) {
+        let questions = questions.lines().map(str::to_owned).collect();
+        self.asked = Some(Asked { questions, ..asked });
+    }
+}
+
 /// The questions of a command. A yes is for the question that was shown, not for another one.
 pub(super) struct Answers<'a> {
     yes: &'a [String],
@@ -80,6 +123,11 @@ impl<'a> Answers<'a> {
             self.asked.push(question.to_owned());
         }
         is_yes
+    }
+
+    /// Whether this question is without a yes.
+    pub(super) fn has(&self, question: &str) -> bool {
+        self.asked.iter().any(|own| own == question)
     }
 
     /// The questions without a yes, each on a line: the page asks the user until one is answered with yes, and tries again. None: all
