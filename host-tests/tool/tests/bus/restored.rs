@@ -2,6 +2,16 @@
 
 use super::rig::{PRODUCTS, Rig, file};
 use serde_json::json;
+use std::path::Path;
+
+/// The sensor has the settings of a file after each power-up.
+fn is_kept(rig: &mut Rig, path: &Path, product: &str) {
+    for _ in 0..2 {
+        rig.power_cycle(rig.first());
+        let differences = rig.json(&format!("diff {}", path.display()));
+        assert_eq!(differences, json!({}), "{product}");
+    }
+}
 
 #[test]
 fn settings_restored_after_load_factory_are_kept_at_power_off_by_every_product() {
@@ -19,11 +29,7 @@ fn settings_restored_after_load_factory_are_kept_at_power_off_by_every_product()
         rig.done("load-factory");
         rig.done(&format!("restore {}", path.display()));
         rig.run(1500);
-        for _ in 0..2 {
-            rig.power_cycle(rig.first());
-            let differences = rig.json(&format!("diff {}", path.display()));
-            assert_eq!(differences, json!({}), "{product}");
-        }
+        is_kept(&mut rig, &path, product);
     }
 }
 
@@ -41,11 +47,7 @@ fn factory_values_of_every_product_are_kept_at_power_off() {
         rig.done(&format!("set {setting} --save"));
         rig.done("load-factory");
         rig.run(1500);
-        for _ in 0..2 {
-            rig.power_cycle(rig.first());
-            let differences = rig.json(&format!("diff {}", path.display()));
-            assert_eq!(differences, json!({}), "{product}");
-        }
+        is_kept(&mut rig, &path, product);
     }
 }
 
