@@ -245,7 +245,7 @@ mod tests {
         let ceilings = [
             ("sync_reply", 350),
             ("sync", 310),
-            ("sync_worst", 19_300),
+            ("sync_worst", 20_000),
             ("read_request", 403),
             ("idle_poll", 60),
             ("flash", 52_224),
