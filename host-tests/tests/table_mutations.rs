@@ -1,7 +1,7 @@
 //! The tables of the products are the only source of the behaviour: when two rows, two codes, two reply fields or two meanings
 //! are swapped in a copy of a table, the copy does not build, or the tests `wire` of core fail.
 //!
-//! It builds core many times, so it runs only on request: `cargo test --test table_mutations -- --ignored`. With
+//! It builds core many times, so it runs only on request: `cargo test --test table_mutations`. With
 //! `PLUMBLINE_SWAPS=j1939` in the environment, only the swaps with this text in their path or texts are made.
 
 use std::path::{Path, PathBuf};
@@ -317,7 +317,6 @@ impl Copied {
 }
 
 #[test]
-#[ignore = "builds core many times; .ci/run runs it"]
 fn swapped_entries_of_a_table_are_detected() {
     for Swap { file, texts } in SWAPS {
         let path = Path::new(ROOT).join(MODEL).join(file);

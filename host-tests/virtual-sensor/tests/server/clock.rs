@@ -1,9 +1,7 @@
 //! Clients that advance the time (`--clock client`).
 
-mod process;
-
-use process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY};
-use process::sensor::Sensor;
+use crate::process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY};
+use crate::process::sensor::Sensor;
 use std::net::TcpStream;
 
 /// The start of a cyclic frame of the is2.

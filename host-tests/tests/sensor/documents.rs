@@ -18,7 +18,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::LazyLock;
 
-const README: &str = include_str!("../../README.md");
+const README: &str = include_str!("../../../README.md");
 
 /// Maximum length of the README.
 const README_LINES: usize = 250;

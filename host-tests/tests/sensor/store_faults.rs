@@ -1,10 +1,8 @@
 //! The store on the simulated flash of the STM32F103 with flipped bits and broken memory.
 
-mod saves;
-
+use crate::saves::*;
 use bench::{Flash, PAGE_SIZE};
 use plumbline::store::{ImageId, Owner, StoreError};
-use saves::*;
 
 /// Memories to damage: the newest record first, last and in the middle of a page, with and without older records.
 fn memories() -> impl Iterator<Item = (Flash, usize)> {

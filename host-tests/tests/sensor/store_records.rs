@@ -1,13 +1,11 @@
 //! Parameters records of another firmware version together with the calibration record of the unit, with power cuts and flipped
 //! bits.
 
-mod saves;
-
+use crate::saves::*;
 use bench::{Flash, PAGE_SIZE};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use plumbline::measure::Calibration;
 use plumbline::store::{Owner, buffer_size};
-use saves::*;
 
 /// Stored parameters of the newer firmware: four more bytes.
 const NEWER_PAYLOAD: usize = PAYLOAD + 4;

@@ -1,9 +1,7 @@
 //! Clients on TCP, with correct and incorrect behaviour.
 
-mod process;
-
-use process::client::{BEL, Client, POLL, QUIET, REPLY};
-use process::sensor::{PATIENCE, Sensor};
+use crate::process::client::{BEL, Client, POLL, QUIET, REPLY};
+use crate::process::sensor::{PATIENCE, Sensor};
 use std::io::Write;
 use std::time::{Duration, Instant};
 

@@ -1,9 +1,7 @@
 //! The store on the simulated flash of the STM32F103 with power cuts.
 
-mod saves;
-
+use crate::saves::*;
 use bench::Flash;
-use saves::*;
 
 /// The state after a power cut in a series of saves.
 struct Cut {

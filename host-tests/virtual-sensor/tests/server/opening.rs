@@ -1,10 +1,8 @@
 //! A sensor that repeats a frame without acknowledge: without a client, with clients that send in the moment in which they open,
 //! and with clients that leave in the moment in which they have sent.
 
-mod process;
-
-use process::client::Client;
-use process::sensor::Sensor;
+use crate::process::client::Client;
+use crate::process::sensor::Sensor;
 use std::io::Write;
 use std::path::PathBuf;
 use std::thread;

@@ -1,7 +1,7 @@
 //! The address is lost in the middle of a transfer: nothing more is sent from it, and the transfer does not continue at the next
 //! address.
 
-use crate::network::{Network, Objects, answers, frame, memory};
+use crate::j1939::network::{Network, Objects, answers, frame, memory};
 use bench::Logged;
 
 /// Without process data.

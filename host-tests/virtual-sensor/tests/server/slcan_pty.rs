@@ -1,10 +1,8 @@
 //! Clients on the pseudoterminal.
 #![cfg(unix)]
 
-mod process;
-
-use process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY};
-use process::sensor::Sensor;
+use crate::process::client::{BEL, BOOT_UP, Client, POLL, QUIET, REPLY};
+use crate::process::sensor::Sensor;
 use rustix::fs::{Mode, OFlags};
 use rustix::termios::{LocalModes, OutputModes, tcgetattr};
 use std::fs::File;

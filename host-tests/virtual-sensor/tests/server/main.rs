@@ -1,11 +1,13 @@
-//! The program `virtual-sensor`: its command line, its files, its output and its end.
+//! The program `virtual-sensor`: its command line, its files, its output, its end, and its clients on TCP and on the pseudoterminal.
 
-#[path = "../process/mod.rs"]
-mod process;
-
+mod clock;
 mod command_line;
 mod image;
+mod opening;
 mod output;
+mod process;
+mod slcan_pty;
+mod slcan_tcp;
 mod store;
 
 use process::sensor::fails;

@@ -1,6 +1,6 @@
 //! Bus-off, a bus without another node, disturbed claims and restarts.
 
-use crate::network::{Network, Objects, answers, claimed, is_error_passive, memory};
+use crate::j1939::network::{Network, Objects, answers, claimed, is_error_passive, memory};
 use bench::{Logged, Source};
 use plumbline::can::BitRate;
 use plumbline::node::BusState;
@@ -211,7 +211,7 @@ fn frames_with_11_bits_have_no_effect_and_no_answer() {
     ] {
         network
             .bus
-            .send(network.tester, crate::network::frame(text));
+            .send(network.tester, crate::j1939::network::frame(text));
         network.bus.run_until(after(network.bus.now(), millis(100)));
         let log = network.bus.take_log();
         let own: Vec<_> = log

@@ -1,6 +1,6 @@
 //! Nodes with the same preferred address that are switched on at the same time.
 
-use crate::network::{
+use crate::j1939::network::{
     NO_ADDRESS, Network, Objects, PREFERRED, answers, claimed, frame, is_error_passive, memory,
     name,
 };

@@ -6,7 +6,7 @@ use plumbline::measure::fusion::{Fusion, Noise};
 use plumbline::measure::{I32x3, mean_rate};
 use std::collections::BTreeMap;
 
-const VECTORS: &str = include_str!("../vectors/fusion.csv");
+const VECTORS: &str = include_str!("../../vectors/fusion.csv");
 
 /// 2^-14 g in 2^-28 g.
 const ACCELERATION_COUNT: i32 = 1 << 14;

@@ -1,0 +1,23 @@
+//! The complete sensor built for the PC: its store with power cuts, its measuring path against reference numbers, random input, two
+//! nodes on one bus, and the documents of the products.
+
+mod any_input;
+mod bit_rate;
+mod devicenet_saves;
+mod documents;
+mod examples;
+mod fastscan;
+mod fusion;
+mod measure;
+mod plots;
+mod recipes;
+mod rise_time;
+mod saves;
+mod saves_without_erased_page;
+mod store;
+mod store_faults;
+mod store_records;
+mod trace;
+mod two_nodes;
+mod vibration;
+mod warm_up;
