@@ -1,9 +1,11 @@
 //! The numbers of baud rate and filter type do what the manual says of them (9.10.3, 9.10.5).
 
 use crate::tester::fsc::*;
+use crate::tester::gemac::IS2;
 use plumbline::can::BitRate;
 use plumbline::measure::ONE_G;
-use plumbline::node::{Action, BusMode};
+use plumbline::model::gemac::is2::TwoAxes;
+use plumbline::node::{Action, BitTime, BusEvent, BusMode};
 
 #[test]
 fn saved_baud_rate_is_used_after_a_power_cycle() {
@@ -31,6 +33,19 @@ fn saved_baud_rate_is_used_after_a_power_cycle() {
             "{code}: {:?}",
             tester.actions
         );
+    }
+}
+
+/// DefaultParam and AutobaudDetection stay set.
+#[test]
+fn detection_of_a_bit_rate_changes_no_parameter() {
+    for rate in BitRate::ALL {
+        let mut unit = IS2.power_up::<TwoAxes>();
+        unit.tester.bus(BusEvent::BitTime(BitTime::of(rate)));
+        unit.wake();
+        let online = Action::Bus(BusMode::Normal, rate);
+        assert!(unit.tester.actions.contains(&online), "{rate:?}");
+        unit.keeps_values();
     }
 }
 

@@ -44,28 +44,6 @@ fn warm() -> Is2tk {
 }
 
 #[test]
-fn article_numbers_match_ordering_information() {
-    let number = |reply: &[u8]| u32::from_le_bytes(reply[2..6].try_into().unwrap());
-    for article in [&is1tk::METAL, &is1dm::METAL] {
-        let mut tester = online::<is1tk::OneAxisHeated>(article);
-        assert_eq!(number(&tester.ask(&[0x03])), 2_302_030);
-    }
-    for article in [&is2tk::METAL, &is2dm::METAL] {
-        let mut tester = online::<is2tk::TwoAxesHeated>(article);
-        assert_eq!(number(&tester.ask(&[0x03])), 2_302_430);
-    }
-}
-
-/// As in the plastic housing: v01.03 is the number 103 (German manual, table 8).
-#[test]
-fn older_types_in_metal_housing_code_version_as_number() {
-    let mut tester = online::<is1tk::OneAxisHeated>(&is1dm::METAL);
-    assert_eq!(tester.ask(&[0x04])[6..], [103, 0]);
-    let mut tester = online::<is2tk::TwoAxesHeated>(&is2dm::METAL);
-    assert_eq!(tester.ask(&[0xFF])[6..], [103, 0]);
-}
-
-#[test]
 fn accuracy_warning_is_set_until_constant_temperature_is_reached() {
     fn check<P: Product>(product: &'static Article) {
         let mut tester = online::<P>(product);
@@ -181,27 +159,4 @@ fn product_without_heater_has_no_heater_actions_and_no_warning() {
     }
     check::<is1::OneAxis>(&is1::BP_CL);
     check::<is2::TwoAxes>(&is2::MA_BL);
-}
-
-/// Table 1: accuracy up to +-85 deg. The cross slope of the 1-axis type is that of the other lines.
-#[test]
-fn ranges_are_those_of_classic_line() {
-    let at = |degrees: f64| {
-        let (sine, cosine) = degrees.to_radians().sin_cos();
-        [sine, cosine].map(|part| (part * f64::from(ONE_G)) as i32)
-    };
-    let mut tester = online::<is2tk::TwoAxesHeated>(&is2tk::METAL);
-    for (degrees, errors) in [(84.9, 0), (85.1, 0x10), (-84.9, 0), (-85.1, 0x10)] {
-        let [sine, cosine] = at(degrees);
-        tester.rest(-sine, 0, cosine);
-        assert_eq!(status(&mut tester) & 0x30, errors, "X {degrees}");
-        tester.rest(0, sine, cosine);
-        assert_eq!(status(&mut tester) & 0x30, errors << 1, "Y {degrees}");
-    }
-    let mut tester = online::<is1tk::OneAxisHeated>(&is1tk::METAL);
-    for (degrees, errors) in [(44.9, 0), (45.1, 0x10)] {
-        let [sine, cosine] = at(degrees);
-        tester.rest(0, cosine, sine);
-        assert_eq!(status(&mut tester) & 0x30, errors, "cross slope {degrees}");
-    }
 }

@@ -5,9 +5,7 @@
 use crate::tester::fsc::*;
 use crate::tester::leds;
 use plumbline::can::{BitRate, Frame, extended, standard};
-use plumbline::model::gemac::is1::OneAxis;
 use plumbline::model::gemac::is2::{self, TwoAxes};
-use plumbline::model::gemac::{is1d, is2d};
 use plumbline::node::{Action, BitTime, Boot, BusEvent, BusMode, Leds, Node};
 
 #[test]
@@ -36,14 +34,6 @@ fn boot_up_is_sent_twice_after_bit_rate_detection() {
     .unwrap();
     assert_eq!(tester.sent(), [boot_up, boot_up]);
     assert_eq!(tester.leds, leds(true, false));
-}
-
-#[test]
-fn older_types_code_version_as_number() {
-    let mut tester: FscTester<TwoAxes> = online(&is2d::PLASTIC);
-    assert_eq!(tester.ask(&[0x04])[6..], [103, 0]);
-    let mut tester: FscTester<OneAxis> = online(&is1d::PLASTIC);
-    assert_eq!(tester.ask(&[0xFF])[6..], [103, 0]);
 }
 
 #[test]

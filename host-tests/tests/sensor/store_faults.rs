@@ -62,6 +62,25 @@ fn blank_memory_is_not_damaged_and_is_not_written() {
 }
 
 #[test]
+fn memory_without_any_record_is_reported_as_damage() {
+    // Zeros, and bytes that no rule connects.
+    let mut state = 20_210_730_u32;
+    let random = std::iter::repeat_with(move || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        (state >> 24) as u8
+    });
+    for memory in [vec![0; 2 * PAGE_SIZE], random.take(2 * PAGE_SIZE).collect()] {
+        let flash = Flash::new(memory);
+        assert_eq!(found_by(OWNER, &flash), loaded(None, true));
+        let mut store = boot(flash);
+        for number in 0..3 * PLACES {
+            assert_eq!(save(&mut store, number), Ok(()));
+            assert_eq!(found(&mut store), loaded(Some(number), false));
+        }
+    }
+}
+
+#[test]
 fn older_record_is_loaded_when_the_newest_is_damaged() {
     let mut store = boot(Flash::default());
     assert_eq!(save(&mut store, 0), Ok(()));

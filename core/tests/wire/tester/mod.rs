@@ -4,6 +4,7 @@ pub mod canopen;
 pub mod devicenet;
 pub mod fsc;
 pub mod gauge;
+pub mod gemac;
 pub mod ims360;
 pub mod j1939;
 pub mod mapped;
