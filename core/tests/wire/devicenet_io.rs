@@ -4,7 +4,7 @@ use crate::tester::devicenet::{LevelTester, allocated, online};
 
 /// A node whose connection 4 is established with this choice and expected packet rate, and without the watchdog of the explicit
 /// connection. Its first message is sent.
-fn producing(choice: u8, rate: u16) -> LevelTester {
+pub fn producing(choice: u8, rate: u16) -> LevelTester {
     let mut tester = allocated(choice);
     tester.explicit("100501090000");
     establish(&mut tester, rate);
@@ -12,7 +12,7 @@ fn producing(choice: u8, rate: u16) -> LevelTester {
 }
 
 /// Establishes connection 4.
-fn establish(tester: &mut LevelTester, rate: u16) {
+pub fn establish(tester: &mut LevelTester, rate: u16) {
     let rate = format!("{:04X}", rate.swap_bytes());
     let sent = tester.exchange(&format!("41C#0A10050409{rate}"));
     assert_eq!(sent.len(), 2, "{sent:?}");
@@ -21,7 +21,7 @@ fn establish(tester: &mut LevelTester, rate: u16) {
 }
 
 /// The times of messages on 343h.
-fn times(sent: &[(u64, String)]) -> Vec<u64> {
+pub fn times(sent: &[(u64, String)]) -> Vec<u64> {
     assert!(
         sent.iter().all(|(_, text)| text.starts_with("343#")),
         "{sent:?}"
