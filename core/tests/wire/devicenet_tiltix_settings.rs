@@ -204,7 +204,7 @@ fn slopes_follow_the_attitude() {
     }
     let mut tester = tiltix360(1);
     for hundredths in [
-        0_u32, 1, 45_00, 90_00, 180_00, 270_00, 327_68, 359_49, 359_50, 359_99,
+        0_u32, 1, 4500, 9000, 18_000, 27_000, 32_768, 35_949, 35_950, 35_999,
     ] {
         // The axis of the rotation is level, and inclined by 20 deg.
         for cross in [0.0, 20.0_f64] {
