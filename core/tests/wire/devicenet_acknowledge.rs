@@ -14,7 +14,7 @@ fn set_handler(tester: &mut LevelTester, timer: u16, retries: u8) {
 #[test]
 fn message_without_acknowledge_is_repeated_as_often_as_set() {
     let mut tester = producing(0x10, 0);
-    tester.wait(100);
+    assert_eq!(times(&tester.wait_text(100)), [16], "as delivered");
     for (number, (timer, retries)) in [
         (16, 1),
         (16, 0),

@@ -185,24 +185,6 @@ fn produced_size_path_and_data_follow_the_selected_assembly() {
 }
 
 #[test]
-fn assembly_of_an_existing_connection_is_not_settable() {
-    let mut tester = allocated(2);
-    for configured in [false, true] {
-        if configured {
-            tester.set_rate(2, 0);
-        }
-        assert_eq!(tester.explicit("1065018165"), "940CFF");
-        assert_eq!(tester.explicit("1065018164"), "9409FF");
-        assert_eq!(tester.explicit("0E650181"), "8E67");
-        assert_eq!(tester.explicit("1065018265"), "90");
-    }
-    assert_eq!(tester.exchange("41E#0A4C030102"), ["41B#0ACC"]);
-    assert_eq!(tester.explicit("1065018165"), "90");
-    tester.allocate(0x50);
-    assert_eq!(tester.explicit("1065018267"), "940CFF");
-}
-
-#[test]
 fn sets_are_stored_together_within_a_second() {
     let mut tester = allocated(0);
     tester.actions.clear();
