@@ -1,7 +1,7 @@
 //! DeviceNet: any frames at any times cause no panic, and the node stays responsive.
 
 use crate::tester::canopen::frame;
-use crate::tester::devicenet::{LevelTester, MAC_3, power_up};
+use crate::tester::devicenet::{LevelTester, MAC_3, allocated, power_up};
 use plumbline::can::{Frame, standard};
 use plumbline::node::{BusEvent, BusState, Node};
 
@@ -80,6 +80,96 @@ fn step(tester: &mut LevelTester, random: &mut Random) {
         _ => {
             tester.wait(random.pick(&[0, 1, 1, 5, 16, 300, 1000, 10_000]));
         }
+    }
+}
+
+/// A frame that must change nothing: of another master, with a service that does not exist, of a wrong length, or without a meaning.
+fn invalid_frame(random: &mut Random) -> Frame {
+    let mut bytes = [0; 8];
+    for byte in &mut bytes {
+        *byte = random.next() as u8;
+    }
+    let mut length = 2 + random.below(7) as usize;
+    let message = match random.below(7) {
+        0 => {
+            // Another master on the explicit connection.
+            bytes[0] = random.pick(&[0x0B, 0x4B, 0x89, 0x3F, 0xCB, 0x00]);
+            4
+        }
+        1 => {
+            // Services that no object has, and responses.
+            bytes[0] = random.pick(&[0x0A, 0x4A]);
+            bytes[1] = random.pick(&[0x01, 0x0F, 0x55, 0x7F, 0x80, 0x90, 0xCB, 0xFF]);
+            4
+        }
+        2 => {
+            // Sets of what does not exist.
+            bytes[..3].copy_from_slice(&[0x0A, 0x10, random.pick(&[0, 6, 7, 0x64, 0xFE])]);
+            4
+        }
+        3 => {
+            // Sets with three bytes: no attribute has them.
+            bytes[..4].copy_from_slice(&[0x0A, 0x10, 0x65, 1]);
+            length = 8;
+            4
+        }
+        4 => {
+            // Fragments without a first one.
+            bytes[0] = 0x8A;
+            bytes[1] = random.pick(&[0x40, 0x80, 0xC0]) | bytes[1] & 0x3F;
+            4
+        }
+        5 => {
+            // The port: other services, and another master.
+            bytes[0] = random.pick(&[0x0A, 0x0B, 0x3F]);
+            if bytes[0] == 0x0A {
+                bytes[1] = random.pick(&[0x05, 0x0E, 0x10, 0x4A, 0x4D]);
+            } else {
+                let (choice, master) = (bytes[4], bytes[0]);
+                bytes[1..6].copy_from_slice(&[0x4B, 3, 1, choice, master]);
+                length = 6;
+            }
+            6
+        }
+        _ => random.pick(&[0, 1, 3, 5]),
+    };
+    Frame::data(standard(0x418 | message), &bytes[..length]).unwrap()
+}
+
+#[test]
+fn invalid_frames_change_nothing() {
+    for (choice, seed) in [(0x00, 1), (0x02, 2), (0x52, 3)] {
+        let mut random = Random(0x9E37_79B9_7F4A_7C15 ^ seed);
+        let mut tester = allocated(choice);
+        tester.set_rate(1, 0);
+        for (bit, instance) in [(0x02, "02"), (0x10, "04")] {
+            if choice & bit != 0 {
+                tester.exchange(&format!("41C#0A1005{instance}090000"));
+            }
+        }
+        let read = |tester: &mut LevelTester| {
+            let objects = [(0x65, 1, 0x71..=0x88), (3, 1, 1..=5), (5, 1, 1..=16)];
+            let io = [(5, 2, 1..=16), (5, 4, 1..=17), (0x2B, 1, 1..=3)];
+            let mut values = Vec::new();
+            for (class, instance, attributes) in objects.into_iter().chain(io) {
+                for attribute in attributes {
+                    let request = format!("0E{class:02X}{instance:02X}{attribute:02X}");
+                    values.push(tester.explicit(&request));
+                }
+            }
+            values
+        };
+        let before = read(&mut tester);
+        tester.actions.clear();
+        for number in 0..4000 {
+            let received = invalid_frame(&mut random);
+            tester.receive(received);
+            let sent = tester.sent_text();
+            assert!(sent.len() <= 1, "{number} {received:?}: {sent:?}");
+        }
+        assert_eq!(read(&mut tester), before, "{choice:02X}");
+        tester.wait(1000);
+        assert_eq!(tester.actions, [], "nothing is stored");
     }
 }
 

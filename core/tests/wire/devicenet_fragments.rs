@@ -15,61 +15,6 @@ fn sending() -> LevelTester {
 }
 
 #[test]
-fn fragment_without_acknowledge_is_repeated_once() {
-    let mut tester = sending();
-    assert_eq!(tester.wait_text(5000), [(1000, FIRST.into())]);
-    tester.ignores("41C#8AC000");
-    assert_eq!(tester.exchange(NAME), [FIRST]);
-}
-
-#[test]
-fn repeated_fragment_is_acknowledged_and_the_next_follows() {
-    let mut tester = sending();
-    assert_eq!(tester.wait_text(1500), [(1000, FIRST.into())]);
-    assert_eq!(tester.exchange("41C#8AC000"), [SECOND]);
-    assert_eq!(tester.wait_text(1000), [(1000, SECOND.into())]);
-}
-
-#[test]
-fn acknowledge_of_another_fragment_or_master_is_ignored() {
-    let mut tester = sending();
-    for text in [
-        "41C#8AC100",
-        "41C#8BC000",
-        "41C#8AC0",
-        "41C#8A",
-        "41C#8AFF00",
-    ] {
-        tester.ignores(text);
-    }
-    assert_eq!(tester.exchange("41C#8AC000"), [SECOND]);
-    tester.ignores("41C#8AC000");
-}
-
-#[test]
-fn acknowledge_with_a_status_ends_the_transfer() {
-    let mut tester = sending();
-    tester.ignores("41C#8AC001");
-    assert_eq!(tester.wait_text(3000), []);
-}
-
-#[test]
-fn request_ends_the_transfer_and_is_served() {
-    let mut tester = sending();
-    assert_eq!(tester.explicit("0E030101"), "8E03");
-    tester.ignores("41C#8AC000");
-    assert_eq!(tester.wait_text(3000), []);
-}
-
-#[test]
-fn release_ends_the_transfer() {
-    let mut tester = sending();
-    assert_eq!(tester.exchange("41E#0A4C030101"), ["41B#0ACC"]);
-    assert_eq!(tester.wait_text(3000), []);
-    assert_eq!(tester.exchange("41D#"), ["3C3#D204C9FD"]);
-}
-
-#[test]
 fn poll_during_the_transfer_is_answered() {
     let mut tester = sending();
     assert_eq!(tester.exchange("41D#"), ["3C3#D204C9FD"]);
@@ -147,4 +92,130 @@ fn too_long_request_is_refused() {
     }
     assert_eq!(tester.exchange(&format!("41C#8A45{part}")), ["41B#8AC501"]);
     tester.ignores("41C#8A8601");
+}
+
+/// All fragments of the name, each with its acknowledge.
+const NAME_PARTS: [(&str, &str); 5] = [
+    (FIRST, "41C#8AC000"),
+    (SECOND, "41C#8AC100"),
+    ("41B#8A42455220303830", "41C#8AC200"),
+    ("41B#8A43206465677265", "41C#8AC300"),
+    ("41B#8A8465", "41C#8AC400"),
+];
+
+/// Starts the name again, and acknowledges this number of fragments.
+fn acknowledged(tester: &mut LevelTester, count: usize) {
+    assert_eq!(tester.exchange(NAME), [FIRST]);
+    for (number, (_, acknowledge)) in NAME_PARTS.iter().enumerate().take(count) {
+        assert_eq!(tester.exchange(acknowledge), [NAME_PARTS[number + 1].0]);
+    }
+}
+
+#[test]
+fn each_fragment_is_repeated_once_and_then_given_up() {
+    let mut tester = allocated(0);
+    tester.set_rate(1, 0);
+    for (count, (fragment, acknowledge)) in NAME_PARTS.into_iter().enumerate() {
+        acknowledged(&mut tester, count);
+        assert_eq!(tester.wait_text(1999), [(1000, fragment.into())]);
+        assert_eq!(tester.wait_text(3000), []);
+        tester.ignores(acknowledge);
+    }
+    // Each of them is acknowledged after its repetition.
+    assert_eq!(tester.exchange(NAME), [FIRST]);
+    for (number, (fragment, acknowledge)) in NAME_PARTS.into_iter().enumerate() {
+        assert_eq!(tester.wait_text(1500), [(1000, fragment.into())]);
+        let next = NAME_PARTS.get(number + 1).map(|(fragment, _)| *fragment);
+        let expected: Vec<&str> = next.into_iter().collect();
+        assert_eq!(tester.exchange(acknowledge), expected);
+    }
+    assert_eq!(tester.wait_text(3000), []);
+}
+
+#[test]
+fn only_the_acknowledge_of_the_present_fragment_goes_on() {
+    let mut tester = allocated(0);
+    tester.set_rate(1, 0);
+    for present in 0..4 {
+        acknowledged(&mut tester, present);
+        for count in (0..64).filter(|count| *count != present) {
+            tester.ignores(&format!("41C#8A{:02X}00", 0xC0 | count));
+        }
+        for other in (0..64).filter(|other| *other != 0x0A) {
+            tester.ignores(&format!("41C#{:02X}{:02X}00", 0x80 | other, 0xC0 | present));
+        }
+        for incomplete in ["8A".to_owned(), format!("8AC{present}")] {
+            tester.ignores(&format!("41C#{incomplete}"));
+        }
+        let (_, acknowledge) = NAME_PARTS[present];
+        assert_eq!(tester.exchange(acknowledge), [NAME_PARTS[present + 1].0]);
+        tester.ignores(acknowledge);
+    }
+    for status in 1..=255 {
+        acknowledged(&mut tester, 1);
+        tester.ignores(&format!("41C#8AC1{status:02X}"));
+        tester.ignores("41C#8AC100");
+    }
+    assert_eq!(tester.wait_text(3000), []);
+}
+
+#[test]
+fn transfer_ends_with_a_request_of_the_owner_or_its_release() {
+    for (text, response) in [
+        ("41C#0A0E030101", "41B#0A8E03"),
+        ("41C#0A0E030163", "41B#0A9414FF"),
+        ("41C#0A4C030102", "41B#0ACC"),
+        ("41C#0A4C030103", "41B#0ACC"),
+        ("41E#0A4C030103", "41B#0ACC"),
+    ] {
+        let mut tester = allocated(2);
+        acknowledged(&mut tester, 2);
+        assert_eq!(tester.exchange(text), [response], "{text}");
+        tester.ignores("41C#8AC200");
+        assert_eq!(tester.wait_text(3000), [], "{text}");
+        // It does not continue in a new connection.
+        tester.exchange("41E#0A4B0301010A");
+        tester.ignores("41C#8AC200");
+        acknowledged(&mut tester, 1);
+    }
+    // The refusal of another master does not end it, and neither does a poll.
+    let mut tester = allocated(2);
+    tester.set_rate(2, 0);
+    assert_eq!(tester.exchange(NAME), [FIRST]);
+    for (number, (_, acknowledge)) in NAME_PARTS.into_iter().enumerate().take(4) {
+        assert_eq!(tester.exchange("41E#0B4B0301010B"), ["41B#0B940C01"]);
+        assert_eq!(tester.exchange("41D#"), ["3C3#D204C9FD"]);
+        assert_eq!(tester.exchange(acknowledge), [NAME_PARTS[number + 1].0]);
+    }
+}
+
+#[test]
+fn request_arrives_in_fragments_of_any_size() {
+    let mut tester = allocated(2);
+    tester.set_rate(2, 0);
+    for (header, done) in [("8A", "0A"), ("CA", "4A")] {
+        for (value, parts) in [
+            ("2C01", &["00106501", "81712C01"][..]),
+            ("2D01", &["0010650171", "812D01"]),
+            ("2E01", &["00106501712E", "8101"]),
+            ("2F01", &["0010", "4165", "4201", "4371", "442F", "8501"]),
+            ("3001", &["00106501713001", "81"]),
+            ("3101", &["00", "41106501", "82713101"]),
+        ] {
+            let (last, first) = parts.split_last().unwrap();
+            for (count, part) in first.iter().enumerate() {
+                let sent = tester.exchange(&format!("41C#{header}{part}"));
+                assert_eq!(sent, [format!("41B#{header}C{count}00")], "{part}");
+                assert_eq!(tester.exchange("41D#"), ["3C3#D204C9FD"]);
+            }
+            let acknowledge = format!("41B#{header}C{}00", first.len());
+            let sent = tester.exchange(&format!("41C#{header}{last}"));
+            assert_eq!(sent, [acknowledge, format!("41B#{done}90")], "{parts:?}");
+            assert_eq!(tester.explicit("0E650171"), format!("8E{value}"));
+        }
+    }
+    // A fragmented request has a fragmented response.
+    assert_eq!(tester.exchange("41C#8A000E01"), ["41B#8AC000"]);
+    assert_eq!(tester.exchange("41C#8A810107"), ["41B#8AC100", FIRST]);
+    assert_eq!(tester.exchange("41C#8AC000"), [SECOND]);
 }

@@ -4,7 +4,7 @@ use crate::tester::devicenet::{LevelTester, allocated, online};
 
 /// A node whose connection 4 is established with this choice and expected packet rate, and without the watchdog of the explicit
 /// connection. Its first message is sent.
-fn producing(choice: u8, rate: u16) -> LevelTester {
+pub fn producing(choice: u8, rate: u16) -> LevelTester {
     let mut tester = allocated(choice);
     tester.explicit("100501090000");
     establish(&mut tester, rate);
@@ -12,7 +12,7 @@ fn producing(choice: u8, rate: u16) -> LevelTester {
 }
 
 /// Establishes connection 4.
-fn establish(tester: &mut LevelTester, rate: u16) {
+pub fn establish(tester: &mut LevelTester, rate: u16) {
     let rate = format!("{:04X}", rate.swap_bytes());
     let sent = tester.exchange(&format!("41C#0A10050409{rate}"));
     assert_eq!(sent.len(), 2, "{sent:?}");
@@ -21,7 +21,7 @@ fn establish(tester: &mut LevelTester, rate: u16) {
 }
 
 /// The times of messages on 343h.
-fn times(sent: &[(u64, String)]) -> Vec<u64> {
+pub fn times(sent: &[(u64, String)]) -> Vec<u64> {
     assert!(
         sent.iter().all(|(_, text)| text.starts_with("343#")),
         "{sent:?}"
@@ -89,15 +89,6 @@ fn poll_connection_waits_10_s_for_its_first_poll_then_4_times_the_rate() {
 }
 
 #[test]
-fn rate_0_has_no_watchdog() {
-    let mut tester = allocated(2);
-    tester.explicit("100501090000");
-    tester.set_rate(2, 0);
-    tester.wait(100_000);
-    assert_eq!(tester.exchange("41D#"), ["3C3#D204C9FD"]);
-}
-
-#[test]
 fn explicit_connection_is_deleted_10_s_after_its_last_request() {
     let mut tester = allocated(2);
     tester.set_rate(2, 0);
@@ -115,26 +106,6 @@ fn explicit_connection_is_deleted_10_s_after_its_last_request() {
     );
     tester.allocate(1);
     assert_eq!(tester.explicit("0E030105"), "8E030A");
-}
-
-#[test]
-fn explicit_time_out_without_established_io_releases_everything() {
-    let mut tester = allocated(0x12);
-    tester.wait(9_999);
-    assert!(tester.owner());
-    tester.wait(1);
-    assert!(!tester.owner());
-}
-
-#[test]
-fn explicit_rate_sets_its_watchdog() {
-    let mut tester = allocated(2);
-    tester.set_rate(2, 0);
-    tester.set_rate(1, 100);
-    tester.wait(399);
-    assert_eq!(tester.explicit("0E050109"), "8E6400");
-    tester.wait(400);
-    tester.ignores("41C#0A0E050109");
 }
 
 #[test]
@@ -223,23 +194,6 @@ fn rate_1_of_connection_4_becomes_2() {
     }
     let mut tester = allocated(2);
     tester.set_rate(2, 1);
-}
-
-#[test]
-fn cos_message_without_acknowledge_is_repeated_after_16_ms() {
-    let mut tester = producing(0x10, 0);
-    assert_eq!(times(&tester.wait_text(1000)), [16]);
-    assert_eq!(tester.explicit("102B010203"), "90");
-    tester.force_milli(1, 2);
-    assert_eq!(tester.sent_text(), ["343#01000200"]);
-    assert_eq!(times(&tester.wait_text(1000)), [16, 32, 48]);
-    assert_eq!(tester.explicit("102B01010A00"), "900A00");
-    tester.force_milli(3, 2);
-    assert_eq!(tester.sent_text(), ["343#03000200"]);
-    tester.wait(9);
-    tester.ignores("41A#00");
-    tester.ignores("41A#");
-    assert_eq!(tester.wait_text(1000), []);
 }
 
 #[test]

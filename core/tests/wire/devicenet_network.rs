@@ -161,35 +161,11 @@ fn changed_mac_id_is_checked_250_ms_later_if_nobody_acknowledges_the_answer() {
 }
 
 #[test]
-fn taken_mac_id_faults_the_node_and_stays_stored() {
-    let mut tester = allocated(0);
-    let sent = tester.exchange("41C#0A1003010105");
-    assert_eq!(sent, ["41B#0A90", "42F#00620101020304"]);
-    tester.ignores("42F#80620102020304");
-    assert_eq!(tester.wait_text(3000), []);
-    tester.ignores("42E#0A4C030101");
-    assert_eq!(tester.memory.as_ref().unwrap()[0], 5);
-}
-
-#[test]
 fn same_mac_id_keeps_the_connections() {
     let mut tester = allocated(0);
     assert_eq!(tester.explicit("1003010103"), "90");
     assert_eq!(tester.wait_text(2000), []);
     assert_eq!(tester.explicit("0E030101"), "8E03");
-}
-
-#[test]
-fn changed_bit_rate_acts_after_power_cycle() {
-    let mut tester = allocated(0);
-    tester.actions.clear();
-    assert_eq!(tester.explicit("1003010202"), "90");
-    assert_eq!(tester.explicit("0E030102"), "8E02");
-    tester.wait(1000);
-    assert_eq!(tester.actions, [Action::Save]);
-    tester.power_cycle();
-    let bus = Action::Bus(BusMode::Normal, BitRate::K500);
-    assert!(tester.actions.contains(&bus));
 }
 
 #[test]
@@ -254,15 +230,6 @@ fn reset_waits_for_the_running_save_and_stores_the_rest() {
     tester.wait(2001);
     tester.allocate(1);
     assert_eq!(tester.explicit("0E650173"), "8E2C00");
-}
-
-#[test]
-fn reset_with_another_type_is_refused() {
-    let mut tester = allocated(0);
-    assert_eq!(tester.explicit("05010102"), "9420FF");
-    assert_eq!(tester.explicit("050101FF"), "9420FF");
-    assert_eq!(tester.explicit("0501010000"), "9415FF");
-    assert_eq!(tester.explicit("0E030101"), "8E03");
 }
 
 /// Whether the node requests a new mode of the CAN controller or its recovery. Both end bus-off.

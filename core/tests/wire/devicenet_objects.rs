@@ -107,21 +107,38 @@ fn connections_have_their_attributes() {
 
 #[test]
 fn attributes_of_connection_4_follow_its_choice() {
-    for (choice, trigger, consumed, communication, path) in [
-        (0x10, "13", "1A04", "01", "0400"),
-        (0x20, "03", "1A04", "01", "0400"),
-        (0x50, "10", "FFFF", "0F", "0000"),
-        (0x60, "00", "FFFF", "0F", "0000"),
+    for (choice, trigger, consumed, communication, length, path) in [
+        (0x10, "13", "1A04", "01", "0400", "202B2401"),
+        (0x20, "03", "1A04", "01", "0400", "202B2401"),
+        (0x50, "10", "FFFF", "0F", "0000", ""),
+        (0x60, "00", "FFFF", "0F", "0000", ""),
     ] {
-        compare(
-            choice,
-            &[
-                ("0E050403", &format!("8E{trigger}")),
-                ("0E050405", &format!("8E{consumed}")),
-                ("0E050406", &format!("8E{communication}")),
-                ("0E05040F", &format!("8E{path}")),
-            ],
-        );
+        let mut tester = allocated(choice);
+        for (attribute, expected) in [
+            ("01", "01"),
+            ("02", "01"),
+            ("03", trigger),
+            ("04", "4303"),
+            ("05", consumed),
+            ("06", communication),
+            ("07", "0400"),
+            ("08", "0000"),
+            ("09", "0000"),
+            ("0C", "00"),
+            ("0D", "0600"),
+            ("0E", "200424673003"),
+            ("0F", length),
+            ("10", path),
+            ("11", "0000"),
+        ] {
+            let response = tester.explicit(&format!("0E0504{attribute}"));
+            assert_eq!(
+                response,
+                format!("8E{expected}"),
+                "{choice:02X} {attribute}"
+            );
+        }
+        assert_eq!(tester.explicit("0E050201"), "9416FF");
     }
 }
 
@@ -139,46 +156,32 @@ fn connection_that_is_not_allocated_does_not_exist() {
 }
 
 #[test]
-fn produced_size_and_path_follow_the_selected_assembly() {
-    let mut tester = allocated(0);
-    assert_eq!(tester.explicit("1065018165"), "90");
-    assert_eq!(tester.explicit("1065018266"), "90");
-    tester.allocate(0x52);
-    for (request, response) in [
-        ("0E050207", "8E0200"),
-        ("0E05020E", "8E200424653003"),
-        ("0E050407", "8E0200"),
-        ("0E05040E", "8E200424663003"),
-        ("1005020E200424673003", "940EFF"),
-    ] {
-        let response = format!("41B#0A{response}");
-        let request = format!("41C#0A{request}");
-        if request.len() <= 20 {
-            assert_eq!(tester.exchange(&request), [response]);
-        }
-    }
-    tester.set_rate(2, 0);
-    assert_eq!(tester.exchange("41D#"), ["3C3#D204"]);
-    tester.receive(crate::tester::canopen::frame("41C#0A100504090000"));
-    assert_eq!(tester.sent_text(), ["41B#0A900000", "343#C9FD"]);
-}
-
-#[test]
-fn assembly_of_an_existing_connection_is_not_settable() {
-    let mut tester = allocated(2);
-    for configured in [false, true] {
-        if configured {
+fn produced_size_path_and_data_follow_the_selected_assembly() {
+    const ASSEMBLIES: [(&str, &str, &str); 3] = [
+        ("65", "0200", "D204"),
+        ("66", "0200", "C9FD"),
+        ("67", "0400", "D204C9FD"),
+    ];
+    for (polled, poll_size, poll_data) in ASSEMBLIES {
+        for (cyclic, cos_size, cos_data) in ASSEMBLIES {
+            let mut tester = allocated(0);
+            assert_eq!(tester.explicit(&format!("10650181{polled}")), "90");
+            assert_eq!(tester.explicit(&format!("10650182{cyclic}")), "90");
+            tester.allocate(0x52);
+            for (request, response) in [
+                ("0E050207", poll_size.to_owned()),
+                ("0E05020E", format!("200424{polled}3003")),
+                ("0E050407", cos_size.to_owned()),
+                ("0E05040E", format!("200424{cyclic}3003")),
+            ] {
+                assert_eq!(tester.explicit(request), format!("8E{response}"));
+            }
             tester.set_rate(2, 0);
+            assert_eq!(tester.exchange("41D#"), [format!("3C3#{poll_data}")]);
+            let sent = tester.exchange("41C#0A100504090000");
+            assert_eq!(sent, ["41B#0A900000".to_owned(), format!("343#{cos_data}")]);
         }
-        assert_eq!(tester.explicit("1065018165"), "940CFF");
-        assert_eq!(tester.explicit("1065018164"), "9409FF");
-        assert_eq!(tester.explicit("0E650181"), "8E67");
-        assert_eq!(tester.explicit("1065018265"), "90");
     }
-    assert_eq!(tester.exchange("41E#0A4C030102"), ["41B#0ACC"]);
-    assert_eq!(tester.explicit("1065018165"), "90");
-    tester.allocate(0x50);
-    assert_eq!(tester.explicit("1065018267"), "940CFF");
 }
 
 #[test]

@@ -251,11 +251,13 @@ pub fn allocated(choice: u8) -> LevelTester {
     tester
 }
 
-/// Allocates these choices, sends requests and compares the bodies of the responses.
+/// Allocates these choices, sends requests and compares the bodies of the responses, without and with XID.
 pub fn compare(choice: u8, messages: &[(&str, &str)]) {
     let mut tester = allocated(choice);
     for (request, response) in messages {
         assert_eq!(tester.explicit(request), *response, "{request}");
+        let with_xid = tester.exchange(&format!("41C#4A{request}"));
+        assert_eq!(with_xid, [format!("41B#4A{response}")], "{request}");
     }
 }
 

@@ -38,6 +38,12 @@ impl Wire {
         frames.map(|(_, frame)| format!("{frame:?}")).collect()
     }
 
+    /// Queues a message of group 2 to the factory MAC ID.
+    fn queue(&mut self, message: u16, data: &[u8]) {
+        let frame = Frame::data(standard(0x5F8 | message), data);
+        self.bus.send(self.master, frame.expect("at most 8 bytes"));
+    }
+
     /// The frames received within 20 ms after this message of group 2.
     fn send(&mut self, mac: u16, message: u16, data: &[u8]) -> Vec<String> {
         let id = standard(0x400 | mac << 3 | message);
@@ -137,6 +143,44 @@ fn second_master_is_refused_while_the_first_one_owns_the_node() {
     assert_eq!(frames.last().map(String::as_str), Some("5FB#0B940C01"));
     let mac = wire.send(FACTORY, 4, &[0x0A, 0x0E, 3, 1, 1]);
     assert_eq!(mac, ["5FB#0A8E3F"]);
+}
+
+/// Requests that do not wait for the responses before them.
+#[test]
+fn burst_of_requests_is_answered_completely_and_in_order() {
+    let mut wire = Wire::new(true);
+    wire.attach(1);
+    wire.wait(2100);
+    wire.send(FACTORY, 6, &[0x0A, 0x4B, 3, 1, 3, 0x0A]);
+    wire.send(FACTORY, 4, &[0x0A, 0x10, 5, 1, 9, 0, 0]);
+    wire.send(FACTORY, 4, &[0x0A, 0x10, 5, 2, 9, 0, 0]);
+    let mut expected = Vec::new();
+    for number in 0..300_u16 {
+        // With and without XID.
+        let header = 0x0A | (number as u8 & 1) << 6;
+        let attribute = 1 + (number % 4) as u8;
+        wire.queue(4, &[header, 0x0E, 3, 1, attribute]);
+        let value = if attribute == 1 { FACTORY } else { 0 };
+        expected.push(format!("5FB#{header:02X}8E{value:02X}"));
+    }
+    assert_eq!(wire.wait(1000), expected);
+    for _ in 0..100 {
+        wire.queue(4, &[0x0A, 0x0E, 3, 1, 1]);
+        wire.queue(5, &[]);
+        wire.queue(7, &[0, 0x34, 0x12, 2, 0, 0, 0]);
+        wire.queue(6, &[0x0B, 0x4B, 3, 1, 1, 0x0B]);
+    }
+    let sent = wire.wait(2000);
+    for (text, name) in [
+        ("5FB#0A8E3F", "explicit"),
+        ("3FF#00000000", "poll"),
+        ("5FF#80620101000000", "duplicate MAC ID check"),
+        ("5FB#0B940C01", "port"),
+    ] {
+        let count = sent.iter().filter(|frame| *frame == text).count();
+        assert_eq!(count, 100, "{name}");
+    }
+    assert_eq!(sent.len(), 400);
 }
 
 #[test]
