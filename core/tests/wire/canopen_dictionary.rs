@@ -31,7 +31,7 @@ const OBJECTS: &[Row] = &[
     (0x6120, 0, 4, Ro, 0), (0x6121, 0, 1, Ro, 0),
 ];
 
-fn objects() -> Vec<Row> {
+pub fn objects() -> Vec<Row> {
     let mut rows = OBJECTS.to_vec();
     rows.extend((1..=50).map(|sub| (0x1003, sub, 4, Ro, 0)));
     rows.sort_by_key(|row| (row.0, row.1));

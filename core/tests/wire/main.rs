@@ -1,5 +1,6 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
+mod canopen_any_input;
 mod canopen_block;
 mod canopen_cob_ids;
 mod canopen_codings;
