@@ -24,6 +24,7 @@ from canopen.sdo import SdoClient
 
 PATIENCE = 20.0  # s; a busy computer answers late
 SdoClient.RESPONSE_TIMEOUT = PATIENCE
+canopen.Network.NOTIFIER_CYCLE = 0.05  # s; disconnect() waits for the end of a cycle
 
 counts = {True: 0, False: 0}
 
@@ -185,7 +186,7 @@ def layer_setting(network, node, identity):
     lss.configure_node_id(255)
     lss.send_switch_state_global(lss.WAITING_STATE)
     node.nmt.send_command(0x82)
-    for timeout in (0.05, 0.5, 3.0):
+    for timeout in (0.15, 1.0, 3.0):
         # It waits this long for each bit that is not answered.
         LssMaster.RESPONSE_TIMEOUT = timeout
         found = tuple(lss.fast_scan())
