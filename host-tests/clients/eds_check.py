@@ -16,9 +16,8 @@ import tempfile
 import canopen
 from canopen.objectdictionary import datatypes
 
-from canopen_cases import ims360_objects, protocol
-
 NODE_ID = 10
+IMS360_NODE_ID = 50
 
 # The number of objects in 7.6 and 7.7.
 OBJECTS = 46
@@ -89,7 +88,7 @@ def judged(sheet, node=NODE_ID):
     check(f"{sheet.name}: eds-validate", eds_validate(sheet), (True, []))
 
 
-# A master, and the sensor with all parameters of its TPDOs, for dcfgen. The values are those of `PDO_CONFIGURATION`.
+# A master, and the sensor with all parameters of its TPDOs, for dcfgen.
 MASTER = """
 master:
   node_id: 1
@@ -112,6 +111,28 @@ sensor:
       mapping: [{{index: 0x6110}}, {{index: 0x6120}}]
 """
 
+# What dcfgen writes for it: index, sub-index, value. core/tests/wire/canopen_configuration.rs writes the same to the sensor.
+PDO_CONFIGURATION = [
+    (0x1800, 1, 0x8000018A),
+    (0x1800, 2, 254),
+    (0x1800, 3, 50),
+    (0x1800, 5, 20),
+    (0x1A00, 0, 0),
+    (0x1A00, 1, 0x60100010),
+    (0x1A00, 2, 0x60200010),
+    (0x1A00, 0, 2),
+    (0x1800, 1, 0x18A),
+    (0x1801, 1, 0x8000028A),
+    (0x1801, 2, 2),
+    (0x1801, 3, 100),
+    (0x1801, 5, 1000),
+    (0x1A01, 0, 0),
+    (0x1A01, 1, 0x61100020),
+    (0x1A01, 2, 0x61200020),
+    (0x1A01, 0, 2),
+    (0x1801, 1, 0x28A),
+]
+
 
 def generated(sheet):
     """What dcfgen generates: the configuration of the master, and the values that it writes to the sensor."""
@@ -124,7 +145,7 @@ def generated(sheet):
     others = [line for line in lines if not line.startswith("  ") and not mapping.search(line)]
     check("dcfgen", (succeeded, others), (True, []))
     check("dcfgen: configuration of the master", dcfchk(folder / "master.dcf")[0], True)
-    expected = [(0x1017, 0, 100), *protocol.PDO_CONFIGURATION]
+    expected = [(0x1017, 0, 100), *PDO_CONFIGURATION]
     check("dcfgen: values for the sensor", concise((folder / "sensor.bin").read_bytes()), expected)
 
 
@@ -144,9 +165,8 @@ def imported(sheet):
     lists = re.findall(r"^SupportedObjects=(\d+)$", sheet.read_text(), re.MULTILINE)
     check("objects", (len(dictionary), sum(map(int, lists))), (OBJECTS, OBJECTS))
     for (index, sub), expected in PRINTED.items():
-        entry = dictionary[index]
-        variable = entry if isinstance(entry, canopen.objectdictionary.ODVariable) else entry[sub]
-        got = (variable.data_type, variable.access_type, variable.default)
+        one = variable(dictionary, index, sub)
+        got = (one.data_type, one.access_type, one.default)
         check(f"{index:04X}h:{sub:02X}", got, expected)
     angles = [0x6010, 0x6020, 0x6110, 0x6120]
     check("mapped objects can be mapped", [dictionary[index].pdo_mappable for index in angles], [True] * 4)
@@ -176,34 +196,52 @@ sensor:
       mapping: [{{index: 0x6120}}, {{index: 0x3000, sub_index: 1}}]
 """
 
-# What differs with one axis (7.2.1, 7.2.17, 7.2.40).
+# What dcfgen writes for it. core/tests/wire/canopen_ims360_interrupted.rs makes the same steps.
+IMS360_PDO_CONFIGURATION = [
+    (0x1801, 5, 20),
+    (0x1A01, 0, 0),
+    (0x1A01, 1, 0x61200020),
+    (0x1A01, 2, 0x30000108),
+    (0x1A01, 0, 2),
+    (0x1801, 1, 0x2B2),
+]
+
+# Some objects of the manual: type, access, factory value with node-ID 50. The tests of `descriptors` compare each with the sensor.
+IMS360_PRINTED = {
+    (0x1003, 0): (datatypes.UNSIGNED8, "rw", None),
+    (0x1014, 0): (datatypes.UNSIGNED32, "rw", 0xB2),
+    (0x1803, 1): (datatypes.UNSIGNED32, "rw", 0x800004B2),
+    (0x1A01, 8): (datatypes.UNSIGNED32, "rw", 0),
+    (0x2001, 0): (datatypes.UNSIGNED32, "rw", 125_000),
+    (0x2010, 1): (datatypes.UNSIGNED8, "wo", None),
+    (0x3112, 2): (datatypes.INTEGER8, "rw", -3),
+    (0x3200, 0): (datatypes.INTEGER8, "wo", None),
+    (0x3210, 0): (datatypes.INTEGER32, "rw", 0),
+    (0x6110, 0): (datatypes.INTEGER32, "ro", None),
+}
+
+# With two axes and with one (7.2.1, 7.2.17, 7.2.40).
+TWO_AXES = {(0x1000, 0): 0x0704019A, (0x1A00, 0): 2, (0x1A00, 2): 0x61200020, (0x3120, 1): 1}
 ONE_AXIS = {(0x1000, 0): 0x0703019A, (0x1A00, 0): 1, (0x1A00, 2): 0, (0x3120, 1): 0}
 
-# Values that the manual does not print or that differ between units.
-COMPOSED = {(0x1009, 0), (0x100A, 0), (0x3000, 1)}
+
+def variable(dictionary, index, sub):
+    entry = dictionary[index]
+    return entry if isinstance(entry, canopen.objectdictionary.ODVariable) else entry[sub]
 
 
-def ims360(sheet, changed):
-    """The data sheet of a variant of the IMS360: every object of the manual with its type, access, factory value and mapping flag."""
-    node = ims360_objects.NODE
-    judged(sheet, node)
-    dictionary = canopen.import_od(str(sheet), node)
-    check("objects", set(dictionary), ims360_objects.LISTED)
-    sizes = {datatypes.UNSIGNED8: 1, datatypes.INTEGER8: 1, datatypes.UNSIGNED16: 2, datatypes.INTEGER16: 2,
-             datatypes.UNSIGNED32: 4, datatypes.INTEGER32: 4, datatypes.VISIBLE_STRING: None}  # fmt: skip
-    for key, one in ims360_objects.TABLE.items():
-        entry = dictionary[one.index]
-        variable = entry if isinstance(entry, canopen.objectdictionary.ODVariable) else entry[one.sub]
-        signed = variable.data_type in (datatypes.INTEGER8, datatypes.INTEGER16, datatypes.INTEGER32)
-        access = "wo" if not one.readable else "rw" if one.writable else "ro"
-        got = (sizes[variable.data_type], signed, variable.access_type.replace("const", "ro"), variable.pdo_mappable)
-        check(f"{sheet.name}: {one}", got, (one.size, one.signed, access, key in ims360_objects.MAPPABLE))
-        if key in COMPOSED or (one.default is None and key not in ims360_objects.COMMANDS):
-            continue
-        expected = changed.get(key, one.default)
-        if one.relative:
-            expected += node
-        check(f"{sheet.name}: {one}: default", variable.default, None if key in ims360_objects.COMMANDS else expected)
+def ims360(sheet, axes):
+    """The data sheet of a variant of the IMS360."""
+    judged(sheet, IMS360_NODE_ID)
+    dictionary = canopen.import_od(str(sheet), IMS360_NODE_ID)
+    for (index, sub), expected in IMS360_PRINTED.items():
+        one = variable(dictionary, index, sub)
+        got = (one.data_type, one.access_type, one.default)
+        check(f"{sheet.name}: {index:04X}h:{sub:02X}", got, expected)
+    for (index, sub), expected in axes.items():
+        check(f"{sheet.name}: {index:04X}h:{sub:02X}", variable(dictionary, index, sub).default, expected)
+    mappable = [variable(dictionary, index, sub).pdo_mappable for index, sub in ((0x6120, 0), (0x3000, 1), (0x1001, 0))]
+    check(f"{sheet.name}: mapped objects", mappable, [True, True, False])
     at = canopen.import_od(str(sheet), 60)
     relative = [at[0x1014].default, *(at[0x1800 + number][1].default for number in range(4))]
     check(f"{sheet.name}: $NODEID", relative, [0xBC, 0x1BC, 0x800002BC, 0x800003BC, 0x800004BC])
@@ -219,11 +257,11 @@ def ims360_generated(sheet):
     """What dcfgen writes to an IMS360: the steps of 6.1.3 in their order."""
     folder = sheet.parent
     plan = folder / "ims360.yml"
-    plan.write_text(IMS360_MASTER.format(sheet=sheet, node=ims360_objects.NODE))
+    plan.write_text(IMS360_MASTER.format(sheet=sheet, node=IMS360_NODE_ID))
     succeeded, lines = run("-m", "dcfgen.cli", "-r", "-d", str(folder), str(plan))
     check("ims360: dcfgen", (succeeded, [line for line in lines if not line.startswith("  ")]), (True, []))
     written = concise((folder / "sensor.bin").read_bytes())
-    check("ims360: values for the sensor", written, ims360_objects.PDO_CONFIGURATION)
+    check("ims360: values for the sensor", written, IMS360_PDO_CONFIGURATION)
 
 
 def main():
@@ -236,7 +274,7 @@ def main():
         judged(sheet)
         generated(sheet)
         imported(sheet)
-        ims360(pathlib.Path(folder, "ims360.eds"), {})
+        ims360(pathlib.Path(folder, "ims360.eds"), TWO_AXES)
         ims360(pathlib.Path(folder, "ims360_1axis.eds"), ONE_AXIS)
         ims360_generated(pathlib.Path(folder, "ims360.eds"))
     print(f"{counts[True]} passed, {counts[False]} failed")

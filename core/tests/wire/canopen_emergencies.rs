@@ -48,6 +48,31 @@ fn inclination_above_45_degrees_exceeds_limit() {
 }
 
 #[test]
+fn range_of_45_degrees_is_that_of_both_axes_in_both_directions() {
+    for (x, y) in [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0)] {
+        let mut t = booted();
+        t.tilt(44.9 * x, 44.9 * y);
+        assert_eq!(t.sent_text(), [""; 0], "{x} {y}");
+        t.tilt(45.1 * x, 45.1 * y);
+        assert_eq!(t.sent_text(), ["08A#0090010200000000"], "{x} {y}");
+        assert_eq!(t.read(0x1001, 0), Ok(1));
+        assert_eq!(t.read(0x1003, 0), Ok(1));
+        assert_eq!(t.read(0x1003, 1), Ok(0x0002_9000));
+    }
+}
+
+/// Nobody acknowledges the boot-up message until another node is there.
+#[test]
+fn error_passive_before_the_boot_up_message_is_sent_after_it() {
+    let mut t = power_up();
+    t.bus(state(BusState::Passive));
+    assert_eq!(t.sent_text(), ["70A#00", "08A#2081112000000000"]);
+    t.bus(state(BusState::Active));
+    assert_eq!(t.sent_text(), ["08A#0000000000000000"]);
+    assert_eq!(t.read(0x1003, 1), Ok(0x0020_8120));
+}
+
+#[test]
 fn temperature_outside_limits_sends_emergency() {
     let mut t = booted();
     t.temperature = 85_10;

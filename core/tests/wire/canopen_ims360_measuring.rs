@@ -164,6 +164,23 @@ fn lss_selects_by_identity_and_stores_node_id() {
 }
 
 #[test]
+fn lss_bit_timing_takes_the_five_rates_of_table_0() {
+    let mut t = booted();
+    t.send("7E5#0401000000000000");
+    let rates = [1_000_000, 800_000, 500_000, 250_000, 125_000];
+    for (place, rate) in (0_u8..).zip(rates) {
+        let sent = t.exchange(&format!("7E5#1300{place:02X}0000000000"));
+        assert_eq!(sent, ["7E4#1300000000000000"]);
+        assert_eq!(t.read(0x2001, 0), Ok(rate));
+    }
+    for other in ["0005", "0006", "0007", "0008", "0009", "0100", "8000"] {
+        let sent = t.exchange(&format!("7E5#13{other}0000000000"));
+        assert_eq!(sent, ["7E4#1301000000000000"], "{other}");
+        assert_eq!(t.read(0x2001, 0), Ok(125_000));
+    }
+}
+
+#[test]
 fn block_upload_sends_name_with_crc() {
     let mut tester = booted();
     let sent = tester.exchange("632#A408100001000000");

@@ -5,7 +5,7 @@ use plumbline::node::{Action, Node};
 
 const DEVICE_STATE: u32 = 0x0800_0022;
 
-fn angles(t: &mut Jn2101Tester) -> (i16, i16) {
+pub fn angles(t: &mut Jn2101Tester) -> (i16, i16) {
     (t.read_i16(0x6010), t.read_i16(0x6020))
 }
 
@@ -182,6 +182,61 @@ fn zero_and_teach_without_measurement_are_refused() {
     assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
 }
 
+/// 9.3 and 9.6: the zero point is subtracted from the direction, which stays within the range of 2040h.
+#[test]
+fn direction_with_zero_point_stays_in_the_range_of_quadrant_correction() {
+    for (quadrants, turned) in [(1, [13_500, -13_500]), (2, [13_500, 22_500])] {
+        let mut t = booted();
+        t.settle_at(embankment(90.0));
+        t.write(0x2044, 0, 1, 1).unwrap();
+        t.write(0x2040, 0, 1, quadrants).unwrap();
+        t.write(0x2046, 0, 1, 1).unwrap();
+        assert_eq!(angles(&mut t), (0, 0));
+        for (heading, expected) in [(225.0, turned[0]), (-45.0, turned[1])] {
+            t.settle_at(embankment(heading));
+            let (slope, direction) = angles(&mut t);
+            let good = slope.abs() <= 1 && (i32::from(direction) - expected).abs() <= 1;
+            assert!(good, "{quadrants} {heading}: {slope} {direction}");
+        }
+    }
+}
+
+#[test]
+fn teach_zero_point_and_resolution_act_together() {
+    let mut t = booted();
+    t.tilt(5.0, 12.0);
+    t.write(0x2042, 0, 1, 1).unwrap();
+    t.write(0x6000, 0, 2, 1).unwrap();
+    t.tilt(-8.0, 21.0);
+    let wide = |t: &mut Jn2101Tester| [t.read_i32(0x6110), t.read_i32(0x6120)];
+    let near = |got: [i32; 2], expected: [f64; 2]| {
+        let errors = [0, 1].map(|axis| (f64::from(got[axis]) - 1000.0 * expected[axis]).abs());
+        assert!(errors[0] < 2.0 && errors[1] < 2.0, "{got:?} {expected:?}");
+    };
+    // 9.5: the new Z axis is gravity at teach-in, the new X axis lies in the plane of Z and the old X axis.
+    let gravity = |x: f64, y: f64| {
+        let (x, y) = (x.to_radians().sin(), y.to_radians().sin());
+        [x, y, (1.0 - x * x - y * y).sqrt()]
+    };
+    let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+    let zb = gravity(5.0, 12.0);
+    let scale = (1.0 - zb[0] * zb[0]).sqrt();
+    let xb = [scale, -zb[0] * zb[1] / scale, -zb[0] * zb[2] / scale];
+    let yb = [
+        zb[1] * xb[2] - zb[2] * xb[1],
+        zb[2] * xb[0] - zb[0] * xb[2],
+        zb[0] * xb[1] - zb[1] * xb[0],
+    ];
+    let g = gravity(-8.0, 21.0);
+    let taught = [dot(xb, g), dot(yb, g)].map(|sine| sine.asin().to_degrees());
+    near(wide(&mut t), taught);
+    t.write(0x2046, 0, 1, 1).unwrap();
+    near(wide(&mut t), [0.0, 0.0]);
+    t.write(0x2042, 0, 1, 2).unwrap();
+    t.write(0x2046, 0, 1, 2).unwrap();
+    near(wide(&mut t), [-8.0, 21.0]);
+}
+
 #[test]
 fn filter_smooths_and_setting_0_switches_it_off() {
     let step = |filter| {
@@ -278,97 +333,19 @@ fn heating_follows_temperature_and_can_be_switched_off() {
     t.write(0x2041, 0, 1, 1).unwrap();
     t.wait_text(200);
     assert_eq!(t.actions.last(), Some(&Action::Heater(1000)));
+    // A hot cell is not heated.
+    t.temperature = 80_00;
+    t.wait_text(5000);
+    assert_eq!(t.actions.last(), Some(&Action::Heater(0)));
+    assert_eq!(t.read(0x4081, 0), Ok(0));
+    t.temperature = -20_00;
+    t.wait_text(5000);
+    assert_eq!(t.actions.last(), Some(&Action::Heater(1000)));
     // Without samples of the accelerometer there is no temperature.
     t.sampled = false;
     t.wait_text(200);
     assert_eq!(t.actions.last(), Some(&Action::Heater(0)));
     assert_eq!(t.read(0x4081, 0), Ok(0));
-}
-
-#[test]
-fn programming_key_copies_parameters_to_another_sensor() {
-    let mut first = booted();
-    let list = [
-        (0x2000, 1, 0x20),
-        (0x2001, 2, 1000),
-        (0x2040, 1, 2),
-        (0x2041, 1, 0),
-        (0x2043, 1, 4),
-        (0x2044, 1, 3),
-        (0x2045, 1, 0),
-        (0x6000, 2, 1000),
-    ];
-    for (index, size, value) in list {
-        first.write(index, 0, size, value).unwrap();
-    }
-    let key = first.read_text(0x3000);
-    assert_eq!(key.len(), 16);
-    assert_ne!(key, "D0UfZEgRKHAI5Ag=");
-    let mut second = booted();
-    assert_eq!(second.write_text(0x3000, &key), "2000000000000000");
-    for (index, _, value) in list {
-        assert_eq!(second.read(index, 0), Ok(value), "{index:04X}");
-    }
-    assert!(second.actions.contains(&Action::Termination(false)));
-    assert_eq!(second.read_text(0x3000), key);
-    assert_eq!(second.memory, None, "not before it is saved");
-}
-
-#[test]
-fn wrong_programming_key_is_refused_and_changes_nothing() {
-    let mut t = booted();
-    t.write(0x2044, 0, 1, 3).unwrap();
-    let key = t.read_text(0x3000);
-    let mut wrong = vec![
-        "A".to_string(),
-        "D0UfZEgRKHAI5Ag".into(),
-        key.clone() + "A",
-        "????????????????".into(),
-    ];
-    for place in 0..key.len() {
-        let mut bytes = key.clone().into_bytes();
-        bytes[place] = if bytes[place] == b'B' { b'C' } else { b'B' };
-        wrong.push(String::from_utf8(bytes).unwrap());
-    }
-    for text in &wrong {
-        let reply = t.write_text(0x3000, text);
-        assert_eq!(reply, "8000300030000906", "{text}");
-        assert_eq!(t.read_text(0x3000), key);
-    }
-}
-
-#[test]
-fn printed_programming_key_restores_factory_values() {
-    let mut t = booted();
-    t.tilt(10.0, 5.0);
-    t.write(0x2042, 0, 1, 1).unwrap();
-    t.write(0x2044, 0, 1, 3).unwrap();
-    t.write(0x2000, 0, 1, 0x20).unwrap();
-    assert_eq!(t.write_text(0x3000, "D0UfZEgRKHAI5Ag="), "2000000000000000");
-    assert_eq!(t.read(0x2044, 0), Ok(0));
-    assert_eq!(t.read(0x2000, 0), Ok(10));
-    assert_eq!(t.read(0x2042, 0), Ok(2));
-    assert_eq!(angles(&mut t), (1000, 500));
-    assert_eq!(t.read_text(0x3000), "D0UfZEgRKHAI5Ag=");
-    // The end of the teach-in is stored at once.
-    t.power_cycle();
-    t.sent_text();
-    assert_eq!(t.read(0x2042, 0), Ok(2));
-}
-
-#[test]
-fn programming_key_does_not_contain_reference_frame() {
-    let mut first = booted();
-    first.tilt(10.0, 5.0);
-    first.write(0x2042, 0, 1, 1).unwrap();
-    let key = first.read_text(0x3000);
-    let mut second = booted();
-    second.write_text(0x3000, &key);
-    assert_eq!(second.read(0x2042, 0), Ok(2));
-    // Written to the first sensor, it does not end the teach-in.
-    first.write_text(0x3000, &key);
-    assert_eq!(first.read(0x2042, 0), Ok(1));
-    assert_eq!(angles(&mut first), (0, 0));
 }
 
 #[test]

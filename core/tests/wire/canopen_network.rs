@@ -25,41 +25,13 @@ fn node_after_boot_up_is_pre_operational() {
 }
 
 #[test]
-fn nmt_commands_change_state() {
-    let mut t = booted();
-    t.write(0x1017, 0, 2, 100).unwrap();
-    for (command, state) in [
-        ("000#010A", "70A#05"),
-        ("000#020A", "70A#04"),
-        ("000#800A", "70A#7F"),
-        ("000#0100", "70A#05"),
-        ("000#0100", "70A#05"),
-        ("000#0200", "70A#04"),
-        ("000#0100", "70A#05"),
-        ("000#8000", "70A#7F"),
-        // Unknown commands, other nodes, wrong lengths, remote frames.
-        ("000#0300", "70A#7F"),
-        ("000#FF0A", "70A#7F"),
-        ("000#0000", "70A#7F"),
-        ("000#010B", "70A#7F"),
-        ("000#01", "70A#7F"),
-        ("000#", "70A#7F"),
-        ("000#010A00", "70A#7F"),
-        ("000#R2", "70A#7F"),
-        ("00000000#010A", "70A#7F"),
-    ] {
-        assert_eq!(t.exchange(command), [""; 0], "{command}");
-        assert_eq!(t.wait_text(100), [(100, state.to_string())], "{command}");
-    }
-}
-
-#[test]
 fn reset_commands_in_any_state_send_boot_up() {
     for state in ["000#800A", "000#010A", "000#020A"] {
         for reset in ["000#810A", "000#8100", "000#820A", "000#8200"] {
             let mut t = booted();
             t.send(state);
             assert_eq!(t.exchange(reset), ["70A#00"], "{state} {reset}");
+            assert_eq!(t.wait_text(500), []);
             assert_eq!(t.exchange("70A#R1"), ["70A#7F"]);
         }
         let mut t = booted();
@@ -139,8 +111,12 @@ fn guarding_replies_have_toggle_bit_starting_at_0() {
     t.send("000#0200");
     assert_eq!(t.exchange("70A#R1"), ["70A#84"]);
     assert_eq!(t.exchange("70A#R1"), ["70A#04"]);
-    assert_eq!(t.exchange("70B#R1"), [""; 0]);
-    assert_eq!(t.exchange("70A#00"), [""; 0]);
+    for ignored in ["70B#R1", "700#R1", "0000070A#R1", "70A#00"] {
+        assert_eq!(t.exchange(ignored), [""; 0], "{ignored}");
+    }
+    for length in ["70A#R0", "70A#R8"] {
+        assert_eq!(t.exchange(length).len(), 1, "{length}");
+    }
     for reset in ["000#8200", "000#8100"] {
         assert_eq!(t.exchange(reset), ["70A#00"]);
         assert_eq!(t.exchange("70A#R1"), ["70A#7F"]);
@@ -200,6 +176,42 @@ fn life_guarding_time_out_sends_emergency() {
     assert_eq!(t.exchange("70A#R1"), ["70A#7F", "08A#0000000000000000"]);
     assert_eq!(t.read(0x1001, 0), Ok(0));
     assert_eq!(t.read(0x1003, 0), Ok(1));
+    // The next time-out is reported again.
+    assert_eq!(
+        t.wait_text(1000),
+        [(300, "08A#3081114000000000".to_string())]
+    );
+    assert_eq!(t.read(0x1003, 0), Ok(2));
+}
+
+#[test]
+fn life_time_of_more_than_32_bits_in_us_does_not_overflow() {
+    // 16,843,009 ms * 1000 is 2^32 * 3.92; 4,294,968 ms * 1000 is just above 2^32.
+    for (guard_time, factor) in [(65_535, 255), (64_103, 67), (65_535, 66)] {
+        let mut t = guarded();
+        t.write(0x100C, 0, 2, guard_time).unwrap();
+        t.write(0x100D, 0, 1, factor).unwrap();
+        t.exchange("70A#R1");
+        let life = u64::from(guard_time) * u64::from(factor);
+        t.sampled = false;
+        // Without samples the node reports its accelerometer.
+        assert_eq!(t.wait_text(life - 1).len(), 1, "{guard_time} {factor}");
+        let time_out = (1, "08A#3081114100000000".to_string());
+        assert_eq!(t.wait_text(1), [time_out]);
+    }
+}
+
+#[test]
+fn reset_ends_life_guarding_until_the_next_request() {
+    for command in ["000#810A", "000#820A"] {
+        let mut t = guarded();
+        t.store();
+        t.exchange("70A#R1");
+        assert_eq!(t.exchange(command), ["70A#00"]);
+        assert_eq!(t.wait_text(2000), [], "{command}");
+        t.exchange("70A#R1");
+        assert_eq!(t.wait_text(300).len(), 1);
+    }
 }
 
 #[test]
@@ -227,6 +239,8 @@ fn error_behaviour_selects_state_after_time_out() {
         ("000#8000", 1, "FF"),
         ("000#8000", 2, "84"),
         ("000#0200", 0, "84"),
+        ("000#0200", 1, "84"),
+        ("000#0200", 2, "84"),
     ] {
         let mut t = guarded();
         t.write(0x1029, 1, 1, behaviour).unwrap();

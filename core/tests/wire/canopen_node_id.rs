@@ -23,33 +23,41 @@ fn bus(t: &Jn2101Tester) -> Vec<Action> {
 
 #[test]
 fn written_node_id_acts_after_reset_and_changes_cob_ids() {
-    for reset in ["000#8200", "000#8100", "power"] {
-        let mut t = booted();
-        t.write(0x2000, 0, 1, 0x20).unwrap();
-        assert_eq!(t.read(0x2000, 0), Ok(0x20));
-        assert_eq!(t.read(0x1200, 1), Ok(0x60A), "unchanged before the reset");
-        if reset == "power" {
-            t.store();
-            t.power_cycle();
-        } else {
-            t.send(reset);
+    for node_id in [1, 0x20, 127_u8] {
+        for reset in ["000#8200", "000#8100", "power"] {
+            let mut t = booted();
+            let id = |base: u32| base + u32::from(node_id);
+            t.write(0x2000, 0, 1, node_id.into()).unwrap();
+            assert_eq!(t.read(0x2000, 0), Ok(node_id.into()));
+            assert_eq!(t.read(0x1200, 1), Ok(0x60A), "unchanged before the reset");
+            if reset == "power" {
+                t.store();
+                t.power_cycle();
+            } else {
+                t.send(reset);
+            }
+            assert_eq!(t.sent_text(), [format!("{:03X}#00", id(0x700))], "{reset}");
+            assert_eq!(t.exchange("60A#4000100000000000"), [""; 0]);
+            t.node_id = node_id;
+            for (index, sub, base) in [
+                (0x1014, 0, 0x080),
+                (0x1200, 1, 0x600),
+                (0x1200, 2, 0x580),
+                (0x1800, 1, 0x180),
+                (0x1801, 1, 0x280),
+            ] {
+                assert_eq!(t.read(index, sub), Ok(id(base)), "{index:04X}");
+            }
+            assert_eq!(t.exchange("000#010A"), [""; 0]);
+            t.send(&format!("000#01{node_id:02X}"));
+            let tpdos = [
+                format!("{:03X}#00000000", id(0x180)),
+                format!("{:03X}#0000000000000000", id(0x280)),
+            ];
+            assert_eq!(t.exchange("080#"), tpdos);
+            let guarding = t.exchange(&format!("{:03X}#R1", id(0x700)));
+            assert_eq!(guarding, [format!("{:03X}#05", id(0x700))]);
         }
-        assert_eq!(t.sent_text(), ["720#00"], "{reset}");
-        assert_eq!(t.exchange("60A#4000100000000000"), [""; 0]);
-        t.node_id = 0x20;
-        for (index, sub, value) in [
-            (0x1014, 0, 0xA0),
-            (0x1200, 1, 0x620),
-            (0x1200, 2, 0x5A0),
-            (0x1800, 1, 0x1A0),
-            (0x1801, 1, 0x2A0),
-        ] {
-            assert_eq!(t.read(index, sub), Ok(value), "{index:04X}");
-        }
-        assert_eq!(t.exchange("000#010A"), [""; 0]);
-        t.send("000#0120");
-        assert_eq!(t.exchange("080#"), ["1A0#00000000", "2A0#0000000000000000"]);
-        assert_eq!(t.exchange("720#R1"), ["720#05"]);
     }
 }
 

@@ -37,8 +37,10 @@ fn both_tpdos_with_factory_values_answer_each_sync() {
 #[test]
 fn sync_with_counter_is_accepted() {
     let mut t = tilted();
-    assert_eq!(t.exchange("080#05"), [TPDO0, TPDO1]);
-    for frame in ["080#0102", "080#R", "00000080#", "081#"] {
+    for counter in ["080#00", "080#01", "080#05", "080#F0"] {
+        assert_eq!(t.exchange(counter), [TPDO0, TPDO1], "{counter}");
+    }
+    for frame in ["080#0102", "080#R", "00000080#", "00000080#R", "081#"] {
         assert_eq!(t.exchange(frame), [""; 0], "{frame}");
     }
 }
@@ -81,16 +83,19 @@ fn queued_pdo_is_not_sent_after_operational() {
 
 #[test]
 fn cyclic_pdo_is_sent_with_each_nth_sync() {
-    for n in [2, 3, 240] {
-        let mut t = tilted_pre_operational();
-        t.write(0x1800, 2, 1, n).unwrap();
-        silence(&mut t, 1);
-        t.send("000#010A");
-        for round in 1..=3 {
-            for count in 1..=n {
-                let expected: &[&str] = if count == n { &[TPDO0] } else { &[] };
-                assert_eq!(t.exchange("080#"), expected, "{round}: {count} of {n}");
+    for (number, tpdo) in [(0, TPDO0), (1, TPDO1)] {
+        for n in [1, 2, 3, 10, 100, 239, 240] {
+            let mut t = tilted_pre_operational();
+            t.write(0x1800 + number, 2, 1, n).unwrap();
+            silence(&mut t, 1 - number);
+            t.send("000#010A");
+            for round in 1..=3 {
+                for count in 1..=n {
+                    let expected: &[&str] = if count == n { &[tpdo] } else { &[] };
+                    assert_eq!(t.exchange("080#"), expected, "{round}: {count} of {n}");
+                }
             }
+            assert_eq!(t.wait_text(100), [], "the event timer has no effect");
         }
     }
 }
@@ -101,6 +106,7 @@ fn type_0_answers_sync_if_data_has_changed() {
     t.write(0x1800, 2, 1, 0).unwrap();
     silence(&mut t, 1);
     t.send("000#010A");
+    assert_eq!(t.wait_text(100), [], "not without a SYNC");
     assert_eq!(t.exchange("080#"), [TPDO0]);
     assert_eq!(t.exchange("080#"), [""; 0]);
     t.tilt(10.0, -6.0);
@@ -142,13 +148,21 @@ fn type_253_sends_on_request() {
 }
 
 #[test]
-fn remote_frames_are_answered_in_all_types() {
+fn remote_frames_of_each_length_are_answered_in_all_types() {
     for kind in [0, 1, 240, 252, 253, 254, 255] {
         let mut t = tilted_pre_operational();
-        t.write(0x1800, 2, 1, kind).unwrap();
-        t.write(0x1800, 5, 2, 0).unwrap();
+        for number in 0..2 {
+            t.write(0x1800 + number, 2, 1, kind).unwrap();
+            t.write(0x1800 + number, 5, 2, 0).unwrap();
+        }
         t.send("000#010A");
-        assert_eq!(t.exchange("18A#R4"), [TPDO0], "{kind}");
+        for length in 0..=8 {
+            assert_eq!(t.exchange(&format!("18A#R{length}")), [TPDO0], "{kind}");
+            assert_eq!(t.exchange(&format!("28A#R{length}")), [TPDO1], "{kind}");
+        }
+        for other in ["0000018A#R4", "18B#R4", "28B#R8", "28A#00", "18A#00000000"] {
+            assert_eq!(t.exchange(other), [""; 0], "{kind}: {other}");
+        }
     }
 }
 
@@ -173,6 +187,18 @@ fn event_timer_sends_periodically() {
 }
 
 #[test]
+fn event_timer_of_1_ms_is_kept_beside_sdo_transfers() {
+    let mut t = tilted_pre_operational();
+    t.write(0x1800, 5, 2, 1).unwrap();
+    t.write(0x1800, 2, 1, 254).unwrap();
+    t.send("000#010A");
+    for _ in 0..100 {
+        assert_eq!(t.wait_text(1), [(1, TPDO0.to_string())]);
+        assert_eq!(t.read(0x1000, 0), Ok(0x0004_019A));
+    }
+}
+
+#[test]
 fn new_event_timer_acts_at_once_and_0_switches_off() {
     let mut t = tilted();
     t.write(0x1801, 2, 1, 254).unwrap();
@@ -191,23 +217,27 @@ fn new_event_timer_acts_at_once_and_0_switches_off() {
 
 #[test]
 fn inhibit_time_delays_events() {
-    let mut t = tilted_pre_operational();
-    t.write(0x1800, 2, 1, 254).unwrap();
-    // 25 ms, in units of 100 us, with an event every 10 ms.
-    t.write(0x1800, 3, 2, 250).unwrap();
-    t.send("000#010A");
-    let times: Vec<_> = t.wait_text(90).into_iter().map(|(time, _)| time).collect();
-    assert_eq!(times, [10, 35, 60, 85]);
-    // The inhibit time also applies to a request.
-    t.write(0x1800, 5, 2, 0).unwrap();
-    t.wait_text(100);
-    assert_eq!(t.exchange("18A#R4"), [TPDO0]);
-    assert_eq!(t.exchange("18A#R4"), [""; 0]);
-    assert_eq!(t.wait_text(100), [(25, TPDO0.to_string())]);
-    // The inhibit time does not apply to the SYNC.
-    t.write(0x1800, 2, 1, 1).unwrap();
-    assert_eq!(t.exchange("080#")[0], TPDO0);
-    assert_eq!(t.exchange("080#")[0], TPDO0);
+    for (number, tpdo, request) in [(0, TPDO0, "18A#R4"), (1, TPDO1, "28A#R8")] {
+        let mut t = tilted_pre_operational();
+        let index = 0x1800 + number;
+        silence(&mut t, 1 - number);
+        t.write(index, 2, 1, 254).unwrap();
+        // 25 ms, in units of 100 us, with an event every 10 ms.
+        t.write(index, 3, 2, 250).unwrap();
+        t.send("000#010A");
+        let times: Vec<_> = t.wait_text(90).into_iter().map(|(time, _)| time).collect();
+        assert_eq!(times, [10, 35, 60, 85]);
+        // The inhibit time also applies to a request.
+        t.write(index, 5, 2, 0).unwrap();
+        t.wait_text(100);
+        assert_eq!(t.exchange(request), [tpdo]);
+        assert_eq!(t.exchange(request), [""; 0]);
+        assert_eq!(t.wait_text(100), [(25, tpdo.to_string())]);
+        // The inhibit time does not apply to the SYNC.
+        t.write(index, 2, 1, 1).unwrap();
+        assert_eq!(t.exchange("080#"), [tpdo]);
+        assert_eq!(t.exchange("080#"), [tpdo]);
+    }
 }
 
 #[test]

@@ -32,6 +32,25 @@ fn save_is_answered_at_its_end_and_other_requests_at_once() {
 }
 
 #[test]
+fn heartbeat_and_event_timer_continue_during_a_save() {
+    let mut t = booted();
+    t.memory_works = None;
+    t.write(0x1017, 0, 2, 20).unwrap();
+    t.write(0x1800, 5, 2, 30).unwrap();
+    t.write(0x1800, 2, 1, 254).unwrap();
+    t.send("000#010A");
+    assert_eq!(t.exchange(SAVE), [""; 0]);
+    let mut expected: Vec<_> = (1..=5).map(|n| (20 * n, "70A#05".to_string())).collect();
+    expected.extend((1..=3).map(|n| (30 * n, "18A#00000000".to_string())));
+    expected.sort();
+    let mut sent = t.wait_text(100);
+    sent.sort();
+    assert_eq!(sent, expected);
+    t.finish_save(Ok(()));
+    assert_eq!(t.sent_text(), [SAVED]);
+}
+
+#[test]
 fn write_that_needs_a_save_is_refused_during_a_save() {
     let mut t = booted();
     t.memory_works = None;

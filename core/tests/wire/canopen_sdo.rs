@@ -17,8 +17,9 @@ fn read_reply_of_each_size_indicates_number_of_bytes() {
     assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
     assert_eq!(t.sdo("4017100000000000"), "4B17100000000000");
     assert_eq!(t.sdo("4001100000000000"), "4F01100000000000");
-    // The lower five bits of the command are reserved.
+    // The lower five bits of the command and the last four bytes are reserved.
     assert_eq!(t.sdo("5F00100000000000"), "430010009A010400");
+    assert_eq!(t.sdo("40001000FFFFFFFF"), "430010009A010400");
 }
 
 #[test]
@@ -69,6 +70,14 @@ fn wrong_toggle_bit_aborts_transfer() {
     t.sdo("4000300000000000");
     t.sdo("6000000000000000");
     assert_eq!(t.sdo("6000000000000000"), abort("003000", TOGGLE));
+    // Writing the second segment of the programming key.
+    t.sdo("2100300010000000");
+    assert_eq!(
+        t.sdo("0044305566 5A4567".replace(' ', "").as_str()),
+        "2000000000000000"
+    );
+    assert_eq!(t.sdo("00524B4841493541"), abort("003000", TOGGLE));
+    assert_eq!(t.sdo("10524B4841493541"), abort("000000", COMMAND));
     // Writing 1017h.
     assert_eq!(t.sdo("2117100002000000"), "6017100000000000");
     assert_eq!(t.sdo("1BE8030000000000"), abort("171000", TOGGLE));
@@ -140,6 +149,17 @@ fn new_initiate_request_replaces_transfer() {
     t.sdo("2117100002000000");
     assert_eq!(t.sdo("4008100000000000"), "4108100006000000");
     assert_eq!(t.sdo("6000000000000000"), "034A4E3231303100");
+    // An expedited write during an upload, an upload and another download during a download.
+    t.sdo("4000300000000000");
+    assert_eq!(t.sdo("2F43200003000000"), "6043200000000000");
+    assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
+    t.sdo("2117100002000000");
+    assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+    assert_eq!(t.sdo("0BE8030000000000"), abort("000000", COMMAND));
+    t.sdo("2117100002000000");
+    t.sdo("210D100001000000");
+    assert_eq!(t.sdo("0D09000000000000"), "2000000000000000");
+    assert_eq!((t.read(0x100D, 0), t.read(0x1017, 0)), (Ok(9), Ok(0)));
     // A segment of the other direction aborts the transfer.
     t.sdo("4000300000000000");
     assert_eq!(t.sdo("0BE8030000000000"), abort("003000", COMMAND));
@@ -150,34 +170,79 @@ fn new_initiate_request_replaces_transfer() {
 #[test]
 fn client_abort_ends_transfer() {
     let mut t = booted();
+    assert_eq!(t.exchange("60A#8017100000000508"), [""; 0], "no transfer");
     t.sdo("2117100002000000");
     assert_eq!(t.exchange("60A#8017100000000508"), [""; 0]);
     assert_eq!(t.sdo("0BE8030000000000"), abort("000000", COMMAND));
+    t.sdo("4000300000000000");
+    assert_eq!(t.exchange("60A#8000300000000508"), [""; 0]);
+    assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
     assert_eq!(t.wait_text(3000), []);
     assert_eq!(t.read(0x1017, 0), Ok(0));
 }
 
+/// The commands of block transfers, which the manual has not, and command 7.
 #[test]
-fn block_transfers_and_unknown_commands_are_refused() {
-    let mut t = booted();
-    assert_eq!(t.sdo("A408100008000000"), abort("081000", COMMAND));
-    assert_eq!(t.sdo("C617100002000000"), abort("171000", COMMAND));
-    assert_eq!(t.sdo("E000100000000000"), abort("001000", COMMAND));
+fn unknown_command_is_refused_and_ends_a_transfer() {
+    for command in 0xA0..=0xFF_u8 {
+        let request = format!("{command:02X}081000087F0000");
+        let mut t = booted();
+        assert_eq!(t.sdo(&request), abort("081000", COMMAND), "{command:02X}h");
+        assert_eq!(t.sdo("4000300000000000"), "4100300010000000");
+        let refused = t.sdo(&request);
+        assert_eq!(refused[8..], abort("", COMMAND)[2..], "{command:02X}h");
+        assert_eq!(t.sdo("4000100000000000"), "430010009A010400");
+        assert_eq!(t.sdo("6000000000000000"), abort("000000", COMMAND));
+    }
 }
 
 #[test]
+fn segment_without_transfer_is_refused() {
+    let mut t = booted();
+    for command in (0x00..=0x1F).chain(0x60..=0x7F) {
+        let request = format!("{command:02X}00000000000000");
+        assert_eq!(t.sdo(&request), abort("000000", COMMAND), "{command:02X}h");
+    }
+}
+
+/// Also in the middle of a transfer, which continues.
+#[test]
 fn frame_that_is_no_sdo_request_is_ignored() {
     let mut t = operational();
-    for frame in [
-        "60A#",
-        "60A#40001000000000",
-        "60A#R8",
-        "0000060A#4000100000000000",
-        "60B#4000100000000000",
-        "600#4000100000000000",
-        "58A#4000100000000000",
-    ] {
-        assert_eq!(t.exchange(frame), [""; 0], "{frame}");
+    assert_eq!(t.sdo("4000300000000000"), "4100300010000000");
+    for request in ["4000100000000000", "2F43200001000000", "6000000000000000"] {
+        let others = (0..=127_u16).filter(|node_id| *node_id != 10);
+        let mut frames: Vec<String> = others
+            .map(|node_id| format!("{:03X}#{request}", 0x600 + node_id))
+            .collect();
+        frames.extend((0..8).map(|length| format!("60A#{}", &request[..2 * length])));
+        frames.extend([
+            format!("0000060A#{request}"),
+            format!("58A#{request}"),
+            "0000060A#R8".to_string(),
+        ]);
+        frames.extend((0..=8).map(|length| format!("60A#R{length}")));
+        for frame in frames {
+            assert_eq!(t.exchange(&frame), [""; 0], "{frame}");
+        }
+    }
+    assert_eq!(t.sdo("6000000000000000"), "00443055665A4567");
+    assert_eq!(t.read(0x2043, 0), Ok(2));
+}
+
+#[test]
+fn reset_ends_transfer() {
+    for reset in ["000#810A", "000#820A"] {
+        for begin in ["4000300000000000", "2117100002000000"] {
+            let mut t = booted();
+            t.sdo(begin);
+            assert_eq!(t.exchange(reset), ["70A#00"]);
+            for segment in ["6000000000000000", "0BE8030000000000"] {
+                assert_eq!(t.sdo(segment), abort("000000", COMMAND), "{reset}");
+            }
+            assert_eq!(t.wait_text(3000), []);
+            assert_eq!(t.read(0x1017, 0), Ok(0));
+        }
     }
 }
 

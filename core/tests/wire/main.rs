@@ -1,5 +1,6 @@
 //! Tests of the products at the CAN frame level: received and sent frames with their times, compared with the manuals.
 
+mod canopen_any_input;
 mod canopen_block;
 mod canopen_cob_ids;
 mod canopen_codings;
@@ -7,17 +8,22 @@ mod canopen_configuration;
 mod canopen_dictionary;
 mod canopen_emergencies;
 mod canopen_ims360;
+mod canopen_ims360_dictionary;
 mod canopen_ims360_faults;
+mod canopen_ims360_groups;
 mod canopen_ims360_interrupted;
 mod canopen_ims360_measuring;
+mod canopen_ims360_tpdos;
 mod canopen_jn2101;
 mod canopen_lss;
 mod canopen_lss_unconfigured;
 mod canopen_mapping;
 mod canopen_memory;
 mod canopen_network;
+mod canopen_nmt;
 mod canopen_node_id;
 mod canopen_pdo;
+mod canopen_programming_key;
 mod canopen_saves;
 mod canopen_sdo;
 mod canopen_sizes;

@@ -133,16 +133,6 @@ impl<N: Node> Tester<N> {
         }
     }
 
-    /// Begins to read an object of any type; the error is the abort code.
-    pub fn read_any(&mut self, index: u16, sub: u8) -> Result<(), u32> {
-        let [low, high] = index.to_le_bytes();
-        let reply = self.sdo(&hex(&[0x40, low, high, sub, 0, 0, 0, 0]));
-        match reply.strip_prefix("80") {
-            None => Ok(()),
-            Some(abort) => Err(u32::from_str_radix(&abort[6..], 16).unwrap().swap_bytes()),
-        }
-    }
-
     /// Reads a signed number of 16 bits.
     pub fn read_i16(&mut self, index: u16) -> i16 {
         self.read(index, 0).unwrap() as i16

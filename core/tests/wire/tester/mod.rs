@@ -2,6 +2,7 @@
 
 pub mod canopen;
 pub mod devicenet;
+pub mod dictionary;
 pub mod fsc;
 pub mod gauge;
 pub mod gemac;
