@@ -123,6 +123,25 @@ def traffic(database, folder):
         check(f"{name} is in the traces", count > 0, True)
 
 
+def offsets(database, path):
+    """The angles of a level sensor are its zero offsets, which the trace writes: 3210h and 3220h in 0.01 deg."""
+    line = re.compile(r" ([0-9A-F]{8})#([0-9A-F]{16}) ([TR])")
+    known = {"0CF02980": ("PitchAngleExRange", "RollAngleExRange"), "0CF01380": ("PitchAngle", "RollAngle")}
+    written = {"103200": 0, "203200": 0}
+    counted = 0
+    for number, data, direction in line.findall(path.read_text()):
+        if direction == "T" and data[:2] == "23" and data[2:8] in written:
+            written[data[2:8]] = int.from_bytes(bytes.fromhex(data[8:]), "little", signed=True) / 100
+        if direction == "R" and number in known:
+            values = database.decode_message(int(number, 16), bytes.fromhex(data), decode_choices=False)
+            for name, angle in zip(known[number], written.values(), strict=True):
+                # 3: beyond the range of the field.
+                if values[f"{name}FigureOfMerit"] != 3:
+                    near(f"{path.name}: {number}#{data}", values, {name: angle})
+                    counted += 1
+    check("angles by offsets", counted > 30, True)
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__)
     options.add_argument("--descriptors", required=True)
@@ -138,6 +157,7 @@ def main():
     check("names of DM1", [str(named[name]) for name in ("AmberWarningLamp", "SuspectParameterNumber", "FailureModeIdentifier")],
           ["on", "PitchAngleExRange", "above normal"])
     traffic(database, options.traces)
+    offsets(database, options.traces / "ims360-j1939-angles.log")
     print(f"{counts[True]} passed, {counts[False]} failed")
     return counts[False] != 0
 

@@ -1,5 +1,6 @@
 //! The objects of the IMS360 that only J1939 has: limits, factory values, and when they act.
 
+use crate::tester::canopen::write_request;
 use crate::tester::j1939::{CLAIM, claimed};
 
 /// The limits of each object of this protocol, its factory value, and when it acts.
@@ -59,4 +60,38 @@ fn objects_have_their_limits_and_factory_values() {
     tester.parameter("2310100173617665");
     tester.power_cycle();
     assert_eq!(tester.sent_text(), ["18EEFFFD#0102E3FF00FF0080"]);
+}
+
+#[test]
+fn every_value_within_its_limits_is_accepted() {
+    // Index, sub-indices, size, the lowest value besides 0, and the highest.
+    let rows: [(u16, &[u8], u8, u32, u32); 9] = [
+        (0x2102, &[0], 1, 1, 253),
+        (0x2104, &[1, 2, 3, 4], 2, 10, 65_535),
+        (0x2105, &[1, 2, 3, 4], 1, 1, 7),
+        (0x2106, &[1], 1, 1, 1),
+        (0x2106, &[2, 7], 1, 1, 7),
+        (0x2106, &[3], 1, 1, 15),
+        (0x2106, &[4], 1, 1, 127),
+        (0x2106, &[5], 1, 1, 255),
+        (0x2106, &[6], 1, 1, 31),
+    ];
+    let mut tester = claimed();
+    for (index, subs, size, lowest, highest) in rows {
+        for &sub in subs {
+            for value in 0..1 << (8 * size) {
+                let request = write_request(index, sub, size, value);
+                // A rate acts at once: a frame can follow the reply.
+                let sent = tester.exchange(&format!("18EF8021#{request}"));
+                let valid = value == 0 || (lowest..=highest).contains(&value);
+                let command = if valid { "60" } else { "80" };
+                let reply = sent[0].strip_prefix("18EF2180#").unwrap();
+                assert!(reply.starts_with(command), "{request}: {reply}");
+            }
+        }
+    }
+    for value in 0..=65_535 {
+        let reply = tester.parameter(&write_request(0x2106, 8, 2, value));
+        assert_eq!(reply.starts_with("60"), value <= 2047, "{value}");
+    }
 }

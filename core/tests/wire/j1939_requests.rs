@@ -102,3 +102,106 @@ fn name_is_made_of_its_parameters() {
     let answer = tester.request_group("80", "00EE00");
     assert_eq!(answer, ["18EEFF80#010263248D12AA2F"]);
 }
+
+/// The groups that the sensor sends on request.
+const SUPPORTED: [u32; 9] = [
+    0xEE00, 0xF029, 0xF013, 0xF02A, 0xF02D, 0xFECA, 0xFEEB, 0xFEDA, 0xFDC5,
+];
+
+/// A PGN in three bytes.
+fn bytes(pgn: u32) -> String {
+    let [low, middle, high, _] = pgn.to_le_bytes();
+    format!("{low:02X}{middle:02X}{high:02X}")
+}
+
+#[test]
+fn every_other_group_is_refused() {
+    let mut tester = claimed();
+    for pgn in (0..1 << 18).chain([0xFF_FFFF]) {
+        if SUPPORTED.contains(&pgn) {
+            continue;
+        }
+        let requester = pgn as u8 % 254;
+        let pgn = bytes(pgn);
+        let answer = tester.exchange(&format!("18EA80{requester:02X}#{pgn}"));
+        assert_eq!(answer, [format!("18E8FF80#01FFFFFF{requester:02X}{pgn}")]);
+        assert_eq!(tester.request_group("FF", &pgn), [""; 0], "{pgn}");
+    }
+}
+
+#[test]
+fn request_of_every_length_and_priority_is_handled() {
+    for pgn in SUPPORTED.into_iter().chain([0xFEEE]) {
+        let pgn = bytes(pgn);
+        for destination in ["80", "FF"] {
+            let mut tester = claimed();
+            let expected = tester.request_group(destination, &pgn);
+            let refused = pgn == "EEFE00" && destination == "FF";
+            assert_eq!(expected.len(), usize::from(!refused));
+            for (priority, length) in
+                (0..8).flat_map(|priority| (0..=8).map(move |length| (priority, length)))
+            {
+                let data = format!("{pgn}0102030405");
+                let id = priority << 26
+                    | 0x00EA_0021
+                    | u32::from_str_radix(destination, 16).unwrap() << 8;
+                let mut tester = claimed();
+                let sent = tester.exchange(&format!("{id:08X}#{}", &data[..2 * length]));
+                let expected: &[String] = if length < 3 { &[] } else { &expected[..] };
+                assert_eq!(sent, expected, "{id:08X}, {length} bytes");
+            }
+            // From a node without an address, only the claim.
+            let mut tester = claimed();
+            let sent = tester.exchange(&format!("18EA{destination}FE#{pgn}"));
+            assert_eq!(sent.len(), usize::from(pgn == "00EE00"), "{sent:?}");
+        }
+    }
+}
+
+#[test]
+fn acknowledgements_and_groups_of_other_nodes_are_ignored() {
+    let mut tester = claimed();
+    for destination in ["FF", "80"] {
+        for control in 0..=3 {
+            let text = format!("18E8{destination}21#{control:02X}FFFFFF8000EE00");
+            assert_eq!(tester.exchange(&text), [""; 0], "{text}");
+        }
+    }
+    // DM13 (57088) among them: it stops nothing.
+    let formats = [
+        "0CF029", "0CF013", "0CF02A", "0CF02D", "18FECA", "18FEEE", "18FEEB", "18DFFF", "18DF80",
+    ];
+    for format in formats {
+        let text = format!("{format}40#0000000000000000");
+        assert_eq!(tester.exchange(&text), [""; 0], "{text}");
+    }
+    let sent = tester.wait_text(1000);
+    assert_eq!(sent, [(1000, NO_CODES.to_string())]);
+    assert_eq!(tester.request_group("80", "00EE00"), [CLAIM]);
+}
+
+#[test]
+fn each_field_of_the_name_is_a_parameter_of_its_own() {
+    // Sub-index, highest value, and the NAME as a number with only this field; the identity number is 030201h.
+    let rows: [(u8, u32, u64); 8] = [
+        (1, 1, 1 << 63),
+        (2, 7, 7 << 60),
+        (3, 15, 15 << 56),
+        (4, 127, 127 << 49),
+        (5, 255, 255 << 40),
+        (6, 31, 31 << 35),
+        (7, 7, 7 << 32),
+        (8, 2047, 2047 << 21),
+    ];
+    for (place, _, name) in rows {
+        let fields = rows.map(|(sub, highest, _)| {
+            let size = if sub == 8 { 2 } else { 1 };
+            let value = if sub == place { highest } else { 0 };
+            (0x2106, sub, size, value)
+        });
+        let mut tester = claimed_with(&fields);
+        let name = (name | 0x0003_0201).swap_bytes();
+        let answer = tester.request_group("80", "00EE00");
+        assert_eq!(answer, [format!("18EEFF80#{name:016X}")]);
+    }
+}

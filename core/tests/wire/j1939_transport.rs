@@ -221,3 +221,169 @@ fn transfers_that_time_out_together_all_end() {
     let claim = format!("18EEFFA0#{NAME}");
     assert_eq!(command(&mut tester, "24", 2), [claim]);
 }
+
+/// "IMS360*67305985**Inclinometer*Plumbline*" to 21h: 40 bytes.
+const ECU_RTS: &str = "1CEC2180#10280006FFC5FD00";
+const ECU_PACKETS: [&str; 6] = [
+    "1CEB2180#01494D533336302A",
+    "1CEB2180#0236373330353938",
+    "1CEB2180#03352A2A496E636C",
+    "1CEB2180#04696E6F6D657465",
+    "1CEB2180#05722A506C756D62",
+    "1CEB2180#066C696E652AFFFF",
+];
+
+/// A sensor that has sent its RTS for the ECU identification to 21h.
+fn opened() -> Ims360Tester {
+    let mut tester = claimed();
+    assert_eq!(tester.request_group("80", "C5FD00"), [ECU_RTS]);
+    tester
+}
+
+/// CTS of 21h for packets of the ECU identification.
+fn clear(tester: &mut Ims360Tester, count: u8, first: u8) -> Vec<String> {
+    tester.exchange(&format!("1CEC8021#11{count:02X}{first:02X}FFFFC5FD00"))
+}
+
+#[test]
+fn each_clear_to_send_is_answered_with_exactly_its_packets() {
+    // Every number of packets from every packet on, in any order; beyond the end nothing.
+    let mut tester = opened();
+    for count in (1..=255).rev() {
+        for first in 0..=255 {
+            let last = u16::from(first) + u16::from(count) - 1;
+            let sent = clear(&mut tester, count, first);
+            if first == 0 || last > 6 {
+                assert_eq!(sent, [""; 0], "{count} from {first}");
+            } else {
+                assert_eq!(sent, ECU_PACKETS[usize::from(first) - 1..usize::from(last)]);
+            }
+        }
+    }
+    assert_eq!(tester.exchange("1CEC8021#13280006FFC5FD00"), [""; 0]);
+    assert_eq!(clear(&mut tester, 1, 1), [""; 0], "the end");
+}
+
+#[test]
+fn ecu_identification_is_sent_to_all() {
+    let mut tester = claimed();
+    let mut sent = tester.request_group("FF", "C5FD00");
+    let timed = tester.wait_text(900).into_iter();
+    sent.extend(timed.map(|(at, text)| {
+        assert_eq!(at % 60, 0, "{text}");
+        text
+    }));
+    let mut expected = vec!["1CECFF80#20280006FFC5FD00".to_string()];
+    expected.extend(ECU_PACKETS.map(|text| text.replace("EB21", "EBFF")));
+    assert_eq!(sent, expected);
+}
+
+#[test]
+fn frames_of_others_do_not_change_a_connection() {
+    let mut tester = opened();
+    tester.wait(1000);
+    for text in [
+        "1CEC8035#110101FFFFC5FD00",
+        "1CEC8035#1100FFFFFFC5FD00",
+        "1CEC8021#110101FFFFEBFE00",
+        "1CEC9021#110101FFFFC5FD00",
+        "1CECFF21#110101FFFFC5FD00",
+        "1CEC8021#110101FFFFC5FD",
+        "1CEC8021#110107FFFFC5FD00",
+        "1CEC8021#110201FFFFC5FD01",
+        "1EEC8021#110101FFFFC5FD00",
+        "1CEC8035#13280006FFC5FD00",
+        "1CEC8021#13280006FFEBFE00",
+        "1CEC8035#FF03FFFFFFC5FD00",
+        "1CEC8021#FF03FFFFFFEBFE00",
+    ] {
+        assert_eq!(tester.exchange(text), [""; 0], "{text}");
+    }
+    // Nor do they extend T3.
+    assert_eq!(tester.wait_text(249).len(), 0);
+    let abort = "1CEC2180#FF03FFFFFFC5FD00".to_string();
+    assert_eq!(tester.wait_text(1), [(1, abort)]);
+}
+
+#[test]
+fn connection_ends_with_an_abort_of_the_receiver() {
+    for reason in 0..=255 {
+        let mut tester = opened();
+        assert_eq!(clear(&mut tester, 1, 1), ECU_PACKETS[..1]);
+        let abort = format!("1CEC8021#FF{reason:02X}FFFFFFC5FD00");
+        assert_eq!(tester.exchange(&abort), [""; 0]);
+        assert_eq!(clear(&mut tester, 1, 2), [""; 0]);
+        assert_eq!(tester.request_group("80", "C5FD00"), [ECU_RTS]);
+    }
+    // The abort and the end come before the packets.
+    for end in ["1CEC8021#FF03FFFFFFC5FD00", "1CEC8021#13280006FFC5FD00"] {
+        let mut tester = opened();
+        assert_eq!(tester.exchange(end), [""; 0]);
+        assert_eq!(clear(&mut tester, 6, 1), [""; 0]);
+        assert!(
+            tester
+                .wait_text(2000)
+                .iter()
+                .all(|(_, text)| text == NO_CODES)
+        );
+    }
+}
+
+#[test]
+fn silent_receiver_is_aborted_after_each_step() {
+    let abort = "1CEC2180#FF03FFFFFFC5FD00";
+    // The CTS (number of packets, first packet), and the time to the abort: T3 after packets, T4 after a hold.
+    for (steps, time) in [
+        (&[(2, 1)][..], 1250),
+        (&[(6, 1)], 1250),
+        (&[(0, 1)], 1050),
+        (&[(0, 255), (0, 255), (0, 255), (0, 255)], 1050),
+        (&[(6, 1), (0, 1)], 1050),
+        (&[(0, 1), (1, 6)], 1250),
+    ] {
+        let mut tester = opened();
+        for &(count, first) in steps {
+            tester.wait(1000);
+            let sent = clear(&mut tester, count, first);
+            assert_eq!(sent.len(), usize::from(count), "{sent:?}");
+        }
+        let sent = tester.wait_text(time);
+        let own: Vec<_> = sent.iter().filter(|(_, text)| text != NO_CODES).collect();
+        assert_eq!(own, [&(time, abort.to_string())], "{steps:?}");
+        assert_eq!(clear(&mut tester, 1, 1), [""; 0]);
+    }
+}
+
+#[test]
+fn requester_with_a_connection_is_told_busy() {
+    let mut tester = opened();
+    for pgn in ["C5FD00", "EBFE00"] {
+        let sent = tester.request_group("80", pgn);
+        assert_eq!(sent, [format!("18E8FF80#03FFFFFF21{pgn}")]);
+    }
+    assert_eq!(clear(&mut tester, 6, 1), ECU_PACKETS, "it goes on");
+    tester.exchange("1CEC8021#13280006FFC5FD00");
+    assert_eq!(tester.request_group("80", "EBFE00"), [RTS]);
+    // A connection that nobody continues is free after T3.
+    tester.wait(1250);
+    assert_eq!(tester.request_group("80", "C5FD00"), [ECU_RTS]);
+}
+
+#[test]
+fn message_to_all_is_sent_beside_two_connections() {
+    let mut tester = opened();
+    let sent = tester.exchange("18EA8022#EBFE00");
+    assert_eq!(sent, [RTS.replace("EC21", "EC22")]);
+    let sent = tester.exchange("18EAFF24#EBFE00");
+    assert_eq!(sent, ["1CECFF80#201B0004FFEBFE00"]);
+    for (place, packet) in PACKETS.iter().enumerate() {
+        assert_eq!(clear(&mut tester, 1, 1), ECU_PACKETS[..1]);
+        let sent = tester.exchange("1CEC8022#110104FFFFEBFE00");
+        assert_eq!(sent, [PACKETS[3].replace("EB21", "EB22")]);
+        let to_all = packet.replace("EB21", "EBFF");
+        assert_eq!(tester.wait_text(60), [(60, to_all)], "{place}");
+    }
+    let sent = tester.exchange("18EA8023#EBFE00");
+    assert_eq!(sent, ["18E8FF80#03FFFFFF23EBFE00"]);
+    assert_eq!(clear(&mut tester, 6, 1), ECU_PACKETS);
+}
