@@ -111,7 +111,7 @@ sensor:
       mapping: [{{index: 0x6110}}, {{index: 0x6120}}]
 """
 
-# What dcfgen writes for it: index, sub-index, value. core/tests/wire/canopen_configuration.rs writes the same to the sensor.
+# What dcfgen writes for it: index, sub-index, value. core/tests/wire/canopen/configuration.rs writes the same to the sensor.
 PDO_CONFIGURATION = [
     (0x1800, 1, 0x8000018A),
     (0x1800, 2, 254),
@@ -196,7 +196,7 @@ sensor:
       mapping: [{{index: 0x6120}}, {{index: 0x3000, sub_index: 1}}]
 """
 
-# What dcfgen writes for it. core/tests/wire/canopen_ims360_interrupted.rs makes the same steps.
+# What dcfgen writes for it. core/tests/wire/canopen/ims360_interrupted.rs makes the same steps.
 IMS360_PDO_CONFIGURATION = [
     (0x1801, 5, 20),
     (0x1A01, 0, 0),

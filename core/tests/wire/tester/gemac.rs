@@ -41,9 +41,7 @@ pub const BAUD_RATE: usize = 3;
 pub const BUS_OFF_RECOVERY: usize = 4;
 pub const CYCLIC_TIME: usize = 5;
 pub const CYCLIC_MODE: usize = 6;
-pub const FILTER: usize = 7;
 pub const ZERO_X: usize = 8;
-pub const ZERO_Y: usize = 9;
 
 /// The cut-off frequency in mHz and the filter type: 0 off, 1 Butterworth, 2 critically damped (9.10.5).
 pub const fn filter(cut_off: u32, filter_type: u32) -> u32 {

@@ -64,7 +64,7 @@ fn expect(t: &mut Ims360Tester, settings: &[Setting], is_changed: bool, name: &s
 
 #[test]
 fn tables_have_each_setting() {
-    let rows = crate::canopen_ims360_dictionary::OBJECTS.iter();
+    let rows = super::ims360_dictionary::OBJECTS.iter();
     let settings: Vec<_> = rows
         .filter(|row| row.3 == Rw)
         .map(|row| (row.0, row.1))

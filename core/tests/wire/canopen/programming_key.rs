@@ -1,6 +1,6 @@
 //! The programming key of the JN2101 (manual 9.11; J9 of the product's README).
 
-use crate::canopen_jn2101::angles;
+use super::jn2101::angles;
 use crate::tester::canopen::*;
 use plumbline::node::Action;
 

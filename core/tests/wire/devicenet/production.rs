@@ -1,6 +1,6 @@
 //! DeviceNet: polls and productions beside each other, the COS delta, and changes of rates.
 
-use crate::devicenet_io::{producing, times};
+use super::io::{producing, times};
 use crate::tester::devicenet::allocated;
 
 #[test]

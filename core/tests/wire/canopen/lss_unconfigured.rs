@@ -1,7 +1,7 @@
 //! A node without a node-ID: it serves only LSS, a master finds it by fastscan, and it boots when the master has given it a
 //! node-ID.
 
-use crate::canopen_lss::{CONFIGURATION, WAITING, with_number};
+use super::lss::{CONFIGURATION, WAITING, with_number};
 use crate::tester::canopen::frame;
 use crate::tester::gauge::{self, Gauge, power_up};
 use crate::tester::{SERIAL, Tester, leds};

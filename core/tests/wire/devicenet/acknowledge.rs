@@ -1,6 +1,6 @@
 //! DeviceNet: the acknowledge handler: repetitions of COS and cyclic messages, and what ends them.
 
-use crate::devicenet_io::{establish, producing, times};
+use super::io::{establish, producing, times};
 use crate::tester::devicenet::{LevelTester, allocated};
 
 /// Sets the timer in ms and the number of retries.

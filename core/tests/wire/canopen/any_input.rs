@@ -1,9 +1,9 @@
 //! Random frames that are no valid request change nothing: no setting, no NMT state, no error.
 
+use super::{dictionary, ims360_dictionary};
 use crate::tester::Tester;
 use crate::tester::dictionary::{Access, Row};
 use crate::tester::{canopen, ims360};
-use crate::{canopen_dictionary, canopen_ims360_dictionary};
 use plumbline::can::{Frame, extended, standard};
 use plumbline::node::Node;
 
@@ -96,10 +96,10 @@ fn assert_unchanged<N: Node>(mut t: Tester<N>, rows: &[Row]) {
 
 #[test]
 fn random_invalid_frames_change_nothing_in_jn2101() {
-    assert_unchanged(canopen::booted(), &canopen_dictionary::objects());
+    assert_unchanged(canopen::booted(), &dictionary::objects());
 }
 
 #[test]
 fn random_invalid_frames_change_nothing_in_ims360() {
-    assert_unchanged(ims360::booted(), canopen_ims360_dictionary::OBJECTS);
+    assert_unchanged(ims360::booted(), ims360_dictionary::OBJECTS);
 }

@@ -1,6 +1,6 @@
 //! The four TPDOs of the IMS360 and block transfer of its objects (manual, 6.1; S10, S48, S50 to S52, S74 of the product's README).
 
-use crate::canopen_ims360_dictionary::OBJECTS;
+use super::ims360_dictionary::OBJECTS;
 use crate::tester::canopen::frame;
 use crate::tester::dictionary::Access;
 use crate::tester::ims360::{Ims360Tester, booted};

@@ -1,0 +1,30 @@
+//! CANopen: JN2101 and IMS360 (CiA 301, CiA 305, CiA 410).
+
+mod any_input;
+mod block;
+mod cob_ids;
+mod codings;
+mod configuration;
+mod dictionary;
+mod emergencies;
+mod ims360;
+mod ims360_dictionary;
+mod ims360_faults;
+mod ims360_groups;
+mod ims360_interrupted;
+mod ims360_measuring;
+mod ims360_tpdos;
+mod jn2101;
+mod lss;
+mod lss_unconfigured;
+mod mapping;
+mod memory;
+mod network;
+mod nmt;
+mod node_id;
+mod pdo;
+mod programming_key;
+mod saves;
+mod sdo;
+mod sizes;
+mod triggers;

@@ -1,0 +1,17 @@
+//! J1939: IMS360.
+
+mod addresses;
+mod bus_off;
+mod claim;
+mod codes;
+mod commanded;
+mod cyclic;
+mod diagnostics;
+mod dictionary;
+mod objects;
+mod parameters;
+mod process_data;
+mod requests;
+mod switching;
+mod transport;
+mod values;
