@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Lets Wireshark's dissectors for DeviceNet and CIP read the traces of the sensors tiltix080 and tiltix360.
 
-    python devicenet_tshark.py
+    python devicenet_tshark.py --traces ../traces
 
-Needs tshark. The traces are those in ../traces, which are replayed against the sensors byte by byte. Three files are read: the frames
+Needs tshark. The traces are replayed against the sensors byte by byte. Three files are read: the frames
 as they are; explicit messages with the identifier of a group 3 message, because the dissector decodes only those; requests and
 responses as EtherNet/IP, for the CIP dissector. Prints one line per check; the exit code is 1 if a check failed.
 
@@ -14,6 +14,7 @@ responses as EtherNet/IP, for the CIP dissector. Prints one line per check; the 
     CIP response     service | 80, 00, general status, additional words, additional status u16..., data
 """
 
+import argparse
 import re
 import struct
 import subprocess
@@ -21,7 +22,6 @@ import sys
 import tempfile
 from pathlib import Path
 
-TRACES = Path(__file__).resolve().parent.parent / "traces"
 LINE = re.compile(r"\([\d.]+\) can0 ([0-9A-F]{3})#([0-9A-F]*) ([TR])")
 DISSECTOR = ("-d", "can.subdissector,devicenet")
 VENDOR = 354
@@ -55,9 +55,9 @@ class Checks:
         print("ok    " if expected == got else "FAILED", f"{name}: {got!r}", "" if expected == got else f"instead of {expected!r}")
 
 
-def frames(product: str) -> list[tuple[int, bytes]]:
+def frames(traces: Path, product: str) -> list[tuple[int, bytes]]:
     """Identifier and data of the frames in the traces of a product. Frames without a meaning for a node are left out."""
-    text = "".join(path.read_text() for path in sorted(TRACES.glob(f"{product}-*.log")))
+    text = "".join(path.read_text() for path in sorted(traces.glob(f"{product}-*.log")))
     found = [(int(number, 16), bytes.fromhex(data)) for number, data, _ in LINE.findall(text)]
     return [(number, data) for number, data in found if meaning(number) and (data or number & 7 in (POLL, ACKNOWLEDGE))]
 
@@ -216,10 +216,12 @@ def check_cip(checks: Checks, product: str, lines: list[tuple[int, bytes]], capt
 
 def main() -> int:
     """Runs the checks; returns the exit code."""
-    checks = Checks()
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--traces", type=Path, required=True)
+    traces, checks = parser.parse_args().traces, Checks()
     with tempfile.TemporaryDirectory() as folder:
         for product in ("tiltix080", "tiltix360"):
-            lines = frames(product)
+            lines = frames(traces, product)
             check_frames(checks, lines, Path(folder) / "frames.log")
             check_group_3(checks, lines, Path(folder) / "group3.log")
             check_cip(checks, product, lines, Path(folder) / "cip.pcap")
