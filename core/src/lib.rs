@@ -56,4 +56,7 @@ pub mod node;
 pub mod param;
 pub mod prelude;
 pub mod store;
+#[cfg(test)]
+#[path = "../tests/wire/tester/sweep.rs"]
+mod sweep;
 pub mod time;

@@ -3,6 +3,7 @@
 
 use super::*;
 use crate::measure::ONE_G;
+use crate::sweep::every;
 use proptest::prelude::*;
 
 /// The largest signal. The magnitude of the lowest signal is one unit larger.
@@ -235,7 +236,7 @@ fn constant_input_settles_exactly_and_stays() {
 
 #[test]
 fn critically_damped_filter_with_any_cutoff_does_not_overshoot() {
-    for cutoff in Kind::CriticallyDamped.cutoffs() {
+    for cutoff in Kind::CriticallyDamped.cutoffs().step_by(every(79)) {
         let mut filter = tuned(Kind::CriticallyDamped, cutoff);
         let mut last = filter.step(vector(-ONE_G, ONE_G, 0));
         let target = vector(ONE_G, -FULL, 100);
@@ -360,7 +361,9 @@ fn worst_case_input_of_each_internal_signal_does_not_overflow() {
         100, 400, 1_000, 2_000, 4_000, 8_000, 12_000, 16_000, 20_000, 25_000,
     ];
     let digital = cutoffs.map(|cutoff| (Kind::Butterworth, cutoff));
-    for (kind, cutoff) in digital.into_iter().chain([(Kind::Off, 20_000)]) {
+    // The lowest frequencies take longest.
+    let digital = digital.into_iter().skip(every(4) - 1);
+    for (kind, cutoff) in digital.chain([(Kind::Off, 20_000)]) {
         let length = samples(20, cutoff) as usize;
         for response in impulse_responses(kind, cutoff, length) {
             // Each input moves the signal in the same direction at the last sample.

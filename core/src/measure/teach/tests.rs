@@ -3,6 +3,7 @@
 use super::*;
 use crate::angle::Angle;
 use crate::measure::definition::{euler, gimbal_x, perpendicular};
+use crate::sweep::every;
 use proptest::prelude::*;
 
 const G: f64 = ONE_G as f64;
@@ -79,13 +80,15 @@ fn directions(count: u32) -> impl Iterator<Item = I32x3> {
 #[test]
 fn angles_after_teach_in_are_within_stated_error() {
     let mut taught = 0;
-    for reference in directions(1000) {
+    let mut all = 0;
+    for reference in directions(1000).step_by(every(10)) {
         for v in directions(300) {
             taught += u32::from(check(reference, v));
+            all += 1;
         }
     }
     // Two caps of 5 deg are 0.4 % of the sphere.
-    assert!(taught >= 295_000, "{taught}");
+    assert!(taught * 100 >= all * 98, "{taught} of {all}");
 }
 
 #[test]

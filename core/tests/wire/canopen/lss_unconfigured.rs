@@ -203,8 +203,6 @@ fn selective_switch_configures_node_without_node_id() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
-
     /// Any LSS frames, with SDO and NMT between them: at most one answer to each, and the master still brings the node back.
     #[test]
     fn random_lss_frames_have_at_most_one_answer_and_node_stays_reachable(

@@ -9,6 +9,7 @@ pub mod gemac;
 pub mod ims360;
 pub mod j1939;
 pub mod mapped;
+pub mod sweep;
 pub mod tiltix;
 
 use plumbline::can::Frame;
