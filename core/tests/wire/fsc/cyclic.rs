@@ -95,6 +95,20 @@ fn queued_cyclic_value_is_replaced_by_newest() {
 }
 
 #[test]
+fn cyclic_counter_continues_with_0_after_65535() {
+    let mut tester = is2();
+    tester.ask(&[0x25, 10, 0]);
+    tester.ask(&[0x26, 1]);
+    for number in 1..=65_540_u32 {
+        tester.now += plumbline::time::millis(10);
+        assert_eq!(tester.node.poll(tester.now), None);
+        let sent = tester.sent();
+        assert_eq!(sent.len(), 1);
+        assert_eq!(sent[0].bytes()[6..], (number as u16).to_le_bytes());
+    }
+}
+
+#[test]
 fn saved_cyclic_mode_begins_after_boot_up() {
     let mut tester = is2();
     tester.ask(&[0x26, 1]);
