@@ -18,7 +18,8 @@ const PATIENCE: Duration = millis(1000);
 impl Trace {
     /// The text of a trace with the frames that a sensor of this type sends, in place of those that it has.
     ///
-    /// The `R` lines that the text has are marks in time: an action after such a line acts at its time, and the trace ends at its last line.
+    /// Lines that are right stay. The `R` lines that the text has are marks in time: an action after such a line acts at its time, and the
+    /// trace ends at its last line.
     /// Without any `R` line, the bus is silent before each action and at the end; only a new tolerance directly after a frame of the tester
     /// is in force for the reply.
     ///
@@ -41,16 +42,27 @@ fn with_frames(text: &str, node_type: &NodeType, scenes: &Scenes) -> Result<Stri
         .filter(|step| is_mark(&step.what))
         .count();
     let same = marks == run.received.len();
-    let mut frames = run.received.into_iter().enumerate().peekable();
+    let mut received = run.received;
+    if same {
+        keep_times(&trace, &mut received);
+    }
+    let mut frames = received.into_iter().enumerate().peekable();
     let mut before_actions = run.before_actions.into_iter();
     let mut steps = trace.steps.iter().peekable();
     let mut mark = 0;
     let mut out = String::new();
+    let mut after_description = false;
     // Comments and empty lines belong to the line after them.
     let mut comments = String::new();
     for (line, source) in (1..).zip(text.lines()) {
         let Some(step) = steps.next_if(|step| step.line == line) else {
             comments += &format!("{source}\n");
+            // The description of the trace, and the empty line after it, are before all frames.
+            let is_description = source.starts_with('#') && !source.starts_with("# --");
+            if is_description || after_description && source.is_empty() {
+                out += &std::mem::take(&mut comments);
+            }
+            after_description = is_description;
             continue;
         };
         let count = match step.what {
@@ -74,6 +86,26 @@ fn with_frames(text: &str, node_type: &NodeType, scenes: &Scenes) -> Result<Stri
     }
     out.extend(frames.map(|(_, timed)| line_of(timed)));
     Ok(out + &comments)
+}
+
+/// Frames that the trace has, within its tolerance, keep their times.
+fn keep_times(trace: &Trace, received: &mut [Timed]) {
+    let mut tolerance = trace.tolerance.ticks();
+    let mut frames = received.iter_mut();
+    for step in &trace.steps {
+        match step.what {
+            What::Tolerance(new) => tolerance = new.ticks(),
+            What::Expect(time, expected) => {
+                if let Some((at, frame)) = frames.next()
+                    && *frame == expected
+                    && at.ticks().abs_diff(time.ticks()) <= tolerance
+                {
+                    *at = time;
+                }
+            }
+            _ => {}
+        }
+    }
 }
 
 /// True for a frame of the sensor.

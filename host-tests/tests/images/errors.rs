@@ -73,7 +73,7 @@ pub fn run_led_flickers_during_detection_and_is_on_afterwards() {
 fn frame_without_acknowledge_is_repeated_until_a_node_acknowledges_it() {
     let mut rig = Rig::with("is2", BusRate::Wire, fixed("is2", RATE));
     rig.bus.close(rig.tester);
-    rig.run(3_500);
+    rig.run(4_500);
     assert!(rig.log.is_empty());
     // ISO 11898-1: an error-passive node does not count a missing acknowledge.
     assert_eq!(rig.device().error_counters(), Some((128, 0)));

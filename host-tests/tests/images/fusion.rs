@@ -54,9 +54,7 @@ impl Motion for Rotation {
 
 /// A sensor with the Kalman filter in operational. It sends TPDO 1 when a value changes.
 fn fusing(motion: Rotation, clock: f64) -> Rig {
-    let mut rig = Rig::ims360(Box::new(motion));
-    let (io, now) = rig.io();
-    io.imu.set_clock_deviation(now, clock);
+    let mut rig = Rig::ims360_with(Box::new(motion), clock);
     rig.download(0x3110, 2, [1]);
     rig.download(0x1800, 2, [255]);
     rig.nmt(1);

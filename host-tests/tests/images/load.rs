@@ -51,7 +51,7 @@ fn waiting_replies_are_sent_once_and_in_order() {
 
 #[test]
 fn full_bus_loses_no_reply() {
-    const TIME: u64 = 1000;
+    const TIME: u64 = 300;
     let mut rig = Rig::booted("is2", BitRate::M1);
     rig.run(10);
     rig.frames();

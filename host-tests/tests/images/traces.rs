@@ -16,8 +16,10 @@ use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
 
 /// Maximum additional delay of an image: it handles a deadline at the next tick of its clock, and an event in the next run of its main
-/// loop.
-const TICK: Duration = ms(1);
+/// loop. In a message of five packets, the deadline of each packet follows from the packet before.
+fn delay(product: &str) -> Duration {
+    ms(if product == "ims360" { 5 } else { 1 })
+}
 
 /// The traces of a product, up to date with `UPDATE=1`.
 fn traces(product: &str) -> Vec<PathBuf> {
@@ -136,7 +138,7 @@ fn image_passes(product: &'static str) {
         _ => READY,
     };
     check(product, |mut trace| {
-        trace.loosen(TICK);
+        trace.loosen(delay(product));
         trace.replay_on(&node_type, &scene, boot, &of_image)
     });
 }

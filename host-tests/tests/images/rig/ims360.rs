@@ -18,8 +18,14 @@ const REPLY_TIME: u64 = 20;
 impl Rig {
     /// A sensor with this motion that has sent its boot-up message. It is pre-operational.
     pub fn ims360(motion: Box<dyn Motion>) -> Self {
+        Self::ims360_with(motion, 0.0)
+    }
+
+    /// As [`ims360`](Self::ims360), with this clock error of accelerometer and gyroscope in percent.
+    pub fn ims360_with(motion: Box<dyn Motion>, clock: f64) -> Self {
         let mut rig = Self::with("ims360", BusRate::Fixed(BitRate::K125), blank());
         rig.set_motion(motion);
+        rig.io().0.imu.set_clock_deviation(0, clock);
         assert_eq!(rig.expect(HEARTBEAT, 200), data(HEARTBEAT, &[0]));
         rig
     }
