@@ -20,6 +20,9 @@ compile_error!("one board only: `nucleo-f446re` goes with --no-default-features"
 #[cfg(all(target_os = "none", target_abi = "eabihf", feature = "bluepill"))]
 compile_error!("the Blue Pill has no FPU: build it with --target thumbv7m-none-eabi");
 
+use plumbline::model::catalog::PRODUCTS;
+use plumbline::store::ImageId;
+
 pub mod bit_timing;
 pub mod counts;
 pub mod self_test;
@@ -48,6 +51,28 @@ mod mem;
 mod reset;
 #[cfg(board)]
 mod sleep;
+
+/// Whether the program with this name is that of the product with this image id, or of none.
+pub const fn is_program_of(name: &str, image: ImageId) -> bool {
+    let mut number = 0;
+    while number < PRODUCTS.len() {
+        let product = &PRODUCTS[number];
+        let same_name = equal(product.name.as_bytes(), name.as_bytes());
+        if same_name != (product.image.number() == image.number()) {
+            return false;
+        }
+        number += 1;
+    }
+    true
+}
+
+const fn equal(one: &[u8], other: &[u8]) -> bool {
+    let mut place = 0;
+    while place < one.len() && place < other.len() && one[place] == other[place] {
+        place += 1;
+    }
+    place == one.len() && place == other.len()
+}
 
 /// The interrupt of the bit rate detection, for products that have it.
 #[macro_export]
@@ -84,6 +109,11 @@ macro_rules! firmware {
             .start(now, boot));
     };
     ($node:ty, $name:expr, $image:expr, |$it:ident, $now:ident, $boot:ident| $start:expr) => {
+        const _: () = assert!(
+            $crate::is_program_of(env!("CARGO_BIN_NAME"), $image),
+            "the program has the name of its product"
+        );
+
         #[cfg(target_os = "none")]
         const _: () = assert!(
             <$node>::FILTERS <= $crate::board::FILTER_BANKS as usize,

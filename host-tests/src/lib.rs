@@ -5,6 +5,7 @@
 //! - [`bit_rate`]: a sensor that detects the bit rate
 //! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
 //! - [`documents`]: the Markdown files beside the models
+//! - [`effort`]: the length of long tests
 //! - [`plots`]: the plots of the low-pass and of the Kalman filter
 //! - [`vibration`]: a sensor on a shaker
 //! - [`python`]: runs the clients written in Python, for the tests of all crates in this folder
@@ -16,6 +17,7 @@
 pub mod bit_rate;
 pub mod calibrate;
 pub mod documents;
+pub mod effort;
 pub mod fuzz;
 pub mod plots;
 pub mod python;

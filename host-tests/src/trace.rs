@@ -36,9 +36,13 @@
 //! | `# fail-writes on`, `off` | programming and erasing of nonvolatile memory fails; works again |
 //!
 //! A line between frames acts after the end of the frame in the line before it.
+//!
+//! A new trace has only `T` lines and lines with `#`. `UPDATE=1 cargo test -p host-tests --test images traces` adds the `R` lines
+//! ([`Trace::record`]); compare them with the manual.
 
 mod difference;
 mod parse;
+mod record;
 mod replay;
 
 pub use difference::Difference;

@@ -182,13 +182,14 @@ impl Shaker {
             .fold(0.0, |largest: f64, (_, angle)| largest.max(angle.abs()))
     }
 
-    /// The amplitude of the filtered acceleration in g during a vibration of 0.2 g at this frequency in Hz.
-    pub fn amplitude(&mut self, frequency: f64) -> f64 {
+    /// The amplitude of the filtered acceleration in g during a vibration of 0.2 g at this frequency in Hz, in the settled state of this
+    /// filter.
+    fn amplitude(&mut self, frequency: f64, filter: &Cutoff) -> f64 {
         self.align();
-        // 10 s and 1 s are multiples of half a period of each frequency that is used. A longer block would contain the drift of the
-        // two clocks: 0.07 % of a sample.
-        let angles = self.shake(0.2, frequency, 3000, 10_000);
-        let block = if frequency < 2.0 { 1000 } else { 100 };
+        let angles = self.shake(0.2, frequency, filter.settling, filter.time);
+        // A second is a multiple of half a period of each frequency above 2 Hz. A longer block would contain the drift of the two clocks:
+        // 0.07 % of a sample.
+        let block = if frequency < 2.0 { angles.len() } else { 100 };
         let amplitudes = angles.chunks(block).map(|angles| {
             let (mut sine, mut cosine) = (0.0, 0.0);
             for (time, angle) in angles {
@@ -214,18 +215,24 @@ pub const CLOCKS: [i32; 3] = [-5, 0, 5];
 /// The largest angle in degrees during a vibration of 0.3 g behind a Butterworth filter of 2 Hz.
 pub const RESIDUE: f64 = 0.02;
 
+/// A selection of [`FREQUENCIES`], with those beside multiples of the data rate of 200 Hz. The change from one to the next is not larger than
+/// from 8 to 9 Hz, after which the filter settles in time.
+pub const SELECTED: [u32; 20] = [
+    8, 9, 10, 11, 12, 14, 16, 20, 27, 40, 80, 150, 198, 199, 200, 201, 202, 300, 399, 400,
+];
+
 /// Checks a vibration at each of the frequencies behind a Butterworth filter of 2 Hz.
 ///
 /// # Panics
 ///
 /// Panics if the angle exceeds [`RESIDUE`].
-pub fn check_residue(shaker: &mut Shaker, frequencies: impl Iterator<Item = u32>) {
+pub fn check_residue(shaker: &mut Shaker, frequencies: &[u32]) {
     shaker.request(&[0x27, 0xD0, 0x07, 1]);
     // The start of the vibration is a step.
-    shaker.shake(0.3, (*FREQUENCIES.start()).into(), 3000, 0);
+    shaker.shake(0.3, frequencies[0].into(), 3000, 0);
     let mut failed = Vec::new();
     let mut worst = 0.0_f64;
-    for frequency in frequencies {
+    for &frequency in frequencies {
         let residue = shaker.residue(frequency.into());
         worst = worst.max(residue);
         if residue > RESIDUE {
@@ -236,27 +243,63 @@ pub fn check_residue(shaker: &mut Shaker, frequencies: impl Iterator<Item = u32>
     assert!(failed.is_empty(), "(Hz, deg): {failed:?}");
 }
 
-/// Filter types of the manual (9.10.7), with cut-off frequencies in mHz and the largest error of the gain at the cut-off frequency:
-/// that of an error of the cut-off frequency of 0.15 %.
-pub const CUTOFFS: [(u8, u16, f64); 5] = [
-    (1, 2_000, 0.006),
-    (1, 8_000, 0.006),
-    (1, 25_000, 0.006),
-    (2, 2_000, 0.001),
-    (2, 8_000, 0.001),
+/// A filter whose cut-off frequency is measured.
+#[derive(Clone, Copy)]
+pub struct Cutoff {
+    /// The type of the manual (9.10.7).
+    kind: u8,
+    /// The cut-off frequency in mHz.
+    frequency: u16,
+    /// The largest error of the gain at the cut-off frequency: that of an error of the cut-off frequency of 0.15 %.
+    tolerance: f64,
+    /// The time until the vibration has settled, in ms.
+    settling: u64,
+    /// The time of a measurement in ms: a multiple of half a period of a twentieth of the cut-off frequency.
+    time: u64,
+}
+
+impl Cutoff {
+    const fn new(kind: u8, frequency: u16, tolerance: f64) -> Self {
+        Self {
+            kind,
+            frequency,
+            tolerance,
+            settling: 2000,
+            time: 5000,
+        }
+    }
+}
+
+/// The filter that settles first.
+pub const SHORTEST: Cutoff = Cutoff {
+    settling: 500,
+    time: 2000,
+    ..Cutoff::new(1, 25_000, 0.006)
+};
+
+/// All filters whose cut-off frequencies are measured.
+pub const CUTOFFS: [Cutoff; 5] = [
+    Cutoff::new(1, 2_000, 0.006),
+    Cutoff::new(1, 8_000, 0.006),
+    SHORTEST,
+    Cutoff::new(2, 2_000, 0.001),
+    Cutoff::new(2, 8_000, 0.001),
 ];
 
-/// Checks the cut-off frequencies: there the gain is -3 dB.
+/// Checks the cut-off frequencies of these filters: there the gain is -3 dB.
 ///
 /// # Panics
 ///
 /// Panics if a cut-off frequency differs by more than 0.15 %.
-pub fn check_cutoffs(shaker: &mut Shaker) {
-    for (kind, cutoff, tolerance) in CUTOFFS {
-        let [low, high] = cutoff.to_le_bytes();
+pub fn check_cutoffs(shaker: &mut Shaker, filters: &[Cutoff]) {
+    for filter in filters {
+        let &Cutoff {
+            kind, tolerance, ..
+        } = filter;
+        let [low, high] = filter.frequency.to_le_bytes();
         shaker.request(&[0x27, low, high, kind]);
-        let cutoff = f64::from(cutoff) / 1000.0;
-        let gain = shaker.amplitude(cutoff) / shaker.amplitude(cutoff / 20.0);
+        let cutoff = f64::from(filter.frequency) / 1000.0;
+        let gain = shaker.amplitude(cutoff, filter) / shaker.amplitude(cutoff / 20.0, filter);
         let slow = match kind {
             1 => 1.0,
             _ => (1.0 + (2f64.powf(0.125) - 1.0) / 400.0).powi(-4),

@@ -101,7 +101,11 @@ fn reports(
             None => {
                 let images = match built.entry(product.chip) {
                     Entry::Occupied(images) => images.into_mut(),
-                    Entry::Vacant(place) => place.insert(firmware::build(product.chip)?),
+                    Entry::Vacant(place) => {
+                        let on_board = products.iter().filter(|one| one.chip == product.chip);
+                        let names: Vec<_> = on_board.map(|one| one.name).collect();
+                        place.insert(firmware::build(product.chip, &names)?)
+                    }
                 };
                 let image = images.get(product.name);
                 image

@@ -25,7 +25,12 @@ const END: &str = "<!-- end -->";
 const TOLERANCE: f64 = 10.0;
 
 static IMAGES: LazyLock<BTreeMap<Chip, BTreeMap<String, PathBuf>>> = LazyLock::new(|| {
-    let build = |chip| firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
+    let build = |chip| {
+        let products = products().into_iter();
+        let on_board = products.filter(|product| product.chip == chip);
+        let names: Vec<_> = on_board.map(|product| product.name).collect();
+        firmware::build(chip, &names).unwrap_or_else(|error| panic!("{error}"))
+    };
     Chip::ALL.map(|chip| (chip, build(chip))).into()
 });
 

@@ -1,6 +1,6 @@
 //! Runs a trace against a simulated sensor.
 
-use super::{Difference, Trace, TraceError, What};
+use super::{Difference, Step, Trace, TraceError, What};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType, Sensor};
 use plumbline::can::Frame;
@@ -52,8 +52,8 @@ impl Trace {
         })
     }
 
-    /// Replays the trace against the sensor that `make` creates. The trace begins `boot` after power-up: an image waits for its
-    /// accelerometer before it takes part in the bus.
+    /// Replays the trace against the sensor that `make` creates. All times are later by `boot` after each power-up: an image starts its
+    /// clocks before it takes part in the bus.
     ///
     /// # Errors
     /// The frames of the sensor differ from the trace, or a scene is invalid.
@@ -64,15 +64,14 @@ impl Trace {
         boot: Duration,
         make: &MakeSensor,
     ) -> Result<(), Failure> {
-        let mut replay = Replay::new(self, node_type, scenes, boot, make)?;
+        let mut replay =
+            Replay::new(self, node_type, scenes, boot, make).map_err(Failure::Trace)?;
         for step in &self.steps {
             replay
-                .step(&step.what, node_type, scenes)
-                .map_err(|message| trace_error(step.line, message))?;
+                .step(step, node_type, scenes)
+                .map_err(Failure::Trace)?;
         }
-        let end = after(replay.last, replay.tolerance);
-        replay.run_until(end);
-        replay.collect();
+        replay.finish();
         match Difference::between(self, &replay.received) {
             Some(difference) => Err(Failure::Differs(difference)),
             None => Ok(()),
@@ -80,34 +79,35 @@ impl Trace {
     }
 }
 
-fn trace_error(line: usize, message: String) -> Failure {
-    Failure::Trace(TraceError { line, message })
-}
-
-struct Replay {
+/// A running replay.
+pub(super) struct Replay {
     bus: Bus,
     device: DeviceId,
     tester: AdapterId,
     tolerance: Duration,
-    /// The time of the bus at the begin of the trace.
+    /// The longer time of the sensor from power-up to its first frame.
+    boot: Duration,
+    /// The difference between the time of the bus and that of the trace.
     begin: Duration,
     /// The time of the last frame line.
     last: Instant,
     /// The number of frames expected up to `last`.
     expected: usize,
-    received: Vec<(Instant, Frame)>,
+    /// The frames of the sensor so far.
+    pub(super) received: Vec<(Instant, Frame)>,
 }
 
 impl Replay {
-    fn new(
+    /// Attaches the sensor that `make` creates and a tester.
+    pub(super) fn new(
         trace: &Trace,
         node_type: &NodeType,
         scenes: &Scenes,
-        begin: Duration,
+        boot: Duration,
         make: &MakeSensor,
-    ) -> Result<Self, Failure> {
+    ) -> Result<Self, TraceError> {
         let scene = trace.scene.as_deref().unwrap_or("tilt=0,0");
-        let motion = scenes(node_type, scene).map_err(|message| trace_error(0, message))?;
+        let motion = scenes(node_type, scene).map_err(|message| TraceError { line: 0, message })?;
         let device = make(node_type, trace.serial, motion);
         let mut bus = Bus::new(trace.bit_rate.map_or(BusRate::Follow, BusRate::Fixed));
         let device = bus.attach_boxed(device);
@@ -118,14 +118,26 @@ impl Replay {
             device,
             tester,
             tolerance: trace.tolerance,
-            begin,
+            boot,
+            begin: boot,
             last: Instant::from_ticks(0),
             expected: 0,
             received: Vec::new(),
         })
     }
 
-    fn step(&mut self, what: &What, node_type: &NodeType, scenes: &Scenes) -> Result<(), String> {
+    /// Performs a step.
+    pub(super) fn step(
+        &mut self,
+        step: &Step,
+        node_type: &NodeType,
+        scenes: &Scenes,
+    ) -> Result<(), TraceError> {
+        let Step { line, what } = step;
+        let invalid = |message| TraceError {
+            line: *line,
+            message,
+        };
         match what {
             What::Send(at, frame) => {
                 let lead = Instant::from_ticks(at.ticks().saturating_sub(LEAD.ticks()));
@@ -149,15 +161,18 @@ impl Replay {
         let now = self.bus.now();
         let device = self.bus.device_mut(self.device);
         match what {
-            What::PowerCycle => device.power_cycle(now),
+            What::PowerCycle => {
+                device.power_cycle(now);
+                self.begin += self.boot;
+            }
             What::CorruptNewest if !device.flash().corrupt_newest() => {
-                return Err("no record has been written yet".to_owned());
+                return Err(invalid("no record has been written yet".to_owned()));
             }
             What::FailWrites(fail) => {
                 device.flash().fail_writes(*fail);
                 device.flash().fail_erases(*fail);
             }
-            What::Scene(text) => device.set_motion(scenes(node_type, text)?),
+            What::Scene(text) => device.set_motion(scenes(node_type, text).map_err(invalid)?),
             What::CorruptNewest | What::Tolerance(_) | What::Send(..) | What::Expect(..) => {}
         }
         Ok(())
@@ -169,7 +184,7 @@ impl Replay {
     }
 
     /// Runs the bus until the end of the frame in the line before, at most up to the tolerance.
-    fn catch_up(&mut self) {
+    pub(super) fn catch_up(&mut self) {
         self.run_until(self.last);
         self.collect();
         let patience = after(after(self.last, self.tolerance), self.begin);
@@ -180,6 +195,26 @@ impl Replay {
             // A simulated microcontroller may act at any time, so the time must advance in any case.
             self.bus.run_until(next.max(after(self.bus.now(), STEP)));
             self.collect();
+        }
+    }
+
+    /// Runs the bus until the last line could be late, at the end of the trace.
+    pub(super) fn finish(&mut self) {
+        self.run_until(after(self.last, self.tolerance));
+        self.collect();
+    }
+
+    /// Runs the bus until the sensor sends no frame for this time, at most up to `limit` in the time of the trace.
+    pub(super) fn run_until_silent(&mut self, silence: Duration, limit: Instant) {
+        self.catch_up();
+        loop {
+            let count = self.received.len();
+            let end = after(self.bus.now(), silence);
+            self.bus.run_until(end.min(after(limit, self.begin)));
+            self.collect();
+            if self.received.len() == count {
+                return;
+            }
         }
     }
 

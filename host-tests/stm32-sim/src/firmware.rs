@@ -27,20 +27,21 @@ impl BuildError {
     }
 }
 
-/// The ELF files of the release build for the board of a microcontroller, by the name of the product; builds them if they are not
-/// up to date.
+/// The ELF files of these programs, as they are flashed to the board of a microcontroller, by name; builds those that are not up to
+/// date.
 ///
 /// Installs the target with rustup if it is missing.
 ///
 /// # Errors
-/// The build fails, or the target is missing and there is no rustup.
-pub fn build(chip: Chip) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+/// There is no program of a name, the build fails, or the target is missing and there is no rustup.
+pub fn build(chip: Chip, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
     let (target, feature) = board(chip);
     add_target(target)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo)
         .args(["build", "--locked", "--release", "--quiet"])
-        .args(["--package", "firmware-stm32", "--bins", "--target", target])
+        .args(["--package", "firmware-stm32", "--target", target])
+        .args(names.iter().flat_map(|name| ["--bin", name]))
         .args(["--no-default-features", "--features", feature])
         .arg("--message-format=json-render-diagnostics")
         .current_dir(workspace())

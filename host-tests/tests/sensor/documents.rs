@@ -3,7 +3,7 @@
 //! A document of a product is a Markdown file beside its model. It has the table of the product in a block:
 //!
 //! ```text
-//! <!-- parameters of is2, is2d: written from the product's table, checked by host-tests/tests/documents.rs -->
+//! <!-- parameters of is2, is2d: written from the product's table, checked by host-tests/tests/sensor/documents.rs -->
 //! | read | write | ...
 //! <!-- end -->
 //! ```
@@ -27,7 +27,7 @@ const README_LINES: usize = 250;
 const BEGIN: &str = "<!-- ";
 /// The end of the heading of a block.
 const ORIGIN: &str =
-    ": written from the product's table, checked by host-tests/tests/documents.rs -->\n";
+    ": written from the product's table, checked by host-tests/tests/sensor/documents.rs -->\n";
 /// The end of a block.
 const END: &str = "<!-- end -->\n";
 

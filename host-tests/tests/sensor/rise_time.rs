@@ -1,4 +1,4 @@
-//! The filters of a TILTIX built for the PC, at the clock errors of the accelerometer. `elf/tiltix.rs` has the same test of the flashed
+//! The filters of a TILTIX built for the PC, at the clock errors of the accelerometer. `images/tiltix.rs` has a filter of the flashed
 //! image.
 
 use bench::{Device, Flash, NodeType};

@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test uses a part of it")]
 
 use bench::{Flash, PAGE_SIZE};
+use host_tests::effort;
 use plumbline::measure::Calibration;
 use plumbline::store::{ImageId, Owner, StoreError, buffer_size};
 
@@ -39,6 +40,11 @@ pub fn payload(number: usize) -> [u8; PAYLOAD] {
 /// A calibration that is not the identity.
 pub fn calibration() -> Calibration {
     Calibration::new([100_000, -200_000, 300_000], [[500; 3]; 3], [30, -20, 10]).unwrap()
+}
+
+/// The step of sweeps over bits: in the normal run, each bit of a byte and each byte of a record has its turn in one of the records.
+pub fn stride() -> usize {
+    effort::choose(27, 1)
 }
 
 /// Power-up: looks for records and erases ahead.

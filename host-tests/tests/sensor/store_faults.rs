@@ -21,7 +21,7 @@ fn memories() -> impl Iterator<Item = (Flash, usize)> {
 fn one_flipped_bit_loses_at_most_the_newest_record() {
     for (memory, newest) in memories() {
         let older = newest.checked_sub(1);
-        for bit in 0..memory.bytes().len() * 8 {
+        for bit in (0..memory.bytes().len() * 8).step_by(stride()) {
             let mut flash = copy(&memory);
             flash.flip_bit(bit).unwrap();
             let after = found_by(OWNER, &flash);
@@ -42,14 +42,15 @@ fn one_flipped_bit_loses_at_most_the_newest_record() {
 #[test]
 fn only_flipped_bits_of_the_newest_record_lose_it() {
     for (memory, newest) in memories() {
-        let lost = (0..memory.bytes().len() * 8)
-            .filter(|bit| {
+        // One bit of each byte.
+        let lost = (0..memory.bytes().len())
+            .filter(|byte| {
                 let mut flash = copy(&memory);
-                flash.flip_bit(*bit).unwrap();
+                flash.flip_bit(byte * 8 + byte % 7).unwrap();
                 found_by(OWNER, &flash).parameters != loaded(Some(newest), false).parameters
             })
             .count();
-        assert_eq!(lost, RECORD * 8, "{newest}");
+        assert_eq!(lost, RECORD, "{newest}");
     }
 }
 
@@ -176,7 +177,7 @@ fn memory_that_cannot_be_erased_keeps_the_record() {
 
 #[test]
 fn save_onto_a_worn_bit_fails_and_the_next_save_uses_another_place() {
-    for bit in (0..2 * PAGE_SIZE * 8).step_by(7) {
+    for bit in (0..2 * PAGE_SIZE * 8).step_by(7 * stride()) {
         let mut flash = Flash::default();
         flash.wear_out(bit);
         let mut store = boot(flash);

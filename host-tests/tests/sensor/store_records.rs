@@ -4,6 +4,7 @@
 use crate::saves::*;
 use bench::{Flash, PAGE_SIZE};
 use crc::{CRC_32_ISO_HDLC, Crc};
+use host_tests::effort;
 use plumbline::measure::Calibration;
 use plumbline::store::{Owner, buffer_size};
 
@@ -161,7 +162,7 @@ fn power_cut_at_any_operation_keeps_the_calibration() {
             assert_eq!(save(&mut store, number), Ok(()), "{what}");
             assert_eq!(found(&mut store).calibration, calibration(), "{what}");
         }
-        operation += 1;
+        operation += effort::choose(7, 1);
     }
 }
 
@@ -230,7 +231,7 @@ fn calibrated_memories() -> Vec<Flash> {
 #[test]
 fn one_flipped_bit_never_changes_the_calibration_without_a_report() {
     for (number, memory) in calibrated_memories().into_iter().enumerate() {
-        for bit in 0..memory.bytes().len() * 8 {
+        for bit in (0..memory.bytes().len() * 8).step_by(stride()) {
             let mut flash = copy(&memory);
             flash.flip_bit(bit).unwrap();
             // As the firmware starts: it erases ahead, then it reads.
@@ -300,7 +301,7 @@ fn calibration_of_another_unit_is_ignored() {
 
 #[test]
 fn worn_bit_never_loses_the_calibration() {
-    for bit in (0..2 * PAGE_SIZE * 8).step_by(11) {
+    for bit in (0..2 * PAGE_SIZE * 8).step_by(11 * stride()) {
         let mut flash = calibrated();
         flash.wear_out(bit);
         let mut store = boot(flash);

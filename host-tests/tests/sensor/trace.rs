@@ -53,6 +53,42 @@ fn marked(text: &str) -> String {
     marked[0].split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// The text without the frames of the sensor.
+fn stripped(text: &str) -> String {
+    let lines = text.lines().filter(|line| !line.ends_with(" R"));
+    lines.map(|line| format!("{line}\n")).collect()
+}
+
+fn recorded(text: &str) -> String {
+    Trace::record(text, &FIXED, &level).expect("a trace")
+}
+
+#[test]
+fn recording_adds_the_frames_of_the_sensor() {
+    assert_eq!(recorded(&stripped(GOOD)), GOOD);
+}
+
+#[test]
+fn recording_replaces_wrong_frames_and_keeps_the_time_of_right_ones() {
+    let right = GOOD.replace("0.100456", "0.100450");
+    assert_eq!(recorded(&right), right);
+    let wrong = GOOD.replace("301#01 R", "301#02 R");
+    assert_eq!(recorded(&wrong), GOOD);
+    let late = GOOD.replace("0.100456", "0.100500");
+    assert_eq!(recorded(&late), GOOD);
+    let more = GOOD.replace("# -- Two", "(0.090000) can0 301#77 R\n# -- Two");
+    assert_eq!(recorded(&more), GOOD);
+}
+
+#[test]
+fn recorded_action_acts_after_the_reply() {
+    let text = GOOD.replace("(0.2000", "# power-cycle\n(0.2000");
+    let with_action = recorded(&stripped(&text));
+    let again = "(0.100456) can0 301#01 R\n# power-cycle\n(0.100760) can0 101#FF00 R\n";
+    assert!(with_action.contains(again), "{with_action}");
+    replay(&with_action).unwrap_or_else(|failure| panic!("{failure}"));
+}
+
 #[test]
 fn matching_trace_passes() {
     replay(GOOD).unwrap_or_else(|failure| panic!("{failure}"));

@@ -61,7 +61,8 @@ fn first(wire: &mut Wire) -> DeviceId {
 /// Attaches a simulated microcontroller with the image.
 fn second(chip: Chip, wire: &mut Wire) -> DeviceId {
     let node_type = NodeType::find("jn2101").expect("a product");
-    let images = stm32_sim::firmware::build(chip).unwrap_or_else(|error| panic!("{error}"));
+    let images =
+        stm32_sim::firmware::build(chip, &["jn2101"]).unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["jn2101"]).expect("the image can be read");
     let image = Rc::new(Image::parse(&elf).expect("an image"));
     let motion = Box::new(LEVEL);

@@ -35,8 +35,8 @@ impl Bench {
     /// The same with the image.
     fn of_image(model: &str, motion: Box<dyn Motion>) -> Self {
         let node_type = NodeType::find(model).expect("a product");
-        let images =
-            stm32_sim::firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}"));
+        let images = stm32_sim::firmware::build(Chip::F103, &[node_type.name])
+            .unwrap_or_else(|error| panic!("{error}"));
         let elf = std::fs::read(&images[node_type.name]).expect("the image can be read");
         let image = Rc::new(Image::parse(&elf).expect("an image"));
         let flash = Flash::default();

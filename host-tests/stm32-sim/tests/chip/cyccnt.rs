@@ -26,7 +26,7 @@ fn word(core: &CortexM3, address: u32) -> u32 {
 
 /// The results of the program, after it has run.
 fn results() -> Vec<Row> {
-    let images = firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}"));
+    let images = firmware::build(Chip::F103, &["cyccnt"]).unwrap_or_else(|error| panic!("{error}"));
     let elf = std::fs::read(&images["cyccnt"]).expect("it has just been built");
     let image = Rc::new(Image::parse(&elf).expect("the linker writes ELF"));
     let results = image.address_of("CYCCNT_RESULTS").expect("the static");

@@ -43,11 +43,15 @@ struct Case {
     angles: &'static [&'static str],
 }
 
+/// The products whose images are used.
+const PRODUCTS: [&str; 6] = ["is1", "is2", "jn2101", "ims360", "tiltix080", "tiltix360"];
+
 /// The ELF file of a product for the Blue Pill.
 fn elf(product: &str) -> &'static [u8] {
     static FILES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     let files = FILES.get_or_init(|| {
-        let built = firmware::build(Chip::F103).unwrap_or_else(|error| panic!("{error}"));
+        let built = firmware::build(Chip::F103, &PRODUCTS);
+        let built = built.unwrap_or_else(|error| panic!("{error}"));
         let read = |path| std::fs::read(path).expect("the image can be read");
         let files = built.into_iter();
         files.map(|(name, path)| (name, read(path))).collect()

@@ -28,7 +28,7 @@ pub fn image(model: &str) -> PathBuf {
 }
 
 pub fn image_for(chip: Chip, model: &str) -> PathBuf {
-    let mut images = stm32_sim::firmware::build(chip).expect("it builds");
+    let mut images = stm32_sim::firmware::build(chip, &[model]).expect("it builds");
     images.remove(model).expect("an image of this name")
 }
 

@@ -1,0 +1,123 @@
+//! The accelerometer fails, recovers, clips, starts late, or has a clock error.
+
+use crate::rig::*;
+use bench::{BusRate, Flash};
+use plumbline::can::BitRate;
+use plumbline::measure::{I32x3, ONE_G, Reading};
+use stm32_sim::ism330dhcx::Fault;
+
+const RATE: BitRate = BitRate::K500;
+
+/// The sensor error bits of both axes.
+const ERRORS: u8 = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
+
+/// The time in ms after which the angles of [`quick`] are right.
+const SETTLING: u64 = 300;
+
+/// The driver looks for a missing accelerometer with this period in ms.
+const SEARCH: u64 = 1000;
+
+/// The memory of an is2 with the fastest filter: Butterworth, 25 Hz.
+fn memory() -> Flash {
+    let rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)];
+    saved("is2", &[&rate, &[fsc::WRITE_FILTER, 0xA8, 0x61, 1]])
+}
+
+/// An is2 with the fastest filter, settled.
+fn quick() -> Rig {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory());
+    rig.boot_up();
+    rig.run(SETTLING);
+    rig
+}
+
+fn angle(reply: &[u8], at: usize) -> i16 {
+    i16::from_le_bytes([reply[at], reply[at + 1]])
+}
+
+/// The reply to a poll has no error, 10 and 5 degrees. A count of the accelerometer is 0.0035 degrees.
+#[track_caller]
+fn assert_right(reply: &[u8]) {
+    assert_eq!(reply[1], 0, "{reply:02X?}");
+    assert!(angle(reply, 2).abs_diff(1000) <= 1, "{reply:02X?}");
+    assert!(angle(reply, 4).abs_diff(500) <= 1, "{reply:02X?}");
+}
+
+#[test]
+fn accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery() {
+    for fault in [Fault::Silent(0xFF), Fault::Silent(0), Fault::Stopped] {
+        let mut rig = quick();
+        assert_right(&rig.poll());
+        let (io, now) = rig.io();
+        io.imu.set_fault(now, fault);
+        // No sample for 100 ms (core/src/model/gemac/README.md, G19).
+        rig.run(90);
+        assert_right(&rig.poll());
+        rig.run(110);
+        assert_eq!(rig.poll()[1], ERRORS, "{fault:?}");
+        let (io, now) = rig.io();
+        io.imu.set_fault(now, Fault::None);
+        rig.run(SEARCH + SETTLING);
+        assert_right(&rig.poll());
+    }
+}
+
+#[test]
+fn accelerometer_that_starts_late_is_used() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory());
+    rig.io().0.imu.unmount();
+    rig.boot_up();
+    assert_eq!(rig.poll()[1], ERRORS);
+    rig.run(300);
+    let (io, now) = rig.io();
+    io.imu.power_on(now);
+    rig.run(SEARCH + SETTLING);
+    assert_right(&rig.poll());
+}
+
+#[test]
+fn clipping_sets_the_sensor_error_for_100_ms() {
+    let mut rig = quick();
+    assert_right(&rig.poll());
+    let shock = Reading {
+        acceleration: I32x3 {
+            x: 0,
+            y: 0,
+            z: 3 * ONE_G,
+        },
+        angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+        temperature: 2500,
+        clipped: true,
+    };
+    let device = rig.bus.device_mut(rig.sensor);
+    device.set_motion(Box::new(shock));
+    rig.run(60);
+    assert_eq!(rig.poll()[1], ERRORS);
+    let device = rig.bus.device_mut(rig.sensor);
+    device.set_motion(tilt("is2", 10.0, 5.0));
+    rig.run(80);
+    assert_eq!(rig.poll()[1], ERRORS, "the error is held");
+    rig.run(SETTLING);
+    assert_right(&rig.poll());
+}
+
+#[test]
+fn accelerometer_clock_error_of_5_percent_has_no_effect() {
+    for percent in [-5.0, 5.0] {
+        let mut rig = quick();
+        let (io, now) = rig.io();
+        io.imu.set_clock_deviation(now, percent);
+        // The FIFO would be empty, or have too many values, after 20 samples.
+        for _ in 0..5 {
+            rig.run(100);
+            assert_right(&rig.poll());
+        }
+    }
+}
+
+/// SPI and I2C share the pins: a disturbance must not look like a start condition.
+#[test]
+fn i2c_of_the_accelerometer_is_disabled() {
+    let mut rig = Rig::booted("is2", BitRate::K500);
+    assert!(rig.io().0.imu.i2c_is_disabled());
+}

@@ -1,0 +1,299 @@
+//! From power-up to the first frame, restarts, and the watchdog.
+
+use crate::rig::*;
+use bench::BusRate;
+use plumbline::can::BitRate;
+use stm32_sim::chip::Chip;
+use stm32_sim::rcc::ResetCause;
+
+const RATE: BitRate = BitRate::K500;
+
+/// The boot-up message of table 16 with this status: the alive code, the Set-Parameter-ID, software version 3.44.
+fn boot_up(status: u8) -> plumbline::can::Frame {
+    data(REPLY, &[fsc::ALIVE, status, 0x00, 0x03, 0, 0, 0x44, 0x03])
+}
+
+/// An is2 with a fixed bit rate after power-up.
+fn switched_on() -> Rig {
+    Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE))
+}
+
+/// The boot-up message does not wait for the accelerometer, and has no sensor error while the accelerometer starts.
+#[test]
+pub fn first_frame_is_sent_within_30_ms() {
+    let mut rig = switched_on();
+    rig.run(1000);
+    let sent = rig.sent();
+    let frames: Vec<_> = sent.iter().map(|logged| logged.frame).collect();
+    assert_eq!(frames, [boot_up(0), boot_up(0)]);
+    let start = sent[0].start / 1_000_000;
+    println!("the first frame starts {start} us after power-up");
+    assert!(start < 30_000, "{start} us");
+    assert_eq!(rig.poll()[1], 0);
+}
+
+/// Before the first measurement, replies with angles have the sensor errors.
+#[test]
+pub fn first_angle_is_sent_within_60_ms_and_is_exact() {
+    let mut rig = switched_on();
+    rig.boot_up();
+    let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
+    let first = loop {
+        let reply = rig.poll();
+        if reply[1] & errors == 0 {
+            break reply;
+        }
+        assert!(rig.bus.now().ticks() < 60_000);
+    };
+    println!(
+        "the first angle is sent {} us after power-up",
+        rig.bus.now().ticks()
+    );
+    rig.run(2000);
+    let settled = rig.poll();
+    for at in [2, 4] {
+        let angle = |reply: &[u8]| {
+            let bytes = reply.get(at..at + 2).and_then(|two| two.try_into().ok());
+            bytes.map_or(0, i16::from_le_bytes)
+        };
+        let error = angle(&first) - angle(&settled);
+        assert!(error.abs() <= 5, "{error} in 0.01 deg");
+    }
+}
+
+/// The accelerometer has failed if there is no measurement 100 ms after the start.
+#[test]
+fn missing_accelerometer_is_a_sensor_error() {
+    let errors = status::SENSOR_ERROR_X | status::SENSOR_ERROR_Y;
+    let mut rig = switched_on();
+    rig.io().0.imu.unmount();
+    rig.run(1000);
+    assert_eq!(rig.frames(), [boot_up(0), boot_up(0)]);
+    assert_eq!(rig.poll()[1], errors);
+    assert_eq!(rig.request(&[fsc::STATUS]), [fsc::STATUS, errors]);
+}
+
+#[test]
+fn violations_of_one_kind_are_reported_once() {
+    let mut controller = microcontroller("is2", blank());
+    // Reserved bits of CAN_MCR and CAN_IER (RM0008, section 24.9.2).
+    for (offset, value) in [(0x00, 0x0002_0001), (0x00, 0x0002_0001), (0x14, 0x80)] {
+        let written = controller.io_mut().can.write(0, offset, value);
+        written.expect("registers that are there");
+    }
+    assert_eq!(controller.violations().len(), 3);
+    let reported = controller.take_new_violations();
+    assert!(
+        matches!(&reported[..], [mcr, ier] if mcr.contains("CAN_MCR") && ier.contains("CAN_IER"))
+    );
+    assert!(controller.take_new_violations().is_empty());
+}
+
+#[test]
+fn reset_command_restarts_the_microcontroller() {
+    let mut rig = switched_on();
+    rig.boot_up();
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&fsc::RESET);
+    rig.boot_up();
+    assert_eq!(rig.device().boots(), 2);
+    rig.poll();
+}
+
+/// The heater must not stay on during a restart.
+#[test]
+pub fn reset_command_switches_the_heater_off() {
+    let mut rig = Rig::booted("is2tk", BitRate::K50);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&[fsc::INCLINATION]);
+    rig.send(&fsc::RESET);
+    let mut last = u16::MAX;
+    while rig.device().boots() == 1 {
+        last = rig.microcontroller().heater();
+        // The restart comes within some microseconds if no reply waits.
+        rig.run_us(1);
+    }
+    assert_eq!(last, 0, "off before the reset");
+    assert_eq!(rig.microcontroller().heater(), 0, "off after the reset");
+    rig.expect(REPLY, 10);
+    rig.boot_up();
+}
+
+#[test]
+fn poll_before_a_reset_command_is_answered_before_the_reset() {
+    let mut rig = switched_on();
+    rig.boot_up();
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&[fsc::INCLINATION]);
+    rig.send(&fsc::RESET);
+    assert_eq!(rig.expect(REPLY, 10).bytes()[0], fsc::INCLINATION);
+    rig.boot_up();
+}
+
+/// RAM keeps its contents in a reset and loses them without power. The firmware must start with any contents.
+#[test]
+pub fn ram_is_kept_in_a_reset_and_lost_without_power() {
+    let mut rig = switched_on();
+    rig.boot_up();
+    let place = (rig.microcontroller().image().end_of_statics() + 67) & !3;
+    let mark = 0x1234_5678_u32;
+    assert!(
+        rig.microcontroller_mut()
+            .core_mut()
+            .load(place, &mark.to_le_bytes())
+    );
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&fsc::RESET);
+    rig.boot_up();
+    assert_eq!(rig.microcontroller().core().word(place), Some(mark));
+    rig.power_cycle();
+    rig.boot_up();
+    assert_ne!(rig.microcontroller().core().word(place), Some(mark));
+    rig.poll();
+}
+
+/// Stops the main loop in an endless loop; interrupts are still served.
+fn hang(rig: &mut Rig) {
+    rig.wait_until(10, 100, Rig::runs_main_loop);
+    // CPSIE I; B to itself.
+    rig.execute(&[0xB662, 0xE7FE], [0; 2]);
+}
+
+#[test]
+pub fn watchdog_restarts_a_main_loop_that_hangs() {
+    // The firmware sets two seconds at the typical frequency of LSI.
+    let [lowest, typical, highest] = chip().facts().lsi;
+    for lsi in [lowest, highest] {
+        let mut rig = switched_on();
+        rig.io().0.iwdg.set_lsi(lsi);
+        rig.boot_up();
+        rig.run(30);
+        hang(&mut rig);
+        let from = rig.bus.now().ticks();
+        rig.expect_reset(ResetCause::Watchdog);
+        rig.wait_until(1000, 4_000, |rig| rig.microcontroller().resets().len() == 2);
+        let took = rig.microcontroller().resets()[1].at / 1_000_000 - from;
+        let nominal = 2_000_000 * u64::from(typical) / u64::from(lsi);
+        // The last sample reloaded it, at most 5 ms before. It counts in steps of about a millisecond on the Blue Pill, and of at
+        // most 16 ms on the Nucleo.
+        let step = match chip() {
+            Chip::F103 => 3_000,
+            Chip::F446 => 16_000,
+        };
+        assert!(
+            (nominal - 5_000 - step..nominal + step).contains(&took),
+            "{took} us at {lsi} Hz"
+        );
+        rig.boot_up();
+        rig.poll();
+    }
+}
+
+/// The byte in which the firmware keeps bits 24 to 31 of RCC_CSR.
+fn reset_causes(rig: &Rig) -> u8 {
+    let microcontroller = rig.microcontroller();
+    let place = microcontroller.image().address_of("RESET_CAUSES");
+    let place = place.expect("a variable of this name");
+    microcontroller.core().bytes(place, 1).expect("RAM")[0]
+}
+
+/// Each reset shows only its own cause (RM0008, RCC_CSR): PINRSTF is 4, PORRSTF 8, SFTRSTF 10h, IWDGRSTF 20h.
+#[test]
+pub fn cause_of_the_last_reset_is_kept() {
+    // BORRSTF is 2, only on the STM32F446.
+    let brown_out = match chip() {
+        Chip::F103 => 0,
+        Chip::F446 => 2,
+    };
+    let mut rig = switched_on();
+    rig.boot_up();
+    assert_eq!(reset_causes(&rig), 0x0C | brown_out);
+    rig.expect_reset(ResetCause::Software);
+    rig.send(&fsc::RESET);
+    rig.boot_up();
+    assert_eq!(reset_causes(&rig), 0x14);
+    hang(&mut rig);
+    rig.expect_reset(ResetCause::Watchdog);
+    rig.boot_up_within(3_500);
+    assert_eq!(reset_causes(&rig), 0x24);
+    rig.power_cycle();
+    rig.boot_up();
+    assert_eq!(reset_causes(&rig), 0x0C | brown_out);
+}
+
+/// DBGMCU_CR stops the timer of the heater, and the watchdog.
+#[test]
+pub fn heater_is_off_while_a_debugger_halts_the_processor() {
+    let mut rig = Rig::booted("is2tk", BitRate::K50);
+    rig.run(500);
+    assert!(rig.microcontroller().heater() > 0);
+    rig.microcontroller_mut().halt();
+    assert_eq!(rig.microcontroller().heater(), 0);
+    rig.run(10_000);
+    assert_eq!(rig.device().boots(), 1);
+    let (_, now) = rig.io();
+    rig.microcontroller_mut().resume(now);
+    rig.run(100);
+    rig.poll();
+    assert!(rig.microcontroller().heater() > 0);
+}
+
+#[test]
+pub fn watchdog_does_not_reset_a_working_sensor() {
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), blank());
+    let [_, _, highest] = chip().facts().lsi;
+    rig.io().0.iwdg.set_lsi(highest);
+    // The sensor detects the bit rate, then it answers and saves with page changes.
+    rig.run(3_000);
+    rig.bus.lead_detection();
+    rig.run(100);
+    rig.send(&[fsc::INCLINATION]);
+    rig.boot_up();
+    let changes = match chip() {
+        Chip::F103 => 3,
+        Chip::F446 => 1,
+    };
+    while rig.flash().erased() < changes {
+        rig.save();
+        rig.run(50);
+    }
+}
+
+#[test]
+pub fn module_leds_are_outputs_and_off() {
+    let mut rig = switched_on();
+    rig.boot_up();
+    let (io, _) = rig.io();
+    // README, "Wiring": green and red, on when high.
+    let board = &chip().facts().board;
+    for pin in [board.module_green, board.module_red] {
+        assert_eq!(io.gpio.output(pin), Some(false), "{pin:?}");
+    }
+}
+
+#[test]
+fn image_does_not_contain_the_catalogue() {
+    // Names of articles and parameters are for a PC; the image has the numbers of its own article only.
+    for name in ["is2", "jn2101"] {
+        let image = image(name);
+        for text in [
+            "IS2MA090",
+            "Set-Parameter-ID",
+            "Quadrant correction",
+            "jn2101",
+        ] {
+            let contains = |bytes: &[u8]| {
+                bytes
+                    .windows(text.len())
+                    .any(|part| part == text.as_bytes())
+            };
+            let mut segments = image.segments().iter();
+            assert!(
+                !segments.any(|segment| contains(&segment.bytes)),
+                "{name}: {text}"
+            );
+        }
+    }
+}

@@ -1,0 +1,33 @@
+//! The images that are flashed, run on the simulated microcontroller: what only the chip can get wrong, and the recorded traces.
+//! The tests run with the images for the Blue Pill. `nucleo.rs` lists those that also run with the images for the Nucleo.
+
+mod rig;
+
+mod nucleo;
+
+mod accelerometer;
+mod boot;
+mod can_faults;
+mod clock;
+mod detection;
+mod errors;
+mod faults;
+mod fusion;
+mod halves;
+mod ims360;
+mod ims360_faults;
+mod ims360_j1939;
+mod ims360_j1939_address;
+mod ims360_j1939_bus_off;
+mod jn2101;
+mod joining;
+mod load;
+mod memory;
+mod sensing;
+mod supply;
+mod tiltix;
+mod tiltix_network;
+mod timing;
+#[cfg(target_os = "linux")]
+mod traces;
+mod vibration;

@@ -1,0 +1,58 @@
+//! The board of a test, and its images.
+
+use std::cell::Cell;
+use std::collections::BTreeMap;
+use std::sync::OnceLock;
+use stm32_sim::chip::Chip;
+use stm32_sim::firmware;
+
+/// The images that tests need: one of each family of products, one with another number of axes, one with a heater, and the program that
+/// checks gyroscope and supply.
+const IMAGES: [&str; 7] = [
+    "is1",
+    "is2",
+    "is2tk",
+    "jn2101",
+    "ims360",
+    "tiltix080",
+    "sensing",
+];
+
+thread_local! {
+    static CHIP: Cell<Chip> = const { Cell::new(Chip::F103) };
+}
+
+/// The microcontroller of this test: that of the Blue Pill, except within [`on`].
+pub fn chip() -> Chip {
+    CHIP.get()
+}
+
+/// Runs a test with the images for the board of this microcontroller.
+pub fn on(chip: Chip, test: impl FnOnce()) {
+    /// The thread can run other tests afterwards.
+    struct Restore;
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            CHIP.set(Chip::F103);
+        }
+    }
+    let _restore = Restore;
+    CHIP.set(chip);
+    test();
+}
+
+/// The ELF file of a product for the board. The first call builds all of them.
+pub fn elf(model: &str) -> &'static [u8] {
+    static FILES: [OnceLock<BTreeMap<String, Vec<u8>>>; Chip::ALL.len()] =
+        [const { OnceLock::new() }; Chip::ALL.len()];
+    let place = Chip::ALL.iter().position(|one| *one == chip());
+    let files = FILES[place.expect("all microcontrollers")].get_or_init(|| {
+        let built = firmware::build(chip(), &IMAGES).unwrap_or_else(|error| panic!("{error}"));
+        let read = |path| std::fs::read(path).expect("the image can be read");
+        built
+            .into_iter()
+            .map(|(name, path)| (name, read(path)))
+            .collect()
+    });
+    files.get(model).expect("an image of this name")
+}

@@ -1,0 +1,165 @@
+//! Replays each recorded trace in `host-tests/traces`: the core and the images of both boards send the same bytes.
+//!
+//! `UPDATE=1 cargo test -p host-tests --test images traces` writes the frames of the core into the traces. A new trace has only the frames
+//! of the tester, the `T` lines.
+
+use crate::rig::*;
+use bench::motion::Motion;
+use bench::scene::{Axes, Scene, SceneArgument};
+use bench::{Bus, BusRate, Device, Flash, NodeType, Sensor};
+use host_tests::trace::{Failure, Trace};
+use plumbline::model::catalog::PRODUCTS;
+use plumbline::time::{Duration, Instant};
+use std::path::{Path, PathBuf};
+use std::sync::Once;
+use stm32_sim::Microcontroller;
+use stm32_sim::chip::Chip;
+
+/// Maximum additional delay of an image: it handles a deadline at the next tick of its clock, and an event in the next run of its main
+/// loop. In a message of five packets, the deadline of each packet follows from the packet before.
+fn delay(product: &str) -> Duration {
+    ms(if product == "ims360" { 5 } else { 1 })
+}
+
+/// The traces of a product, up to date with `UPDATE=1`.
+fn traces(product: &str) -> Vec<PathBuf> {
+    static UPDATED: Once = Once::new();
+    if std::env::var_os("UPDATE").is_some() {
+        UPDATED.call_once(|| all_traces().iter().for_each(|path| record(path)));
+    }
+    let start = format!("{product}-");
+    let named = |path: &PathBuf| {
+        let name = path.file_name().unwrap_or_default();
+        name.to_string_lossy().starts_with(&start)
+    };
+    let traces: Vec<_> = all_traces().into_iter().filter(named).collect();
+    assert!(!traces.is_empty(), "{product} has no trace");
+    traces
+}
+
+fn all_traces() -> Vec<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
+    let entries = folder.read_dir().expect("the folder of the traces");
+    let paths = entries.map(|entry| entry.expect("an entry of the folder").path());
+    let mut traces: Vec<_> = paths
+        .filter(|path| path.extension().is_some_and(|extension| extension == "log"))
+        .collect();
+    traces.sort();
+    traces
+}
+
+/// Writes the frames of the core into a trace.
+fn record(path: &Path) {
+    let text = std::fs::read_to_string(path).expect("a trace");
+    let name = path.display();
+    let trace: Trace = text
+        .parse()
+        .unwrap_or_else(|error| panic!("{name}: {error}"));
+    let recorded = Trace::record(&text, &node_type(&trace.model), &scene);
+    let recorded = recorded.unwrap_or_else(|error| panic!("{name}: {error}"));
+    if recorded != text {
+        std::fs::write(path, recorded).expect("the trace can be written");
+    }
+}
+
+fn scene(node_type: &NodeType, text: &str) -> Result<Box<dyn Motion>, String> {
+    let argument: SceneArgument = text.parse().map_err(|error| format!("{error}"))?;
+    let scene =
+        Scene::open(Some(&argument), Axes::of(node_type)).map_err(|error| error.to_string())?;
+    Ok(Box::new(scene))
+}
+
+/// Replays the traces of a product.
+fn check(product: &'static str, replay: impl Fn(Trace) -> Result<(), Failure>) {
+    let mut failures = Vec::new();
+    for path in traces(product) {
+        let text = std::fs::read_to_string(&path).expect("a trace");
+        let name = path.display();
+        let trace: Trace = text
+            .parse()
+            .unwrap_or_else(|error| panic!("{name}: {error}"));
+        assert_eq!(trace.model, product, "{name}");
+        if let Err(failure) = replay(trace) {
+            failures.push(format!("{name}:\n{failure}"));
+        }
+    }
+    assert!(failures.is_empty(), "{}", failures.join("\n"));
+}
+
+#[test]
+fn core_passes_the_traces_of_each_product() {
+    for product in PRODUCTS {
+        let node_type = node_type(product.name);
+        check(product.name, |trace| trace.replay(&node_type, &scene));
+    }
+}
+
+/// The time in which an image that detects the bit rate is ready.
+const READY: Duration = ms(200);
+
+/// The time of the first frame that a sensor sends by itself.
+fn first_frame(sensor: Box<dyn Sensor>) -> Option<Instant> {
+    let mut bus = Bus::new(BusRate::Follow);
+    bus.attach_boxed(sensor);
+    let tester = bus.adapter();
+    bus.open(tester, None, false);
+    for ms in 1..3_000 {
+        bus.run_until(Instant::from_ticks(ms * 1_000));
+        if let Some((time, _)) = bus.take_received(tester).first() {
+            return Some(*time);
+        }
+    }
+    None
+}
+
+/// The image of a product for the board passes the traces of the product. It boots later than the core.
+fn image_passes(product: &'static str) {
+    let of_image = |node_type: &NodeType, serial, motion| -> Box<dyn Sensor> {
+        let image = image(product);
+        Box::new(Microcontroller::new(
+            node_type.name,
+            image,
+            serial,
+            blank(),
+            motion,
+        ))
+    };
+    let node_type = node_type(product);
+    let core = Device::new(
+        &node_type,
+        SERIAL,
+        Flash::default(),
+        tilt(product, 0.0, 0.0),
+    );
+    let core = first_frame(Box::new(core));
+    let own = first_frame(of_image(&node_type, SERIAL, tilt(product, 0.0, 0.0)));
+    let boot = match (core, own) {
+        (Some(core), Some(own)) => own - core,
+        _ => READY,
+    };
+    check(product, |mut trace| {
+        trace.loosen(delay(product));
+        trace.replay_on(&node_type, &scene, boot, &of_image)
+    });
+}
+
+macro_rules! image_passes {
+    ($($test:ident: $product:literal, $chip:ident;)+) => {
+        $(#[test]
+        fn $test() {
+            on(Chip::$chip, || image_passes($product));
+        })+
+    };
+}
+
+image_passes! {
+    image_of_the_is1_passes_its_traces: "is1", F103;
+    image_of_the_is2_passes_its_traces: "is2", F103;
+    image_of_the_jn2101_passes_its_traces: "jn2101", F103;
+    image_of_the_ims360_passes_its_traces: "ims360", F103;
+    image_of_the_tiltix080_passes_its_traces: "tiltix080", F103;
+    image_of_the_is2_for_the_nucleo_passes_its_traces: "is2", F446;
+    image_of_the_jn2101_for_the_nucleo_passes_its_traces: "jn2101", F446;
+    image_of_the_ims360_for_the_nucleo_passes_its_traces: "ims360", F446;
+    image_of_the_tiltix080_for_the_nucleo_passes_its_traces: "tiltix080", F446;
+}
