@@ -61,6 +61,7 @@ test("zero_shows_sensor_and_present_angles_and_does_nothing_after_a_no", async (
 });
 
 test("actions_send_their_command_for_the_sensor_that_was_shown", async () => {
+  const page = await connected("is2");
   for (const [sensor, id, text, answer, command] of [
     ["is2", "zero", /becomes zero/, {}, { zero: { save: false } }],
     ["is2", "zero", /becomes zero/, { checks: { 0: true } }, { zero: { save: true } }],
@@ -78,7 +79,7 @@ test("actions_send_their_command_for_the_sensor_that_was_shown", async () => {
     ["is2", "label", /name of the sensor/, { value: " boom " }, { label: { name: "boom" } }],
     ["is2", "label", /name of the sensor/, { value: "" }, { label: { name: null } }],
   ]) {
-    const page = await connected(sensor);
+    await page.connected(sensor);
     const asked = await page.question(id);
     assert.match(asked.text, text, id);
     assert.match(asked.text, new RegExp(`address ${answers.devices[sensor].device.address}\\b`), id);

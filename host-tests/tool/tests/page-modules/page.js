@@ -1,7 +1,7 @@
 // The page with a server and a clock that a test holds in its hands.
 
 import assert from "node:assert/strict";
-import { cpSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
+import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { fileURLToPath, pathToFileURL } from "node:url";
@@ -10,6 +10,8 @@ import { load } from "./dom.js";
 const ASSETS = fileURLToPath(new URL("../../assets", import.meta.url));
 const PATH = process.env.PLUMBLINE_ANSWERS;
 if (!PATH) throw new Error("PLUMBLINE_ANSWERS is not set: `cargo test -p tool --test tool page_modules` starts these tests");
+
+const SCRIPTS = readdirSync(ASSETS).filter((name) => name.endsWith(".js"));
 
 /** What the server has answered and told of its virtual sensors: products, ports, parameters, devices, values. */
 export const answers = JSON.parse(readFileSync(PATH, "utf8"));
@@ -23,7 +25,8 @@ let pages = 0;
 function modules() {
   pages += 1;
   const own = join(folder, String(pages));
-  cpSync(ASSETS, own, { recursive: true });
+  mkdirSync(own);
+  for (const name of SCRIPTS) copyFileSync(join(ASSETS, name), join(own, name));
   writeFileSync(join(own, "package.json"), '{"type":"module"}');
   return own;
 }

@@ -173,6 +173,9 @@ test("file_gives_its_name_to_a_sensor_that_has_none", async () => {
   assert.match((await page.question("restore")).field, /name of the sensor: - → boom/);
   await page.yes();
   assert.deepEqual(page.requests.pop().body, { label: { name: "boom" } });
+  await page.connected("is2", { label: "boom" });
+  assert.equal((await page.question("restore")).yes, "Store", "the sensor has this name");
+  await page.no();
   // A sensor that has another name keeps it, unless its box is checked.
   await page.connected("is2", { label: "mast" });
   page.reply("api/file/set", file({ "cyclic-time": MS(100) }, { label: "boom" }));

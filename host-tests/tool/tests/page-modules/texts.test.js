@@ -53,11 +53,15 @@ function name(element) {
 }
 
 test("form_of_each_product_has_names_in_both_languages", async () => {
+  const page = await open();
   for (const { sheet, name: product } of answers.products) {
-    const page = await open();
     const own = Object.fromEntries(answers.parameters[sheet].entries.map(({ name, factory }) => [name, factory]));
     page.reply("api/file", { product, sheet, text: "", values: own });
+    page.element("template").value = sheet;
     await page.click("new-file");
+    // The file before it is not saved.
+    if (page.isAsking) await page.yes();
+    assert.match(page.text("file-state"), new RegExp(`\\(${product}\\)`));
     for (const language of ["de", "en"]) {
       await page.change("language", language);
       const fields = page.element("rows").all().filter(({ tag }) => ["input", "select", "button"].includes(tag));

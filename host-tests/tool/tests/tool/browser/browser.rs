@@ -183,6 +183,9 @@ impl Browser {
     /// Opens a page, in a window as at the start.
     pub fn open(&self, url: &str) {
         self.devtools("Emulation.clearDeviceMetricsOverride", json!({}));
+        // The messages of an earlier page.
+        self.go("about:blank");
+        self.console();
         self.go(url);
         self.wait("document.getElementById('rate')?.options.length > 10");
     }

@@ -228,7 +228,7 @@ fn silent_j1939_node_is_found_by_a_request_for_claims() {
     rig.bus.borrow_mut().assist(true);
     rig.says_yes = true;
     rig.questions.clear();
-    let (rows, _) = scan(&mut rig, "");
+    let (rows, _) = scan(&mut rig, "--rate 250");
     assert_eq!(
         (
             &rows[0]["product"],

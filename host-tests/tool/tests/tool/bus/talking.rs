@@ -224,7 +224,12 @@ fn traffic_without_a_sensor_is_named_with_rate_and_identifiers() {
 
 #[test]
 fn sensor_with_unknown_identifiers_is_found_within_three_seconds_of_its_start() {
-    for rate in [BitRate::K10, BitRate::K125, BitRate::K250, BitRate::M1] {
+    for (rate, times) in [
+        (BitRate::K10, [500, 9000]),
+        (BitRate::K125, [3000, 11_500]),
+        (BitRate::K250, [500, 6000]),
+        (BitRate::M1, [9000, 11_500]),
+    ] {
         let mut rig = silent("is2", rate);
         let rate_text = kbits(rate);
         rig.says_yes = true;
@@ -235,7 +240,7 @@ fn sensor_with_unknown_identifiers_is_found_within_three_seconds_of_its_start() 
         ));
         rig.questions.clear();
         let id = rig.first();
-        for time in [500, 3000, 6000, 9000, 11_500] {
+        for time in times {
             rig.run(1000);
             rig.witnessed();
             let on = after(rig.bus.borrow().now(), millis(time));
