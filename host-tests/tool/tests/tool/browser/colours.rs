@@ -1,6 +1,6 @@
 //! Contrast of all texts in both colour schemes (WCAG 2.2, 1.4.3: 4.5:1), and of the lines of the chart (1.4.11: 3:1).
 
-use crate::browser::browser::{Browser, CONNECTED, OPEN};
+use crate::browser::chromium::{Browser, CONNECTED, OPEN};
 use crate::serve::client::Running;
 use serde_json::json;
 

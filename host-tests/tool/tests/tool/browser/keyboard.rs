@@ -1,6 +1,6 @@
 //! The page with the keyboard alone.
 
-use crate::browser::browser::{Browser, CONNECTED, OPEN};
+use crate::browser::chromium::{Browser, CONNECTED, OPEN};
 use crate::serve::client::Running;
 use std::collections::BTreeSet;
 

@@ -3,13 +3,13 @@
 //!
 //! The logic of the page is tested in `tests/page-modules`, and the answers of the server in [`crate::serve`].
 
-mod browser;
+mod chromium;
 mod colours;
 mod keyboard;
 mod reading;
 mod use_of_a_sensor;
 
-use browser::Browser;
+use chromium::Browser;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 type Check = fn(&Browser);

@@ -1,6 +1,6 @@
 //! What a screen reader says: the names of all controls.
 
-use crate::browser::browser::{Browser, CONNECTED, OPEN};
+use crate::browser::chromium::{Browser, CONNECTED, OPEN};
 use crate::serve::client::Running;
 use serde_json::{Value, json};
 

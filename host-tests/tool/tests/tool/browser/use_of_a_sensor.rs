@@ -1,6 +1,6 @@
 //! A sensor is found, shown, set and saved as a user does it.
 
-use crate::browser::browser::{Browser, CONNECTED, OPEN};
+use crate::browser::chromium::{Browser, CONNECTED, OPEN};
 use crate::serve::client::Running;
 use plumbline::model::catalog::find;
 use serde_json::json;

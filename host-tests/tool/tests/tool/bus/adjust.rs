@@ -20,6 +20,22 @@ fn zero_of_every_product_makes_the_angles_zero() {
 }
 
 #[test]
+fn zero_is_kept_at_power_off_only_with_save() {
+    for (product, angle) in [("is2", "angle-x"), ("ims360", "slope-long32")] {
+        for (command, is_kept) in [("zero", false), ("zero --save", true)] {
+            let mut rig = Rig::with(product);
+            rig.done(command);
+            rig.run(1000);
+            let id = rig.first();
+            rig.power_cycle(id);
+            let read = rig.json(&format!("get {angle}"));
+            let value = read[angle]["value"].as_f64().unwrap();
+            assert_eq!(value.abs() < 0.02, is_kept, "{product} {command} {value}");
+        }
+    }
+}
+
+#[test]
 fn zero_of_one_axis_leaves_the_other() {
     for (product, x, y) in [
         ("is2", "angle-x", "angle-y"),

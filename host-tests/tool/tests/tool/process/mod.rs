@@ -40,15 +40,13 @@ fn sensor_is_read_set_and_stored_over_tcp() {
 }
 
 #[test]
-fn scan_finds_talking_sensors_at_their_rate() {
-    for (product, rate) in [("jn2101", 125), ("tiltix360", 125)] {
-        let sensor = Sensor::start(product, BusRate::Fixed(BitRate::K125), Clock::Client);
-        let rows = sensor.json("scan");
-        assert_eq!(
-            (&rows[0]["product"], &rows[0]["rate"]),
-            (&Value::from(product), &Value::from(rate))
-        );
-    }
+fn scan_finds_a_talking_sensor_at_its_rate() {
+    let sensor = Sensor::start("jn2101", BusRate::Fixed(BitRate::K125), Clock::Client);
+    let rows = sensor.json("scan");
+    assert_eq!(
+        (&rows[0]["product"], &rows[0]["rate"]),
+        (&Value::from("jn2101"), &Value::from(125))
+    );
 }
 
 #[test]
@@ -63,30 +61,6 @@ fn silent_sensor_is_found_after_a_yes() {
     assert!(String::from_utf8_lossy(&output.stderr).contains("nothing was sent"));
     let rows = sensor.json("--rate 500 --yes scan");
     assert_eq!(rows[0]["product"], "is1");
-}
-
-#[test]
-fn every_product_gives_its_parameters_to_a_backup() {
-    for (product, address) in [
-        ("is1tk", "--id 300"),
-        ("is2d", "--id 300"),
-        ("jn2101", "--node 10"),
-        ("ims360", "--node 50"),
-        ("tiltix080", "--mac 63"),
-    ] {
-        let sensor = Sensor::start(product, BusRate::Follow, Clock::Client);
-        let path =
-            PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("process-{product}.toml"));
-        for file in [&path, &path.with_extension("dcf")] {
-            let _ = std::fs::remove_file(file);
-        }
-        sensor.done(&format!("--rate 250 {address} backup {}", path.display()));
-        assert_eq!(
-            sensor.json(&format!("--rate 250 {address} diff {}", path.display())),
-            serde_json::json!({}),
-            "{product}"
-        );
-    }
 }
 
 #[test]
