@@ -111,16 +111,6 @@ fn rate_that_product_or_adapter_does_not_have_is_refused_before_a_write() {
 }
 
 #[test]
-fn rate_of_a_sensor_that_has_not_restarted_is_told_to_act_later() {
-    let mut rig = wired("jn2101", BitRate::K125);
-    // The command to restart is lost.
-    rig.lost = |frame| frame.can_id() == CanId::standard(0);
-    let failed = rig.fails("--rate 125 --node 10 rate 800");
-    assert_eq!(failed, (1, "not-restarted".to_owned()));
-    assert_answers(&mut rig, "--rate 125 --node 10");
-}
-
-#[test]
 fn gemac_sensor_returns_to_automatic_detection() {
     let mut rig = wired("is2", BitRate::K250);
     rig.done("--rate 250 --id 300 rate 250");

@@ -174,6 +174,10 @@ fn silent_sensor_is_found_within_5_s_of_the_yes_and_shown_while_the_scan_goes_on
     let end = tab.wait("action", |action| action["state"] != "running");
     assert_eq!(end["state"], "asks");
     assert_eq!(times.first.load(Ordering::Relaxed), 0);
+    // Without the yes it listens again.
+    let asked = times.now.load(Ordering::Relaxed);
+    assert_eq!(question(&scan(&[])), text);
+    assert!(times.now.load(Ordering::Relaxed) > asked + 10_000);
     let asked = times.now.load(Ordering::Relaxed);
     let found = scan(&[&text]);
     assert_eq!(found.json()[0]["address"], "300", "{found:?}");
