@@ -111,7 +111,7 @@ test("samples_per_second_go_to_the_server", async () => {
 
 test("ring_keeps_the_newest_rows_in_memory_of_a_fixed_size", async () => {
   const { page } = await running(1);
-  const { Ring } = await page.import("ring.js");
+  const { Ring } = page.import("ring.js");
   const ring = new Ring(2, 10);
   const memory = ring.columns.map((column) => column.buffer);
   assert.deepEqual([ring.newest(), ring.since(0)[0].length], [0, 0]);

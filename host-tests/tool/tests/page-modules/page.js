@@ -1,34 +1,47 @@
 // The page with a server and a clock that a test holds in its hands.
 
 import assert from "node:assert/strict";
-import { copyFileSync, mkdirSync, mkdtempSync, readdirSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { tmpdir } from "node:os";
+import { readFileSync } from "node:fs";
 import { join } from "node:path";
-import { fileURLToPath, pathToFileURL } from "node:url";
+import { fileURLToPath } from "node:url";
 import { load } from "./dom.js";
 
 const ASSETS = fileURLToPath(new URL("../../assets", import.meta.url));
 const PATH = process.env.PLUMBLINE_ANSWERS;
 if (!PATH) throw new Error("PLUMBLINE_ANSWERS is not set: `cargo test -p tool --test tool page_modules` starts these tests");
 
-const SCRIPTS = readdirSync(ASSETS).filter((name) => name.endsWith(".js"));
-
 /** What the server has answered and told of its virtual sensors: products, ports, parameters, devices, values. */
 export const answers = JSON.parse(readFileSync(PATH, "utf8"));
 
 export const TOKEN = "0123456789abcdef".repeat(2);
 
-/** Each page has modules of its own, with their own state. */
-const folder = mkdtempSync(join(tmpdir(), "plumbline-page-"));
-process.on("exit", () => rmSync(folder, { recursive: true, force: true }));
-let pages = 0;
-function modules() {
-  pages += 1;
-  const own = join(folder, String(pages));
-  mkdirSync(own);
-  for (const name of SCRIPTS) copyFileSync(join(ASSETS, name), join(own, name));
-  writeFileSync(join(own, "package.json"), '{"type":"module"}');
-  return own;
+/** The names that a module exports. */
+const EXPORT = /^export (?:async )?(?:function|const|class) (\w+)/gm;
+const IMPORT = /^import (.+) from "\.\/(.+)";$/gm;
+
+/** The modules in the order of their imports, each as a function that returns what it exports. */
+const MODULES = new Map();
+function compile(name) {
+  if (MODULES.has(name)) return;
+  const source = readFileSync(join(ASSETS, name), "utf8");
+  const exported = [...source.matchAll(EXPORT)].map(([, own]) => own);
+  for (const [, , from] of source.matchAll(IMPORT)) compile(from);
+  const body = source.replace(/^export /gm, "").replace(IMPORT, (_, names, from) => {
+    if (names.startsWith("* as ")) return `const ${names.slice(5)} = modules[${JSON.stringify(from)}];`;
+    const wanted = names.slice(1, -1).split(",").map((own) => own.trim().split(" ")[0]);
+    for (const own of wanted) assert.ok(MODULES.get(from).exported.includes(own), `${name}: ${from} exports ${own}`);
+    return `const ${names.replace(/ as /g, ": ")} = modules[${JSON.stringify(from)}];`;
+  });
+  const make = new Function("modules", `"use strict";\n${body}\nreturn { ${exported.join(", ")} };\n//# sourceURL=${name}`);
+  MODULES.set(name, { make, exported });
+}
+
+/** Starts the modules anew: each page has modules of its own, with their own state. */
+function started() {
+  compile("app.js");
+  const modules = {};
+  for (const [name, { make }] of MODULES) modules[name] = make(modules);
+  return modules;
 }
 
 const define = (name, value) => Object.defineProperty(globalThis, name, { value, configurable: true, writable: true });
@@ -44,8 +57,7 @@ export const STATUS = {
 export const CLOSED = { ...STATUS, state: "closed", port: null, rate: null, perSecond: 0, line: null };
 
 class Page {
-  constructor(own) {
-    this.modules = own;
+  constructor() {
     /** What the page has asked for, without the events: path, body, number of the sensor. */
     this.requests = [];
     this.replies = { "api/ports": answers.ports, "api/products": answers.products };
@@ -192,7 +204,8 @@ class Page {
 
   saved() { return Promise.all(document.saved.map(async ({ name, blob }) => ({ name, text: await blob.text() }))); }
 
-  import(module) { return import(pathToFileURL(join(this.modules, module))); }
+  /** What a module exports. */
+  import(module) { return this.modules[module]; }
 }
 
 /** A request that the server refuses. */
@@ -211,7 +224,7 @@ const store = (values) => ({ getItem: (key) => values[key] ?? null, setItem: (ke
 
 /** Opens the page. */
 export async function open({ language = "en-US", hash = `#${TOKEN}`, kept = {}, prepare = () => {} } = {}) {
-  const page = new Page(modules());
+  const page = new Page();
   load(readFileSync(join(ASSETS, "index.html"), "utf8"));
   const own = (run, time, every) => {
     const timer = { at: page.now + time, every, run };
@@ -254,7 +267,7 @@ export async function open({ language = "en-US", hash = `#${TOKEN}`, kept = {}, 
     get edges() { return this.options.scales.x.range(); }
   });
   prepare(page);
-  await import(pathToFileURL(join(page.modules, "app.js")));
+  page.modules = started();
   await settle();
   return page;
 }

@@ -129,7 +129,7 @@ test("drawing_turns_with_the_angles_and_tells_them", async () => {
 
 test("drawing_shows_a_turned_corner_at_its_place", async () => {
   const page = await open();
-  const { project } = await page.import("attitude.js");
+  const { project } = page.import("attitude.js");
   const [turn, tilt, third] = [35, 20, 30].map((angle) => (angle * Math.PI) / 180);
   const [sine, cosine] = [Math.sin(third), Math.cos(third)];
   // The viewer looks along `ahead`, 35 deg to the left of the Y axis and 20 deg down; right, down and ahead are the axes of the picture.
@@ -158,7 +158,7 @@ test("drawing_shows_a_turned_corner_at_its_place", async () => {
 
 test("faces_are_painted_from_the_back_to_the_front", async () => {
   const page = await open();
-  const { paint, faces, look } = await page.import("attitude.js");
+  const { paint, faces, look } = page.import("attitude.js");
   const painted = faces();
   paint(painted, look);
   assert.deepEqual(painted.slice(-3).map((face) => face.getAttribute("class")).sort(), ["front", "side", "top"], "the sides towards the viewer");

@@ -6,7 +6,7 @@ import { answers, open } from "./page.js";
 
 test("languages_have_the_same_texts_with_the_same_places", async () => {
   const page = await open();
-  const { texts: { en, de } } = await page.import("texts.js");
+  const { texts: { en, de } } = page.import("texts.js");
   const places = (text) => (text.match(/\{\d\}/g) ?? []).sort().join();
   const keys = [...new Set([...Object.keys(en), ...Object.keys(de)])];
   assert.deepEqual(keys.filter((key) => !en[key] || !de[key] || places(en[key]) !== places(de[key])), []);
@@ -34,7 +34,7 @@ test("theme_is_kept", async () => {
 
 test("sentences_of_the_program_are_in_german_with_their_parts", async () => {
   const page = await open({ language: "de" });
-  const { said } = await page.import("texts.js");
+  const { said } = page.import("texts.js");
   assert.equal(said("nobody answers at canopen 77 at 250 kbit/s"), "niemand antwortet auf canopen 77 bei 250 kbit/s");
   // A part is a sentence too.
   assert.match(said("listened at 125 kbit/s for 500 ms: 3 frames - switch the sensor off and on now: it then tells its address"),
