@@ -44,11 +44,15 @@ pub trait Interface {
     /// # Errors
     /// The interface is down or was removed.
     fn read(&mut self, timeout: time::Duration) -> io::Result<Option<CanFrame>>;
+
+    /// The time since it was made.
+    fn elapsed(&self) -> time::Duration;
 }
 
 /// An interface of this computer.
 pub struct Kernel {
     name: String,
+    start: time::Instant,
     socket: Option<CanSocket>,
 }
 
@@ -100,13 +104,16 @@ impl Interface for Kernel {
             Err(error) => Err(error),
         }
     }
+
+    fn elapsed(&self) -> time::Duration {
+        self.start.elapsed()
+    }
 }
 
 /// A SocketCAN adapter.
 pub struct SocketCan<I: Interface> {
     interface: I,
     name: String,
-    start: time::Instant,
     mode: Option<Mode>,
     /// The bit rate of the interface, as it was when it was opened.
     rate: Option<BitRate>,
@@ -122,6 +129,7 @@ pub struct SocketCan<I: Interface> {
 pub fn connect(name: &str) -> Result<SocketCan<Kernel>, Failure> {
     let kernel = Kernel {
         name: name.to_owned(),
+        start: time::Instant::now(),
         socket: None,
     };
     SocketCan::new(kernel, name)
@@ -140,7 +148,6 @@ impl<I: Interface> SocketCan<I> {
         Ok(Self {
             interface,
             name: name.to_owned(),
-            start: time::Instant::now(),
             mode: None,
             rate: None,
             errors: 0,
@@ -293,7 +300,7 @@ impl<I: Interface> Adapter for SocketCan<I> {
     }
 
     fn now(&self) -> Instant {
-        let elapsed = self.start.elapsed().as_micros();
+        let elapsed = self.interface.elapsed().as_micros();
         Instant::from_ticks(elapsed.try_into().unwrap_or(u64::MAX))
     }
 

@@ -53,7 +53,7 @@ use worker::Worker;
 pub const DEMO: &str = "demo:is2";
 
 /// The pause between two checks for Ctrl-C.
-const STOP: Duration = Duration::from_millis(100);
+const STOP: Duration = Duration::from_millis(20);
 
 /// What to serve.
 #[derive(Clone, Debug)]

@@ -207,7 +207,7 @@ impl Worker {
         self.port = None;
         let lease = Lease::new((self.opener)(port)?);
         self.port = Some((port.to_owned(), lease.clone()));
-        self.status.tells_errors = true;
+        (self.status.tells_errors, self.status.errors_at) = (true, None);
         Ok(lease)
     }
 

@@ -3,7 +3,7 @@
 //! Each image is found, changed, stored, backed up, restored and zeroed as a user does it. The microcontroller then reports no
 //! violation of its reference manual.
 
-#[path = "../bus/rig.rs"]
+#[path = "../tool/bus/rig.rs"]
 #[allow(dead_code, reason = "the tests of the bus use the other parts")]
 mod rig;
 

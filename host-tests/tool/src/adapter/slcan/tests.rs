@@ -179,6 +179,10 @@ fn frames_and_answers_to_other_commands_are_no_answers() {
         ),
     ] {
         let (mut adapter, _) = adapter(answers);
+        if code == Some("adapter-silent") {
+            // It waits until the end of this time.
+            adapter.patience = time::Duration::from_millis(300);
+        }
         let opened = adapter.open(Some(BitRate::K125), Mode::Listen);
         assert_eq!(
             opened.err().map(|failure| failure.code),

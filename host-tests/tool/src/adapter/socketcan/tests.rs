@@ -16,6 +16,8 @@ struct State {
     open: bool,
     written: Vec<String>,
     frames: VecDeque<CanFrame>,
+    /// The time passes only while the adapter waits.
+    passed: time::Duration,
     /// It comes each 50 ms.
     heartbeat: Option<CanFrame>,
 }
@@ -57,13 +59,17 @@ impl Interface for Fake {
         let state = &mut *self.0.borrow_mut();
         let frame = state.frames.pop_front();
         if let (None, Some(heartbeat)) = (frame, state.heartbeat) {
-            std::thread::sleep(timeout.min(time::Duration::from_millis(50)));
+            state.passed += timeout.min(time::Duration::from_millis(50));
             return Ok(Some(heartbeat));
         }
         if frame.is_none() {
-            std::thread::sleep(timeout);
+            state.passed += timeout;
         }
         Ok(frame)
+    }
+
+    fn elapsed(&self) -> time::Duration {
+        self.0.borrow().passed
     }
 }
 

@@ -5,17 +5,18 @@ use crate::adapter::Adapter;
 use crate::scan::kbits;
 use crate::serve::events::Kind;
 use crate::serve::line;
+use plumbline::time::{self, millis};
 use serde_json::json;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// The pause between two checks of the errors of the adapter.
-const ERRORS: Duration = Duration::from_secs(1);
+/// The pause between two checks of the errors of the adapter, in the time of the bus.
+const ERRORS: time::Duration = millis(1000);
 
 /// What was reported last.
 pub(super) struct Reported {
     pub(super) at: Instant,
     pub(super) frames: u64,
-    pub(super) errors_at: Instant,
+    pub(super) errors_at: Option<time::Instant>,
     pub(super) errors: Option<u64>,
     /// The adapter tells its errors.
     pub(super) tells_errors: bool,
@@ -24,11 +25,10 @@ pub(super) struct Reported {
 
 impl Reported {
     pub(super) fn new() -> Self {
-        let now = Instant::now();
         Self {
-            at: now,
+            at: Instant::now(),
             frames: 0,
-            errors_at: now,
+            errors_at: None,
             errors: None,
             tells_errors: true,
             was_silent: false,
@@ -45,8 +45,11 @@ impl Worker {
         if let Some((_, lease)) = &mut self.port {
             (received, sent, frames) = lease.with_tap(|tap| (tap.received, tap.sent, tap.take()));
             let is_open = !matches!(self.state, State::Closed);
-            if is_open && self.status.tells_errors && self.status.errors_at.elapsed() >= ERRORS {
-                self.status.errors_at = Instant::now();
+            let now = lease.now();
+            let last = self.status.errors_at;
+            let is_due = last.is_none_or(|last| now.ticks() - last.ticks() >= ERRORS.ticks());
+            if is_open && self.status.tells_errors && is_due {
+                self.status.errors_at = Some(now);
                 self.status.errors = lease.errors();
                 self.status.tells_errors = self.status.errors.is_some();
             }

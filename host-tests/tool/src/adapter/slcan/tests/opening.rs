@@ -90,3 +90,13 @@ fn lost_connection_is_told_from_a_lost_adapter() {
         assert!(failure.message.contains(part), "{failure}");
     }
 }
+
+#[test]
+fn frames_of_an_earlier_opening_are_forgotten() {
+    let (mut adapter, shared) = adapter(&[]);
+    adapter.open(None, Mode::Active).unwrap();
+    give(&shared, b"t1230\rt1240\r");
+    assert_eq!(next(&mut adapter).as_deref(), Some("123#"));
+    adapter.open(None, Mode::Active).unwrap();
+    assert_eq!(next(&mut adapter), None);
+}

@@ -1,0 +1,72 @@
+//! The modules of the page, without a browser: `tests/page-modules/*.test.js`, run by node.
+//!
+//! They get what the real server answers and tells, so that both have the same format.
+
+use crate::serve::client::Running;
+use serde_json::{Map, Value, json};
+use std::io::{Write, stderr};
+use std::path::Path;
+use std::process::Command;
+
+/// The sensors, one of each protocol.
+const SENSORS: [&str; 4] = ["is2", "jn2101", "tiltix080", "ims360/j1939"];
+
+/// A sensor and its values as the server tells them.
+fn sensor(name: &str) -> Value {
+    let server = Running::connected(name);
+    let mut tab = server.tab();
+    let device = tab.wait("device", |device| !device.is_null());
+    let values = tab.wait("values", |values| !values.is_null());
+    json!({"device": device, "values": values})
+}
+
+/// The answers of a server without a sensor, and what it tells of each sensor.
+fn answers() -> Value {
+    let server = Running::new();
+    let products = server.get("/api/products").json();
+    let sheets = products.as_array().into_iter().flatten();
+    let sheets = sheets.filter_map(|product| product["sheet"].as_str());
+    let parameters: Map<String, Value> = sheets
+        .map(|sheet| {
+            let answer = server.get(&format!("/api/parameters/{sheet}"));
+            (sheet.to_owned(), answer.json())
+        })
+        .collect();
+    let devices = SENSORS.map(|name| (name.to_owned(), sensor(name)));
+    json!({
+        "products": products,
+        "ports": server.get("/api/ports").json(),
+        "parameters": parameters,
+        "devices": Map::from_iter(devices),
+    })
+}
+
+#[test]
+fn page_modules_pass_their_tests_in_node() {
+    let node = Command::new("node").arg("--version").output();
+    if !node.is_ok_and(|node| node.status.success()) {
+        assert!(std::env::var_os("CI").is_none(), "there is no node");
+        let _ = writeln!(stderr(), "skipped: no node");
+        return;
+    }
+    let mut file = tempfile::NamedTempFile::new().expect("a file");
+    let written = file.write_all(answers().to_string().as_bytes());
+    written.expect("it is written");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/page-modules");
+    let files = std::fs::read_dir(&folder).expect("the folder of the tests");
+    let files = files.map(|file| file.expect("a file").path());
+    let mut tests: Vec<_> = files
+        .filter(|path| path.to_string_lossy().ends_with(".test.js"))
+        .collect();
+    tests.sort();
+    assert!(tests.len() >= 6, "{tests:?}");
+    let run = Command::new("node")
+        .arg("--test")
+        .args(&tests)
+        .env("PLUMBLINE_ANSWERS", file.path())
+        .output()
+        .expect("node starts");
+    let out = String::from_utf8_lossy(&run.stdout);
+    assert!(run.status.success(), "{out}");
+    assert!(out.contains("# pass ") || out.contains("pass "), "{out}");
+}

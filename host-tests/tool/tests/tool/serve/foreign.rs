@@ -1,0 +1,132 @@
+//! A bus with a virtual sensor on which another device sends a frame every 100 ms.
+
+use plumbline::can::{BitRate, CanId, Frame};
+use plumbline::time::{Instant, after, millis};
+use plumbline_tool::adapter::{Adapter, Capabilities, Mode, demo};
+use plumbline_tool::failure::Failure;
+use plumbline_tool::serve::job::Opener;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+
+/// What a test sees and does.
+#[derive(Default)]
+pub struct Witness {
+    sent: Mutex<Vec<u32>>,
+    /// The errors that the adapter tells. 0: it tells none.
+    pub errors: AtomicU64,
+    /// Nobody hears the tool, and the tool hears nobody.
+    pub is_cut: AtomicBool,
+    /// The adapter is unplugged.
+    pub is_out: AtomicBool,
+}
+
+impl Witness {
+    fn kept(&self) -> MutexGuard<'_, Vec<u32>> {
+        self.sent.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The identifiers that the tool has sent since the last call.
+    pub fn sent(&self) -> Vec<u32> {
+        std::mem::take(&mut *self.kept())
+    }
+}
+
+struct Foreign {
+    adapter: Box<dyn Adapter>,
+    frame: Frame,
+    next: Instant,
+    rate: Option<BitRate>,
+    witness: Arc<Witness>,
+}
+
+impl Foreign {
+    fn check(&self) -> Result<(), Failure> {
+        match self.witness.is_out.load(Ordering::Relaxed) {
+            true => Err(Failure::bus(
+                "adapter-lost",
+                "the adapter is gone: plug it in again",
+            )),
+            false => Ok(()),
+        }
+    }
+}
+
+impl Adapter for Foreign {
+    fn capabilities(&self) -> Capabilities {
+        self.adapter.capabilities()
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        self.check()?;
+        self.rate = rate;
+        self.next = self.adapter.now();
+        self.adapter.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.adapter.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.witness.kept().push(frame.can_id().bits());
+        self.adapter.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+        // The bus has 250 kbit/s.
+        self.check()?;
+        let is_cut = self.witness.is_cut.load(Ordering::Relaxed);
+        let is_heard = !is_cut && self.rate.is_none_or(|rate| rate == BitRate::K250);
+        let wait = if is_heard {
+            until.min(self.next)
+        } else {
+            until
+        };
+        let mut received = self.adapter.receive(wait)?;
+        while is_cut && received.is_some() {
+            received = self.adapter.receive(wait)?;
+        }
+        if received.is_none() && is_heard && self.next <= until {
+            let at = self.next.max(self.now());
+            self.next = after(at, millis(100));
+            return Ok(Some((at, self.frame)));
+        }
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.adapter.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        let errors = self.witness.errors.load(Ordering::Relaxed);
+        (errors > 0).then_some(errors)
+    }
+}
+
+/// The heartbeat of CANopen node 34.
+pub fn heartbeat() -> Frame {
+    Frame::of(CanId::standard(0x722), [5, 0, 0, 0, 0, 0, 0, 0], 1)
+}
+
+/// A frame that says nothing of its device.
+pub fn unknown() -> Frame {
+    Frame::of(CanId::standard(0x123), [0; 8], 8)
+}
+
+/// Adapters of a bus with an IS2 and a device that sends this frame.
+pub fn opener(frame: Frame) -> (Opener, Arc<Witness>) {
+    let witness = Arc::new(Witness::default());
+    let own = witness.clone();
+    let opener = Box::new(move |_: &str| -> Result<Box<dyn Adapter>, Failure> {
+        let adapter = Box::new(demo::unpaced("is2")?);
+        Ok(Box::new(Foreign {
+            next: adapter.now(),
+            adapter,
+            frame,
+            rate: None,
+            witness: own.clone(),
+        }))
+    });
+    (opener, witness)
+}

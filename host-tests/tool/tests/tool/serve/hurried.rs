@@ -1,0 +1,58 @@
+//! Virtual sensors whose time is faster than that of the computer.
+//!
+//! The time of the bus passes only while the tool waits for it, so the load of the computer changes no result. It is slowed down only to
+//! leave the processor to others while the tool polls a sensor without an end.
+
+use plumbline::can::{BitRate, Frame};
+use plumbline::time::Instant;
+use plumbline_tool::adapter::{self, Adapter, Capabilities, Mode, demo};
+use plumbline_tool::failure::Failure;
+use std::thread;
+use std::time::Duration;
+
+/// The time of the bus in the time of the computer.
+const HURRY: u64 = 20;
+
+/// The adapter of a port; one with a virtual sensor does not wait for the clock of the computer.
+pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
+    match port.strip_prefix("demo:") {
+        Some(product) => Ok(Box::new(Hurried(demo::unpaced(product)?))),
+        None => adapter::connect(port),
+    }
+}
+
+struct Hurried(demo::Paced);
+
+impl Adapter for Hurried {
+    fn capabilities(&self) -> Capabilities {
+        self.0.capabilities()
+    }
+
+    fn open(&mut self, rate: Option<BitRate>, mode: Mode) -> Result<(), Failure> {
+        self.0.open(rate, mode)
+    }
+
+    fn close(&mut self) {
+        self.0.close();
+    }
+
+    fn send(&mut self, frame: &Frame) -> Result<(), Failure> {
+        self.0.send(frame)
+    }
+
+    fn receive(&mut self, until: Instant) -> Result<Option<(Instant, Frame)>, Failure> {
+        let start = self.now();
+        let received = self.0.receive(until)?;
+        let passed = self.now().ticks() - start.ticks();
+        thread::sleep(Duration::from_micros(passed / HURRY));
+        Ok(received)
+    }
+
+    fn now(&self) -> Instant {
+        self.0.now()
+    }
+
+    fn errors(&mut self) -> Option<u64> {
+        self.0.errors()
+    }
+}

@@ -1,0 +1,16 @@
+//! The server of the page over TCP, without a browser.
+
+mod adapter;
+pub mod api;
+mod calibrate;
+pub mod client;
+pub mod data_sheets;
+mod files;
+pub mod foreign;
+mod guard;
+mod hurried;
+mod j1939;
+mod scan;
+mod sentences;
+mod stream;
+mod which;
