@@ -166,7 +166,10 @@ impl Cost {
         let loaded = before.0 >> 16;
         let waits = before.0 & address != 0;
         let overlaps = self.flags & PIPELINED != 0 && loaded != 0 && loaded & address == 0;
-        self.extra + i8::from(waits) - i8::from(overlaps)
+        // At most a dozen.
+        self.extra
+            .wrapping_add(i8::from(waits))
+            .wrapping_sub(i8::from(overlaps))
     }
 
     /// What it leaves for the next instruction.

@@ -68,7 +68,7 @@ impl Fetch {
     /// True if an instruction of 2 or 4 bytes is completely in the line that is executed.
     #[inline(always)]
     pub fn has(&self, pc: u32, length: u32) -> bool {
-        pc.wrapping_sub(self.line) <= self.size - length
+        pc.wrapping_sub(self.line) <= self.size.wrapping_sub(length)
     }
 
     /// A branch was taken.
