@@ -5,6 +5,7 @@
 //! program with a panic that names the place, unless [`Microcontroller::take_faults`] has selected the handler of the program.
 
 mod frozen;
+mod noted;
 mod on_the_bus;
 
 use super::board;
@@ -21,9 +22,11 @@ use bench::motion::Motion;
 use bench::thermal::Heated;
 use bench::{Flash, NodeType, Sensor};
 use can_wire::protocol::Picoseconds;
+use noted::Noted;
 use plumbline::node::Leds;
 use plumbline::time::Instant;
 use std::any::Any;
+use std::cell::Cell;
 use std::collections::{BTreeSet, VecDeque};
 use std::fmt::Display;
 use std::rc::Rc;
@@ -69,6 +72,10 @@ pub struct Microcontroller {
     faults: Vec<String>,
     /// A debugger halts the processor.
     halted: bool,
+    /// What the peripherals say until the next access to them.
+    noted: Cell<Option<Noted>>,
+    /// The peripherals may have been changed from outside.
+    disturbed: bool,
 }
 
 /// A start of the program, and the outputs just before it.
@@ -132,6 +139,8 @@ impl Microcontroller {
             takes_faults: false,
             faults: Vec::new(),
             halted: false,
+            noted: Cell::new(None),
+            disturbed: false,
         }
     }
 
@@ -207,6 +216,8 @@ impl Microcontroller {
 
     /// The peripherals, mutable, to set faults.
     pub fn io_mut(&mut self) -> &mut Peripherals {
+        self.forget();
+        self.disturbed = true;
         &mut self.io
     }
 
@@ -316,6 +327,7 @@ impl Microcontroller {
         if cause != ResetCause::PowerOn {
             self.io.reset(self.core.cycle(), cause);
         }
+        self.forget();
         self.note_clocks();
         self.note_leds();
     }
@@ -333,7 +345,9 @@ impl Microcontroller {
     /// Handles the changes in the peripherals after an access or an event.
     fn settle(&mut self) {
         let cycle = self.core.cycle();
+        self.disturbed = false;
         self.io.settle(cycle);
+        self.forget();
         if let Some(work) = self.io.flash.take_work() {
             let changed = match work {
                 Work::Program {
@@ -363,6 +377,7 @@ impl Microcontroller {
         if self.io.pwr.goes_down(self.time()) {
             // The pins are inputs until the supply returns.
             self.io.reset(self.core.cycle(), ResetCause::PowerOn);
+            self.forget();
             self.note_leds();
         }
     }
@@ -400,7 +415,7 @@ impl Microcontroller {
 
     fn note_leds(&mut self) {
         let leds = if self.on {
-            board::leds(self.io.chip(), &self.io.gpio)
+            self.noted().leds
         } else {
             Leds::default()
         };

@@ -62,6 +62,16 @@ pub struct Peripherals {
     signature: Signature,
     violations: Violations,
     changed: bool,
+    touched: bool,
+}
+
+/// What drives the transceiver's TXD.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Driver {
+    /// The CAN controller.
+    Controller,
+    /// The pin has a fixed level; true is dominant.
+    Fixed(bool),
 }
 
 impl Peripherals {
@@ -97,6 +107,7 @@ impl Peripherals {
             signature: Signature::new(chip, unique_id),
             violations: Violations::default(),
             changed: false,
+            touched: false,
         }
     }
 
@@ -196,16 +207,39 @@ impl Peripherals {
         self.is_ready(Module::Can) && board::can_receives(self.chip, &self.afio, &self.gpio)
     }
 
-    /// The level at the transceiver's TXD; true is dominant, which is low. The transceiver pulls an undriven pin high.
-    pub fn transmits_dominant(&self) -> bool {
+    /// What drives the transceiver's TXD. Dominant is low; the transceiver pulls an undriven pin high.
+    pub fn driver(&self) -> Driver {
         match self.gpio.output(self.chip.facts().board.transmit) {
-            Some(high) => !high,
+            Some(high) => Driver::Fixed(!high),
             None => {
-                self.is_ready(Module::Can)
-                    && board::can_drives(self.chip, &self.afio, &self.gpio)
-                    && self.can.is_dominant()
+                let driven = self.is_ready(Module::Can)
+                    && board::can_drives(self.chip, &self.afio, &self.gpio);
+                if driven {
+                    Driver::Controller
+                } else {
+                    Driver::Fixed(false)
+                }
             }
         }
+    }
+
+    /// The level at the transceiver's TXD with this driver; true is dominant.
+    pub fn is_dominant(&self, driver: Driver) -> bool {
+        match driver {
+            Driver::Controller => self.can.is_dominant(),
+            Driver::Fixed(dominant) => dominant,
+        }
+    }
+
+    /// The level at the transceiver's TXD; true is dominant.
+    pub fn transmits_dominant(&self) -> bool {
+        self.is_dominant(self.driver())
+    }
+
+    /// True once after an access that may have changed [`next_event`](Self::next_event), [`driver`](Self::driver), the connection of the
+    /// CAN controller or a pin.
+    pub fn take_touched(&mut self) -> bool {
+        std::mem::take(&mut self.touched)
     }
 
     /// The time of a cycle.

@@ -20,6 +20,14 @@ const NOT_ACKNOWLEDGED: Event = Event::Error {
     transmitting: true,
 };
 
+/// The earlier of two times.
+fn earliest(one: Option<Picoseconds>, other: Option<Picoseconds>) -> Option<Picoseconds> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
+    }
+}
+
 /// The result of one step of a controller.
 struct Brought {
     source: Source,
@@ -117,19 +125,27 @@ impl Bus {
             .min()
     }
 
-    /// Steps from bit to bit as long as there are no other events: faster than [`Self::step`], for most of the run time.
+    /// Steps from bit to bit as long as there are no other events: faster than [`Self::step`], for most of the run time. A single
+    /// free-running sensor is advanced to each bit.
     fn run_bits(&mut self, end: Picoseconds) {
-        if self.devices.iter().any(|one| one.sensor.runs_freely()) || self.may_lead() {
+        let free = self.devices.iter().filter(|one| one.sensor.runs_freely());
+        if free.count() > 1 || self.may_lead() || self.wishes.is_pending() {
             return;
         }
         let beside = self.next_beside().unwrap_or(Picoseconds::MAX);
         while let Some(at) = self.next_bit()
             && at <= end
             && at < beside
+            && !self.may_lead()
         {
-            self.time = at.max(self.time);
+            let reached = self.let_run(at);
+            self.time = reached.max(self.time);
+            self.follow();
+            if reached < at {
+                self.settle();
+                return;
+            }
             let looks = self.step_controllers(&[]);
-            self.intervene();
             self.settle();
             if looks || !self.disturbances.is_empty() {
                 return;
@@ -137,26 +153,24 @@ impl Bus {
         }
     }
 
-    /// When the next bit of a controller begins or is sampled; None when a controller may begin a frame.
+    /// When the next bit of a controller begins or is sampled, or a sensor's controller changes; None when a controller may begin a
+    /// frame.
     fn next_bit(&self) -> Option<Picoseconds> {
         let (assistant, _) = &self.assistant;
         let mut next = assistant.next_event(false);
-        let mut consider = |protocol: &Protocol, offers: bool| {
-            let at = protocol.next_event(false);
-            next = next.into_iter().chain(at).min();
-            !(protocol.takes_offer() && offers)
-        };
         for Attached { sensor, .. } in &self.devices {
-            if let Some(protocol) = sensor.protocol()
-                && !consider(protocol, sensor.offered().is_some())
-            {
-                return None;
+            if let Some(protocol) = sensor.protocol() {
+                if protocol.takes_offer() && sensor.offered().is_some() {
+                    return None;
+                }
+                next = earliest(next, sensor.next_step());
             }
         }
         for (adapter, _) in self.adapters.values() {
-            if !consider(&adapter.protocol, adapter.queued() > 0) {
+            if adapter.protocol.takes_offer() && adapter.queued() > 0 {
                 return None;
             }
+            next = earliest(next, adapter.protocol.next_event(false));
         }
         next
     }

@@ -1,30 +1,37 @@
 //! Decoded flash: stores the instruction of each half-word once it was executed. Code in RAM is decoded each time.
 
 use super::CortexM3;
-use super::decode::instruction::{Decoded, Instruction, ItRule};
+use super::decode::instruction::{Instruction, ItRule};
 use super::decode::is_wide;
 use super::fault::{FaultKind, Result};
 use super::memory::flash_offset;
 use super::timing::Cost;
 use std::collections::BTreeSet;
 
-/// A decoded instruction with its cycles.
+/// A decoded instruction with its cycles, in 20 bytes.
 #[derive(Clone, Copy, Debug)]
 pub struct Place {
     /// The instruction.
-    pub decoded: Decoded,
+    pub instruction: Instruction,
     /// Its cost.
     pub cost: Cost,
+    /// Its length in bytes, 2 or 4.
+    pub length: u8,
+    /// Its permitted position in an IT block.
+    pub it: ItRule,
 }
+
+const _: () = assert!(
+    size_of::<Place>() == 20,
+    "the cache of the computer is small"
+);
 
 /// An instruction that is not decoded yet; no instruction has a length of 0.
 const UNKNOWN: Place = Place {
-    decoded: Decoded {
-        instruction: Instruction::Nop,
-        length: 0,
-        it: ItRule::Anywhere,
-    },
+    instruction: Instruction::Nop,
     cost: Cost::ONE,
+    length: 0,
+    it: ItRule::Anywhere,
 };
 
 /// The decoded instructions and the breakpoints. An instruction with a breakpoint is never stored.
@@ -47,7 +54,7 @@ impl Cache {
     #[inline(always)]
     pub fn get(&self, pc: u32) -> Option<&Place> {
         let place = self.places.get(flash_offset(pc)? / 2)?;
-        (place.decoded.length != 0).then_some(place)
+        (place.length != 0).then_some(place)
     }
 
     /// Stores an instruction, unless it is in RAM.
@@ -108,7 +115,12 @@ impl CortexM3 {
             Some(cycles) => Cost::of(&decoded.instruction, cycles),
             None => Cost::ONE,
         };
-        let place = Place { decoded, cost };
+        let place = Place {
+            instruction: decoded.instruction,
+            cost,
+            length: decoded.length,
+            it: decoded.it,
+        };
         if stops {
             self.stopped_at = None;
         } else {

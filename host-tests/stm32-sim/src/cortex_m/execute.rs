@@ -10,7 +10,7 @@ mod system;
 
 use super::CortexM3;
 use super::cache::Place;
-use super::decode::instruction::{Decoded, Instruction, ItRule, SetFlags};
+use super::decode::instruction::{Instruction, ItRule, SetFlags};
 use super::decode::rule::Rule;
 use super::fault::{FaultKind, Result};
 use super::sleep::Sleep;
@@ -264,9 +264,9 @@ impl CortexM3 {
     pub(super) fn execute_apart(&mut self, io: &mut impl Io, place: &Place) -> Result<()> {
         let after = self.next;
         let executed = if self.registers.it.is_active() {
-            self.execute_in_it_block(io, &place.decoded)?
+            self.execute_in_it_block(io, place)?
         } else {
-            self.execute(io, &place.decoded.instruction)?;
+            self.execute(io, &place.instruction)?;
             true
         };
         let cost = if executed { &place.cost } else { &Cost::ONE };
@@ -275,15 +275,15 @@ impl CortexM3 {
     }
 
     /// Executes or skips an instruction in an IT block; true if it executes. BKPT ignores the condition (A7.7.17).
-    fn execute_in_it_block(&mut self, io: &mut impl Io, decoded: &Decoded) -> Result<bool> {
+    fn execute_in_it_block(&mut self, io: &mut impl Io, place: &Place) -> Result<bool> {
         let it = self.registers.it;
         let refuse = |rule| Err(FaultKind::Unpredictable(rule).into());
-        match decoded.it {
+        match place.it {
             ItRule::Outside => return refuse(Rule::InItBlock),
             ItRule::Last if !it.is_last() => return refuse(Rule::NotLastInItBlock),
             _ => {}
         }
-        let always = matches!(decoded.instruction, Instruction::Breakpoint(_));
+        let always = matches!(place.instruction, Instruction::Breakpoint(_));
         if !self.registers.flags.pass(it.condition()) && !always {
             self.registers.it = it.next();
             return Ok(false);
@@ -291,7 +291,7 @@ impl CortexM3 {
         // Advances ITSTATE first, because an exception or an exception return saves or restores it.
         self.registers.it = it.next();
         self.in_it_block = true;
-        let result = self.execute(io, &decoded.instruction);
+        let result = self.execute(io, &place.instruction);
         self.in_it_block = false;
         if result.is_err()
             || self

@@ -149,7 +149,7 @@ impl CortexM3 {
         if let Some(next) = self.exceptions.next(&self.registers) {
             // Tail-chaining: the frame stays on the stack.
             self.cycle += TAIL_CHAIN;
-            self.interrupted = true;
+            self.interrupt();
             return self.start_handler(next, value);
         }
         self.registers.select_stack(process_stack);
@@ -171,7 +171,7 @@ impl CortexM3 {
         }
         self.exclusive = false;
         self.event = true;
-        self.interrupted = true;
+        self.interrupt();
         if !handler && self.exceptions.active == 0 && self.system.sleeps_on_exit() {
             self.sleep(Sleep::Interrupt);
         }

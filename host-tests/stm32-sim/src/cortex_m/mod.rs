@@ -88,8 +88,8 @@ pub struct CortexM3 {
     buses: Buses,
     /// When the last buffered store has left the write buffer.
     buffer_free_at: u64,
-    /// The instruction loop has to stop.
-    interrupted: bool,
+    /// The cycle at which the instruction loop stops; 0 as soon as it has to stop.
+    stop_at: u64,
     /// The instruction that executes is an exception return.
     returned: bool,
     /// An instruction in an IT block executes.
@@ -153,7 +153,7 @@ impl CortexM3 {
             fetch: Fetch::default(),
             buses: Buses::default(),
             buffer_free_at: 0,
-            interrupted: false,
+            stop_at: 0,
             returned: false,
             in_it_block: false,
             exclusive: false,
@@ -266,8 +266,8 @@ impl CortexM3 {
                 self.cycle = self.cycle.max(limit);
                 continue;
             }
-            self.interrupted = false;
-            self.execute_until(io, cache, limit)?;
+            self.stop_at = limit;
+            self.execute_until_stop(io, cache)?;
             if let Some(pause) = self.pause.take() {
                 return Ok(pause);
             }
@@ -277,37 +277,38 @@ impl CortexM3 {
         }
     }
 
-    /// The instruction loop, kept minimal for speed.
+    /// The instruction loop, kept minimal for speed: counters do not check for an overflow.
     #[inline(always)]
-    fn execute_until(
-        &mut self,
-        io: &mut impl Io,
-        cache: &mut Cache,
-        limit: u64,
-    ) -> fault::Result<()> {
-        while self.cycle < limit && !self.interrupted {
+    fn execute_until_stop(&mut self, io: &mut impl Io, cache: &mut Cache) -> fault::Result<()> {
+        while self.cycle < self.stop_at {
             let pc = self.next;
             self.registers.set_read_pc(pc.wrapping_add(4));
             let Some(place) = cache.get(pc) else {
                 self.execute_unknown(io, cache, pc)?;
                 continue;
             };
-            let length = u32::from(place.decoded.length);
+            let length = u32::from(place.length);
             if !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {
                 continue;
             }
             let after = pc.wrapping_add(length);
             self.next = after;
-            self.cycle += 1;
-            self.instructions += 1;
+            self.cycle = self.cycle.wrapping_add(1);
+            self.instructions = self.instructions.wrapping_add(1);
             if self.registers.it.is_active() {
                 self.execute_apart(io, place)?;
             } else {
-                self.execute(io, &place.decoded.instruction)?;
+                self.execute(io, &place.instruction)?;
                 self.charge(after, &place.cost);
             }
         }
         Ok(())
+    }
+
+    /// Ends the instruction loop after this instruction.
+    #[inline(always)]
+    fn interrupt(&mut self) {
+        self.stop_at = 0;
     }
 
     /// Executes an instruction that is not in the cache, or stops before it at a breakpoint.
@@ -321,10 +322,10 @@ impl CortexM3 {
     ) -> fault::Result<()> {
         let Some(place) = self.decode(cache, pc)? else {
             self.pause = Some(Pause::Breakpoint);
-            self.interrupted = true;
+            self.interrupt();
             return Ok(());
         };
-        let length = u32::from(place.decoded.length);
+        let length = u32::from(place.length);
         while !self.fetch.has(pc, length) && !self.fetch_more(pc, length) {}
         self.next = pc.wrapping_add(length);
         self.cycle += 1;
@@ -336,7 +337,7 @@ impl CortexM3 {
     fn note_systick(&mut self) {
         if self.systick.advance(self.cycle) {
             self.exceptions.pending |= only(SYSTICK);
-            self.interrupted = true;
+            self.interrupt();
         }
     }
 
@@ -390,7 +391,7 @@ impl CortexM3 {
     /// Makes NMI pending.
     pub fn raise_nmi(&mut self) {
         self.exceptions.pending |= only(NMI);
-        self.interrupted = true;
+        self.interrupt();
     }
 
     /// The address of the next instruction.

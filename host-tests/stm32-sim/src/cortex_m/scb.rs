@@ -103,7 +103,7 @@ impl CortexM3 {
     pub(super) fn write_system(&mut self, address: u32, width: Width, value: u32) -> Result<()> {
         self.require_privilege(address)?;
         self.note_systick();
-        self.interrupted = true;
+        self.interrupt();
         let first = match address & 0xFFF {
             offset if self.is_priority(offset) => nvic::priority_owner(address),
             0xD18..0xD24 => ((address & 0xFF) - 0x18 + 4) as u16,

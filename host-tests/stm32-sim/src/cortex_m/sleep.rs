@@ -18,7 +18,7 @@ impl CortexM3 {
             return;
         }
         self.sleep = Some(sleep);
-        self.interrupted = true;
+        self.interrupt();
     }
 
     /// With SEVONPEND an exception that becomes pending is an event, even if it is disabled.

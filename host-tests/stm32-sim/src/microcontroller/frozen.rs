@@ -17,6 +17,7 @@ impl Microcontroller {
             self.io.iwdg.delay(length);
         }
         self.io.rcc.go_on(self.core.cycle(), now);
+        self.forget();
         self.halted = false;
     }
 

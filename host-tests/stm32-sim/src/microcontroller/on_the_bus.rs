@@ -40,7 +40,7 @@ impl Sensor for Microcontroller {
         if !self.core.is_asleep() {
             return Some(self.time());
         }
-        let events = [self.core.next_wake(), self.io.next_event()];
+        let events = [self.core.next_wake(), self.noted().next_event];
         let next = events.into_iter().flatten().min()?;
         Some(self.io.now(next))
     }
@@ -59,12 +59,19 @@ impl Sensor for Microcontroller {
             if self.core.cycle() >= target {
                 break;
             }
-            let until = self
-                .io
-                .next_event()
-                .map_or(target, |event| event.clamp(self.core.cycle() + 1, target));
-            match self.core.run(&mut self.io, until) {
-                Ok(Pause::Reached) => self.settle(),
+            let event = self.noted().next_event;
+            let until = event.map_or(target, |event| event.clamp(self.core.cycle() + 1, target));
+            let pause = self.core.run(&mut self.io, until);
+            if self.io.take_touched() {
+                self.forget();
+            }
+            match pause {
+                Ok(Pause::Reached)
+                    if event.is_some_and(|event| event <= until) || self.is_due() =>
+                {
+                    self.settle();
+                }
+                Ok(Pause::Reached) => self.note_leds(),
                 Ok(Pause::Changed) => {
                     self.settle();
                     if self.io.can.take_changed() {
@@ -86,12 +93,12 @@ impl Sensor for Microcontroller {
     }
 
     fn protocol(&self) -> Option<&Protocol> {
-        let connected = self.on && self.io.can_is_connected();
+        let connected = self.on && self.noted().is_connected;
         connected.then(|| self.io.can.protocol())
     }
 
     fn is_dominant(&self) -> bool {
-        self.on && self.io.transmits_dominant()
+        self.on && self.io.is_dominant(self.noted().driver)
     }
 
     fn next_step(&self) -> Option<Picoseconds> {

@@ -4,6 +4,7 @@ use super::Peripherals;
 use crate::chip::Module;
 use crate::flash::FlashInterface;
 use crate::io::{AccessError, Io, Width};
+use crate::timebase::Picoseconds;
 use crate::violation::Violations;
 use std::ops::Range;
 
@@ -158,19 +159,29 @@ impl Peripherals {
         Ok(())
     }
 
-    /// The state that the machine checks after an access.
-    fn watched(&self) -> (Option<u64>, [bool; 2], bool) {
-        (
-            self.next_event(),
-            self.interrupts(),
-            self.transmits_dominant(),
-        )
+    /// The state that the machine checks after an access: the next events, the interrupt lines and the level at TXD.
+    fn watched(&self) -> Watched {
+        Watched {
+            spi: self.spi.next_event(),
+            others: [self.iwdg.expires_at(), self.pwr.next_event()],
+            interrupts: self.interrupts(),
+            dominant: self.transmits_dominant(),
+        }
     }
 
     /// The levels of the interrupt lines that a read can change.
     fn interrupts(&self) -> [bool; 2] {
         [self.spi.interrupt(), self.tim4.interrupt()]
     }
+}
+
+/// The state that the machine checks after an access.
+#[derive(PartialEq)]
+struct Watched {
+    spi: Option<u64>,
+    others: [Option<Picoseconds>; 2],
+    interrupts: [bool; 2],
+    dominant: bool,
 }
 
 impl Io for Peripherals {
@@ -185,6 +196,8 @@ impl Io for Peripherals {
         if self.is_held_in_reset(module) {
             return Ok(0);
         }
+        // Such a read completes what is due.
+        self.touched |= matches!(module, Module::Spi | Module::Rcc | Module::Iwdg);
         let before = self.interrupts();
         let word = self.read_register(cycle, module, offset & !3)?;
         self.changed |= self.interrupts() != before;
@@ -223,12 +236,17 @@ impl Io for Peripherals {
             Module::Can | Module::Rcc | Module::Flash => None,
             _ => Some(self.watched()),
         };
+        self.touched = true;
         self.write_register(cycle, module, offset & !3, value)?;
+        let Some(before) = before else {
+            self.changed = true;
+            return Ok(());
+        };
         let after = self.watched();
-        self.changed |= before.is_none_or(|before| before != after);
-        if before.is_some_and(|(_, _, dominant)| dominant != after.2) {
+        if before.dominant != after.dominant {
             self.can.touch();
         }
+        self.changed |= before != after;
         Ok(())
     }
 

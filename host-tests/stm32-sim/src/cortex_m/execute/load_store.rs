@@ -219,7 +219,7 @@ impl CortexM3 {
     fn note_change(&mut self, io: &mut impl Io) {
         if io.take_changed() {
             self.changed = true;
-            self.interrupted = true;
+            self.interrupt();
         }
     }
 

@@ -24,7 +24,9 @@ impl CortexM3 {
             self.set_faultmask(disable);
         }
         // Masking cannot start an exception.
-        self.interrupted |= !disable;
+        if !disable {
+            self.interrupt();
+        }
     }
 
     /// The NMI handler cannot set FAULTMASK.
@@ -81,7 +83,7 @@ impl CortexM3 {
         if !self.registers.is_privileged() {
             return;
         }
-        self.interrupted = true;
+        self.interrupt();
         let priority = value as u8 & 0xF0;
         match number {
             8 | 9 => self.registers.write_stack_pointer(number == 9, value),
@@ -110,7 +112,7 @@ impl CortexM3 {
             return Err(FaultKind::Escalation.into());
         }
         self.exceptions.pending |= only(SVCALL);
-        self.interrupted = true;
+        self.interrupt();
         Ok(())
     }
 
@@ -118,6 +120,6 @@ impl CortexM3 {
     pub(super) fn stop_at_bkpt(&mut self, number: u8) {
         self.next = self.registers.get(Register::PC).wrapping_sub(4);
         self.pause = Some(Pause::Bkpt(number));
-        self.interrupted = true;
+        self.interrupt();
     }
 }

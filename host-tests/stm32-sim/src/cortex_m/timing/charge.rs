@@ -43,13 +43,18 @@ impl CortexM3 {
     /// Charges what the executed instruction takes beyond its first cycle. `after` is the address of the instruction behind it.
     #[inline(always)]
     pub(in super::super) fn charge(&mut self, after: u32, cost: &Cost) {
-        self.cycle = self.cycle.wrapping_add_signed(cost.after(self.left));
+        let cycles = if cost.is_access() {
+            if self.fetch.is_in_ram() {
+                self.contend();
+            }
+            cost.after(self.left)
+        } else {
+            cost.extra()
+        };
+        self.cycle = self.cycle.wrapping_add_signed(cycles.into());
         self.left = cost.leaves();
         if self.next != after {
             self.charge_branch();
-        }
-        if cost.is_access() && self.fetch.is_in_ram() {
-            self.contend();
         }
     }
 

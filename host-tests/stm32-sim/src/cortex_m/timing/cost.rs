@@ -4,19 +4,23 @@
 use super::super::decode::instruction::{Instruction, Register};
 use super::Cycles;
 
-/// Set in [`Cost::address`]: the instruction loads or stores one value, so that it can follow a load without a gap.
-const PIPELINED: u32 = 1 << 16;
-/// Set in [`Cost::address`]: it loads or stores.
-const ACCESS: u32 = 1 << 17;
+/// In [`Cost::flags`]: the instruction loads or stores.
+const ACCESS: u8 = 1 << 0;
+/// In [`Cost::flags`]: it loads or stores one value, so that it can follow a load without a gap.
+const PIPELINED: u8 = 1 << 1;
+/// In [`Cost::flags`]: the written registers are loaded. Its value is the shift of their bits in [`Leaves`].
+const LOADED: u8 = 16;
 
 /// What an instruction costs and what it leaves for the next one.
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Cost {
     /// Cycles beyond the first one; -1 if it takes none.
     extra: i8,
-    /// The registers of the address of a load or store, and the flags above.
-    address: u32,
-    leaves: Leaves,
+    flags: u8,
+    /// The registers of the address of a load or store.
+    address: u16,
+    /// The registers that it leaves for the next one.
+    written: u16,
 }
 
 /// The registers that the instruction before has written, by how: bits 0 to 15 by data processing, bits 16 to 31 by a load whose
@@ -24,7 +28,7 @@ pub struct Cost {
 #[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
 pub struct Leaves(u32);
 
-fn only(register: Register) -> u32 {
+fn only(register: Register) -> u16 {
     1 << register.index()
 }
 
@@ -32,8 +36,9 @@ impl Cost {
     /// A skipped instruction of an IT block, or one without cost model.
     pub const ONE: Self = Self {
         extra: 0,
+        flags: 0,
         address: 0,
-        leaves: Leaves(0),
+        written: 0,
     };
 
     /// The cost of an instruction.
@@ -56,7 +61,7 @@ impl Cost {
             | I::RearrangeBits { d, .. } => Self::data(d),
             I::MultiplyAdd { d, .. } | I::MultiplySubtract { d, .. } => Self::data(d).longer(1),
             I::MultiplyLong { low, high, .. } => Self {
-                leaves: Leaves(only(low) | only(high)),
+                written: only(low) | only(high),
                 ..Self::ONE
             },
             I::MoveFromSpecial { d, .. } => Self::data(d).longer(cycles.special - 1),
@@ -68,13 +73,15 @@ impl Cost {
             I::LoadRegister { t, n, m, .. } => Self::load(t, only(n) | only(m)),
             I::LoadLiteral { t, .. } => Self::load(t, 0).longer(cycles.literal),
             I::StoreOffset { n, .. } | I::StoreIndexed { n, .. } => Self {
-                address: only(n) | ACCESS,
+                flags: ACCESS,
+                address: only(n),
                 ..Self::ONE
             },
             // Nothing can be pipelined after a store.
             I::StoreRegister { n, m, .. } => Self {
                 extra: 1,
-                address: only(n) | only(m) | ACCESS | PIPELINED,
+                flags: ACCESS | PIPELINED,
+                address: only(n) | only(m),
                 ..Self::ONE
             },
             // Pipelined exactly as a load.
@@ -85,7 +92,8 @@ impl Cost {
             }
             I::TableBranch { n, m, .. } => Self {
                 extra: cycles.table_branch as i8 - 1,
-                address: only(n) | only(m) | ACCESS,
+                flags: ACCESS,
+                address: only(n) | only(m),
                 ..Self::ONE
             },
 
@@ -102,26 +110,32 @@ impl Cost {
 
     fn data(d: Register) -> Self {
         Self {
-            leaves: Leaves(only(d)),
+            written: only(d),
             ..Self::ONE
         }
     }
 
     /// A load of one value: 2 cycles. A load to PC blocks: nothing overlaps with it.
-    fn load(t: Register, address: u32) -> Self {
+    fn load(t: Register, address: u16) -> Self {
         let overlaps = t != Register::PC;
         Self {
             extra: 1,
-            address: address | ACCESS | if overlaps { PIPELINED } else { 0 },
-            leaves: Leaves(if overlaps { only(t) << 16 } else { 0 }),
+            flags: if overlaps {
+                ACCESS | PIPELINED | LOADED
+            } else {
+                ACCESS
+            },
+            address,
+            written: if overlaps { only(t) } else { 0 },
         }
     }
 
     fn several(n: Register, count: u32) -> Self {
         Self {
             extra: count as i8,
+            flags: ACCESS,
             // The base of LDRD can be PC, which no instruction leaves.
-            address: only(n) | ACCESS,
+            address: only(n),
             ..Self::ONE
         }
     }
@@ -136,26 +150,31 @@ impl Cost {
     /// True for a load or store.
     #[inline(always)]
     pub fn is_access(&self) -> bool {
-        self.address != 0
+        self.flags & ACCESS != 0
     }
 
-    /// The cycles beyond the first one after an instruction that has left this.
+    /// The cycles beyond the first one, without those by the instruction before it.
     #[inline(always)]
-    pub fn after(&self, before: Leaves) -> i64 {
-        let mut cycles = i64::from(self.extra);
-        if self.address != 0 {
-            let registers = self.address & 0xFFFF;
-            let loaded = before.0 >> 16;
-            cycles += i64::from(before.0 & registers != 0);
-            cycles -=
-                i64::from(self.address & PIPELINED != 0 && loaded != 0 && loaded & registers == 0);
-        }
-        cycles
+    pub fn extra(&self) -> i8 {
+        self.extra
+    }
+
+    /// The cycles beyond the first one of a load or store after an instruction that has left this.
+    #[inline(always)]
+    pub fn after(&self, before: Leaves) -> i8 {
+        let address = u32::from(self.address);
+        let loaded = before.0 >> 16;
+        let waits = before.0 & address != 0;
+        let overlaps = self.flags & PIPELINED != 0 && loaded != 0 && loaded & address == 0;
+        // At most a dozen.
+        self.extra
+            .wrapping_add(i8::from(waits))
+            .wrapping_sub(i8::from(overlaps))
     }
 
     /// What it leaves for the next instruction.
     #[inline(always)]
     pub fn leaves(&self) -> Leaves {
-        self.leaves
+        Leaves(u32::from(self.written) << (self.flags & LOADED))
     }
 }

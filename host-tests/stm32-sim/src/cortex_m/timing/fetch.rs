@@ -68,7 +68,7 @@ impl Fetch {
     /// True if an instruction of 2 or 4 bytes is completely in the line that is executed.
     #[inline(always)]
     pub fn has(&self, pc: u32, length: u32) -> bool {
-        pc.wrapping_sub(self.line) <= self.size - length
+        pc.wrapping_sub(self.line) <= self.size.wrapping_sub(length)
     }
 
     /// A branch was taken.
@@ -91,7 +91,28 @@ impl Fetch {
 
     /// Fetches the bytes from `pc` to `end` at cycle `now`, when the instruction before has ended. Returns the cycle at which they
     /// are there, or the error that the flash is busy until a cycle.
+    #[inline(always)]
     pub fn fetch(&mut self, pc: u32, end: u32, now: u64, cycles: &Cycles) -> Result<u64, u64> {
+        let is_next = end & !(LINE - 1) == self.line.wrapping_add(LINE);
+        if is_next && self.size == LINE && self.flash.prefetch {
+            // By far the most frequent case. The flash is not busy while there is a line of it.
+            self.line += LINE;
+            let at = now.max(self.ready[0]);
+            self.read_ahead(at, self.flash.wait_states.into(), cycles);
+            return Ok(at);
+        }
+        self.fetch_elsewhere(pc, end, now, cycles)
+    }
+
+    /// Fetches what is not completely in the next line of flash.
+    #[inline(never)]
+    fn fetch_elsewhere(
+        &mut self,
+        pc: u32,
+        end: u32,
+        now: u64,
+        cycles: &Cycles,
+    ) -> Result<u64, u64> {
         let (size, wait, ahead) = if is_code(pc) {
             if self.busy_until > now {
                 return Err(self.busy_until);
@@ -120,7 +141,7 @@ impl Fetch {
             }
         } else {
             // The first of these reads began when the branch did: the refill contains one cycle of it.
-            let lines = u64::from((last - first) / size) + 1;
+            let lines = 1 + u64::from(last != first);
             let began = now.saturating_sub(cycles.refill.into());
             at += lines * wait;
             self.ready[0] = began + (lines + 1) * (wait + 1);
