@@ -67,7 +67,6 @@ impl Angle {
     /// assert_eq!(Angle::atan2(7, 7), Angle::from_centidegrees(45_00));
     /// assert_eq!(Angle::atan2(1, -1).centidegrees(), 135_00);
     /// ```
-    #[inline(never)] // measured and budgeted as a function
     pub fn atan2(y: i32, x: i32) -> Self {
         let first = Self::first_quadrant(y.unsigned_abs(), x.unsigned_abs());
         let upper = if x < 0 { Self::HALF - first } else { first };
@@ -79,7 +78,6 @@ impl Angle {
     /// `a` is the longer side, `b` the shorter, and k/64 the point of the table nearest to b/a. The angle is atan(k/64) +
     /// atan((64 b - k a) / (64 a + k b)). The argument of the second arc tangent is at most 1/128, so the arc tangent is nearly
     /// equal to it.
-    #[inline(always)] // part of the budget of atan2
     pub(crate) fn first_quadrant(y: u32, x: u32) -> Self {
         let steep = y > x;
         let (a, b) = if steep { (y, x) } else { (x, y) };

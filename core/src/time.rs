@@ -19,7 +19,6 @@ pub const fn millis(ms: u32) -> Duration {
 }
 
 /// The time `delay` after `now`. Saturates instead of overflowing.
-#[inline(never)] // inlined, it would need 20 bytes at each call
 pub const fn after(now: Instant, delay: Duration) -> Instant {
     Instant::from_ticks(now.ticks().saturating_add(delay.ticks()))
 }
@@ -40,8 +39,7 @@ pub fn earlier(a: Option<Instant>, b: Option<Instant>) -> Option<Instant> {
 
 /// A deadline, or none.
 ///
-/// The ticks are stored negated: 0 is no deadline, and a comparison needs no check for it. An `Option<Instant>` has twice the size
-/// and needs 250 bytes more code in an image.
+/// The ticks are stored negated: 0 is no deadline, and a comparison needs no check for it. An `Option<Instant>` has twice the size.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Deadline(u64);
 
@@ -55,7 +53,6 @@ impl Deadline {
     }
 
     /// A deadline `delay` after `now`. The deadline for the time 0 is 1 us.
-    #[inline(never)] // inlined, it would need 300 bytes more in the image of the IMS360
     pub const fn after(now: Instant, delay: Duration) -> Self {
         let ticks = now.ticks().saturating_add(delay.ticks());
         Self(if ticks > 0 {

@@ -115,7 +115,6 @@ struct Parts<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize> {
 pub type ParameterStore<const BUFFER: usize> = Store<ParameterFlash<board::Flash>, BUFFER>;
 
 /// Performs the boot up to the start of the node.
-#[inline(never)] // the stack of the boot is free again when the main loop begins
 fn start<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize>(
     board: Board,
     owner: fn(u32) -> Owner,
@@ -144,7 +143,6 @@ fn start<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize>(
 }
 
 /// Creates the store of the nonvolatile memory in place.
-#[inline(never)] // same reason as `start`
 fn create_store<const BUFFER: usize>(
     place: &'static mut MaybeUninit<ParameterStore<BUFFER>>,
     flash: ParameterFlash<board::Flash>,
@@ -154,7 +152,6 @@ fn create_store<const BUFFER: usize>(
 }
 
 /// Creates the driver of the accelerometer in place.
-#[inline(never)] // same reason as `start`
 fn create_imu<const TESTS: usize, const GYROSCOPES: usize>(
     place: &'static mut MaybeUninit<Imu<TESTS, GYROSCOPES>>,
     wires: ImuWires,
@@ -348,7 +345,6 @@ impl<
     }
 
     /// Takes the result of a conversion and starts the next one.
-    #[inline(always)] // nothing for most products
     fn measure_supply(&mut self) {
         if N::Application::MEASURES_SUPPLY
             && let Some(millivolts) = board::supply()
@@ -377,12 +373,10 @@ impl<
     }
 
     /// Whether this action only changes the filters.
-    #[inline(always)] // nothing for most products
     fn stays(&mut self, mode: BusMode, rate: BitRate) -> bool {
         N::Protocol::CHANGES_FILTERS && mode == BusMode::Normal && self.bus.is_at(mode, rate)
     }
 
-    #[inline(never)] // rarely called
     fn perform(&mut self, action: Action) {
         match action {
             Action::Bus(mode, rate) if self.stays(mode, rate) => {

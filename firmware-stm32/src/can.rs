@@ -153,7 +153,6 @@ pub struct Bus {
 
 impl Bus {
     /// Takes the controller and keeps it in sleep mode, off the bus. None on a second call.
-    #[inline(never)] // so that only the boot needs its stack
     pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
         // The change from sleep to initialization mode and back is independent of the bus, so the wait always ends.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
@@ -241,7 +240,6 @@ impl Bus {
     }
 
     /// Performs a step of a running change of mode.
-    #[inline(never)] // so that the main loop keeps its registers
     fn proceed(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
         for _ in 0..POLLS {
             let registers = self.registers();

@@ -33,7 +33,6 @@ pub fn start(systick: SYST) {
 }
 
 /// The present time.
-#[inline(never)] // called from many places
 pub fn now() -> Instant {
     critical_section::with(|cs| {
         let mut ticked = TICKED.borrow(cs).get();

@@ -124,7 +124,6 @@ pub fn is_clipped([x, y, z]: [i16; 3]) -> bool {
 pub const FRACTION: u32 = 14;
 
 /// Counts with [`FRACTION`] fractional bits in units of 2^-28 g.
-#[inline(always)] // three instructions
 const fn units(counts: i32) -> i32 {
     counts - ((counts as i64 * 2_473_901) >> 32) as i32
 }
@@ -136,7 +135,6 @@ const fn temperature(count: i16) -> i16 {
 }
 
 /// The acceleration along the axes of the sensor, 1 g = 2^28, of counts with [`FRACTION`] fractional bits.
-#[inline(always)] // with a constant mounting, it is a few instructions
 pub fn acceleration(counts: I32x3, mounting: Mounting) -> I32x3 {
     mounted(counts, mounting, units)
 }
@@ -152,7 +150,6 @@ const fn rate_units(counts: i32) -> i32 {
 }
 
 /// The values along the axes of the sensor.
-#[inline(always)] // same reason as `acceleration`
 fn mounted(counts: I32x3, mounting: Mounting, units: impl Fn(i32) -> i32) -> I32x3 {
     let [x, y, z] = mounting.0;
     I32x3 {
@@ -163,7 +160,6 @@ fn mounted(counts: I32x3, mounting: Mounting, units: impl Fn(i32) -> i32) -> I32
 }
 
 /// The value along one axis.
-#[inline(always)] // same reason as `acceleration`
 fn along(axis: Axis, counts: I32x3, units: &impl Fn(i32) -> i32) -> i32 {
     match axis {
         Axis::X => units(counts.x),

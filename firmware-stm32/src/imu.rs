@@ -308,7 +308,6 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     }
 
     /// Performs one step of the self-test while no transfer is running. Returns the reading for the node.
-    #[inline(never)] // rarely called
     fn carry_test_on(&mut self, now: Instant, reading: Reading) -> Option<Reading> {
         let test = self.running_test()?;
         let step = test.step(reading.acceleration);
@@ -335,7 +334,6 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     }
 
     /// The accelerometer is missing.
-    #[inline(never)] // called from several places
     fn absent(&mut self, now: Instant) {
         if !self.reported && reached(now, BOOT_END) {
             warn!("no accelerometer");
@@ -352,7 +350,6 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     }
 
     /// Tries to find the accelerometer and configures it.
-    #[inline(never)] // rarely called, and its stack frame would be part of that of the main loop
     fn find(&mut self, now: Instant) {
         match self.set_up() {
             Ok(true) => {
@@ -420,7 +417,6 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     }
 
     /// A complete transfer.
-    #[inline(never)] // called from several places
     fn transfer(&mut self, bytes: &mut [u8]) -> Result<(), SpiError> {
         self.wires.select(true);
         let result = self.wires.exchange(bytes);

@@ -33,7 +33,6 @@ pub struct Link<A: Application + 'static, P: 'static> {
 
 impl<A: Application, P: Protocol<A>> Link<A, P> {
     /// Takes the frames in the receive FIFO: passes them to the node, or keeps them until the node can take them.
-    #[inline(always)] // called from one place
     fn receive(&mut self) {
         while let Some(received) = receive::next() {
             let phase = can::phase();
@@ -48,7 +47,6 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
         }
     }
 
-    #[inline(always)] // the path of a received frame
     fn handle(&mut self, frame: &Frame) {
         // A frame that the main loop has just built does not wait for this answer. But it waits if the received frame can be a claim that
         // takes the address of this node.
@@ -64,7 +62,6 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     }
 
     /// Discards the frames in the mailboxes if the received frame has made them invalid, before the controller sends one of them.
-    #[inline(always)] // nothing for most products
     fn withdraw(&mut self) {
         if self.node.withdraws() {
             transmit::abort_all();
@@ -77,7 +74,6 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     }
 
     /// Passes the frames that waited to the node, as far as it can take them, and sends the frames of the node.
-    #[inline(always)] // called from one place
     fn settle(&mut self) {
         if !can::phase().receives() {
             return;
@@ -97,13 +93,11 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
     }
 
     /// As [`transmit`](Self::transmit).
-    #[inline(never)] // outside the path of a received frame
     fn send(&mut self) {
         self.transmit();
     }
 
     /// Puts the frames of the node into the free mailboxes.
-    #[inline(always)]
     fn transmit(&mut self) {
         while self.node.is_sending()
             && can::phase() == Phase::Normal
@@ -138,7 +132,6 @@ impl<N: Divided> Shared<N> {
     }
 
     /// Uses the link while the interrupts are masked.
-    #[inline(always)]
     pub fn with<R>(&self, f: impl FnOnce(&mut LinkOf<N>) -> R) -> R {
         critical_section::with(|cs| {
             let mut link = self.take(cs);
@@ -148,12 +141,10 @@ impl<N: Divided> Shared<N> {
         })
     }
 
-    #[inline(never)] // called from many places
     fn take(&self, cs: CriticalSection<'_>) -> LinkOf<N> {
         self.take_at_once(cs)
     }
 
-    #[inline(always)]
     fn take_at_once(&self, cs: CriticalSection<'_>) -> LinkOf<N> {
         match self.0.borrow(cs).take() {
             Some(link) => link,
@@ -163,7 +154,6 @@ impl<N: Divided> Shared<N> {
     }
 
     /// Calls a method of the node, then handles the frames that waited for it, and sends its frames.
-    #[inline(always)]
     pub fn call<R>(
         &self,
         f: impl FnOnce(&mut Communication<N::Application, N::Protocol>, Instant) -> R,
@@ -174,7 +164,6 @@ impl<N: Divided> Shared<N> {
     }
 
     /// Handles the frames that waited for the node, and sends its frames.
-    #[inline(never)] // called from many places
     pub fn settle(&self) {
         self.with(Link::settle);
     }
@@ -183,7 +172,6 @@ impl<N: Divided> Shared<N> {
     ///
     /// # Safety
     /// Call it only in the receive interrupt. The interrupts that use the link, and SysTick, must have the same priority.
-    #[inline(always)] // called from one place
     pub unsafe fn on_received(&self) {
         // SAFETY: no other interrupt that uses a `Mutex` interrupts this one, and the main loop does not run.
         let cs = unsafe { CriticalSection::new() };
@@ -197,7 +185,6 @@ impl<N: Divided> Shared<N> {
     ///
     /// # Safety
     /// Call it only in the transmit interrupt. The priorities must be as for [`on_received`](Self::on_received).
-    #[inline(always)] // called from one place
     pub unsafe fn on_transmitted(&self) {
         transmit::acknowledge();
         // SAFETY: as in `on_received`.

@@ -143,7 +143,6 @@ pub(super) const fn causes(bits: &[FaultBit; 8]) -> Causes {
 
 /// The bits of the status byte that these faults of the application cause. No loop, because a frame can wait: with constant causes, a
 /// bit without cause needs no instruction.
-#[inline(always)]
 pub(super) const fn caused([a, b, c, d, e, f, g, h]: Causes, faults: Faults) -> u8 {
     const fn bit(number: u8, cause: Faults, faults: Faults) -> u8 {
         (cause.intersects(faults) as u8) << number
@@ -305,7 +304,6 @@ impl<H: History> Emergency<H> {
 
     /// Queues the message for one fault of the application that has begun or ended. Returns true if there is another one. A call handles
     /// one fault, because received frames can wait until it returns.
-    #[inline(always)] // usually there is none
     pub fn announce_next(&mut self) -> bool {
         let changed = self.active ^ self.wanted;
         if changed == 0 {
@@ -349,7 +347,6 @@ impl<H: History> Emergency<H> {
     }
 
     /// Queues a message with these bits besides those of the active faults in its error register.
-    #[inline(always)]
     fn queue_with(&mut self, code: u16, register: u8) {
         if self.silent {
             return;

@@ -32,12 +32,10 @@ impl<T> Feature<T> for Absent {
     const PRESENT: bool = false;
     const INITIAL: Self = Self;
 
-    #[inline(always)]
     fn get(&self) -> Option<&T> {
         None
     }
 
-    #[inline(always)]
     fn get_mut(&mut self) -> Option<&mut T> {
         None
     }
@@ -47,12 +45,10 @@ impl<T: Initial> Feature<T> for Present<T> {
     const PRESENT: bool = true;
     const INITIAL: Self = Self(T::INITIAL);
 
-    #[inline(always)]
     fn get(&self) -> Option<&T> {
         Some(&self.0)
     }
 
-    #[inline(always)]
     fn get_mut(&mut self) -> Option<&mut T> {
         Some(&mut self.0)
     }

@@ -75,7 +75,6 @@ impl<P: Product> super::saving::Saved<P> {
 
 impl<P: Product> Services<P> {
     /// Writes a service of a product with groups; None if `service` is another one.
-    #[inline(always)] // called from one place
     pub(super) fn write_group(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -152,7 +151,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Prepares a stored set for a start: takes the factory values of the request, the history and the variant.
-    #[inline(always)]
     pub(super) fn begin(&mut self, parameters: &mut ParametersOf<P>) {
         let Some(kept) = P::KEPT else { return };
         let request = parameters.get(kept.request) as u8;
@@ -182,7 +180,6 @@ impl<P: Product> Services<P> {
 
     /// After reset communication has restored the stored values: takes the factory values of a request for this group. The variant in
     /// force stays.
-    #[inline(always)]
     pub(super) fn restore_requested(&mut self, cx: &mut ContextOf<P>, in_force: Option<u32>) {
         let Some(kept) = P::KEPT else { return };
         let request = self.saved.parameters.get(kept.request) as u8 & COMMUNICATION;
@@ -197,7 +194,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Clears the used part of the request in memory, after a running save at the earliest.
-    #[inline(always)]
     pub(super) fn use_up_request(&mut self, cx: &mut ContextOf<P>) {
         let Some(kept) = P::KEPT else { return };
         if cx.is_saving() {

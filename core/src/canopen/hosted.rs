@@ -15,7 +15,7 @@ use crate::time::{Deadline, Instant};
 
 impl<P: Product> Canopen<P> {
     /// Whether another protocol is on the bus.
-    #[inline(always)] // called for each frame
+    #[inline(always)] // without it, an answer of the IMS360 takes up to 22.4 us, the limit is 22 us
     pub(crate) fn is_hosted(&self) -> bool {
         self.services.is_hosted()
     }
@@ -118,13 +118,12 @@ impl<P: Product> Canopen<P> {
 
 impl<P: Product> Services<P> {
     /// Whether another protocol is on the bus.
-    #[inline(always)]
+    #[inline(always)] // a part of the function above
     pub(super) fn is_hosted(&self) -> bool {
         P::SELECTOR.is_some() && self.is_hosted
     }
 
     /// Selects the protocol that is on the bus from the parameters of a start.
-    #[inline(always)]
     pub(super) fn select_protocol(&mut self, parameters: &ParametersOf<P>) {
         if let Some((selector, own)) = P::SELECTOR {
             // The next reset of the communication configures the controller.

@@ -34,7 +34,6 @@ pub(super) fn find_row<P: Product>(index: u16, sub: u8) -> Option<&'static Row> 
     lookup::<P>(Address { index, sub }).ok()
 }
 
-#[inline(never)] // many callers
 pub(super) fn lookup<P: Product>(address: Address) -> Result<&'static Row, Abort> {
     find(P::ROWS, P::History::CAPACITY, address)
 }

@@ -168,7 +168,6 @@ impl<const N: usize, const E: usize, const DYNAMIC: bool> Tpdos for TpdoArray<N,
 }
 
 /// Maps the objects that `entry` returns for a sub-index from 1 on.
-#[inline(always)] // called from one place in a product
 fn fill<const E: usize>(
     mapping: &mut heapless::Vec<Entry, E>,
     entry: impl Fn(u8) -> Option<Entry>,
@@ -249,7 +248,6 @@ impl Tpdo {
 
     /// Applies its communication parameter: COB-ID, transmission type, inhibit time in 100 us, event timer in ms. Returns true if
     /// the identifier has changed.
-    #[inline(always)] // called from one place
     pub(super) fn configure(
         &mut self,
         now: Instant,
@@ -389,7 +387,6 @@ impl Tpdo {
 
     /// Returns true if the TPDO must be sent now: its event timer has expired, or the inhibit time that delayed an event has
     /// ended.
-    #[inline(always)] // usually there is no event, and received frames wait until it returns
     pub fn poll(&mut self, now: Instant, triggers: Triggers) -> bool {
         let expired = self.event.poll(now);
         self.waiting |= expired;
@@ -398,7 +395,6 @@ impl Tpdo {
 
     /// Begins the inhibit time of the waiting event, and restarts the event timer on request. Returns false if the last inhibit time
     /// has not ended.
-    #[inline(never)] // rarely called
     fn begin_inhibit_time(&mut self, now: Instant, restarts_timer: bool) -> bool {
         if self.inhibited.is_set() && !self.inhibited.is_reached(now) {
             return false;

@@ -105,7 +105,6 @@ impl<P: Product> Canopen<P> {
     }
 
     /// Sends the next segment of a block upload when all other frames have left the queue, so that they do not wait for it.
-    #[inline(always)] // called from one place
     fn stream(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         if self.sdo.is_streaming() && cx.shell.is_online() && !cx.shell.is_sending() {
             let segment = self.sdo.next_segment(now);
@@ -392,7 +391,6 @@ impl<P: Product> Services<P> {
 }
 
 /// Queues a reply of the SDO server with this identifier, if there is one.
-#[inline(always)] // called from one place, in most products
 pub(super) fn send_reply<A: Application>(cx: &mut Context<A>, id: CanId, reply: Option<[u8; 8]>) {
     if let Some(bytes) = reply {
         cx.shell.send(Frame::word(id, u64::from_le_bytes(bytes), 8));

@@ -12,7 +12,6 @@ use crate::time::Instant;
 impl<P: Product> Canopen<P> {
     /// Handles a received frame. If it is an SDO request, returns the identifier of the reply instead: [`serve`](Self::serve) must
     /// follow.
-    #[inline(always)] // the path of a received frame
     pub(crate) fn route(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -45,7 +44,6 @@ impl<P: Product> Canopen<P> {
     }
 
     /// Handles an SDO request and queues the reply, if there is one now, with this identifier.
-    #[inline(always)] // called from one place of a product
     pub(crate) fn serve(
         &mut self,
         cx: &mut ContextOf<P>,

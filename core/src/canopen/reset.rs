@@ -135,7 +135,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Sends no more frames by itself.
-    #[inline(always)] // smaller than a call
     fn be_silent(&mut self, state: State) {
         self.state = state;
         self.heartbeat.stop();

@@ -61,7 +61,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Handles a message of the duplicate MAC ID check.
-    #[inline(never)] // rarely called
     pub(super) fn check_duplicate(&mut self, cx: &mut ContextOf<P>, frame: &Frame) {
         match self.check.receive(frame) {
             Step::Respond => self.send_check(cx, true),

@@ -218,7 +218,6 @@ impl ConnectionSet {
     }
 
     /// Handles a poll command. Returns true if the watchdog may expire earlier than before.
-    #[inline(always)] // on the path of a poll
     pub fn polled(&mut self, now: Instant) -> bool {
         self.poll.consume(now)
     }
@@ -229,7 +228,6 @@ impl ConnectionSet {
     }
 
     /// Whether an explicit message of this master is handled.
-    #[inline(always)] // on the path of a request
     pub fn accepts_from(&self, master: u8) -> bool {
         self.owner == Some(master) && self.explicit.is_allocated()
     }
@@ -250,7 +248,6 @@ impl ConnectionSet {
     }
 
     /// Whether polls are answered.
-    #[inline(always)] // on the path of a poll
     pub fn is_polled(&self) -> bool {
         self.poll.is_established()
     }

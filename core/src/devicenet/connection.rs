@@ -73,7 +73,6 @@ impl Connection {
         self.state
     }
 
-    #[inline(always)] // called for each frame
     pub fn is_established(&self) -> bool {
         self.state == State::Established
     }
@@ -105,7 +104,6 @@ impl Connection {
     }
 
     /// Handles a consumed message. Returns true for the first one: the watchdog may expire earlier than before.
-    #[inline(always)] // on the path of a poll
     pub fn consume(&mut self, now: Instant) -> bool {
         self.state = State::Established;
         self.watch(now, 0);

@@ -92,7 +92,6 @@ impl DuplicateCheck {
     }
 
     /// Whether the node is on-line.
-    #[inline(always)] // called for each frame
     pub fn is_online(&self) -> bool {
         self.state == State::Online
     }

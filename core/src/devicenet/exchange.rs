@@ -21,7 +21,6 @@ pub(super) fn selected<P: Product>(
 }
 
 /// The words of an assembly.
-#[inline(always)] // on the path of a poll
 pub(super) fn words<P: Product>(assembly: &AssemblyRow, values: &ValuesOf<P>) -> Words {
     let mut words = [0; 4];
     for (word, id) in words.iter_mut().zip(assembly.words()) {
@@ -31,7 +30,6 @@ pub(super) fn words<P: Product>(assembly: &AssemblyRow, values: &ValuesOf<P>) ->
 }
 
 /// Words as the data of a frame.
-#[inline(always)] // on the path of a poll
 pub(super) fn pack([a, b, c, d]: Words) -> u64 {
     let low = u32::from(a) | u32::from(b) << 16;
     let high = u32::from(c) | u32::from(d) << 16;
@@ -40,7 +38,6 @@ pub(super) fn pack([a, b, c, d]: Words) -> u64 {
 
 impl<P: Product> Devicenet<P> {
     /// Answers a poll command. One with data is not consumed: the consumed size is 0.
-    #[inline(always)] // the shortest path
     pub(super) fn answer_poll(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         if frame.dlc() != 0 || !self.connections.is_polled() {
             return;
@@ -84,7 +81,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Whether a word of the produced assembly differs from the one in `sent` by the COS delta or more.
-    #[inline(always)] // called for each sample
     pub(super) fn differs(assembly: Option<&AssemblyRow>, cx: &ContextOf<P>, sent: &Words) -> bool {
         let Some(assembly) = assembly else {
             return false;
@@ -124,7 +120,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Handles the acknowledge of a COS or cyclic message: an empty frame.
-    #[inline(never)] // keeps the path of a poll short
     pub(super) fn acknowledge(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         if frame.dlc() != 0
             || !self.connections.is_producing()

@@ -113,7 +113,6 @@ impl Data {
     };
 
     /// The low `size` bytes of a number: 1, 2 or 4.
-    #[inline(always)] // a few instructions
     pub const fn number(value: u32, size: u8) -> Self {
         let mask = match size {
             1 => 0xFF,
@@ -184,7 +183,6 @@ impl<'a> Request<'a> {
 }
 
 /// Checks that there is no data.
-#[inline(always)] // two instructions
 pub(super) fn nothing(data: &[u8]) -> Result<(), Failure> {
     if data.is_empty() {
         return Ok(());
@@ -205,7 +203,6 @@ pub(super) fn exactly(data: &[u8], size: u8) -> Result<u32, Failure> {
 }
 
 /// Whether the first byte of a body is the service of a response.
-#[inline(always)] // two instructions
 pub(super) const fn is_response(service: u8) -> bool {
     service & RESPONSE != 0
 }
@@ -216,7 +213,6 @@ pub(super) const fn response_to(service: u8) -> u8 {
 }
 
 /// The data of an unfragmented response, and its length. `header` is that of the request, without the fragment bit.
-#[inline(always)] // on the path of a read
 pub(super) fn unfragmented(header: u8, service: u8, bytes: u64, length: u8) -> (u64, u8) {
     let head = u64::from(header) | u64::from(response_to(service)) << 8;
     (head | bytes << 16, length + 2)

@@ -54,7 +54,6 @@ pub const fn group_2_id(mac: u8, message: u16) -> u16 {
 }
 
 /// The message of group 2 of the slave with this MAC ID. Another identifier gives a number above 7.
-#[inline(always)] // called for each frame
 pub(super) const fn message_of(id: CanId, mac: u8) -> u32 {
     id.bits() ^ group_2_id(mac, 0) as u32
 }

@@ -99,7 +99,6 @@ impl Production {
     }
 
     /// Whether new values must be compared with the words last sent.
-    #[inline(always)] // called for each sample
     pub fn watches(&self) -> bool {
         self.trigger == Trigger::Change && !self.changed
     }

@@ -66,7 +66,6 @@ impl AttributeRow {
     };
 
     /// The place of its number.
-    #[inline(always)] // a few instructions
     pub(super) const fn place(self) -> Place {
         match self.form & KIND {
             PARAMETER => Place::Parameter(ParameterId(self.source)),

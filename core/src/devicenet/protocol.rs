@@ -67,7 +67,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Queues a frame of group 2.
-    #[inline(always)] // on the path of a read
     pub(super) fn send(&self, cx: &mut ContextOf<P>, message: u16, data: u64, length: u8) {
         let id = CanId::standard(group_2_id(self.mac, message));
         cx.shell.send(Frame::word(id, data, length));
@@ -141,7 +140,6 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
         self.readdress(cx);
     }
 
-    #[inline(always)] // called from one place
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         let message = message_of(frame.can_id(), self.mac);
         if message > 7 || frame.is_remote() {
@@ -161,7 +159,6 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
         }
     }
 
-    #[inline(always)] // called for each sample
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
         let has_failed = cx.values.faults().intersects(Faults::SENSOR);
         let faulted = has_failed && !cx.shell.is_starting();

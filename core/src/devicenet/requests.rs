@@ -11,7 +11,6 @@ use crate::time::Instant;
 
 impl<P: Product> Devicenet<P> {
     /// Handles a frame on the explicit connection.
-    #[inline(always)] // on the path of a read
     pub(super) fn explicit(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         let &[header, ref body @ ..] = frame.bytes() else {
             return;
@@ -32,7 +31,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Handles a fragment of a request, or the acknowledge of a fragment of a response.
-    #[inline(never)] // rarely called
     pub(super) fn fragment(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -62,7 +60,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Serves a request of the owner on the explicit connection, and answers it.
-    #[inline(never)] // measured: called from two places
     pub(super) fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, header: u8, body: &[u8]) {
         if self.connections.requested(now) || self.sender.is_running() {
             self.sender.stop();
@@ -81,7 +78,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Handles a request to the unconnected port.
-    #[inline(never)] // rarely called
     pub(super) fn unconnected(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         let &[header, ref body @ ..] = frame.bytes() else {
             return;
@@ -108,7 +104,6 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Queues the response to a request.
-    #[inline(always)] // on the path of a read
     pub(super) fn respond(
         &mut self,
         cx: &mut ContextOf<P>,

@@ -36,7 +36,6 @@ impl Codes {
     }
 
     /// The row of a code; None if the product does not have the code.
-    #[inline(always)] // called from one place
     pub(super) fn find(&self, code: u8) -> Option<Row> {
         let group = self.groups.get(usize::from(code >> 4))?;
         let row = self.rows.get(usize::from(group.wrapping_add(code & 15)))?;
@@ -44,7 +43,6 @@ impl Codes {
     }
 
     /// The fields of a row.
-    #[inline(always)] // a few instructions in two places
     pub(super) fn items(&self, row: Row) -> &'static [Item] {
         let (first, count) = (usize::from(row.first), usize::from(row.form & COUNT));
         self.items.get(first..first + count).unwrap_or(&[])
@@ -75,7 +73,6 @@ pub struct Row {
 
 impl Row {
     /// Whether a request only reads.
-    #[inline(always)]
     pub(super) fn is_read(self) -> bool {
         matches!(self.operation, Operation::Read | Operation::Inclination)
     }
@@ -176,7 +173,6 @@ impl Item {
     }
 
     /// The source of the number.
-    #[inline(always)] // called from two places
     pub(super) const fn source(self) -> Source {
         match self.source {
             0..VALUES => Source::Parameter(ParameterId(self.source)),

@@ -99,7 +99,6 @@ impl<P: Product> Fsc<P> {
     }
 
     /// The present status byte.
-    #[inline(always)] // called from one place
     fn status(&self, cx: &ContextOf<P>) -> u8 {
         let mut status = self.sticky | Self::STATUS.of_faults(cx.values.faults());
         if cx.parameters.is_factory() {
@@ -112,7 +111,6 @@ impl<P: Product> Fsc<P> {
     }
 
     /// The reply of a row: code, status byte and fields.
-    #[inline(always)] // called from one place
     fn reply(&self, cx: &ContextOf<P>, row: Row) -> Frame {
         let mut status = self.status(cx);
         if cx.shell.is_starting() && row == Self::INCLINATION {
@@ -133,7 +131,6 @@ impl<P: Product> Fsc<P> {
     }
 
     /// A number that is neither a parameter nor a value.
-    #[inline(never)] // keeps the loop over the fields short
     fn number(&self, cx: &ContextOf<P>, source: Source) -> u32 {
         match source {
             Source::Counter => self.cyclic.map_or(0, |cyclic| cyclic.counter().into()),
@@ -147,12 +144,10 @@ impl<P: Product> Fsc<P> {
     }
 
     /// Queues the reply of a row.
-    #[inline(always)] // only a call
     pub(super) fn send(&self, cx: &mut ContextOf<P>, row: Row) {
         self.queue(cx, row, false);
     }
 
-    #[inline(never)] // rarely called
     fn send_boot_up(&mut self, cx: &mut ContextOf<P>) {
         self.boot_up = self.boot_up.saturating_sub(1);
         self.send(cx, Self::ALIVE);
@@ -163,7 +158,6 @@ impl<P: Product> Fsc<P> {
         self.queue(cx, Row::bare(code), false);
     }
 
-    #[inline(never)] // measured: one copy is shorter and no slower
     fn queue(&self, cx: &mut ContextOf<P>, row: Row, cyclic: bool) {
         let frame = self.reply(cx, row);
         if cyclic {
@@ -241,7 +235,6 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
         }
     }
 
-    #[inline(always)] // called from one place
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         while self.boot_up > 0 {
             // No reply overtakes a boot-up message.

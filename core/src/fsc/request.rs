@@ -16,7 +16,6 @@ impl<P: Product> Fsc<P> {
     const RESET_SIGNATURE: &'static [u8] = signature_of(P::FUNCTIONS, Operation::Alive);
 
     /// Answers the request in `frame`, which is no read. `row` is the row of its code.
-    #[inline(never)] // keeps the path of a sync frame short
     pub(super) fn request(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -74,7 +73,6 @@ impl<P: Product> Fsc<P> {
 
     /// Writes parameters if their values are permitted. They act at once, except those that act after a restart. Bytes after the
     /// last value are ignored.
-    #[inline(never)] // keeps the path of a read short
     fn write(&mut self, cx: &mut ContextOf<P>, now: Instant, row: Row, data: &[u8]) -> Option<()> {
         let was_cyclic = cx.parameters.get(P::ROLES.cyclic_mode);
         if row.has_several() || row.is_constrained() {

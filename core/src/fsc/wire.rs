@@ -31,7 +31,6 @@ pub(super) struct Reply {
 
 impl Reply {
     /// A reply without data.
-    #[inline(always)] // called from one place
     pub fn new(fsc: u8, status: u8) -> Self {
         Self {
             bytes: [fsc, status, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0],
@@ -41,14 +40,12 @@ impl Reply {
 
     /// Appends the low `size` bytes (1, 2 or 4) of `value`. The fields of a reply fit into a frame: this is checked at compile
     /// time.
-    #[inline(always)] // called from one place
     pub fn append(&mut self, value: u32, size: u8) {
         self.put(value);
         self.length += usize::from(size);
     }
 
     /// Writes four bytes after the last field.
-    #[inline(always)] // a single store
     fn put(&mut self, value: u32) {
         let start = self.length & 7;
         if let Some(place) = self.bytes.get_mut(start..start + 4) {
@@ -57,7 +54,6 @@ impl Reply {
     }
 
     /// The frame on the wire.
-    #[inline(always)] // called from one place
     pub fn frame(mut self, id: CanId) -> Frame {
         if self.length < 8 {
             // Clears the upper bytes of the last value.

@@ -43,7 +43,6 @@ impl<P: Product> CanNode<P::Application, CanopenOrJ1939<P>> {
 
 impl<P: Product> CanopenOrJ1939<P> {
     /// Handles a restart that has selected the other protocol. Returns true if J1939 is on the bus.
-    #[inline(always)] // called for each step
     fn is_j1939(&mut self, cx: &mut ContextOf<P>) -> bool {
         let hosted = self.canopen.is_hosted();
         if hosted && !self.j1939.is_started() {
@@ -90,7 +89,6 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
         self.is_j1939(cx);
     }
 
-    #[inline(always)] // called from one place
     fn receive(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
         let request = if self.canopen.is_hosted() {
             self.j1939.receive(cx, now, frame, &mut self.canopen)
@@ -157,7 +155,6 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
         self.j1939.tick(cx, now, step, &mut self.canopen)
     }
 
-    #[inline(always)] // called after each frame
     fn proceed(&mut self, cx: &mut ContextOf<P>) -> bool {
         self.canopen.proceed(cx)
     }

@@ -204,7 +204,6 @@ impl<P: Product> J1939<P> {
     }
 
     /// Performs a step of the actions of expired timers. Returns true if there is another step.
-    #[inline(never)] // CANopen must not need the stack of this function
     pub(super) fn tick(
         &mut self,
         cx: &mut ContextOf<P>,

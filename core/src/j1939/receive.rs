@@ -28,7 +28,6 @@ impl<P: Product> J1939<P> {
 
     /// Handles a received frame. If it is a parameter request, returns the identifier of the reply instead: [`Canopen::serve`] must
     /// follow.
-    #[inline(never)] // CANopen must not need the stack of this function
     pub(super) fn receive(
         &mut self,
         cx: &mut ContextOf<P>,

@@ -92,7 +92,6 @@ impl Calibration {
 
     /// Corrects a raw acceleration (1 g = 2^28) at `temperature` (0.01 degC). The result is rounded to nearest and limited to -2
     /// g..2 g in each axis. The raw acceleration is limited to the same range first.
-    #[inline(never)] // measured and budgeted as a function
     pub fn apply(&self, acceleration: I32x3, temperature: i16) -> I32x3 {
         let (coldest, hottest) = TEMPERATURES;
         let warmth = i32::from(temperature).clamp(coldest, hottest) - REFERENCE;
@@ -147,14 +146,12 @@ impl Calibration {
     }
 }
 
-#[inline(never)] // called from two places
 fn decode_numbers(numbers: &mut [i16], bytes: &[u8]) {
     for (number, &place) in numbers.iter_mut().zip(bytes.as_chunks().0) {
         *number = i16::from_le_bytes(place);
     }
 }
 
-#[inline(never)] // called from two places
 fn are_within(numbers: &[i16], limit: i16) -> bool {
     numbers.iter().all(|v| (-limit..=limit).contains(v))
 }

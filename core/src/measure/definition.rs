@@ -18,8 +18,6 @@
 //! | [`gimbal_y`]      | atan2(gx, gz)                  | as perpendicular               |
 //!
 //! If the housing is rotated about only one of its axes, perpendicular and gimbal angles are equal.
-//!
-//! The functions are not inlined: each is called from one or two places and is measured as a function.
 
 use super::I32x3;
 use crate::angle::Angle;
@@ -48,7 +46,6 @@ pub struct Perpendicular {
 /// let nose_down = perpendicular(I32x3 { x: -1000, y: 0, z: 1000 });
 /// assert_eq!((nose_down.x.centidegrees(), nose_down.y.centidegrees()), (45_00, 0));
 /// ```
-#[inline(never)] // measured and budgeted as a function
 pub fn perpendicular(up: I32x3) -> Perpendicular {
     let up = normalise(up);
     Perpendicular {
@@ -80,7 +77,6 @@ pub struct Euler {
 /// assert_eq!(nose_down.slope.centidegrees(), 45_00);
 /// assert_eq!(nose_down.direction.centidegrees_unsigned(), 90_00);
 /// ```
-#[inline(never)] // measured and budgeted as a function
 pub fn euler(up: I32x3) -> Euler {
     // 180 deg are added instead of negating both components, because -i32::MIN does not exist.
     let direction = if (up.x | up.y) == 0 {
@@ -121,7 +117,6 @@ pub struct Gimbal {
 /// let on_its_back = gimbal_x(I32x3 { x: 0, y: 1, z: -1000 });
 /// assert_eq!((on_its_back.x.centidegrees(), on_its_back.y.centidegrees()), (0, 179_94));
 /// ```
-#[inline(never)] // measured and budgeted as a function
 pub fn gimbal_x(up: I32x3) -> Gimbal {
     let up = normalise(up);
     Gimbal {
@@ -141,7 +136,6 @@ pub fn gimbal_x(up: I32x3) -> Gimbal {
 /// let nose_down = gimbal_y(I32x3 { x: -1000, y: 0, z: 1000 });
 /// assert_eq!((nose_down.x.centidegrees(), nose_down.y.centidegrees()), (45_00, 0));
 /// ```
-#[inline(never)] // measured and budgeted as a function
 pub fn gimbal_y(up: I32x3) -> Gimbal {
     let up = normalise(up);
     Gimbal {
@@ -159,13 +153,11 @@ pub fn gimbal_y(up: I32x3) -> Gimbal {
 /// let up = I32x3 { x: -1000, y: 0, z: 0 };
 /// assert_eq!(rotation(up).centidegrees_unsigned(), 270_00);
 /// ```
-#[inline(never)] // measured and budgeted as a function
 pub fn rotation(up: I32x3) -> Angle {
     Angle::atan2(up.x, up.y)
 }
 
 /// The cross slope of a 1-axis sensor, -90..=90 deg: the angle of its Z axis above the horizontal, asin(uz) for a unit vector.
-#[inline(never)] // measured and budgeted as a function
 pub fn cross_slope(up: I32x3) -> Angle {
     let up = normalise(up);
     tilt(up.z, up.x, up.y)

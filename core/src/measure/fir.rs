@@ -199,7 +199,6 @@ impl Fir {
 
     /// Filters one vector (1 g = 2^28); call it once per [`SAMPLE_PERIOD`]. The output is rounded to nearest. The input is
     /// limited to +-4 g.
-    #[inline(never)]
     pub fn step(&mut self, input: I32x3) -> I32x3 {
         let input = input.to_array().map(held);
         if self.output.is_none() {
@@ -290,7 +289,6 @@ impl Default for Fir {
 
 impl Mean {
     /// The mean of the present block and the one before, rounded to nearest. Starts the next block.
-    #[inline(never)] // one copy instead of three
     fn end(&mut self, decimation: u32) -> i32 {
         // The sum of the weights of both blocks is the square of their length.
         let half = (1i64 << (2 * decimation)) >> 1;
@@ -303,7 +301,6 @@ impl Mean {
     }
 }
 
-#[inline(never)] // one copy instead of two
 fn add_products(sums: &mut [i64; 3], vectors: &[[i32; 3]], coefficients: &[i16]) {
     let [mut x, mut y, mut z] = *sums;
     for ([vx, vy, vz], &coefficient) in vectors.iter().zip(coefficients) {
@@ -316,7 +313,6 @@ fn add_products(sums: &mut [i64; 3], vectors: &[[i32; 3]], coefficients: &[i16])
 }
 
 /// The point on the straight line from `from` to `to` after `way` of 2^`steps` steps, rounded to nearest.
-#[inline(never)] // one copy instead of three
 fn between(from: i32, to: i32, way: i32, steps: u32) -> i32 {
     let difference = i64::from(to).wrapping_sub(i64::from(from));
     let half = (1i64 << steps) >> 1;

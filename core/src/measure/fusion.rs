@@ -104,7 +104,6 @@ impl<const DELAY: u32> Fusion<DELAY> {
 
     /// Sets the noise of the system state transition, `q`, and of the measurement, `r` (object 3112h). Only their ratio has an
     /// effect. With a smaller `q` the gyroscope has more influence. The output continues without a step.
-    #[inline(never)] // measured and budgeted as a function
     pub fn tune(&mut self, q: Noise, r: Noise) {
         let gain = gain(q, r);
         self.gain = gain as i32;
@@ -130,7 +129,6 @@ impl<const DELAY: u32> Fusion<DELAY> {
     /// - `acceleration`: calibrated, not filtered, 1 g = 2^28, limited to +-2 g, `DELAY` older than the angular rate;
     /// - `rate`: the mean angular rate in the sample period that ends now, 1 deg/s = 2^16, limited to +-4096 deg/s. A value at the
     ///   end of the period instead would give a lag of half a period.
-    #[inline(never)] // measured and budgeted as a function
     pub fn step(&mut self, acceleration: I32x3, rate: I32x3) -> I32x3 {
         if !self.started {
             self.settle(acceleration);

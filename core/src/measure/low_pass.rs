@@ -119,7 +119,6 @@ impl LowPass {
     /// On an error, nothing changes.
     ///
     /// The execution time is about that of five steps.
-    #[inline(never)] // measured and budgeted as a function
     pub fn tune(&mut self, kind: Kind, cutoff: u16) -> Result<(), OutOfRange> {
         if !kind.cutoffs().contains(&cutoff) {
             return Err(OutOfRange);
@@ -147,7 +146,6 @@ impl LowPass {
 
     /// Filters one vector; call it once per [`SAMPLE_PERIOD`](super::SAMPLE_PERIOD). The output is rounded to nearest. The input
     /// is limited to +-2 g. The Butterworth filter can overshoot: its output can be up to 1.81 times 2 g.
-    #[inline(never)] // measured and budgeted as a function
     pub fn step(&mut self, input: I32x3) -> I32x3 {
         let input = limit(input);
         if self.output.is_none() {
@@ -244,7 +242,6 @@ fn scaled(coefficient: i32, state: i64) -> i64 {
 }
 
 /// One step of the element.
-#[inline(never)] // one copy instead of three
 fn element(state: &mut Integrators, input: i32) -> i32 {
     pass(&ELEMENT, ELEMENT_LOW, state, input)
 }
@@ -263,7 +260,6 @@ fn butterworth(filter: &Butterworth, states: &mut [Integrators; 4], input: i32) 
 ///
 /// The products include the fraction of a state. With rounded outputs, a section with low damping would have a limit cycle of one
 /// or two units.
-#[inline(always)]
 fn pass(section: &Section, to_low: i32, integrators: &mut Integrators, input: i32) -> i32 {
     let difference = state(input).wrapping_sub(integrators.low);
     let half =

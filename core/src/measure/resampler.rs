@@ -75,7 +75,6 @@ pub trait Component: Copy + Into<i32> {
 impl Component for i16 {
     const ZERO: Self = 0;
 
-    #[inline(never)]
     fn weighted_sum(values: &[[Self; 3]; TAPS], ahead: u32) -> [i64; 3] {
         weighted_sum(values, ahead)
     }
@@ -84,7 +83,6 @@ impl Component for i16 {
 impl Component for i32 {
     const ZERO: Self = 0;
 
-    #[inline(never)]
     fn weighted_sum(values: &[[Self; 3]; TAPS], ahead: u32) -> [i64; 3] {
         weighted_sum(values, ahead)
     }
@@ -198,7 +196,6 @@ impl<V: Component, const FRACTION: u32> Resampler<V, FRACTION> {
 }
 
 /// The sum of the weights is rounded. The oldest value gets the rest, so that a constant passes exactly.
-#[inline(always)] // called once for each type
 fn weighted_sum<V: Component>(values: &[[V; 3]; TAPS], ahead: u32) -> [i64; 3] {
     let first = (ahead >> POINT) as usize;
     let points = RESPONSE.get(first..).unwrap_or_default();
@@ -223,7 +220,6 @@ fn weighted_sum<V: Component>(values: &[[V; 3]; TAPS], ahead: u32) -> [i64; 3] {
     ]
 }
 
-#[inline(always)] // one instruction
 fn product<V: Component>(weight: i32, value: V) -> i64 {
     i64::from(weight).wrapping_mul(i64::from(value.into()))
 }

@@ -87,7 +87,6 @@ impl ReferenceFrame {
 
     /// The reference frame with the Z axis `up`; only its direction has an effect. None if the X axis is within 5 deg of vertical
     /// (up or down), and for the zero vector.
-    #[inline(never)]
     pub fn new(up: I32x3) -> Option<Self> {
         let up = normalise(up);
         // Half of the vector, so that the lengths fit 31 bits.
@@ -113,7 +112,6 @@ impl ReferenceFrame {
     }
 
     /// `acceleration` (1 g = 2^28) in the reference frame, rounded to nearest. The input is limited to +-4 g.
-    #[inline(never)]
     pub fn apply(&self, acceleration: I32x3) -> I32x3 {
         let [x, y, z] = acceleration
             .to_array()

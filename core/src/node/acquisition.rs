@@ -22,7 +22,6 @@ impl<A: Application> Acquisition<A> {
     }
 
     /// Processes a reading.
-    #[inline(never)] // measured and budgeted as a function
     pub fn sample(&mut self, now: Instant, reading: &Reading) -> A::Values {
         self.application.sample(now, reading)
     }
@@ -41,7 +40,6 @@ impl<A: Application> Acquisition<A> {
     }
 
     /// Performs the action of the deadline of the application if it is reached.
-    #[inline(always)] // usually there is none
     pub fn tick(&mut self, now: Instant) -> Option<A::Values> {
         let due = self.application.deadline().is_reached(now);
         due.then(|| self.application.tick(now))

@@ -145,7 +145,6 @@ impl Led {
         self.pattern != Pattern::Off && self.phase.is_multiple_of(2)
     }
 
-    #[inline(never)] // rarely called
     fn next(&mut self, now: Instant) {
         self.phase = (self.phase + 1) % self.pattern.phases();
         let time = millis(self.pattern.time(self.phase));

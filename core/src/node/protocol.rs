@@ -29,7 +29,6 @@ impl<A: Application> Context<A> {
 
     /// Writes a parameter as the application does. If the value is not permitted, or contradicts another parameter, nothing
     /// changes.
-    #[inline(always)] // called from one place in each protocol
     pub fn write(&mut self, id: ParameterId, value: u32) -> Result<Effect, Refused> {
         Parameters::<A::Table>::check(id, value)?;
         if const { A::Table::CONSTRAINTS.is_empty() } {

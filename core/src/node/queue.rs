@@ -40,7 +40,6 @@ impl TransmitQueue {
     }
 
     /// True while a further request can be accepted: there is room for its replies and for all [others](Self::reserve).
-    #[inline(always)]
     pub fn has_room(&self) -> bool {
         self.length <= self.limit
     }
@@ -69,7 +68,6 @@ impl TransmitQueue {
     }
 
     /// The place of the cyclic value with this identifier.
-    #[inline(never)] // rarely called
     fn waiting(&self, id: CanId) -> Option<usize> {
         let mut frames = self.frames.iter().enumerate();
         let same = |(place, frame): &(usize, &Frame)| {
@@ -106,7 +104,6 @@ impl TransmitQueue {
     }
 
     /// The next frame to send.
-    #[inline(always)] // called from one place
     pub fn pop(&mut self) -> Option<Frame> {
         while self.length > 0 {
             let place = usize::from(self.first) % CAPACITY;

@@ -235,7 +235,6 @@ impl Shell {
     // Methods for the node.
 
     /// Whether the node can take the next frame. These causes are ignored.
-    #[inline(always)] // called for each frame
     pub(super) fn ready(&self, ignored: u8) -> bool {
         self.blocked & !ignored == 0 && self.queue.has_room()
     }
@@ -311,8 +310,7 @@ impl Shell {
     pub(super) fn sampled(&mut self, now: Instant) {
         self.dirty |= core::mem::take(&mut self.is_stale);
         self.is_starting = false;
-        // Same as `after`, which is not inlined. No overflow occurs in practice.
-        self.valid_until = Instant::from_ticks(now.ticks().wrapping_add(READING_LIMIT.ticks()));
+        self.valid_until = after(now, READING_LIMIT);
     }
 
     /// Returns true once when the values are no longer valid, because readings are missing.

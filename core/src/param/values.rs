@@ -131,7 +131,6 @@ impl<T: Table> Parameters<T> {
     }
 
     /// Sets a parameter. The value must have passed [`check`](Self::check).
-    #[inline(never)] // many callers
     pub fn set(&mut self, id: ParameterId, value: u32) {
         let place = usize::from(id.0);
         let number = self.numbers.as_mut().get_mut(place);

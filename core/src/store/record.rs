@@ -30,9 +30,6 @@ pub(super) const PARAMETERS_OWNER: usize = 2;
 pub(super) const CALIBRATION_SIZE: usize = size(CALIBRATION_PAYLOAD);
 
 /// Continues a CRC-32/ISO-HDLC with more bytes. 0 is the CRC of no bytes.
-///
-/// The only function that uses the crate: then the compiler knows all arguments, and the images are 200 bytes smaller.
-#[inline(never)]
 pub fn crc32(previous: u32, bytes: &[u8]) -> u32 {
     // The table-driven variant would need 1 KiB of flash and save one millisecond at boot.
     const CRC: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);

@@ -138,7 +138,6 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// Begins to save parameters, which `encode` writes into a buffer. Call [`step`](Self::step) until the save has ended. A
     /// running save is aborted.
-    #[inline(never)] // measured and budgeted as a function
     pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         self.give_up();
         self.save_after_calibration(encode);
@@ -303,7 +302,6 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     /// Finds the newest parameters, the calibration, and the position for the next record. Does not write.
-    #[inline(never)] // only the boot needs its stack
     pub fn scan(&mut self) {
         let first = self.survey(0);
         let second = self.survey(1);
@@ -352,7 +350,6 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.damaged |= newest.check != 0 && newest.check != check;
     }
 
-    #[inline(never)] // one copy instead of two
     fn survey(&mut self, number: usize) -> Survey {
         let (start, size) = (self.start(number), self.size);
         let survey = survey(&mut self.memory, self.owner, start, size);
@@ -373,7 +370,6 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     /// Whether there is this calibration at an address.
-    #[inline(never)] // called from two places
     fn is_calibration(&mut self, address: usize, bytes: &[u8; calibration::SIZE]) -> bool {
         address > 0 && self.read_calibration(address) == *bytes
     }

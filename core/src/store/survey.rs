@@ -168,7 +168,6 @@ fn valid_record(memory: &mut impl ReadNorFlash, address: usize, limit: usize) ->
 }
 
 /// The word at an address; None if it cannot be read.
-#[inline(never)] // called from several places
 pub(super) fn read_word(memory: &mut impl ReadNorFlash, address: usize) -> Option<u32> {
     let mut word = [0; WORD];
     memory.read(address as u32, &mut word).ok()?;

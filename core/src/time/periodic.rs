@@ -37,7 +37,6 @@ impl Periodic {
     }
 
     /// Returns true if a period has ended; the next one begins. Several missed periods count as one.
-    #[inline(always)] // usually it has not ended, and a frame can wait
     pub fn poll(&mut self, now: Instant) -> bool {
         let ended = self.due.is_reached(now);
         if ended {
@@ -47,7 +46,6 @@ impl Periodic {
     }
 
     /// Begins the next period.
-    #[inline(never)] // rarely called
     fn begin_next(&mut self, now: Instant) {
         let due = self.due.time().unwrap_or(now);
         let period = millis(self.period_ms);

@@ -103,7 +103,6 @@ impl Board {
     ///
     /// # Safety
     /// Call it only once: it takes all peripherals.
-    #[inline(never)] // so that only the boot needs its stack
     pub unsafe fn take() -> Self {
         // SAFETY: the caller owns all peripherals.
         let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
@@ -354,7 +353,6 @@ fn unique_id() -> [u32; 3] {
 }
 
 /// Connects TXD to the CAN controller; otherwise the pin is a recessive output.
-#[inline(never)] // called from two places
 pub fn connect_transmitter(connected: bool) {
     // SAFETY: after the boot, this is the only code that changes this register.
     let port_b = unsafe { pac::GPIOB::steal() };

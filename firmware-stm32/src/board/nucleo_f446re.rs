@@ -126,7 +126,6 @@ impl Board {
     ///
     /// # Safety
     /// Call it only once: it takes all peripherals.
-    #[inline(never)] // so that only the boot needs its stack
     pub unsafe fn take() -> Self {
         // SAFETY: the caller owns all peripherals.
         let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };

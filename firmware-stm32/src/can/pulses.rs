@@ -50,7 +50,6 @@ impl Pulses {
     };
 
     /// The bit time of the last frame, once.
-    #[inline(never)] // so that its stack frame is not a part of the caller's
     pub(super) fn poll(&mut self, now: Instant) -> Option<BitTime> {
         let count = COUNT.load(Ordering::Relaxed);
         while self.taken != count {
@@ -113,7 +112,6 @@ pub(super) fn stop() {
 
 /// The interrupt at the end of a pulse. At 1 Mbit/s, the next interrupt can follow after 2 us, so the handler only stores the captured
 /// counters. Its priority is higher than that of the other interrupts.
-#[inline(always)]
 pub fn on_pulse() {
     let timer = timer();
     // Reading the captured values clears the flags.

@@ -11,7 +11,6 @@ use plumbline::can::{Frame, extended, standard};
 static OVERRUN: AtomicBool = AtomicBool::new(false);
 
 /// Takes the next frame out of FIFO 0; None if it is empty. The frame is None if it is not a valid one.
-#[inline(always)] // called from one place
 pub fn next() -> Option<Option<Frame>> {
     // SAFETY: no other code uses the registers of the receive FIFO.
     let registers = unsafe { CanPeripheral::steal() };
@@ -36,7 +35,6 @@ pub fn next() -> Option<Option<Frame>> {
 }
 
 /// The frame at the head of FIFO 0.
-#[inline(always)]
 fn head(registers: &CanPeripheral) -> Option<Frame> {
     let mailbox = registers.rx(0);
     let identifier = mailbox.rir().read();

@@ -57,7 +57,6 @@ pub fn is_idle() -> bool {
 }
 
 /// Puts a frame into an empty mailbox.
-#[inline(always)] // called from one place
 pub fn put(frame: &Frame) {
     let registers = registers();
     // With an empty mailbox, CODE is its number.

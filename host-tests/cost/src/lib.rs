@@ -2,18 +2,19 @@
 //! three on the Nucleo.
 //!
 //! - [`rows`]: the rows of the table, and the exact definition of each;
-//! - [`products`]: the measured models and the messages of the scenario; [`mod@function`]: the counted functions;
-//! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`]; [`calls`]: calculates figures from its calls;
-//! - [`budgets`]: the upper and lower limit of each figure; [`tables`]: text, Markdown and JSON.
+//! - [`products`]: the measured models and the messages of the scenario;
+//! - [`scenario`]: the standard scenario, which runs once per model on a [`rig`];
+//! - [`limits`]: what a user relies on; [`recorded`]: the guard against growth by accident;
+//! - [`tables`]: text, Markdown and JSON; [`documents`]: the documents with these tables.
 //!
 //! The processor runs at 64 MHz. Times are cycles by the timing table of the processor's Technical Reference Manual, with the wait
 //! states of the flash and of the buses, at the worst end of what the manuals leave open: see [`stm32_sim::cortex_m::timing`].
 //! They are not measured on hardware. Instructions are exact. On the Nucleo only bytes and instructions are measured.
 
-pub mod budgets;
-pub mod calls;
-pub mod function;
+pub mod documents;
+pub mod limits;
 pub mod products;
+pub mod recorded;
 pub mod rig;
 pub mod rows;
 pub mod scenario;
@@ -21,7 +22,7 @@ pub mod tables;
 
 use products::MeasuredProduct;
 use rows::{ROWS, Row, Unit};
-use scenario::Figures;
+use scenario::{Figures, Phases};
 use std::collections::BTreeMap;
 use std::rc::Rc;
 use std::time::Instant;
@@ -32,12 +33,6 @@ use stm32_sim::elf::{Image, Part, Shares};
 /// The reason why a figure is not available.
 #[derive(Clone, PartialEq, Eq, Debug, thiserror::Error)]
 pub enum CostError {
-    /// A measured function is not in the symbol table: it was renamed, inlined or never used.
-    #[error("{0}: the image has no function {1}")]
-    NoFunction(&'static str, &'static str),
-    /// A function was not called when expected.
-    #[error("{0} was not called when expected")]
-    NeverCalled(&'static str),
     /// An expected event of the scenario did not occur.
     #[error("{0} did not occur in the scenario")]
     NeverHappened(&'static str),
@@ -66,10 +61,10 @@ pub struct Report {
     pub model: &'static str,
     /// The rows of this model with their figures, in the order of the table.
     pub figures: Vec<(&'static Row, u64)>,
-    /// Cycles of the rows whose figures are instructions, by key.
-    pub cycles: Figures,
     /// What the firmware was doing at the worst phase of a row, by key: the functions before and behind the receive interrupt.
     pub phases: BTreeMap<&'static str, String>,
+    /// The phases that were swept.
+    pub sweep: Phases,
     /// The speed of the run in million simulated instructions per second: a property of this computer, not of the image.
     pub speed: f64,
 }
@@ -89,21 +84,11 @@ impl Report {
 ///
 /// # Panics
 /// The program does something that is a fault on the chip.
-pub fn measure(product: MeasuredProduct, image: Rc<Image>) -> Result<Report, CostError> {
-    measure_with(product, image, Cycles::default())
-}
-
-/// The same with other values of the parameters that the manuals leave open.
-///
-/// # Errors
-/// [`CostError`].
-///
-/// # Panics
-/// The program does something that is a fault on the chip.
-pub fn measure_with(
+pub fn measure(
     product: MeasuredProduct,
     image: Rc<Image>,
     cycles: Cycles,
+    sweep: Phases,
 ) -> Result<Report, CostError> {
     let begin = Instant::now();
     let shares = image.shares();
@@ -112,11 +97,10 @@ pub fn measure_with(
     let protocol = modules.map(|module| image.flash_of(module)).sum();
     let scenario::Outcome {
         mut figures,
-        cycles,
         mut phases,
         stack,
         instructions,
-    } = scenario::run(product, image, cycles)?;
+    } = scenario::run(product, image, cycles, sweep)?;
     let speed = instructions as f64 / begin.elapsed().as_secs_f64() / 1e6;
     add_sizes(&mut figures, product.name, &shares, stack)?;
     figures.insert("flash_protocol", protocol);
@@ -132,13 +116,8 @@ pub fn measure_with(
             .iter()
             .filter_map(|row| Some((row, *figures.get(row.key)?)))
             .collect(),
-        // The cycles are not modelled on the Nucleo either.
-        cycles: if product.chip == Chip::F103 {
-            cycles
-        } else {
-            Figures::new()
-        },
         phases,
+        sweep,
         speed,
     })
 }

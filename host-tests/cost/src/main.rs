@@ -2,14 +2,15 @@
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use cost::budgets::Budgets;
 use cost::products::{self, MeasuredProduct};
-use cost::{Report, measure_with, tables};
+use cost::recorded::Recorded;
+use cost::scenario::Phases;
+use cost::{Report, documents, limits, measure, tables};
 use plumbline::model::catalog::PRODUCTS;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::error::Error;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use std::rc::Rc;
 use stm32_sim::cortex_m::timing::{End, Timing};
@@ -19,7 +20,7 @@ use stm32_sim::firmware;
 /// Measures the images on a simulated microcontroller: memory, instructions, and on the Blue Pill times.
 #[derive(Parser)]
 struct Options {
-    /// Measure only this model [default: all that have budgets of their own]
+    /// Measure only this model [default: all that do not differ from another one by constants only]
     #[arg(long, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: Option<String>,
 
@@ -30,6 +31,18 @@ struct Options {
     /// Measure this image of the model instead of building it
     #[arg(long, value_name = "FILE", requires = "model")]
     elf: Option<PathBuf>,
+
+    /// Fail if a figure exceeds a limit, or grew by more than 10 % over the recorded one
+    #[arg(long)]
+    check: bool,
+
+    /// Record the figures of all products, and write them into the documents
+    #[arg(long, conflicts_with_all = ["model", "quick", "fastest", "check"])]
+    record: bool,
+
+    /// Send messages at few phases only: no sweep over saves, boot, heater and LEDs
+    #[arg(long)]
+    quick: bool,
 
     /// Print JSON, with the exact definition of each row
     #[arg(long, conflicts_with = "markdown")]
@@ -46,7 +59,10 @@ struct Options {
 
 fn main() -> ExitCode {
     match run(&Options::parse()) {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(complaints) => {
+            complaints.iter().for_each(|one| eprintln!("cost: {one}"));
+            ExitCode::from(u8::from(!complaints.is_empty()))
+        }
         Err(error) => {
             eprintln!("cost: {error}");
             ExitCode::FAILURE
@@ -54,28 +70,24 @@ fn main() -> ExitCode {
     }
 }
 
-fn run(options: &Options) -> Result<(), Box<dyn Error>> {
-    let budgets = Budgets::of_the_project()?;
+/// Measures, prints and records as the options say. Returns the complaints of the check.
+fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
+    let recorded = Recorded::of_the_project()?;
     let products: Vec<MeasuredProduct> = match &options.model {
         Some(model) => products::of_model(model, options.nucleo)
             .into_iter()
             .collect(),
-        None => products::all(|model| budgets.has(model)),
+        None => products::all(),
     };
-    let end = if options.fastest {
-        End::Best
-    } else {
-        End::Worst
-    };
-    let reports = reports(&products, options.elf.as_deref(), end)?;
+    let reports = reports(&products, options)?;
     if options.json {
-        println!("{:#}", tables::json(&reports, &budgets));
+        println!("{:#}", tables::json(&reports, &recorded));
     } else if options.markdown {
         print!("{}", tables::markdown(&reports));
     } else {
         println!("{}", tables::CONDITIONS);
         for report in &reports {
-            println!("\n{}", tables::text(report, &budgets).trim_end());
+            println!("\n{}", tables::text(report, &recorded).trim_end());
         }
     }
     for report in &reports {
@@ -84,20 +96,42 @@ fn run(options: &Options) -> Result<(), Box<dyn Error>> {
             report.model, report.speed
         );
     }
-    Ok(())
+    if options.record {
+        std::fs::write(Recorded::path(), Recorded::from_reports(&reports).text()?)?;
+        documents::write(&reports)?;
+    }
+    if !options.check {
+        return Ok(Vec::new());
+    }
+    let mut complaints: Vec<String> = reports.iter().flat_map(limits::exceeded).collect();
+    let mut differences: Vec<_> = reports
+        .iter()
+        .flat_map(|report| recorded.grown(report))
+        .collect();
+    if options.model.is_none() && !options.quick {
+        differences.extend(recorded.missing(&reports));
+    }
+    complaints.extend(differences.iter().map(ToString::to_string));
+    Ok(complaints)
 }
 
 /// Measures each model, with the given image or with a new build.
-fn reports(
-    products: &[MeasuredProduct],
-    elf: Option<&Path>,
-    end: End,
-) -> Result<Vec<Report>, Box<dyn Error>> {
+fn reports(products: &[MeasuredProduct], options: &Options) -> Result<Vec<Report>, Box<dyn Error>> {
+    let end = if options.fastest {
+        End::Best
+    } else {
+        End::Worst
+    };
+    let sweep = if options.quick {
+        Phases::Few
+    } else {
+        Phases::All
+    };
     let mut built = BTreeMap::new();
     let mut reports = Vec::new();
     for product in products {
-        let path = match elf {
-            Some(path) => path.to_owned(),
+        let path = match &options.elf {
+            Some(path) => path.clone(),
             None => {
                 let images = match built.entry(product.chip) {
                     Entry::Occupied(images) => images.into_mut(),
@@ -121,10 +155,11 @@ fn reports(
             let chip = product.chip.facts().name;
             return Err(format!("{} is not an image for the {chip}", path.display()).into());
         }
-        reports.push(measure_with(
+        reports.push(measure(
             *product,
             Rc::new(image),
             Timing::MANUALS.at(end),
+            sweep,
         )?);
     }
     Ok(reports)

@@ -1,18 +1,18 @@
-//! The measured products, the messages of their protocol (`messages`, `ims360`, `tiltix`), and the functions in their images.
+//! The measured products, the messages of their protocol (`messages`, `ims360`, `tiltix`).
 
 mod ims360;
 mod messages;
 mod tiltix;
 
-use super::function::Angles;
 use bench::BusRate;
 use ims360::IMS360;
 use messages::{CANOPEN, FSC};
 use plumbline::can::{Frame, extended, standard};
-use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start, with};
+use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start};
 use plumbline::node::Node;
 use plumbline::time::Duration;
 use std::any::TypeId;
+use std::collections::HashSet;
 use stm32_sim::chip::Chip;
 use tiltix::DEVICENET;
 
@@ -34,17 +34,13 @@ impl Message {
     }
 }
 
-/// A filter setting, and the rows that it fills.
+/// A filter setting, and the row that it fills.
 #[derive(Clone, Copy, Debug)]
 pub struct Filter {
-    /// The messages that set it, with different frequencies. Samples are counted with the last one.
+    /// The messages that set it, with different frequencies. The load is that of the last one.
     pub settings: &'static [Message],
-    /// The row of its samples.
-    pub sample: &'static str,
-    /// The row of one step of the low-pass, and its function.
-    pub step: Option<(&'static str, &'static str)>,
-    /// The row of a change of the setting, and its function.
-    pub tune: Option<(&'static str, &'static str)>,
+    /// The row of its load.
+    pub load: &'static str,
 }
 
 /// A message of a sequence.
@@ -67,8 +63,6 @@ pub struct Service {
     pub message: Message,
     /// The messages after its reply.
     pub after: &'static [Step],
-    /// The function that the row counts; None: all calls of the node for the request.
-    pub function: Option<&'static str>,
 }
 
 /// The messages of the scenario in J1939. The sensor has its address at 1 Mbit/s.
@@ -156,8 +150,6 @@ pub struct MeasuredProduct {
     pub name: &'static str,
     /// Its protocol.
     pub protocol: &'static Protocol,
-    /// The functions that calculate its angles.
-    pub angles: Angles,
     /// The times of its answers are measured also against saves and boot: a product of each protocol, and the IMS360, which has more
     /// services of CANopen than the JN2101.
     pub swept: bool,
@@ -167,8 +159,6 @@ pub struct MeasuredProduct {
 
 impl From<&Product> for MeasuredProduct {
     fn from(product: &Product) -> Self {
-        let axes = with(product.name, &Settings::default(), |node| node.readout());
-        let has_y = axes.is_some_and(|readout| readout.y.is_some());
         Self {
             label: product.name,
             chip: Chip::F103,
@@ -180,11 +170,6 @@ impl From<&Product> for MeasuredProduct {
                 catalog::Protocol::Canopen(_) if product.name == "ims360" => &IMS360,
                 catalog::Protocol::Canopen(_) => &CANOPEN,
                 catalog::Protocol::Devicenet(_) => &DEVICENET,
-            },
-            angles: if has_y {
-                Angles::TWO_AXES
-            } else {
-                Angles::ONE_AXIS
             },
         }
     }
@@ -208,30 +193,15 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
     })
 }
 
-/// Every product that has its own figures: not those that differ from a budgeted product only by constants. The products with budgets on
-/// the Nucleo follow.
-pub fn all(is_budgeted: impl Fn(&str) -> bool) -> Vec<MeasuredProduct> {
-    let own = |product: &&Product| {
-        let other = budgeted(product.name, &is_budgeted);
-        other.is_none_or(|other| other == product.name)
-    };
-    let mut measured: Vec<_> = PRODUCTS
+/// Every product that has figures of its own: not those that differ from an earlier one of the catalogue only by constants. The
+/// products that are measured on the Nucleo follow.
+pub fn all() -> Vec<MeasuredProduct> {
+    let mut nodes = HashSet::new();
+    let own = PRODUCTS
         .iter()
-        .filter(own)
-        .map(MeasuredProduct::from)
-        .collect();
+        .filter(|product| nodes.insert(node(product.name)));
     let on_nucleo = ON_NUCLEO.into_iter().filter_map(on_nucleo);
-    measured.extend(on_nucleo.filter(|product| is_budgeted(product.label)));
-    measured
-}
-
-/// The product whose budgets hold for the product of this name: itself, or another one with the same node, from which it differs
-/// only by constants. None if there is no such product.
-pub fn budgeted(name: &str, is_budgeted: impl Fn(&str) -> bool) -> Option<&'static str> {
-    let products = PRODUCTS.iter().map(|product| product.name);
-    let mut candidates = products.filter(|other| is_budgeted(other) && node(other) == node(name));
-    let own = candidates.clone().find(|other| *other == name);
-    own.or_else(|| candidates.next())
+    own.map(MeasuredProduct::from).chain(on_nucleo).collect()
 }
 
 /// The type of the node of a product.
@@ -270,18 +240,13 @@ mod tests {
     use super::*;
 
     #[test]
-    fn product_that_differs_by_constants_has_budgets_of_another() {
-        let has = |name: &str| ["is1", "is2tk"].contains(&name);
-        assert_eq!(budgeted("is1", has), Some("is1"));
-        assert_eq!(budgeted("is1d", has), Some("is1"));
-        assert_eq!(budgeted("is2dm", has), Some("is2tk"));
-        // Another node, so it needs budgets of its own.
-        for name in ["is2", "is1tk", "jn2101"] {
-            assert_eq!(budgeted(name, has), None);
+    fn product_that_differs_by_constants_is_not_measured() {
+        let measured: Vec<&str> = all().into_iter().map(|product| product.label).collect();
+        for name in ["is1", "is2", "is1tk", "is2tk", "jn2101", "nucleo-ims360"] {
+            assert!(measured.contains(&name), "{name}");
         }
-        let measured = all(has).into_iter().map(|product| product.name);
-        let without = ["is1d", "is2dm"];
-        assert!(measured.clone().all(|name| !without.contains(&name)));
-        assert_eq!(measured.count(), PRODUCTS.len() - without.len());
+        for name in ["is1d", "is2d", "is2dm"] {
+            assert!(!measured.contains(&name), "{name}");
+        }
     }
 }

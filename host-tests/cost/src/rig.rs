@@ -15,7 +15,6 @@ use stm32_sim::chip::Chip;
 use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
 use stm32_sim::flash::Times;
-use stm32_sim::profile::Call;
 
 /// Maximum time of a reply: a save that erases a page takes 40 ms and more.
 const PATIENCE: Duration = millis(500);
@@ -176,27 +175,9 @@ impl Rig {
         Microcontroller::of(self.bus.device(self.device)).expect("it was attached as one")
     }
 
-    fn controller_mut(&mut self) -> &mut Microcontroller {
-        Microcontroller::of_mut(self.bus.device_mut(self.device)).expect("it was attached as one")
-    }
-
-    /// Counts calls of a function from now on.
-    ///
-    /// # Errors
-    /// The image has no such function.
-    pub fn watch(&mut self, function: &'static str) -> Result<(), CostError> {
-        let name = self.product.name;
-        let found = self.controller_mut().count_calls(function);
-        found
-            .then_some(())
-            .ok_or(CostError::NoFunction(name, function))
-    }
-
-    /// The calls that have ended since the last call of this function, in the order of their start.
-    pub fn take_calls(&mut self) -> Vec<Call> {
-        let mut calls = self.controller_mut().take_calls();
-        calls.sort_by_key(|call| call.start);
-        calls
+    /// The instructions that the processor has executed.
+    pub fn instructions(&self) -> u64 {
+        self.controller().core().instructions()
     }
 
     /// Runs for this time.
@@ -205,17 +186,16 @@ impl Rig {
         self.bus.run_until(until);
     }
 
-    /// Sends a message and waits for the reply; returns the calls from the message until half a millisecond after the reply.
+    /// Sends a message, waits for the reply, and half a millisecond more.
     ///
     /// # Errors
     /// There is no reply.
-    pub fn request(&mut self, message: Message) -> Result<Vec<Call>, CostError> {
-        self.take_calls();
+    pub fn request(&mut self, message: Message) -> Result<(), CostError> {
         self.bus.take_received(self.tester);
         self.send(message);
         self.receive(1, PATIENCE, || format!("message {:02X?}", message.1))?;
         self.run(Duration::from_ticks(500));
-        Ok(self.take_calls())
+        Ok(())
     }
 
     /// Sends a message.

@@ -4,26 +4,25 @@ mod j1939;
 mod latency;
 
 use super::CostError;
-use super::calls::{Count, exchange, median, most, reply, save};
-use super::function::{CALIBRATION, NODE, STORE_SAVE, STORE_STEP};
-use super::products::{Filter, MeasuredProduct, Message, Protocol, Service, Step};
+use super::products::{MeasuredProduct, Message, Protocol, Service, Step};
 use super::rig::Rig;
-use can_wire::protocol::Picoseconds;
+use can_wire::frame_length::frame_bits;
+use can_wire::protocol::{Picoseconds, bit_time};
+use plumbline::measure::SAMPLE_PERIOD;
 use plumbline::time::{Duration, Instant, millis};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 use std::rc::Rc;
 use stm32_sim::cortex_m::timing::Cycles;
 use stm32_sim::elf::Image;
-use stm32_sim::profile::Call;
 
 /// Figures by the keys of their rows.
 pub type Figures = BTreeMap<&'static str, u64>;
 
-/// Requests of one type that are counted.
+/// Requests of one type that are measured.
 const REPETITIONS: usize = 20;
 
-/// Sampling time for each filter: 100 samples.
-const SAMPLING: Duration = millis(500);
+/// Samples of each filter that are measured.
+const SAMPLES: u32 = 100;
 
 /// Saves after which both pages must have been full.
 const SAVES: usize = 1000;
@@ -31,12 +30,19 @@ const SAVES: usize = 1000;
 /// Transmit errors that lead to bus-off: each counts 8, and bus-off begins above 255 (ISO 11898-1).
 const ERRORS_TO_BUS_OFF: u32 = 32;
 
+/// The phases at which messages are sent in the sweeps.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Phases {
+    /// All: steps of 2 us.
+    All,
+    /// Steps of 10 us against the sampling period, and nothing else: no saves, boot, heater and LEDs.
+    Few,
+}
+
 /// The result of the scenario.
 pub struct Outcome {
     /// The figures.
     pub figures: Figures,
-    /// Cycles of the rows whose figures are instructions.
-    pub cycles: Figures,
     /// The worst phases of the rows that have one.
     pub phases: BTreeMap<&'static str, String>,
     /// The peak of the stack in bytes.
@@ -48,22 +54,21 @@ pub struct Outcome {
 /// Runs the scenario.
 ///
 /// # Errors
-/// The sensor does not behave as expected, or a measured function is missing.
+/// The sensor does not behave as expected.
 pub fn run(
     product: MeasuredProduct,
     image: Rc<Image>,
     cycles: Cycles,
+    sweep: Phases,
 ) -> Result<Outcome, CostError> {
     let mut scenario = Scenario {
         rig: Rig::new(product, image, cycles),
         protocol: product.protocol,
         product,
+        sweep,
         figures: Figures::new(),
-        cycles: Figures::new(),
         phases: BTreeMap::new(),
-        samples: Vec::new(),
     };
-    scenario.watch()?;
     scenario.play()?;
     let controller = scenario.rig.controller();
     let violations = controller.violations();
@@ -78,7 +83,6 @@ pub fn run(
         stack: controller.peak_stack().into(),
         instructions: controller.core().instructions(),
         figures: scenario.figures,
-        cycles: scenario.cycles,
         phases: scenario.phases,
     })
 }
@@ -87,44 +91,12 @@ struct Scenario {
     rig: Rig,
     protocol: &'static Protocol,
     product: MeasuredProduct,
+    sweep: Phases,
     figures: Figures,
-    cycles: Figures,
     phases: BTreeMap<&'static str, String>,
-    /// The calls of all sampling phases.
-    samples: Vec<Call>,
 }
 
 impl Scenario {
-    fn watch(&mut self) -> Result<(), CostError> {
-        let node = NODE;
-        let of_node = [
-            node.receive,
-            node.is_idle,
-            node.tick,
-            node.action,
-            node.transmit,
-            node.sample,
-            node.stored,
-        ];
-        let shared = [CALIBRATION, STORE_SAVE, STORE_STEP];
-        let filters = self.protocol.filters.iter();
-        let of_filters = filters.flat_map(|filter| filter.step.into_iter().chain(filter.tune));
-        let of_services = self.protocol.services.iter();
-        let of_services = of_services.filter_map(|service| Some((service.row, service.function?)));
-        let of_rows = of_filters
-            .chain(of_services)
-            .chain(self.product.angles.0.iter().copied());
-        // Each function once, though several filters share some.
-        let functions: BTreeSet<&'static str> = of_node
-            .into_iter()
-            .chain(shared)
-            .chain(of_rows.map(|(_, function)| function))
-            .collect();
-        functions
-            .into_iter()
-            .try_for_each(|function| self.rig.watch(function))
-    }
-
     fn play(&mut self) -> Result<(), CostError> {
         self.rig.detect()?;
         for message in self.protocol.preparation {
@@ -134,7 +106,8 @@ impl Scenario {
             // The sensor has restarted.
             self.rig.detect()?;
         }
-        self.quiet()?;
+        // Until the LEDs are steady.
+        self.rig.run(millis(500));
         self.requests()?;
         self.samples()?;
         self.answers()?;
@@ -145,9 +118,16 @@ impl Scenario {
         self.saves()?;
         self.boot()?;
         if self.product.swept {
-            self.answers_while_saving()?;
-            self.answers_after_boot()?;
-            self.answers_while_flashing()?;
+            match self.sweep {
+                Phases::All => {
+                    self.answers_while_saving()?;
+                    self.answers_after_boot()?;
+                    self.answers_while_flashing()?;
+                }
+                Phases::Few => {
+                    self.first_angle()?;
+                }
+            }
         }
         self.bus_off()?;
         if let Some(messages) = self.protocol.j1939 {
@@ -159,34 +139,10 @@ impl Scenario {
         self.rig.detect()
     }
 
-    /// Measures without any input.
-    fn quiet(&mut self) -> Result<(), CostError> {
-        // Waits until the LEDs are steady.
-        self.rig.run(millis(500));
-        self.rig.take_calls();
-        self.rig.run(millis(100));
-        let calls = self.rig.take_calls();
-        let poll = median(&calls, NODE.is_idle)?;
-        self.count("idle_poll", poll);
-        Ok(())
-    }
-
     fn requests(&mut self) -> Result<(), CostError> {
-        let Protocol {
-            read, write, sync, ..
-        } = *self.protocol;
-        for (row, reply_row, message) in [
-            ("read_request", Some("read_reply"), read),
-            ("write_request", None, write),
-            ("sync", Some("sync_reply"), sync),
-        ] {
-            let (total, until_reply) = self.exchange(message)?;
-            self.count(row, total);
-            if let Some(row) = reply_row {
-                self.count(row, until_reply);
-            }
-        }
-        for message in self.protocol.others {
+        let Protocol { write, others, .. } = *self.protocol;
+        self.replies("write_median", write)?;
+        for message in others {
             self.rig.request(*message)?;
         }
         self.protocol
@@ -195,20 +151,44 @@ impl Scenario {
             .try_for_each(|service| self.service(service))
     }
 
-    /// The maximum for the request of a service.
+    /// Requests a service several times.
     fn service(&mut self, service: &Service) -> Result<(), CostError> {
-        let mut total = Count::default();
+        let mut times = Vec::new();
         for _ in 0..REPETITIONS {
             self.steps(service.before)?;
-            let calls = self.rig.request(service.message)?;
-            total = total.max(match service.function {
-                Some(function) => most(&calls, function)?,
-                None => exchange(&calls, &NODE)?,
-            });
+            times.push(self.time_of(service.message)?);
             self.steps(service.after)?;
         }
-        self.count(service.row, total);
+        self.median(service.row, times);
         Ok(())
+    }
+
+    /// Requests the same several times.
+    fn replies(&mut self, row: &'static str, message: Message) -> Result<(), CostError> {
+        let times: Result<_, _> = (0..REPETITIONS).map(|_| self.time_of(message)).collect();
+        self.median(row, times?);
+        Ok(())
+    }
+
+    /// The time from the end of a message to the start of its reply in ns.
+    fn time_of(&mut self, message: Message) -> Result<u64, CostError> {
+        self.rig.bus().take_log();
+        self.rig.request(message)?;
+        let (own, frame) = (self.rig.source(), message.frame());
+        let length = Picoseconds::from(frame_bits(&frame)) * bit_time(self.rig.bus().rate());
+        let mut log = self.rig.bus().take_log().into_iter();
+        let asked = log.find(|logged| logged.source != own && logged.frame == frame);
+        let reply = log.find(|logged| logged.source == own);
+        match (asked, reply) {
+            (Some(asked), Some(reply)) => Ok((reply.start - asked.start - length).div_ceil(1_000)),
+            _ => Err(self.rig.silent(format!("{message:?}"))),
+        }
+    }
+
+    /// The median of these times, the larger of the two middle ones.
+    fn median(&mut self, row: &'static str, mut times: Vec<u64>) {
+        times.sort_unstable();
+        self.figures.insert(row, times[times.len() / 2]);
     }
 
     fn steps(&mut self, steps: &[Step]) -> Result<(), CostError> {
@@ -226,65 +206,20 @@ impl Scenario {
         Ok(())
     }
 
-    /// Instructions and cycles of a row.
-    fn count(&mut self, row: &'static str, count: Count) {
-        self.figures.insert(row, count.instructions);
-        self.cycles.insert(row, count.cycles);
-    }
-
-    /// The maximum for this message: all counts in core, and those until its reply is returned.
-    fn exchange(&mut self, message: Message) -> Result<(Count, Count), CostError> {
-        let (mut total, mut until_reply) = (Count::default(), Count::default());
-        for _ in 0..REPETITIONS {
-            let calls = self.rig.request(message)?;
-            total = total.max(exchange(&calls, &NODE)?);
-            until_reply = until_reply.max(reply(&calls, &NODE)?);
-        }
-        Ok((total, until_reply))
-    }
-
-    /// Measures each filter.
+    /// The load of the processor with each filter.
     fn samples(&mut self) -> Result<(), CostError> {
         for filter in self.protocol.filters {
-            self.filter(filter)?;
-        }
-        let mut parts = vec![("calibration", CALIBRATION)];
-        parts.extend(self.product.angles.0);
-        for (row, function) in parts {
-            let count = most(&self.samples, function)?;
-            self.count(row, count);
-        }
-        for figures in [&mut self.figures, &mut self.cycles] {
-            if let Some(both) = figures.get("perpendicular") {
-                figures.insert("angle", both.div_ceil(2));
+            for setting in filter.settings {
+                self.rig.request(*setting)?;
             }
-        }
-        Ok(())
-    }
-
-    /// Sets a filter, with the measured setting last, and takes samples.
-    fn filter(&mut self, filter: &Filter) -> Result<(), CostError> {
-        let mut tuned = Vec::new();
-        for setting in filter.settings {
-            tuned.extend(self.rig.request(*setting)?);
-        }
-        self.rig.run(millis(20));
-        self.rig.take_calls();
-        self.rig.run(SAMPLING);
-        let calls = self.rig.take_calls();
-        let count = most(&calls, NODE.sample)?;
-        self.count(filter.sample, count);
-        for (part, calls) in [(filter.step, &calls), (filter.tune, &tuned)] {
-            if let Some((row, function)) = part {
-                let count = most(calls, function)?;
-                let before = Count {
-                    instructions: self.figures.get(row).copied().unwrap_or_default(),
-                    cycles: self.cycles.get(row).copied().unwrap_or_default(),
-                };
-                self.count(row, count.max(before));
+            self.rig.run(millis(20));
+            let before = self.rig.instructions();
+            for _ in 0..SAMPLES {
+                self.rig.run(SAMPLE_PERIOD);
             }
+            let load = (self.rig.instructions() - before) / u64::from(SAMPLES);
+            self.figures.insert(filter.load, load);
         }
-        self.samples.extend(calls);
         Ok(())
     }
 
@@ -301,23 +236,14 @@ impl Scenario {
     /// Saves until a page must be erased.
     fn saves(&mut self) -> Result<(), CostError> {
         let before = self.rig.erased();
-        let mut saves = self.protocol.saves.iter().cycle();
-        let mut figures = Vec::new();
-        while self.rig.erased() == before {
-            if figures.len() == SAVES {
-                return Err(CostError::NeverHappened("the erase of a page"));
-            }
-            let message = saves.next().ok_or(CostError::NeverHappened("a save"))?;
-            let mut calls = self.rig.request(*message)?;
+        for message in self.protocol.saves.iter().cycle().take(SAVES) {
+            self.rig.request(*message)?;
             self.rig.run(self.protocol.saves_later);
-            calls.extend(self.rig.take_calls());
-            figures.push(save(&calls, &NODE)?);
+            if self.rig.erased() != before {
+                return Ok(());
+            }
         }
-        let most = figures.iter().copied().reduce(Count::max);
-        self.count("save_most", most.unwrap_or_default());
-        let median = Count::middle(&figures).unwrap_or_default();
-        self.count("save", median);
-        Ok(())
+        Err(CostError::NeverHappened("the erase of a page"))
     }
 
     /// Lets the sensor answer the synchronous message after a start.
@@ -330,11 +256,7 @@ impl Scenario {
 
     /// Measures a power-up with the saved bit rate.
     fn boot(&mut self) -> Result<(), CostError> {
-        let count = |rig: &Rig| {
-            let core = rig.controller().core();
-            (core.instructions(), core.cycle())
-        };
-        let (start, before) = (self.rig.bus().now(), count(&self.rig));
+        let (start, before) = (self.rig.bus().now(), self.rig.instructions());
         self.rig.bus().take_log();
         self.rig.power_cycle();
         for _ in 0..1_000_000 {
@@ -343,12 +265,8 @@ impl Scenario {
                 break;
             }
         }
-        let after = count(&self.rig);
-        let boot = Count {
-            instructions: after.0 - before.0,
-            cycles: after.1 - before.1,
-        };
-        self.count("boot", boot);
+        let boot = self.rig.instructions() - before;
+        self.figures.insert("boot", boot);
         self.rig
             .receive(self.protocol.boot_up, millis(100), || "boot-up".to_owned())?;
         let log = self.rig.bus().take_log();

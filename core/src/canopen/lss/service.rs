@@ -64,7 +64,6 @@ impl<P: Product> Device for Unit<'_, P> {
 
 impl<P: Product> Canopen<P> {
     /// Returns true if a received frame is one of LSS, or is ignored because the node serves nothing else now.
-    #[inline(always)] // called for each frame
     pub(in crate::canopen) fn layer_setting(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -159,13 +158,11 @@ impl<P: Product> Services<P> {
     const REVISION_NUMBER: Setting = Setting::at(P::OBJECTS, 0x1018, 3);
 
     /// Whether the node has no valid node-ID and serves only LSS.
-    #[inline(always)]
     pub(in crate::canopen) fn is_unconfigured(&self) -> bool {
         P::Lss::PRESENT && self.node_id == UNCONFIGURED
     }
 
     /// The node-ID after reset communication.
-    #[inline(always)]
     pub(in crate::canopen) fn pending_node_id(cx: &ContextOf<P>) -> u8 {
         let node_id = cx.parameters.get(P::NODE_ID) as u8;
         if P::Lss::PRESENT && node_id == UNCONFIGURED {
@@ -175,7 +172,6 @@ impl<P: Product> Services<P> {
     }
 
     /// The bit rate after reset communication.
-    #[inline(always)]
     pub(in crate::canopen) fn pending_rate(cx: &ContextOf<P>) -> BitRate {
         let number = cx.parameters.get(P::BIT_RATE);
         let rate = number
@@ -185,7 +181,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Enters the waiting state: the device restarts, or its communication.
-    #[inline(always)]
     pub(in crate::canopen) fn reset_lss(&mut self) {
         if let Some(lss) = self.lss.get_mut() {
             lss.slave = Slave::WAITING;
@@ -206,7 +201,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Handles the end of a save: answers store configuration, or begins the save that waited.
-    #[inline(always)]
     pub(in crate::canopen) fn stored_lss(&mut self, cx: &mut ContextOf<P>, succeeded: bool) {
         let Some(lss) = self.lss.get_mut() else {
             return;
@@ -219,7 +213,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Lets the LEDs flicker in the configuration state and without a node-ID, while no other protocol is on the bus.
-    #[inline(always)]
     pub(in crate::canopen) fn indicate_lss(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let (unconfigured, hosted) = (self.is_unconfigured(), self.is_hosted());
         if let Some(lss) = self.lss.get_mut() {
@@ -230,7 +223,6 @@ impl<P: Product> Services<P> {
     }
 
     /// The LEDs begin to flicker again after bus-off, in which the red LED is on.
-    #[inline(always)]
     pub(in crate::canopen) fn resume_flicker(&mut self, now: Instant) {
         if let Some(lss) = self.lss.get_mut() {
             lss.flicker.restart(now);
@@ -238,7 +230,6 @@ impl<P: Product> Services<P> {
     }
 
     /// Replaces the patterns of the LEDs if they flicker. `bus_off`: the red LED shows bus-off.
-    #[inline(always)]
     pub(in crate::canopen) fn overlay_flicker(&self, patterns: &mut Patterns, bus_off: bool) {
         if let Some(lss) = self.lss.get()
             && let Some((run, error)) = lss.flicker.patterns()

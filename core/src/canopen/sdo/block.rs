@@ -244,7 +244,6 @@ fn check_size(size: u8) -> Result<(), Abort> {
 impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     /// Handles a request of a block transfer, which is not the [initiate request](message::is_initiate) of another transfer. Returns
     /// None if it is none.
-    #[inline(never)] // not on the path of the other transfers
     pub(super) fn serve_block<T: Objects<Object = O, Text = B>>(
         &mut self,
         objects: &mut T,
@@ -290,7 +289,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     }
 
     /// Whether an upload has segments to send: call [`next_segment`](Self::next_segment) while the transmit queue is empty.
-    #[inline(always)]
     pub fn is_streaming(&self) -> bool {
         let block = self.block.get();
         block.is_some_and(|block| block.stage == Stage::Sending)

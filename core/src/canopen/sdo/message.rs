@@ -60,7 +60,6 @@ pub enum Announced {
 
 impl Request {
     /// The request in the eight bytes of a frame.
-    #[inline(always)] // the path of a request; another use is rare and small
     pub fn parse(bytes: [u8; 8]) -> Self {
         let [command, low, high, sub, d0, d1, d2, d3] = bytes;
         let index = u16::from_le_bytes([low, high]);

@@ -256,7 +256,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     }
 
     /// Begins the time in which the next message of the client must come.
-    #[inline(always)] // smaller than a call
     pub(super) fn extend(&mut self, now: Instant) {
         self.expires = Deadline::after(now, TIME_OUT);
     }
@@ -396,7 +395,6 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
     }
 
     /// The reply to a write, now or after the save.
-    #[inline(always)] // smaller than a call
     pub(super) fn answer(&mut self, written: Written, reply: [u8; 8]) -> Option<[u8; 8]> {
         match written {
             Written::Done => {

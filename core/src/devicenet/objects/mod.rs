@@ -38,7 +38,6 @@ pub(super) fn is_unconnected(request: &Request) -> bool {
 }
 
 /// Answers a request of this master.
-#[inline(always)] // called from one place
 pub(super) fn serve<P: Product>(
     device: &mut Devicenet<P>,
     cx: &mut ContextOf<P>,
@@ -56,7 +55,6 @@ pub(super) fn serve<P: Product>(
 }
 
 /// Answers a request to an object of the protocol.
-#[inline(never)] // keeps the path of a read short
 fn other<P: Product>(
     device: &mut Devicenet<P>,
     cx: &mut ContextOf<P>,

@@ -8,7 +8,6 @@ use crate::devicenet::table::Product;
 use crate::param::{ParameterId, Refused};
 use crate::time::Instant;
 
-#[inline(always)] // called from one place
 pub(super) fn serve<P: Product>(
     device: &mut Devicenet<P>,
     cx: &mut ContextOf<P>,
@@ -44,7 +43,6 @@ pub(super) fn serve<P: Product>(
     Ok(Data::number(number, row.size()))
 }
 
-#[inline(never)] // keeps the path of a read short
 fn set<P: Product>(
     device: &mut Devicenet<P>,
     cx: &mut ContextOf<P>,

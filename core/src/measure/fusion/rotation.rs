@@ -19,7 +19,6 @@ const ONE: u32 = 1 << 31;
 /// each component within +-1/2). Returns the rotated vector, Q28, rounded to nearest.
 ///
 /// The error of the angle is below 1e-5 of it at 0.2 rad.
-#[inline(never)] // one copy instead of two
 pub(super) fn rotated(state: &mut [i64; 3], rotation: Vector) -> Vector {
     // |w|^2; three components of 1/2 give 3/4
     let [x, y, z] = rotation.map(|w| (i64::from(w) * i64::from(w)) as u64);

@@ -92,7 +92,6 @@ impl<X: Axes, const HEATED: bool> Gemac<X, HEATED> {
         self.limit = limit;
     }
 
-    #[inline(always)] // measured: a call needs 20 more instructions for each sample
     fn values(&self) -> Inclination {
         let [x, y] = self.measured;
         let [zero_x, zero_y] = self.zero;

@@ -1,73 +1,141 @@
-//! Prints the size of every product's firmware image on both boards and fails when one exceeds its budget (`image_sizes.toml`).
+//! Prints the size of every product's firmware image on both boards. Fails when one grew by more than 10 % over the recorded size
+//! (`image_sizes.toml`), or exceeds the flash of the Blue Pill.
 //!
 //! Build the images first: `cargo build-bluepill`, `cargo build-nucleo`.
 
 use clap::Parser;
-use cost::products::budgeted;
+use cost::limits::FLASH;
+use cost::recorded::grew;
 use plumbline::model::catalog::PRODUCTS;
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::error::Error;
+use std::path::PathBuf;
 use std::process::ExitCode;
 use stm32_sim::image::Size;
 
-/// Prints the size of every product's firmware image on both boards and compares it with its budget.
+/// Prints the size of every product's firmware image on both boards, and compares it with the recorded one.
 #[derive(Parser)]
 struct Options {
     /// The target directory with the images.
     #[arg(long, default_value = "target")]
     target: PathBuf,
+
+    /// Record the sizes.
+    #[arg(long)]
+    record: bool,
 }
+
+/// The recorded sizes of each image, by board and product.
+type Recorded = BTreeMap<String, BTreeMap<String, Bytes>>;
+
+const FILE: &str = include_str!("../image_sizes.toml");
+
+/// The head of the file.
+const HEAD: &str = "\
+# The recorded size of each firmware image in bytes, by board and product: flash, and static RAM without the stack.
+# `cargo run --release --bin image-size -- --record` writes this file.
+";
+
+/// A size that is always permitted to grow.
+const FEW: u64 = 64;
 
 /// A board.
-#[derive(Deserialize)]
 struct Board {
+    name: &'static str,
     /// The compiler's target.
-    target: String,
-    /// The budget of each product. A product that differs from another one only by constants needs none.
-    budgets: BTreeMap<String, Budget>,
+    target: &'static str,
+    /// The largest program in bytes, if it is not the linker script that limits it.
+    flash: Option<u64>,
 }
 
-/// The largest size of an image in bytes.
-#[derive(Clone, Copy, Deserialize)]
-struct Budget {
+const BOARDS: [Board; 2] = [
+    Board {
+        name: "bluepill",
+        target: "thumbv7m-none-eabi",
+        flash: Some(FLASH),
+    },
+    Board {
+        name: "nucleo-f446re",
+        target: "thumbv7em-none-eabihf",
+        flash: None,
+    },
+];
+
+/// The size of an image in bytes.
+#[derive(Clone, Copy, Deserialize, Serialize)]
+struct Bytes {
     flash: u64,
     /// Static RAM, without the stack.
     ram: u64,
 }
 
-/// Prints the size of one image; an error when it exceeds its budget.
-fn check(path: &Path, budget: Option<Budget>) -> Result<(), String> {
-    let elf = std::fs::read(path).map_err(|error| error.to_string())?;
-    let size = Size::of(&elf).map_err(|error| error.to_string())?;
-    println!("{size}  {}", path.display());
-    // A linker script that was not found results in an image without code.
-    if size.flash < 1024 {
-        return Err("no image".into());
+/// The error of a size, if any.
+fn complaint(board: &Board, size: Bytes, recorded: Option<Bytes>) -> Option<String> {
+    if let Some(limit) = board.flash
+        && size.flash > limit
+    {
+        return Some(format!(
+            "{} B of flash exceed the limit {limit} B",
+            size.flash
+        ));
     }
-    let Budget { flash, ram } = budget.ok_or("no budget")?;
-    if size.flash > flash || size.ram > ram {
-        return Err(format!("exceeds {flash} B flash, {ram} B RAM"));
-    }
-    Ok(())
+    let Some(recorded) = recorded else {
+        return Some("its size is not recorded".to_owned());
+    };
+    let (flash, ram) = (recorded.flash, recorded.ram);
+    (grew(size.flash, flash, FEW) || grew(size.ram, ram, FEW))
+        .then(|| format!("grew by more than 10 % over the recorded {flash} B flash, {ram} B RAM"))
 }
 
 fn main() -> ExitCode {
-    let options = Options::parse();
-    let boards: BTreeMap<String, Board> =
-        toml::from_str(include_str!("../image_sizes.toml")).expect("the file is correct");
-    let mut exit = ExitCode::SUCCESS;
-    for board in boards.values() {
-        let folder = options.target.join(&board.target).join("release");
-        for product in PRODUCTS {
-            let path = folder.join(product.name);
-            let budgeted = budgeted(product.name, |name| board.budgets.contains_key(name));
-            let budget = budgeted.and_then(|name| board.budgets.get(name));
-            if let Err(error) = check(&path, budget.copied()) {
-                eprintln!("{}: {error}", path.display());
-                exit = ExitCode::FAILURE;
-            }
+    match run(&Options::parse()) {
+        Ok(complaints) => {
+            complaints
+                .iter()
+                .for_each(|one| eprintln!("image-size: {one}"));
+            ExitCode::from(u8::from(!complaints.is_empty()))
+        }
+        Err(error) => {
+            eprintln!("image-size: {error}");
+            ExitCode::FAILURE
         }
     }
-    exit
+}
+
+/// Prints the sizes; records them, or returns the complaints.
+fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
+    let recorded: Recorded = toml::from_str(FILE)?;
+    let mut measured = Recorded::new();
+    let mut complaints = Vec::new();
+    for board in &BOARDS {
+        let folder = options.target.join(board.target).join("release");
+        for product in PRODUCTS {
+            let path = folder.join(product.name);
+            let place = path.display();
+            let elf = std::fs::read(&path).map_err(|error| format!("{place}: {error}"))?;
+            let size = Size::of(&elf).map_err(|error| format!("{place}: {error}"))?;
+            println!("{size}  {place}");
+            // A linker script that was not found results in an image without code.
+            if size.flash < 1024 {
+                return Err(format!("{place}: no image").into());
+            }
+            let Size { flash, ram } = size;
+            let size = Bytes { flash, ram };
+            let known = recorded
+                .get(board.name)
+                .and_then(|sizes| sizes.get(product.name));
+            complaints.extend(
+                complaint(board, size, known.copied()).map(|error| format!("{place}: {error}")),
+            );
+            let sizes = measured.entry(board.name.to_owned()).or_default();
+            sizes.insert(product.name.to_owned(), size);
+        }
+    }
+    if options.record {
+        let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/image_sizes.toml");
+        std::fs::write(path, format!("{HEAD}\n{}", toml::to_string(&measured)?))?;
+        complaints.retain(|one| one.contains("limit"));
+    }
+    Ok(complaints)
 }

@@ -1,7 +1,6 @@
 //! The messages of the scenario for the IMS360: CANopen with LSS, block transfer, dynamic mapping and the Kalman filter, and
 //! J1939.
 
-use super::super::function::{FUSION_STEP, STEP, TUNE};
 use super::{Filter, J1939, Message, Protocol, Service, Step};
 use bench::BusRate;
 use plumbline::time::millis;
@@ -106,9 +105,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
     filters: &[
         Filter {
             settings: &[sdo(&[0x2F, 0x10, 0x31, 1, 0, 0, 0, 0])],
-            sample: "sample_off",
-            step: None,
-            tune: None,
+            load: "load_off",
         },
         // 0.1 Hz, 25 Hz, 2 Hz.
         Filter {
@@ -118,9 +115,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
                 sdo(&[0x2B, 0x11, 0x31, 0, 0xA8, 0x61, 0, 0]),
                 TWO_HERTZ,
             ],
-            sample: "sample_butterworth",
-            step: Some(("step_butterworth", STEP)),
-            tune: Some(("tune_butterworth", TUNE)),
+            load: "load_butterworth",
         },
         // 0.1 Hz, 8 Hz, 2 Hz.
         Filter {
@@ -130,9 +125,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
                 sdo(&[0x2B, 0x11, 0x31, 0, 0x40, 0x1F, 0, 0]),
                 TWO_HERTZ,
             ],
-            sample: "sample_critically_damped",
-            step: Some(("step_critically_damped", STEP)),
-            tune: Some(("tune_critically_damped", TUNE)),
+            load: "load_critically_damped",
         },
         // Q = 0.0001, then the factory's 0.001.
         Filter {
@@ -141,9 +134,7 @@ pub(in super::super) const IMS360: Protocol = Protocol {
                 sdo(&[0x2F, 0x12, 0x31, 2, 0xFC, 0, 0, 0]),
                 sdo(&[0x2F, 0x12, 0x31, 2, 0xFD, 0, 0, 0]),
             ],
-            sample: "sample_fusion",
-            step: Some(("step_fusion", FUSION_STEP)),
-            tune: None,
+            load: "load_fusion",
         },
     ],
     slowest_filter: KALMAN,
@@ -174,22 +165,20 @@ pub(in super::super) const IMS360: Protocol = Protocol {
     services: &[
         // The node-ID, in the state LSS configuration.
         Service {
-            row: "lss_request",
+            row: "lss_median",
             before: &[Step::Told(lss(&[0x04, 1, 0, 0, 0, 0, 0, 0]))],
             message: lss(&[0x5E, 0, 0, 0, 0, 0, 0, 0]),
             after: &[Step::Told(lss(&[0x04, 0, 0, 0, 0, 0, 0, 0]))],
-            function: None,
         },
         // The device name with CRC: the block has one segment.
         Service {
-            row: "block_segment",
+            row: "block_median",
             before: &[Step::Asked(sdo(&[0xA4, 0x08, 0x10, 0, 127, 0, 0, 0]))],
             message: sdo(&[0xA3, 0, 0, 0, 0, 0, 0, 0]),
             after: &[
                 Step::Asked(sdo(&[0xA2, 1, 127, 0, 0, 0, 0, 0])),
                 Step::Told(sdo(&[0xA1, 0, 0, 0, 0, 0, 0, 0])),
             ],
-            function: None,
         },
     ],
     j1939: Some(&VEHICLE),

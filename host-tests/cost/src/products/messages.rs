@@ -1,7 +1,6 @@
 //! The messages of the scenario in each protocol.
 
-use super::super::function::{FINISH, FIR_STEP, STEP, TUNE};
-use super::{Filter, Message, Protocol, Service};
+use super::{Filter, Message, Protocol};
 use bench::BusRate;
 use plumbline::can::BitRate;
 use plumbline::time::millis;
@@ -38,9 +37,7 @@ pub(super) const FSC: Protocol = Protocol {
     filters: &[
         Filter {
             settings: &[request(&[0x27, 0xD0, 0x07, 0])],
-            sample: "sample_off",
-            step: None,
-            tune: None,
+            load: "load_off",
         },
         // 0.1 Hz, 25 Hz, and 2 Hz, at which the samples are measured.
         Filter {
@@ -49,9 +46,7 @@ pub(super) const FSC: Protocol = Protocol {
                 request(&[0x27, 0xA8, 0x61, 1]),
                 request(&[0x27, 0xD0, 0x07, 1]),
             ],
-            sample: "sample_butterworth",
-            step: Some(("step_butterworth", STEP)),
-            tune: Some(("tune_butterworth", TUNE)),
+            load: "load_butterworth",
         },
         // 0.1 Hz, 8 Hz, 2 Hz.
         Filter {
@@ -60,9 +55,7 @@ pub(super) const FSC: Protocol = Protocol {
                 request(&[0x27, 0x40, 0x1F, 2]),
                 request(&[0x27, 0xD0, 0x07, 2]),
             ],
-            sample: "sample_critically_damped",
-            step: Some(("step_critically_damped", STEP)),
-            tune: Some(("tune_critically_damped", TUNE)),
+            load: "load_critically_damped",
         },
     ],
     slowest_filter: BUTTERWORTH,
@@ -114,13 +107,8 @@ const SAVE: Message = sdo(b"\x23\x10\x10\x01save");
 /// The FIR filter at 10 Hz (2043h).
 const TEN_HERTZ: Message = sdo(&[0x2F, 0x43, 0x20, 0, 1, 0, 0, 0]);
 
-const fn fir(setting: &'static [Message], sample: &'static str) -> Filter {
-    Filter {
-        settings: setting,
-        sample,
-        step: Some(("step_fir", FIR_STEP)),
-        tune: None,
-    }
+const fn fir(settings: &'static [Message], load: &'static str) -> Filter {
+    Filter { settings, load }
 }
 
 /// CANopen with the objects of the JN2101 (section 14 of its manual).
@@ -159,17 +147,12 @@ pub(super) const CANOPEN: Protocol = Protocol {
     filters: &[
         Filter {
             settings: &[sdo(&[0x2F, 0x43, 0x20, 0, 0, 0, 0, 0])],
-            sample: "sample_off",
-            step: None,
-            tune: None,
+            load: "load_off",
         },
-        fir(&[TEN_HERTZ], "sample_fir_10"),
-        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 2, 0, 0, 0])], "sample_fir_5"),
-        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 3, 0, 0, 0])], "sample_fir_1"),
-        fir(
-            &[sdo(&[0x2F, 0x43, 0x20, 0, 4, 0, 0, 0])],
-            "sample_fir_half",
-        ),
+        fir(&[TEN_HERTZ], "load_fir_10"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 2, 0, 0, 0])], "load_fir_5"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 3, 0, 0, 0])], "load_fir_1"),
+        fir(&[sdo(&[0x2F, 0x43, 0x20, 0, 4, 0, 0, 0])], "load_fir_half"),
     ],
     slowest_filter: TEN_HERTZ,
     others: &[
@@ -216,16 +199,9 @@ pub(super) const CANOPEN: Protocol = Protocol {
         // An object that does not exist.
         sdo(&[0x40, 0x77, 0x77, 0, 0, 0, 0, 0]),
     ],
-    services: &[Service {
-        row: "publish",
-        before: &[],
-        // The terminating resistor.
-        message: sdo(&[0x2F, 0x45, 0x20, 0, 1, 0, 0, 0]),
-        after: &[],
-        function: Some(FINISH),
-    }],
-    // The first TPDO every 5 ms.
+    services: &[],
     j1939: None,
+    // The first TPDO every 5 ms.
     cyclic: &[
         sdo(&[0x2B, 0x00, 0x18, 5, 5, 0, 0, 0]),
         sdo(&[0x2F, 0x00, 0x18, 2, 254, 0, 0, 0]),

@@ -1,7 +1,6 @@
 //! The messages of the scenario for the TILTIX: DeviceNet with explicit, poll and change-of-state connections at 500 kbit/s.
 
-use super::super::function::FINISH;
-use super::{Filter, Message, Protocol, Service, Step};
+use super::{Filter, Message, Protocol};
 use bench::BusRate;
 use plumbline::time::millis;
 
@@ -56,15 +55,11 @@ pub(super) const DEVICENET: Protocol = Protocol {
     filters: &[
         Filter {
             settings: &[AVERAGE_OFF, RECURSIVE_OFF],
-            sample: "sample_off",
-            step: None,
-            tune: None,
+            load: "load_off",
         },
         Filter {
             settings: &[RECURSIVE_990, AVERAGE_250],
-            sample: "sample_average",
-            step: None,
-            tune: None,
+            load: "load_average",
         },
     ],
     slowest_filter: AVERAGE_250,
@@ -88,23 +83,18 @@ pub(super) const DEVICENET: Protocol = Protocol {
         request(&[0x0A, 0x10, 0x65, 1, 0x71, 100, 0]),
         request(&[0x0A, 0x10, 0x65, 1, 0x71, 10, 0]),
         request(&[0x0A, 0x10, 0x65, 1, 0x73, 0]),
+        // A COS connection without acknowledgement compares the values. Its first message follows the second answer.
+        HOLD,
+        request(&[0x0A, 0x4B, 3, 1, 0x50, 0x0A]),
+        request(&[0x0A, 0x10, 5, 4, 9, 0, 0]),
+        request(&[0x0A, 0x10, 0x65, 1, 0x87, 1]),
+        request(&[0x0A, 0x4C, 3, 1, 0x10]),
         // An object that does not exist.
         request(&[0x0A, 0x0E, 0x77, 1, 1]),
     ],
-    services: &[Service {
-        row: "publish",
-        // A COS connection without acknowledgement; its first message follows the second answer.
-        before: &[
-            Step::Asked(HOLD),
-            Step::Asked(request(&[0x0A, 0x4B, 3, 1, 0x50, 0x0A])),
-            Step::Asked(request(&[0x0A, 0x10, 5, 4, 9, 0, 0])),
-        ],
-        message: request(&[0x0A, 0x10, 0x65, 1, 0x87, 1]),
-        after: &[Step::Asked(request(&[0x0A, 0x4C, 3, 1, 0x10]))],
-        function: Some(FINISH),
-    }],
-    // A cyclic connection without acknowledgement, every 5 ms.
+    services: &[],
     j1939: None,
+    // A cyclic connection without acknowledgement, every 5 ms.
     cyclic: &[
         request(&[0x0A, 0x4B, 3, 1, 0x60, 0x0A]),
         request(&[0x0A, 0x10, 5, 4, 9, 5, 0]),

@@ -1,16 +1,14 @@
 //! The part of the scenario in J1939: claim, requests, parameters and process data.
 
-use super::{REPETITIONS, Scenario};
+use super::Scenario;
 use crate::CostError;
-use crate::calls::{Count, exchange, turns};
-use crate::function::NODE;
 use crate::products::J1939;
 use plumbline::time::millis;
 
 /// From the restart to the end of the silence after the claim, with the start of the image.
 const CLAIMING: u32 = 600;
 
-/// The time in which SSI2 is measured.
+/// The time in which SSI2 is sent.
 const CYCLIC: u32 = 300;
 
 impl Scenario {
@@ -25,21 +23,10 @@ impl Scenario {
         self.rig.run(millis(50));
         let claim = ("j1939_claim", messages.contention);
         for (row, message) in [claim].iter().chain(messages.requests) {
-            let mut total = Count::default();
-            for _ in 0..REPETITIONS {
-                let calls = self.rig.request(*message)?;
-                total = total.max(exchange(&calls, &NODE)?);
-            }
-            self.count(row, total);
+            self.replies(row, *message)?;
         }
         self.rig.request(messages.on)?;
         self.rig.run(millis(CYCLIC));
-        self.rig.take_calls();
-        self.rig.run(millis(CYCLIC));
-        let calls = self.rig.take_calls();
-        let sent = Count::middle(&turns(&calls, &NODE));
-        let sent = sent.ok_or(CostError::NeverHappened("cyclic process data"))?;
-        self.count("j1939_ssi2", sent);
         Ok(())
     }
 }

@@ -72,7 +72,7 @@ impl Scenario {
     }
 
     /// Measures the time from power-up to the first angle; returns it in us.
-    fn first_angle(&mut self) -> Result<u64, CostError> {
+    pub(in super::super) fn first_angle(&mut self) -> Result<u64, CostError> {
         let protocol = self.protocol;
         let read = self.asked(protocol.read, protocol.read_code)?;
         let own = self.rig.source();

@@ -1,6 +1,6 @@
 //! The phases of a message against the sampling period, and against changes of the heater and of the LEDs.
 
-use super::super::{ERRORS_TO_BUS_OFF, Scenario};
+use super::super::{ERRORS_TO_BUS_OFF, Phases, Scenario};
 use super::{Asked, STEP, TRAIN, Trial, us};
 use crate::CostError;
 use crate::rig::{Rig, Warming};
@@ -8,6 +8,9 @@ use plumbline::measure::SAMPLE_PERIOD;
 use plumbline::time::{Duration, after, millis};
 use std::collections::BTreeSet;
 use stm32_sim::chip::Chip;
+
+/// The step of few phases in us.
+const FEW: u64 = 10;
 
 /// The period of the heater's regulator and of blinking LEDs, in us.
 const SLOW_PERIOD: u64 = 200_000;
@@ -37,7 +40,9 @@ impl Scenario {
         let protocol = self.protocol;
         // A reply waits for a sample that is being processed.
         self.rig.request(protocol.slowest_filter)?;
-        if let Some(set_point) = self.product.set_point {
+        if let Some(set_point) = self.product.set_point
+            && self.sweep == Phases::All
+        {
             let swings = after(self.rig.bus().now(), WARM_UP);
             self.rig.set_motion(Box::new(Warming { set_point, swings }));
             self.rig.run(WARM_UP);
@@ -51,11 +56,15 @@ impl Scenario {
         ] {
             let mut trials = Vec::new();
             let period = SAMPLE_PERIOD.ticks();
-            self.ask(asked, period / STEP, period + STEP, false, &mut trials)?;
+            let step = match self.sweep {
+                Phases::All => STEP,
+                Phases::Few => FEW,
+            };
+            self.ask(asked, period / step, period + step, false, &mut trials)?;
             self.record(Some(median), worst, &trials);
         }
         // On the Nucleo, no times are measured. The messages above are sent because they determine the peak of the stack.
-        if self.product.chip == Chip::F446 {
+        if self.product.chip == Chip::F446 || self.sweep == Phases::Few {
             return Ok(());
         }
         let nothing = |_: &mut Self| Ok(());

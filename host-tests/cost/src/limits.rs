@@ -1,0 +1,217 @@
+//! The limits that a user relies on. They are numbers that only a decision changes; growth below them is the business of
+//! [`recorded`](super::recorded).
+
+use super::Report;
+use super::products::{self, MeasuredProduct};
+use super::scenario::Phases;
+
+/// The largest program in the flash of the Blue Pill, in bytes: what is left beside a bootloader and the two pages of records.
+pub const FLASH: u64 = 53 * 1024;
+
+/// The RAM of the Blue Pill in bytes, and the part of it that the linker script leaves to the stack.
+pub const RAM: u64 = 20 * 1024;
+const STACK: u64 = 12 * 1024;
+
+/// The longest time from the end of a message to the start of its answer in ns, for each product. At 500 kbit/s, the intermission takes
+/// 6 us of it.
+const ANSWERS: [(&[&str], Messages, u64); 4] = [
+    (
+        &[
+            "is1", "is2", "is1d", "is2d", "is1tk", "is2tk", "is1dm", "is2dm",
+        ],
+        Messages::All,
+        15_000,
+    ),
+    (&["jn2101"], Messages::All, 20_000),
+    // Two protocols.
+    (&["ims360"], Messages::All, 22_000),
+    (&["tiltix080", "tiltix360"], Messages::Polls, 26_000),
+];
+
+/// The longest time from power-up to the first frame in ns, for each product.
+const BOOT: u64 = 30_000_000;
+
+/// The longest time from power-up to the first angle in ns.
+const FIRST_ANGLE: (&[&str], u64) = (&["is2", "jn2101"], 60_000_000);
+
+/// The longest time that a half-word takes (DS5319, flash memory characteristics) in ns. An answer while a save programs is late by at
+/// most the half-word that is being programmed.
+const HALF_WORD: u64 = 70_000;
+
+/// The messages whose answers have a limit.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Messages {
+    /// All requests and SYNC.
+    All,
+    /// Polls only.
+    Polls,
+}
+
+/// The figures of this product that exceed their limit, and those with a limit that are not measured. The products on the Nucleo have
+/// no limits.
+pub fn exceeded(report: &Report) -> Vec<String> {
+    let mut check = Check {
+        report,
+        complaints: Vec::new(),
+    };
+    if let Some(product) = products::find(report.model) {
+        check.size();
+        check.starts(&product);
+        check.answers(&product);
+        check.saves(&product);
+    }
+    check.complaints
+}
+
+struct Check<'a> {
+    report: &'a Report,
+    complaints: Vec<String>,
+}
+
+impl Check<'_> {
+    fn complain(&mut self, what: String) {
+        let complaint = format!("{}, {what}", self.report.model);
+        self.complaints.push(complaint);
+    }
+
+    /// The figure of a row, which the product must have.
+    fn figure(&mut self, row: &str) -> Option<u64> {
+        let figure = self.report.figure(row);
+        if figure.is_none() {
+            self.complain(format!("{row}: not measured"));
+        }
+        figure
+    }
+
+    fn at_most(&mut self, row: &str, limit: u64) {
+        if let Some(figure) = self.figure(row)
+            && figure > limit
+        {
+            self.complain(format!("{row}: {figure} exceeds the limit {limit}"));
+        }
+    }
+
+    fn size(&mut self) {
+        self.at_most("flash", FLASH);
+        self.at_most("ram", RAM);
+        self.at_most("stack", STACK);
+    }
+
+    fn starts(&mut self, product: &MeasuredProduct) {
+        self.at_most("boot_time", BOOT);
+        let (models, limit) = FIRST_ANGLE;
+        if models.contains(&product.name) {
+            self.at_most("first_angle", limit);
+        }
+    }
+
+    fn answers(&mut self, product: &MeasuredProduct) {
+        let found = ANSWERS
+            .into_iter()
+            .find(|(models, ..)| models.contains(&product.name));
+        let Some((_, messages, limit)) = found else {
+            self.complain("answers: no limit".to_owned());
+            return;
+        };
+        let mut rows = vec![("sync_worst", "read_worst")];
+        if self.report.sweep == Phases::All {
+            if product.set_point.is_some() {
+                rows.push(("heater_worst", "heater_read_worst"));
+            }
+            if product.swept {
+                rows.push(("led_worst", "led_read_worst"));
+            }
+        }
+        for (sync, read) in rows {
+            self.at_most(sync, limit);
+            if messages == Messages::All {
+                self.at_most(read, limit);
+            }
+        }
+        if product.swept && self.report.sweep == Phases::All {
+            self.at_most("boot_worst", limit);
+        }
+    }
+
+    fn saves(&mut self, product: &MeasuredProduct) {
+        if !product.swept || self.report.sweep == Phases::Few {
+            return;
+        }
+        for (saving, otherwise) in [
+            ("save_worst", "sync_worst"),
+            ("save_read_worst", "read_worst"),
+        ] {
+            if let Some(otherwise) = self.figure(otherwise) {
+                self.at_most(saving, otherwise + HALF_WORD);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rows::{ROWS, Unit};
+    use plumbline::model::catalog::PRODUCTS;
+
+    /// A report whose times and sizes are far below the limits.
+    fn report(model: &'static str, sweep: Phases, changed: &[(&str, u64)]) -> Report {
+        let figure = |key: &str| changed.iter().find(|(row, _)| *row == key);
+        Report {
+            model,
+            figures: ROWS
+                .iter()
+                .filter(|row| row.unit != Unit::Saves)
+                .map(|row| (row, figure(row.key).map_or(1_000, |(_, figure)| *figure)))
+                .collect(),
+            phases: Default::default(),
+            sweep,
+            speed: 1.0,
+        }
+    }
+
+    #[test]
+    fn figure_above_limit_is_reported() {
+        for (model, row, limit) in [
+            ("is2", "sync_worst", 15_000),
+            ("is2", "boot_worst", 15_000),
+            ("is1tk", "heater_read_worst", 15_000),
+            ("jn2101", "led_worst", 20_000),
+            ("ims360", "read_worst", 22_000),
+            ("tiltix080", "sync_worst", 26_000),
+            ("is1", "flash", 54_272),
+            ("is1", "ram", 20_480),
+            ("is1", "stack", 12_288),
+            ("tiltix360", "boot_time", 30_000_000),
+            ("jn2101", "first_angle", 60_000_000),
+            ("ims360", "save_worst", 71_000),
+        ] {
+            let at = report(model, Phases::All, &[(row, limit)]);
+            assert!(exceeded(&at).is_empty(), "{:?}", exceeded(&at));
+            let above = report(model, Phases::All, &[(row, limit + 1)]);
+            let complaint = format!("{model}, {row}: {} exceeds the limit {limit}", limit + 1);
+            assert_eq!(exceeded(&above), [complaint]);
+        }
+    }
+
+    #[test]
+    fn figure_with_a_limit_must_be_measured() {
+        let mut report = report("is2tk", Phases::All, &[]);
+        report.figures.retain(|(row, _)| row.key != "heater_worst");
+        assert_eq!(exceeded(&report), ["is2tk, heater_worst: not measured"]);
+        report.sweep = Phases::Few;
+        assert!(exceeded(&report).is_empty());
+    }
+
+    #[test]
+    fn each_product_of_the_catalogue_has_a_limit_of_its_answers() {
+        for product in PRODUCTS {
+            let slow = report(product.name, Phases::Few, &[("sync_worst", 100_000)]);
+            let complaints = exceeded(&slow);
+            assert!(
+                complaints.iter().any(|one| one.contains("exceeds")),
+                "{complaints:?}"
+            );
+        }
+    }
+}
