@@ -105,7 +105,8 @@ impl Board {
     /// Call it only once: it takes all peripherals.
     pub unsafe fn take() -> Self {
         // SAFETY: the caller owns all peripherals.
-        let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
+        let (mut core, device) =
+            unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
         // While a debugger halts the core, the watchdog stops, and the timer of the heater, which also disables its output (RM0008,
         // DBGMCU_CR).
@@ -120,7 +121,7 @@ impl Board {
         set_pins(&device);
         let mut watchdog = Watchdog(device.IWDG);
         let mut leds = StatusLeds(());
-        start_oscillator(&device.RCC, &mut watchdog, &mut leds);
+        start_oscillator(&device.RCC, &mut core.SYST, &mut watchdog, &mut leds);
         start_pll(&device.RCC, &device.FLASH);
         start_heater(&device.TIM3);
         start_spi(&device.SPI1);

@@ -1,6 +1,8 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
 use core::sync::atomic::{AtomicU8, Ordering};
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
 use plumbline::node::Leds;
 use plumbline::store::crc32;
 
@@ -73,19 +75,28 @@ fn supply_is_low() -> bool {
     pwr.csr().read().pvdo().bit_is_set()
 }
 
-/// The number of polls of the ready flag in an attempt to start the oscillator: 6 to 10 cycles each, so that an attempt takes
-/// about half a second. A crystal takes some milliseconds.
-const POLLS: u32 = INTERNAL_CLOCK / 16;
+/// The time of an attempt to start the oscillator, in cycles of the internal clock: half a second. A crystal takes some milliseconds.
+const ATTEMPT: u32 = INTERNAL_CLOCK / 2;
 
 /// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt
 /// succeeds the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver
 /// works outside of its limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each
 /// attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later.
-fn start_oscillator(rcc: &pac::RCC, watchdog: &mut Watchdog, leds: &mut StatusLeds) {
+fn start_oscillator(
+    rcc: &pac::RCC,
+    systick: &mut SYST,
+    watchdog: &mut Watchdog,
+    leds: &mut StatusLeds,
+) {
+    systick.set_clock_source(SystClkSource::Core);
+    systick.set_reload(ATTEMPT - 1);
     loop {
         rcc.cr().modify(|_, w| w.hseon().set_bit());
-        for _ in 0..POLLS {
+        systick.clear_current();
+        systick.enable_counter();
+        while !systick.has_wrapped() {
             if rcc.cr().read().hserdy().bit_is_set() && !supply_is_low() {
+                systick.disable_counter();
                 return;
             }
         }

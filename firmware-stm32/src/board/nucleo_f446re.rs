@@ -128,7 +128,8 @@ impl Board {
     /// Call it only once: it takes all peripherals.
     pub unsafe fn take() -> Self {
         // SAFETY: the caller owns all peripherals.
-        let (core, device) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
+        let (mut core, device) =
+            unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
         note_reset(&device.RCC);
         let mut watchdog = Watchdog::new(device.IWDG);
@@ -155,7 +156,7 @@ impl Board {
 
         // A Nucleo without its ST-LINK has no clock. The HAL would wait for it without end.
         rcc.cr().modify(|_, w| w.hsebyp().set_bit());
-        start_oscillator(&rcc, &mut watchdog, &mut leds);
+        start_oscillator(&rcc, &mut core.SYST, &mut watchdog, &mut leds);
         let clocks = rcc::Config::hse(8.MHz())
             .bypass_hse_oscillator()
             .sysclk(128.MHz())
