@@ -297,14 +297,15 @@ impl Bus {
         time.filter(|_| self.is_listening())
     }
 
-    /// Handles the end of a frame. Returns true if the controller has not joined the bus at the end of a frame that started after the join
-    /// was requested: at this bit rate, the recessive end of the frame was too short.
+    /// Handles the end of a frame. Returns true if the controller has not joined the bus at the ends of two frames that started after the
+    /// join was requested: at this bit rate, the recessive end of a frame is too short. The end of the first one can be seen just before
+    /// the controller joins.
     pub fn misses_frame(&mut self) -> bool {
         let Change::Joining { frames } = &mut self.change else {
             return false;
         };
         *frames = frames.saturating_add(1);
-        *frames > 1
+        *frames > 2
     }
 
     /// True while the bus must be polled every millisecond to measure the bit time, because there was a pulse.

@@ -44,7 +44,7 @@ fn assert_right(reply: &[u8]) {
 }
 
 #[test]
-fn accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery() {
+pub fn accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery() {
     for fault in [Fault::Silent(0xFF), Fault::Silent(0), Fault::Stopped] {
         let mut rig = quick();
         assert_right(&rig.poll());
@@ -117,7 +117,7 @@ fn accelerometer_clock_error_of_5_percent_has_no_effect() {
 
 /// SPI and I2C share the pins: a disturbance must not look like a start condition.
 #[test]
-fn i2c_of_the_accelerometer_is_disabled() {
+pub fn i2c_of_the_accelerometer_is_disabled() {
     let mut rig = Rig::booted("is2", BitRate::K500);
     assert!(rig.io().0.imu.i2c_is_disabled());
 }

@@ -17,6 +17,9 @@ macro_rules! also_on_the_nucleo {
 }
 
 also_on_the_nucleo! {
+    accelerometer:
+        accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery,
+        i2c_of_the_accelerometer_is_disabled;
     boot:
         first_frame_is_sent_within_30_ms,
         first_angle_is_sent_within_60_ms_and_is_exact,
@@ -44,6 +47,7 @@ also_on_the_nucleo! {
         run_led_flickers_during_detection_and_is_on_afterwards,
         sensor_without_recovery_stays_bus_off_until_a_restart;
     faults:
+        no_image_has_a_panic_path,
         undefined_instruction_restarts_the_sensor,
         unexpected_interrupt_restarts_the_sensor,
         stack_overflow_restarts_the_sensor_without_overwriting_static_variables;

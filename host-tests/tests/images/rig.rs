@@ -7,7 +7,7 @@ mod board;
 pub mod ims360;
 mod parameters;
 
-pub use board::{chip, elf, on};
+pub use board::{IMAGES, chip, elf, on};
 pub use parameters::*;
 
 use bench::motion::Motion;

@@ -1,4 +1,4 @@
-//! The images of the TILTIX: messages, stored settings, and the filters with the clock of the accelerometer.
+//! The rise time of the TILTIX with the clock of the accelerometer.
 
 use crate::rig::{blank, image, tilt};
 use bench::{AdapterId, Bus, BusRate, DeviceId};

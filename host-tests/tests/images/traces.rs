@@ -7,6 +7,7 @@ use crate::rig::*;
 use bench::motion::Motion;
 use bench::scene::{Axes, Scene, SceneArgument};
 use bench::{Bus, BusRate, Device, Flash, NodeType, Sensor};
+use host_tests::effort;
 use host_tests::trace::{Failure, Trace};
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::time::{Duration, Instant};
@@ -141,6 +142,19 @@ fn image_passes(product: &'static str) {
         trace.loosen(delay(product));
         trace.replay_on(&node_type, &scene, boot, &of_image)
     });
+}
+
+/// Those that differ from the tested images by constants. Only in a long run.
+#[test]
+fn images_of_the_other_products_pass_their_traces() {
+    let tested = ["is2", "jn2101", "ims360", "tiltix080"];
+    let others = PRODUCTS.iter().map(|product| product.name);
+    let others = others.filter(|name| !tested.contains(name));
+    for product in others.take(effort::choose(0, usize::MAX)) {
+        for chip in Chip::ALL {
+            on(chip, || image_passes(product));
+        }
+    }
 }
 
 macro_rules! image_passes {

@@ -1,5 +1,7 @@
 //! The board of a test, and its images.
 
+use host_tests::effort;
+use plumbline::model::catalog::PRODUCTS;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -8,7 +10,7 @@ use stm32_sim::firmware;
 
 /// The images that tests need: one of each family of products, one with another number of axes, one with a heater, and the program that
 /// checks gyroscope and supply.
-const IMAGES: [&str; 7] = [
+pub const IMAGES: [&str; 7] = [
     "is1",
     "is2",
     "is2tk",
@@ -41,13 +43,17 @@ pub fn on(chip: Chip, test: impl FnOnce()) {
     test();
 }
 
-/// The ELF file of a product for the board. The first call builds all of them.
+/// The ELF file of a product for the board. The first call builds all of them; in a long run, all products.
 pub fn elf(model: &str) -> &'static [u8] {
     static FILES: [OnceLock<BTreeMap<String, Vec<u8>>>; Chip::ALL.len()] =
         [const { OnceLock::new() }; Chip::ALL.len()];
     let place = Chip::ALL.iter().position(|one| *one == chip());
     let files = FILES[place.expect("all microcontrollers")].get_or_init(|| {
-        let built = firmware::build(chip(), &IMAGES).unwrap_or_else(|error| panic!("{error}"));
+        let products = PRODUCTS.iter().map(|product| product.name);
+        let all = products.filter(|name| !IMAGES.contains(name));
+        let all = all.take(effort::choose(0, usize::MAX));
+        let images: Vec<_> = IMAGES.into_iter().chain(all).collect();
+        let built = firmware::build(chip(), &images).unwrap_or_else(|error| panic!("{error}"));
         let read = |path| std::fs::read(path).expect("the image can be read");
         built
             .into_iter()
