@@ -206,8 +206,9 @@ impl Scenario {
         Ok(())
     }
 
-    /// The load of the processor with each filter.
+    /// The load of the processor with each filter. The first one is off; for the others, what they add.
     fn samples(&mut self) -> Result<(), CostError> {
+        let mut off = 0;
         for filter in self.protocol.filters {
             for setting in filter.settings {
                 self.rig.request(*setting)?;
@@ -218,7 +219,10 @@ impl Scenario {
                 self.rig.run(SAMPLE_PERIOD);
             }
             let load = (self.rig.instructions() - before) / u64::from(SAMPLES);
-            self.figures.insert(filter.load, load);
+            self.figures.insert(filter.load, load.saturating_sub(off));
+            if off == 0 {
+                off = load;
+            }
         }
         Ok(())
     }
