@@ -4,8 +4,8 @@
     pip install -r requirements.txt
     python devicenet_eds_check.py --sheets FOLDER
 
-Prints one line per check; the exit code is 1 if a check failed. host-tests/descriptors/tests/devicenet.rs compares the sheets with the
-sensors.
+Prints one line per check; the exit code is 1 if a check failed. host-tests/descriptors/tests/files/devicenet.rs compares the sheets with
+the sensors.
 """
 
 import argparse

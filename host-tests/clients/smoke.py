@@ -18,12 +18,13 @@ import can
 REQUEST, REPLY, SYNC = 0x300, 0x301, 0x100
 ANGLES, CYCLIC_TIME, BOOT_UP = 0x00, 0x15, 0xFF
 BURST = 2000
+PATIENCE = 20.0  # s; a busy computer answers late
 
 
 def open_bus(channel: str, **options: object) -> can.BusABC:
     """Opens a bus on this channel. It is open on return, because the version is answered after the command to open."""
     bus = can.Bus(interface="slcan", channel=channel, sleep_after_open=0, **options)
-    if None in bus.get_version(5.0):
+    if None in bus.get_version(PATIENCE):
         raise SystemExit(f"FAILED {channel} does not answer with its version")
     return bus
 
@@ -34,7 +35,7 @@ def message(identifier: int, data: bytes = b"", **options: object) -> can.Messag
     return can.Message(arbitration_id=identifier, data=data, **options)
 
 
-def take(bus: can.BusABC, count: int, timeout: float = 5.0, only: int | None = None) -> list[can.Message]:
+def take(bus: can.BusABC, count: int, timeout: float = PATIENCE, only: int | None = None) -> list[can.Message]:
     """The next messages, all or those with one identifier; fewer after the timeout."""
     end = time.monotonic() + timeout
     messages: list[can.Message] = []
@@ -44,15 +45,19 @@ def take(bus: can.BusABC, count: int, timeout: float = 5.0, only: int | None = N
     return messages
 
 
-def settle(*buses: can.BusABC) -> None:
-    """Drops what these clients of one sensor have received: the first one sends a request whose reply comes after all others."""
+def settle(*buses: can.BusABC) -> list[list[can.Message]] | None:
+    """What these clients of one sensor have received, until the reply to a last request of the first one, which comes after all others;
+    None without this reply."""
     buses[0].send(message(REQUEST, bytes([CYCLIC_TIME])))
+    everything = []
     for bus in buses:
-        end = time.monotonic() + 5.0
-        while (left := end - time.monotonic()) > 0:
-            received = bus.recv(left)
-            if received and received.arbitration_id == REPLY and received.data[0] == CYCLIC_TIME:
-                break
+        received = []
+        while not received or received[-1].arbitration_id != REPLY or received[-1].data[0] != CYCLIC_TIME:
+            if not (got := bus.recv(PATIENCE)):
+                return None
+            received.append(got)
+        everything.append(received[:-1])
+    return everything
 
 
 def poll(bus: can.BusABC, identifier: int = REQUEST, data: bytes = bytes([ANGLES])) -> list[can.Message]:
@@ -100,7 +105,7 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
     """Checks the sensor and the adapters, channel by channel."""
     first, *others = (open_bus(channel) for channel in channels)
     try:
-        serial = first.get_serial_number(5.0)
+        serial = first.get_serial_number(PATIENCE)
         checks.check("the serial number of the adapter is answered", serial is not None, serial)
 
         boot_up = wake(first)
@@ -111,15 +116,6 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
             settle(first, *others)
             checks.check(f"a poll through {channel} is answered", poll(bus) != [])
         checks.check("a sync frame is answered", poll(first, SYNC, b"") != [])
-
-        times = []
-        for _ in range(100):
-            start = time.perf_counter()
-            poll(first)
-            times.append(time.perf_counter() - start)
-        # A delay of the adapter is in every poll, a delay by other programs is not.
-        shortest = min(times) * 1000
-        checks.check("a poll takes a few milliseconds at most", shortest < 20, f"(shortest {shortest:.2f} ms)")
 
         for channel, other in zip(channels[1:], others):
             settle(first, *others)
@@ -132,12 +128,12 @@ def check_bus(checks: Checks, channels: list[str]) -> None:
 
             for number in range(BURST):
                 other.send(message(0x123, number.to_bytes(8, "big")))
-            got = take(first, BURST, 60.0)
+            got = take(first, BURST, 3 * PATIENCE)
             good = [int.from_bytes(m.data, "big") for m in got] == list(range(BURST))
             checks.check(f"a burst through {channel} is received completely and in order", good, f"({len(got)} of {BURST})")
         settle(first, *others)
         first.send(message(0x123))
-        checks.check("an adapter does not receive its own frames", first.recv(0.3) is None)
+        checks.check("an adapter does not receive its own frames", settle(first) == [[]])
     finally:
         for bus in (first, *others):
             bus.shutdown()
@@ -159,7 +155,9 @@ def check_options(checks: Checks, channel: str) -> None:
         checks.check("a listen-only client receives both frames", [m.arbitration_id for m in heard] == [REQUEST, REPLY], heard)
         settle(bus)
         silent.send(message(0x123))
-        checks.check("a listen-only client cannot send", bus.recv(0.3) is None)
+        # The version is answered after the frame.
+        checks.check("a listen-only client has an answer", None not in silent.get_version(PATIENCE))
+        checks.check("a listen-only client cannot send", settle(bus) == [[]])
     finally:
         bus.shutdown()
         silent.shutdown()

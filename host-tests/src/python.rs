@@ -37,14 +37,6 @@ pub fn run(script: &str, modules: &[&str], arguments: &[&str]) {
         "{script} failed:\n{text}{}",
         String::from_utf8_lossy(&output.stderr)
     );
-    // Shows which checks often need a second attempt.
-    let mut in_report = false;
-    for line in text.lines() {
-        in_report = line.starts_with("an attempt failed") || in_report && line.starts_with("  ");
-        if in_report {
-            let _ = writeln!(stderr(), "{script}: {line}");
-        }
-    }
 }
 
 /// An interpreter that has these modules, or the reason why there is none.

@@ -11,7 +11,7 @@
 //! - [`rcc`], [`pwr`], [`gpio`], [`afio`], [`flash`], [`spi`], [`adc`], [`timer`], [`capture_timer`], [`iwdg`], [`dbgmcu`],
 //!   [`signature`]: one module for each peripheral
 //! - [`ism330dhcx`]: the accelerometer on the SPI
-//! - [`microcontroller`]: all of these on the board; [`profile`]: instructions of functions
+//! - [`microcontroller`]: all of these on the board
 //!
 //! Registers that differ are in `rcc/layout.rs`, `gpio/f446.rs`, `flash/f103.rs` and `flash/f446.rs`. These parts of the STM32F446 are not
 //! modelled, because no image uses them: floating point, CAN2, SYSCFG, DMA, the effect of the voltage scale, over-drive, and flash units of
@@ -43,7 +43,6 @@ pub mod ism330dhcx;
 pub mod iwdg;
 pub mod microcontroller;
 pub mod peripherals;
-pub mod profile;
 pub mod pwr;
 pub mod rcc;
 pub mod signature;

@@ -15,7 +15,6 @@ use super::cortex_m::{CortexM3, Fault};
 use super::elf::Image;
 use super::flash::Work;
 use super::peripherals::Peripherals;
-use super::profile::{Call, Profile};
 use super::rcc::ResetCause;
 use super::signature::unique_id;
 use bench::motion::Motion;
@@ -62,7 +61,6 @@ pub struct Microcontroller {
     lowest_stack: u32,
     /// The parameter pages may have been changed from outside.
     parameters_touched: bool,
-    profile: Profile,
     reported: Reported,
     /// A program that cannot continue is reported.
     reports_stop: bool,
@@ -132,7 +130,6 @@ impl Microcontroller {
             led_history: VecDeque::new(),
             lowest_stack: u32::MAX,
             parameters_touched: true,
-            profile: Profile::default(),
             reported: Reported::default(),
             reports_stop: false,
             stopped: None,
@@ -271,21 +268,6 @@ impl Microcontroller {
         self.lowest_stack.min(self.core.lowest_stack())
     }
 
-    /// Counts calls of the function whose name contains `name` from now on; false when there is none.
-    #[must_use]
-    pub fn count_calls(&mut self, name: &'static str) -> bool {
-        let address = self.image.address_of(name);
-        if let Some(address) = address {
-            self.profile.watch(&mut self.core, name, address);
-        }
-        address.is_some()
-    }
-
-    /// The calls that have ended since the last call of this function, in the order in which they ended.
-    pub fn take_calls(&mut self) -> Vec<Call> {
-        self.profile.take()
-    }
-
     /// True while the sensor terminates the bus.
     pub fn terminated(&self) -> bool {
         self.on && board::terminated(self.io.chip(), &self.io.gpio)
@@ -322,7 +304,6 @@ impl Microcontroller {
             // The stack before a power-up was recorded at power-off; before the first power-up there was none.
             self.lowest_stack = self.lowest_stack();
         }
-        self.profile.reset(&mut self.core);
         self.core.reset();
         if cause != ResetCause::PowerOn {
             self.io.reset(self.core.cycle(), cause);

@@ -8,7 +8,7 @@
 //! <!-- end -->
 //! ```
 //!
-//! A block can belong to several products with equal tables. `UPDATE=1 cargo test -p host-tests --test documents`
+//! A block can belong to several products with equal tables. `UPDATE=1 cargo test -p host-tests --test sensor documents`
 //! writes the blocks.
 
 use descriptors::{Table, table};

@@ -1,5 +1,4 @@
 //! Shared by the tests of the store: payloads, saves, and the records found at power-up.
-#![allow(dead_code, reason = "each test uses a part of it")]
 
 use bench::{Flash, PAGE_SIZE};
 use host_tests::effort;

@@ -380,3 +380,6 @@ impl Session {
         taken
     }
 }
+
+#[cfg(test)]
+mod tests;

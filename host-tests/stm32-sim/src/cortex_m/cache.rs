@@ -87,10 +87,6 @@ impl Cache {
         self.breakpoints.insert(address & !1);
         self.forget(address, 2);
     }
-
-    pub fn remove_breakpoint(&mut self, address: u32) {
-        self.breakpoints.remove(&(address & !1));
-    }
 }
 
 impl CortexM3 {

@@ -8,7 +8,6 @@ use super::exceptions::{NMI, only};
 use super::fault::{FaultKind, Result};
 use super::registers::{ItState, THUMB};
 use super::sleep::Sleep;
-use super::timing::charge::Count;
 use super::timing::cost::Leaves;
 use super::timing::fetch::is_code;
 
@@ -62,9 +61,6 @@ impl CortexM3 {
         } else {
             TO_THREAD
         };
-        if !self.registers.in_handler() {
-            self.handler_began = self.count();
-        }
         self.drain();
         let pushed = self.push_frame();
         self.registers.select_stack(false);
@@ -162,13 +158,6 @@ impl CortexM3 {
             .cycles
             .map_or(RETURN, |cycles| cycles.exception_return.into());
         self.fetch.forget();
-        if !handler {
-            let (began, now) = (self.handler_began, self.count());
-            self.in_handlers = Count {
-                instructions: self.in_handlers.instructions + now.instructions - began.instructions,
-                cycles: self.in_handlers.cycles + now.cycles - began.cycles,
-            };
-        }
         self.exclusive = false;
         self.event = true;
         self.interrupt();

@@ -45,7 +45,6 @@ use registers::{Flags, ItState, Registers};
 use scb::SystemControl;
 use sleep::Sleep;
 use systick::SysTick;
-use timing::charge::Count;
 use timing::cost::Leaves;
 use timing::{Buses, Cycles, Fetch};
 
@@ -76,10 +75,6 @@ pub struct CortexM3 {
     cycle: u64,
     /// Executed instructions.
     instructions: u64,
-    /// Instructions and cycles of handlers that have returned to the thread.
-    in_handlers: Count,
-    /// The counts when handler mode began.
-    handler_began: Count,
     /// The costs; None: every instruction takes one cycle.
     cycles: Option<Cycles>,
     /// What the last instruction has left for the next one.
@@ -143,8 +138,6 @@ impl CortexM3 {
             thumb: true,
             cycle: 0,
             instructions: 0,
-            in_handlers: Count::default(),
-            handler_began: Count::default(),
             cycles: match model {
                 Model::CortexM3 => Some(Cycles::default()),
                 Model::CortexM4 => None,
@@ -363,16 +356,6 @@ impl CortexM3 {
         self.instructions
     }
 
-    /// The number of instructions executed outside exception handlers. Valid in thread mode.
-    pub fn thread_instructions(&self) -> u64 {
-        self.instructions - self.in_handlers.instructions
-    }
-
-    /// The number of cycles outside exception handlers and their entry and return, sleep included. Valid in thread mode.
-    pub fn thread_cycles(&self) -> u64 {
-        self.cycle - self.in_handlers.cycles
-    }
-
     /// True in WFI or WFE, and after a lockup.
     pub fn is_asleep(&self) -> bool {
         self.sleep.is_some() || self.locked_up
@@ -457,11 +440,6 @@ impl CortexM3 {
     /// Adds a breakpoint: runs stop before the instruction at this address.
     pub fn add_breakpoint(&mut self, address: u32) {
         self.cache.add_breakpoint(address);
-    }
-
-    /// Removes a breakpoint.
-    pub fn remove_breakpoint(&mut self, address: u32) {
-        self.cache.remove_breakpoint(address);
     }
 
     /// The lowest value of the stack pointer since reset.

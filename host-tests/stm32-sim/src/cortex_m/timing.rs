@@ -51,7 +51,7 @@
 //!   first line after a return, are not hidden behind the stack.
 
 pub mod bus;
-pub mod charge;
+mod charge;
 pub mod cost;
 pub mod fetch;
 

@@ -79,7 +79,8 @@ impl Sensor for Microcontroller {
                     }
                 }
                 Ok(Pause::Reset) => self.reset(ResetCause::Software),
-                Ok(Pause::Breakpoint) => self.profile.stopped(&mut self.core),
+                // Nobody waits for it.
+                Ok(Pause::Breakpoint) => {}
                 Ok(Pause::Bkpt(number)) => {
                     self.stop(self.core.pc(), format!("breakpoint {number}"))
                 }

@@ -80,3 +80,21 @@ fn write(mut stream: TcpStream, outbox: &Outbox) {
     // Wakes the reading thread; an error means that the client has already disconnected.
     let _ = stream.shutdown(Shutdown::Both);
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::sync_channel;
+
+    #[test]
+    fn answers_do_not_wait_for_acknowledgement_of_tcp() {
+        let listener = TcpListener::bind("127.0.0.1:0").expect("a port");
+        let address = listener.local_addr().expect("a socket");
+        let _client = TcpStream::connect(address).expect("it listens");
+        let (stream, _) = listener.accept().expect("it has connected");
+        let same = stream.try_clone().expect("a socket");
+        let (sender, _events) = sync_channel(1);
+        join(stream, &Events(sender)).expect("threads");
+        assert_eq!(same.nodelay().ok(), Some(true));
+    }
+}

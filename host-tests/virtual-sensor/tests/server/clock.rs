@@ -8,7 +8,7 @@ use std::net::TcpStream;
 const CYCLIC: &str = "t301800";
 
 /// Advances the time by at most this span in us; returns the lines before the answer, and the time in us.
-fn advance(client: &mut Client<TcpStream>, span: u64) -> (Vec<String>, u64) {
+pub fn advance(client: &mut Client<TcpStream>, span: u64) -> (Vec<String>, u64) {
     client.say(&format!("@{span:X}"));
     let mut lines = Vec::new();
     loop {

@@ -89,11 +89,6 @@ fn breakpoints() {
             );
             assert_eq!((processor.pc(), processor.register(0)), (place, count));
         }
-        processor.remove_breakpoint(place);
-        assert_eq!(
-            run(&mut processor, &mut OneRegister::default()),
-            Pause::Reached
-        );
     }
 }
 

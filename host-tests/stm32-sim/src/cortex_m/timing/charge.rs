@@ -4,15 +4,6 @@ use super::super::CortexM3;
 use super::fetch::is_code;
 use super::{Buses, Cost, Cycles, FlashTiming};
 
-/// Executed instructions and passed cycles.
-#[derive(Clone, Copy, PartialEq, Eq, Default, Debug)]
-pub struct Count {
-    /// Instructions.
-    pub instructions: u64,
-    /// Cycles.
-    pub cycles: u64,
-}
-
 impl CortexM3 {
     /// Sets the cycles of the instructions; None: each takes one cycle, memories and buses have no wait states, and an exception
     /// takes 12 cycles to enter and to return. The worst of each range is set at first.
@@ -83,14 +74,6 @@ impl CortexM3 {
         self.fetch.set_busy(until);
         if self.sleep.is_none() && is_code(self.next) {
             self.cycle = until;
-        }
-    }
-
-    /// The counts up to now.
-    pub(in super::super) fn count(&self) -> Count {
-        Count {
-            instructions: self.instructions,
-            cycles: self.cycle,
         }
     }
 }

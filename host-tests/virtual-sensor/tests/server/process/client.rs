@@ -2,12 +2,16 @@
 
 use super::sensor::{PATIENCE, Sensor};
 use std::io::{ErrorKind, Read, Write};
-use std::net::TcpStream;
+use std::net::{Shutdown, TcpStream};
 use std::time::{Duration, Instant};
 
 /// A poll of the angles, and the start of its reply.
 pub const POLL: &str = "t300100";
 pub const REPLY: &str = "t301600";
+
+/// A request for the cyclic time, and the start of its reply. The sensor answers in order: this reply comes after all that was due.
+const LAST: &str = "t300115";
+const LAST_REPLY: &str = "t301415";
 
 /// The start of a boot-up message.
 pub const BOOT_UP: &str = "t3018FF";
@@ -114,6 +118,31 @@ impl<S: Read + Write> Client<S> {
         panic!("no line starts with {beginning}");
     }
 
+    /// Sends a last request and reads until its reply; returns the lines before it.
+    #[track_caller]
+    pub fn settle(&mut self) -> Vec<String> {
+        self.say(LAST);
+        let mut lines = Vec::new();
+        loop {
+            match self.next().expect("a reply") {
+                line if line.starts_with(LAST_REPLY) => return lines,
+                line => lines.push(line),
+            }
+        }
+    }
+
+    /// Asserts that nothing comes: not before the reply to a last request.
+    #[track_caller]
+    pub fn expect_nothing(&mut self) {
+        assert_eq!(self.settle(), ["z"]);
+    }
+
+    /// Reads until the reply to the last request of another client.
+    #[track_caller]
+    pub fn catch_up(&mut self) {
+        self.find(LAST_REPLY);
+    }
+
     /// Polls the angles and returns them in 0.01 deg.
     #[track_caller]
     pub fn poll(&mut self) -> (i16, i16) {
@@ -128,6 +157,12 @@ impl<S: Read + Write> Client<S> {
 }
 
 impl Client<TcpStream> {
+    /// Sends nothing more, and waits until the server has noticed it.
+    pub fn leave(mut self) {
+        self.stream.shutdown(Shutdown::Write).expect("a socket");
+        while self.next().is_some() {}
+    }
+
     /// Shortens the read timeout, to detect silence in time.
     pub fn impatient(&self) {
         let timeout = Some(Duration::from_millis(20));
@@ -152,9 +187,7 @@ impl Client<TcpStream> {
                 }
             }
         }
-        // The sensor answers in order: the reply to a request for the cyclic time comes after those to the polls.
-        self.say("t300115");
-        self.find("t301415");
+        self.settle();
         self.stream
             .set_read_timeout(Some(PATIENCE))
             .expect("a socket");

@@ -138,20 +138,6 @@ impl Sensor {
         errors
     }
 
-    /// The processor time that it has used.
-    #[cfg(target_os = "linux")]
-    pub fn processor_time(&self) -> Duration {
-        let path = format!("/proc/{}/stat", self.child.0.id());
-        let status = std::fs::read_to_string(path).expect("the kernel reports it");
-        // After the name in parentheses come the fields from 3 on; utime is 14, stime is 15 (proc(5)).
-        let (_, fields) = status.rsplit_once(')').expect("a name");
-        let ticks = fields.split_whitespace().skip(11).take(2);
-        let ticks: u64 = ticks
-            .map(|field| field.parse::<u64>().expect("a number"))
-            .sum();
-        Duration::from_secs(ticks) / rustix::param::clock_ticks_per_second() as u32
-    }
-
     /// Memory in use, in KiB.
     #[cfg(target_os = "linux")]
     pub fn memory(&self) -> u64 {

@@ -98,17 +98,6 @@ fn pending_exception_is_tail_chained() {
     );
 }
 
-/// Handlers count neither as instructions nor as cycles of the thread.
-#[test]
-fn cycles_of_handlers_are_counted_apart() {
-    let (processor, cycles) = exceptions(0, &[0, 1], 3);
-    assert_eq!(processor.cycle() - processor.thread_cycles(), cycles - 1);
-    assert_eq!(
-        processor.instructions() - processor.thread_instructions(),
-        2
-    );
-}
-
 /// SysTick with a higher priority becomes pending during the entry of interrupt 0: it is taken first, in the same entry.
 #[test]
 fn late_arrival_is_taken_first() {
