@@ -39,8 +39,8 @@ fn reopen(path: &str) -> Client<File> {
         {
             lines.push(client.next().expect("an answer"));
         }
-        if !lines.iter().any(|line| line == "z") {
-            assert_eq!(lines, ["", BEL, "N0001"]);
+        // Lines for the previous client: this one was faster than the server, which discards them.
+        if lines == ["", BEL, "N0001"] {
             return client;
         }
         assert!(Instant::now() < end, "the channel is still open: {lines:?}");

@@ -107,15 +107,18 @@ impl<S: Read + Write> Client<S> {
     /// The next line that starts with this text; skips others.
     #[track_caller]
     pub fn find(&mut self, beginning: &str) -> String {
-        let end = Instant::now() + PATIENCE;
-        while Instant::now() < end {
+        let start = Instant::now();
+        let mut others = Vec::new();
+        while start.elapsed() < PATIENCE {
             match self.next() {
                 Some(line) if line.starts_with(beginning) => return line,
-                Some(_) => {}
+                Some(line) => others.push(line),
                 None => break,
             }
         }
-        panic!("no line starts with {beginning}");
+        let last = &others[others.len().saturating_sub(20)..];
+        let time = start.elapsed();
+        panic!("no line starts with {beginning} within {time:?}, the last others are {last:?}");
     }
 
     /// Sends a last request and reads until its reply; returns the lines before it.
