@@ -192,14 +192,14 @@ fn preset_sets_the_slope_at_every_resolution_and_in_every_mode() {
         for resolution in RESOLUTIONS {
             sensor.set_resolution(resolution);
             let (low, high) = sensor.limits();
-            for axis in 0..2 {
+            for (axis, slope) in SLOPE.into_iter().enumerate() {
                 for mode in [0, SCALE, SCALE | INVERT, INVERT, SCALE] {
                     sensor.set_mode(axis, mode);
                     for value in [0, high, low, high / 2, 1] {
                         sensor.preset(axis, value);
                         sensor.check(&format!("{resolution}, mode {mode}, preset {value}"));
                         if mode & SCALE != 0 {
-                            assert_eq!(sensor.number(SLOPE[axis]), value);
+                            assert_eq!(sensor.number(slope), value);
                         }
                     }
                 }

@@ -150,7 +150,7 @@ fn change_of_the_codes_is_sent_once() {
             // At different times after the last DM1.
             tester.wait(50 + 70 * u64::from(number));
             let sent = tester.exchange(&format!("18EF8021#23103200{data}"));
-            assert_eq!(sent[1..], [expected.clone()]);
+            assert_eq!(sent[1..], *std::slice::from_ref(&expected));
             let sent = tester.wait_text(1000);
             assert_eq!(sent, [(1000, expected)]);
         }
