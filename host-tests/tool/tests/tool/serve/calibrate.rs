@@ -1,6 +1,6 @@
 //! The calibration in the page: a shell script is the command of the log, and the test turns the unit.
 
-use crate::serve::client::{Running, Tab};
+use crate::serve::client::{Running, Tab, until};
 use plumbline_tool::calibrate::log::Source;
 use plumbline_tool::cli::Options;
 use plumbline_tool::serve::calibration::Unit;
@@ -188,7 +188,9 @@ fn stopped_calibration_goes_on_with_the_positions_that_are_missing() {
     // On another side there is no question, which would wait for its answer.
     board.turn("+z");
     // The thread can take a moment to end.
-    while board.server.post("/api/calibrate", "\"start\"").status != 200 {}
+    until("another start", || {
+        board.server.post("/api/calibrate", "\"start\"").status == 200
+    });
     let place = board
         .tab
         .wait("calibration", |state| !state["place"].is_null());
