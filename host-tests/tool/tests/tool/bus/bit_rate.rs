@@ -4,15 +4,17 @@ use super::rig::Rig;
 use bench::BusRate;
 use plumbline::can::{BitRate, CanId};
 
-/// A sensor on a wire at its rate as delivered, or at 250 kbit/s if it detects the rate, and another node that acknowledges.
+/// A sensor on a wire at its rate as delivered, or at 250 kbit/s if it detects the rate, after its start.
 pub fn wired(product: &str, rate: BitRate) -> Rig {
     let mut rig = Rig::new(BusRate::Wire);
     rig.says_yes = true;
     rig.attach(product, 7);
     rig.listen(rate);
-    rig.run(100);
-    rig.bus.borrow_mut().assist(true);
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, Some(rate), false);
     rig.run(3000);
+    rig.bus.borrow_mut().remove(other);
+    rig.bus.borrow_mut().assist(true);
     rig
 }
 
@@ -53,6 +55,7 @@ fn rate_of_every_protocol_is_written_stored_and_checked() {
             (3, "no-answer".to_owned()),
             "{product}"
         );
+        rig.listen(new);
         let id = rig.first();
         rig.power_cycle(id);
         assert_answers(&mut rig, &format!("--rate {new_text} {address}"));

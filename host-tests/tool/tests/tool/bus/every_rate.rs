@@ -106,8 +106,7 @@ fn sensor_is_found_at_its_rates_when_it_is_switched_on_and_by_asking() {
             |rig, rate| {
                 // One product shows that the scan hears each rate.
                 if product != "is2" && !ENDS.contains(&rate) {
-                    rig.bus.borrow_mut().assist(true);
-                    rig.run(3000);
+                    rig.done(&format!("--rate {} {option} {own} get", kbits(rate)));
                     return;
                 }
                 // Nobody acknowledges: boot-up message or duplicate check.
