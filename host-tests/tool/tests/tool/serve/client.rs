@@ -91,7 +91,16 @@ impl Running {
         Self::of(Box::new(fast_bus::connect), None, Some(eds))
     }
 
+    /// A server of the demonstration, which connects at once.
+    pub fn demonstration() -> Self {
+        Self::start(Box::new(fast_bus::connect), None, None, true)
+    }
+
     fn of(opener: Opener, unit: Option<Unit>, eds: Option<PathBuf>) -> Self {
+        Self::start(opener, unit, eds, false)
+    }
+
+    fn start(opener: Opener, unit: Option<Unit>, eds: Option<PathBuf>, demo: bool) -> Self {
         let config = tempfile::tempdir().expect("a folder");
         let settings = Settings {
             listen: "127.0.0.1:0".parse().expect("an address"),
@@ -100,7 +109,7 @@ impl Running {
                 eds,
                 ..Options::default()
             },
-            demo: false,
+            demo,
             unit,
         };
         let server = Server::bind(settings).expect("a free port");
