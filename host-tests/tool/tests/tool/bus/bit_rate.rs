@@ -168,3 +168,22 @@ fn lss_stores_the_rate_of_one_of_two_sensors_and_nothing_else() {
     // The other sensor has its old rate, so that it is not on this wire.
     assert_eq!(rig.fails("--node 50 get"), (3, "no-answer".to_owned()));
 }
+
+#[test]
+fn sensor_that_misses_its_restart_is_told_as_not_restarted() {
+    for (product, address, new) in [
+        ("jn2101", "--node 10", "800"),
+        ("jn2101", "--node 10", "1000"),
+        ("ims360", "--node 50", "1000"),
+    ] {
+        let mut rig = wired(product, BitRate::K125);
+        // The request of NMT to reset the node.
+        rig.lost = |frame| frame.can_id() == CanId::standard(0);
+        assert_eq!(
+            rig.fails(&format!("--rate 125 {address} rate {new}")),
+            (1, "not-restarted".to_owned()),
+            "{product} {new}"
+        );
+        assert_answers(&mut rig, &format!("--rate 125 {address}"));
+    }
+}
