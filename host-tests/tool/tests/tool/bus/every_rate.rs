@@ -225,9 +225,9 @@ fn mac_id_other_than_as_delivered_is_found_by_asking_all() {
 fn silent_j1939_node_is_found_by_a_request_for_claims() {
     let mut rig = j1939();
     rig.done("--rate 125 --address 128 rate 250");
+    rig.listen(BitRate::K250);
     let id = rig.first();
     rig.power_cycle(id);
-    rig.listen(BitRate::K250);
     // What it sends by itself is not heard.
     let now = rig.bus.borrow().now();
     rig.deaf = Some((now, now + millis(12_100)));
