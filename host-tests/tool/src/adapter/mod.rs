@@ -9,7 +9,7 @@
 //! | `demo:is2` | a virtual sensor inside of the program |
 //!
 //! An adapter is also the clock: the tests run the same commands in the virtual time of a simulated bus. Tests of the program set
-//! `PLUMBLINE_CLOCK=bus`: then the time of `slcan://` is that of a server with `--clock client`, and `demo:` does not wait.
+//! `PLUMBLINE_CLOCK=bus`: then the time of slcan is that of a server with `--clock client`, and `demo:` does not wait.
 
 pub mod background;
 pub mod bench;
@@ -128,7 +128,11 @@ pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
             let message = "slcan: needs a serial port, for example slcan:/dev/ttyACM0 or slcan:COM3; slcan://HOST:PORT is slcan over TCP";
             return Err(Failure::usage("unknown-port", message));
         }
-        return Ok(Box::new(serial::open(path)?));
+        let adapter = serial::open(path)?;
+        return Ok(match is_in_bus_time() {
+            true => Box::new(adapter.in_bus_time()?),
+            false => Box::new(adapter),
+        });
     }
     if port == "usb" {
         return Ok(Box::new(gs_usb::connect(None)?));

@@ -71,7 +71,8 @@ pub(super) fn rate(
         }
         false => {
             session.link.open(old, Mode::Active)?;
-            let is_at_old = identify::ask(&mut session.link, target, identify::PATIENT)?.is_some();
+            // It has its old address too. The questions at the wrong rate disturb it for a while.
+            let is_at_old = answers(session, session.target, found)?;
             Err(match (is_at_old, old) {
                 (true, Some(old)) => Failure::refused(
                     "not-restarted",

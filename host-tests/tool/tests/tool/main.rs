@@ -4,10 +4,12 @@
 //! - [`serve`]: the server of the page, without a browser
 //! - [`page_modules`]: the modules of the page, in node
 //! - [`browser`]: what only a browser can show
+//! - [`image`]: the commands against images on the simulated microcontroller
 //! - [`process`]: the program as a process
 
 mod browser;
 mod bus;
+mod image;
 mod page_modules;
 mod process;
 mod serve;

@@ -377,12 +377,8 @@ fn question_on_a_bus_with_a_frame_in_each_read_is_sent_at_once() {
     link.open(None, Mode::Active).unwrap();
     shared.0.borrow_mut().busy = true;
     let question = Frame::data(standard(0x300), &[3]).unwrap();
-    // The shortest of some: the computer can have other load.
-    let times = (0..20).map(|_| {
-        let start = time::Instant::now();
-        link.ask(&question, millis(0), |_| Some(())).unwrap();
-        start.elapsed()
-    });
-    let shortest = times.min().unwrap();
-    assert!(shortest < time::Duration::from_millis(50), "{shortest:?}");
+    // Each read takes 1 ms or more, so the load of the computer can only make them fewer.
+    link.ask(&question, millis(0), |_| Some(())).unwrap();
+    let reads = shared.0.borrow().reads;
+    assert!(reads < 50, "{reads}");
 }

@@ -40,8 +40,8 @@ pub fn page_finds_a_sensor_and_shows_its_angles(browser: &Browser) {
     browser.wait("document.querySelectorAll('#box polygon[points]').length === 6");
     assert_eq!(browser.console(), Vec::<String>::new());
     // The page reads the secret from the tab when it is loaded again.
-    browser.script("location.reload()");
-    browser.wait(CONNECTED);
+    browser.script("window.old = 1; location.reload()");
+    browser.wait(&format!("!window.old && {CONNECTED}"));
     drop(server);
     browser.wait(&format!(
         "{MESSAGE}.includes('start `plumbline serve` again')"

@@ -4,15 +4,17 @@ use super::rig::Rig;
 use bench::BusRate;
 use plumbline::can::{BitRate, CanId};
 
-/// A sensor on a wire at its rate as delivered, or at 250 kbit/s if it detects the rate, and another node that acknowledges.
+/// A sensor on a wire at its rate as delivered, or at 250 kbit/s if it detects the rate, after its start.
 pub fn wired(product: &str, rate: BitRate) -> Rig {
     let mut rig = Rig::new(BusRate::Wire);
     rig.says_yes = true;
     rig.attach(product, 7);
     rig.listen(rate);
-    rig.run(100);
-    rig.bus.borrow_mut().assist(true);
+    let other = rig.bus.borrow_mut().adapter();
+    rig.bus.borrow_mut().open(other, Some(rate), false);
     rig.run(3000);
+    rig.bus.borrow_mut().remove(other);
+    rig.bus.borrow_mut().assist(true);
     rig
 }
 
@@ -53,6 +55,7 @@ fn rate_of_every_protocol_is_written_stored_and_checked() {
             (3, "no-answer".to_owned()),
             "{product}"
         );
+        rig.listen(new);
         let id = rig.first();
         rig.power_cycle(id);
         assert_answers(&mut rig, &format!("--rate {new_text} {address}"));
@@ -164,4 +167,23 @@ fn lss_stores_the_rate_of_one_of_two_sensors_and_nothing_else() {
     assert_eq!(read["baud-rate"]["raw"], 500_000);
     // The other sensor has its old rate, so that it is not on this wire.
     assert_eq!(rig.fails("--node 50 get"), (3, "no-answer".to_owned()));
+}
+
+#[test]
+fn sensor_that_misses_its_restart_is_told_as_not_restarted() {
+    for (product, address, new) in [
+        ("jn2101", "--node 10", "800"),
+        ("jn2101", "--node 10", "1000"),
+        ("ims360", "--node 50", "1000"),
+    ] {
+        let mut rig = wired(product, BitRate::K125);
+        // The request of NMT to reset the node.
+        rig.lost = |frame| frame.can_id() == CanId::standard(0);
+        assert_eq!(
+            rig.fails(&format!("--rate 125 {address} rate {new}")),
+            (1, "not-restarted".to_owned()),
+            "{product} {new}"
+        );
+        assert_answers(&mut rig, &format!("--rate 125 {address}"));
+    }
 }

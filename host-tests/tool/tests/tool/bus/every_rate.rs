@@ -106,8 +106,7 @@ fn sensor_is_found_at_its_rates_when_it_is_switched_on_and_by_asking() {
             |rig, rate| {
                 // One product shows that the scan hears each rate.
                 if product != "is2" && !ENDS.contains(&rate) {
-                    rig.bus.borrow_mut().assist(true);
-                    rig.run(3000);
+                    rig.done(&format!("--rate {} {option} {own} get", kbits(rate)));
                     return;
                 }
                 // Nobody acknowledges: boot-up message or duplicate check.
@@ -226,9 +225,9 @@ fn mac_id_other_than_as_delivered_is_found_by_asking_all() {
 fn silent_j1939_node_is_found_by_a_request_for_claims() {
     let mut rig = j1939();
     rig.done("--rate 125 --address 128 rate 250");
+    rig.listen(BitRate::K250);
     let id = rig.first();
     rig.power_cycle(id);
-    rig.listen(BitRate::K250);
     // What it sends by itself is not heard.
     let now = rig.bus.borrow().now();
     rig.deaf = Some((now, now + millis(12_100)));

@@ -21,7 +21,7 @@ mod products;
 mod rates;
 mod refusals;
 mod restored;
-mod rig;
+pub mod rig;
 mod samples;
 mod scan;
 mod several;

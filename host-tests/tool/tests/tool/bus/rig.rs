@@ -225,7 +225,8 @@ impl Rig {
     pub fn power_cycle(&mut self, id: DeviceId) {
         self.bus.borrow_mut().power_cycle(id);
         let other = self.bus.borrow_mut().adapter();
-        self.bus.borrow_mut().open(other, None, false);
+        let rate = self.rate_of_bus;
+        self.bus.borrow_mut().open(other, rate, false);
         self.run(3000);
         self.bus.borrow_mut().remove(other);
     }

@@ -1,6 +1,6 @@
 //! The program as a process, with the server of the virtual sensor: slcan over TCP and on a pseudoterminal.
 //!
-//! The clock is the time of the bus, except in the tests of the pseudoterminal and of python-canopen.
+//! The clock is the time of the bus, except in the tests of python-canopen and of the demonstration.
 
 mod command_line;
 mod sensor;
@@ -105,24 +105,18 @@ fn node_of_python_canopen_is_read_and_set_by_its_data_sheet() {
     host_tests::python::run("local_node_check.py", &modules, &arguments);
 }
 
-/// With the clock of the computer: the time-outs of the tool are longer than the pauses of a busy computer.
 #[cfg(unix)]
 #[test]
 fn serial_port_is_an_adapter() {
-    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Computer);
+    let sensor = Sensor::start("is2", BusRate::Follow, Clock::Client);
     let serial = sensor.serial.as_deref().expect("a pseudoterminal");
     let port = format!("slcan:{serial}");
-    // A computer with other load can be too late for an answer.
-    let repeated = |arguments: &str| {
-        let mut runs = (0..5).map(|_| sensor.run_at(&port, arguments));
-        let succeeded = runs.find(|output| output.status.success());
-        succeeded.unwrap_or_else(|| panic!("{arguments}"))
-    };
-    let output = repeated("--json --rate 250 --id 300 get serial-number");
+    let output = sensor.run_at(&port, "--json --rate 250 --id 300 get serial-number");
     assert_eq!(document(&output)["serial-number"]["raw"], 1);
-    let watched = repeated("--rate 250 --id 300 watch --every 20 --seconds 3");
+    let watch = "--rate 250 --id 300 watch --every 20 --seconds 3";
+    let watched = sensor.run_at(&port, watch);
     let text = String::from_utf8_lossy(&watched.stdout);
-    assert!(text.lines().count() >= 5, "{watched:?}");
+    assert_eq!(text.lines().count(), 150, "{watched:?}");
 }
 
 #[test]
@@ -226,4 +220,34 @@ fn ctrl_c_puts_the_settings_back() {
         assert_eq!(output.status.code(), Some(0), "{more} {output:?}");
         assert_eq!(settings(), before, "{product} {output:?}");
     }
+}
+
+/// The page of the program: the address in its first line, the files of the page, and its end.
+#[cfg(unix)]
+#[test]
+fn serve_prints_its_address_answers_and_ends_with_ctrl_c() {
+    use rustix::process::{Pid, Signal, kill_process};
+    use std::io::{BufRead, BufReader, Read, Write};
+    use std::process::Stdio;
+    let mut child = sensor::command("demo:is2", "computer", "serve --demo --listen 127.0.0.1:0")
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut line = String::new();
+    let mut output = BufReader::new(child.stdout.take().expect("a pipe"));
+    output.read_line(&mut line).expect("a line");
+    let address = line.trim().strip_prefix("http://").expect("an address");
+    let (address, secret) = address.split_once("/#").expect("a secret");
+    assert_eq!(secret.len(), 32, "{line}");
+    let mut page = TcpStream::connect(address).expect("a connection");
+    let request = format!("GET / HTTP/1.1\r\nHost: {address}\r\nConnection: close\r\n\r\n");
+    page.write_all(request.as_bytes()).expect("it is sent");
+    let mut answer = String::new();
+    page.read_to_string(&mut answer).expect("the page");
+    assert!(answer.starts_with("HTTP/1.1 200 "), "{answer}");
+    assert!(answer.contains("<title>"), "{answer}");
+    kill_process(Pid::from_child(&child), Signal::INT).expect("it runs");
+    let ended = child.wait_with_output().expect("it ends");
+    assert_eq!(ended.status.code(), Some(0), "{ended:?}");
 }

@@ -1,7 +1,7 @@
 //! The adapter: what is sent with it, and what happens when it is unplugged.
 
 use crate::serve::client::Running;
-use crate::serve::hurried;
+use crate::serve::fast_bus;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
@@ -90,7 +90,7 @@ fn plugged() -> (Running, Arc<Plug>) {
     let server = Running::with(Box::new(move |port| {
         own.made.fetch_add(1, Ordering::Relaxed);
         Ok(Box::new(Plugged {
-            adapter: hurried::connect(port)?,
+            adapter: fast_bus::connect(port)?,
             plug: own.clone(),
         }))
     }));

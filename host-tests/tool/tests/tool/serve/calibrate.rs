@@ -1,6 +1,6 @@
 //! The calibration in the page: a shell script is the command of the log, and the test turns the unit.
 
-use crate::serve::client::{Running, Tab};
+use crate::serve::client::{Running, Tab, until};
 use plumbline_tool::calibrate::log::Source;
 use plumbline_tool::cli::Options;
 use plumbline_tool::serve::calibration::Unit;
@@ -188,7 +188,9 @@ fn stopped_calibration_goes_on_with_the_positions_that_are_missing() {
     // On another side there is no question, which would wait for its answer.
     board.turn("+z");
     // The thread can take a moment to end.
-    while board.server.post("/api/calibrate", "\"start\"").status != 200 {}
+    until("another start", || {
+        board.server.post("/api/calibrate", "\"start\"").status == 200
+    });
     let place = board
         .tab
         .wait("calibration", |state| !state["place"].is_null());
@@ -240,4 +242,28 @@ fn page_without_a_unit_starts_no_program() {
     }
     let state = server.tab().wait("calibration", |_| true);
     assert_eq!(state["state"], "off");
+}
+
+#[test]
+fn demonstration_connects_at_once_and_calibrates_a_virtual_unit() {
+    let server = Running::demonstration();
+    let mut tab = server.tab();
+    let device = tab.wait("device", |device| !device.is_null());
+    assert_eq!(device["product"], "is2");
+    let mut tab = server.tab();
+    let idle = tab.wait("calibration", |_| true);
+    assert_eq!(
+        (&idle["state"], &idle["demo"]),
+        (&json!("idle"), &json!(true))
+    );
+    let post = |body: Value| server.post("/api/calibrate", &body.to_string());
+    assert_eq!(post(json!("start")).status, 200);
+    let asked = tab.wait("calibration", |state| state["state"] == "asking");
+    assert_eq!((&asked["place"], &asked["side"]), (&json!(1), &json!("+z")));
+    assert_eq!(asked["measured"]["state"], "ready");
+    assert_eq!(post(json!({"take": asked["question"]})).status, 200);
+    let next = tab.wait("calibration", |state| state["side"] == "-z");
+    assert_eq!(next["place"], 2);
+    assert_eq!(post(json!("stop")).status, 200);
+    tab.wait("calibration", |state| state["state"] == "failed");
 }

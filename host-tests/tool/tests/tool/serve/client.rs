@@ -1,6 +1,6 @@
 //! A client of HTTP that sends any bytes, and a server for it.
 
-use crate::serve::hurried;
+use crate::serve::fast_bus;
 use plumbline_tool::cli::Options;
 use plumbline_tool::serve::calibration::Unit;
 use plumbline_tool::serve::job::Opener;
@@ -16,6 +16,16 @@ use std::time::{Duration, Instant};
 
 /// The longest wait for an event, on a busy machine.
 pub const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Waits until `is` returns true.
+#[track_caller]
+pub fn until(what: &str, mut is: impl FnMut() -> bool) {
+    let start = Instant::now();
+    while !is() {
+        assert!(start.elapsed() < PATIENCE, "no {what} in {PATIENCE:?}");
+        thread::sleep(Duration::from_millis(1));
+    }
+}
 
 /// A server that runs until it is dropped.
 pub struct Running {
@@ -63,7 +73,7 @@ impl Answer {
 impl Running {
     /// A server with virtual sensors.
     pub fn new() -> Self {
-        Self::with(Box::new(hurried::connect))
+        Self::with(Box::new(fast_bus::connect))
     }
 
     /// A server with other adapters.
@@ -73,15 +83,24 @@ impl Running {
 
     /// A server that calibrates a unit.
     pub fn calibrating(unit: Unit) -> Self {
-        Self::of(Box::new(hurried::connect), Some(unit), None)
+        Self::of(Box::new(fast_bus::connect), Some(unit), None)
     }
 
     /// A server with the data sheet of the command line.
     pub fn with_data_sheet(eds: PathBuf) -> Self {
-        Self::of(Box::new(hurried::connect), None, Some(eds))
+        Self::of(Box::new(fast_bus::connect), None, Some(eds))
+    }
+
+    /// A server of the demonstration, which connects at once.
+    pub fn demonstration() -> Self {
+        Self::start(Box::new(fast_bus::connect), None, None, true)
     }
 
     fn of(opener: Opener, unit: Option<Unit>, eds: Option<PathBuf>) -> Self {
+        Self::start(opener, unit, eds, false)
+    }
+
+    fn start(opener: Opener, unit: Option<Unit>, eds: Option<PathBuf>, demo: bool) -> Self {
         let config = tempfile::tempdir().expect("a folder");
         let settings = Settings {
             listen: "127.0.0.1:0".parse().expect("an address"),
@@ -90,7 +109,7 @@ impl Running {
                 eds,
                 ..Options::default()
             },
-            demo: false,
+            demo,
             unit,
         };
         let server = Server::bind(settings).expect("a free port");

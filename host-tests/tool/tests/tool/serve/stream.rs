@@ -1,8 +1,8 @@
 //! The events: samples without loss, the log, the limit of tabs.
 
-use crate::serve::client::Running;
+use crate::serve::client::{Running, until};
+use crate::serve::fast_bus;
 use crate::serve::foreign::{opener, unknown};
-use crate::serve::hurried;
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::Instant;
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
@@ -27,9 +27,7 @@ fn sixth_tab_is_told_to_close_one() {
     assert!(refused.body.contains("close one"), "{refused:?}");
     tabs.pop();
     // The server sees the end of a connection soon.
-    while server.tab().status != 200 {
-        thread::sleep(Duration::from_millis(1));
-    }
+    until("another tab", || server.tab().status == 200);
 }
 
 #[test]
@@ -202,7 +200,7 @@ fn running_scan_can_be_stopped() {
     let is_held = Arc::new(AtomicBool::new(true));
     let own = is_held.clone();
     let server = Running::with(Box::new(move |port| {
-        Ok(Box::new(Held(hurried::connect(port)?, own.clone())))
+        Ok(Box::new(Held(fast_bus::connect(port)?, own.clone())))
     }));
     let mut tab = server.tab();
     let stopped = thread::scope(|scope| {

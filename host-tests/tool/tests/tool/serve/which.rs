@@ -2,7 +2,7 @@
 
 use crate::serve::api::{run, value};
 use crate::serve::client::{Answer, Running};
-use crate::serve::hurried;
+use crate::serve::fast_bus;
 use plumbline::can::{BitRate, CanId, Frame};
 use plumbline::time::{Instant, after, millis};
 use plumbline_tool::adapter::{Adapter, Capabilities, Mode};
@@ -100,7 +100,7 @@ fn served(bus: Bus) -> (Running, Arc<Bus>) {
     let own = bus.clone();
     let server = Running::with(Box::new(move |_| {
         Ok(Box::new(Exchanged {
-            adapter: hurried::connect("demo:is2")?,
+            adapter: fast_bus::connect("demo:is2")?,
             bus: own.clone(),
             mode: Mode::Active,
         }))

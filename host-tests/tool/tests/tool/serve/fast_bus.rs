@@ -10,20 +10,20 @@ use plumbline_tool::failure::Failure;
 use std::thread;
 use std::time::Duration;
 
-/// The time of the bus in the time of the computer.
-const HURRY: u64 = 20;
+/// How much faster the time of the bus passes than that of the computer.
+const SPEEDUP: u64 = 20;
 
 /// The adapter of a port; one with a virtual sensor does not wait for the clock of the computer.
 pub fn connect(port: &str) -> Result<Box<dyn Adapter>, Failure> {
     match port.strip_prefix("demo:") {
-        Some(product) => Ok(Box::new(Hurried(demo::unpaced(product)?))),
+        Some(product) => Ok(Box::new(Fast(demo::unpaced(product)?))),
         None => adapter::connect(port),
     }
 }
 
-struct Hurried(demo::Paced);
+struct Fast(demo::Paced);
 
-impl Adapter for Hurried {
+impl Adapter for Fast {
     fn capabilities(&self) -> Capabilities {
         self.0.capabilities()
     }
@@ -44,7 +44,7 @@ impl Adapter for Hurried {
         let start = self.now();
         let received = self.0.receive(until)?;
         let passed = self.now().ticks() - start.ticks();
-        thread::sleep(Duration::from_micros(passed / HURRY));
+        thread::sleep(Duration::from_micros(passed / SPEEDUP));
         Ok(received)
     }
 
