@@ -61,6 +61,24 @@ fn range_of_45_degrees_is_that_of_both_axes_in_both_directions() {
     }
 }
 
+/// The inclination is the direction of the acceleration, whatever its length.
+#[test]
+fn range_of_45_degrees_does_not_depend_on_the_length_of_the_acceleration() {
+    for g in [0.5, 1.0, 1.9] {
+        let mut t = booted();
+        let at = |degrees: f64| {
+            let angle = degrees.to_radians();
+            [g * angle.sin(), 0.0, g * angle.cos()]
+        };
+        t.settle_at(at(44.9));
+        assert_eq!(t.sent_text(), [""; 0], "{g} g");
+        t.settle_at(at(45.1));
+        assert_eq!(t.sent_text(), ["08A#0090010200000000"], "{g} g");
+        t.settle_at(at(70.0));
+        assert_eq!(t.sent_text(), [""; 0], "{g} g");
+    }
+}
+
 /// Nobody acknowledges the boot-up message until another node is there.
 #[test]
 fn error_passive_before_the_boot_up_message_is_sent_after_it() {

@@ -202,6 +202,26 @@ fn write_during_load_is_not_lost() {
     assert_eq!(tester.ask(&[0x18])[2..], [0, 0]);
 }
 
+/// Only a SAVE, a LOAD and a restart wait for the end of a save.
+#[test]
+fn requests_during_a_save_are_answered_at_once() {
+    let mut tester = is2();
+    tester.ask(&[0x28, 100, 0]);
+    tester.memory_works = None;
+    tester.silent(b"\x50SAVE");
+    assert_eq!(tester.ask(&[0x24, 1]), [0x24, AUTOBAUD]);
+    assert_eq!(tester.ask(&[0x14])[2..], [1]);
+    assert_eq!(tester.ask(&[0xFF])[..2], [0xFF, AUTOBAUD]);
+    let refused = AUTOBAUD | CMD_PARAM_ERROR;
+    assert_eq!(tester.ask(&[0x99]), [0x99, refused]);
+    assert_eq!(tester.ask(&[0x02]), [0x02, refused]);
+    tester.silent(b"\x50SAVE");
+    tester.finish_save(Ok(()));
+    assert_eq!(tester.sent().len(), 1, "the second save runs");
+    tester.finish_save(Ok(()));
+    assert_eq!(tester.sent().len(), 1);
+}
+
 #[test]
 fn image_of_firmware_without_the_last_parameter_keeps_the_others() {
     let mut tester = is2();
