@@ -29,7 +29,7 @@
 //!
 //! - [`cost`]: the cycles of an instruction, calculated when it is decoded
 //! - [`fetch`]: instructions from flash (lines of 64 bits, wait states, prefetch buffer) and from RAM
-//! - [`charge`]: what the processor does with both
+//! - `charge`: what the processor does with both
 //! - [`bus`]: data in flash, RAM and registers, the write buffer
 //!
 //! Assumptions. No [`Range`] covers them, and no measurement on a board has confirmed them:
