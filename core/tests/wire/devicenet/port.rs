@@ -1,6 +1,6 @@
 //! DeviceNet: the allocation and the release of connections, with every choice, every master and every service of the port.
 
-use crate::tester::devicenet::{LevelTester, online};
+use crate::tester::devicenet::{LevelTester, online, run};
 
 /// Choices that can be allocated at once; 0: nothing.
 const HELD: [u8; 11] = [
@@ -203,21 +203,6 @@ fn port_has_no_other_service_and_no_other_object() {
         }
     }
     assert!(!tester.owner());
-}
-
-/// A step: a request of the master 0Ah on the port or on the explicit connection, and its response without the header.
-type Steps<'a> = &'a [(&'a str, &'a str)];
-
-fn run(tester: &mut LevelTester, steps: Steps) {
-    for (request, response) in steps {
-        let sent = tester.exchange(request);
-        let expected: &[&str] = if response.is_empty() {
-            &[]
-        } else {
-            &[response]
-        };
-        assert_eq!(sent, expected, "{request}");
-    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The attributes and words of the TILTIX (manual 5.1), with the MAC ID 3 and the master 0Ah of the manual's examples.
 
-use crate::tester::tiltix::{tiltix080, tiltix360};
+use crate::tester::tiltix::{FACTORY, tiltix080, tiltix360};
 use plumbline::measure::ONE_G;
 
 const EXPLICIT: u8 = 0x01;
@@ -15,44 +15,24 @@ const NOT_ENOUGH_DATA: u8 = 0x13;
 const NOT_SUPPORTED: u8 = 0x14;
 const TOO_MUCH_DATA: u8 = 0x15;
 
-/// The factory values of the attributes that do not depend on the angle.
-const FACTORY: [(u8, &str); 18] = [
-    (0x01, "1600"),
-    (0x71, "0A00"),
-    (0x73, "00"),
-    (0x74, "0000"),
-    (0x75, "00"),
-    (0x76, "0000"),
-    (0x77, "0000"),
-    (0x7B, "00"),
-    (0x7C, "0000"),
-    (0x7D, "00"),
-    (0x7E, "0000"),
-    (0x7F, "0000"),
-    (0x81, "67"),
-    (0x82, "67"),
-    (0x84, "64"),
-    (0x85, "0000"),
-    (0x87, "00"),
-    (0x88, "00"),
-];
-
 const SLOPES: [u8; 4] = [0x72, 0x78, 0x7A, 0x80];
 
 #[test]
 fn angle_object_has_exactly_22_attributes_with_their_factory_values() {
+    // The number of attributes, and the settings.
+    let constants = || [(0x01, "1600")].into_iter().chain(FACTORY);
     let mut tester = tiltix080(EXPLICIT);
     for attribute in 0..=255 {
         let read = tester.get(attribute);
-        let factory = FACTORY.iter().find(|(number, _)| *number == attribute);
-        match factory {
-            Some((_, value)) => assert_eq!(read.as_deref(), Ok(*value), "{attribute:02X}"),
+        let constant = constants().find(|(number, _)| *number == attribute);
+        match constant {
+            Some((_, value)) => assert_eq!(read.as_deref(), Ok(value), "{attribute:02X}"),
             None if SLOPES.contains(&attribute) => assert!(read.is_ok(), "{attribute:02X}"),
             None => assert_eq!(read, Err(NOT_SUPPORTED), "{attribute:02X}"),
         }
     }
     let mut tester = tiltix360(EXPLICIT);
-    for (attribute, value) in FACTORY {
+    for (attribute, value) in constants() {
         assert_eq!(tester.get(attribute).as_deref(), Ok(value));
     }
 }

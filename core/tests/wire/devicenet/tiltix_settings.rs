@@ -2,31 +2,10 @@
 
 use crate::tester::Tester;
 use crate::tester::sweep::every;
-use crate::tester::tiltix::{tiltix080, tiltix360};
+use crate::tester::tiltix::{FACTORY, tiltix080, tiltix360};
 use plumbline::node::Node;
 
 const INVALID_VALUE: u8 = 0x09;
-
-/// The factory values of all attributes that do not depend on the angle.
-const FACTORY: [(u8, &str); 17] = [
-    (0x71, "0A00"),
-    (0x73, "00"),
-    (0x74, "0000"),
-    (0x75, "00"),
-    (0x76, "0000"),
-    (0x77, "0000"),
-    (0x7B, "00"),
-    (0x7C, "0000"),
-    (0x7D, "00"),
-    (0x7E, "0000"),
-    (0x7F, "0000"),
-    (0x81, "67"),
-    (0x82, "67"),
-    (0x84, "64"),
-    (0x85, "0000"),
-    (0x87, "00"),
-    (0x88, "00"),
-];
 
 /// A value for each attribute that can be set, other than the factory value.
 const CHANGED: [(u8, &str); 15] = [

@@ -1,19 +1,6 @@
 //! DeviceNet: the watchdogs of the connections, their actions, and masters that vanish.
 
-use crate::tester::devicenet::{LevelTester, allocated};
-
-/// Sends frames of which each has one response, or none.
-fn run(tester: &mut LevelTester, steps: &[(&str, &str)]) {
-    for (request, response) in steps {
-        let sent = tester.exchange(request);
-        let expected: &[&str] = if response.is_empty() {
-            &[]
-        } else {
-            &[response]
-        };
-        assert_eq!(sent, expected, "{request}");
-    }
-}
+use crate::tester::devicenet::{LevelTester, allocated, run};
 
 /// Checks that the owner loses the node after exactly this time.
 #[track_caller]

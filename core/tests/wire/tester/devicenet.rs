@@ -261,6 +261,20 @@ pub fn compare(choice: u8, messages: &[(&str, &str)]) {
     }
 }
 
+/// Sends requests of the master, on the port or on the explicit connection. Each has one response, or none.
+#[track_caller]
+pub fn run(tester: &mut LevelTester, steps: &[(&str, &str)]) {
+    for (request, response) in steps {
+        let sent = tester.exchange(request);
+        let expected: &[&str] = if response.is_empty() {
+            &[]
+        } else {
+            &[response]
+        };
+        assert_eq!(sent, expected, "{request}");
+    }
+}
+
 impl LevelTester {
     /// Hands in a sample of this specific force in 0.001 g.
     pub fn force_milli(&mut self, x: i32, y: i32) {

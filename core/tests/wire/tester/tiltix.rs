@@ -5,6 +5,27 @@ use plumbline::model::tiltix::tiltix080::Tiltix080;
 use plumbline::model::tiltix::tiltix360::Tiltix360;
 use plumbline::node::{Boot, Node};
 
+/// The factory values of all attributes that do not depend on the angle.
+pub const FACTORY: [(u8, &str); 17] = [
+    (0x71, "0A00"),
+    (0x73, "00"),
+    (0x74, "0000"),
+    (0x75, "00"),
+    (0x76, "0000"),
+    (0x77, "0000"),
+    (0x7B, "00"),
+    (0x7C, "0000"),
+    (0x7D, "00"),
+    (0x7E, "0000"),
+    (0x7F, "0000"),
+    (0x81, "67"),
+    (0x82, "67"),
+    (0x84, "64"),
+    (0x85, "0000"),
+    (0x87, "00"),
+    (0x88, "00"),
+];
+
 /// The stored MAC ID 3; all other parameters have their factory values.
 fn mac_3() -> Boot<'static> {
     Boot {
