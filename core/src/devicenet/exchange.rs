@@ -133,3 +133,14 @@ impl<P: Product> Devicenet<P> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn words_are_sent_in_order_with_the_low_byte_first() {
+        let data = pack([0x0201, 0x0403, 0x0605, 0x0807]).to_le_bytes();
+        assert_eq!(data, [1, 2, 3, 4, 5, 6, 7, 8]);
+    }
+}

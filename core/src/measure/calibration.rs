@@ -180,6 +180,18 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    #[test]
+    fn numbers_of_a_calibration_are_those_that_it_was_made_of() {
+        let numbers = (
+            [10, -20, 30],
+            [[1, -2, 3], [-4, 5, -6], [7, -8, 9]],
+            [4, -5, 6],
+        );
+        let (offset, deviation, drift) = numbers;
+        let calibration = Calibration::new(offset, deviation, drift).unwrap();
+        assert_eq!(calibration.numbers(), numbers);
+    }
+
     const fn vector(x: i32, y: i32, z: i32) -> I32x3 {
         I32x3 { x, y, z }
     }

@@ -77,6 +77,10 @@ fn range_of_45_degrees_does_not_depend_on_the_length_of_the_acceleration() {
         t.settle_at(at(70.0));
         assert_eq!(t.sent_text(), [""; 0], "{g} g");
     }
+    // Exactly 45 deg are within the range.
+    let mut t = booted();
+    t.settle_at([0.7, 0.0, 0.7]);
+    assert_eq!(t.sent_text(), [""; 0]);
 }
 
 /// Nobody acknowledges the boot-up message until another node is there.
