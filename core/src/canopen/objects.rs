@@ -145,7 +145,7 @@ impl<P: Product> Services<P> {
                 P::status(&cx.values, &cx.parameters)
             }
             // The device stores and restores on command (7.5.2.13 of CiA 301).
-            Some(Service::StoreGroup | Service::RestoreGroup) if P::KEPT.is_some() => 1,
+            Some(Service::StoreGroup | Service::RestoreGroup) => 1,
             _ => 0,
         }
     }
