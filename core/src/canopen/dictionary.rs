@@ -260,3 +260,26 @@ pub(super) const fn has_service(objects: &[Object], service: Service) -> bool {
     }
     false
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dictionary_has_only_services_of_its_objects() {
+        let object = |service| Object {
+            target: Target::Service(service),
+            ..Object::PLAIN
+        };
+        for own in Service::ALL {
+            let objects = [Object::PLAIN, object(own)];
+            for service in Service::ALL {
+                assert_eq!(
+                    has_service(&objects, service),
+                    service == own,
+                    "{service:?}"
+                );
+            }
+        }
+    }
+}

@@ -164,22 +164,25 @@ mod tests {
     }
 
     #[test]
-    fn queue_with_room_accepts_two_replies_one_event_and_four_cyclic_values() {
-        let mut queue = TransmitQueue::EMPTY;
-        queue.reserve(5);
-        let mut sent = 0;
-        while queue.has_room() {
+    fn queue_with_room_accepts_two_replies_one_event_and_reserved_cyclic_values() {
+        for others in [1, 5, TransmitQueue::OTHERS] {
+            let mut queue = TransmitQueue::EMPTY;
+            queue.reserve(others);
+            let mut sent = 0;
+            while queue.has_room() {
+                queue.reply(frame(sent));
+                queue.reply(frame(sent + 1));
+                sent += 2;
+            }
             queue.reply(frame(sent));
-            queue.reply(frame(sent + 1));
-            sent += 2;
+            let value = |id| Frame::data(standard(id as u16), &[]).unwrap();
+            let values: std::vec::Vec<_> = (1..others).map(value).collect();
+            for value in &values {
+                queue.cyclic(*value);
+            }
+            let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
+            let expected: std::vec::Vec<_> = (0..=sent).map(frame).chain(values).collect();
+            assert_eq!(order, expected, "{others} others");
         }
-        queue.reply(frame(sent));
-        let values = [1, 2, 3, 4].map(|id| Frame::data(standard(id), &[]).unwrap());
-        for value in values {
-            queue.cyclic(value);
-        }
-        let order: std::vec::Vec<_> = std::iter::from_fn(|| queue.pop()).collect();
-        let expected: std::vec::Vec<_> = (0..=sent).map(frame).chain(values).collect();
-        assert_eq!(order, expected);
     }
 }

@@ -115,6 +115,37 @@ fn flags_describe_parameters_of_row() {
 }
 
 #[test]
+fn row_knows_whether_it_has_several_fields_and_is_constrained() {
+    const PAIR: &[ParameterId] = &[ParameterId(0), ParameterId(2)];
+    const ACCESS: &[Access] = &[
+        access(0x10, 0x20),
+        Access {
+            parameters: PAIR,
+            ..access(0x11, 0x21)
+        },
+        Access {
+            parameters: &[ParameterId(3)],
+            ..access(0x12, 0x22)
+        },
+    ];
+    const CONSTRAINTS: &[Constraint] = &[Constraint::Different(ParameterId(3), ParameterId(4))];
+    let codes = Codes::new(
+        const { &groups(ACCESS, &[]) },
+        const { &rows::<{ row_count(ACCESS, &[]) }>(ACCESS, &[], &ROLES, CONSTRAINTS) },
+        &[],
+    );
+    for (code, several, constrained) in [
+        (0x20, false, false),
+        (0x21, true, false),
+        (0x22, false, true),
+    ] {
+        let row = codes.find(code).unwrap();
+        assert_eq!(row.has_several(), several, "{code:02X}h");
+        assert_eq!(row.is_constrained(), constrained, "{code:02X}h");
+    }
+}
+
+#[test]
 #[should_panic(expected = "two functions with one code")]
 fn code_used_twice_is_refused() {
     groups(&[access(0x10, 0x20), access(0x11, 0x20)], &[]);

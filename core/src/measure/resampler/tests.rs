@@ -167,6 +167,13 @@ fn fraction_shifts_outputs() {
 }
 
 #[test]
+fn weights_are_symmetric_in_time() {
+    let (response, fill) = RESPONSE.split_at(TAPS << POINTS | 1);
+    assert!(response.iter().eq(response.iter().rev()));
+    assert_eq!(fill, [0; 3]);
+}
+
+#[test]
 fn pass_band_has_stated_gain_and_a_delay_of_ten_values() {
     for rate in RATES {
         for frequency in 1..=25 {

@@ -244,6 +244,21 @@ fn gimbal_and_euler_angles_use_reference_frame() {
 }
 
 #[test]
+fn quotient_is_rounded_to_nearest() {
+    for (part, whole, q30) in [
+        (1, 3, 357_913_941), // 357913941.33
+        (2, 3, 715_827_883), // 715827882.67
+        (-2, 3, -715_827_883),
+        (1, 7, 153_391_689), // 153391689.14
+        (6, 7, 920_350_135), // 920350134.86
+        (3, 3, ONE),
+        (-3, 3, -ONE),
+    ] {
+        assert_eq!(quotient(part, whole), q30, "{part} / {whole}");
+    }
+}
+
+#[test]
 fn image_matches_byte_map() {
     let quarter = [
         0, 0, 0, 0x40, 0, 0, 0, 0, // a roll of 90 deg

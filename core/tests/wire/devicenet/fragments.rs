@@ -1,6 +1,8 @@
 //! DeviceNet: fragmented explicit messages in both directions.
 
+use crate::tester::canopen::frame;
 use crate::tester::devicenet::{LevelTester, allocated};
+use plumbline::node::Divided;
 
 const NAME: &str = "41C#0A0E010107";
 const FIRST: &str = "41B#8A008E17494E434C";
@@ -22,6 +24,22 @@ fn poll_during_the_transfer_is_answered() {
     tester.node_receives("41C#8AC000");
     tester.node_receives("41D#");
     assert_eq!(tester.sent_text(), ["3C3#D204C9FD", SECOND]);
+}
+
+/// A driver has something to do after a frame has left the queue only if a fragment waits for this.
+#[test]
+fn sent_frame_is_followed_by_work_only_if_a_fragment_waits() {
+    let mut tester = sending();
+    for acknowledged in [false, true] {
+        if acknowledged {
+            tester.node_receives("41C#8AC000");
+        }
+        tester.receive(frame("41D#"));
+        let (communication, _) = tester.node.halves();
+        assert!(communication.is_idle(tester.now));
+        assert!(communication.transmit().is_some());
+        assert_eq!(communication.is_idle(tester.now), !acknowledged);
+    }
 }
 
 #[test]

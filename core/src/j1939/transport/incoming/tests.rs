@@ -93,12 +93,21 @@ fn message_to_us_is_acknowledged() {
 
 #[test]
 fn sender_limits_the_packets_of_a_request() {
-    let mut incoming = Incoming::IDLE;
-    assert_eq!(incoming.control(at(0), TO_US, rts(1), PGN), cts(1, 1));
+    let mut incoming = Incoming::<15>::IDLE;
+    let control = Control::RequestToSend {
+        size: 15,
+        packets: 3,
+        limit: 1,
+    };
+    let granted = incoming.control(at(0), TO_US, (control, PGN), PGN);
+    assert_eq!(granted, cts(1, 1));
     assert_eq!(incoming.data(at(1), TO_US, FIRST, PGN), cts(1, 2));
-    let complete = incoming.data(at(2), TO_US, SECOND, PGN);
+    let second = [2, 8, 9, 10, 11, 12, 13, 14];
+    assert_eq!(incoming.data(at(2), TO_US, second, PGN), cts(1, 3));
+    let complete = incoming.data(at(3), TO_US, [3, 15, 0, 0, 0, 0, 0, 0], PGN);
     assert!(matches!(complete, Reaction::Complete(Some(_))));
-    assert_eq!(incoming.message(), MESSAGE);
+    let bytes: [u8; 15] = core::array::from_fn(|place| place as u8 + 1);
+    assert_eq!(incoming.message(), bytes);
 }
 
 #[test]
