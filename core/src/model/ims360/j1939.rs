@@ -90,8 +90,8 @@ impl j1939::Product for Ims360Product {
             merit: rest,
         };
         let [x, y, z] = value::RATE32.map(value);
-        let none = Measured { number: 0, ..x };
-        let [pitch_rate, roll_rate, yaw_rate] = if two_axes { [y, x, z] } else { [z, none, none] };
+        // The pitch of one axis is the rotation about Z; the other two rates are those of the axes that are left.
+        let [pitch_rate, roll_rate, yaw_rate] = if two_axes { [y, x, z] } else { [z, x, y] };
         let [force_x, force_y, force_z] = value::FORCE32.map(value);
         let [pitch, roll] = angles(fine, parameters);
         let pitch = Measured {

@@ -111,7 +111,7 @@ fn angle_of_one_axis_is_within_180_deg() {
     assert_eq!(&group(&mut tester, SSI)[12..], "CCFF");
     tester.rate = [1 << 16, 2 << 16, 20 << 16];
     tester.sample();
-    assert_eq!(group(&mut tester, ARI), "0087007D007DC0FF");
+    assert_eq!(group(&mut tester, ARI), "0087807D007EC0FF");
     assert_eq!(&group(&mut tester, SSI)[8..12], "10A4");
 }
 

@@ -220,7 +220,8 @@ fn angle_of_one_axis_is_sent_with_the_rate_about_its_axis() {
         tester.settle_at([sin * plane, cos * plane, cross.to_radians().sin()]);
         let pitch = if angle < 180.0 { angle } else { angle - 360.0 };
         check_slopes(&mut tester, [Some(pitch), None], [GOOD; 2], turn[2], 2);
-        check_vector(&mut tester, ARI, RATE, [turn[2], 0.0, 0.0]);
+        let [x, y, z] = turn;
+        check_vector(&mut tester, ARI, RATE, [z, x, y]);
     }
 }
 
