@@ -134,7 +134,7 @@ const SWAPS: &[Swap] = &[
     // Meanings.
     swap(PROFILE, ["BitRate::K125", "BitRate::K250"]),
     swap(GEMAC, ["Some(BitRate::K125)", "Some(BitRate::K250)"]),
-    swap(GEMAC, ["Kind::Off),", "Kind::Butterworth),"]),
+    swap(GEMAC, ["Kind::Analog),", "Kind::Butterworth),"]),
     swap(JN2101, ["Cutoff::TenHertz", "Cutoff::OneHertz"]),
     swap(JN2101, ["Definition::Euler)", "Definition::GimbalX)"]),
     swap(

@@ -21,9 +21,11 @@ use core::ops::RangeInclusive;
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Kind {
-    /// No digital filter: a Butterworth filter of second order at 20 Hz, as the element of the original sensors.
+    /// No filter: the output is the input.
     #[default]
     Off,
+    /// Butterworth of second order at 20 Hz: what the GEMAC sensors have without digital filter.
+    Analog,
     /// Butterworth of order 8: flat pass band, steep slope, overshoot 16 to 18 %.
     Butterworth,
     /// Critically damped of order 8: no overshoot.
@@ -34,16 +36,17 @@ impl Kind {
     /// The permitted cut-off frequencies (-3 dB) of this kind, in mHz. The setting also exists while the filter is off.
     pub const fn cutoffs(self) -> RangeInclusive<u16> {
         match self {
-            Self::Off | Self::Butterworth => 100..=BUTTERWORTH_MAX,
+            Self::Off | Self::Analog | Self::Butterworth => 100..=BUTTERWORTH_MAX,
             Self::CriticallyDamped => 100..=8_000,
         }
     }
 
-    /// The delay in us for slow changes, with a cut-off frequency in mHz; 0 without filter. Critically damped of order 8: 8 tau =
-    /// 0.383 / fc. Butterworth of order 8: 0.816 / fc.
+    /// The delay in us for slow changes, with a cut-off frequency in mHz. Critically damped of order 8: 8 tau = 0.383 / fc.
+    /// Butterworth of order 8: 0.816 / fc, of order 2: 0.225 / fc.
     pub const fn delay(self, cutoff: u16) -> u32 {
         let product: u32 = match self {
             Self::Off => 0,
+            Self::Analog => return 11_254,
             Self::Butterworth => 816_000_000,
             Self::CriticallyDamped => 383_000_000,
         };
@@ -84,7 +87,8 @@ pub struct LowPass {
 /// The coefficients in force and the state of each axis.
 #[derive(Clone, Debug)]
 enum Chain {
-    Off([Integrators; 3]),
+    Off,
+    Analog([Integrators; 3]),
     Butterworth(Butterworth, [[Integrators; 4]; 3]),
     /// The gain in Q32. Each section has one integrator.
     CriticallyDamped(i32, [[i64; 8]; 3]),
@@ -104,13 +108,13 @@ impl Integrators {
 }
 
 impl LowPass {
-    /// A filter without digital filter.
+    /// A filter that is off.
     pub const fn new() -> Self {
         Self {
             kind: Kind::Off,
             // Not a valid cut-off frequency; it makes all bits 0.
             cutoff: 0,
-            chain: Chain::Off([Integrators::ZERO; 3]),
+            chain: Chain::Off,
             output: None,
         }
     }
@@ -124,13 +128,15 @@ impl LowPass {
             return Err(OutOfRange);
         }
         // Without digital filter, the cut-off frequency has no effect.
-        if kind == self.kind && (cutoff == self.cutoff || kind == Kind::Off) {
+        let has_cutoff = !matches!(kind, Kind::Off | Kind::Analog);
+        if kind == self.kind && (cutoff == self.cutoff || !has_cutoff) {
             return Ok(());
         }
         self.kind = kind;
         self.cutoff = cutoff;
         self.chain = match kind {
-            Kind::Off => Chain::Off([Integrators::ZERO; 3]),
+            Kind::Off => Chain::Off,
+            Kind::Analog => Chain::Analog([Integrators::ZERO; 3]),
             Kind::Butterworth => {
                 Chain::Butterworth(design::butterworth(cutoff), [[Integrators::ZERO; 4]; 3])
             }
@@ -153,7 +159,8 @@ impl LowPass {
         }
         let I32x3 { x, y, z } = input;
         let output = match &mut self.chain {
-            Chain::Off([ax, ay, az]) => I32x3 {
+            Chain::Off => input,
+            Chain::Analog([ax, ay, az]) => I32x3 {
                 x: element(ax, x),
                 y: element(ay, y),
                 z: element(az, z),
@@ -186,7 +193,8 @@ impl LowPass {
     fn settle(&mut self, rest: I32x3) {
         let rest = limit(rest).to_array().map(state);
         match &mut self.chain {
-            Chain::Off(axes) => {
+            Chain::Off => {}
+            Chain::Analog(axes) => {
                 for (section, rest) in axes.iter_mut().zip(rest) {
                     *section = Integrators { band: 0, low: rest };
                 }

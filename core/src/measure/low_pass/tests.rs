@@ -23,13 +23,13 @@ fn settings() -> impl Iterator<Item = (Kind, u16)> {
             .filter(move |f| kind.cutoffs().contains(f));
         allowed.map(move |cutoff| (kind, cutoff))
     });
-    digital.chain([(Kind::Off, 20_000)])
+    digital.chain([(Kind::Analog, 20_000)])
 }
 
 /// The second-order sections of a filter, and the coefficient from the band-pass to the low-pass integrator.
 fn sections(kind: Kind, cutoff: u16) -> (Vec<Section>, i32) {
     match kind {
-        Kind::Off => (vec![ELEMENT], ELEMENT_LOW),
+        Kind::Analog => (vec![ELEMENT], ELEMENT_LOW),
         _ => {
             let filter = design::butterworth(cutoff);
             (filter.sections.to_vec(), filter.low)
@@ -175,7 +175,7 @@ fn without_digital_filter_gain_is_that_of_second_order_at_20_hz() {
         (20.0, -3.010),
         (40.0, -14.150),
     ] {
-        let mut filter = LowPass::new();
+        let mut filter = tuned(Kind::Analog, 20_000);
         let (mut sine, mut cosine) = (0.0, 0.0);
         for n in 0..4200 {
             let phase = std::f64::consts::TAU * frequency * f64::from(n) / 200.0;
@@ -193,12 +193,27 @@ fn without_digital_filter_gain_is_that_of_second_order_at_20_hz() {
 
 #[test]
 fn without_digital_filter_cutoff_has_no_effect() {
-    let mut filter = LowPass::new();
-    let mut twin = LowPass::new();
+    let mut filter = tuned(Kind::Analog, 100);
+    let mut twin = filter.clone();
     for n in 0..100 {
-        filter.tune(Kind::Off, 100 + n).unwrap();
+        filter.tune(Kind::Analog, 100 + n).unwrap();
         let input = along_x(ONE_G / 100 * i32::from(n));
         assert_eq!(filter.step(input), twin.step(input));
+    }
+}
+
+#[test]
+fn filter_that_is_off_passes_each_vector() {
+    for mut filter in [LowPass::new(), tuned(Kind::Off, 2_000)] {
+        for n in 0..100 {
+            let input = vector(ONE_G / 100 * n, if n % 2 == 0 { FULL } else { -FULL }, n);
+            assert_eq!(filter.step(input), input);
+        }
+        // A filter that is switched on begins at the last vector.
+        filter.tune(Kind::Butterworth, 500).unwrap();
+        assert_eq!(filter.step(along_x(ONE_G / 2)).y.signum(), -1);
+        filter.tune(Kind::Off, 500).unwrap();
+        assert_eq!(filter.step(along_x(7)), along_x(7));
     }
 }
 
@@ -264,6 +279,7 @@ fn critically_damped_filter_with_any_cutoff_does_not_overshoot() {
 fn cutoff_out_of_range_is_refused_and_changes_nothing() {
     for (kind, highest) in [
         (Kind::Off, 25_000),
+        (Kind::Analog, 25_000),
         (Kind::Butterworth, 25_000),
         (Kind::CriticallyDamped, 8_000),
     ] {
@@ -363,7 +379,7 @@ fn worst_case_input_of_each_internal_signal_does_not_overflow() {
     let digital = cutoffs.map(|cutoff| (Kind::Butterworth, cutoff));
     // The lowest frequencies take longest.
     let digital = digital.into_iter().skip(every(4) - 1);
-    for (kind, cutoff) in digital.chain([(Kind::Off, 20_000)]) {
+    for (kind, cutoff) in digital.chain([(Kind::Analog, 20_000)]) {
         let length = samples(20, cutoff) as usize;
         for response in impulse_responses(kind, cutoff, length) {
             // Each input moves the signal in the same direction at the last sample.
@@ -389,7 +405,7 @@ fn any_setting() -> impl Strategy<Value = (Kind, u16)> {
     prop_oneof![
         (100..=25_000u16).prop_map(|f| (Kind::Butterworth, f)),
         (100..=8_000u16).prop_map(|f| (Kind::CriticallyDamped, f)),
-        Just((Kind::Off, 20_000)),
+        Just((Kind::Analog, 20_000)),
     ]
 }
 
@@ -403,7 +419,7 @@ proptest! {
         let mut output = filter.step(along_x(0)).x;
         for ((kind, cutoff), inputs) in runs {
             // Settings that change nothing do not settle the filter.
-            if (kind, cutoff) == (filter.kind, filter.cutoff) || (kind, filter.kind) == (Kind::Off, Kind::Off) {
+            if (kind, cutoff) == (filter.kind, filter.cutoff) || (kind, filter.kind) == (Kind::Analog, Kind::Analog) {
                 continue;
             }
             filter.tune(kind, cutoff).unwrap();

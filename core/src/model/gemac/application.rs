@@ -133,7 +133,7 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
     }
 
     fn apply(&mut self, _now: Instant, parameters: &Parameters<X>) -> Inclination {
-        let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Off);
+        let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Analog);
         let cut_off = parameters.get(id::CUT_OFF) as u16;
         // The permitted values are always valid for the filter.
         let _ = self.inclinometer.low_pass.tune(kind, cut_off);

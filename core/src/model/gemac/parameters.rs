@@ -56,7 +56,7 @@ const CRITICALLY_DAMPED: u16 = 2;
 
 /// The codes of the filter type (section 9.10.5).
 const FILTER_CODING: Coding<Kind, 3> = Coding([
-    (0, "off", Kind::Off),
+    (0, "off", Kind::Analog),
     (1, "Butterworth", Kind::Butterworth),
     (
         CRITICALLY_DAMPED,
