@@ -87,7 +87,7 @@ impl Rig {
         let mut bus = Bus::new(product.protocol.bus);
         let motion = Box::new(Tumble);
         let memory = Flash::blank(image.chip().facts().geometry);
-        let mut controller = Microcontroller::new(product.name, image, 1, memory, motion);
+        let mut controller = Microcontroller::new(product.name, image, 1, memory, motion).quiet();
         // The cycles of the Cortex-M4 are not modelled.
         if product.chip == Chip::F103 {
             controller.core_mut().set_cycles(Some(cycles));

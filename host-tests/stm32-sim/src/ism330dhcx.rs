@@ -1,4 +1,5 @@
-//! The ISM330DHCX on the SPI: accelerometer, gyroscope and thermometer, with readings from a [`Motion`].
+//! The ISM330DHCX on the SPI: accelerometer, gyroscope and thermometer, with readings from a [`Motion`]. The accelerometer has the noise of
+//! the real one.
 //!
 //! | address | register (datasheet) | reset | |
 //! |---|---|---|---|
@@ -26,6 +27,7 @@
 //! The axes of the part are those of the sensor. Other registers read as 0; an access to one is recorded
 //! ([`Ism330dhcx::take_unmodelled`]).
 
+mod digits;
 mod fifo;
 mod filter;
 mod sampling;
@@ -201,6 +203,11 @@ impl Ism330dhcx {
     /// Sets whether the self-test moves the accelerometer as specified in the datasheet.
     pub fn set_self_test_works(&mut self, works: bool) {
         self.sampling.self_test_works = works;
+    }
+
+    /// Switches its noise off, or on again as it is from the start. Without noise its digits are exact in the mean, and the same each time.
+    pub fn set_quiet(&mut self, quiet: bool) {
+        self.sampling.digits.quiet = quiet;
     }
 
     /// Removes it from the board.

@@ -141,6 +141,12 @@ impl Microcontroller {
         }
     }
 
+    /// The same with an accelerometer without noise ([`set_quiet`](crate::ism330dhcx::Ism330dhcx::set_quiet)).
+    pub fn quiet(mut self) -> Self {
+        self.io.imu.set_quiet(true);
+        self
+    }
+
     /// A microcontroller that is not switched on, with the program of this node type and its accelerometer in the measuring cell.
     pub fn of_type(
         node_type: &NodeType,

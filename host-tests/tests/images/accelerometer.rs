@@ -121,3 +121,32 @@ pub fn i2c_of_the_accelerometer_is_disabled() {
     let mut rig = Rig::booted("is2", BitRate::K500);
     assert!(rig.io().0.imu.i2c_is_disabled());
 }
+
+/// 60 ug/sqrt(Hz) behind 2 Hz are 0.005 degrees rms. The digits of 0.014 degrees average out.
+#[test]
+fn noise_behind_2_hz_is_at_most_0_01_degrees_rms() {
+    let rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(RATE)];
+    let memory = saved("is2", &[&rate, &[fsc::WRITE_FILTER, 0xD0, 0x07, 1]]);
+    let mut rig = Rig::with("is2", BusRate::Fixed(RATE), memory);
+    rig.io().0.imu.set_quiet(false);
+    rig.boot_up();
+    rig.run(1500);
+    let errors: Vec<[f64; 2]> = (0..200)
+        .map(|_| {
+            rig.run(50);
+            let reply = rig.poll();
+            assert_eq!(reply[1], 0, "{reply:02X?}");
+            [angle(&reply, 2) - 1000, angle(&reply, 4) - 500].map(|error| f64::from(error) / 100.0)
+        })
+        .collect();
+    for axis in [0, 1] {
+        let mean = |part: &dyn Fn(f64) -> f64| {
+            let sum: f64 = errors.iter().map(|error| part(error[axis])).sum();
+            sum / errors.len() as f64
+        };
+        let (offset, rms) = (mean(&|error| error), mean(&|error| error * error).sqrt());
+        println!("axis {axis}: {offset:.4} deg, {rms:.4} deg rms");
+        assert!(offset.abs() < 0.003, "axis {axis}: {offset}");
+        assert!((0.003..0.01).contains(&rms), "axis {axis}: {rms}");
+    }
+}

@@ -24,7 +24,7 @@ fn level(temperature: i16) -> Box<Reading> {
 }
 
 fn microcontroller(serial: u32, motion: Box<dyn Motion>) -> Microcontroller {
-    Microcontroller::new("jn2101", image("jn2101"), serial, blank(), motion)
+    Microcontroller::new("jn2101", image("jn2101"), serial, blank(), motion).quiet()
 }
 
 /// A sensor and a tester on a bus with 125 kbit/s.

@@ -70,7 +70,7 @@ impl Bench {
     fn new(motion: Box<dyn Motion>, prepare: impl FnOnce(&mut Microcontroller)) -> Self {
         let mut bus = Bus::new(BusRate::Fixed(BitRate::K250));
         let mut microcontroller =
-            Microcontroller::new("sensing", image("sensing"), 1, blank(), motion);
+            Microcontroller::new("sensing", image("sensing"), 1, blank(), motion).quiet();
         prepare(&mut microcontroller);
         let sensor = bus.attach(microcontroller);
         let tester = bus.adapter();

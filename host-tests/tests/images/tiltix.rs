@@ -19,7 +19,8 @@ impl Bench {
     pub fn new(name: &'static str, x: f64, y: f64) -> Self {
         let mut bus = Bus::new(BusRate::Follow);
         let motion = tilt(name, x, y);
-        let sensor = bus.attach(Microcontroller::new(name, image(name), 1, blank(), motion));
+        let sensor =
+            bus.attach(Microcontroller::new(name, image(name), 1, blank(), motion).quiet());
         let master = bus.adapter();
         bus.open(master, None, false);
         let mut bench = Self {
@@ -68,7 +69,8 @@ impl Bench {
 /// The rise time of the image with this clock error of the accelerometer in percent.
 fn of_image(filter: Filter, clock: i32) -> f64 {
     rise_time(filter, |bus, motion| {
-        let mut sensor = Microcontroller::new("tiltix080", image("tiltix080"), 1, blank(), motion);
+        let mut sensor =
+            Microcontroller::new("tiltix080", image("tiltix080"), 1, blank(), motion).quiet();
         sensor.io_mut().imu.set_clock_deviation(0, clock.into());
         bus.attach(sensor);
     })

@@ -117,13 +117,7 @@ fn first_frame(sensor: Box<dyn Sensor>) -> Option<Instant> {
 fn image_passes(product: &'static str) {
     let of_image = |node_type: &NodeType, serial, motion| -> Box<dyn Sensor> {
         let image = image(product);
-        Box::new(Microcontroller::new(
-            node_type.name,
-            image,
-            serial,
-            blank(),
-            motion,
-        ))
+        Box::new(Microcontroller::new(node_type.name, image, serial, blank(), motion).quiet())
     };
     let node_type = node_type(product);
     let core = Device::new(

@@ -17,7 +17,8 @@ fn shaker(clock: i32) -> Shaker {
     let name = node_type("is2").name;
     Shaker::new(|bus, motion| {
         let memory = fixed(name, RATE);
-        let mut microcontroller = Microcontroller::new(name, image(name), 1, memory, motion);
+        let mut microcontroller =
+            Microcontroller::new(name, image(name), 1, memory, motion).quiet();
         let accelerometer = &mut microcontroller.io_mut().imu;
         accelerometer.set_clock_deviation(0, clock.into());
         bus.attach(microcontroller);

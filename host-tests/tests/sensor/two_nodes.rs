@@ -67,7 +67,7 @@ fn second(chip: Chip, wire: &mut Wire) -> DeviceId {
     let image = Rc::new(Image::parse(&elf).expect("an image"));
     let motion = Box::new(LEVEL);
     let memory = Flash::blank(chip.facts().geometry);
-    let sensor = Microcontroller::of_type(&node_type, image, 2, memory, motion);
+    let sensor = Microcontroller::of_type(&node_type, image, 2, memory, motion).quiet();
     wire.bus.attach(sensor)
 }
 

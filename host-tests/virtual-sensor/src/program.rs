@@ -130,6 +130,9 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(image) => {
             let mut microcontroller =
                 Microcontroller::of_type(&node_type, image, SERIAL, flash, motion);
+            if let Some(SceneArgument::Tilt(..)) = options.scene {
+                microcontroller = microcontroller.quiet();
+            }
             microcontroller.report_stop();
             bus.attach(microcontroller)
         }

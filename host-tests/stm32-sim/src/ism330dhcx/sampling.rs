@@ -2,6 +2,7 @@
 
 use super::super::timebase::{MICROSECOND, Picoseconds, SECOND};
 use super::Fault;
+use super::digits::Digits;
 use super::fifo::{Fifo, Sensor};
 use super::filter::{LowPass, Memory};
 use bench::motion::Motion;
@@ -18,8 +19,8 @@ const DIVISORS: [f64; 12] = [
     0.0, 512.0, 256.0, 128.0, 64.0, 32.0, 16.0, 8.0, 4.0, 2.0, 1.0, 512.0,
 ];
 
-/// Micro-g per count, by FS_XL: 2, 16, 4 and 8 g (datasheet, LA_So).
-const ACCELERATION_UNITS: [f64; 4] = [61.0, 488.0, 122.0, 244.0];
+/// g per count, by FS_XL: 2, 16, 4 and 8 g (datasheet, LA_So).
+const ACCELERATION_UNITS: [f64; 4] = [61e-6, 488e-6, 122e-6, 244e-6];
 
 /// Micro-degrees per second per count, by FS_G: 250, 500, 1000 and 2000 deg/s (datasheet, G_So).
 const RATE_UNITS: [f64; 4] = [8750.0, 17_500.0, 35_000.0, 70_000.0];
@@ -110,6 +111,7 @@ pub(super) struct Sampling {
     gyroscope: Clock,
     thermometer: Clock,
     acceleration_unit: f64,
+    pub(super) digits: Digits,
     rate_unit: f64,
     low_pass: Option<LowPass>,
     memories: [Memory; 3],
@@ -137,6 +139,7 @@ impl Default for Sampling {
             gyroscope: Clock::default(),
             thermometer: Clock::default(),
             acceleration_unit: ACCELERATION_UNITS[0],
+            digits: Digits::new(0),
             rate_unit: RATE_UNITS[0],
             low_pass: None,
             memories: [Memory::default(); 3],
@@ -154,6 +157,7 @@ impl Sampling {
         *self = Self {
             deviation: self.deviation,
             self_test_works: self.self_test_works,
+            digits: self.digits,
             ..Self::default()
         };
     }
@@ -296,7 +300,8 @@ impl Sampling {
                 *value = low_pass.step(memory, *value);
             }
         }
-        let counts = values.map(|value| count(value * 1e6 / self.acceleration_unit));
+        let rate = self.accelerometer.rate;
+        let counts = self.digits.of(values, rate, self.acceleration_unit);
         self.status.acceleration |= set(&mut self.outputs[4..], counts, fault);
         let number = self.accelerometer.samples;
         self.batch(Sensor::Accelerometer, number, fault);

@@ -10,7 +10,7 @@ const MILLISECOND: Picoseconds = SECOND / 1000;
 /// 416 Hz at 2 g, without LPF2.
 const ON: u8 = 0x60;
 
-/// A part at rest with the acceleration of the test in mg.
+/// A part at rest with the acceleration of the test in 10^-6 g.
 #[derive(Clone, Default)]
 struct Still(Rc<Cell<[i32; 3]>>);
 
@@ -19,7 +19,7 @@ impl Motion for Still {
         let [x, y, z] = self
             .0
             .get()
-            .map(|mg| (i64::from(mg) * i64::from(ONE_G) / 1000) as i32);
+            .map(|part| (f64::from(part) * 1e-6 * f64::from(ONE_G)).round() as i32);
         Reading {
             acceleration: I32x3 { x, y, z },
             angular_rate: I32x3 {
@@ -42,9 +42,11 @@ struct Bench {
 impl Bench {
     fn new() -> Self {
         let motion = Still::default();
-        motion.0.set([0, -500, 1000]);
+        motion.0.set([0, -8192 * 61, 16_384 * 61]);
+        let mut part = Ism330dhcx::new(Box::new(motion.clone()));
+        part.set_quiet(true);
         Self {
-            part: Ism330dhcx::new(Box::new(motion.clone())),
+            part,
             motion,
             now: 20 * MILLISECOND,
         }
@@ -149,19 +151,22 @@ fn data_ready_is_set_at_data_rate_and_cleared_by_high_byte() {
 #[test]
 fn counts_match_each_full_scale() {
     // Datasheet, LA_So: 0.061, 0.122, 0.244, 0.488 mg per count
-    for (code, unit) in [(0b00, 0.061), (0b10, 0.122), (0b11, 0.244), (0b01, 0.488)] {
+    for (code, ratio) in [(0b00, 1), (0b10, 2), (0b11, 4), (0b01, 8)] {
         let mut bench = Bench::new();
         bench.write(0x10, &[ON | code << 2]);
         bench.pass(10 * MILLISECOND);
-        let expected = [0.0, -500.0_f64, 1000.0].map(|mg| (mg / unit).round() as i16);
-        assert_eq!(bench.acceleration(), expected, "FS_XL {code:02b}");
+        assert_eq!(
+            bench.acceleration(),
+            [0, -8192 / ratio, 16_384 / ratio],
+            "FS_XL {code:02b}"
+        );
     }
 }
 
 #[test]
 fn counts_saturate_at_full_scale() {
     let mut bench = Bench::new();
-    bench.motion.0.set([2500, -2500, 2000]);
+    bench.motion.0.set([2_500_000, -2_500_000, 2_000_000]);
     bench.write(0x10, &[ON]);
     bench.pass(10 * MILLISECOND);
     assert_eq!(bench.acceleration(), [32_767, -32_768, 32_767]);
@@ -198,13 +203,12 @@ fn gyroscope_and_temperature_counts_match_datasheet() {
 fn block_data_update_keeps_both_bytes_of_one_sample() {
     let torn = |ctrl3: u8| {
         let mut bench = Bench::new();
-        bench.motion.0.set([0, 0, 16]);
+        bench.motion.0.set([0, 0, 0x0106 * 61]);
         bench.write(0x12, &[ctrl3]);
         bench.write(0x10, &[ON]);
         bench.pass(10 * MILLISECOND);
-        // 16 mg are 262 (0106h), 1000 mg 16393 (4009h).
         let low = bench.read::<1>(0x2C)[0];
-        bench.motion.0.set([0, 0, 1000]);
+        bench.motion.0.set([0, 0, 0x4009 * 61]);
         bench.pass(10 * MILLISECOND);
         let high = bench.read::<1>(0x2D)[0];
         (i16::from_le_bytes([low, high]), bench.acceleration()[2])
@@ -258,7 +262,7 @@ fn fifo_holds_each_acceleration_and_the_temperature() {
         assert_eq!((tag >> 3, tag >> 1 & 3), (2, number % 4));
         assert_eq!(tag.count_ones() % 2, 0, "parity of {tag:02X}h");
         let counts = [[x0, x1], [y0, y1], [z0, z1]].map(i16::from_le_bytes);
-        assert_eq!(counts, [0, -8197, 16393]);
+        assert_eq!(counts, [0, -8192, 16_384]);
     }
     let word = bench.read::<7>(0x78);
     assert_eq!(
@@ -289,11 +293,11 @@ fn full_fifo_drops_oldest_word_and_bypass_mode_clears_it() {
     bench.write(0x10, &[0x70]);
     bench.motion.0.set([0, 0, 0]);
     bench.pass(100 * MILLISECOND);
-    bench.motion.0.set([1000, 0, 0]);
+    bench.motion.0.set([16_384 * 61, 0, 0]);
     bench.read::<1>(0x0F);
     bench.pass(1000 * MILLISECOND);
     assert_eq!(bench.read::<2>(0x3A), [0x00, 0x02 | 0x68]);
-    assert_eq!(bench.read::<3>(0x78)[1..], 16_393_i16.to_le_bytes());
+    assert_eq!(bench.read::<3>(0x78)[1..], 16_384_i16.to_le_bytes());
     bench.write(0x0A, &[0x00]);
     assert_eq!(bench.read::<2>(0x3A), [0, 0]);
 }
@@ -307,7 +311,7 @@ fn lpf2_settling_time_matches_cutoff() {
     bench.write(0x10, &[ON | 0b10]);
     bench.pass(500 * MILLISECOND);
     assert_eq!(bench.acceleration(), [0; 3]);
-    bench.motion.0.set([0, 0, 1000]);
+    bench.motion.0.set([0, 0, 16_384 * 61]);
     let mut rise = None;
     let mut settled = None;
     for step in 0..5000_u32 {
@@ -323,7 +327,7 @@ fn lpf2_settling_time_matches_cutoff() {
     let milliseconds = f64::from(settled.unwrap() - rise.unwrap()) / 10.0;
     // 10 to 90 %: 0.342 / 20.8 Hz = 16.4 ms, plus or minus one sample.
     assert!((milliseconds - 16.4).abs() < 2.5, "{milliseconds} ms");
-    assert_eq!(bench.acceleration()[2], 16_393);
+    assert_eq!(bench.acceleration()[2], 16_384);
 }
 
 #[test]
@@ -363,7 +367,7 @@ fn faults_affect_readings() {
         bench.part.set_fault(bench.now, Fault::Silent(byte));
         assert_eq!(bench.read::<2>(0x0F), [byte; 2]);
     }
-    bench.motion.0.set([300, 300, 300]);
+    bench.motion.0.set([4900 * 61; 3]);
     bench.part.set_fault(bench.now, Fault::Frozen);
     bench.pass(10 * MILLISECOND);
     assert_eq!((bench.status() & 1, bench.acceleration()), (1, before));
@@ -372,7 +376,7 @@ fn faults_affect_readings() {
     assert_eq!(bench.status() & 1, 0);
     bench.part.set_fault(bench.now, Fault::None);
     bench.pass(10 * MILLISECOND);
-    assert_eq!(bench.acceleration(), [4918; 3]);
+    assert_eq!(bench.acceleration(), [4900; 3]);
 }
 
 #[test]

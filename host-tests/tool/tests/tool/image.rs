@@ -60,7 +60,7 @@ fn attach(rig: &mut Rig, product: &str) {
     let image = Rc::new(Image::parse(elf(product)).expect("an ELF file"));
     let name = find(product).expect("a product").name;
     let flash = Flash::blank(Chip::F103.facts().geometry);
-    rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()));
+    rig.attach_sensor(Microcontroller::new(name, image, SERIAL, flash, tilted()).quiet());
 }
 
 impl Case {

@@ -1,0 +1,127 @@
+//! The digits of the accelerometer, with its noise or without.
+
+/// The noise density in g per square root of Hz (datasheet, An, high-performance mode).
+const DENSITY: f64 = 60e-6;
+
+/// From the acceleration to the digits of the three axes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Digits {
+    random: u64,
+    /// The noise is switched off.
+    pub(super) quiet: bool,
+    /// Without noise: the part of each value that its digit does not show.
+    rest: [f64; 3],
+}
+
+impl Digits {
+    /// With noise, the same for the same seed.
+    pub(super) const fn new(seed: u64) -> Self {
+        Self {
+            // The state of the generator must not be 0.
+            random: seed.wrapping_add(1).wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1,
+            quiet: false,
+            rest: [0.0; 3],
+        }
+    }
+
+    /// The digits of an acceleration in g at this data rate in Hz, `unit` g per digit.
+    ///
+    /// The noise is wider than a digit, so the mean of many digits is the acceleration. Without noise, the rest of each value is added to the
+    /// next value: the mean is the acceleration too, and nothing is random.
+    pub(super) fn of(&mut self, acceleration: [f64; 3], rate: f64, unit: f64) -> [i16; 3] {
+        let deviation = DENSITY * (rate / 2.0).sqrt();
+        let mut digits = [0; 3];
+        for (axis, digit) in digits.iter_mut().enumerate() {
+            let added = if self.quiet {
+                self.rest[axis]
+            } else {
+                self.normal() * deviation / unit
+            };
+            let exact = acceleration[axis] / unit + added;
+            // The cast saturates.
+            *digit = exact.round() as i16;
+            self.rest[axis] = (exact - f64::from(*digit)).clamp(-0.5, 0.5);
+        }
+        digits
+    }
+
+    /// A random number with the mean 0 and the standard deviation 1: the sum of twelve uniform ones.
+    fn normal(&mut self) -> f64 {
+        let mut sum = -6.0;
+        for _ in 0..12 {
+            // xorshift64
+            self.random ^= self.random << 13;
+            self.random ^= self.random >> 7;
+            self.random ^= self.random << 17;
+            sum += (self.random >> 11) as f64 / (1_u64 << 53) as f64;
+        }
+        sum
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RATE: f64 = 833.375;
+    const UNIT: f64 = 244e-6;
+
+    /// Mean and standard deviation of one axis in g.
+    fn statistics(mut digits: Digits, acceleration: f64) -> (f64, f64) {
+        const COUNT: u32 = 100_000;
+        let values: Vec<f64> = (0..COUNT)
+            .map(|_| f64::from(digits.of([0.0, acceleration, 1.0], RATE, UNIT)[1]) * UNIT)
+            .collect();
+        let mean = values.iter().sum::<f64>() / f64::from(COUNT);
+        let square = values.iter().map(|value| (value - mean).powi(2));
+        (mean, (square.sum::<f64>() / f64::from(COUNT)).sqrt())
+    }
+
+    #[test]
+    fn noise_has_the_density_of_the_datasheet_and_averages_out() {
+        for (seed, acceleration) in [(1, 0.0), (2, 0.1001), (3, -0.500_09)] {
+            let (mean, deviation) = statistics(Digits::new(seed), acceleration);
+            // 60 ug * sqrt(833.375 / 2) = 1.225 mg, and the uniform distribution of a rounded digit
+            assert!((deviation / 1.227e-3 - 1.0).abs() < 0.01, "{deviation}");
+            assert!((mean - acceleration).abs() < 15e-6, "{mean}");
+        }
+    }
+
+    #[test]
+    fn noise_is_the_same_for_the_same_seed_only() {
+        let first = |seed| {
+            let mut digits = Digits::new(seed);
+            [(); 8].map(|()| digits.of([0.0; 3], RATE, UNIT))
+        };
+        assert_eq!(first(1), first(1));
+        assert_ne!(first(1), first(2));
+    }
+
+    #[test]
+    fn mean_without_noise_is_exact_and_within_a_digit() {
+        let quiet = Digits {
+            quiet: true,
+            ..Digits::new(1)
+        };
+        for acceleration in [0.0, 0.1001, -0.500_09] {
+            let (mean, deviation) = statistics(quiet, acceleration);
+            assert!((mean - acceleration).abs() < 1e-8, "{mean}");
+            assert!(deviation <= UNIT / 2.0, "{deviation}");
+        }
+    }
+
+    #[test]
+    fn value_beyond_the_range_leaves_no_rest_for_later() {
+        let mut digits = Digits {
+            quiet: true,
+            ..Digits::new(1)
+        };
+        for _ in 0..10 {
+            assert_eq!(
+                digits.of([9.0, -9.0, 0.0], RATE, UNIT),
+                [32_767, -32_768, 0]
+            );
+        }
+        assert!(digits.of([0.0; 3], RATE, UNIT)[0] <= 1);
+    }
+}
