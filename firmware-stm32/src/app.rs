@@ -18,7 +18,7 @@ use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::application::Application;
 use plumbline::can::BitRate;
-use plumbline::measure::{I32x3, Reading, SAMPLE_PERIOD};
+use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
 use plumbline::node::{Acquisition, Action, Boot, BusEvent, BusMode, Divided, Indicator, Protocol};
 use plumbline::store::{Owner, Store};
 use plumbline::time::{Deadline, Duration, Instant, after, millis, reached};
@@ -433,5 +433,5 @@ impl<
 /// The acceleration of a reading in 10^-6 g.
 fn micro_g(reading: &Reading) -> [i32; 3] {
     let I32x3 { x, y, z } = reading.acceleration;
-    [x, y, z].map(|value| ((i64::from(value) * 1_000_000) >> 28) as i32)
+    [x, y, z].map(|value| ((i64::from(value) * 1_000_000) >> ONE_G.ilog2()) as i32)
 }

@@ -11,8 +11,8 @@
 //!
 //! Bits 0 to 9 of FIFO_STATUS are the number of words in the FIFO. Bits 3 to 7 of the tag are the sensor.
 //!
-//! Acceleration at +-2 g: 61 ug per count (datasheet, LA_So). With 1 g = 2^28 that is 61e-6 * 2^28 = 16374.562816 units per
-//! count. From counts with 14 fractional bits it is calculated as 1 - 2473901 / 2^32 units; the error is below 2 units (8 ng).
+//! Acceleration at +-8 g: 244 ug per count (datasheet, LA_So). With 1 g = 2^26 that is 244e-6 * 2^26 = 16374.562816 units per
+//! count. From counts with 14 fractional bits it is calculated as 1 - 2473901 / 2^32 units; the error is below 2 units (30 ng).
 //! Angular rate at +-1000 deg/s: 35 mdps per count (datasheet, G_So). With 1 deg/s = 2^16 that is 2293.76 units per count.
 //! Temperature: 256 counts per degree, 0 at 25 degC.
 //!
@@ -123,7 +123,7 @@ pub fn is_clipped([x, y, z]: [i16; 3]) -> bool {
 /// The number of fractional bits of the counts in [`acceleration`].
 pub const FRACTION: u32 = 14;
 
-/// Counts with [`FRACTION`] fractional bits in units of 2^-28 g.
+/// Counts with [`FRACTION`] fractional bits in units of 2^-26 g.
 const fn units(counts: i32) -> i32 {
     counts - ((counts as i64 * 2_473_901) >> 32) as i32
 }
@@ -134,7 +134,7 @@ const fn temperature(count: i16) -> i16 {
     (2500 + count as i32 * 25 / 64) as i16
 }
 
-/// The acceleration along the axes of the sensor, 1 g = 2^28, of counts with [`FRACTION`] fractional bits.
+/// The acceleration along the axes of the sensor, 1 g = 2^26, of counts with [`FRACTION`] fractional bits.
 pub fn acceleration(counts: I32x3, mounting: Mounting) -> I32x3 {
     mounted(counts, mounting, units)
 }
@@ -177,12 +177,12 @@ mod tests {
     use plumbline::measure::ONE_G;
 
     #[test]
-    fn acceleration_is_within_two_units_of_61_micro_g_per_count() {
+    fn acceleration_is_within_two_units_of_244_micro_g_per_count() {
         for count in i16::MIN..=i16::MAX {
             for fraction in [0, 1, 8191, 16383] {
                 let counts = (i32::from(count) << FRACTION) + fraction;
-                // counts * 61e-6 * 2^28 / 2^14, exactly, in millionths of a unit
-                let exact = i128::from(counts) * 61 * i128::from(ONE_G) / (1 << FRACTION);
+                // counts * 244e-6 * 2^26 / 2^14, exactly, in millionths of a unit
+                let exact = i128::from(counts) * 244 * i128::from(ONE_G) / (1 << FRACTION);
                 let error = i128::from(units(counts)) * 1_000_000 - exact;
                 assert!(error.abs() <= 2_000_000, "{count} {fraction}: {error}");
             }
@@ -190,9 +190,9 @@ mod tests {
     }
 
     #[test]
-    fn one_g_is_16393_counts() {
-        // 1 / 61e-6 = 16393.4
-        assert!(units(16393 << FRACTION) < ONE_G && units(16394 << FRACTION) > ONE_G);
+    fn one_g_is_4098_counts() {
+        // 1 / 244e-6 = 4098.4
+        assert!(units(4098 << FRACTION) < ONE_G && units(4099 << FRACTION) > ONE_G);
     }
 
     #[test]

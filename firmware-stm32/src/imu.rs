@@ -1,4 +1,4 @@
-//! The driver of the ISM330DHCX: acceleration at +-2 g and temperature, and for products with a gyroscope the angular rate at +-1000
+//! The driver of the ISM330DHCX: acceleration at +-8 g and temperature, and for products with a gyroscope the angular rate at +-1000
 //! deg/s.
 //!
 //! The accelerometer runs at 833 Hz in high-performance mode without LPF2. Each value goes into its FIFO, so none is lost or read
@@ -404,7 +404,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
     /// Sets range and self-test.
     fn change(&mut self, set_up: SetUp) -> Result<(), SpiError> {
         let (range, push) = match set_up {
-            SetUp::Normal => (FsXl::_2g, StXl::Disable),
+            SetUp::Normal => (FsXl::_8g, StXl::Disable),
             SetUp::Test { pushed: false } => (FsXl::_4g, StXl::Disable),
             SetUp::Test { pushed: true } => (FsXl::_4g, StXl::Positive),
         };

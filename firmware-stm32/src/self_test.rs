@@ -2,12 +2,11 @@
 //! seismic mass, and the mean of some readings must change by the amount in [`plumbline::measure::self_test`].
 //!
 //! ```text
-//!  at +-4 g      at rest       at +-4 g      pushed        at +-2 g
+//!  at +-4 g      at rest       at +-4 g      pushed        at +-8 g
 //!  settling 40   mean of 128   settling 40   mean of 128   settling 40    readings of 5 ms: 1.9 s
 //! ```
 //!
-//! The range is +-4 g, because at +-2 g an axis could clip with the sum of gravity and test force. The settling time is 200 ms;
-//! the datasheet specifies 100 ms, and the values of the last 24 ms are part of a reading.
+//! The range is +-4 g, for which the datasheet specifies the change. The settling time is 200 ms; the datasheet specifies 100 ms, and the values of the last 24 ms are part of a reading.
 
 use plumbline::measure::I32x3;
 use plumbline::measure::self_test::{Working, judge};
@@ -88,7 +87,7 @@ impl SelfTest {
         self.held
     }
 
-    /// Processes the acceleration of a reading. It is in the units of the range +-2 g, also while the range is +-4 g.
+    /// Processes the acceleration of a reading. It is in the units of the range +-8 g, also while the range is +-4 g.
     pub fn step(&mut self, acceleration: I32x3) -> Step {
         if self.stage != Stage::Begin {
             self.readings += 1;
@@ -98,10 +97,10 @@ impl SelfTest {
             if self.stage == Stage::Back {
                 return Step::Done(self.working);
             }
-            // At +-4 g a count is twice the acceleration.
-            self.mean.x += acceleration.x >> (MEAN - 1);
-            self.mean.y += acceleration.y >> (MEAN - 1);
-            self.mean.z += acceleration.z >> (MEAN - 1);
+            // At +-4 g a count is half the acceleration.
+            self.mean.x += acceleration.x >> (MEAN + 1);
+            self.mean.y += acceleration.y >> (MEAN + 1);
+            self.mean.z += acceleration.z >> (MEAN + 1);
             if self.readings < SETTLING + (1 << MEAN) {
                 return Step::None;
             }
@@ -140,9 +139,9 @@ mod tests {
         for readings in 1..1000 {
             let milli_g = match set_up {
                 SetUp::Normal => rest,
-                // Half of the counts at +-4 g.
-                SetUp::Test { pushed: false } => rest.map(|part| part / 2),
-                SetUp::Test { pushed: true } => [0, 1, 2].map(|axis| (rest[axis] + push[axis]) / 2),
+                // Twice the counts at +-4 g.
+                SetUp::Test { pushed: false } => rest.map(|part| part * 2),
+                SetUp::Test { pushed: true } => [0, 1, 2].map(|axis| (rest[axis] + push[axis]) * 2),
             };
             let [x, y, z] = milli_g.map(|part| ONE_G / 1000 * part);
             match test.step(I32x3 { x, y, z }) {

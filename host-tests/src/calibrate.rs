@@ -5,8 +5,7 @@
 //! least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
 use bench::{Flash, Geometry, STORE_BUFFER};
-use plumbline::measure::ONE_G;
-use plumbline::measure::calibration::Calibration;
+use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G};
 use plumbline::store::{Owner, Store};
 use std::fmt::{self, Display, Formatter};
 use std::path::Path;
@@ -90,7 +89,7 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
     let short =
         |value: f64, unit: f64| number(value, unit).clamp(i16::MIN.into(), i16::MAX.into()) as i16;
     Calibration::new(
-        offset.map(|g| number(g, 1.0 / f64::from(ONE_G))),
+        offset.map(|g| number(g, 1.0 / f64::from(OFFSET_ONE_G))),
         deviation.map(|row| row.map(|value| short(value, 1.0 / 262_144.0))),
         drift.map(|g| short(g, 1.0 / 16_777_216.0)),
     )
@@ -250,7 +249,7 @@ pub fn write(owner: Owner, calibration: &Calibration, path: &Path) -> Result<(),
 #[cfg(test)]
 mod tests {
     use super::*;
-    use plumbline::measure::I32x3;
+    use plumbline::measure::{I32x3, ONE_G};
     use plumbline::model::catalog::find;
 
     /// The measurement of a unit with this offset at 25 degC, response (columns) and drift, in all six positions.

@@ -17,7 +17,7 @@ import scipy.signal
 
 HERE = Path(__file__).resolve().parent
 RATE = 200  # Hz, the sampling rate of the firmware
-ONE_G = 2**28
+ONE_G = 2**26
 ORDER = 8
 mp.mp.dps = 40
 

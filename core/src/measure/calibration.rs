@@ -48,7 +48,10 @@ use super::{I32x3, ONE_G, saturated};
 /// The length of an encoded [`Calibration`] in bytes.
 pub const SIZE: usize = 36;
 
-const OFFSET_LIMIT: i32 = ONE_G / 4;
+/// 1 g in the unit of the offset.
+pub const OFFSET_ONE_G: i32 = 1 << 28;
+
+const OFFSET_LIMIT: i32 = OFFSET_ONE_G / 4;
 const DEVIATION_LIMIT: i16 = 26_214;
 const DRIFT_LIMIT: i16 = 16_777;
 
@@ -90,16 +93,16 @@ impl Calibration {
         (self.offset, self.deviation, self.drift)
     }
 
-    /// Corrects a raw acceleration (1 g = 2^28) at `temperature` (0.01 degC). The result is rounded to nearest and limited to -2
-    /// g..2 g in each axis. The raw acceleration is limited to the same range first.
+    /// Corrects a raw acceleration (1 g = 2^26) at `temperature` (0.01 degC). The result is rounded to nearest and limited to -8
+    /// g..8 g in each axis. The raw acceleration is limited to the same range first.
     pub fn apply(&self, acceleration: I32x3, temperature: i16) -> I32x3 {
         let (coldest, hottest) = TEMPERATURES;
         let warmth = i32::from(temperature).clamp(coldest, hottest) - REFERENCE;
         let [ox, oy, oz] = self.offset;
         let [dx, dy, dz] = self.drift;
-        let x = saturated(acceleration.x) - ox - drift(dx, warmth);
-        let y = saturated(acceleration.y) - oy - drift(dy, warmth);
-        let z = saturated(acceleration.z) - oz - drift(dz, warmth);
+        let x = saturated(acceleration.x) - coarse(ox + drift(dx, warmth));
+        let y = saturated(acceleration.y) - coarse(oy + drift(dy, warmth));
+        let z = saturated(acceleration.z) - coarse(oz + drift(dz, warmth));
         let [xs, ys, zs] = &self.deviation;
         I32x3 {
             x: saturated(x + deviation(xs, x, y, z)),
@@ -162,6 +165,12 @@ impl Default for Calibration {
     }
 }
 
+/// An offset (2^-28 g) in the unit of the acceleration, rounded to nearest.
+const fn coarse(offset: i32) -> i32 {
+    const SHIFT: u32 = (OFFSET_ONE_G / ONE_G).ilog2();
+    (offset + (1 << SHIFT >> 1)) >> SHIFT
+}
+
 /// `per_kelvin` (2^-24 g/K) times `warmth` (0.01 K) in 2^-28 g: the product times 2^4/100, rounded to nearest. At most 2^25.
 fn drift(per_kelvin: i16, warmth: i32) -> i32 {
     const SCALE: i64 = ((1 << 36) + 50) / 100;
@@ -178,6 +187,7 @@ fn deviation(row: &[i16; 3], x: i32, y: i32, z: i32) -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::measure::RANGE;
     use proptest::prelude::*;
 
     #[test]
@@ -198,7 +208,7 @@ mod tests {
 
     #[test]
     fn identity_changes_nothing() {
-        for v in [1 - 2 * ONE_G, -1, 0, 1, 12_345, ONE_G, 2 * ONE_G - 1] {
+        for v in [1 - RANGE, -1, 0, 1, 12_345, ONE_G, RANGE - 1] {
             for temperature in [i16::MIN, -4000, 0, 2500, i16::MAX] {
                 let a = vector(v, -v, v / 2);
                 assert_eq!(Calibration::IDENTITY.apply(a, temperature), a);
@@ -253,7 +263,7 @@ mod tests {
         // 10 mg, gain +1 %, 0.01 of y onto x, 0.1 mg/K
         let (mg, percent, drift) = (ONE_G / 1000, 2621, 1678);
         let c = Calibration::new(
-            [10 * mg, 0, 0],
+            [OFFSET_ONE_G / 100, 0, 0],
             [[percent, percent, 0], [0; 3], [0; 3]],
             [drift, 0, 0],
         )
@@ -274,9 +284,9 @@ mod tests {
     }
 
     #[test]
-    fn result_saturates_at_two_g() {
+    fn result_saturates_at_8_g() {
         let c = Calibration::new([-OFFSET_LIMIT; 3], [[DEVIATION_LIMIT; 3]; 3], [0; 3]).unwrap();
-        let end = 2 * ONE_G;
+        let end = RANGE;
         assert_eq!(
             c.apply(vector(i32::MAX, i32::MAX, i32::MAX), 2500),
             vector(end - 1, end - 1, end - 1)
@@ -325,7 +335,8 @@ mod tests {
             })
         });
         let fixed = |v: f64| (v * f64::from(ONE_G)).round() as i32;
-        let c = Calibration::new(offset.map(fixed), deviation, [0; 3]).unwrap();
+        let offset = offset.map(|v| (v * f64::from(OFFSET_ONE_G)).round() as i32);
+        let c = Calibration::new(offset, deviation, [0; 3]).unwrap();
         for u in [[0.0, 0.0, 1.0], [0.6, -0.8, 0.0], [0.36, 0.48, -0.8]] {
             let [x, y, z] = raw(u).map(fixed);
             let corrected = c.apply(vector(x, y, z), 2500);
@@ -357,10 +368,10 @@ mod tests {
         #[test]
         fn result_is_rounded_formula(c in calibrations(), a: [i32; 3], temperature: i16) {
             let got = c.apply(vector(a[0], a[1], a[2]), temperature);
-            let end = f64::from(2 * ONE_G);
+            let end = f64::from(RANGE);
             let kelvin = f64::from(temperature.clamp(-5500, 12500)) / 100.0 - 25.0;
             let d: [f64; 3] = core::array::from_fn(|i| {
-                f64::from(a[i]).clamp(-end, end - 1.0) - f64::from(c.offset[i]) - f64::from(c.drift[i]) * 16.0 * kelvin
+                f64::from(a[i]).clamp(-end, end - 1.0) - f64::from(c.offset[i]) / 4.0 - f64::from(c.drift[i]) * 4.0 * kelvin
             });
             for (i, got) in [got.x, got.y, got.z].into_iter().enumerate() {
                 let sum: f64 = (0..3).map(|j| f64::from(c.deviation[i][j]) / 262_144.0 * d[j]).sum();

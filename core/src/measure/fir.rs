@@ -20,7 +20,7 @@
 //! The cut-off frequencies are exact to 0.1 % relative to the actual sampling rate. "Settled after": the time from the last
 //! change of the input until the output is exact.
 
-use super::{I32x3, ONE_G, SAMPLE_PERIOD};
+use super::{I32x3, RANGE, SAMPLE_PERIOD};
 use crate::time::Duration;
 
 /// The cut-off frequency (-3 dB) of the filter.
@@ -197,8 +197,8 @@ impl Fir {
         }
     }
 
-    /// Filters one vector (1 g = 2^28); call it once per [`SAMPLE_PERIOD`]. The output is rounded to nearest. The input is
-    /// limited to +-4 g.
+    /// Filters one vector (1 g = 2^26); call it once per [`SAMPLE_PERIOD`]. The output is rounded to nearest. The input is
+    /// limited to +-16 g.
     pub fn step(&mut self, input: I32x3) -> I32x3 {
         let input = input.to_array().map(held);
         if self.output.is_none() {
@@ -320,9 +320,9 @@ fn between(from: i32, to: i32, way: i32, steps: u32) -> i32 {
     from.wrapping_add(moved as i32)
 }
 
-/// `component` limited to -4 g..4 g, without the upper limit.
+/// `component` limited to -16 g..16 g, without the upper limit.
 fn held(component: i32) -> i32 {
-    component.clamp(-4 * ONE_G, 4 * ONE_G - 1)
+    component.clamp(-2 * RANGE, 2 * RANGE - 1)
 }
 
 const fn samples(count: u32) -> Duration {

@@ -22,8 +22,8 @@
 //! [`resampler`](super::resampler) delays it. It is first rotated forward by the rotation in this time, so the output has the time
 //! of the angular rate.
 //!
-//! Numeric formats: vectors 1 g = 2^28 (Q28), the up vector with 32 more fractional bits; rotations in radians, Q31. The
-//! components of the acceleration are limited to +-2 g, so the length of the up vector is at most 3.5 g: all sums fit.
+//! Numeric formats: vectors 1 g = 2^26 (Q26), the up vector with 32 more fractional bits; rotations in radians, Q31. The
+//! components of the acceleration are limited to +-8 g, so the length of the up vector is at most 14 g: all sums fit.
 
 mod gain;
 mod rotation;
@@ -75,7 +75,7 @@ pub struct Fusion<const DELAY: u32> {
     bias_gain: i32,
     /// The up vector is valid.
     started: bool,
-    /// The up vector, Q60, with an offset of 1/2 in Q28, so its upper half is rounded to nearest.
+    /// The up vector, Q58, with an offset of 1/2 in Q26, so its upper half is rounded to nearest.
     up: [i64; 3],
     /// The rotation in a sample period that the gyroscope measures at rest, in radians, Q71.
     bias: [i64; 3],
@@ -116,7 +116,7 @@ impl<const DELAY: u32> Fusion<DELAY> {
         self.started = false;
     }
 
-    /// Continues from the up vector `up`, 1 g = 2^28, limited to +-2 g.
+    /// Continues from the up vector `up`, 1 g = 2^26, limited to +-8 g.
     pub fn settle(&mut self, up: I32x3) {
         self.started = true;
         self.up = limited(up).map(|component| (i64::from(component) << 32) | (1 << 31));
@@ -124,9 +124,9 @@ impl<const DELAY: u32> Fusion<DELAY> {
     }
 
     /// Processes one sample; call it once per [`SAMPLE_PERIOD`]. Returns the up vector at the time of the angular rate, 1 g =
-    /// 2^28, rounded to nearest. Its length is about 1 g and at most 3.5 g; only its direction has a meaning.
+    /// 2^26, rounded to nearest. Its length is about 1 g and at most 14 g; only its direction has a meaning.
     ///
-    /// - `acceleration`: calibrated, not filtered, 1 g = 2^28, limited to +-2 g, `DELAY` older than the angular rate;
+    /// - `acceleration`: calibrated, not filtered, 1 g = 2^26, limited to +-8 g, `DELAY` older than the angular rate;
     /// - `rate`: the mean angular rate in the sample period that ends now, 1 deg/s = 2^16, limited to +-4096 deg/s. A value at the
     ///   end of the period instead would give a lag of half a period.
     pub fn step(&mut self, acceleration: I32x3, rate: I32x3) -> I32x3 {
@@ -141,9 +141,10 @@ impl<const DELAY: u32> Fusion<DELAY> {
         let measured = self.forward(limited(acceleration));
 
         for (bias, error) in self.bias.iter_mut().zip(cross(predicted, measured)) {
-            // The product of two vectors of 3.5 g fits Q27.
+            // The product of two vectors of 14 g fits Q23. A change in Q71 is limited to more than the whole range of the bias.
             let error = ((error >> 28) + 1) >> 1;
             let change = i64::from(self.bias_gain) * error;
+            let change = change.clamp(-BIAS_LIMIT / 4, BIAS_LIMIT / 4) << 4;
             *bias = (*bias + change).clamp(-BIAS_LIMIT, BIAS_LIMIT);
         }
         for ((up, predicted), measured) in self.up.iter_mut().zip(predicted).zip(measured) {
@@ -190,7 +191,7 @@ const fn weight(delay: u32, index: u64) -> i32 {
     ((covered << 16) / period) as i32
 }
 
-/// `vector` with each component limited to -2 g..2 g.
+/// `vector` with each component limited to -8 g..8 g.
 fn limited(vector: I32x3) -> Vector {
     vector.to_array().map(saturated)
 }

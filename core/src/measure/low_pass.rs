@@ -7,7 +7,7 @@
 //! the difference between its input and its output in 64 bits, so it settles exactly at its input. The DC gain is therefore
 //! exactly 1, independent of the rounding of the coefficients, and there is no limit cycle.
 //!
-//! Scaling: signals are i32 within +-2^29 (+-2 g, 1 g = 2^28), states i64 with 32 more fractional bits. States that are outputs
+//! Scaling: signals are i32 within +-2^29 (+-8 g, 1 g = 2^26), states i64 with 32 more fractional bits. States that are outputs
 //! have an offset of 1/2, so their upper half is the output rounded to nearest. For any input, all internal signals and states
 //! stay below 2^30 (the tests use the worst-case input of each), so the difference of two does not overflow.
 
@@ -151,7 +151,7 @@ impl LowPass {
     }
 
     /// Filters one vector; call it once per [`SAMPLE_PERIOD`](super::SAMPLE_PERIOD). The output is rounded to nearest. The input
-    /// is limited to +-2 g. The Butterworth filter can overshoot: its output can be up to 1.81 times 2 g.
+    /// is limited to +-8 g. The Butterworth filter can overshoot: its output can be up to 1.81 times 8 g.
     pub fn step(&mut self, input: I32x3) -> I32x3 {
         let input = limit(input);
         if self.output.is_none() {
@@ -180,7 +180,7 @@ impl LowPass {
         output
     }
 
-    /// Continues from this output, which is limited to +-2 g: the state is that after a constant input.
+    /// Continues from this output, which is limited to +-8 g: the state is that after a constant input.
     pub fn restart(&mut self, output: I32x3) {
         self.output = Some(limit(output));
         self.settle(output);
@@ -188,7 +188,7 @@ impl LowPass {
 
     /// Sets the state to that after a constant input of `rest`.
     ///
-    /// `rest` is limited to +-2 g, because the bound on the states is valid only for this range.
+    /// `rest` is limited to +-8 g, because the bound on the states is valid only for this range.
     #[cold]
     fn settle(&mut self, rest: I32x3) {
         let rest = limit(rest).to_array().map(state);
@@ -219,7 +219,7 @@ impl Default for LowPass {
     }
 }
 
-/// `vector` with each component limited to -2 g..2 g.
+/// `vector` with each component limited to -8 g..8 g.
 fn limit(vector: I32x3) -> I32x3 {
     I32x3 {
         x: saturated(vector.x),

@@ -70,7 +70,7 @@ pub const SAMPLE_PERIOD: Duration = millis(5);
 /// One sample of the accelerometer, and of the gyroscope if there is one.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Reading {
-    /// Specific force in the coordinate frame of the sensor, 1 g = 2^28 ([`ONE_G`]). At rest it points up. Range +-2 g.
+    /// Specific force in the coordinate frame of the sensor, 1 g = 2^26 ([`ONE_G`]). At rest it points up. Range +-8 g ([`RANGE`]).
     pub acceleration: I32x3,
     /// Mean angular rate since the previous sample about the same axes, right-handed, 1 deg/s = 2^16; zero without a gyroscope.
     pub angular_rate: I32x3,
@@ -81,15 +81,18 @@ pub struct Reading {
 }
 
 /// 1 g in the unit of [`Reading::acceleration`].
-pub const ONE_G: i32 = 1 << 28;
+pub const ONE_G: i32 = 1 << 26;
 
-/// `component` limited to -2 g..2 g, without the upper limit. Limits that are powers of two need only one instruction.
+/// The range of the accelerometer in each axis, +-8 g: a shock of 6 g does not clip. The filters that overshoot have a margin of a
+/// factor of 4 to the end of 32 bits.
+pub const RANGE: i32 = 8 * ONE_G;
+
+/// `component` limited to -8 g..8 g, without the upper limit. Limits that are powers of two need only one instruction.
 pub(crate) const fn saturated(component: i32) -> i32 {
-    const END: i32 = 2 * ONE_G;
-    if component < -END {
-        -END
-    } else if component >= END {
-        END - 1
+    if component < -RANGE {
+        -RANGE
+    } else if component >= RANGE {
+        RANGE - 1
     } else {
         component
     }
@@ -111,7 +114,7 @@ impl Inclinometer {
         low_pass: LowPass::new(),
     };
 
-    /// Processes a reading. Returns the filtered up vector, 1 g = 2^28.
+    /// Processes a reading. Returns the filtered up vector, 1 g = 2^26.
     pub fn sample(&mut self, reading: &Reading) -> I32x3 {
         let corrected = self
             .calibration

@@ -2,8 +2,8 @@
 //! change (ifm JN2101 manual 9.8; ISM330DHCX datasheet, "linear acceleration self-test output change").
 //!
 //! Average some readings at rest, switch the self-test of the accelerometer on, wait until it has settled, and average the same
-//! number of readings again. The range must be large enough for gravity plus the test force. At +-2 g, an axis that works can
-//! clip and fail. The datasheet specifies the test at +-4 g.
+//! number of readings again. The range must be large enough for gravity plus the test force. The datasheet specifies the
+//! test at +-4 g.
 
 use super::{I32x3, ONE_G};
 use crate::time::{Duration, millis};
@@ -11,10 +11,10 @@ use crate::time::{Duration, millis};
 /// The longest duration of the test. Without a result by then, the axes are faulty.
 pub const LIMIT: Duration = millis(4000);
 
-/// The smallest change of a working axis, 1 g = 2^28: 90 mg.
+/// The smallest change of a working axis, 1 g = 2^26: 90 mg.
 pub const LEAST: u32 = (ONE_G as u64 * 90 / 1000) as u32;
 
-/// The largest change of a working axis, 1 g = 2^28: 1700 mg.
+/// The largest change of a working axis, 1 g = 2^26: 1700 mg.
 pub const MOST: u32 = (ONE_G as u64 * 1700 / 1000) as u32;
 
 /// The result of the self-test: the axes that work.
@@ -29,7 +29,7 @@ pub struct Working {
     pub z: bool,
 }
 
-/// Compares the mean acceleration without (`at_rest`) and with the self-test on (`pushed`), 1 g = 2^28. An axis works if they
+/// Compares the mean acceleration without (`at_rest`) and with the self-test on (`pushed`), 1 g = 2^26. An axis works if they
 /// differ by [`LEAST`] to [`MOST`], in either direction.
 ///
 /// ```

@@ -34,7 +34,7 @@
 
 use super::definition::{normalise, square};
 use super::low_pass_design::ratio;
-use super::{I32x3, ONE_G};
+use super::{I32x3, RANGE};
 
 /// The length of an encoded [`ReferenceFrame`] in bytes.
 pub const SIZE: usize = 16;
@@ -111,11 +111,11 @@ impl ReferenceFrame {
         Some(Self { roll, pitch })
     }
 
-    /// `acceleration` (1 g = 2^28) in the reference frame, rounded to nearest. The input is limited to +-4 g.
+    /// `acceleration` (1 g = 2^26) in the reference frame, rounded to nearest. The input is limited to +-16 g.
     pub fn apply(&self, acceleration: I32x3) -> I32x3 {
         let [x, y, z] = acceleration
             .to_array()
-            .map(|component| component.clamp(-4 * ONE_G, 4 * ONE_G));
+            .map(|component| component.clamp(-2 * RANGE, 2 * RANGE));
         let (y, z) = self.roll.apply(y, z);
         let (x, z) = self.pitch.apply(x, z);
         I32x3 { x, y, z }

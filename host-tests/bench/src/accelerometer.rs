@@ -4,7 +4,7 @@
 use crate::motion::Motion;
 use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
-use plumbline::measure::{ONE_G, Reading};
+use plumbline::measure::{RANGE, Reading};
 use plumbline::time::Instant;
 
 /// The data rate in mHz, nominal: that of the ISM330DHCX (6667 Hz / 8).
@@ -85,10 +85,8 @@ impl Accelerometer {
     }
 
     fn push(&mut self, reading: Reading) -> Option<Reading> {
-        // The part has a range of +-2 g.
-        let range = -2 * ONE_G..=2 * ONE_G - 1;
         let value = reading.acceleration.to_array();
-        let value = value.map(|component| component.clamp(*range.start(), *range.end()));
+        let value = value.map(|component| component.clamp(-RANGE, RANGE - 1));
         let rate = reading.angular_rate.to_array();
         self.rate
             .push(rate.map(|rate| rate.clamp(-FASTEST, FASTEST)));

@@ -4,7 +4,7 @@ mod recording;
 
 use crate::NodeType;
 use crate::motion::{Motion, NOMINAL_SUPPLY};
-use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::measure::{I32x3, ONE_G, RANGE, Reading};
 use plumbline::node::Boot;
 use plumbline::time::Instant;
 use recording::Recording;
@@ -177,7 +177,7 @@ struct Sample {
 
 impl Sample {
     /// The range of the accelerometer in g.
-    const RANGE: f64 = 2.0;
+    const RANGE: f64 = RANGE as f64 / ONE_G as f64;
     /// The default temperature in degC.
     const ROOM: f64 = 25.0;
     /// The default supply in V.

@@ -35,7 +35,7 @@ fn angle(reply: &[u8], at: usize) -> i16 {
     i16::from_le_bytes([reply[at], reply[at + 1]])
 }
 
-/// The reply to a poll has no error, 10 and 5 degrees. A count of the accelerometer is 0.0035 degrees.
+/// The reply to a poll has no error, 10 and 5 degrees. A count of the accelerometer is 0.014 degrees.
 #[track_caller]
 fn assert_right(reply: &[u8]) {
     assert_eq!(reply[1], 0, "{reply:02X?}");
@@ -83,7 +83,7 @@ fn clipping_sets_the_sensor_error_for_100_ms() {
         acceleration: I32x3 {
             x: 0,
             y: 0,
-            z: 3 * ONE_G,
+            z: 9 * ONE_G,
         },
         angular_rate: I32x3 { x: 0, y: 0, z: 0 },
         temperature: 2500,

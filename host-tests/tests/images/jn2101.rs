@@ -205,10 +205,10 @@ fn self_test_reports_the_working_axes() {
         );
         if works {
             let mut shaken = level(25_00);
-            shaken.acceleration.z = 3 * ONE_G;
+            shaken.acceleration.z = 9 * ONE_G;
             bench.chip_mut().set_motion(shaken);
             let clipped = "08A#0010010100000000";
-            assert_eq!(bench.wait(200), [clipped], "at +-2 g");
+            assert_eq!(bench.wait(200), [clipped], "at +-8 g");
         }
     }
 }

@@ -3,13 +3,13 @@
 use plumbline::angle::Angle;
 use plumbline::measure::definition::{cross_slope, perpendicular, rotation};
 use plumbline::measure::fusion::{Fusion, Noise};
-use plumbline::measure::{I32x3, mean_rate};
+use plumbline::measure::{I32x3, ONE_G, mean_rate};
 use std::collections::BTreeMap;
 
 const VECTORS: &str = include_str!("../../vectors/fusion.csv");
 
-/// 2^-14 g in 2^-28 g.
-const ACCELERATION_COUNT: i32 = 1 << 14;
+/// 2^-14 g.
+const ACCELERATION_COUNT: i32 = ONE_G >> 14;
 /// 1/64 deg/s in 2^-16 deg/s.
 const RATE_COUNT: i32 = 1 << 10;
 

@@ -1,10 +1,11 @@
 //! The measurement path of the core against reference vectors that were computed independently (`vectors/generate.py`).
 
 use plumbline::angle::Angle;
+use plumbline::measure::calibration::OFFSET_ONE_G;
 use plumbline::measure::definition::{self, cross_slope, perpendicular, rotation};
 use plumbline::measure::low_pass::{Kind, LowPass};
 use plumbline::measure::output_filter::OutputFilter;
-use plumbline::measure::{Calibration, I32x3, Inclinometer, ONE_G, Reading, zero};
+use plumbline::measure::{Calibration, I32x3, Inclinometer, ONE_G, RANGE, Reading, zero};
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
@@ -154,7 +155,7 @@ fn butterworth_overshoot_matches_the_ideal_filter() {
 
 #[test]
 fn frequency_responses_are_within_a_thousandth_of_a_db() {
-    const IMPULSE: i32 = 2 * ONE_G - 1;
+    const IMPULSE: i32 = RANGE - 1;
     for ((kind, cutoff), response) in by_filter("responses.csv") {
         // The Fourier transform of the response to the largest impulse, at each frequency of the file.
         let mut filter = filter(&kind, cutoff);
@@ -189,7 +190,8 @@ fn sample_passes_through_all_steps_of_the_path() {
     let offset = ONE_G / 10;
     let drift = ONE_G / 1000 * 3;
     let mut inclinometer = Inclinometer {
-        calibration: Calibration::new([0, 0, offset], [[0; 3]; 3], [10_066, 0, 0]).unwrap(),
+        calibration: Calibration::new([0, 0, OFFSET_ONE_G / 10], [[0; 3]; 3], [10_066, 0, 0])
+            .unwrap(),
         ..Default::default()
     };
     inclinometer

@@ -2,6 +2,7 @@
 //! vectors that do not determine an angle.
 
 use super::*;
+use crate::measure::ONE_G;
 use crate::sweep::every;
 use core::f64::consts::TAU;
 use proptest::prelude::*;
@@ -167,7 +168,7 @@ fn excavator_example_of_manual_gives_its_angles() {
     for (slope, direction, perpendicular_angles, by_x, by_y) in table {
         let (s, d): (f64, f64) = (f64::to_radians(slope), f64::to_radians(direction));
         let g = [s.sin() * d.sin(), -s.sin() * d.cos(), s.cos()];
-        let [gx, gy, gz] = g.map(|v| (v * 2f64.powi(28)).round() as i32);
+        let [gx, gy, gz] = g.map(|v| (v * f64::from(ONE_G)).round() as i32);
         let up = vector(-gx, gy, gz);
         let near = |angle: Angle, truth: f64| (degrees(angle) - truth).abs() < 2e-5;
         assert!(near(euler(up).slope, slope));
@@ -197,7 +198,7 @@ fn gimbal_angles_match_rotations_of_manual() {
                 f64::from(lateral).to_radians(),
             );
             let fixed = |v: [f64; 3]| {
-                let [x, y, z] = v.map(|v| (v * 2f64.powi(28)).round() as i32);
+                let [x, y, z] = v.map(|v| (v * f64::from(ONE_G)).round() as i32);
                 vector(x, y, z)
             };
             // The up vector in a housing rotated about Y by p, then about its own X by q; and in the other order.
@@ -208,7 +209,7 @@ fn gimbal_angles_match_rotations_of_manual() {
                 let error = (x - f64::from(long))
                     .abs()
                     .max((y - f64::from(lateral)).abs());
-                // The vector is rounded to 2^-28, and at 85 deg this error is eleven times larger.
+                // The vector is rounded to 2^-26, and at 85 deg this error is eleven times larger.
                 assert!(error < 2e-5, "gimbal {order} {long} {lateral}: {x} {y}");
             }
         }
@@ -218,7 +219,7 @@ fn gimbal_angles_match_rotations_of_manual() {
 #[test]
 fn all_directions_of_sphere_are_within_error() {
     const PARALLELS: u32 = 1500;
-    let radius = f64::from(1 << 28);
+    let radius = f64::from(ONE_G);
     for parallel in (0..=PARALLELS).step_by(every(12)) {
         // The golden angle between parallels avoids points on common meridians.
         let latitude = (f64::from(parallel) / f64::from(PARALLELS) - 0.5) * TAU / 2.0;

@@ -2,6 +2,7 @@
 //! inputs, delay, settling and change of setting.
 
 use super::*;
+use crate::measure::ONE_G;
 use crate::sweep::every;
 use core::f64::consts::{FRAC_1_SQRT_2, PI, TAU};
 use proptest::prelude::*;
@@ -16,7 +17,7 @@ const SETTINGS: [(Cutoff, f64, f64); 4] = [
 
 const RATE: f64 = 200.0;
 
-const FULL: i32 = 4 * ONE_G - 1;
+const FULL: i32 = 2 * RANGE - 1;
 
 fn design(cutoff: Cutoff) -> &'static Design {
     cutoff.design().unwrap()
@@ -262,15 +263,15 @@ fn step_response_has_no_overshoot_and_settles_exactly() {
 fn input_beyond_four_g_is_limited() {
     for (cutoff, ..) in SETTINGS {
         let mut filter = tuned(cutoff);
-        for input in [FULL, i32::MIN, i32::MAX, -4 * ONE_G] {
+        for input in [FULL, i32::MIN, i32::MAX, -2 * RANGE] {
             let output = (0..count(cutoff.settling()))
                 .map(|_| step(&mut filter, input))
                 .last();
-            assert_eq!(output, Some(input.clamp(-4 * ONE_G, FULL)));
+            assert_eq!(output, Some(input.clamp(-2 * RANGE, FULL)));
         }
     }
     let mut off = Fir::new();
-    assert_eq!(step(&mut off, i32::MIN), -4 * ONE_G);
+    assert_eq!(step(&mut off, i32::MIN), -2 * RANGE);
 }
 
 #[test]

@@ -9,14 +9,14 @@
 //!
 //! For any u this is an exact rotation, so the length of the vector does not change; an error of tan only changes the angle.
 
-/// A vector: Q28 for accelerations, Q31 for rotations.
+/// A vector: Q26 for accelerations, Q31 for rotations.
 pub(super) type Vector = [i32; 3];
 
 /// 1 in Q31.
 const ONE: u32 = 1 << 31;
 
-/// Rotates `state` (Q60, offset 1/2 in Q28, at most 3.5 g long) into the sensor after its rotation by `rotation` (radians, Q31,
-/// each component within +-1/2). Returns the rotated vector, Q28, rounded to nearest.
+/// Rotates `state` (Q58, offset 1/2 in Q26, at most 14 g long) into the sensor after its rotation by `rotation` (radians, Q31,
+/// each component within +-1/2). Returns the rotated vector, Q26, rounded to nearest.
 ///
 /// The error of the angle is below 1e-5 of it at 0.2 rad.
 pub(super) fn rotated(state: &mut [i64; 3], rotation: Vector) -> Vector {

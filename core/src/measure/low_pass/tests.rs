@@ -2,12 +2,12 @@
 //! reference vectors.
 
 use super::*;
-use crate::measure::ONE_G;
+use crate::measure::{ONE_G, RANGE};
 use crate::sweep::every;
 use proptest::prelude::*;
 
 /// The largest signal. The magnitude of the lowest signal is one unit larger.
-const FULL: i32 = 2 * ONE_G - 1;
+const FULL: i32 = RANGE - 1;
 
 /// Cut-off frequencies over the complete range, in mHz.
 const CUTOFFS: [u16; 12] = [
@@ -159,7 +159,7 @@ fn impulse_responses(kind: Kind, cutoff: u16, length: usize) -> Vec<Vec<f64>> {
 }
 
 #[test]
-fn input_is_limited_to_two_g() {
+fn input_is_limited_to_8_g() {
     for (kind, cutoff) in settings() {
         let mut filter = tuned(kind, cutoff);
         let over = vector(i32::MAX, i32::MIN, FULL + 1);

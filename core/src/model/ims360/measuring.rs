@@ -6,7 +6,7 @@ use crate::angle::Angle;
 use crate::measure::fusion::{Fusion, Noise};
 use crate::measure::low_pass::Kind;
 use crate::measure::mean_rate::ACCELERATION_AGE;
-use crate::measure::{Calibration, I32x3, LowPass, Reading, definition};
+use crate::measure::{Calibration, I32x3, LowPass, ONE_G, Reading, definition};
 use crate::param::{ParameterId, Parameters, meaning};
 
 /// 360 deg in 0.01 deg.
@@ -141,7 +141,7 @@ impl Measuring {
 
     /// The calibrated specific force in 0.001 g.
     pub fn force(&self) -> [i32; 3] {
-        scaled::<28>(self.force, 1000)
+        scaled::<{ ONE_G.ilog2() }>(self.force, 1000)
     }
 
     /// The angular rate in 1 / `units` deg/s.

@@ -8,7 +8,7 @@ use crate::application::{Application, Effect, Faults, Outputs, Readout, Values};
 use crate::heater::{HeatedCell, Settings};
 use crate::measure::self_test::{LIMIT, Working};
 use crate::measure::teach::ReferenceFrame;
-use crate::measure::{Calibration, Clipping, I32x3, ONE_G, Reading};
+use crate::measure::{Calibration, Clipping, I32x3, RANGE, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
 use crate::time::{Deadline, Instant};
 
@@ -347,11 +347,11 @@ fn saturated(number: i32) -> i32 {
 ///
 /// The sine of an inclination is the axis's component over the length: sin^2 is 1/2 and 0.4844.
 fn is_beyond_range(up: I32x3, was: bool) -> bool {
-    // The upper half of a square is enough: 2^24 for 1 g.
+    // The upper half of a square is enough: 2^20 for 1 g.
     let square = |component: i32| ((i64::from(component) * i64::from(component)) >> 32) as i32;
     let [x, y, z] = up
         .to_array()
-        .map(|component| square(component.clamp(-2 * ONE_G, 2 * ONE_G)));
+        .map(|component| square(component.clamp(-RANGE, RANGE)));
     let squares = x + y + z;
     let limit = squares / 2 - if was { squares >> 6 } else { 0 };
     x.max(y) > limit

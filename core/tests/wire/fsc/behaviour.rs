@@ -38,7 +38,7 @@ fn save_delays_only_saves_and_resets() {
 fn zero_point_adjustment_adds_the_offset() {
     let mut tester = is2();
     // -30 deg about Y: X is asin(0.5) = 30 deg with g = (-ux, uy, uz).
-    tester.rest(-ONE_G / 2, 0, 232_471_924);
+    tester.rest(-ONE_G / 2, 0, 58_117_981);
     assert_eq!(tester.ask(&[0x00])[2..], [0xB8, 0x0B, 0, 0]);
     tester.ask(&[0x28, 0x9C, 0xFF]); // -1.00 deg
     assert_eq!(tester.ask(&[0x00])[2..4], 2900_i16.to_le_bytes());

@@ -11,7 +11,7 @@ fn first(scene: Result<Scene, SceneError>) -> [f64; 3] {
 /// The acceleration in g.
 fn force(reading: &Reading) -> [f64; 3] {
     let a = reading.acceleration;
-    [a.x, a.y, a.z].map(|value| f64::from(value) / f64::from(1 << 28))
+    [a.x, a.y, a.z].map(|value| f64::from(value) / f64::from(ONE_G))
 }
 
 fn length(v: [f64; 3]) -> f64 {
@@ -105,14 +105,14 @@ fn unreadable_recording_is_named() {
 }
 
 #[test]
-fn more_than_two_g_is_clipped() {
+fn more_than_8_g_is_clipped() {
     let reading = |force: [f64; 3]| Sample::at_rest(force).reading();
-    let at_the_limit = reading([2.0, -2.0, 1.0]);
+    let at_the_limit = reading([8.0, -8.0, 1.0]);
     assert!(!at_the_limit.clipped);
-    let beyond = reading([2.001, -9.0, 1.0]);
+    let beyond = reading([8.001, -9.0, 1.0]);
     assert!(beyond.clipped);
     assert_eq!(beyond.acceleration, at_the_limit.acceleration);
-    assert_eq!(force(&beyond), [2.0, -2.0, 1.0]);
+    assert_eq!(force(&beyond), [8.0, -8.0, 1.0]);
 }
 
 #[test]

@@ -14,8 +14,8 @@ use crate::identify;
 use crate::output::Terminal;
 use host_tests::calibrate::{Side, calibration as computed, write};
 use measurement::Measurement;
-use plumbline::measure::ONE_G;
 use plumbline::measure::calibration::Calibration;
+use plumbline::measure::calibration::OFFSET_ONE_G;
 use serde_json::{Value, json};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -138,7 +138,7 @@ pub fn run(
 fn numbers(calibration: &Calibration) -> ([f64; 3], [[f64; 3]; 3], [f64; 3]) {
     let (offset, deviation, drift) = calibration.numbers();
     (
-        offset.map(|value| f64::from(value) / f64::from(ONE_G) * 1e3),
+        offset.map(|value| f64::from(value) / f64::from(OFFSET_ONE_G) * 1e3),
         deviation.map(|row| row.map(|value| f64::from(value) / 262_144.0)),
         drift.map(|value| f64::from(value) / 16_777_216.0 * 1e3),
     )

@@ -3,6 +3,7 @@
 use super::*;
 use proptest::prelude::*;
 
+/// The unit of the vectors in these tests. It has no effect on a rotation.
 const Q28: f64 = 268_435_456.0;
 const Q31: f64 = 2_147_483_648.0;
 
