@@ -24,12 +24,15 @@ impl Cyclic {
         }
     }
 
-    /// Sets the cyclic time. The new period begins now; the counter continues.
+    /// Sets the cyclic time. A new period begins now; the counter continues. The time in force changes nothing.
     pub fn set_period(&mut self, now: Instant, period_ms: u32) {
-        *self = Self {
-            counter: self.counter,
-            ..Self::start(now, period_ms)
-        };
+        let started = Self::start(now, period_ms);
+        if started.period != self.period {
+            *self = Self {
+                counter: self.counter,
+                ..started
+            };
+        }
     }
 
     /// Counts the expired periods. Returns true if there was one: a value is due.

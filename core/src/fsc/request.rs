@@ -58,7 +58,8 @@ impl<P: Product> Fsc<P> {
             Operation::Load | Operation::Save => self.refuse(cx, code),
             Operation::Alive if data.starts_with(Self::RESET_SIGNATURE) => self.restart(cx, now),
             Operation::Alive => {
-                if !data.is_empty() {
+                // Other data is padding, except a signature that begins like the right one.
+                if data.first() == Self::RESET_SIGNATURE.first() {
                     self.raise_cmd_param_error();
                 }
                 self.send(cx, row);

@@ -186,6 +186,36 @@ fn saved_cyclic_mode_with_fixed_baud_rate_begins_at_power_up() {
     each_product!(check);
 }
 
+/// A write of the value in force moves no period and no counter (G23): a tool that repeats its settings does not silence the sensor.
+#[test]
+fn values_in_force_written_again_do_not_move_the_period() {
+    fn check<P: Product>(sheet: &'static Sheet) {
+        let mut unit = sheet.online::<P>();
+        unit.accepts(CYCLIC_TIME, 250);
+        unit.accepts(CYCLIC_MODE, 1);
+        let start = now(&unit);
+        let (mut counter, mut due) = (0, start + 250);
+        for _ in 0..40 {
+            // All parameters, every 200 ms.
+            for place in 0..sheet.parameters.len() {
+                let request = sheet.parameters[place].write(unit.values[place]);
+                unit.acknowledges(&request);
+            }
+            let frames = unit.tester.wait(200);
+            let mut expected = Vec::new();
+            while due <= now(&unit) {
+                counter += 1;
+                expected.push((due, unit.frame(1, &unit.inclination(Some(counter)))));
+                due += 250;
+            }
+            assert_eq!(frames, expected);
+        }
+        assert_eq!(counter, 32);
+        unit.keeps_values();
+    }
+    each_product!(check);
+}
+
 /// Switching on while it is on changes neither counter nor period (G23). LOAD ends it.
 #[test]
 fn cyclic_mode_continues_until_off_or_load() {

@@ -150,19 +150,8 @@ fn damaged_memory_gives_factory_values_and_error() {
 }
 
 #[test]
-fn alive_replies_or_resets_depending_on_signature() {
+fn queued_replies_are_sent_before_a_restart() {
     let mut tester = is2();
-    let alive = |status| [0xFF, status, 0x00, 0x03, 0, 0, 0x44, 0x03];
-    assert_eq!(tester.ask(&[0xFF]), alive(DELIVERED));
-    for data in [&b"R"[..], b"RESE", b"RESEt", b"reset", b"LOAD"] {
-        assert_eq!(
-            tester.ask(&request(0xFF, data)),
-            alive(DELIVERED | CMD_PARAM_ERROR)
-        );
-        tester.ask(&[0x02]);
-    }
-    assert!(!tester.actions.contains(&Action::Restart));
-    // Queued replies are sent before the restart.
     tester.receive(Frame::data(standard(0x300), &[0x02]).unwrap());
     tester.receive(Frame::data(standard(0x300), b"\xFFRESET!!").unwrap());
     assert!(!tester.actions.contains(&Action::Restart));

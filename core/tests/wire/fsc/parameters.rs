@@ -131,6 +131,48 @@ fn identifier_of_another_frame_type_is_refused() {
     each_product!(check);
 }
 
+/// From any state to any other one: the identifiers go through free ones, everything else has any order.
+#[test]
+fn all_values_are_accepted_in_any_order() {
+    fn check<P: Product>(sheet: &'static Sheet) {
+        let mut unit = sheet.online::<P>();
+        let mut state = 0x2026_1125_u64;
+        let mut below = |limit: usize| {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1);
+            (state >> 33) as usize % limit
+        };
+        for _ in 0..200 {
+            let rows = sheet.parameters;
+            let mut target: Vec<u32> = rows
+                .iter()
+                .map(|row| match below(row.accepted.len() + 1) {
+                    0 => row.factory,
+                    place => row.accepted[place - 1],
+                })
+                .collect();
+            // Often identifiers that another frame type has.
+            let pool = [0x300, 0x301, 0x100, EXTENDED | 0x361];
+            let first = below(pool.len());
+            let step = [1, 3][below(2)];
+            for place in IDENTIFIERS {
+                target[place] = pool[(first + step * place) % pool.len()];
+            }
+            for place in IDENTIFIERS {
+                unit.accepts(place, 0x123 + place as u32);
+            }
+            let mut places: Vec<usize> = (0..rows.len()).collect();
+            while !places.is_empty() {
+                let place = places.swap_remove(below(places.len()));
+                unit.accepts(place, target[place]);
+            }
+            unit.keeps_values();
+        }
+    }
+    each_product!(check);
+}
+
 /// A value of each parameter that is not the factory value.
 fn other_values(sheet: &Sheet) -> Vec<u32> {
     let values = [

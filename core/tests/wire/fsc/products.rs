@@ -170,17 +170,36 @@ fn error_is_set_in_every_reply_until_status_is_read() {
     each_product!(check);
 }
 
-/// FFh: one alive message, with CmdParamError if its data are not RESET (G14). RESET: no reply, and further bytes are ignored (G26).
+/// FFh: one alive message; other data than RESET are discarded, so a master can fill its frames up. A spoiled RESET also sets
+/// CmdParamError (G14). RESET: no reply, and further bytes are ignored (G26).
 #[test]
 fn only_signature_restarts() {
-    const WRONG: [&[u8]; 11] = [
-        b"R", b"RE", b"RES", b"RESE", b"reset", b"RESES", b"XESET", b"RESEt", b"RESE\0", b" RESET",
+    const SPOILED: [&[u8]; 8] = [
+        b"R",
+        b"RE",
+        b"RES",
+        b"RESE",
+        b"RESES",
+        b"RESEt",
+        b"RESE\0",
+        b"R\0\0\0\0\0\0",
+    ];
+    const PADDING: [&[u8]; 7] = [
         &[0; 7],
+        &[0xFF; 7],
+        &[0x55],
+        b"reset",
+        b"XESET",
+        b" RESET",
+        b"SAVE",
     ];
     fn check<P: Product>(sheet: &'static Sheet) {
         let mut unit = sheet.online::<P>();
         unit.tester.actions.clear();
-        for data in WRONG {
+        for data in PADDING {
+            unit.ask(&[b"\xFF", data].concat(), &unit.alive());
+        }
+        for data in SPOILED {
             unit.errors = CMD_PARAM_ERROR;
             unit.ask(&[b"\xFF", data].concat(), &unit.alive());
             unit.clears_errors();
