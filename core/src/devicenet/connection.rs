@@ -96,8 +96,11 @@ impl Connection {
         self.rate
     }
 
-    /// Sets the expected packet rate in ms. The connection is established then.
+    /// Sets the expected packet rate in ms. The connection is established then. The rate in force does not restart the watchdog.
     pub fn set_rate(&mut self, now: Instant, rate: u16) {
+        if self.is_established() && rate == self.rate {
+            return;
+        }
         self.state = State::Established;
         self.rate = rate;
         self.watch(now, if self.consumed { 0 } else { FIRST_WAIT });

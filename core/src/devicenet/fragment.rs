@@ -6,7 +6,8 @@
 //!  acknowledge of the fragment          C0h + count            status
 //! ```
 //!
-//! The types are 00h first, 40h middle, 80h last. The count has 6 bits. Each fragment is acknowledged before the next one is sent.
+//! The types are 00h first, 40h middle, 80h last. The count has 6 bits. Each fragment is acknowledged before the next one is sent. A first
+//! fragment with the count 3Fh is a complete message, which is not acknowledged.
 
 use super::explicit::{FRAGMENT, response_to};
 use crate::time::{Deadline, Duration, Instant, millis};
@@ -19,6 +20,9 @@ const LAST: u8 = 0x80;
 const ACKNOWLEDGE: u8 = 0xC0;
 /// Bits of byte 1: the count.
 const COUNT: u8 = 0x3F;
+
+/// Byte 1 of a complete message: first, with the highest count.
+const WHOLE: u8 = FIRST | COUNT;
 
 /// Status of an acknowledge: the fragment is accepted.
 const ACCEPTED: u8 = 0;
@@ -47,6 +51,8 @@ pub(super) enum Kind {
     Acknowledge { count: u8, status: u8 },
     /// A part of a request.
     Part,
+    /// A complete request.
+    Whole,
 }
 
 /// The kind of a fragment with these bytes after its header.
@@ -54,6 +60,9 @@ pub(super) fn kind(bytes: &[u8]) -> Option<Kind> {
     let [control, data @ ..] = bytes else {
         return None;
     };
+    if *control == WHOLE {
+        return Some(Kind::Whole);
+    }
     if control & TYPE != ACKNOWLEDGE {
         return Some(Kind::Part);
     }
@@ -72,6 +81,14 @@ pub(super) fn acknowledge(header: u8, answer: Answer) -> (u64, u8) {
     let control = ACKNOWLEDGE | count;
     let data = u64::from(header) | u64::from(control) << 8 | u64::from(status) << 16;
     (data, 3)
+}
+
+/// An unfragmented response with this data and length as a complete fragment, if it fits.
+pub(super) fn whole((data, length): (u64, u8)) -> Option<(u64, u8)> {
+    let [header, body @ ..] = data.to_le_bytes();
+    let [a, b, c, d, e, f, _] = body;
+    let bytes = [header | FRAGMENT, WHOLE, a, b, c, d, e, f];
+    (length < 8).then_some((u64::from_le_bytes(bytes), length + 1))
 }
 
 /// The acknowledge of a received fragment.

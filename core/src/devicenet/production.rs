@@ -59,11 +59,14 @@ impl Production {
         self.trigger != Trigger::Off
     }
 
-    /// Sets the EPR in ms. If nothing was sent yet, the first message is due now.
+    /// Sets the EPR in ms. If nothing was sent yet, the first message is due now. The EPR in force moves no message.
     pub fn set_rate(&mut self, now: Instant, rate: u16, is_cyclic: bool) {
+        let is_new = rate != self.rate;
         self.rate = rate;
         if self.is_running() {
-            self.restart(now);
+            if is_new {
+                self.restart(now);
+            }
             return;
         }
         self.trigger = if is_cyclic {

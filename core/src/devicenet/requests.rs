@@ -9,6 +9,15 @@ use super::table::Product;
 use crate::can::Frame;
 use crate::time::Instant;
 
+/// The form of a response that is not a text.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Form {
+    /// Unfragmented.
+    Plain,
+    /// A complete fragment, as the request; unfragmented if it does not fit.
+    Fragment,
+}
+
 impl<P: Product> Devicenet<P> {
     /// Handles a frame on the explicit connection.
     pub(super) fn explicit(&mut self, cx: &mut ContextOf<P>, now: Instant, frame: &Frame) {
@@ -26,7 +35,7 @@ impl<P: Product> Devicenet<P> {
         }
         if !is_response(service) {
             self.receiver.stop();
-            self.serve(cx, now, header, body);
+            self.serve(cx, now, header, body, Form::Plain);
         }
     }
 
@@ -51,7 +60,14 @@ impl<P: Product> Devicenet<P> {
                     && is_complete
                     && body.first().is_some_and(|service| !is_response(*service))
                 {
-                    self.serve(cx, now, header, body);
+                    self.serve(cx, now, header, body, Form::Plain);
+                }
+            }
+            Some(Kind::Whole) => {
+                self.receiver.stop();
+                let body = bytes.get(1..).unwrap_or(&[]);
+                if body.first().is_some_and(|service| !is_response(*service)) {
+                    self.serve(cx, now, header, body, Form::Fragment);
                 }
             }
             None => {}
@@ -60,7 +76,7 @@ impl<P: Product> Devicenet<P> {
     }
 
     /// Serves a request of the owner on the explicit connection, and answers it.
-    pub(super) fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, header: u8, body: &[u8]) {
+    fn serve(&mut self, cx: &mut ContextOf<P>, now: Instant, header: u8, body: &[u8], form: Form) {
         if self.connections.requested(now) || self.sender.is_running() {
             self.sender.stop();
             cx.shell.wake_up();
@@ -71,7 +87,7 @@ impl<P: Product> Devicenet<P> {
             Err(failure) => Err(failure),
         };
         let service = body.first().copied().unwrap_or(0);
-        self.respond(cx, header, service, result);
+        self.respond(cx, header, service, result, form);
         if service != service::GET {
             self.update_io(cx);
         }
@@ -99,20 +115,21 @@ impl<P: Product> Devicenet<P> {
             },
             _ => Err(NOT_SUPPORTED),
         };
-        self.respond(cx, header, service, result);
+        self.respond(cx, header, service, result, Form::Plain);
         self.update_io(cx);
     }
 
     /// Queues the response to a request.
-    pub(super) fn respond(
+    fn respond(
         &mut self,
         cx: &mut ContextOf<P>,
         header: u8,
         service: u8,
         result: Result<Data, Failure>,
+        form: Form,
     ) {
         let header = header & explicit::ECHO;
-        let (data, length) = match result {
+        let plain = match result {
             Ok(Data::Bytes { bytes, length }) => {
                 explicit::unfragmented(header, service, bytes, length)
             }
@@ -123,6 +140,11 @@ impl<P: Product> Devicenet<P> {
             }
             Err(failure) => explicit::error(header, failure),
         };
+        let whole = match form {
+            Form::Plain => None,
+            Form::Fragment => fragment::whole(plain),
+        };
+        let (data, length) = whole.unwrap_or(plain);
         self.send(cx, group_2::RESPONSE, data, length);
     }
 }

@@ -26,6 +26,31 @@ const ENUMERATED: u16 = 1 << 1;
 const READ_ONLY: u16 = 1 << 4;
 const MONITOR: u16 = 1 << 5;
 
+/// Descriptor of the class of parameters: they are in nonvolatile memory. The other bits are 0: the device has no parameter objects.
+const STORED: u16 = 1 << 3;
+
+/// The longest name of a parameter.
+const NAME: usize = 32;
+
+/// Short forms of words in names that are too long.
+const SHORT: [(&str, &str); 3] = [
+    ("operating parameter", "operating param."),
+    ("Differential", "Diff."),
+    ("Weighting factor", "Weight factor"),
+];
+
+/// A name with at most [`NAME`] characters.
+fn short(name: &str) -> String {
+    let mut short = name.to_owned();
+    for (word, form) in SHORT {
+        if short.len() > NAME {
+            short = short.replace(word, form);
+        }
+    }
+    assert!(short.len() <= NAME, "{name}: more than {NAME} characters");
+    short
+}
+
 /// An attribute with its description in the tables of the product.
 #[derive(Clone, Debug)]
 pub struct Described<'a> {
@@ -106,8 +131,7 @@ pub fn eds(product: &Product, tables: &Tables) -> String {
     io_info(&mut text, product, tables);
     section(&mut text, "ParamClass");
     entry(&mut text, "MaxInst", parameters.len());
-    // The device has no parameter objects.
-    entry(&mut text, "Descriptor", "0x0000");
+    entry(&mut text, "Descriptor", format!("0x{STORED:04X}"));
     entry(&mut text, "CfgAssembly", 0);
     section(&mut text, "Params");
     for (place, parameter) in (1..).zip(&parameters) {
@@ -212,7 +236,7 @@ fn param(text: &mut String, place: usize, described: &Described) {
         format!("0x{:04X}", described.descriptor()),
         format!("0x{:02X}", data_type(number.data_type)),
         number.data_type.size().to_string(),
-        quoted(number.name),
+        quoted(&short(number.name)),
         quoted(number.unit),
         quoted(attribute.help),
         low.to_string(),

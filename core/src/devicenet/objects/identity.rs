@@ -3,7 +3,7 @@
 use crate::application::{Faults, Values};
 use crate::devicenet::access::Leaving;
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
-use crate::devicenet::protocol::{ContextOf, Devicenet};
+use crate::devicenet::protocol::{ContextOf, Devicenet, ParametersOf};
 use crate::devicenet::table::Product;
 use crate::param::Parameters;
 use crate::time::Instant;
@@ -15,7 +15,7 @@ const REVISION: u8 = 1;
 mod status {
     /// A master has allocated connections.
     pub const OWNED: u16 = 1 << 0;
-    /// A parameter does not have its factory value.
+    /// A parameter of the application does not have its factory value.
     pub const CONFIGURED: u16 = 1 << 2;
     /// The parameter memory has failed.
     pub const MINOR_RECOVERABLE: u16 = 1 << 8;
@@ -75,12 +75,23 @@ fn attribute_of<P: Product>(
 fn status_of<P: Product>(device: &Devicenet<P>, cx: &ContextOf<P>) -> u16 {
     let bit = |set: bool, bit: u16| if set { bit } else { 0 };
     bit(device.connections.is_owned(), status::OWNED)
-        | bit(!cx.parameters.is_factory(), status::CONFIGURED)
+        | bit(is_configured::<P>(&cx.parameters), status::CONFIGURED)
         | bit(device.saving.is_faulted(), status::MINOR_RECOVERABLE)
         | bit(
             cx.values.faults().intersects(Faults::SENSOR),
             status::MAJOR_RECOVERABLE,
         )
+}
+
+/// Whether a parameter of the application does not have its factory value. The settings of the DeviceNet object do not count: they are
+/// no configuration of the application.
+fn is_configured<P: Product>(parameters: &ParametersOf<P>) -> bool {
+    let roles = &P::ROLES;
+    let network = [roles.mac_id, roles.baud_rate, roles.bus_off_interrupt];
+    ParametersOf::<P>::rows()
+        .map(|(id, _)| id)
+        .filter(|id| !network.contains(id))
+        .any(|id| parameters.get(id) != ParametersOf::<P>::factory_value(id))
 }
 
 /// Restarts the node after the answer. Type 1 restores the factory values before.

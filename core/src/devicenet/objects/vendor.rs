@@ -55,7 +55,7 @@ fn set<P: Product>(
     };
     let value = exactly(data, row.size())?;
     ParametersOf::<P>::check(id, value).map_err(failure)?;
-    if is_in_use(device, id) {
+    if value != cx.parameters.get(id) && is_in_use(device, id) {
         return Err(Failure::STATE);
     }
     cx.write(id, value).map_err(failure)?;

@@ -123,8 +123,13 @@ impl<X: Axes> Tiltix<X> {
             let exact = angle.wrapping_add(self.resolution.expand(scale.offset));
             let sum = self.resolution.round(angle).wrapping_add(scale.offset);
             *measured = angle;
-            *diagnostic = X::RANGE.wrapped(exact, Resolution::HIGHEST);
-            *slope = X::RANGE.wrapped(sum, self.resolution);
+            *slope = X::RANGE.word_of(sum, self.resolution);
+            *diagnostic = match X::RANGE {
+                // At its limit, the word and the diagnostic slope are the same angle.
+                Range::Signed if *slope != sum => self.resolution.expand(*slope),
+                Range::Signed => exact,
+                Range::Circle => X::RANGE.word_of(exact, Resolution::HIGHEST),
+            };
         }
         values
     }
@@ -256,12 +261,12 @@ fn preset<X: Axes>(
     let resolution = Resolution::of(parameters);
     let preset = X::RANGE.number(parameters.get(preset));
     let difference = preset.wrapping_sub(resolution.round(measured));
-    let number = X::RANGE.wrapped(difference, resolution);
+    let number = X::RANGE.word_of(difference, resolution);
     parameters.set(offset, u32::from(number as u16));
     Ok(())
 }
 
-/// A quantity of this type. The sum of a 2-axis sensor is not limited.
+/// A quantity of this type. The sum of a 2-axis sensor is limited only by the word.
 const fn quantity(id: ValueId, name: &'static str, data_type: DataType, range: Range) -> Quantity {
     let all = Quantity::new(id, name, data_type);
     match range {

@@ -117,7 +117,7 @@ const fn axis<A: Application>(first: u8, axis: usize) -> [Attribute; 7] {
         parameter::<A>(
             first + 3,
             id::PRESET_ENABLE[axis],
-            "The change from 0 to 1 sets the offset",
+            "Stored; the change from 0 to 1 sets the offset",
         ),
         Attribute {
             settable: false,

@@ -21,27 +21,27 @@ pub mod id {
     /// Resolution (71h).
     pub const RESOLUTION: ParameterId = ParameterId(3);
     /// Operating parameter of each axis (73h, 7Bh).
-    pub const OPERATING: [ParameterId; 2] = [ParameterId(4), ParameterId(9)];
+    pub const OPERATING: [ParameterId; 2] = [ParameterId(4), ParameterId(8)];
     /// Preset value of each axis (74h, 7Ch).
-    pub const PRESET: [ParameterId; 2] = [ParameterId(5), ParameterId(10)];
-    /// Preset enable of each axis (75h, 7Dh).
-    pub const PRESET_ENABLE: [ParameterId; 2] = [ParameterId(6), ParameterId(11)];
+    pub const PRESET: [ParameterId; 2] = [ParameterId(5), ParameterId(9)];
     /// Offset of each axis (76h, 7Eh).
-    pub const OFFSET: [ParameterId; 2] = [ParameterId(7), ParameterId(12)];
+    pub const OFFSET: [ParameterId; 2] = [ParameterId(6), ParameterId(10)];
     /// Differential offset of each axis (77h, 7Fh).
-    pub const DIFFERENTIAL: [ParameterId; 2] = [ParameterId(8), ParameterId(13)];
+    pub const DIFFERENTIAL: [ParameterId; 2] = [ParameterId(7), ParameterId(11)];
     /// Polled assembly instance (81h).
-    pub const POLLED_ASSEMBLY: ParameterId = ParameterId(14);
+    pub const POLLED_ASSEMBLY: ParameterId = ParameterId(12);
     /// Cyclic/COS assembly instance (82h).
-    pub const CYCLIC_ASSEMBLY: ParameterId = ParameterId(15);
+    pub const CYCLIC_ASSEMBLY: ParameterId = ParameterId(13);
     /// Size of the moving average filter (84h).
-    pub const SIZE: ParameterId = ParameterId(16);
+    pub const SIZE: ParameterId = ParameterId(14);
     /// Weighting factor of the recursive filter (85h).
-    pub const WEIGHT: ParameterId = ParameterId(17);
+    pub const WEIGHT: ParameterId = ParameterId(15);
     /// Terminal resistor (87h).
-    pub const TERMINATION: ParameterId = ParameterId(18);
+    pub const TERMINATION: ParameterId = ParameterId(16);
     /// COS delta (88h).
-    pub const COS_DELTA: ParameterId = ParameterId(19);
+    pub const COS_DELTA: ParameterId = ParameterId(17);
+    /// Preset enable of each axis (75h, 7Dh): at the end, because older firmware did not store it.
+    pub const PRESET_ENABLE: [ParameterId; 2] = [ParameterId(18), ParameterId(19)];
 }
 
 /// The number of parameters.
@@ -155,10 +155,11 @@ impl Range {
         }
     }
 
-    /// A sum of angles in a resolution: modulo 360 deg if it is a circle. A sum has at most two turns below or above the circle.
-    pub(super) fn wrapped(self, sum: i32, resolution: Resolution) -> i32 {
+    /// A sum of angles in a resolution as a word: modulo 360 deg if it is a circle, otherwise limited to the range of the word. A sum
+    /// has at most two turns below or above the circle.
+    pub(super) fn word_of(self, sum: i32, resolution: Resolution) -> i32 {
         match self {
-            Self::Signed => sum,
+            Self::Signed => sum.clamp(i16::MIN.into(), i16::MAX.into()),
             Self::Circle => {
                 let turn = resolution.highest(TURN) as u32;
                 (sum.wrapping_add(2 * TURN) as u32 % turn.max(1)) as i32
@@ -236,7 +237,7 @@ pub(super) fn set_resolution<T: Table>(range: Range, parameters: &mut Parameters
     let (before, now) = (Resolution::of(parameters), Resolution::with_code(value));
     let convert = |number: i32| now.round(before.expand(number));
     for id in ANGLES {
-        let number = range.wrapped(convert(range.number(parameters.get(id))), now);
+        let number = range.word_of(convert(range.number(parameters.get(id))), now);
         parameters.set(id, number as u16 as u32);
     }
     let delta = convert(parameters.get(id::COS_DELTA) as i32);
@@ -280,13 +281,12 @@ const fn assembly(id: ParameterId, name: &'static str) -> Parameter {
     }
 }
 
-/// The names of the parameters of an axis: operating parameter, preset value, preset enable, offset, differential offset.
-type Names = [&'static str; 5];
+/// The names of the parameters of an axis: operating parameter, preset value, offset, differential offset.
+type Names = [&'static str; 4];
 
 const LONGITUDINAL: Names = [
     "Slope long16 operating parameter",
     "Slope long16 preset value",
-    "Slope long16 preset enable",
     "Slope long16 offset",
     "Differential slope long16 offset",
 ];
@@ -294,7 +294,6 @@ const LONGITUDINAL: Names = [
 const LATERAL: Names = [
     "Slope lateral16 operating parameter",
     "Slope lateral16 preset value",
-    "Slope lateral16 preset enable",
     "Slope lateral16 offset",
     "Differential slope lateral16 offset",
 ];
@@ -308,10 +307,10 @@ const fn angle(id: ParameterId, name: &'static str, range: Range) -> Parameter {
     }
 }
 
-/// The five parameters of an axis.
+/// The parameters of an axis, except preset enable.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
-const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 5] {
-    let [operating, preset, enable, offset, differential] = names;
+const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 4] {
+    let [operating, preset, offset, differential] = names;
     [
         named(
             id::OPERATING[axis],
@@ -325,10 +324,6 @@ const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 5] {
         ),
         angle(id::PRESET[axis], preset, range),
         Parameter {
-            persistence: Persistence::Volatile,
-            ..named(id::PRESET_ENABLE[axis], enable, SWITCH)
-        },
-        Parameter {
             permitted: match range {
                 Range::Signed => Permitted::Any,
                 Range::Circle => Permitted::Range(0, TURN as i64 - 1),
@@ -339,10 +334,11 @@ const fn axis(axis: usize, names: Names, range: Range) -> [Parameter; 5] {
     ]
 }
 
-/// All parameters, in the order of the attributes.
+/// All parameters, in the order of the stored image.
 pub(super) const fn parameters(range: Range) -> [Parameter; COUNT] {
-    let [x0, x1, x2, x3, x4] = axis(0, LONGITUDINAL, range);
-    let [y0, y1, y2, y3, y4] = axis(1, LATERAL, range);
+    let [x0, x1, x2, x3] = axis(0, LONGITUDINAL, range);
+    let [y0, y1, y2, y3] = axis(1, LATERAL, range);
+    let [enable_x, enable_y] = id::PRESET_ENABLE;
     [
         byte(id::MAC_ID, "MAC ID", 0, MAC_MAX as i64, MAC_MAX as i32),
         named(id::BAUD_RATE, "Baud rate", BAUD_RATES),
@@ -359,12 +355,10 @@ pub(super) const fn parameters(range: Range) -> [Parameter; COUNT] {
         x1,
         x2,
         x3,
-        x4,
         y0,
         y1,
         y2,
         y3,
-        y4,
         assembly(id::POLLED_ASSEMBLY, "Polled assembly instance"),
         assembly(id::CYCLIC_ASSEMBLY, "Cyclic/COS assembly instance"),
         byte(
@@ -385,5 +379,7 @@ pub(super) const fn parameters(range: Range) -> [Parameter; COUNT] {
         },
         named(id::TERMINATION, "Terminal resistor", SWITCH),
         byte(id::COS_DELTA, "COS delta", 0, DELTA_MAX as i64, 0),
+        named(enable_x, "Slope long16 preset enable", SWITCH),
+        named(enable_y, "Slope lateral16 preset enable", SWITCH),
     ]
 }

@@ -42,6 +42,49 @@ fn sent_frame_is_followed_by_work_only_if_a_fragment_waits() {
     }
 }
 
+/// T31: a first fragment with the count 3Fh is a complete message. It is not acknowledged, and answered in the same form.
+#[test]
+fn first_and_only_fragment_is_served_and_answered_in_its_form() {
+    let mut tester = allocated(2);
+    tester.set_rate(2, 0);
+    for header in ["8A", "CA"] {
+        for (request, response) in [
+            ("0E650171", "8E0A00"),
+            ("10650171", "9413FF"),
+            ("0E650163", "9414FF"),
+            ("106501710A", "9413FF"),
+            ("106501710A00", "90"),
+            ("0E650178", "8E50D41200"),
+            ("100502090000", "900000"),
+        ] {
+            let sent = tester.exchange(&format!("41C#{header}3F{request}"));
+            assert_eq!(sent, [format!("41B#{header}3F{response}")], "{request}");
+        }
+    }
+    // Six bytes of data do not fit.
+    assert_eq!(
+        tester.exchange("41C#8A3F0E05020E"),
+        ["41B#0A8E200424673003"]
+    );
+    // A text is fragmented as ever.
+    assert_eq!(tester.exchange("41C#8A3F0E010107"), [FIRST]);
+    assert_eq!(tester.exchange("41C#8AC000"), [SECOND]);
+    // It discards what was sent and received before, as an unfragmented request.
+    assert_eq!(tester.exchange("41C#8A00106501"), ["41B#8AC000"]);
+    assert_eq!(tester.exchange("41C#8A3F0E650171"), ["41B#8A3F8E0A00"]);
+    tester.ignores("41C#8A81712C01");
+    tester.ignores("41C#8AC100");
+    for ignored in [
+        "8A3F",
+        "8A3F8E650171",
+        "8B3F0E650171",
+        "8A7F0E650171",
+        "8ABF0E650171",
+    ] {
+        tester.ignores(&format!("41C#{ignored}"));
+    }
+}
+
 #[test]
 fn xid_is_that_of_the_request() {
     let mut tester = allocated(0);

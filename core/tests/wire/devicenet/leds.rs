@@ -75,10 +75,10 @@ fn module_status_flashes_red_without_measurements() {
     let mut tester = allocated(0);
     tester.wait_without_samples(225);
     assert_eq!(colours(tester.leds)[0], 'r');
-    assert_eq!(tester.explicit("0E010105"), "8E0504");
+    assert_eq!(tester.explicit("0E010105"), "8E0104");
     tester.sample();
     assert_eq!(colours(tester.leds)[0], 'g');
-    assert_eq!(tester.explicit("0E010105"), "8E0500");
+    assert_eq!(tester.explicit("0E010105"), "8E0100");
 }
 
 #[test]

@@ -14,8 +14,8 @@ fn identity_has_its_attributes() {
             ("0E010102", "8E0000"),
             ("0E010103", "8E0700"),
             ("0E010104", "8E0102"),
-            // Owned, and configured: the MAC ID is 3.
-            ("0E010105", "8E0500"),
+            // Owned. The MAC ID is 3, but that is no configuration of the application (T32).
+            ("0E010105", "8E0100"),
             ("0E010106", "8E01020304"),
         ],
     );

@@ -42,6 +42,37 @@ fn connection_that_is_configuring_or_released_produces_nothing() {
     }
 }
 
+/// A master that repeats its settings does not silence the sensor.
+#[test]
+fn settings_in_force_written_again_move_no_message() {
+    for (choice, inhibit) in [(0x50, 14), (0x60, 14)] {
+        let mut tester = producing(choice, 100);
+        assert_eq!(
+            tester.explicit(&format!("10050411{inhibit:02X}00")),
+            "900E00"
+        );
+        tester.wait(100);
+        let start = tester.now.ticks() / 1000;
+        let mut sent = Vec::new();
+        for _ in 0..20 {
+            sent.extend(tester.wait(80));
+            for body in [
+                "100504096400",
+                "100504110E00",
+                "10650182 67",
+                "106501880 0",
+                "102B01011000",
+                "102B010201",
+            ] {
+                let response = tester.request(body);
+                assert!(response.starts_with("90"), "{body}: {response}");
+            }
+        }
+        let times: Vec<u64> = sent.iter().map(|(at, _)| at - start).collect();
+        assert_eq!(times, (1..=16).map(|n| 100 * n).collect::<Vec<_>>());
+    }
+}
+
 /// Each word is compared with that of the last message (T21).
 #[test]
 fn message_follows_a_difference_of_the_delta_or_more() {

@@ -174,7 +174,18 @@ fn assembly_is_selected_before_the_connection_exists() {
         assert_eq!(tester.exchange("41D#"), [format!("3C3#{words}")]);
         // T2, T17: the range first, then the state. The other connection does not matter.
         assert_eq!(tester.set(0x81, "68"), Err(INVALID_VALUE));
-        assert_eq!(tester.set(0x81, "66"), Err(STATE_CONFLICT));
+        for value in ["65", "66", "67"] {
+            // The value in force is no change.
+            let is_in_force = value == instance;
+            let expected = if is_in_force {
+                Ok(())
+            } else {
+                Err(STATE_CONFLICT)
+            };
+            assert_eq!(tester.set(0x81, value), expected);
+            assert_eq!(tester.get(0x81).as_deref(), Ok(instance));
+            assert_eq!(tester.exchange("41D#"), [format!("3C3#{words}")]);
+        }
         assert_eq!(tester.set(0x82, "66"), Ok(()));
         assert_eq!(tester.exchange("41C#0A4C030102"), ["41B#0ACC"]);
     }

@@ -82,12 +82,12 @@ impl<N: Node> Sensor<N> {
         }
     }
 
-    /// A sum in a resolution (T10).
+    /// A sum in a resolution as a word (T10).
     fn wrap(&self, sum: i64, resolution: i64) -> i64 {
         if self.circular {
             sum.rem_euclid(360_000 / resolution)
         } else {
-            sum
+            sum.clamp(-32_768, 32_767)
         }
     }
 
@@ -106,13 +106,17 @@ impl<N: Node> Sensor<N> {
         if self.mode[axis] & SCALE != 0 {
             added = self.offset[axis] + self.differential[axis];
         }
-        let slope = round(self.angle(axis) * 10, self.resolution) + added;
+        let sum = round(self.angle(axis) * 10, self.resolution) + added;
         let exact = self.angle(axis) + added * self.resolution / 10;
-        [
-            self.offset[axis],
-            self.wrap(slope, self.resolution),
-            self.wrap(exact, 10),
-        ]
+        let slope = self.wrap(sum, self.resolution);
+        let diagnostic = if self.circular {
+            self.wrap(exact, 10)
+        } else if slope == sum {
+            exact
+        } else {
+            slope * self.resolution / 10
+        };
+        [self.offset[axis], slope, diagnostic]
     }
 
     #[track_caller]
@@ -207,6 +211,38 @@ fn preset_sets_the_slope_at_every_resolution_and_in_every_mode() {
         }
     }
     both!(test);
+}
+
+/// T10: a preset at one end of the range, the position at the other, and the differential offset. The diagnostic slope is then the
+/// same angle as the word.
+#[test]
+fn sum_beyond_the_word_is_limited() {
+    for (side, word, diagnostic) in [(1, "FF7F", "FF7F0000"), (-1, "0080", "0080FFFF")] {
+        for (axis, turned) in [[89.0, 0.0], [0.0, 89.0]].into_iter().enumerate() {
+            let tilt = |tester: &mut Tester<_>, side: i32| {
+                let [x, y] = turned.map(|angle: f64| angle * f64::from(side));
+                tester.tilt(x, y);
+            };
+            let mut tester = tiltix080(1);
+            tilt(&mut tester, -side);
+            let hundredths = |angle: f64| (angle * 100.0) as i64;
+            let measured = turned.map(|angle| hundredths(angle) * i64::from(-side));
+            let mut sensor = Sensor::new(tester, false, measured);
+            sensor.set_mode(axis, SCALE);
+            sensor.preset(axis, i64::from(side) * 8000);
+            sensor.set_differential(axis, i64::from(side) * 8000);
+            tilt(&mut sensor.tester, side);
+            sensor.measured = measured.map(|angle| -angle);
+            sensor.check("beyond the word");
+            assert_eq!(sensor.tester.get(SLOPE[axis]).as_deref(), Ok(word));
+            let read = sensor.tester.get(DIAGNOSTIC[axis]);
+            assert_eq!(read.as_deref(), Ok(diagnostic));
+            for resolution in RESOLUTIONS {
+                sensor.set_resolution(resolution);
+                sensor.check(&format!("{resolution}"));
+            }
+        }
+    }
 }
 
 #[test]

@@ -207,20 +207,15 @@ fn slopes_follow_the_attitude() {
     }
 }
 
-/// T4, T13, T22: each of them alone; preset enable is 0 after power-up.
+/// T4, T13, T22: each of them alone.
 #[test]
 fn each_setting_is_kept_with_all_others() {
     fn test<N: Node>(mut tester: Tester<N>) {
         for (attribute, value) in CHANGED {
             tester.set(attribute, value).unwrap();
             assert_eq!(tester.get(attribute).as_deref(), Ok(value));
-            let mut before = settings(&mut tester);
+            let before = settings(&mut tester);
             restart(&mut tester);
-            for (enable, value) in &mut before {
-                if matches!(*enable, 0x75 | 0x7D) {
-                    *value = "00".to_owned();
-                }
-            }
             assert_eq!(settings(&mut tester), before, "{attribute:02X} = {value}");
         }
     }
@@ -228,7 +223,7 @@ fn each_setting_is_kept_with_all_others() {
 }
 
 #[test]
-fn offset_of_a_preset_is_kept_and_one_write_sets_it_again() {
+fn offset_of_a_preset_is_kept_until_preset_enable_changes_from_0_to_1() {
     fn test<N: Node>(mut tester: Tester<N>) {
         for (mode, preset, enable, offset, slope) in [
             (0x73, 0x74, 0x75, 0x76, 0x72),
@@ -242,8 +237,12 @@ fn offset_of_a_preset_is_kept_and_one_write_sets_it_again() {
             restart(&mut tester);
             assert_eq!(tester.get(offset), kept);
             assert_eq!(tester.get(slope).as_deref(), Ok("A00F"));
-            assert_eq!(tester.get(enable).as_deref(), Ok("00"));
+            // T13: a scanner that restores its configuration writes 1 over 1, and the zero point stays.
+            assert_eq!(tester.get(enable).as_deref(), Ok("01"));
             tester.set(preset, "D007").unwrap();
+            tester.set(enable, "01").unwrap();
+            assert_eq!(tester.get(offset), kept);
+            tester.set(enable, "00").unwrap();
             tester.set(enable, "01").unwrap();
             assert_eq!(tester.get(slope).as_deref(), Ok("D007"));
         }
@@ -341,7 +340,31 @@ fn setting_that_changes_a_word_sends_one_change_of_state_message() {
     }
 }
 
-/// T2, T17: 81h while the poll connection exists, 82h while the COS or cyclic connection exists.
+/// T32: the settings of the DeviceNet object are no configuration of the application.
+#[test]
+fn sensor_is_configured_exactly_with_a_changed_attribute_of_the_angle_object() {
+    fn test<N: Node>(mut tester: Tester<N>) {
+        let is_configured = |tester: &mut Tester<N>| match tester.request("0E010105").as_str() {
+            "8E0500" => true,
+            "8E0100" => false,
+            other => panic!("{other}"),
+        };
+        for body in ["1003010201", "1003010301"] {
+            assert_eq!(tester.request(body), "90");
+            assert!(!is_configured(&mut tester), "{body}");
+        }
+        for (attribute, value) in CHANGED {
+            tester.set(attribute, value).unwrap();
+            assert!(is_configured(&mut tester), "{attribute:02X}");
+            let (_, factory) = FACTORY.iter().find(|(it, _)| *it == attribute).unwrap();
+            tester.set(attribute, factory).unwrap();
+            assert!(!is_configured(&mut tester), "{attribute:02X}");
+        }
+    }
+    both!(1, test);
+}
+
+/// T2, T17: 81h while the poll connection exists, 82h while the COS or cyclic connection exists. The value in force is no change.
 #[test]
 fn assembly_of_each_connection_is_not_settable_while_it_exists() {
     for (choice, held) in [
@@ -370,6 +393,7 @@ fn assembly_of_each_connection_is_not_settable_while_it_exists() {
                 assert_eq!(tester.set(attribute, "65"), expected, "{choice:02X}");
                 let value = if is_held { "67" } else { "65" };
                 assert_eq!(tester.get(attribute).as_deref(), Ok(value));
+                assert_eq!(tester.set(attribute, value), Ok(()), "{choice:02X}");
             }
             let release = format!("41E#0A4C0301{choice:02X}");
             assert_eq!(tester.exchange(&release), ["41B#0ACC"]);

@@ -287,3 +287,20 @@ fn node_of_a_vanished_master_is_free_when_all_watchdogs_have_ended() {
         assert_eq!(tester.wait_text(1000), []);
     }
 }
+
+/// The rate in force is no change: a master that only repeats it has lost its scan.
+#[test]
+fn rate_in_force_written_again_does_not_restart_the_watchdog_of_io() {
+    let mut tester = allocated(2);
+    tester.set_rate(1, 0);
+    tester.set_rate(2, 100);
+    assert_eq!(tester.exchange("41D#"), ["3C3#D204C9FD"]);
+    for _ in 0..3 {
+        tester.wait(100);
+        tester.set_rate(2, 100);
+    }
+    tester.wait(99);
+    assert_eq!(tester.explicit("0E050201"), "8E03");
+    tester.wait(1);
+    assert_eq!(tester.explicit("0E050201"), "8E04");
+}
