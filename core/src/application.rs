@@ -204,6 +204,17 @@ pub trait Application: Sized {
     /// Starts with the calibration of the device. A call of [`apply`](Self::apply) follows.
     fn start(&mut self, calibration: Calibration);
 
+    /// Goes on with the state that [`kept`](Self::kept) returned before a restart by the program; 0 after power-up. Called after
+    /// [`start`](Self::start).
+    fn resume(&mut self, kept: u32) {
+        let _ = kept;
+    }
+
+    /// The state to keep over a restart by the program, after [`stale`](Self::stale).
+    fn kept(&self) -> u32 {
+        0
+    }
+
     /// Applies the parameters, at the start and after a write. Unchanged parameters have no effect.
     fn apply(&mut self, now: Instant, parameters: &Parameters<Self::Table>) -> Self::Values;
 

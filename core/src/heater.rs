@@ -26,6 +26,9 @@ const RATE: u32 = 5;
 /// The low-pass of the derivative term has a time constant of 2^SMOOTHING periods.
 const SMOOTHING: u32 = 3;
 
+/// Bit of the kept state: the temperature was steady. The integral is below it with each permitted integral time.
+const WAS_STEADY: u32 = 1 << 31;
+
 /// The settings for the heater and the measuring cell of a product.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
@@ -78,6 +81,8 @@ pub struct Heater {
     trail: Option<i32>,
     /// The number of consecutive periods within the tolerance.
     close_for: u32,
+    /// The temperature was steady before a restart: it is steady again at the next temperature within the tolerance.
+    was_steady: bool,
     /// The duty in permille.
     duty: u16,
 }
@@ -90,6 +95,7 @@ impl Heater {
         integral: 0,
         trail: None,
         close_for: 0,
+        was_steady: false,
         duty: 0,
     };
 
@@ -100,6 +106,19 @@ impl Heater {
             enabled: true,
             ..Self::NONE
         }
+    }
+
+    /// The state to keep over a restart of the program; 0: there is nothing to keep.
+    pub fn kept(&self) -> u32 {
+        let steady = if self.is_steady() { WAS_STEADY } else { 0 };
+        self.integral.min(WAS_STEADY - 1) | steady
+    }
+
+    /// Goes on with the state of [`kept`](Self::kept) of the heater before the restart: the duty has no step, and the steady
+    /// temperature need not be judged again.
+    pub fn resume(&mut self, kept: u32) {
+        self.integral = kept & !WAS_STEADY;
+        self.was_steady = kept & WAS_STEADY != 0;
     }
 
     /// Switches the control on or off. Off acts at once and resets the controller. On acts
@@ -141,19 +160,19 @@ impl Heater {
     /// [`Settings::steady_after`]. If false, measurements can be less accurate. False while the heater is disabled
     /// or the temperature sensor is faulty.
     pub fn is_steady(&self) -> bool {
-        // At least one period, so that it is not steady before the first measurement.
-        let periods = |settings: &Settings| (u32::from(settings.steady_after) * RATE).max(1);
         self.settings
             .is_some_and(|settings| self.close_for >= periods(settings))
     }
 
     fn judge(&mut self, settings: &Settings, error: i32) {
         let close = error.unsigned_abs() <= u32::from(settings.tolerance);
-        self.close_for = if close {
-            self.close_for.saturating_add(1)
+        if !close {
+            self.close_for = 0;
+        } else if core::mem::take(&mut self.was_steady) {
+            self.close_for = periods(settings);
         } else {
-            0
-        };
+            self.close_for = self.close_for.saturating_add(1);
+        }
     }
 
     /// The difference between the temperature and its smoothed value, in 0.01 K / 2^SMOOTHING. The smoothed value has a delay of
@@ -196,6 +215,12 @@ impl Heater {
     }
 }
 
+/// The number of periods within the tolerance after which the temperature is steady. At least one, so that it is not steady before
+/// the first measurement.
+fn periods(settings: &Settings) -> u32 {
+    (u32::from(settings.steady_after) * RATE).max(1)
+}
+
 /// Kp Td times the slope, in 0.01 permille.
 fn derivative(settings: &Settings, slope: i32) -> i32 {
     // 0.1 s is half a period.
@@ -209,6 +234,8 @@ pub struct HeatedCell {
     heater: Heater,
     /// The time of the next controller period; unset: at the next temperature.
     due: Deadline,
+    /// The state of the heater before it was stopped.
+    kept: u32,
 }
 
 impl HeatedCell {
@@ -216,13 +243,14 @@ impl HeatedCell {
     pub const UNHEATED: Self = Self {
         heater: Heater::NONE,
         due: Deadline::NEVER,
+        kept: 0,
     };
 
     /// A heated cell before its first period.
     pub const fn new(settings: &'static Settings) -> Self {
         Self {
             heater: Heater::new(settings),
-            due: Deadline::NEVER,
+            ..Self::UNHEATED
         }
     }
 
@@ -236,9 +264,20 @@ impl HeatedCell {
         due
     }
 
+    /// Goes on with the state of the cell before a restart of the program.
+    pub fn resume(&mut self, kept: u32) {
+        self.heater.resume(kept);
+    }
+
+    /// The state before it was [stopped](Self::stop), to keep over a restart of the program.
+    pub const fn kept(&self) -> u32 {
+        self.kept
+    }
+
     /// Switches the heater off and resets the controller. The next temperature starts it again.
     pub fn stop(&mut self) {
         self.due = Deadline::NEVER;
+        self.kept = self.heater.kept();
         self.heater.regulate(None);
     }
 

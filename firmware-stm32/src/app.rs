@@ -12,7 +12,7 @@ use crate::can::{self, Bus, transmit};
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
 use crate::link::{Link, Queue, Shared};
-use crate::{clock, sleep};
+use crate::{clock, kept, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
@@ -62,7 +62,10 @@ pub unsafe fn run<
         board::start_adc();
     }
     let now = clock::now();
-    let boot = store.boot();
+    let mut boot = store.boot();
+    if N::Application::HEATER.is_some() {
+        boot.kept = kept::take();
+    }
     if boot.damaged {
         warn!("stored parameters are damaged");
     }
@@ -415,6 +418,9 @@ impl<
     /// Resets the board when all frames are sent, at the latest after [`RESTART_LIMIT`].
     fn restart(&mut self) -> ! {
         self.switches.heat(0);
+        if N::Application::HEATER.is_some() {
+            kept::put(self.acquisition.kept());
+        }
         while self.store.busy() {
             self.store.step();
         }

@@ -44,6 +44,8 @@ pub mod flash;
 #[cfg(board)]
 pub mod imu;
 #[cfg(board)]
+mod kept;
+#[cfg(board)]
 pub mod link;
 #[cfg(board)]
 mod mem;

@@ -61,6 +61,12 @@ impl<A: Application> Acquisition<A> {
         self.application.supply(millivolts)
     }
 
+    /// The state to keep over the restart that [`Action::Restart`](super::Action::Restart) requests, for
+    /// [`Boot::kept`](super::Boot::kept).
+    pub fn kept(&self) -> u32 {
+        self.application.kept()
+    }
+
     /// The time at which [`tick`](Self::tick) is due.
     pub fn deadline(&self) -> Deadline {
         self.application.deadline()

@@ -93,6 +93,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         context.shell.start(now, boot.serial, P::FRAMES);
         let damaged = context.restore(boot);
         application.start(boot.calibration);
+        application.resume(boot.kept);
         started(application, protocol, &mut context.parameters, damaged);
         context.values = application.apply(now, &context.parameters);
         protocol.published(context, now);
@@ -201,6 +202,10 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
 
     fn image(&self, buffer: &mut [u8]) -> Option<usize> {
         self.communication.image().encode(buffer)
+    }
+
+    fn kept(&self) -> u32 {
+        self.acquisition.kept()
     }
 
     fn readout(&self) -> Readout {

@@ -48,7 +48,7 @@ pub enum Action {
     /// Write [`Node::image`] to nonvolatile memory and report the result with [`Node::stored`]. Read the image before the next
     /// call that changes the node.
     Save,
-    /// Restart the device as after power-up, after the frames in the mailboxes are sent.
+    /// Restart the device as after power-up, after the frames in the mailboxes are sent. Pass [`Node::kept`] to the next start.
     Restart,
     /// Connect (true) or disconnect the terminating resistor of the bus.
     Termination(bool),
@@ -160,6 +160,12 @@ pub trait Node {
     /// Writes the parameters that [`Action::Save`] requests to store into `buffer`. Returns their length in bytes, or None if the
     /// buffer is too small.
     fn image(&self, buffer: &mut [u8]) -> Option<usize>;
+
+    /// The state to keep over the restart that [`Action::Restart`] requests, in memory that is not cleared, for [`Boot::kept`].
+    /// Only a heated product has one; 0: there is none.
+    fn kept(&self) -> u32 {
+        0
+    }
 
     /// The last inclination.
     fn readout(&self) -> Readout;

@@ -94,6 +94,8 @@ pub struct Boot<'a> {
     pub damaged: bool,
     /// The serial number of the device.
     pub serial: u32,
+    /// What [`Node::kept`](crate::node::Node::kept) returned before a restart by the program; 0 after power-up.
+    pub kept: u32,
 }
 
 impl Default for Boot<'_> {
@@ -104,6 +106,7 @@ impl Default for Boot<'_> {
             calibration: Calibration::IDENTITY,
             damaged: false,
             serial: 0,
+            kept: 0,
         }
     }
 }

@@ -106,6 +106,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             parameters,
             calibration: calibration.unwrap_or(Calibration::IDENTITY),
             damaged: self.damaged,
+            kept: 0,
             serial: self.owner.serial,
         }
     }

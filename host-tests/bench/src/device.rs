@@ -14,7 +14,7 @@ use can_wire::protocol::{Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
-use plumbline::node::{Action, BusEvent, BusMode, Leds, Node, Readout};
+use plumbline::node::{Action, Boot, BusEvent, BusMode, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 use std::collections::VecDeque;
@@ -48,6 +48,8 @@ pub struct Device {
     cell: Option<Cell>,
     power: Option<Powered>,
     boots: u32,
+    /// What the node keeps over its restart; 0 before power-up.
+    kept: u32,
     led_history: VecDeque<(Instant, Leds)>,
 }
 
@@ -84,6 +86,7 @@ impl Device {
             cell: node_type.cell.map(Cell::new),
             power: None,
             boots: 0,
+            kept: 0,
             led_history: VecDeque::new(),
         }
     }
@@ -173,6 +176,7 @@ impl Device {
         // As on the boards, a running save ends first.
         let saves = power.next_step.is_some();
         if !saves && power.restart_by.is_some_and(|by| sent || reached(now, by)) {
+            self.kept = power.node.kept();
             self.power_cycle(now);
         }
     }
@@ -328,7 +332,12 @@ impl Sensor for Device {
         self.store.prepare();
         let start = after(now, self.flash_time(before));
         self.boots += 1;
-        let mut node = (self.node_type.start)(&self.node_type, start, &self.store.boot());
+        let kept = core::mem::take(&mut self.kept);
+        let boot = Boot {
+            kept,
+            ..self.store.boot()
+        };
+        let mut node = (self.node_type.start)(&self.node_type, start, &boot);
         // As on the boards: the first reading comes before the first frame of the node.
         let first = self.accelerometer.start(start, &mut *self.motion);
         node.sample(start, &self.heated(start, first));

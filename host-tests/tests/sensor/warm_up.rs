@@ -73,6 +73,19 @@ impl Bench {
         }
     }
 
+    /// RESET; the first frame on the bus follows within 300 ms. Returns whether AccuracyWarning is set in the boot-up messages.
+    fn reset(&mut self) -> bool {
+        self.bus.send(self.tester, frame(0x300, b"\xFFRESET"));
+        self.bus.run_until(after(self.bus.now(), millis(300)));
+        self.bus.send(self.tester, frame(0x7FE, &[]));
+        self.bus.run_until(after(self.bus.now(), millis(10)));
+        let boot_up = self.bus.take_received(self.tester);
+        assert_eq!(boot_up.len(), 2, "{boot_up:?}");
+        boot_up
+            .iter()
+            .any(|(_, frame)| frame.bytes()[1] & ACCURACY_WARNING != 0)
+    }
+
     /// Whether AccuracyWarning is set in the status.
     fn warns(&mut self) -> bool {
         self.bus.send(self.tester, frame(0x300, &[0x02]));
@@ -145,6 +158,38 @@ fn warning_of_the_image_is_cleared_within_minutes() {
     println!("the image of is2tk from 25 degC: {seconds} s");
     assert!((60..RUNNING_TIME).contains(&seconds), "{seconds}");
     bench.stays_accurate(seconds + 100);
+}
+
+/// G32: neither the warning nor the temperature see the restart.
+#[test]
+fn warning_stays_cleared_over_a_reset() {
+    for temperature in [-40.0, 25.0, 80.0] {
+        let name = format!("reset-{temperature}.csv");
+        let mut bench = Bench::new("is2tk", recording(&name, &[(0, temperature)]));
+        let seconds = bench.warning_becomes(false);
+        bench.stays_accurate(seconds + 300);
+        for round in 1..=3 {
+            assert!(!bench.reset(), "{temperature} degC");
+            bench.stays_accurate(seconds + 300 + 120 * round);
+        }
+    }
+}
+
+#[test]
+fn warning_of_the_image_stays_cleared_over_a_reset() {
+    let mut bench = Bench::of_image("is2tk", recording("reset-image.csv", &[(0, 50.0)]));
+    let seconds = bench.warning_becomes(false);
+    bench.stays_accurate(seconds + 30);
+    assert!(!bench.reset());
+    bench.stays_accurate(seconds + 70);
+    // The memory is lost with the power.
+    let now = bench.bus.now();
+    bench.bus.device_mut(bench.device).power_off(now);
+    bench.bus.run_until(after(now, millis(100)));
+    let now = bench.bus.now();
+    bench.bus.device_mut(bench.device).power_on(now);
+    bench.boot();
+    assert!(bench.warns());
 }
 
 #[test]

@@ -132,6 +132,14 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
         self.cell = Self::HEATER.map_or(HeatedCell::UNHEATED, HeatedCell::new);
     }
 
+    fn resume(&mut self, kept: u32) {
+        self.cell.resume(kept);
+    }
+
+    fn kept(&self) -> u32 {
+        self.cell.kept()
+    }
+
     fn apply(&mut self, _now: Instant, parameters: &Parameters<X>) -> Inclination {
         let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Analog);
         let cut_off = parameters.get(id::CUT_OFF) as u16;

@@ -230,6 +230,14 @@ impl Application for Jn2101Application {
         self.cell = HeatedCell::new(&HEATER);
     }
 
+    fn resume(&mut self, kept: u32) {
+        self.cell.resume(kept);
+    }
+
+    fn kept(&self) -> u32 {
+        self.cell.kept()
+    }
+
     fn apply(&mut self, now: Instant, parameters: &Parameters<Jn2101Product>) -> Inclination {
         let switch = |id| meaning(&SWITCH, parameters.get(id)).unwrap_or(false);
         self.measuring.configure(parameters);

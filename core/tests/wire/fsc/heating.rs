@@ -3,6 +3,7 @@
 //! Section and table numbers refer to the English manual of 2021.
 
 use crate::tester::fsc::*;
+use plumbline::can::{Frame, standard};
 use plumbline::fsc::{Article, Product};
 use plumbline::measure::ONE_G;
 use plumbline::model::gemac::{is1, is1dm, is1tk, is2, is2dm, is2tk};
@@ -143,6 +144,67 @@ fn restart_switches_heater_off_first() {
     // Samples can continue until the hardware restarts.
     tester.wait(1000);
     assert_eq!(duties(&mut tester), []);
+}
+
+/// Restarts the sensor with RESET; the first reading has this temperature.
+fn reset(tester: &mut Is2tk, temperature: i16) {
+    tester.silent(b"\xFFRESET");
+    tester.wait(0);
+    assert!(tester.actions.contains(&Action::Restart));
+    tester.temperature = temperature;
+    tester.restart();
+    tester.receive(Frame::data(standard(0x7FF), &[]).unwrap());
+    assert_eq!(tester.sent().len(), 2, "two boot-up messages");
+}
+
+/// G32: a RESET does not cool the cell, so its temperature is steady as soon as it is read, and the duty has no step.
+#[test]
+fn warm_sensor_stays_warm_over_a_reset() {
+    let mut tester = warm();
+    hold(&mut tester, SET_POINT - 40, 60_000);
+    hold(&mut tester, SET_POINT, 20_000);
+    let before = *duties(&mut tester).last().unwrap();
+    assert!((10..990).contains(&before), "{before}");
+    for _ in 0..2 {
+        reset(&mut tester, SET_POINT);
+        let after = *duties(&mut tester).last().unwrap();
+        assert!(before.abs_diff(after) <= 1, "{before} {after}");
+        assert_eq!(status(&mut tester), DELIVERED);
+        hold(&mut tester, SET_POINT, 60_000);
+        assert_eq!(status(&mut tester), DELIVERED);
+    }
+    // A little colder: until the temperature is read at the set point.
+    reset(&mut tester, SET_POINT - 60);
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+    hold(&mut tester, SET_POINT - 60, 1000);
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+    hold(&mut tester, SET_POINT - 40, 250);
+    assert_eq!(status(&mut tester), DELIVERED);
+    // Power-up begins anew.
+    tester.power_cycle();
+    tester.receive(Frame::data(standard(0x7FF), &[]).unwrap());
+    tester.sent();
+    hold(&mut tester, SET_POINT, 29_000);
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+}
+
+#[test]
+fn reset_during_the_warm_up_does_not_end_it() {
+    let mut tester = online(&is2tk::METAL);
+    hold(&mut tester, SET_POINT, 10_000);
+    reset(&mut tester, SET_POINT);
+    hold(&mut tester, SET_POINT, 29_000);
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
+    hold(&mut tester, SET_POINT, 2_000);
+    assert_eq!(status(&mut tester), DELIVERED);
+}
+
+#[test]
+fn reset_after_missing_samples_begins_the_warm_up_anew() {
+    let mut tester = warm();
+    tester.wait_without_samples(150);
+    reset(&mut tester, SET_POINT);
+    assert_eq!(status(&mut tester), DELIVERED | ACCURACY_WARNING);
 }
 
 #[test]

@@ -105,11 +105,21 @@ impl<N: Node> Tester<N> {
 
     /// Power off and on again.
     pub fn power_cycle(&mut self) {
+        self.start(0);
+    }
+
+    /// The restart that the node has requested.
+    pub fn restart(&mut self) {
+        self.start(self.node.kept());
+    }
+
+    fn start(&mut self, kept: u32) {
         let loaded = Boot {
             parameters: self.memory.as_deref(),
             calibration: self.calibration,
             damaged: false,
             serial: SERIAL,
+            kept,
         };
         self.actions.clear();
         self.node = (self.boot)(self.now, &loaded);
