@@ -4,6 +4,7 @@
 //! - [`fuzz`]: random input for a sensor
 //! - [`bit_rate`]: a sensor that detects the bit rate
 //! - [`calibrate`]: computes the calibration of a unit from a measurement and writes it into the store file of the unit
+//! - [`delay`]: the delay of the angle of an IMS360
 //! - [`documents`]: the Markdown files beside the models
 //! - [`effort`]: the length of long tests
 //! - [`plots`]: the plots of the low-pass and of the Kalman filter
@@ -16,6 +17,7 @@
 
 pub mod bit_rate;
 pub mod calibrate;
+pub mod delay;
 pub mod documents;
 pub mod effort;
 pub mod fuzz;

@@ -41,19 +41,18 @@ impl Kind {
         }
     }
 
-    /// The delay in us for slow changes, with a cut-off frequency in mHz. Critically damped of order 8: 8 tau = 0.383 / fc.
-    /// Butterworth of order 8: 0.816 / fc, of order 2: 0.225 / fc.
+    /// The delay in us for slow changes, with a permitted cut-off frequency in mHz. With time constants it is 8 tau = 0.383 / fc
+    /// (critically damped) and 0.816 / fc (Butterworth). The digital filter has this multiplied by x / tan(x) with x = pi fc / fs, which
+    /// is nearly 1 - x^2 / 3.
     pub const fn delay(self, cutoff: u16) -> u32 {
-        let product: u32 = match self {
-            Self::Off => 0,
-            Self::Analog => return 11_254,
-            Self::Butterworth => 816_000_000,
-            Self::CriticallyDamped => 383_000_000,
+        let (product, correction) = match self {
+            Self::Off => return 0,
+            Self::Analog => return 10_881,
+            Self::Butterworth => (815_800_000, 67),
+            Self::CriticallyDamped => (383_050_000, 31),
         };
-        match product.checked_div(cutoff as u32) {
-            Some(delay) => delay,
-            None => 0,
-        }
+        let cutoff = if cutoff == 0 { 1 } else { cutoff as u32 };
+        product / cutoff - cutoff * correction / 1000
     }
 }
 

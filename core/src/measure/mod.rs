@@ -67,6 +67,11 @@ pub use micromath::vector::I32x3;
 /// The sampling period: 200 Hz. Below 160 Hz the critically damped filter would overshoot.
 pub const SAMPLE_PERIOD: Duration = millis(5);
 
+/// The delay of an angle without filter, in us: from the motion to the start of a frame that asks for it at any time. It has the delays
+/// of the accelerometer and of the [`resampler`], and half a sampling period. Measured on a ramp: 16.5 ms with a sensor built for the
+/// PC, 16.8 ms with the image, 0.4 ms more or less with an error of 5 % of the clock of the accelerometer.
+pub const PATH_DELAY: u32 = 16_700;
+
 /// One sample of the accelerometer, and of the gyroscope if there is one.
 #[derive(Clone, Copy, PartialEq, Debug, Default)]
 pub struct Reading {

@@ -9,6 +9,7 @@ mod accelerometer;
 mod boot;
 mod can_faults;
 mod clock;
+mod delay;
 mod detection;
 mod errors;
 mod faults;

@@ -3,6 +3,7 @@
 
 mod any_input;
 mod bit_rate;
+mod delay;
 mod devicenet_saves;
 mod documents;
 mod examples;

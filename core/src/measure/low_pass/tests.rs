@@ -203,6 +203,26 @@ fn without_digital_filter_cutoff_has_no_effect() {
 }
 
 #[test]
+fn ramp_is_late_by_the_stated_delay() {
+    for (kind, cutoff) in settings().chain([(Kind::Off, 2_000)]) {
+        let mut filter = tuned(kind, cutoff);
+        let slope = 20_000;
+        let mut late = 0;
+        for n in 0..samples(20, cutoff).min(50_000) as i32 {
+            let input = along_x(n * slope - FULL);
+            late = input.x - filter.step(input).x;
+        }
+        let delay = f64::from(late) / f64::from(slope) * 5_000.0;
+        let stated = f64::from(kind.delay(cutoff));
+        // At 25 Hz the stated delay is 20 us too long.
+        assert!(
+            (delay - stated).abs() < 25.0 + stated * 1e-5,
+            "{kind:?} {cutoff}: {delay} {stated}"
+        );
+    }
+}
+
+#[test]
 fn filter_that_is_off_passes_each_vector() {
     for mut filter in [LowPass::new(), tuned(Kind::Off, 2_000)] {
         for n in 0..100 {

@@ -143,6 +143,31 @@ fn rise_times_of_a_step_are_those_of_the_formulas() {
     }
 }
 
+/// A reading is the input of all cycles since the one before, so the delay is 2.5 ms shorter than that of the formula of the manual.
+#[test]
+fn ramp_is_late_by_the_delay_of_the_formulas_minus_half_a_reading() {
+    let cycle = 1000.0 / 1428.0;
+    for (weight, size, delay) in [
+        (0, 0, 0.0),
+        (0, 100, 50.0 * cycle - 2.5),
+        (0, 250, 125.0 * cycle - 2.5),
+        (990, 0, -cycle / 0.99_f64.ln() - 2.5),
+        (998, 0, -cycle / 0.998_f64.ln() - 2.5),
+    ] {
+        let (mut filter, _) = settled(weight, size, 0.0);
+        // 0.05 deg in 5 ms, the mean of the last 2 s.
+        let late = (1..=1600).map(|n| {
+            let input = 0.05 * f64::from(n);
+            input - degrees(filter.step([angle(input)])[0])
+        });
+        let late = late.skip(1200).sum::<f64>() / 400.0 / 0.05 * 5.0;
+        assert!(
+            (late - delay).abs() < 0.2,
+            "{weight} {size}: {late} ms, {delay} ms"
+        );
+    }
+}
+
 #[test]
 fn filters_that_are_off_change_nothing() {
     let mut filter = OutputFilter::INITIAL;

@@ -13,6 +13,7 @@ use crate::j1939::groups;
 use crate::j1939::signal::{Measured, Merit, Motion};
 use crate::j1939::{self, Conditions};
 use crate::measure::low_pass::Kind;
+use crate::measure::{PATH_DELAY, fusion};
 use crate::param::{ParameterId, Parameters, ValueId, meaning};
 
 /// One degree in the unit of [`Motion`].
@@ -180,11 +181,12 @@ fn scaled(Angle(angle): Angle) -> i64 {
 
 /// The latency of the angles in 0.5 ms.
 fn latency(parameters: &Parameters<Ims360Product>) -> u8 {
-    if parameters.get(id::FUSION) != 0 {
-        return 0;
-    }
-    let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Off);
-    let delay = kind.delay(parameters.get(id::CUT_OFF) as u16);
+    let delay = if parameters.get(id::FUSION) != 0 {
+        fusion::LAG
+    } else {
+        let kind = meaning(&FILTER_KINDS, parameters.get(id::FILTER_TYPE)).unwrap_or(Kind::Off);
+        PATH_DELAY + kind.delay(parameters.get(id::CUT_OFF) as u16)
+    };
     if delay > LONGEST {
         u8::MAX
     } else {

@@ -65,7 +65,7 @@ fn two_axes_have_the_bytes_of_their_angles() {
         let mut tester = claimed();
         offset(&mut tester, 0x10, pitch);
         offset(&mut tester, 0x20, roll);
-        for latency in ["FF", "60"] {
+        for latency in ["FF", "81"] {
             assert_eq!(group(&mut tester, SSI2), format!("{ssi2}{latency}"));
             assert_eq!(group(&mut tester, SSI), format!("{ssi}{latency}"));
             tester.parameter("2B113100401F0000");
@@ -139,15 +139,15 @@ fn latency_matches_the_active_filter() {
     let latency = |tester: &mut Ims360Tester| group(tester, SSI2)[14..].to_string();
     assert_eq!(latency(&mut tester), "FF");
     tester.parameter("2B113100401F0000"); // 8 Hz
-    assert_eq!(latency(&mut tester), "60");
+    assert_eq!(latency(&mut tester), "81", "47.6 and 16.7 ms");
     tester.parameter("2F10310101000000"); // Butterworth
     tester.parameter("2B113100A8610000"); // 25 Hz
-    assert_eq!(latency(&mut tester), "41");
+    assert_eq!(latency(&mut tester), "5F", "31.0 and 16.7 ms");
     tester.parameter("2F10310100000000"); // off
-    assert_eq!(latency(&mut tester), "00");
+    assert_eq!(latency(&mut tester), "21", "16.7 ms");
     tester.parameter("2F10310101000000");
     tester.parameter("2F10310201000000"); // fusion
-    assert_eq!(latency(&mut tester), "00");
+    assert_eq!(latency(&mut tester), "0D", "6.3 ms");
 }
 
 #[test]

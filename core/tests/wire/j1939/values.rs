@@ -4,6 +4,7 @@
 use crate::tester::ims360::Ims360Tester;
 use crate::tester::j1939::{claimed, claimed_with};
 use crate::tester::sweep::every;
+use std::f64::consts::PI;
 
 const SSI2: &str = "29F000";
 const SSI: &str = "13F000";
@@ -246,35 +247,42 @@ fn turn_rates_are_sent_with_the_axis_and_the_sign_of_their_angle() {
 #[test]
 fn latency_of_every_cut_off_frequency_is_sent() {
     let mut tester = claimed();
-    // Kind (3110h:01), its delay in ms at 1 mHz, and the highest frequency.
-    for (kind, delay, highest) in [(1, 816_000, 25_000_u16), (2, 383_000, 8000)] {
+    // Kind (3110h:01), the sum of the dampings of its sections, the factor of its cut-off frequency, and the highest frequency.
+    let factor = (2_f64.powf(0.125) - 1.0).powf(-0.5);
+    for (kind, damping, factor, highest) in [(1, 5.125_83, 1.0, 25_000_u16), (2, 8.0, factor, 8000)]
+    {
         tester.parameter("2B113100D0070000");
         let reply = tester.parameter(&format!("2F103101{kind:02X}000000"));
         assert_eq!(reply, "6010310100000000");
         for frequency in (100..=highest).step_by(every(31)) {
             let [low, high] = frequency.to_le_bytes();
             tester.parameter(&format!("2B113100{low:02X}{high:02X}0000"));
-            let delay = f64::from(delay) / f64::from(frequency);
-            // 0.5 ms; more than 125 ms cannot be sent. The sensor calculates in whole us.
+            // The digital filter takes 200 samples in a second.
+            let turn = (PI * f64::from(frequency) / 200_000.0).tan();
+            let delay = 16.7 + 2.5 * damping / (factor * turn);
+            // 0.5 ms; more than 125 ms cannot be sent. The sensor calculates with an error below 0.1 ms.
+            if (delay - 125.0).abs() < 0.1 {
+                continue;
+            }
             let expected = if delay > 125.0 { 255.0 } else { delay * 2.0 };
             for pgn in [SSI2, SSI] {
                 let data = group(&mut tester, pgn);
                 let got = bits(data, 56, 8) as f64;
-                assert!((got - expected).abs() < 0.503, "{frequency} mHz: {got}");
+                assert!((got - expected).abs() < 0.55, "{frequency} mHz: {got}");
             }
         }
     }
     // No low-pass, and the Kalman filter.
-    for write in ["2F10310100000000", "2F10310201000000"] {
+    for (write, expected) in [("2F10310100000000", 33), ("2F10310201000000", 13)] {
         tester.parameter(write);
         for pgn in [SSI2, SSI] {
-            assert_eq!(bits(group(&mut tester, pgn), 56, 8), 0);
+            assert_eq!(bits(group(&mut tester, pgn), 56, 8), expected);
         }
     }
     tester.parameter("2F10310200000000");
     tester.parameter("2B113100401F0000");
     tester.parameter("2F10310102000000");
-    assert_eq!(bits(group(&mut tester, SSI2), 56, 8), 0x60);
+    assert_eq!(bits(group(&mut tester, SSI2), 56, 8), 0x81);
 }
 
 #[test]
