@@ -112,7 +112,7 @@ pub const SETTINGS: [Setting; 6] = [
 ];
 
 /// The largest difference in ms from the stated delay: the sensor for the PC and the image differ a little.
-const TOLERANCE: f64 = 0.75;
+const TOLERANCE: f64 = 1.0;
 
 /// Asserts that a delay is the stated one.
 ///

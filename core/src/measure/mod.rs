@@ -69,7 +69,7 @@ pub const SAMPLE_PERIOD: Duration = millis(5);
 
 /// The delay of an angle without filter, in us: from the motion to the start of a frame that asks for it at any time. It has the delays
 /// of the accelerometer and of the [`resampler`], and half a sampling period. Measured on a ramp: 16.5 ms with a sensor built for the
-/// PC, 16.8 ms with the image, 0.4 ms more or less with an error of 5 % of the clock of the accelerometer.
+/// PC, 16.9 ms with the image, 0.4 ms more or less with an error of 5 % of the clock of the accelerometer.
 pub const PATH_DELAY: u32 = 16_700;
 
 /// One sample of the accelerometer, and of the gyroscope if there is one.
