@@ -16,6 +16,7 @@ use super::sdo::{Buffer, Objects, Written};
 use crate::application::{Effect, Values};
 use crate::j1939::name::identity_number;
 use crate::param::{ParameterRow, number};
+use crate::store::{Name, Unit};
 use crate::time::Instant;
 
 /// The signature "save" (1010h) as a little-endian number.
@@ -41,6 +42,7 @@ pub(super) fn lookup<P: Product>(address: Address) -> Result<&'static Row, Abort
 impl<P: Product> Objects for View<'_, P> {
     type Object = &'static Row;
     type Text = P::Text;
+    const WRITABLE: usize = P::WRITABLE;
 
     fn find(&self, address: Address) -> Result<&'static Row, Abort> {
         lookup::<P>(address)
@@ -97,9 +99,10 @@ impl<P: Product> Objects for View<'_, P> {
             return P::text(&self.cx.parameters);
         }
         let constant = P::TEXTS.get(row.number() as usize);
+        let constant = constant.map_or(&[][..], |constant| constant.as_bytes());
         let mut text = P::Text::EMPTY;
-        // There is always room: the constant texts are checked at compile time.
-        text.append(constant.map_or(&[], |constant| constant.as_bytes()));
+        // There is always room: the size of the buffer is checked at compile time.
+        text.append(given_text(self.cx.shell.unit(), row).map_or(constant, Name::bytes));
         text
     }
 
@@ -125,7 +128,7 @@ impl<P: Product> Services<P> {
             Kind::CobId => self.on_bus(cx.parameters.get(row.id())),
             Kind::Value | Kind::Command => cx.values.number(row.value_id()),
             Kind::Constant if row.is_mapped_count() && !self.is_mapped(row) => 0,
-            Kind::Constant => row.number(),
+            Kind::Constant => given_number(cx.shell.unit(), row).unwrap_or(row.number()),
             Kind::NodeRelative => row.number() + u32::from(self.node_id),
             Kind::Service => self.service(cx, row, sub),
             Kind::Text => 0,
@@ -280,6 +283,31 @@ impl<P: Product> Services<P> {
         if identifiers_changed {
             self.readdress(cx);
         }
+    }
+}
+
+/// The number that the unit has in place of a constant; None: it has the constant.
+fn given_number(unit: &Unit, row: &Row) -> Option<u32> {
+    match (row.index(), row.address().sub) {
+        (0x1018, 1) => unit.vendor,
+        (0x1018, 2) => unit.product_code,
+        (0x1018, 3) => unit.revision,
+        _ => None,
+    }
+}
+
+/// Whether the object at this index is a name, which the unit can have in place of a constant text.
+pub(super) const fn is_name(index: u16) -> bool {
+    matches!(index, 0x1008..=0x100A)
+}
+
+/// The text that the unit has in place of a constant; None: it has the constant.
+fn given_text<'a>(unit: &'a Unit, row: &Row) -> Option<&'a Name> {
+    match row.index() {
+        0x1008 => unit.name.as_ref(),
+        0x1009 => unit.hardware.as_ref(),
+        0x100A => unit.software.as_ref(),
+        _ => None,
     }
 }
 

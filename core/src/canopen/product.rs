@@ -16,6 +16,7 @@ use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
 use crate::param::{Parameter, ParameterId, Parameters, Permitted, Quantity, Refused, Table};
 use crate::store::ImageId;
+use crate::store::unit::NAME;
 
 /// Run and error LED patterns.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -72,8 +73,10 @@ pub trait Product: 'static {
     type Tpdos: Tpdos;
     /// The history in 1003h, for example `ErrorHistory<8>`. The capacity must be that of the dictionary.
     type History: History;
-    /// A buffer for the longest text, for example `Text<24>`.
+    /// A buffer for the longest text, for example `Text<32>`. 1008h, 1009h and 100Ah need [`NAME`] bytes.
     type Text: Buffer;
+    /// The length of the longest text that can be written, in bytes.
+    const WRITABLE: usize = Self::Text::CAPACITY;
     /// Layer setting services (CiA 305): [`Absent`](super::Absent) or `Present<Lss>`. With LSS, the dictionary has 1018h with its
     /// four numbers, and [`NODE_ID`](Self::NODE_ID) permits 255 ([`profile::lss_node_id`]).
     type Lss: Feature<Lss>;
@@ -155,7 +158,7 @@ pub trait Product: 'static {
 ///
 /// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 /// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
-/// - constant texts fit into the buffer, which has at most 255 bytes;
+/// - constant texts, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
 /// - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
 /// - with block transfer: the buffer for texts takes each number;
 /// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
@@ -207,6 +210,10 @@ const fn check_rows(objects: &[Object], history: usize, text: usize, parameters:
         match objects[row].target {
             Target::Text(constant) => {
                 assert!(constant.len() <= text, "a text is longer than its buffer");
+                assert!(
+                    text >= NAME || !super::objects::is_name(objects[row].index),
+                    "the name of a unit is longer than the buffer"
+                );
             }
             Target::Service(Service::ErrorHistory) => {
                 assert!(

@@ -3,6 +3,7 @@
 use super::allocation::ConnectionSet;
 use super::duplicate_check::{self, Step};
 use super::identifiers::group_2;
+use super::objects::identity::vendor;
 use super::protocol::{ContextOf, Devicenet};
 use super::table::Product;
 use crate::can::Frame;
@@ -55,8 +56,8 @@ impl<P: Product> Devicenet<P> {
 
     /// Sends a message of the duplicate MAC ID check.
     pub(super) fn send_check(&self, cx: &mut ContextOf<P>, is_response: bool) {
-        let (data, length) =
-            duplicate_check::message(is_response, P::IDENTITY.vendor, cx.shell.serial());
+        let vendor = vendor::<P>(cx.shell.unit());
+        let (data, length) = duplicate_check::message(is_response, vendor, cx.shell.serial());
         self.send(cx, group_2::DUPLICATE_CHECK, data, length);
     }
 

@@ -10,7 +10,9 @@
 //!
 //! An unfragmented message has at most 8 bytes. A longer one is sent in [fragments](super::fragment).
 
+use super::fragment::SHORTEST;
 use crate::param::number;
+use crate::store::Name;
 
 /// Bit of the header: fragmented message.
 pub(super) const FRAGMENT: u8 = 0x80;
@@ -101,8 +103,8 @@ impl Failure {
 pub(super) enum Data {
     /// The first `length` bytes, at most 6, of a little-endian number. The other bytes are 0.
     Bytes { bytes: u64, length: u8 },
-    /// A text with its length in the first byte.
-    Text(&'static str),
+    /// A text of [`SHORTEST`] characters at least, with its length in the first byte.
+    Text(Name),
 }
 
 impl Data {
@@ -122,6 +124,22 @@ impl Data {
         Self::Bytes {
             bytes: (value & mask) as u64,
             length: size,
+        }
+    }
+
+    /// A text with its length in the first byte.
+    pub fn text(text: &Name) -> Self {
+        let characters = text.bytes();
+        if characters.len() >= SHORTEST {
+            return Self::Text(*text);
+        }
+        let mut bytes = characters.len() as u64;
+        for (place, character) in (1..).zip(characters) {
+            bytes |= u64::from(*character) << (8 * place);
+        }
+        Self::Bytes {
+            bytes,
+            length: characters.len() as u8 + 1,
         }
     }
 
@@ -246,6 +264,14 @@ mod tests {
             let length = size;
             assert_eq!(Data::number(minus_one, size), Data::Bytes { bytes, length });
         }
+    }
+
+    #[test]
+    fn text_that_fits_into_a_frame_is_not_fragmented() {
+        let text = |text| Data::text(&Name::constant(text));
+        let (bytes, length) = (u64::from_le_bytes(*b"\x04abcd\0\0\0"), 5);
+        assert_eq!(text("abcd"), Data::Bytes { bytes, length });
+        assert_eq!(text("abcde"), Data::Text(Name::constant("abcde")));
     }
 
     #[test]

@@ -10,6 +10,7 @@
 //! fragment with the count 3Fh is a complete message, which is not acknowledged.
 
 use super::explicit::{FRAGMENT, response_to};
+use crate::store::Name;
 use crate::time::{Deadline, Duration, Instant, millis};
 
 /// Bits of byte 1: the type.
@@ -172,7 +173,7 @@ impl Receiver {
 /// The transmission of a text.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sender {
-    text: Option<&'static str>,
+    text: Option<Name>,
     header: u8,
     service: u8,
     /// The count of the present fragment.
@@ -196,7 +197,7 @@ impl Sender {
     };
 
     /// Begins a response: the text with its length in the first byte. `header` is that of the request.
-    pub fn start(&mut self, header: u8, service: u8, text: &'static str) {
+    pub fn start(&mut self, header: u8, service: u8, text: Name) {
         *self = Self {
             text: Some(text),
             header: header | FRAGMENT,
@@ -223,7 +224,7 @@ impl Sender {
 
     /// The byte of the body at `place`: service, length, characters.
     fn byte(&self, place: usize) -> Option<u8> {
-        let text = self.text?.as_bytes();
+        let text = self.text.as_ref()?.bytes();
         match place {
             0 => Some(self.service),
             1 => Some(text.len() as u8),

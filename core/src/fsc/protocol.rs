@@ -132,10 +132,11 @@ impl<P: Product> Fsc<P> {
 
     /// A number that is neither a parameter nor a value.
     fn number(&self, cx: &ContextOf<P>, source: Source) -> u32 {
+        let unit = cx.shell.unit();
         match source {
             Source::Counter => self.cyclic.map_or(0, |cyclic| cyclic.counter().into()),
-            Source::ProductNumber => self.identity.product_number,
-            Source::Revision => self.identity.revision.into(),
+            Source::ProductNumber => unit.article.unwrap_or(self.identity.product_number),
+            Source::Revision => unit.revision.unwrap_or(self.identity.revision.into()),
             Source::SerialNumber => cx.shell.serial(),
             Source::SoftwareVersion => self.identity.software_version.into(),
             Source::ActiveSetId => self.in_force.set.bits(),

@@ -6,7 +6,7 @@
 //!  ECU (64965)         part number * serial number * location * type * manufacturer *
 //! ```
 //!
-//! The unit number and the location are empty.
+//! The unit number and the location are empty. A message of less than 8 bytes is filled with FFh.
 
 use super::identifier::{
     COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION,
@@ -14,14 +14,18 @@ use super::identifier::{
 use super::product::{Product, model, version};
 use super::transport::Message;
 use crate::canopen::{Text, decimal};
+use crate::node::Shell;
+use crate::store::Name;
 
-/// The message with this identification; None for another group.
-pub fn message<P: Product>(pgn: Pgn, serial: u32) -> Option<Message> {
-    let serial: Text<10> = decimal(serial);
-    let (make, model) = (P::MAKE.as_bytes(), const { model::<P>() }.as_bytes());
+/// The message with this identification of a unit; None for another group.
+pub fn message<P: Product>(pgn: Pgn, shell: &Shell) -> Option<Message> {
+    let serial: Text<10> = decimal(shell.serial());
+    let make = P::MAKE.as_bytes();
+    let model = given(shell.unit().name.as_ref(), const { model::<P>() });
+    let version = given(shell.unit().software.as_ref(), const { version::<P>() });
     let fields: &[&[u8]] = match pgn {
         COMPONENT_IDENTIFICATION => &[make, model, &serial, b""],
-        SOFTWARE_IDENTIFICATION => &[const { version::<P>() }.as_bytes()],
+        SOFTWARE_IDENTIFICATION => &[version],
         ECU_IDENTIFICATION => &[model, &serial, b"", P::TYPE.as_bytes(), make],
         _ => return None,
     };
@@ -34,5 +38,14 @@ pub fn message<P: Product>(pgn: Pgn, serial: u32) -> Option<Message> {
         let _ = message.extend_from_slice(field);
         let _ = message.push(b'*');
     }
+    while message.len() < 8 {
+        let _ = message.push(0xFF);
+    }
     Some(message)
+}
+
+/// The text of the unit, or else that of the product. A text with the end of a field is not possible.
+fn given<'a>(unit: Option<&'a Name>, product: &'static str) -> &'a [u8] {
+    let unit = unit.map(Name::bytes).filter(|text| !text.contains(&b'*'));
+    unit.unwrap_or(product.as_bytes())
 }

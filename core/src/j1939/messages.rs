@@ -6,7 +6,7 @@
 
 use super::identifier::{
     ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, GLOBAL,
-    Identifier, Pgn,
+    Identifier, Pgn, SOFTWARE_IDENTIFICATION,
 };
 use super::product::{Conditions, Product};
 use super::protocol::{ContextOf, J1939};
@@ -14,7 +14,12 @@ use crate::canopen::Canopen;
 use crate::time::Instant;
 
 /// The messages that can be too long for a frame.
-pub(super) const LONG: [Pgn; 3] = [ACTIVE_CODES, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION];
+pub(super) const LONG: [Pgn; 4] = [
+    ACTIVE_CODES,
+    COMPONENT_IDENTIFICATION,
+    ECU_IDENTIFICATION,
+    SOFTWARE_IDENTIFICATION,
+];
 
 /// The bit of a message of [`LONG`].
 fn bit(pgn: Pgn) -> u8 {

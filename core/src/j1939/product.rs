@@ -6,6 +6,7 @@ use super::signal::Motion;
 use crate::application::Application;
 use crate::canopen;
 use crate::param::{ParameterId, Parameters};
+use crate::store::unit::NAME;
 
 /// The published values of product `P`.
 pub(super) type ValuesOf<P> = <<P as canopen::Product>::Application as Application>::Values;
@@ -56,7 +57,11 @@ pub trait Product: canopen::Product {
 pub(super) const fn check<P: Product>() {
     assert!(P::TROUBLES.len() <= CODES, "too many trouble codes");
     assert!(P::SELECTOR.is_some(), "no parameter selects the protocol");
-    let texts = P::MAKE.len() + P::TYPE.len() + model::<P>().len();
+    assert!(
+        model::<P>().len() <= NAME,
+        "the model is longer than a name"
+    );
+    let texts = P::MAKE.len() + P::TYPE.len() + NAME;
     // The separators, and a serial number of 32 bits.
     assert!(
         texts + 5 + 10 <= super::transport::MESSAGE,

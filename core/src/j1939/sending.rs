@@ -32,7 +32,7 @@ impl<P: Product> J1939<P> {
             let active = self.diagnostics.active();
             return Some(self.diagnostics.message(P::TROUBLES, active));
         }
-        identification::message::<P>(pgn, cx.shell.serial())
+        identification::message::<P>(pgn, &cx.shell)
     }
 
     /// Queues the bytes of an SDO message for a client.

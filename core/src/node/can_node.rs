@@ -72,7 +72,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         indicator: Indicator::DARK,
     };
 
-    /// Restores the parameters and the calibration of `boot`. Calls `started` before it applies the parameters; the last argument
+    /// Restores the parameters, the calibration and the identity of `boot`. Calls `started` before it applies the parameters; the last argument
     /// of `started` is true if the memory is damaged.
     pub(crate) fn start_with(
         &mut self,
@@ -90,7 +90,7 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
             context, protocol, ..
         } = &mut self.communication;
         let application = self.acquisition.application();
-        context.shell.start(now, boot.serial, P::FRAMES);
+        context.shell.start(now, boot, P::FRAMES);
         let damaged = context.restore(boot);
         application.start(boot.calibration);
         application.resume(boot.kept);

@@ -3,6 +3,7 @@
 use super::{Action, Autobaud, BitTime, BusChange, BusMode, BusState, Patterns, TransmitQueue};
 use crate::application::Outputs;
 use crate::can::{BitRate, CanId, Frame};
+use crate::store::{Boot, Unit};
 use crate::time::{Deadline, Duration, Instant, after, millis, reached};
 use heapless::Deque;
 
@@ -46,7 +47,9 @@ pub(super) mod cause {
 
 /// The protocol-neutral half of a node.
 pub struct Shell {
+    /// The serial number of the chip.
     serial: u32,
+    unit: Unit,
     state: NodeState,
     bus_state: BusState,
     queue: TransmitQueue,
@@ -82,6 +85,7 @@ impl Shell {
     /// A node that is not started. All bits are 0.
     pub(super) const INITIAL: Self = Self {
         serial: 0,
+        unit: Unit::NONE,
         state: NodeState::Initial,
         bus_state: BusState::Active,
         queue: TransmitQueue::EMPTY,
@@ -101,18 +105,24 @@ impl Shell {
         wake: Deadline::NEVER,
     };
 
-    /// Starts with the serial number of the unit, and with room in the queue for this number of frames that are not replies.
-    pub(super) fn start(&mut self, now: Instant, serial: u32, frames: usize) {
+    /// Starts with the identity of the unit, and with room in the queue for this number of frames that are not replies.
+    pub(super) fn start(&mut self, now: Instant, boot: &Boot, frames: usize) {
         self.queue.reserve(frames);
-        self.serial = serial;
+        self.serial = boot.serial;
+        self.unit = boot.unit;
         self.valid_until = after(now, READING_LIMIT);
         self.is_starting = true;
         self.dirty = true;
     }
 
-    /// The serial number of the device.
+    /// The identity that the unit has in place of that of its product.
+    pub fn unit(&self) -> &Unit {
+        &self.unit
+    }
+
+    /// The serial number of the unit: that of its identity, or else that of the chip.
     pub fn serial(&self) -> u32 {
-        self.serial
+        self.unit.serial.unwrap_or(self.serial)
     }
 
     /// Whether the node takes part in the bus.

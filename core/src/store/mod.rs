@@ -1,7 +1,7 @@
 //! The nonvolatile memory: records in two slots of flash. A new record is appended until the slot is full.
 //!
-//! There are two kinds of records: the parameters of a product, written by each save, and the calibration of the device, written
-//! once. Layout of a record:
+//! There are three kinds of records: the parameters of a product, written by each save, and two records of the device, each
+//! written once: its calibration, and the identity of the unit ([`unit`]). Layout of a record:
 //!
 //! ```text
 //!  byte 0      1         2       4          8        10          10 + n ...     p            p + 4
@@ -10,37 +10,41 @@
 //!       | 50h  | 01h     | u16   | u32      | u16 n  | n bytes   | to 4 bytes   | of 0..p    |
 //!       +------+---------+-------+----------+--------+-----------+--------------+------------+
 //!
-//!  payload of parameters     layout, u8; check of the calibration, u8; the stored parameters in the order of the table
+//!  payload of parameters     layout, u8; check of the device, u8; the stored parameters in the order of the table
 //!  payload of a calibration  layout 01h; serial number, u32; calibration, 36 bytes
+//!  payload of an identity    mark 55h; product, u16; the fields that are given
 //! ```
 //!
-//! Numbers are little-endian. The kind of parameters is 8000h + the [`ImageId`] of the product, the kind of a calibration is 0.
-//! The CRC is CRC-32/ISO-HDLC (the CRC of Ethernet and zip). It is programmed last, so an incomplete record has a wrong CRC.
-//! Erased memory reads FFh.
+//! Numbers are little-endian. The kind of parameters is 8000h + the [`ImageId`] of the product, the kind of both records of the
+//! device is 0. The CRC is CRC-32/ISO-HDLC (the CRC of Ethernet and zip). It is programmed last, so an incomplete record has a wrong
+//! CRC. Erased memory reads FFh.
 //!
 //! **Parameters** are decoded as a prefix. A newer firmware with additional parameters reads the record of an older one and gives
 //! the new parameters their factory values. An older firmware ignores the parameters that it does not have. Records with another
-//! layout are not decoded. **A calibration** belongs to the device with its serial number; another device ignores it. The record
-//! of parameters contains the lowest byte of the CRC of the calibration (0: none), so that a lost calibration is detected. Old
-//! records, from before the calibration had its own record, are also read: their kind is the [`ImageId`], and their payload is
-//! the parameters followed by the calibration.
+//! layout are not decoded. **A calibration** belongs to the chip with its serial number; another chip ignores it. **An identity**
+//! belongs to the product; another product ignores it. It does not belong to a chip, because it says who the unit is, whatever its
+//! chip. The record of parameters contains the lowest byte of the CRC of calibration and identity (0: neither), so that a lost
+//! record is detected. Old records, from before the calibration had its own record, are also read: their kind is the [`ImageId`],
+//! and their payload is the parameters followed by the calibration.
 //!
 //! ```text
-//!  slot 0  | calibration | parameters 7 | parameters 8 | parameters 9 | (full)
-//!  slot 1  | calibration | parameters 10 | erased                              <- position of the next record
+//!  slot 0  | calibration | identity | parameters 7 | parameters 8 | parameters 9 | (full)
+//!  slot 1  | calibration | identity | parameters 10 | erased                      <- position of the next record
 //! ```
 //!
 //! A slot is half of the memory. The newest parameters are never erased or overwritten. The next record is written after them.
-//! When the slot is full, it is written to the start of the other slot, after a copy of the calibration if there is one. The
-//! other slot is erased in advance at boot ([`Store::prepare`]), because erasing stalls the processor. Only data that can be
+//! When the slot is full, it is written to the start of the other slot, after copies of the records of the device that there are.
+//! The other slot is erased in advance at boot ([`Store::prepare`]), because erasing stalls the processor. Only data that can be
 //! newer than the newest valid parameters is reported as damaged; older invalid data is ignored.
 
 mod record;
 mod slots;
 mod survey;
+pub mod unit;
 
 pub use record::{buffer_size, crc32};
 pub use slots::Store;
+pub use unit::{Name, Unit};
 
 use crate::measure::Calibration;
 
@@ -72,7 +76,7 @@ pub struct Owner {
     pub image: ImageId,
     /// The version of the stored layout ([`Table::LAYOUT`](crate::param::Table::LAYOUT)) of the product.
     pub layout: u8,
-    /// The serial number of the device.
+    /// The serial number of the chip.
     pub serial: u32,
 }
 
@@ -89,13 +93,15 @@ pub struct Boot<'a> {
     pub parameters: Option<&'a [u8]>,
     /// The calibration of the device; [`Calibration::IDENTITY`] if there is none.
     pub calibration: Calibration,
-    /// True if data newer than the parameters is damaged, if the calibration is lost, or if the memory is not blank but has no
-    /// valid parameters.
+    /// True if data newer than the parameters is damaged, if the calibration or the identity is lost, or if the memory is not blank
+    /// but has no valid parameters.
     pub damaged: bool,
-    /// The serial number of the device.
+    /// The serial number of the chip.
     pub serial: u32,
     /// What [`Node::kept`](crate::node::Node::kept) returned before a restart by the program; 0 after power-up.
     pub kept: u32,
+    /// The identity of the unit; [`Unit::NONE`] if there is none.
+    pub unit: Unit,
 }
 
 impl Default for Boot<'_> {
@@ -107,6 +113,7 @@ impl Default for Boot<'_> {
             damaged: false,
             serial: 0,
             kept: 0,
+            unit: Unit::NONE,
         }
     }
 }

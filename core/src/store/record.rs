@@ -1,6 +1,6 @@
 //! The coding of a record. The byte map is in [`store`](super).
 
-use super::Owner;
+use super::{Owner, unit};
 use crate::measure::calibration;
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
@@ -12,8 +12,8 @@ const VERSION: u8 = 1;
 pub(super) const HEADER: usize = 10;
 const CRC_SIZE: usize = 4;
 
-/// The kind of a calibration. No product has this [`ImageId`](super::ImageId).
-const CALIBRATION: u16 = 0;
+/// The kind of the records of the device: its calibration and its identity. No product has this [`ImageId`](super::ImageId).
+const DEVICE: u16 = 0;
 /// Bit of the kind of parameters: the payload begins with the layout. Without it, the payload is the parameters followed by the
 /// calibration.
 const WITH_LAYOUT: u16 = 0x8000;
@@ -28,6 +28,9 @@ pub(super) const PARAMETERS_OWNER: usize = 2;
 
 /// The size in bytes of the record of a calibration.
 pub(super) const CALIBRATION_SIZE: usize = size(CALIBRATION_PAYLOAD);
+
+/// The size in bytes of both records of the device, with the longest identity.
+const DEVICE_SIZE: usize = CALIBRATION_SIZE + size(unit::SIZE);
 
 /// Continues a CRC-32/ISO-HDLC with more bytes. 0 is the CRC of no bytes.
 pub fn crc32(previous: u32, bytes: &[u8]) -> u32 {
@@ -44,10 +47,10 @@ const fn size(payload: usize) -> usize {
     (HEADER + payload).next_multiple_of(4) + CRC_SIZE
 }
 
-/// The size, in bytes, of the buffer of a [`Store`](super::Store) for a product with `stored` bytes of parameters: the record of
-/// the calibration, then the record of the parameters.
+/// The size, in bytes, of the buffer of a [`Store`](super::Store) for a product with `stored` bytes of parameters: the records of
+/// the device, then the record of the parameters.
 pub const fn buffer_size(stored: usize) -> usize {
-    CALIBRATION_SIZE + parameters_size(stored)
+    DEVICE_SIZE + parameters_size(stored)
 }
 
 /// The size in bytes of a record with `stored` bytes of parameters.
@@ -55,9 +58,12 @@ pub(super) const fn parameters_size(stored: usize) -> usize {
     size(PARAMETERS_OWNER + stored)
 }
 
-/// A number from 1 to 255 that tells calibrations apart; 0 stands for no calibration.
-pub(super) fn check(calibration: &[u8]) -> u8 {
-    (crc32(0, calibration) as u8).max(1)
+/// A number from 1 to 255 that tells calibrations and identities apart; 0 stands for neither.
+pub(super) fn check(calibration: &[u8], unit: &[u8]) -> u8 {
+    if calibration.is_empty() && unit.is_empty() {
+        return 0;
+    }
+    (crc32(crc32(0, calibration), unit) as u8).max(1)
 }
 
 /// The kind of a record in its header.
@@ -67,8 +73,8 @@ pub(super) enum Kind {
     Parameters(u16),
     /// Old record: parameters of the product with this number, then the calibration.
     Old(u16),
-    /// A calibration.
-    Calibration,
+    /// The calibration or the identity of the device.
+    Device,
 }
 
 /// The header of a record.
@@ -89,7 +95,7 @@ impl Header {
             return None;
         }
         let kind = match kind {
-            CALIBRATION => Kind::Calibration,
+            DEVICE => Kind::Device,
             WITH_LAYOUT.. => Kind::Parameters(kind - WITH_LAYOUT),
             _ => Kind::Old(kind),
         };
@@ -125,18 +131,18 @@ fn seal(buffer: &mut [u8], kind: u16, sequence: u32, length: usize) -> Option<us
     Some(size(length))
 }
 
-/// Writes the record of parameters of a device whose calibration has this [`check`]; `encode` writes the parameters into the
+/// Writes the record of parameters of a device whose records have this [`check`]; `encode` writes the parameters into the
 /// payload. Returns its size; None if they do not fit.
 pub(super) fn encode_parameters(
     buffer: &mut [u8],
     owner: Owner,
-    calibration: u8,
+    check: u8,
     sequence: u32,
     encode: impl FnOnce(&mut [u8]) -> Option<usize>,
 ) -> Option<usize> {
     let payload = buffer.get_mut(HEADER..)?;
     let (of, parameters) = payload.split_first_chunk_mut::<PARAMETERS_OWNER>()?;
-    *of = [owner.layout, calibration];
+    *of = [owner.layout, check];
     let length = PARAMETERS_OWNER + encode(parameters)?;
     seal(buffer, owner.image.0 | WITH_LAYOUT, sequence, length)
 }
@@ -150,12 +156,23 @@ pub(super) fn calibration_owner(serial: u32) -> [u8; CALIBRATION_OWNER] {
     [CALIBRATION_LAYOUT, s0, s1, s2, s3]
 }
 
-/// Completes the record of the calibration in `buffer`, which already contains the calibration at [`CALIBRATION_AT`].
-pub(super) fn seal_calibration(buffer: &mut [u8], serial: u32, sequence: u32) {
-    let payload = buffer.get_mut(HEADER..);
-    if let Some(place) = payload.and_then(|payload| payload.first_chunk_mut()) {
-        *place = calibration_owner(serial);
-    }
-    // It fits into each buffer of a store.
-    let _ = seal(buffer, CALIBRATION, sequence, CALIBRATION_PAYLOAD);
+/// Writes the record of a calibration. Returns its size; None if the buffer is too small.
+pub(super) fn encode_calibration(
+    buffer: &mut [u8],
+    serial: u32,
+    sequence: u32,
+    calibration: &[u8; calibration::SIZE],
+) -> Option<usize> {
+    let payload = buffer.get_mut(HEADER..HEADER + CALIBRATION_PAYLOAD)?;
+    let (owner, place) = payload.split_first_chunk_mut()?;
+    *owner = calibration_owner(serial);
+    place.copy_from_slice(calibration);
+    seal(buffer, DEVICE, sequence, CALIBRATION_PAYLOAD)
+}
+
+/// Writes the record of an identity with this encoding. Returns its size; None if the buffer is too small.
+pub(super) fn encode_unit(buffer: &mut [u8], sequence: u32, unit: &[u8]) -> Option<usize> {
+    let place = buffer.get_mut(HEADER..HEADER + unit.len())?;
+    place.copy_from_slice(unit);
+    seal(buffer, DEVICE, sequence, unit.len())
 }

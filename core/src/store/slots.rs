@@ -1,9 +1,11 @@
 //! The two slots: finding records and saving new ones.
 
-use super::record::{self, CALIBRATION_AT, CALIBRATION_SIZE};
-use super::survey::{Found, Survey, WORD, is_blank, read_word, survey};
+use super::record::{self, CALIBRATION_AT, CALIBRATION_SIZE, HEADER};
+use super::survey::{Found, Place, Survey, WORD, is_blank, read_word, survey};
+use super::unit::{self, Unit};
 use super::{Boot, Owner, StoreError};
 use crate::measure::calibration::{self, Calibration};
+use core::ops::Range;
 use embedded_storage::nor_flash::NorFlash;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -29,15 +31,15 @@ struct Slot {
     used: usize,
     /// It contains parameters.
     has_parameters: bool,
-    /// It contains the calibration of the device.
-    has_calibration: bool,
+    /// It contains the records of the device.
+    has_device: bool,
 }
 
 impl Slot {
     const BLANK: Self = Self {
         used: 0,
         has_parameters: false,
-        has_calibration: false,
+        has_device: false,
     };
 }
 
@@ -52,12 +54,16 @@ pub struct Store<M, const N: usize> {
     /// The slot with the newest parameters. It is never erased.
     home: usize,
     newest: Found,
-    /// The device has a calibration. Its record is always in the buffer.
+    /// The device has a calibration.
     is_calibrated: bool,
+    /// The length of the encoded identity of the device; 0: it has none.
+    unit: usize,
+    /// The size of the records of the device. They are always in the buffer; 0: there are none.
+    device: usize,
     damaged: bool,
     sequence: u32,
     save: Option<Save>,
-    /// The record of the calibration, then the record of the parameters.
+    /// The record of the calibration, the record of the identity, then the record of the parameters.
     buffer: [u8; N],
 }
 
@@ -84,6 +90,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             home: 0,
             newest: const { Found::NONE },
             is_calibrated: false,
+            unit: 0,
+            device: 0,
             damaged: false,
             sequence: 0,
             save: None,
@@ -93,9 +101,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
 
     /// The contents of the memory when it was opened. Call it before the first save.
     pub fn boot(&mut self) -> Boot<'_> {
-        let calibration = self.calibration().and_then(Calibration::decode);
+        let calibration = self.calibration().first_chunk();
+        let calibration = calibration.and_then(Calibration::decode);
+        let unit = Unit::decode(self.owner.image, self.identity());
         // Parameters of a newer firmware beyond the buffer are unknown.
-        let place = self.buffer.get_mut(CALIBRATION_SIZE..).unwrap_or_default();
+        let place = self.buffer.get_mut(self.device..).unwrap_or_default();
         let length = self.newest.length.min(place.len());
         let place = place.get_mut(..length);
         let parameters = place.filter(|_| self.newest.is_there()).and_then(|place| {
@@ -108,6 +118,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
             damaged: self.damaged,
             kept: 0,
             serial: self.owner.serial,
+            unit,
         }
     }
 
@@ -127,8 +138,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     pub fn prepare(&mut self) {
         let (home, spare) = (self.slot(self.home), self.slot(self.spare()));
         let roomy = home.used <= self.size / 2;
-        // The next save copies the calibration into its slot.
-        let only_copy = spare.has_calibration && !home.has_calibration;
+        // The next save copies the records of the device into its slot.
+        let only_copy = spare.has_device && !home.has_device;
         // The damage is reported until the next save succeeds, which is written after it.
         let only_damaged = self.damaged && !spare.has_parameters && spare.used < self.size;
         if !roomy && !only_copy && !only_damaged && spare.used > 0 {
@@ -141,34 +152,45 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     /// running save is aborted.
     pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         self.give_up();
-        self.save_after_calibration(encode);
+        self.save_after_device(encode);
     }
 
-    /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended.
-    /// Only for a store without a save since [`open`](Self::open). The save fails if the stored parameters are longer than the
-    /// buffer: those of a newer firmware can be.
+    /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended. Only
+    /// for a store without a save since [`open`](Self::open). The save fails if the stored parameters are longer than the buffer:
+    /// those of a newer firmware can be.
     pub fn calibrate(&mut self, calibration: &Calibration) {
-        let mut copy = [0; N];
-        let parameters = self.boot().parameters;
-        let length = parameters.map(|parameters| {
-            for (to, from) in copy.iter_mut().zip(parameters) {
-                *to = *from;
-            }
-            parameters.len()
-        });
-        self.seal_calibration(&calibration.encode());
-        // The slots contain another one.
+        let mut unit = [0; unit::SIZE];
+        let length = copy(self.identity(), &mut unit);
+        let unit = unit.get(..length).unwrap_or_default();
+        self.renew(Some(&calibration.encode()), unit);
+    }
+
+    /// Begins to save the identity of the unit, followed by the newest parameters, as [`calibrate`](Self::calibrate) does.
+    pub fn identify(&mut self, unit: &Unit) {
+        let mut bytes = [0; unit::SIZE];
+        let length = unit.encode(self.owner.image, &mut bytes);
+        let unit = bytes.get(..length.unwrap_or(0)).unwrap_or_default();
+        let calibration = self.calibration().first_chunk().copied();
+        self.renew(calibration.as_ref(), unit);
+    }
+
+    /// Begins to save these records of the device, followed by the newest parameters.
+    fn renew(&mut self, calibration: Option<&[u8; calibration::SIZE]>, unit: &[u8]) {
+        let mut parameters = [0; N];
+        let stored = self.boot().parameters;
+        let length = stored.map(|stored| copy(stored, &mut parameters));
+        self.seal_device(calibration, unit);
+        // The slots contain other ones.
         for slot in &mut self.slots {
-            slot.has_calibration = false;
+            slot.has_device = false;
         }
         match length {
-            Some(length) => self.save_after_calibration(|buffer| {
-                buffer
-                    .get_mut(..length)?
-                    .copy_from_slice(copy.get(..length)?);
+            Some(length) => self.save_after_device(|buffer| {
+                let parameters = parameters.get(..length)?;
+                buffer.get_mut(..length)?.copy_from_slice(parameters);
                 Some(length)
             }),
-            None => self.begin(CALIBRATION_SIZE),
+            None => self.begin(self.device),
         }
     }
 
@@ -207,13 +229,13 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         }
     }
 
-    fn save_after_calibration(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
+    fn save_after_device(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         let sequence = self.sequence.wrapping_add(1);
-        let check = self.calibration().map_or(0, |bytes| record::check(bytes));
-        let place = self.buffer.get_mut(CALIBRATION_SIZE..).unwrap_or_default();
+        let check = self.check();
+        let place = self.buffer.get_mut(self.device..).unwrap_or_default();
         let size = record::encode_parameters(place, self.owner, check, sequence, encode);
         // Parameters that do not fit cannot come from a node of this product. An empty save fails in `verify`.
-        self.begin(size.map_or(0, |size| CALIBRATION_SIZE + size));
+        self.begin(size.map_or(0, |size| self.device + size));
     }
 
     /// Plans the save of the buffer up to `end`.
@@ -230,12 +252,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         } else {
             (spare, Some(Stage::Erase))
         };
-        let has_calibration = self.slot(slot).has_calibration && stage.is_none();
-        let from = if self.is_calibrated && !has_calibration {
-            0
-        } else {
-            CALIBRATION_SIZE
-        };
+        let has_device = self.slot(slot).has_device && stage.is_none();
+        let from = if has_device { self.device } else { 0 };
         self.save = Some(Save {
             slot,
             stage: stage.unwrap_or(Stage::Program(from)),
@@ -244,14 +262,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         });
     }
 
-    /// Whether the buffer up to `end` fits into the free part of a slot. The calibration is not counted if the slot contains it.
+    /// Whether the buffer up to `end` fits into the free part of a slot. The records of the device are not counted if the slot
+    /// contains them.
     fn fits(&self, number: usize, end: usize) -> bool {
         let slot = self.slot(number);
-        let from = if slot.has_calibration || !self.is_calibrated {
-            CALIBRATION_SIZE
-        } else {
-            0
-        };
+        let from = if slot.has_device { self.device } else { 0 };
         slot.used + end <= self.size + from
     }
 
@@ -277,10 +292,11 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     fn succeed(&mut self, save: &Save) {
+        let device = self.device;
         let slot = self.slot_mut(save.slot);
         slot.used += save.end - save.from;
-        slot.has_parameters |= save.end > CALIBRATION_SIZE;
-        slot.has_calibration |= save.from == 0;
+        slot.has_parameters |= save.end > device;
+        slot.has_device |= save.from == 0;
         self.home = save.slot;
         self.sequence = self.sequence.wrapping_add(1);
     }
@@ -302,14 +318,14 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.start(save.slot) + self.slot(save.slot).used
     }
 
-    /// Finds the newest parameters, the calibration, and the position for the next record. Does not write.
+    /// Finds the newest parameters, the records of the device, and the position for the next record. Does not write.
     pub fn scan(&mut self) {
         let first = self.survey(0);
         let second = self.survey(1);
         let in_second = if first.parameters.is_there() || second.parameters.is_there() {
             second.parameters.is_newer(&first.parameters)
         } else {
-            second.has_newer_calibration(&first)
+            second.has_newer_device(&first)
         };
         let (home, other) = if in_second {
             (&second, &first)
@@ -322,13 +338,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         self.sequence = if newest.is_there() {
             newest.sequence
         } else {
-            home.calibration_sequence
+            home.device_sequence
         };
         self.damaged = if newest.is_there() {
             // In the slot of the newest parameters, all data after them is newer. Data in the other slot is newer only if this
             // slot is full and the other one has only begun. A slot full of invalid data is an incomplete erase.
-            let size = CALIBRATION_SIZE + record::parameters_size(newest.length);
-            let full = home.used + size > self.size + CALIBRATION_SIZE;
+            let full = home.used + record::parameters_size(newest.length) > self.size;
             let begun = !other.parameters.is_there() && other.used < self.size;
             home.unusable > newest.address || (full && begun && other.unusable > 0)
         } else {
@@ -340,15 +355,16 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
                 place = other;
             }
         }
-        if place > 0 {
-            let bytes = self.read_calibration(place);
-            self.seal_calibration(&bytes);
-            // A slot can contain an older one.
-            self.slots[0].has_calibration = self.is_calibration(first.calibration, &bytes);
-            self.slots[1].has_calibration = self.is_calibration(second.calibration, &bytes);
-        }
-        let check = self.calibration().map_or(0, |bytes| record::check(bytes));
-        self.damaged |= newest.check != 0 && newest.check != check;
+        let identity = if home.unit.address > 0 {
+            home.unit
+        } else {
+            other.unit
+        };
+        self.read_device(place, identity);
+        // A slot can contain older ones.
+        self.slots[0].has_device = self.is_device(&first);
+        self.slots[1].has_device = self.is_device(&second);
+        self.damaged |= newest.check != 0 && newest.check != self.check();
     }
 
     fn survey(&mut self, number: usize) -> Survey {
@@ -357,39 +373,93 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         *self.slot_mut(number) = Slot {
             used: survey.used,
             has_parameters: survey.parameters.is_there(),
-            has_calibration: false,
+            has_device: false,
         };
         survey
     }
 
-    /// The calibration at an address.
-    fn read_calibration(&mut self, address: usize) -> [u8; calibration::SIZE] {
+    /// Reads the records of the device from the memory into the buffer.
+    fn read_device(&mut self, calibration: usize, identity: Place) {
         let mut bytes = [0; calibration::SIZE];
-        // A read that fails gives zeros, the calibration that changes nothing.
-        let _ = self.memory.read(address as u32, &mut bytes);
-        bytes
+        let mut unit = [0; unit::SIZE];
+        // A read that fails gives zeros: the calibration that changes nothing, and an identity that gives nothing.
+        let _ = self.memory.read(calibration as u32, &mut bytes);
+        let unit = unit.get_mut(..identity.length).unwrap_or_default();
+        let _ = self.memory.read(identity.address as u32, unit);
+        self.seal_device((calibration > 0).then_some(&bytes), unit);
     }
 
-    /// Whether there is this calibration at an address.
-    fn is_calibration(&mut self, address: usize, bytes: &[u8; calibration::SIZE]) -> bool {
-        address > 0 && self.read_calibration(address) == *bytes
-    }
-
-    /// The calibration in the buffer; None if there is none.
-    fn calibration(&self) -> Option<&[u8; calibration::SIZE]> {
-        let bytes = self.buffer.get(CALIBRATION_AT..)?.first_chunk();
-        bytes.filter(|_| self.is_calibrated)
-    }
-
-    /// Writes the record of a calibration into the buffer.
-    fn seal_calibration(&mut self, bytes: &[u8; calibration::SIZE]) {
-        let buffer = self.buffer.get_mut(CALIBRATION_AT..);
-        if let Some(place) = buffer.and_then(|buffer| buffer.first_chunk_mut()) {
-            *place = *bytes;
-        }
+    /// Writes the records of the device into the buffer: the calibration, if there is one, and the encoded identity, if it is not
+    /// empty.
+    fn seal_device(&mut self, calibration: Option<&[u8; calibration::SIZE]>, unit: &[u8]) {
         let sequence = self.sequence.wrapping_add(1);
-        record::seal_calibration(&mut self.buffer, self.owner.serial, sequence);
-        self.is_calibrated = true;
+        self.is_calibrated = calibration.is_some();
+        self.unit = unit.len();
+        // Both fit into each buffer of a store.
+        let size = calibration.and_then(|bytes| {
+            record::encode_calibration(&mut self.buffer, self.owner.serial, sequence, bytes)
+        });
+        let start = size.unwrap_or(0);
+        let rest = self.buffer.get_mut(start..).unwrap_or_default();
+        let size = (!unit.is_empty())
+            .then(|| record::encode_unit(rest, sequence, unit))
+            .flatten();
+        self.device = start + size.unwrap_or(0);
+    }
+
+    /// Whether a slot contains the records of the device that are in the buffer.
+    fn is_device(&mut self, survey: &Survey) -> bool {
+        let calibration = self.calibration_place();
+        let identity = self.identity_place();
+        self.is_at(survey.calibration, calibration)
+            && survey.unit.length == self.unit
+            && self.is_at(survey.unit.address, identity)
+    }
+
+    /// Whether this part of the buffer is at an address.
+    fn is_at(&mut self, address: usize, part: Range<usize>) -> bool {
+        let bytes = self.buffer.get(part).unwrap_or_default();
+        bytes.is_empty()
+            || (address > 0
+                && bytes.iter().zip(address..).all(|(own, at)| {
+                    let mut byte = [0];
+                    self.memory.read(at as u32, &mut byte).is_ok() && byte == [*own]
+                }))
+    }
+
+    /// The check of the records of the device.
+    fn check(&self) -> u8 {
+        record::check(self.calibration(), self.identity())
+    }
+
+    /// The calibration in the buffer; empty if there is none.
+    fn calibration(&self) -> &[u8] {
+        self.buffer
+            .get(self.calibration_place())
+            .unwrap_or_default()
+    }
+
+    fn calibration_place(&self) -> Range<usize> {
+        let size = if self.is_calibrated {
+            calibration::SIZE
+        } else {
+            0
+        };
+        CALIBRATION_AT..CALIBRATION_AT + size
+    }
+
+    /// The encoded identity in the buffer; empty if there is none.
+    fn identity(&self) -> &[u8] {
+        self.buffer.get(self.identity_place()).unwrap_or_default()
+    }
+
+    fn identity_place(&self) -> Range<usize> {
+        let start = if self.is_calibrated {
+            CALIBRATION_SIZE
+        } else {
+            0
+        };
+        start + HEADER..start + HEADER + self.unit
     }
 
     /// The slot that can be erased: the one without the newest parameters.
@@ -419,4 +489,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         *self.slot_mut(number) = Slot::BLANK;
         Ok(())
     }
+}
+
+/// Copies the bytes to the beginning of a buffer that is not shorter. Returns their number.
+fn copy(bytes: &[u8], into: &mut [u8]) -> usize {
+    for (to, from) in into.iter_mut().zip(bytes) {
+        *to = *from;
+    }
+    bytes.len()
 }

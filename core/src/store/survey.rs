@@ -1,9 +1,9 @@
 //! The contents of one slot: reads record after record, and word after word where there is no valid record.
 
-use super::Owner;
 use super::record::{
     CALIBRATION_AT, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner, crc32,
 };
+use super::{Owner, unit};
 use crate::measure::calibration;
 use embedded_storage::nor_flash::ReadNorFlash;
 
@@ -20,7 +20,7 @@ pub(super) struct Found {
     pub length: usize,
     /// The address of the calibration in an old record; 0 for a new record.
     pub calibration: usize,
-    /// The check of the calibration that the device had when they were saved; 0: it had none, or it is in the record.
+    /// The check of the records that the device had when they were saved; 0: it had none, or they are in this record.
     pub check: u8,
 }
 
@@ -78,8 +78,17 @@ pub(super) struct Survey {
     pub parameters: Found,
     /// The address of the newest calibration of this device; 0: there is none.
     pub calibration: usize,
-    /// Its sequence number.
-    pub calibration_sequence: u32,
+    /// The newest identity of this device.
+    pub unit: Place,
+    /// The sequence number of the newer one of both.
+    pub device_sequence: u32,
+}
+
+/// The payload of a record; address 0: there is none.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub(super) struct Place {
+    pub address: usize,
+    pub length: usize,
 }
 
 /// Reads the slot of `size` bytes at `start`.
@@ -110,12 +119,15 @@ pub(super) fn survey(
 }
 
 impl Survey {
-    /// Whether the calibration is newer than that of another slot.
-    pub fn has_newer_calibration(&self, than: &Self) -> bool {
-        let ahead = self
-            .calibration_sequence
-            .wrapping_sub(than.calibration_sequence);
-        self.calibration > 0 && (than.calibration == 0 || ahead < 1 << 31)
+    /// Whether it contains a record of the device.
+    fn has_device(&self) -> bool {
+        self.calibration > 0 || self.unit.address > 0
+    }
+
+    /// Whether its records of the device are newer than those of another slot.
+    pub fn has_newer_device(&self, than: &Self) -> bool {
+        let ahead = self.device_sequence.wrapping_sub(than.device_sequence);
+        self.has_device() && (!than.has_device() || ahead < 1 << 31)
     }
 
     /// Adds a valid record. Returns false if it has another product or layout.
@@ -126,15 +138,22 @@ impl Survey {
         address: usize,
         header: Header,
     ) -> bool {
-        // The layout, then the check of the calibration or the serial number.
+        // The layout and the check of parameters, or the owner of a record of the device.
         let mut begin = [0; 5];
         let read = memory.read((address + HEADER) as u32, &mut begin).is_ok();
         let [layout, check, ..] = begin;
         let own = match header.kind {
-            Kind::Calibration => {
+            Kind::Device => {
+                let is_unit = begin.starts_with(&unit::owner_of(owner.image));
                 if read && begin == calibration_owner(owner.serial) {
                     self.calibration = address + CALIBRATION_AT;
-                    self.calibration_sequence = header.sequence;
+                    self.device_sequence = header.sequence;
+                } else if read && is_unit && header.length <= unit::SIZE {
+                    self.unit = Place {
+                        address: address + HEADER,
+                        length: header.length,
+                    };
+                    self.device_sequence = header.sequence;
                 }
                 return true;
             }

@@ -8,3 +8,4 @@ mod j1939;
 mod one_application;
 mod starting;
 mod tester;
+mod unit;

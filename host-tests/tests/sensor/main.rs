@@ -18,6 +18,7 @@ mod saves_without_erased_page;
 mod store;
 mod store_faults;
 mod store_records;
+mod store_units;
 mod trace;
 mod two_nodes;
 mod vibration;

@@ -3,7 +3,7 @@
 use bench::{Flash, PAGE_SIZE};
 use host_tests::effort;
 use plumbline::measure::Calibration;
-use plumbline::store::{ImageId, Owner, StoreError, buffer_size};
+use plumbline::store::{ImageId, Name, Owner, StoreError, Unit, buffer_size};
 
 /// Bytes of stored parameters, as many as is2 has; a record of them has 40 bytes.
 pub const PAYLOAD: usize = 24;
@@ -11,6 +11,9 @@ pub const RECORD: usize = 40;
 
 /// The size of a calibration record, which is before the first parameters record of a page.
 pub const CALIBRATION_RECORD: usize = 56;
+
+/// The size of the longest record of an identity in these tests.
+pub const UNIT_RECORD: usize = 72;
 
 /// Number of parameters records that fit into a page without a calibration record.
 pub const PLACES: usize = PAGE_SIZE / RECORD;
@@ -28,6 +31,7 @@ pub type Store = plumbline::store::Store<Flash, { buffer_size(PAYLOAD) }>;
 pub struct Found {
     pub parameters: Option<Vec<u8>>,
     pub calibration: Calibration,
+    pub unit: Unit,
     pub damaged: bool,
 }
 
@@ -39,6 +43,16 @@ pub fn payload(number: usize) -> [u8; PAYLOAD] {
 /// A calibration that is not the identity.
 pub fn calibration() -> Calibration {
     Calibration::new([100_000, -200_000, 300_000], [[500; 3]; 3], [30, -20, 10]).unwrap()
+}
+
+/// An identity.
+pub fn unit() -> Unit {
+    Unit {
+        vendor: Some(354),
+        serial: Some(0x00A1_B2C3),
+        name: Name::new("INCLINOMETER 08"),
+        ..Unit::NONE
+    }
 }
 
 /// The step of sweeps over bits: in the normal run, each bit of a byte and each byte of a record has its turn in one of the records.
@@ -60,6 +74,7 @@ pub fn found_by(owner: Owner, flash: &Flash) -> Found {
     Found {
         parameters: boot.parameters.map(<[u8]>::to_vec),
         calibration: boot.calibration,
+        unit: boot.unit,
         damaged: boot.damaged,
     }
 }
@@ -74,18 +89,19 @@ pub fn copy(flash: &Flash) -> Flash {
     Flash::new(flash.bytes().to_vec())
 }
 
-/// The parameters of save `number` or none, no calibration, and whether a newer record is damaged.
+/// The parameters of save `number` or none, neither calibration nor identity, and whether a newer record is damaged.
 pub fn loaded(number: Option<usize>, damaged: bool) -> Found {
     Found {
         parameters: number.map(|number| payload(number).to_vec()),
         calibration: Calibration::IDENTITY,
+        unit: Unit::NONE,
         damaged,
     }
 }
 
 pub fn finish(store: &mut Store) -> Result<(), StoreError> {
-    // An erase, both records in steps of four bytes, the verification, and a margin.
-    for _ in 0..(CALIBRATION_RECORD + RECORD) / 4 + 5 {
+    // An erase, all records in steps of four bytes, the verification, and a margin.
+    for _ in 0..(CALIBRATION_RECORD + UNIT_RECORD + RECORD) / 4 + 5 {
         if let Some(result) = store.step() {
             assert!(!store.busy());
             return result;

@@ -275,7 +275,7 @@ fn abandoned_save_does_not_affect_the_next() {
 fn parameters_that_do_not_fit_the_buffer_fail_and_keep_the_record() {
     let mut store = boot(Flash::default());
     assert_eq!(save(&mut store, 1), Ok(()));
-    begin(&mut store, &[0; PAYLOAD + 4]);
+    begin(&mut store, &[0; PAGE_SIZE]);
     assert_eq!(finish(&mut store), Err(StoreError));
     assert_eq!(found(&mut store), loaded(Some(1), false));
     assert_eq!(save(&mut store, 2), Ok(()));

@@ -71,6 +71,7 @@ fn found_by_newer(flash: &Flash) -> Found {
     Found {
         parameters: boot.parameters.map(<[u8]>::to_vec),
         calibration: boot.calibration,
+        unit: boot.unit,
         damaged: boot.damaged,
     }
 }

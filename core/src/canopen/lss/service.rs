@@ -24,10 +24,14 @@ struct Unit<'a, P: Product> {
 
 impl<P: Product> Device for Unit<'_, P> {
     fn identity(&self, place: u8) -> u32 {
+        let unit = self.cx.shell.unit();
+        let number_of = |given: Option<u32>, printed: Setting| {
+            given.unwrap_or_else(|| printed.get(&self.cx.parameters))
+        };
         match place {
-            0 => Services::<P>::VENDOR_ID.get(&self.cx.parameters),
-            1 => Services::<P>::PRODUCT_CODE.get(&self.cx.parameters),
-            2 => Services::<P>::REVISION_NUMBER.get(&self.cx.parameters),
+            0 => number_of(unit.vendor, Services::<P>::VENDOR_ID),
+            1 => number_of(unit.product_code, Services::<P>::PRODUCT_CODE),
+            2 => number_of(unit.revision, Services::<P>::REVISION_NUMBER),
             3 => self.cx.shell.serial(),
             _ => 0,
         }

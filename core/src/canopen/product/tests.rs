@@ -50,7 +50,7 @@ fn check_with<T: Tpdos>(change: impl FnOnce(&mut Vec<Object>)) {
     change(&mut objects);
     let parameters = parameters(0x180, 0x80);
     check_tpdos::<T>(&objects, &parameters, &QUANTITIES);
-    check_rows(&objects, 4, 3, &parameters);
+    check_rows(&objects, 4, NAME, &parameters);
 }
 
 /// Changes the object at an address.
@@ -165,9 +165,15 @@ fn mapping_of_more_objects_than_the_tpdo_takes_is_refused() {
 fn text_longer_than_buffer_is_refused() {
     check_with::<TpdoArray<1, 2>>(|objects| {
         change(objects, 0x1008, 0, |object| {
-            object.target = Target::Text("IS2D")
+            object.target = Target::Text("a text with thirty-three characters")
         });
     });
+}
+
+#[test]
+#[should_panic = "the name of a unit is longer than the buffer"]
+fn buffer_shorter_than_the_name_of_a_unit_is_refused() {
+    check_rows(&objects(), 4, NAME - 1, &parameters(0x180, 0x80));
 }
 
 #[test]
@@ -184,30 +190,30 @@ fn buffer_of_255_bytes_is_accepted() {
 #[test]
 #[should_panic = "the capacity of the error history"]
 fn history_with_other_capacity_is_refused() {
-    check_rows(&objects(), 5, 3, &parameters(0x180, 0x80));
+    check_rows(&objects(), 5, NAME, &parameters(0x180, 0x80));
 }
 
 #[test]
 #[should_panic = "the default COB-ID of the SYNC is not free"]
 fn restricted_cob_id_of_sync_is_refused() {
-    check_rows(&objects(), 4, 3, &parameters(0x180, 0x101));
+    check_rows(&objects(), 4, NAME, &parameters(0x180, 0x101));
 }
 
 #[test]
 #[should_panic = "the default COB-ID is not free"]
 fn cob_id_that_is_not_free_for_node_1_is_refused() {
-    check_rows(&objects(), 4, 3, &parameters(0x17F, 0x80));
+    check_rows(&objects(), 4, NAME, &parameters(0x17F, 0x80));
 }
 
 #[test]
 #[should_panic = "the default COB-ID is not free"]
 fn cob_id_that_is_not_free_for_node_127_is_refused() {
-    check_rows(&objects(), 4, 3, &parameters(0x502, 0x80));
+    check_rows(&objects(), 4, NAME, &parameters(0x502, 0x80));
 }
 
 #[test]
 fn cob_id_that_is_free_for_all_nodes_is_accepted() {
-    check_rows(&objects(), 4, 3, &parameters(0x501, 0x80));
+    check_rows(&objects(), 4, NAME, &parameters(0x501, 0x80));
 }
 
 #[test]

@@ -31,6 +31,8 @@ pub trait Objects {
     type Object: Copy;
     /// A buffer for the longest text.
     type Text: Buffer;
+    /// The length of the longest text that can be written, in bytes.
+    const WRITABLE: usize = Self::Text::CAPACITY;
 
     /// Finds an object. Errors: [`Abort::NoObject`], [`Abort::NoSubIndex`].
     fn find(&self, address: Address) -> Result<Self::Object, Abort>;
@@ -371,7 +373,8 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         if toggle != expected {
             return Err(Abort::Toggle);
         }
-        if !self.data.append(data) {
+        let length = self.data.bytes().len() + data.len();
+        if length > T::WRITABLE || !self.data.append(data) {
             return Err(Abort::TooLong);
         }
         let reply = message::download_segment_reply(toggle);
@@ -415,7 +418,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
 /// Whether data of `size` bytes can be written to an object.
 pub(super) fn fits<T: Objects>(object: T::Object, size: u32) -> Result<(), Abort> {
     let (least, most) = match T::size(object) {
-        0 => (0, T::Text::CAPACITY as u32),
+        0 => (0, T::WRITABLE as u32),
         size => (size.into(), size.into()),
     };
     if size > most {

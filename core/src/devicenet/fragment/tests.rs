@@ -114,7 +114,7 @@ fn acknowledge_needs_a_status() {
 /// A sender that has sent its first fragment at the time 0.
 fn sending() -> Sender {
     let mut sender = Sender::IDLE;
-    sender.start(0x4A, 0x0E, "INCLINOMETER 080 degree");
+    sender.start(0x4A, 0x0E, Name::constant("INCLINOMETER 080 degree"));
     let first = ([0xCA, 0x00, 0x8E, 0x17, 0x49, 0x4E, 0x43, 0x4C], 8);
     assert_eq!(sender.take(at(0)), Some(first));
     assert_eq!(sender.take(at(0)), None);
@@ -167,7 +167,7 @@ fn fragment_is_repeated_once() {
 #[test]
 fn text_that_ends_with_a_full_fragment_has_no_empty_one() {
     let mut sender = Sender::IDLE;
-    sender.start(0x0A, 0x0E, "0123456789");
+    sender.start(0x0A, 0x0E, Name::constant("0123456789"));
     sender.take(at(0)).unwrap();
     sender.acknowledge(0, 0);
     let last = ([0x8A, 0x81, 0x34, 0x35, 0x36, 0x37, 0x38, 0x39], 8);

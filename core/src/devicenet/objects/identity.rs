@@ -6,6 +6,7 @@ use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
 use crate::devicenet::protocol::{ContextOf, Devicenet, ParametersOf};
 use crate::devicenet::table::Product;
 use crate::param::Parameters;
+use crate::store::{Name, Unit};
 use crate::time::Instant;
 
 /// The revision of the class.
@@ -56,20 +57,44 @@ fn attribute_of<P: Product>(
     cx: &ContextOf<P>,
     attribute: u8,
 ) -> Result<Data, Failure> {
+    let unit = cx.shell.unit();
     let identity = const { &P::IDENTITY };
     Ok(match attribute {
-        1 => Data::word(identity.vendor),
-        2 => Data::word(identity.device_type),
-        3 => Data::word(identity.product_code),
+        1 => Data::word(vendor::<P>(unit)),
+        2 => Data::word(unit.device_type.unwrap_or(identity.device_type)),
+        3 => Data::word(number(unit.product_code, identity.product_code)),
         4 => {
-            let (major, minor) = identity.revision;
+            let (major, minor) = revision(unit.revision, identity.revision);
             Data::word(u16::from_le_bytes([major, minor]))
         }
         5 => Data::word(status_of(device, cx)),
         6 => Data::number(cx.shell.serial(), 4),
-        7 => Data::Text(identity.name),
+        7 => Data::text(
+            &unit
+                .name
+                .unwrap_or(const { Name::constant(P::IDENTITY.name) }),
+        ),
         _ => return Err(Failure::ATTRIBUTE),
     })
+}
+
+/// The number of the vendor, also in the messages of the duplicate MAC ID check.
+pub fn vendor<P: Product>(unit: &Unit) -> u16 {
+    number(unit.vendor, P::IDENTITY.vendor)
+}
+
+/// The number of the unit, or else that of the product. A number that the attribute does not have is not possible.
+fn number(unit: Option<u32>, product: u16) -> u16 {
+    let unit = unit.and_then(|number| u16::try_from(number).ok());
+    unit.filter(|number| *number > 0).unwrap_or(product)
+}
+
+/// Major and minor revision of the unit, or else those of the product.
+fn revision(unit: Option<u32>, product: (u8, u8)) -> (u8, u8) {
+    let unit = unit.and_then(|number| u16::try_from(number).ok());
+    let revision = unit.map(|number| ((number >> 8) as u8, number as u8));
+    let is_valid = |(major, minor): &(u8, u8)| (1..=127).contains(major) && *minor > 0;
+    revision.filter(is_valid).unwrap_or(product)
 }
 
 fn status_of<P: Product>(device: &Devicenet<P>, cx: &ContextOf<P>) -> u16 {

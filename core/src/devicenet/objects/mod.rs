@@ -14,7 +14,7 @@ mod acknowledge_handler;
 pub(super) mod assembly;
 mod connection;
 pub(super) mod devicenet;
-mod identity;
+pub(super) mod identity;
 mod vendor;
 
 use super::explicit::{Data, Failure, Request};

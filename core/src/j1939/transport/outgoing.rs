@@ -5,7 +5,7 @@ use crate::j1939::identifier::{GLOBAL, Pgn};
 use crate::time::{Deadline, Instant};
 
 /// The length of the longest message.
-pub const MESSAGE: usize = 64;
+pub const MESSAGE: usize = 80;
 
 /// A message.
 pub type Message = heapless::Vec<u8, MESSAGE>;

@@ -23,6 +23,7 @@ use crate::model::listing::canopen::Listing;
 use crate::model::listing::{Adjustment, Article, Guide, Written};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
+use crate::store::unit::NAME;
 
 /// The product: its tables.
 pub struct Ims360Product;
@@ -69,9 +70,6 @@ const GUIDE: Guide = Guide {
 /// The number of errors in the history (1003h).
 const HISTORY: usize = 8;
 
-/// The longest text: a serial number of 32 bits has ten digits.
-const TEXT: usize = 10;
-
 /// Bit 7 of the error register: manufacturer-specific, an error of the sensor (7.2.2).
 const SENSOR: u8 = 1 << 7;
 
@@ -86,7 +84,7 @@ impl canopen::Product for Ims360Product {
     type Application = Ims360Application;
     type Tpdos = DynamicTpdos<4, 8>;
     type History = canopen::ErrorHistory<HISTORY>;
-    type Text = canopen::Text<TEXT>;
+    type Text = canopen::Text<NAME>;
     type Lss = Present<Lss>;
     type Block = Present<Block>;
 

@@ -1,7 +1,7 @@
 //! Base64 (RFC 4648, section 4) for a text of known length. It needs 150 bytes of code; the available crates need more than 1
 //! KiB.
 
-type Text = heapless::Vec<u8, { super::TEXT }>;
+type Text = heapless::Vec<u8, { super::NAME }>;
 
 const PADDING: u8 = b'=';
 

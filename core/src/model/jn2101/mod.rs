@@ -23,6 +23,7 @@ use crate::model::listing::{Adjustment, Article, Guide, Resolution, Written};
 use crate::node::Pattern;
 use crate::param::{ParameterId, Parameters, Refused};
 use crate::store::ImageId;
+use crate::store::unit::NAME;
 
 /// The product: its tables.
 pub struct Jn2101Product;
@@ -68,13 +69,13 @@ const GUIDE: Guide = Guide {
 const HISTORY: usize = 50;
 
 /// The longest text that can be written.
-const TEXT: usize = 24;
+const KEY: usize = 24;
 
 impl canopen::Product for Jn2101Product {
     type Application = Jn2101Application;
     type Tpdos = TpdoArray<2, 2>;
     type History = canopen::ErrorHistory<HISTORY>;
-    type Text = canopen::Text<TEXT>;
+    type Text = canopen::Text<NAME>;
     type Lss = canopen::Absent;
     type Block = canopen::Absent;
 
@@ -108,6 +109,7 @@ impl canopen::Product for Jn2101Product {
     };
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BAUD_RATE;
+    const WRITABLE: usize = KEY;
     const IMAGE: ImageId = ImageId::new(0x2101);
     crate::project_objects!();
 

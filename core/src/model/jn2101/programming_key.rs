@@ -46,7 +46,7 @@ const IDS: [ParameterId; 10] = [
 type Values = Parameters<Jn2101Product>;
 
 /// The programming key of these parameters.
-pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::TEXT }> {
+pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::NAME }> {
     if IDS
         .iter()
         .all(|&id| parameters.get(id) == Values::factory_value(id))

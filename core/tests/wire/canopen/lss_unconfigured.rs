@@ -5,6 +5,7 @@ use super::lss::{CONFIGURATION, WAITING, with_number};
 use crate::tester::canopen::frame;
 use crate::tester::gauge::{self, Gauge, power_up};
 use crate::tester::{SERIAL, Tester, leds};
+use plumbline::store::Unit;
 use proptest::prelude::*;
 
 const NOTHING: [&str; 0] = [];
@@ -159,6 +160,23 @@ fn nodes_with_the_same_node_id_are_told_apart_by_fastscan() {
         assert_eq!(booted, [format!("{:03X}#00", 0x700 + node_id)]);
     }
     assert_eq!(fastscan(&mut nodes), None, "all have a node-ID");
+}
+
+#[test]
+fn fastscan_finds_the_identity_of_the_unit() {
+    let mut t = unconfigured(SERIAL);
+    t.send(CONFIGURATION);
+    assert_eq!(t.exchange("7E5#1700000000000000"), ["7E4#1700000000000000"]);
+    t.unit = Unit {
+        vendor: Some(0x195),
+        product_code: Some(u32::MAX),
+        revision: Some(0),
+        serial: Some(77),
+        ..Unit::NONE
+    };
+    t.power_cycle();
+    assert_eq!(t.sent_text(), NOTHING);
+    assert_eq!(fastscan(&mut [t]), Some([0x195, u32::MAX, 0, 77]));
 }
 
 #[test]

@@ -16,7 +16,7 @@ use plumbline::can::Frame;
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Calibration, I32x3, ONE_G, Reading};
 use plumbline::node::{Action, Boot, BusEvent, Leds, Node};
-use plumbline::store::StoreError;
+use plumbline::store::{StoreError, Unit};
 use plumbline::time::{Duration, Instant, millis};
 
 /// The serial number of the node under test.
@@ -45,6 +45,8 @@ pub struct Tester<N> {
     pub memory: Option<Vec<u8>>,
     /// The calibration of the device.
     pub calibration: Calibration,
+    /// The identity of the unit.
+    pub unit: Unit,
     /// The result of the next saves; None: a save runs until `finish_save`.
     pub memory_works: Option<bool>,
     /// The present specific force, 1 g = [`ONE_G`].
@@ -73,6 +75,7 @@ impl<N: Node> Tester<N> {
     pub fn power_up(loaded: Boot, boot: impl Fn(Instant, &Boot) -> N + 'static) -> Self {
         let now = Instant::from_ticks(0);
         let memory = loaded.parameters.map(<[u8]>::to_vec);
+        let unit = loaded.unit;
         let node = boot(
             now,
             &Boot {
@@ -87,6 +90,7 @@ impl<N: Node> Tester<N> {
             leds: Leds::default(),
             memory,
             calibration: Calibration::IDENTITY,
+            unit,
             memory_works: Some(true),
             force: [0, 0, ONE_G],
             rate: [0; 3],
@@ -120,6 +124,7 @@ impl<N: Node> Tester<N> {
             damaged: false,
             serial: SERIAL,
             kept,
+            unit: self.unit,
         };
         self.actions.clear();
         self.node = (self.boot)(self.now, &loaded);
