@@ -31,6 +31,32 @@ def decode(database, data):
     return database.decode_message(0x301, bytes(data), decode_choices=False, allow_truncated=True)
 
 
+# The longest name in a database of Vector's tools.
+NAME = 32
+
+
+def names(name, database):
+    """The names of messages, signals and nodes."""
+    for message in database.messages:
+        for text in [message.name, *message.senders, *(signal.name for signal in message.signals)]:
+            check(f"{name}: length of {text}", len(text) <= NAME, True)
+
+
+def decodes(name, database, codes):
+    """Every frame decodes in the way that the comments of its message say."""
+    for message in ("SetParameter", "ReplyParameter"):
+        comment = database.get_message_by_name(message).comment
+        check(f"{name}: comment of {message}", "allow_truncated=True" in comment, True)
+    check(f"{name}: sync", database.decode_message(0x100, b""), {})
+    for code in codes:
+        for size in range(8):
+            request = database.decode_message(0x300, bytes([code] + [0xFF] * size), allow_truncated=True)
+            check(f"{name}: request {code:02X}, {size}", "FSC" in request, True)
+        for size in range(1, 8):
+            reply = database.decode_message(0x301, bytes([code] + [0] * size), allow_truncated=True)
+            check(f"{name}: reply {code:02X}, {size}", "CmdParamError" in reply, True)
+
+
 def signals(database, data):
     """The decoded signals without code and status bits."""
     bits = {signal.name for signal in database.get_message_by_name("ReplyParameter").signals if signal.length == 1}
@@ -61,6 +87,13 @@ def common(name, database, codes):
     check(f"{name}: status bits", [status[bit] for bit in
           ("DefaultParam", "AutobaudDetection", "EEPROMError", "CmdParamError", "AccuracyWarning")], [1, 1, 1, 1, 0])
     check(f"{name}: AccuracyWarning", decode(database, [0x02, 0x40])["AccuracyWarning"], 1)
+
+    names(name, database)
+    decodes(name, database, codes)
+    for data, signal in ((b"\x40LOAD", "LoadDefaultsSignature"), (b"\x50SAVE", "SaveSignature"),
+                         (b"\xFFRESET", "AliveOrResetSignature")):
+        text = str(database.decode_message(0x300, data, allow_truncated=True)[signal])
+        check(f"{name}: text of {signal}", text, data[1:].decode())
 
     def encode(**values):
         # A multiplexed message has only the signals of its code.

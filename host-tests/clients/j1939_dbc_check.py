@@ -18,7 +18,7 @@ SENSOR = 0x80
 # SAE J1939-71 and -73: PGN, priority, cycle in ms as delivered, and the SPN of some signals.
 GROUPS = {
     "SSI2": (61481, 3, 10, {"PitchAngleExRange": 4976, "RollAngleExRange": 4977, "PitchAngleExRangeFigureOfMerit": 4979,
-                            "RollAngleExRangeFigureOfMerit": 4981, "RollAndPitchExRangeMeasurementLatency": 4982}),
+                            "RollAngleExRangeFigureOfMerit": 4981, "RollAndPitchExRangeLatency": 4982}),
     "SSI": (61459, 3, None, {"PitchAngle": 3318, "RollAngle": 3319, "PitchRate": 3322, "PitchAngleFigureOfMerit": 3323,
                              "RollAngleFigureOfMerit": 3324, "PitchRateFigureOfMerit": 3325, "RollAndPitchMeasurementLatency": 3327}),
     "ARI": (61482, 3, None, {}),
@@ -27,12 +27,30 @@ GROUPS = {
                              "OccurrenceCount": 1216, "ConversionMethod": 1706}),
 }
 
+# SAE J1939-21, -71 and -81: PGN, priority, destination, source, length.
+PROTOCOL = {
+    "AddressClaimed": (60928, 6, 0xFF, SENSOR, 8),
+    "SoftwareIdentification": (65242, 6, None, SENSOR, 8),
+    "Acknowledgement": (59392, 6, 0xFF, SENSOR, 8),
+    "Request": (59904, 6, SENSOR, 0xFE, 3),
+    "TransportControl": (60416, 7, 0xFF, SENSOR, 8),
+    "TransportData": (60160, 7, 0xFF, SENSOR, 8),
+    "TransportControlReceived": (60416, 7, SENSOR, 0xFE, 8),
+    "TransportDataReceived": (60160, 7, SENSOR, 0xFE, 8),
+    "CommandedAddress": (65240, 6, None, 0xFE, 9),
+    "ObjectRequest": (61184, 6, SENSOR, 0xFE, 8),
+    "ObjectResponse": (61184, 6, 0xFE, SENSOR, 8),
+}
+
+# The longest name in a database of Vector's tools.
+NAME = 32
+
 # Frames of a sensor and what they mean, calculated from the scales of SAE J1939-71.
 FRAMES = [
     ("0CF02980#852B8300807A33FF", {"PitchAngleExRange": 12.34, "RollAngleExRange": -5.0, "PitchAngleExRangeFigureOfMerit": 0,
                                    "RollAngleExRangeFigureOfMerit": 0, "PitchAngleExRangeCompensation": 3}),
     ("0CF02980#0040509A197D3360", {"PitchAngleExRange": -89.5, "RollAngleExRange": 0.2,
-                                                            "RollAndPitchExRangeMeasurementLatency": 48.0}),
+                                                            "RollAndPitchExRangeLatency": 48.0}),
     ("0CF02980#0000AF00007D37FF", {"PitchAngleExRange": 100.0, "PitchAngleExRangeFigureOfMerit": 1, "RollAngleExRangeFigureOfMerit": 0}),
     ("0CF02980#000050FFFFFFF3FF", {"PitchAngleExRange": -90.0, "RollAngleExRangeFigureOfMerit": 3, "PitchAngleExRangeFigureOfMerit": 0}),
     ("0CF01380#1A953C73007DC060", {"PitchAngle": 12.34, "RollAngle": -5.0, "PitchRate": 0.0, "PitchAngleFigureOfMerit": 0,
@@ -44,6 +62,16 @@ FRAMES = [
     ("18FECA80#04FF70130001FFFF", {"AmberWarningLamp": 1, "RedStopLamp": 0, "SuspectParameterNumber": 4976, "FailureModeIdentifier": 0,
                                    "OccurrenceCount": 1, "ConversionMethod": 0}),
     ("18FECA80#04FF76020C7EFFFF", {"SuspectParameterNumber": 630, "FailureModeIdentifier": 12, "OccurrenceCount": 126}),
+    ("18EEFF80#0100E0FF00910080", {"IdentityNumber": 1, "ManufacturerCode": 2047, "ECUInstance": 0, "FunctionInstance": 0, "Function": 145,
+                                   "VehicleSystem": 0, "VehicleSystemInstance": 0, "IndustryGroup": 0, "ArbitraryAddressCapable": 1}),
+    ("18EEFF80#A1BC3A1285460CA5", {"IdentityNumber": 0x1ABCA1, "ManufacturerCode": 0x91, "ECUInstance": 5,
+                                   "FunctionInstance": 16, "Function": 0x46, "VehicleSystem": 6, "VehicleSystemInstance": 5,
+                                   "IndustryGroup": 2, "ArbitraryAddressCapable": 1}),
+    ("18E8FF80#01FFFFFF21EEFE00", {"Answer": 1, "Requester": 0x21, "AcknowledgedPGN": 0xFEEE}),
+    ("18EA80FE#13F000", {"RequestedPGN": 61459}),
+    ("1CECFF80#20140003FFEBFE00", {"Control": 32, "Parameters": 0xFF030014, "TransportedPGN": 65259}),
+    ("1CEB80FE#0280A0FFFFFFFFFF", {"SequenceNumber": 2}),
+    ("18EF80FE#2B04210214000000", {"Command": 0x2B, "Index": 0x2104, "Subindex": 2, "Contents": 20}),
 ]
 
 counts = {True: 0, False: 0}
@@ -69,8 +97,20 @@ def decode(database, text):
 
 
 def layout(database):
-    check("messages", {message.name for message in database.messages}, set(GROUPS))
+    check("messages", {message.name for message in database.messages}, set(GROUPS) | set(PROTOCOL))
     for message in database.messages:
+        for text in [message.name, *(signal.name for signal in message.signals)]:
+            check(f"{message.name}: length of {text}", len(text) <= NAME, True)
+    for name, (pgn, priority, destination, source, length) in PROTOCOL.items():
+        message = database.get_message_by_name(name)
+        number = priority << 26 | pgn << 8 | (destination or 0) << 8 | source
+        check(f"{name}: identifier", (message.frame_id, message.is_extended_frame), (number, True))
+        check(f"{name}: PGN", message.dbc.attributes["PGN"].value, pgn)
+        check(f"{name}: length", message.length, length)
+        check(f"{name}: sender", message.senders, ["Sensor"] if source == SENSOR else [])
+    for message in database.messages:
+        if message.name in PROTOCOL:
+            continue
         pgn, priority, cycle, spns = GROUPS[message.name]
         name = message.name
         check(f"{name}: identifier", (message.frame_id, message.is_extended_frame), (priority << 26 | pgn << 8 | SENSOR, True))
@@ -99,7 +139,7 @@ def layout(database):
 def traffic(database, folder):
     """Every frame of a sensor in the traces that is in the database; another address has the same signals."""
     line = re.compile(r"\([\d.]+\) can0 ([0-9A-F]{8})#([0-9A-F]{16}) R")
-    known = {message.frame_id & 0x3FFFF00: message for message in database.messages}
+    known = {message.frame_id & 0x3FFFF00: message for message in database.messages if message.name in GROUPS}
     seen = {name: 0 for name in GROUPS}
     for path in sorted(folder.glob("ims360-j1939-*.log")):
         for number, data in line.findall(path.read_text()):
@@ -121,6 +161,33 @@ def traffic(database, folder):
                 near(f"{path.name}: {number}#{data}", values, {name: level.get(name, 0.0) for name in angles})
     for name, count in seen.items():
         check(f"{name} is in the traces", count > 0, True)
+
+
+def protocol(database, folder):
+    """Every frame of the traces, also those to the sensor, has a message that decodes it in the strict default of cantools."""
+    line = re.compile(r"\([\d.]+\) can0 ([0-9A-F]{8})#([0-9A-F]*) ([RT])")
+    names = {}
+    for name, (pgn, _, _, source, _) in PROTOCOL.items():
+        names[pgn, "R" if source == SENSOR else "T"] = name
+    # Each node claims its address.
+    names[60928, "T"] = "AddressClaimed"
+    names |= {(pgn, "R"): name for name, (pgn, *_) in GROUPS.items()}
+    seen = set()
+    for path in sorted(folder.glob("ims360-j1939-*.log")):
+        for number, data, direction in line.findall(path.read_text()):
+            number, data = int(number, 16), bytes.fromhex(data)
+            pgn = number >> 8 & 0x3FFFF
+            pgn = pgn if pgn & 0xFF00 >= 0xF000 else pgn & 0x3FF00
+            name = names.get((pgn, direction))
+            if direction == "R":
+                check(f"{path.name}: {number:08X} is known", name is not None, True)
+            # Frames that the sensor must ignore are in the traces too.
+            if name is None or direction == "T" and len(data) < database.get_message_by_name(name).length:
+                continue
+            values = database.get_message_by_name(name).decode(data)
+            check(f"{path.name}: {number:08X}#{data.hex()}", len(values) > 0, True)
+            seen.add(name)
+    check("messages in the traces", set(names.values()) - seen, {"CommandedAddress"})
 
 
 def offsets(database, path):
@@ -157,6 +224,7 @@ def main():
     check("names of DM1", [str(named[name]) for name in ("AmberWarningLamp", "SuspectParameterNumber", "FailureModeIdentifier")],
           ["on", "PitchAngleExRange", "above normal"])
     traffic(database, options.traces)
+    protocol(database, options.traces)
     offsets(database, options.traces / "ims360-j1939-angles.log")
     print(f"{counts[True]} passed, {counts[False]} failed")
     return counts[False] != 0

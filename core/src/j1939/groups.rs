@@ -59,7 +59,7 @@ const SSI2: [Signal; 7] = [
     merit("PitchAngleExRangeFigureOfMerit", 4979, 50, Source::Pitch),
     compensation("RollAngleExRangeCompensation", 4980, 52),
     merit("RollAngleExRangeFigureOfMerit", 4981, 54, Source::Roll),
-    latency("RollAndPitchExRangeMeasurementLatency", 4982),
+    latency("RollAndPitchExRangeLatency", 4982),
 ];
 
 const SSI: [Signal; 8] = [
@@ -94,14 +94,9 @@ const ACCS: [Signal; 8] = [
     force("LateralAcceleration", 0, Source::ForceY),
     force("LongitudinalAcceleration", 16, Source::ForceX),
     force("VerticalAcceleration", 32, Source::ForceZ),
-    merit("LateralAccelerationFigureOfMerit", 0, 48, Source::ForceY),
-    merit(
-        "LongitudinalAccelerationFigureOfMerit",
-        0,
-        50,
-        Source::ForceX,
-    ),
-    merit("VerticalAccelerationFigureOfMerit", 0, 52, Source::ForceZ),
+    merit("LateralAccelFigureOfMerit", 0, 48, Source::ForceY),
+    merit("LongitudinalAccelFigureOfMerit", 0, 50, Source::ForceX),
+    merit("VerticalAccelFigureOfMerit", 0, 52, Source::ForceZ),
     compensation("AccelerationCompensation", 0, 54),
     unknown_latency("AccelerationMeasurementLatency", 56),
 ];

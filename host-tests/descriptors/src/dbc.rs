@@ -1,7 +1,7 @@
 //! A CAN database (DBC) of an FSC product, generated from its tables.
 //!
 //! Requests and replies are one message each, multiplexed by the function select code in byte 0. Identifiers are the factory
-//! values. A reply is shorter than 8 bytes if the function has fewer data.
+//! values. A request or reply is shorter than 8 bytes if the function has fewer data: the comments of the file say how to decode it.
 
 use crate::number::Number;
 use plumbline::fsc::table::{Access, Field, Operation, Source};
@@ -28,7 +28,7 @@ pub fn dbc(product: &Product, tables: &Tables) -> String {
     multiplexor(&mut text, "Sensor");
     let mut request_codes = Vec::new();
     for function in tables.functions {
-        request_codes.push((u32::from(function.code), function.name.to_owned()));
+        request_codes.push((u64::from(function.code), function.name.to_owned()));
         if !function.signature.is_empty() {
             let name = identifier(function.name) + "Signature";
             // A signature is also a number; the last byte of RESET is beyond 32 bits, and a DBC signal has up to 64 bits.
@@ -36,6 +36,10 @@ pub fn dbc(product: &Product, tables: &Tables) -> String {
             let code = function.code;
             let line = format!(" SG_ {name} m{code} : 8|{bits}@1+ (1,0) [0|0] \"\" Sensor");
             writeln!(text, "{line}").unwrap();
+            let letters = function.signature.iter().rev();
+            let number = letters.fold(0_u64, |number, &byte| number << 8 | u64::from(byte));
+            let meaning = String::from_utf8_lossy(function.signature).into_owned();
+            table(&mut values, set, &name, &[(number, meaning)]);
         }
     }
     for access in tables.access {
@@ -57,7 +61,7 @@ pub fn dbc(product: &Product, tables: &Tables) -> String {
     }
     let mut reply_codes = Vec::new();
     for function in tables.functions {
-        reply_codes.push((u32::from(function.code), function.name.to_owned()));
+        reply_codes.push((u64::from(function.code), function.name.to_owned()));
         let fields = function.reply.iter();
         let numbers: Vec<_> = fields.map(|field| number(field, product, tables)).collect();
         signals(&mut text, function.code, REPLY_DATA, &numbers, "Master");
@@ -106,7 +110,16 @@ fn number(field: &Field, product: &Product, tables: &Tables) -> Number {
 
 /// A name as an identifier: `Set-Parameter-ID` becomes `SetParameterID`.
 fn identifier(name: &str) -> String {
-    name.split([' ', '-']).map(capitalised).collect()
+    checked(name.split([' ', '-']).map(capitalised).collect())
+}
+
+/// The longest name of a message or a signal in a database.
+const NAME: usize = 32;
+
+/// A name that is not longer than a database permits.
+pub fn checked(name: String) -> String {
+    assert!(name.len() <= NAME, "{name}: more than {NAME} characters");
+    name
 }
 
 fn capitalised(word: &str) -> String {
@@ -152,19 +165,22 @@ fn signals(text: &mut String, code: u8, start: u8, numbers: &[Number], receiver:
 
 fn meanings(values: &mut String, message: u32, numbers: &[Number]) {
     for number in numbers.iter().filter(|number| !number.meanings.is_empty()) {
-        let owned = |&(number, name): &Meaning| (number, name.to_owned());
+        let owned = |&(number, name): &Meaning| (u64::from(number), name.to_owned());
         let names: Vec<_> = number.meanings.iter().map(owned).collect();
         table(values, message, &identifier(number.name), &names);
     }
 }
 
-fn table(values: &mut String, message: u32, signal: &str, names: &[(u32, String)]) {
+fn table(values: &mut String, message: u32, signal: &str, names: &[(u64, String)]) {
     write!(values, "VAL_ {message} {signal}").unwrap();
     for (number, name) in names {
         write!(values, " {number} \"{name}\"").unwrap();
     }
     values.push_str(" ;\n");
 }
+
+/// How to decode a frame with fewer bytes than the message.
+const SHORTER: &str = "A frame ends after its last signal: with cantools, decode_message(id, data, allow_truncated=True).";
 
 fn comments(text: &mut String, name: &str, tables: &Tables, [set, reply, sync]: [u32; 3]) {
     let is_alive = |operation| matches!(operation, Operation::Alive);
@@ -178,12 +194,13 @@ fn comments(text: &mut String, name: &str, tables: &Tables, [set, reply, sync]: 
         ),
         (
             format!("BO_ {set} "),
-            "Requests; a function without data has DLC 1".to_owned(),
+            format!("Requests, 1 to 8 bytes. {SHORTER}"),
         ),
         (
             format!("BO_ {reply} "),
             format!(
-                "Replies, cyclic values and boot-up (FSC {alive}); as long as the function needs"
+                "Replies, cyclic values and boot-up (FSC {alive}), 2 to 8 bytes: the inclination has its counter only in \
+                 cyclic mode. {SHORTER} A code that is not in the list is a refused request: code and status only"
             ),
         ),
         (

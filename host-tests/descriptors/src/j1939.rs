@@ -1,9 +1,13 @@
-//! A CAN database (DBC) of the groups of a product with J1939: process data and trouble codes (DM1), generated from the definitions that
-//! compose the frames. Identifiers have the factory priority and address.
+//! A CAN database (DBC) of the messages of a product with J1939. Process data and trouble codes (DM1) are generated from the definitions
+//! that compose the frames. Identifiers have the factory priority and address.
 //!
 //! The attributes are those of J1939 in the tools of Vector: `PGN`, `SPN`, `VFrameFormat`, `GenMsgCycleTime` (0: on request) and the NAME
 //! of the node (`NmJ1939...`).
 
+mod network;
+
+use crate::dbc::checked;
+use network::{Layout, MESSAGES};
 use plumbline::j1939::diagnostics::PERIOD;
 use plumbline::j1939::identifier::{ACTIVE_CODES, GLOBAL, Identifier, Pgn};
 use plumbline::j1939::signal::{Contents, Group, Signal};
@@ -90,6 +94,9 @@ pub fn dbc(product: &Product, tables: &J1939Tables) -> String {
         source,
     );
     database.codes(id, tables);
+    for layout in MESSAGES {
+        database.layout(layout, source);
+    }
     database.node(source, tables.name.map(factory));
     let Database {
         messages,
@@ -99,7 +106,8 @@ pub fn dbc(product: &Product, tables: &J1939Tables) -> String {
     } = database;
     let head = format!("VERSION \"\"\n\nNS_ :\n\nBS_:\n\nBU_: {NODE}\n\n");
     let about = format!(
-        "CM_ \"{}: SAE J1939, factory address and priorities\";\n",
+        "CM_ \"{}: SAE J1939, factory address and priorities. Other addresses and priorities with cantools: load_file(..., \
+         frame_id_mask=0x03FFFF00). A message to one node has its address in bits 8 to 15: get_message_by_name(...).decode(data).\";\n",
         product.name
     );
     head + &messages + &about + &comments + &definitions() + &attributes + &values
@@ -132,9 +140,14 @@ fn definitions() -> String {
 }
 
 impl Database {
-    /// Attributes of a message.
+    /// A message of the sensor with eight bytes, and its attributes.
     fn message(&mut self, id: u32, pgn: Pgn, name: &str, cycle: u32) {
+        let name = checked(name.to_owned());
         writeln!(self.messages, "BO_ {id} {name}: 8 {NODE}").unwrap();
+        self.attributes(id, pgn, cycle);
+    }
+
+    fn attributes(&mut self, id: u32, pgn: Pgn, cycle: u32) {
         for (attribute, value) in [
             ("PGN", pgn),
             ("VFrameFormat", 3),
@@ -156,6 +169,34 @@ impl Database {
         if !values.is_empty() {
             writeln!(self.values, "VAL_ {id} {name} {values} ;").unwrap();
         }
+    }
+
+    /// A message of the protocol.
+    fn layout(&mut self, layout: &Layout, sensor: u8) {
+        let (destination, source) = layout.sent.addresses(sensor);
+        let id = Identifier::new(layout.pgn, destination, source).with_priority(layout.priority);
+        let id = id.can_id().bits();
+        let (sender, receiver) = if source == sensor {
+            (NODE, "Vector__XXX")
+        } else {
+            ("Vector__XXX", NODE)
+        };
+        let name = checked(layout.name.to_owned());
+        writeln!(self.messages, "BO_ {id} {name}: {} {sender}", layout.size).unwrap();
+        self.attributes(id, layout.pgn, 0);
+        if !layout.comment.is_empty() {
+            self.comment(id, layout.comment);
+        }
+        for (name, start, bits, values) in layout.fields {
+            let highest = (1_u64 << bits) - 1;
+            writeln!(
+                self.messages,
+                " SG_ {name} : {start}|{bits}@1+ (1,0) [0|{highest}] \"\" {receiver}"
+            )
+            .unwrap();
+            self.describe(id, name, 0, values);
+        }
+        self.messages.push('\n');
     }
 
     /// A group with process data.
@@ -264,7 +305,7 @@ fn signals(text: &mut String, group: &Group) {
             Contents::Latency | Contents::UnknownLatency => 250.0 * factor,
             _ => 3.0,
         };
-        let name = signal.name;
+        let name = checked(signal.name.to_owned());
         writeln!(
             text,
             " SG_ {name} : {start}|{bits}@1+ ({factor},{offset}) [{offset}|{highest}] \"{unit}\" Vector__XXX"
@@ -309,7 +350,11 @@ mod tests {
         ] {
             assert!(text.lines().any(|own| own == line), "{line}\n{text}");
         }
-        // Four groups and DM1: the message, a comment, three attributes.
-        assert_eq!(text.matches("BO_ 2").count(), 5 * 5);
+        // Four groups, DM1 and the messages of the protocol; each has three attributes.
+        let messages = text.lines().filter(|line| line.starts_with("BO_ "));
+        assert_eq!(messages.count(), 5 + MESSAGES.len());
+        let attributes = |line: &&str| line.starts_with("BA_ ") && line.contains(" BO_ ");
+        let attributes = text.lines().filter(attributes).count();
+        assert_eq!(attributes, 3 * (5 + MESSAGES.len()));
     }
 }
