@@ -7,8 +7,9 @@ use super::Abort;
 use super::cob_id;
 use super::dictionary::has_free_cob_ids;
 use super::nmt::State;
+use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
-use super::protocol::Services;
+use super::protocol::{ContextOf, Services};
 use crate::can::CanId;
 use crate::param::ParameterId;
 
@@ -37,7 +38,7 @@ impl<P: Product> Services<P> {
 
     /// Checks a write of a COB-ID. Returns its stored form.
     ///
-    /// An identifier changes while the service is disabled before or after the write. A fixed identifier does not change, only
+    /// The identifier of a TPDO changes while the TPDO is disabled before or after the write. A fixed identifier does not change, only
     /// bits 31 and 30.
     pub(super) fn take_cob_id(
         &self,
@@ -52,17 +53,46 @@ impl<P: Product> Services<P> {
             return if fixed { Err(Abort::Value) } else { Ok(value) };
         }
         let before = self.on_bus(stored);
+        let disabled = (value | before) & cob_id::DISABLED != 0;
         let fits = if index == EMCY {
+            // A tool writes it once.
             cob_id::fits_emergency(value)
         } else {
-            cob_id::fits_tpdo(value)
+            cob_id::fits_tpdo(value) && (disabled || cob_id::is_same(value, before))
         };
-        let disabled = (value | before) & cob_id::DISABLED != 0;
-        if !fits || !(disabled || cob_id::is_same(value, before)) {
+        if !fits {
             return Err(Abort::Value);
         }
         let base = ParametersOf::<P>::factory_value(id);
         Ok(cob_id::stored(value, base, self.node_id))
+    }
+
+    /// Checks a write of the COB-ID of the SYNC: with fixed identifiers, it must not be one that the node sends. Free identifiers can change
+    /// in any order.
+    pub(super) fn check_sync(
+        &self,
+        cx: &ContextOf<P>,
+        index: u16,
+        value: u32,
+    ) -> Result<(), Abort> {
+        if index == 0x1005 && !Self::FREE && self.is_own(cx, value as u16, |_| true) {
+            return Err(Abort::Value);
+        }
+        Ok(())
+    }
+
+    /// Applies the COB-ID of the SYNC. An identifier that the node sends itself is not received. Returns true if it has changed.
+    pub(super) fn take_sync(&mut self, cx: &ContextOf<P>) -> bool {
+        let id = Self::SYNC_COB_ID.get(&cx.parameters) as u16 & 0x7FF;
+        let sync = (!self.is_own(cx, id, Tpdo::is_valid)).then_some(CanId::standard(id));
+        core::mem::replace(&mut self.sync, sync) != sync
+    }
+
+    /// Whether the node sends emergency messages or one of these TPDOs with an identifier.
+    fn is_own(&self, cx: &ContextOf<P>, id: u16, considered: impl Fn(&Tpdo) -> bool) -> bool {
+        let emergency = self.emergency_id(self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters)));
+        let mut tpdos = self.tpdos.all().iter().filter(|tpdo| considered(tpdo));
+        emergency == Some(CanId::standard(id)) || tpdos.any(|tpdo| tpdo.id() == id)
     }
 
     /// Checks that the NMT state permits a write of an object of the communication profile.

@@ -249,6 +249,8 @@ pub(super) struct Emergency<H> {
     active: u8,
     /// Active faults, including the changes of the application for which no message was queued yet.
     wanted: u8,
+    /// The active faults of the last message that was sent.
+    told: u8,
     waiting: Deque<[u8; 4], WAITING>,
     /// No messages are queued: the node is in NMT stopped.
     silent: bool,
@@ -263,6 +265,7 @@ impl<H: History> Emergency<H> {
         faults: None,
         active: 0,
         wanted: 0,
+        told: 0,
         waiting: Deque::new(),
         silent: false,
         history: H::EMPTY,
@@ -365,12 +368,28 @@ impl<H: History> Emergency<H> {
         self.waiting.clear();
     }
 
-    /// Replaces the queued messages by one for each active fault, and queues messages again.
-    pub fn announce_active(&mut self) {
+    /// A reset of the communication: replaces the queued messages by one for each active fault, and queues messages again.
+    pub fn restart(&mut self) {
+        self.told = 0;
+        self.resume();
+    }
+
+    /// Leaves NMT stopped: queues a message for each active fault, and one error reset if a fault has ended of which the master was told.
+    pub fn resume(&mut self) {
         self.silent = false;
         self.waiting.clear();
+        let has_ended = self.told & !self.active != 0;
         let active = core::mem::take(&mut self.active);
         self.announce(active, false);
+        if has_ended {
+            self.queue(0);
+        }
+    }
+
+    /// This message was sent.
+    pub fn told(&mut self, message: &[u8; 8]) {
+        let [_, _, _, active, ..] = *message;
+        self.told = active;
     }
 
     /// A momentary fault: queues the error, then the error reset.

@@ -33,7 +33,7 @@ pub(super) const fn is_mapping(index: u16) -> bool {
 }
 
 impl<P: Product> Services<P> {
-    /// Writes the number of mapped objects (sub-index 0) or an entry. A write that changes nothing is accepted at any time.
+    /// Writes the number of mapped objects (sub-index 0) or an entry, which must differ from the present one.
     pub(super) fn write_dynamic_mapping(
         &mut self,
         cx: &mut ContextOf<P>,
@@ -42,9 +42,6 @@ impl<P: Product> Services<P> {
         id: ParameterId,
         value: u32,
     ) -> Result<(), Abort> {
-        if cx.parameters.get(id) == value {
-            return Ok(());
-        }
         let number = usize::from(address.index - FIRST);
         let Some(tpdo) = self.tpdos.all().get(number) else {
             return Err(Abort::NoObject);

@@ -74,10 +74,15 @@ impl<P: Product> Objects for View<'_, P> {
         row.size()
     }
 
-    fn misfit(row: &'static Row, length: u32, abort: Abort) -> Result<(), Abort> {
+    fn misfit(
+        &mut self,
+        now: Instant,
+        row: &'static Row,
+        length: u32,
+        abort: Abort,
+    ) -> Result<(), Abort> {
         match (row.kind(), row.service()) {
-            // A mapping does not change.
-            (Kind::Constant, _) => Err(Abort::ReadOnly),
+            (Kind::Constant, _) => Err(self.services.refuse_mapping(now, row)),
             // Some manuals print UNSIGNED32.
             (Kind::Service, Some(Service::ErrorCount)) if length == 4 => Ok(()),
             _ => Err(abort),
@@ -115,7 +120,7 @@ impl<P: Product> Objects for View<'_, P> {
                 services.write(cx, now, row, value)
             }
             Kind::Service => services.write_service(cx, now, row, data),
-            _ => services.write_mapping(cx, now, row, number(data)),
+            _ => services.write_fixed_mapping(cx, now, row, number(data)),
         }
     }
 }
@@ -161,17 +166,26 @@ impl<P: Product> Services<P> {
         row: &Row,
         value: u32,
     ) -> Result<Written, Abort> {
+        let at_once = ParametersOf::<P>::row(row.id()).is_some_and(ParameterRow::is_stored_at_once);
+        // The value in force is accepted in each state, and changes nothing. A command is carried out again.
+        let is_command = at_once || row.kind() == Kind::Command || !row.is_readable();
+        if !is_command && value == self.number(cx, row, row.address().sub) {
+            return Ok(Written::Done);
+        }
         if P::Tpdos::DYNAMIC && is_mapping(row.index()) {
             let address = row.address();
             self.write_dynamic_mapping(cx, now, address, row.id(), value)?;
             return Ok(Written::Done);
         }
-        let at_once = ParametersOf::<P>::row(row.id()).is_some_and(ParameterRow::is_stored_at_once);
-        // The end of a factory reset overwrites written parameters.
-        if cx.is_saving() && (at_once || self.saved.is_factory_reset()) {
-            return Err(Abort::DeviceState);
+        if cx.is_saving() && (at_once || self.saved.overwrites()) {
+            return if cx.would_change(row.id(), value)? {
+                Err(Abort::DeviceState)
+            } else {
+                Ok(Written::Done)
+            };
         }
         self.check_state(row.index())?;
+        self.check_sync(cx, row.index(), value)?;
         let mut value = value;
         if row.kind() == Kind::CobId {
             let stored = cx.parameters.get(row.id());
@@ -190,8 +204,8 @@ impl<P: Product> Services<P> {
         Ok(self.carry_out(cx, effect))
     }
 
-    /// Writes a part of a fixed mapping: its present contents, or 0 as the number of mapped objects.
-    fn write_mapping(
+    /// Writes a part of a fixed mapping: its present contents, or 0 as the number of mapped objects. Another value is refused.
+    fn write_fixed_mapping(
         &mut self,
         cx: &mut ContextOf<P>,
         now: Instant,
@@ -200,13 +214,21 @@ impl<P: Product> Services<P> {
     ) -> Result<Written, Abort> {
         let is_count = row.is_mapped_count();
         if value != row.number() && !(is_count && value == 0) {
-            return Err(Abort::ReadOnly);
+            return Err(self.refuse_mapping(now, row));
         }
         if is_count && let Some(tpdo) = self.tpdos.all_mut().get_mut(number_of(row.index())) {
             tpdo.set(now, MAPPED, value != 0);
             self.withdraw(cx);
         }
         Ok(Written::Done)
+    }
+
+    /// The fixed mapping is in force again, so that a refused mapping does not leave the TPDO silent.
+    fn refuse_mapping(&mut self, now: Instant, row: &Row) -> Abort {
+        if let Some(tpdo) = self.tpdos.all_mut().get_mut(number_of(row.index())) {
+            tpdo.set(now, MAPPED, true);
+        }
+        Abort::NotMappable
     }
 
     fn is_mapped(&self, row: &Row) -> bool {
@@ -235,16 +257,14 @@ impl<P: Product> Services<P> {
         {
             return result;
         }
+        if service == Service::Text {
+            return self.write_text(cx, data);
+        }
         // All others are stored at once.
         if cx.is_saving() && !matches!(service, Service::ErrorCount | Service::Restart) {
             return Err(Abort::DeviceState);
         }
         match (service, number(data)) {
-            (Service::Text, _) => {
-                let effect = P::write_text(data, &mut cx.parameters)?;
-                cx.apply();
-                Ok(self.carry_out(cx, effect))
-            }
             (Service::ErrorCount, 0) => {
                 self.emergency.clear_history();
                 Ok(Written::Done)
@@ -264,11 +284,24 @@ impl<P: Product> Services<P> {
         }
     }
 
+    /// Writes the text of the product. Its parameters are in force when they are stored.
+    fn write_text(&mut self, cx: &mut ContextOf<P>, data: &[u8]) -> Result<Written, Abort> {
+        let mut parameters = cx.parameters;
+        P::write_text(data, &mut parameters)?;
+        if !cx.is_saving() {
+            return Ok(self.save_text(cx, &parameters));
+        }
+        if parameters == cx.parameters {
+            return Ok(Written::Done);
+        }
+        Err(Abort::DeviceState)
+    }
+
     /// Applies a parameter of the communication profile.
     fn apply(&mut self, cx: &mut ContextOf<P>, now: Instant, index: u16) {
         let mut identifiers_changed = false;
         match index {
-            0x1005 => identifiers_changed = self.take_sync(cx),
+            0x1005 | 0x1014 => identifiers_changed = self.take_sync(cx),
             0x100C | 0x100D => self.configure_guarding(cx, now),
             0x1015 => self.configure_emergency(cx),
             0x1017 => {
@@ -277,6 +310,7 @@ impl<P: Product> Services<P> {
             }
             0x1800..0x1A00 => {
                 identifiers_changed = self.configure_tpdo(cx, now, number_of(index));
+                identifiers_changed |= self.take_sync(cx);
             }
             _ => {}
         }

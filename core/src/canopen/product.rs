@@ -11,7 +11,7 @@ use super::row::Row;
 use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
 use super::variant::Variant;
-use crate::application::{Application, Effect};
+use crate::application::Application;
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
 use crate::param::{Parameter, ParameterId, Parameters, Permitted, Quantity, Refused, Table};
@@ -121,6 +121,8 @@ pub trait Product: 'static {
 
     /// The dictionary in the form that the device uses.
     const ROWS: &'static [Row];
+    /// The parameters in the text of the object with [`Service::Text`].
+    const TEXT_PARAMETERS: &'static [ParameterId] = &[];
     /// The constant texts.
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
@@ -144,8 +146,8 @@ pub trait Product: 'static {
         Self::Text::EMPTY
     }
 
-    /// Writes the text of that object. On an error, no parameter changes.
-    fn write_text(text: &[u8], parameters: &mut ParametersOf<Self>) -> Result<Effect, Refused>
+    /// Writes the text of that object: changes [`TEXT_PARAMETERS`](Self::TEXT_PARAMETERS). The parameters are discarded on an error.
+    fn write_text(text: &[u8], parameters: &mut ParametersOf<Self>) -> Result<(), Refused>
     where
         Self: Sized,
     {

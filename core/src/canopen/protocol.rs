@@ -34,8 +34,8 @@ pub(super) struct Services<P: Product> {
     pub(super) node_id: u8,
     /// The bit rate in force.
     pub(super) rate: BitRate,
-    /// The identifier of the SYNC in force.
-    pub(super) sync: CanId,
+    /// The identifier of the SYNC in force; None if the node sends it itself.
+    pub(super) sync: Option<CanId>,
     pub(super) state: State,
     /// Another protocol is on the bus and accesses the objects ([`Product::SELECTOR`]).
     pub(super) is_hosted: bool,
@@ -75,7 +75,7 @@ impl<P: Product> Services<P> {
     /// Whether the product has node guarding.
     pub(super) const HAS_GUARDING: bool = matches!(Self::GUARD_TIME, Setting::Parameter(_));
     pub(super) const LIFE_TIME_FACTOR: Setting = Setting::at(P::OBJECTS, 0x100D, 0);
-    const EMCY_COB_ID: Setting = Setting::at(P::OBJECTS, 0x1014, 0);
+    pub(super) const EMCY_COB_ID: Setting = Setting::at(P::OBJECTS, 0x1014, 0);
     pub(super) const EMCY_INHIBIT_TIME: Setting = Setting::at(P::OBJECTS, 0x1015, 0);
     pub(super) const HEARTBEAT_TIME: Setting = Setting::at(P::OBJECTS, 0x1017, 0);
     const ERROR_BEHAVIOUR: Setting = Setting::at(P::OBJECTS, 0x1029, 1);
@@ -144,7 +144,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             saved: Saved::INITIAL,
             node_id: 0,
             rate: BitRate::K10,
-            sync: CanId::standard(0),
+            sync: None,
             state: State::Initialising,
             is_hosted: false,
             tpdos: P::Tpdos::INITIAL,
@@ -287,7 +287,11 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             cob_id::SDO_REQUEST + node_id,
             cob_id::ERROR_CONTROL + node_id,
         ];
-        accept(Filter::exact(services.sync));
+        services
+            .sync
+            .into_iter()
+            .map(Filter::exact)
+            .for_each(&mut *accept);
         let tpdos = services.tpdos.all().iter().map(Tpdo::id);
         for id in own.into_iter().chain(tpdos) {
             accept(Filter::exact(CanId::standard(id)));
@@ -345,6 +349,7 @@ impl<P: Product> Services<P> {
         {
             let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
             if let Some(id) = self.emergency_id(id) {
+                self.emergency.told(&message);
                 let mut message = u64::from_le_bytes(message);
                 if !P::REPORTS_STATUS {
                     message &= 0xFF_FFFF;

@@ -24,7 +24,7 @@ impl<P: Product> Canopen<P> {
         let services = &mut self.services;
         let id = frame.can_id();
         let node_id = u16::from(services.node_id);
-        if id == services.sync {
+        if Some(id) == services.sync {
             if is_sync(frame) {
                 services.unsynchronised = P::Tpdos::COUNT as u8;
                 services.synchronise_next(cx);
@@ -95,7 +95,7 @@ impl<P: Product> Canopen<P> {
         if !state.communicates() {
             emergency.silence();
         } else if !self.services.state.communicates() {
-            emergency.announce_active();
+            emergency.resume();
         }
         self.services.state = state;
         self.services.operate(now, state == State::Operational);

@@ -120,12 +120,12 @@ impl<P: Product> Services<P> {
             self.tpdos.map_all(fixed_entry::<P>);
         }
         // Sent after the boot-up message.
-        self.emergency.announce_active();
+        self.emergency.restart();
         let mut changed = before != (self.node_id, self.rate);
-        changed |= self.take_sync(cx);
         for number in 0..P::Tpdos::COUNT {
             changed |= self.configure_tpdo(cx, now, number);
         }
+        changed |= self.take_sync(cx);
         if self.is_unconfigured() {
             self.be_silent(State::Initialising);
         }
@@ -180,14 +180,6 @@ impl<P: Product> Services<P> {
         let life_time_factor = Self::LIFE_TIME_FACTOR.get(&cx.parameters);
         self.guarding.configure(now, guard_time, life_time_factor);
         self.report_guarding(cx);
-    }
-
-    /// Applies the COB-ID of the SYNC. Returns true if it has changed.
-    pub(super) fn take_sync(&mut self, cx: &ContextOf<P>) -> bool {
-        let sync = CanId::standard(Self::SYNC_COB_ID.get(&cx.parameters) as u16);
-        let changed = sync != self.sync;
-        self.sync = sync;
-        changed
     }
 
     /// Applies the communication parameter of TPDO `number` (from 0). Returns true if its identifier has changed.

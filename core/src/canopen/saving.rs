@@ -20,11 +20,24 @@ pub(super) enum What {
     FactoryApplication,
 }
 
+/// What the end of a save changes in RAM.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum End {
+    /// Nothing.
+    Nothing,
+    /// If it has failed, the parameters that are stored when they are written have their previous values again.
+    AtOnce,
+    /// If it has succeeded, the parameters of the application have their factory values.
+    FactoryApplication,
+    /// If it has succeeded, the parameters in the text of the product have the stored values.
+    Text,
+}
+
 /// The contents of the nonvolatile memory.
 pub(super) struct Saved<P: Product> {
     pub parameters: ParametersOf<P>,
-    /// The kind of the running save, or of the last one.
-    what: What,
+    /// The end of the running save, or of the last one.
+    end: End,
     /// The last restore of the parameters of the application has succeeded.
     pub restored: bool,
     /// The restart and the request of a restore, for a product with groups.
@@ -32,15 +45,15 @@ pub(super) struct Saved<P: Product> {
 }
 
 impl<P: Product> Saved<P> {
-    /// Whether the running save, or the last one, restores the factory values of the application.
-    pub fn is_factory_reset(&self) -> bool {
-        self.what == What::FactoryApplication
+    /// Whether the end of the running save overwrites parameters that were written during it.
+    pub fn overwrites(&self) -> bool {
+        matches!(self.end, End::FactoryApplication | End::Text)
     }
 
     /// The state before the memory is read.
     pub const INITIAL: Self = Self {
         parameters: ParametersOf::<P>::INITIAL,
-        what: What::Everything,
+        end: End::Nothing,
         restored: false,
         start: Start::INITIAL,
     };
@@ -64,6 +77,7 @@ impl<P: Product> Services<P> {
     pub(super) fn save(&mut self, cx: &mut ContextOf<P>, what: What) -> Written {
         let mut parameters = self.saved.parameters;
         let factory = Parameters::factory();
+        self.saved.end = End::Nothing;
         match what {
             What::Everything => parameters = cx.parameters,
             What::AtOnce => {
@@ -71,13 +85,35 @@ impl<P: Product> Services<P> {
                 if parameters == self.saved.parameters {
                     return Written::Done;
                 }
+                self.saved.end = End::AtOnce;
             }
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
-            What::FactoryApplication => parameters.copy(&factory, Self::stored(false)),
+            What::FactoryApplication => {
+                parameters.copy(&factory, Self::stored(false));
+                self.saved.end = End::FactoryApplication;
+            }
         }
-        self.saved.what = what;
         cx.save(parameters);
         Written::Storing
+    }
+
+    /// Begins a save of the parameters in the text of the product with these values, while no other save is running. They are in force
+    /// when they are stored.
+    pub(super) fn save_text(&mut self, cx: &mut ContextOf<P>, text: &ParametersOf<P>) -> Written {
+        let mut parameters = self.saved.parameters;
+        parameters.copy(text, Self::in_text());
+        if parameters == self.saved.parameters {
+            cx.parameters.copy(text, Self::in_text());
+            cx.apply();
+            return Written::Done;
+        }
+        self.saved.end = End::Text;
+        cx.save(parameters);
+        Written::Storing
+    }
+
+    fn in_text() -> impl Iterator<Item = ParameterId> {
+        P::TEXT_PARAMETERS.iter().copied()
     }
 
     /// Begins a save of the node-ID and the bit rate, while no other save is running. The other stored parameters keep their values.
@@ -90,7 +126,7 @@ impl<P: Product> Services<P> {
     /// Begins a save of these parameters, while no other save is running.
     pub(super) fn save_these(&mut self, cx: &mut ContextOf<P>, parameters: ParametersOf<P>) {
         // As after a save of all parameters, its end changes no parameter in RAM.
-        self.saved.what = What::Everything;
+        self.saved.end = End::Nothing;
         cx.save(parameters);
     }
 
@@ -104,19 +140,24 @@ impl<P: Product> Services<P> {
         if succeeded {
             self.saved.parameters = *saved;
         }
-        match self.saved.what {
-            What::Everything | What::FactoryCommunication => {}
-            What::AtOnce => {
+        match self.saved.end {
+            End::Nothing => {}
+            End::AtOnce => {
                 // If the save has failed, the previous values are in force again.
                 let at_once = ParametersOf::<P>::stored_at_once();
                 cx.parameters.copy(&self.saved.parameters, at_once);
             }
-            What::FactoryApplication => {
+            End::FactoryApplication => {
                 if succeeded {
                     cx.parameters
                         .copy(&Parameters::factory(), Self::stored(false));
                 }
                 self.saved.restored = succeeded;
+            }
+            End::Text => {
+                if succeeded {
+                    cx.parameters.copy(saved, Self::in_text());
+                }
             }
         }
         cx.apply();

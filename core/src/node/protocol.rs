@@ -43,6 +43,14 @@ impl<A: Application> Context<A> {
         written
     }
 
+    /// Whether a write would change a parameter.
+    pub fn would_change(&self, id: ParameterId, value: u32) -> Result<bool, Refused> {
+        Parameters::<A::Table>::check(id, value)?;
+        let mut parameters = self.parameters;
+        A::write(id, value, &self.values, &mut parameters)?;
+        Ok(parameters != self.parameters)
+    }
+
     /// Begins a save of these parameters. [`Protocol::stored`] is called when it has ended.
     pub fn save(&mut self, parameters: Parameters<A::Table>) {
         self.saving = Some(parameters);

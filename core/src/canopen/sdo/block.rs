@@ -363,7 +363,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         let size = u32::from_le_bytes([d0, d1, d2, d3]);
         let announced = (command & command::SIZED != 0).then_some(size);
         if let Some(size) = announced {
-            fits::<T>(object, size)?;
+            fits(objects, now, object, size)?;
         }
         self.data = B::EMPTY;
         if let Some(block) = self.block.get_mut() {
@@ -413,7 +413,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
             return Err(Abort::Crc);
         }
         let object = objects.find(self.address)?;
-        fits::<T>(object, length)?;
+        fits(objects, now, object, length)?;
         let data = core::mem::replace(&mut self.data, B::EMPTY);
         let written = objects.write(now, object, data.bytes())?;
         Ok(self.answer(written, message::block_download_end_reply()))

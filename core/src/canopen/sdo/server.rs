@@ -47,8 +47,14 @@ pub trait Objects {
     fn size(object: Self::Object) -> u8;
 
     /// Whether data of a `length` other than the [size](Self::size) is written nevertheless. `abort` is the usual answer.
-    fn misfit(object: Self::Object, length: u32, abort: Abort) -> Result<(), Abort> {
-        let _ = (object, length);
+    fn misfit(
+        &mut self,
+        now: Instant,
+        object: Self::Object,
+        length: u32,
+        abort: Abort,
+    ) -> Result<(), Abort> {
+        let _ = (now, object, length);
         Err(abort)
     }
 
@@ -334,13 +340,13 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
                 };
                 let length = length.unwrap_or(own);
                 let data = data.get(..length.into()).unwrap_or(&data);
-                fits::<T>(object, length.into())?;
+                fits(objects, now, object, length.into())?;
                 let written = objects.write(now, object, data)?;
                 Ok(self.answer(written, message::download_reply(address)))
             }
             Announced::Segmented(size) => {
                 if let Some(size) = size {
-                    fits::<T>(object, size)?;
+                    fits(objects, now, object, size)?;
                 }
                 self.data = B::EMPTY;
                 let stage = Stage::Download {
@@ -391,7 +397,7 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
         if size.is_some_and(|size| size != length) {
             return Err(Abort::Length);
         }
-        fits::<T>(object, length)?;
+        fits(objects, now, object, length)?;
         let data = core::mem::replace(&mut self.data, B::EMPTY);
         let written = objects.write(now, object, data.bytes())?;
         Ok(self.answer(written, reply))
@@ -416,15 +422,20 @@ impl<O: Copy, B: Buffer, K: Feature<Block>> Server<O, B, K> {
 }
 
 /// Whether data of `size` bytes can be written to an object.
-pub(super) fn fits<T: Objects>(object: T::Object, size: u32) -> Result<(), Abort> {
+pub(super) fn fits<T: Objects>(
+    objects: &mut T,
+    now: Instant,
+    object: T::Object,
+    size: u32,
+) -> Result<(), Abort> {
     let (least, most) = match T::size(object) {
         0 => (0, T::WRITABLE as u32),
         size => (size.into(), size.into()),
     };
     if size > most {
-        T::misfit(object, size, Abort::TooLong)
+        objects.misfit(now, object, size, Abort::TooLong)
     } else if size < least {
-        T::misfit(object, size, Abort::TooShort)
+        objects.misfit(now, object, size, Abort::TooShort)
     } else {
         Ok(())
     }

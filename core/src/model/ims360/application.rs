@@ -2,7 +2,7 @@
 
 use super::Ims360Product;
 use super::measuring::Measuring;
-use super::parameters::{are_consistent, has_two_axes, id};
+use super::parameters::{HIGHEST_CRITICALLY_DAMPED, are_consistent, has_two_axes, id};
 use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Readout, Values};
 use crate::measure::supply::{Limits, Monitor};
@@ -233,7 +233,14 @@ impl Application for Ims360Application {
     ) -> Result<Effect, Refused> {
         match id {
             id::AUTO_ZERO => zero(value, values, parameters)?,
-            id::FILTER_TYPE | id::CUT_OFF => {
+            id::FILTER_TYPE => {
+                parameters.set(id, value);
+                // A tool writes the cut-off frequency after the type.
+                if !are_consistent(parameters) {
+                    parameters.set(id::CUT_OFF, HIGHEST_CRITICALLY_DAMPED);
+                }
+            }
+            id::CUT_OFF => {
                 let before = parameters.get(id);
                 parameters.set(id, value);
                 if !are_consistent(parameters) {

@@ -150,9 +150,11 @@ pub(super) static FILTER_KINDS: [Kind; 3] = FILTER_CODING.sequence();
 /// Whether the parameters fit each other: the cut-off frequency is in the range of the filter type (7.2.38).
 pub(super) fn are_consistent(parameters: &Parameters<Ims360Product>) -> bool {
     let kind = parameters.get(id::FILTER_TYPE);
-    kind != CRITICALLY_DAMPED.into()
-        || parameters.get(id::CUT_OFF) <= (*Kind::CriticallyDamped.cutoffs().end()).into()
+    kind != CRITICALLY_DAMPED.into() || parameters.get(id::CUT_OFF) <= HIGHEST_CRITICALLY_DAMPED
 }
+
+/// The highest cut-off frequency of the critically damped filter.
+pub(super) const HIGHEST_CRITICALLY_DAMPED: u32 = *Kind::CriticallyDamped.cutoffs().end() as u32;
 
 /// Off, or a period in ms.
 const PERIODS: Ranges = Ranges {

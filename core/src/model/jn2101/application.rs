@@ -254,11 +254,15 @@ impl Application for Jn2101Application {
     }
 
     fn sample(&mut self, now: Instant, reading: &Reading) -> Inclination {
-        let up = self.measuring.sample(reading);
-        let clips = self.clipping.step(reading.clipped);
         if self.cell.take(now, reading.temperature) {
             self.take_temperature(reading.temperature);
         }
+        // The test deflects the element: nothing is measured.
+        if self.test_until.is_set() {
+            return self.values();
+        }
+        let up = self.measuring.sample(reading);
+        let clips = self.clipping.step(reading.clipped);
         let beyond = is_beyond_range(up, self.faults.intersects(Faults::RANGE));
         self.faults = self
             .faults
@@ -294,10 +298,16 @@ impl Application for Jn2101Application {
     ) -> Result<Effect, Refused> {
         match (id, value) {
             (id::TEACH | id::ZERO | id::SELF_TEST, 0) => return Ok(Effect::None),
+            // Nothing is measured.
+            (id::TEACH | id::ZERO, RELATIVE) if values.self_test_active => {
+                return Err(Refused::State);
+            }
             (id::TEACH, RELATIVE) => {
                 let up = values.up.ok_or(Refused::State)?;
                 let frame = ReferenceFrame::new(up).ok_or(Refused::State)?;
                 store_reference_frame(&frame, parameters);
+                // The new reference is 0/0 (9.5).
+                parameters.set(id::ZERO, ABSOLUTE);
             }
             (id::ZERO, RELATIVE) => {
                 values.up.ok_or(Refused::State)?;

@@ -14,7 +14,7 @@ mod programming_key;
 pub use application::{Inclination, Jn2101Application, value};
 pub use parameters::id;
 
-use crate::application::{Effect, Faults};
+use crate::application::Faults;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::{self, CanopenNode, LedTable, TpdoArray};
@@ -110,6 +110,7 @@ impl canopen::Product for Jn2101Product {
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BAUD_RATE;
     const WRITABLE: usize = KEY;
+    const TEXT_PARAMETERS: &'static [ParameterId] = &programming_key::IDS;
     const IMAGE: ImageId = ImageId::new(0x2101);
     crate::project_objects!();
 
@@ -118,7 +119,7 @@ impl canopen::Product for Jn2101Product {
         programming_key::compose(parameters)
     }
 
-    fn write_text(text: &[u8], parameters: &mut Parameters<Self>) -> Result<Effect, Refused> {
+    fn write_text(text: &[u8], parameters: &mut Parameters<Self>) -> Result<(), Refused> {
         programming_key::write(text, parameters).ok_or(Refused::NotPermitted)
     }
 }

@@ -17,7 +17,6 @@
 
 use super::parameters::{ABSOLUTE, id};
 use super::{Jn2101Product, base64};
-use crate::application::Effect;
 use crate::param::{ParameterId, Parameters};
 use crc::{CRC_16_IBM_3740, Crc, NoTable};
 
@@ -30,7 +29,7 @@ const SIZE: usize = 11;
 const CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_IBM_3740);
 
 /// The parameters in the programming key.
-const IDS: [ParameterId; 10] = [
+pub(super) const IDS: [ParameterId; 10] = [
     id::NODE_ID,
     id::BAUD_RATE,
     id::QUADRANT,
@@ -76,10 +75,14 @@ pub(super) fn compose(parameters: &Values) -> heapless::Vec<u8, { super::NAME }>
 }
 
 /// Writes the parameters of a programming key. Returns None without a change if the key is not valid or one of its values is not
-/// permitted. The end of teach-in or zero point is stored at once.
+/// permitted. Some tools end a text with NUL.
 ///
 /// A key does not contain the reference frame and the zero point. It can switch teach-in and zero point off, but not on.
-pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
+pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<()> {
+    let text = match text {
+        [key @ .., 0] if key.len() == FACTORY.len() => key,
+        _ => text,
+    };
     let numbers = if text == FACTORY {
         IDS.map(Values::factory_value)
     } else {
@@ -94,7 +97,7 @@ pub(super) fn write(text: &[u8], parameters: &mut Values) -> Option<Effect> {
             parameters.set(id, number);
         }
     }
-    Some(Effect::Store)
+    Some(())
 }
 
 /// The numbers in a programming key of the layout above; None if it is not valid.

@@ -72,16 +72,13 @@ fn default_cob_ids_follow_node_id_and_others_stay() {
 fn emergency_has_cob_id_of_11_or_29_bits() {
     let mut t = mapped();
     let fault = |t: &mut MappedTester| t.wait_without_samples(200).last().unwrap().1;
-    assert_eq!(t.write(0x1014, 0, 4, 0x0C5), Err(VALUE), "valid");
     for id in [0x4000_00B2, 0x8000_0800, 0xC000_0000] {
         assert_eq!(t.write(0x1014, 0, 4, id), Err(VALUE), "{id:08X}h");
     }
-    t.write(0x1014, 0, 4, 0x8000_0000).unwrap();
     assert_eq!(t.write(0x1014, 0, 4, 0x080), Err(VALUE));
-    t.write(0x1014, 0, 4, 0x0C5).unwrap();
+    assert_eq!(t.write(0x1014, 0, 4, 0x0C5), Ok(()), "in one write");
     assert_eq!(format!("{:?}", fault(&mut t)), "0C5#0050010100000000");
     t.wait(10);
-    t.write(0x1014, 0, 4, 0x8000_0000).unwrap();
     t.write(0x1014, 0, 4, 0x3234_5678).unwrap();
     assert_eq!(t.read(0x1014, 0), Ok(0x3234_5678));
     assert_eq!(format!("{:?}", fault(&mut t)), "12345678#0050010100000000");
@@ -94,12 +91,32 @@ fn emergency_has_cob_id_of_11_or_29_bits() {
 fn cob_ids_of_sync_and_emergency_change_in_pre_operational_only() {
     let mut t = mapped();
     t.send("000#0132");
-    assert_eq!(t.write(0x1005, 0, 4, 0x80), Err(STATE));
+    assert_eq!(t.write(0x1005, 0, 4, 0x81), Err(STATE));
     assert_eq!(t.write(0x1014, 0, 4, 0x8000_00B2), Err(STATE));
+    assert_eq!(t.write(0x1005, 0, 4, 0x80), Ok(()), "in force");
+    assert_eq!(t.write(0x1014, 0, 4, 0xB2), Ok(()), "in force");
     assert_eq!(t.write(0x1800, 1, 4, 0x8000_01B2), Ok(()));
     t.send("000#8032");
     assert_eq!(t.write(0x1005, 0, 4, 0x81), Ok(()));
     assert_eq!(t.write(0x1014, 0, 4, 0x8000_00B2), Ok(()));
+}
+
+#[test]
+fn sync_with_an_identifier_of_a_valid_tpdo_or_of_the_emergency_is_not_consumed() {
+    let mut t = mapped();
+    t.write(0x1800, 2, 1, 1).unwrap();
+    t.write(0x1005, 0, 4, 0x2B2).unwrap();
+    t.send("000#0132");
+    assert_eq!(t.exchange("2B2#").len(), 1, "TPDO 2 is disabled");
+    t.map(1, &[0x3000_0008]);
+    assert_eq!(t.exchange("2B2#"), [""; 0]);
+    assert_eq!(t.exchange("2B2#R1"), ["2B2#04"]);
+    t.write(0x1801, 1, 4, 0x8000_02B2).unwrap();
+    assert_eq!(t.exchange("2B2#").len(), 1);
+    t.send("000#8032");
+    t.write(0x1014, 0, 4, 0x2B2).unwrap();
+    t.send("000#0132");
+    assert_eq!(t.exchange("2B2#"), [""; 0]);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use crate::tester::canopen::*;
 use plumbline::model::catalog::{Protocol, find};
 use plumbline::node::Action;
 
-const READ_ONLY: u32 = 0x0601_0002;
+const NOT_MAPPABLE: u32 = 0x0604_0041;
 const NO_SUB: u32 = 0x0609_0011;
 const VALUE: u32 = 0x0609_0030;
 
@@ -178,17 +178,21 @@ fn mapping_entry_accepts_only_its_current_value() {
         for (sub, entry) in (1..).zip(entries) {
             assert_eq!(t.write(index, sub, 4, entry), Ok(()));
             for other in [0, entry ^ 1, entry & !0xFF, 0x6010_0008, entry ^ 1 << 31] {
-                assert_eq!(t.write(index, sub, 4, other), Err(READ_ONLY), "{other:X}");
+                assert_eq!(
+                    t.write(index, sub, 4, other),
+                    Err(NOT_MAPPABLE),
+                    "{other:X}"
+                );
             }
-            assert_eq!(t.write(index, sub, 2, entry), Err(READ_ONLY));
+            assert_eq!(t.write(index, sub, 2, entry), Err(NOT_MAPPABLE));
             assert_eq!(t.read(index, sub), Ok(entry));
         }
         for number in [1, 3, 8, 0xFE, 0xFF] {
-            assert_eq!(t.write(index, 0, 1, number), Err(READ_ONLY), "{number}");
+            assert_eq!(t.write(index, 0, 1, number), Err(NOT_MAPPABLE), "{number}");
         }
         for size in [2, 4] {
-            assert_eq!(t.write(index, 0, size, 2), Err(READ_ONLY));
-            assert_eq!(t.write(index, 0, size, 0), Err(READ_ONLY));
+            assert_eq!(t.write(index, 0, size, 2), Err(NOT_MAPPABLE));
+            assert_eq!(t.write(index, 0, size, 0), Err(NOT_MAPPABLE));
         }
         assert_eq!(t.read(index, 0), Ok(2));
         assert_eq!(t.write(index, 3, 4, 0), Err(NO_SUB));
@@ -197,8 +201,8 @@ fn mapping_entry_accepts_only_its_current_value() {
     assert_eq!(t.sdo("21001A0104000000"), "60001A0100000000");
     assert_eq!(t.sdo("0710001060000000"), "2000000000000000");
     assert_eq!(t.sdo("21001A0104000000"), "60001A0100000000");
-    assert_eq!(t.sdo("0710001160000000"), abort("001A01", READ_ONLY));
-    assert_eq!(t.sdo("21001A0105000000"), abort("001A01", READ_ONLY));
+    assert_eq!(t.sdo("0710001160000000"), abort("001A01", NOT_MAPPABLE));
+    assert_eq!(t.sdo("21001A0105000000"), abort("001A01", NOT_MAPPABLE));
     assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
 }
 
@@ -212,7 +216,6 @@ fn number_0_of_mapped_objects_keeps_tpdo_silent_until_the_number_is_written() {
     // The entries have not changed.
     assert_eq!(t.read(0x1A01, 1), Ok(0x6110_0020));
     assert_eq!(t.write(0x1A01, 1, 4, 0x6110_0020), Ok(()));
-    assert_eq!(t.write(0x1A01, 0, 1, 1), Err(READ_ONLY));
     assert_eq!(t.exchange("080#"), [TPDO0]);
     assert_eq!(t.write(0x1A01, 0, 1, 2), Ok(()));
     assert_eq!(t.read(0x1A01, 0), Ok(2));
@@ -230,6 +233,29 @@ fn number_0_of_mapped_objects_keeps_tpdo_silent_until_the_number_is_written() {
         t.send("000#010A");
         assert_eq!(t.exchange("080#"), [TPDO0, TPDO1], "{reset}");
     }
+}
+
+#[test]
+fn refused_mapping_puts_the_fixed_mapping_in_force_again() {
+    let entries = ["23011A0120001060", "23011A0220001061", "2B011A0120000000"];
+    let numbers = ["2F011A0001000000", "2F011A0003000000", "2B011A0000000000"];
+    for refused in entries.into_iter().chain(numbers) {
+        let mut t = tilted();
+        t.write(0x1A01, 0, 1, 0).unwrap();
+        assert_eq!(t.exchange("080#"), [TPDO0]);
+        assert_eq!(
+            t.sdo(refused),
+            abort(&refused[2..8], NOT_MAPPABLE),
+            "{refused}"
+        );
+        assert_eq!(t.read(0x1A01, 0), Ok(2), "{refused}");
+        assert_eq!(t.exchange("080#"), [TPDO0, TPDO1], "{refused}");
+    }
+    // Bit 31 is not a part of the mapping.
+    let mut t = tilted();
+    t.write(0x1801, 1, 4, OFF | 0x28A).unwrap();
+    assert_eq!(t.write(0x1A01, 1, 4, 0x6010_0010), Err(NOT_MAPPABLE));
+    assert_eq!(t.exchange("080#"), [TPDO0]);
 }
 
 #[test]

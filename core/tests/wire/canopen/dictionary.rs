@@ -101,14 +101,11 @@ fn settings_accept_exactly_the_values_of_manual() {
         one(0x6000, 0, 2, WORD, |step| {
             matches!(step, 1 | 10 | 100 | 1000)
         }),
-        // SYNC: those that CiA 301 does not restrict (table 81).
-        one(
-            0x1005,
-            0,
-            4,
-            &[0..=0x1000],
-            |id| matches!(id, 0x080..=0x100 | 0x181..=0x580 | 0x600 | 0x680..=0x6DF | 0x700),
-        ),
+        // SYNC: those that CiA 301 does not restrict (table 81), and that the sensor does not send.
+        one(0x1005, 0, 4, &[0..=0x1000], |id| {
+            matches!(id, 0x080..=0x100 | 0x181..=0x580 | 0x600 | 0x680..=0x6DF | 0x700)
+                && !matches!(id, 0x08A | 0x18A | 0x28A)
+        }),
     ];
     let mut t = booted();
     t.assert_values(&values);
@@ -159,6 +156,31 @@ fn sync_identifier_with_another_flag_or_29_bits_is_refused() {
         assert_eq!(t.write(0x1005, 0, 4, value), Err(VALUE), "{value:X}h");
     }
     assert_eq!(t.read(0x1005, 0), Ok(0x80));
+}
+
+#[test]
+fn sync_identifier_that_a_new_node_id_makes_its_own_is_sent_and_not_consumed() {
+    for (sync, node_id) in [(0x085, 5), (0x185, 5), (0x285, 5)] {
+        let mut t = booted();
+        assert_eq!(t.write(0x1005, 0, 4, sync), Ok(()));
+        t.write(0x2000, 0, 1, node_id).unwrap();
+        t.write(0x1800, 5, 2, 0).unwrap();
+        t.store();
+        t.send("000#010A");
+        let request = format!("{sync:03X}#");
+        assert_eq!(t.exchange(&request).len(), 2);
+        t.power_cycle();
+        t.node_id = 5;
+        t.send("000#0105");
+        t.sent_text();
+        assert_eq!(t.exchange(&request), [""; 0], "{sync:03X}h");
+        assert_eq!(t.exchange("185#R4"), ["185#00000000"]);
+        assert_eq!(t.read(0x1005, 0), Ok(sync));
+        assert_eq!(t.write(0x1005, 0, 4, sync), Ok(()), "in force");
+        assert_eq!(t.write(0x1005, 0, 4, 0x80), Ok(()));
+        assert_eq!(t.exchange("080#").len(), 2);
+        assert_eq!(t.write(0x1005, 0, 4, sync), Err(VALUE));
+    }
 }
 
 /// 1003h:00 is u8; the manual prints u32.

@@ -234,9 +234,69 @@ fn guarding_time_out_sends_emergency_before_node_stops() {
         t.wait_text(400),
         [(300, "08A#3081114000000000".to_string())]
     );
-    // Stopped; the end of the fault is not sent.
+    // Stopped; the end of the fault is sent later.
     assert_eq!(t.exchange("70A#R1"), ["70A#84"]);
+    assert_eq!(t.exchange("000#800A"), ["08A#0000000000000000"]);
+}
+
+#[test]
+fn fault_that_was_told_and_ends_in_stopped_is_reset_when_the_node_leaves() {
+    let mut t = booted();
+    t.tilt(50.0, 0.0);
+    t.temperature = 90_00;
+    let told = t.wait_text(200);
+    assert_eq!(told.len(), 2, "{told:?}");
+    for leave in ["000#010A", "000#800A"] {
+        t.send("000#020A");
+        t.tilt(if leave == "000#010A" { 0.0 } else { 50.0 }, 0.0);
+        let sent = t.exchange(leave);
+        if leave == "000#010A" {
+            let expected = ["08A#0042090400000000", "08A#0000090400000000"];
+            assert_eq!(sent, expected, "one has ended");
+        } else {
+            let expected = ["08A#0090010200000000", "08A#0042090600000000"];
+            assert_eq!(sent, expected, "none has ended");
+        }
+    }
+    // Told twice, once ended: one error reset. A fault that was not told has none.
+    t.send("000#020A");
+    t.tilt(0.0, 0.0);
+    t.temperature = 20_00;
+    assert_eq!(t.wait_text(500), []);
+    assert_eq!(t.exchange("000#800A"), ["08A#0000000000000000"]);
+    t.send("000#020A");
+    t.tilt(50.0, 0.0);
+    t.tilt(0.0, 0.0);
+    assert_eq!(t.exchange("000#010A"), [""; 0]);
+    // The boot-up message ends all.
+    t.tilt(50.0, 0.0);
+    t.sent_text();
+    t.send("000#020A");
+    t.tilt(0.0, 0.0);
+    assert_eq!(t.exchange("000#820A"), ["70A#00"]);
+    t.send("000#020A");
     assert_eq!(t.exchange("000#800A"), [""; 0]);
+}
+
+#[test]
+fn error_whose_message_waits_when_the_node_stops_has_no_error_reset() {
+    let mut t = booted();
+    t.write(0x1015, 0, 2, 10_000).unwrap();
+    t.bus(BusEvent::Overrun);
+    t.sent_text();
+    t.tilt(50.0, 0.0);
+    assert_eq!(t.wait_text(10), []);
+    t.send("000#020A");
+    t.tilt(0.0, 0.0);
+    t.send("000#800A");
+    // Only that of the overrun, which was told.
+    let sent = t.wait_text(3000);
+    assert!(
+        sent.iter()
+            .all(|(_, frame)| frame == "08A#0000000000000000"),
+        "{sent:?}"
+    );
+    assert!(sent.len() <= 1, "{sent:?}");
 }
 
 #[test]

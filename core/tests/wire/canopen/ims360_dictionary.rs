@@ -189,11 +189,25 @@ fn filter_frequency_without_critical_damping_is_up_to_25_hz() {
             accepted: |value| (100..=25_000).contains(&value),
         }]);
     }
-    t.write(0x3111, 0, 2, 8_001).unwrap();
-    t.assert_refused(0x3110, 1, 1, &[2], NOT_PERMITTED);
-    assert_eq!(t.read(0x3110, 1), Ok(1));
-    t.write(0x3111, 0, 2, 8_000).unwrap();
-    assert_eq!(t.write(0x3110, 1, 1, 2), Ok(()));
+}
+
+/// A configuration is downloaded in the order of the indices: the type comes before the frequency.
+#[test]
+fn critical_damping_lowers_a_filter_frequency_above_8_hz() {
+    for (kind, before, after) in [
+        (0, 25_000, 8_000),
+        (1, 8_001, 8_000),
+        (1, 8_000, 8_000),
+        (0, 100, 100),
+    ] {
+        let mut t = booted();
+        t.write(0x3110, 1, 1, kind).unwrap();
+        t.write(0x3111, 0, 2, before).unwrap();
+        assert_eq!(t.write(0x3110, 1, 1, 2), Ok(()));
+        assert_eq!(t.read(0x3111, 0), Ok(after), "{before}");
+        t.assert_refused(0x3111, 0, 2, &[8_001, 25_000], NOT_PERMITTED);
+        assert_eq!(t.read(0x3111, 0), Ok(after));
+    }
 }
 
 #[test]
@@ -234,6 +248,8 @@ fn commands_refuse_other_values_and_do_nothing() {
 fn identifiers_of_sync_and_emergency_change_in_pre_operational_only() {
     let mut t = booted();
     t.send("000#0132");
-    t.assert_refused(0x1005, 0, 4, &[0x80, 0x85], DEVICE_STATE);
-    t.assert_refused(0x1014, 0, 4, &[0xB2, 0x8000_00B2], DEVICE_STATE);
+    t.assert_refused(0x1005, 0, 4, &[0x81, 0x85], DEVICE_STATE);
+    t.assert_refused(0x1014, 0, 4, &[0xB3, 0x8000_00B2], DEVICE_STATE);
+    assert_eq!(t.write(0x1005, 0, 4, 0x80), Ok(()), "in force");
+    assert_eq!(t.write(0x1014, 0, 4, 0xB2), Ok(()), "in force");
 }

@@ -160,6 +160,28 @@ fn teach_makes_present_position_level() {
     assert!((x + 4320).abs() <= 1 && (y + 2150).abs() <= 1, "{x} {y}");
 }
 
+/// 9.5: the new reference is 0/0, also with a zero point.
+#[test]
+fn teach_clears_the_zero_point_and_both_persist() {
+    let mut t = booted();
+    t.tilt(10.0, -5.0);
+    t.write(0x2046, 0, 1, 1).unwrap();
+    t.tilt(-20.0, 15.0);
+    t.write(0x2042, 0, 1, 1).unwrap();
+    assert_eq!(angles(&mut t), (0, 0));
+    assert_eq!(t.read(0x2046, 0), Ok(2));
+    t.power_cycle();
+    t.settle_at([0.0, 0.0, 1.0]);
+    t.tilt(-20.0, 15.0);
+    t.sent_text();
+    assert_eq!(angles(&mut t), (0, 0));
+    assert_eq!((t.read(0x2042, 0), t.read(0x2046, 0)), (Ok(1), Ok(2)));
+    // A zero point of the new reference.
+    t.write(0x2046, 0, 1, 1).unwrap();
+    t.write(0x2042, 0, 1, 2).unwrap();
+    assert_eq!(t.read(0x2046, 0), Ok(1));
+}
+
 #[test]
 fn teach_with_vertical_x_axis_is_refused() {
     let mut t = booted();
@@ -292,6 +314,31 @@ fn self_test_is_active_until_its_result() {
             assert_eq!(frame, "08A#0010010100000000");
         }
     }
+}
+
+/// The test deflects the element.
+#[test]
+fn angles_keep_their_values_during_self_test_and_zero_and_teach_are_refused() {
+    let mut t = booted();
+    t.tilt(10.0, -5.0);
+    t.write(0x4004, 1, 1, 1).unwrap();
+    t.send("000#010A");
+    t.clipped = true;
+    t.tilt(80.0, 30.0);
+    assert_eq!(t.wait_text(500), [], "no error");
+    assert_eq!(t.exchange("080#")[0], "18A#E8030CFE");
+    assert_eq!(t.write(0x2046, 0, 1, 1), Err(DEVICE_STATE));
+    assert_eq!(t.write(0x2042, 0, 1, 1), Err(DEVICE_STATE));
+    for object in [0x2042, 0x2046] {
+        assert_eq!(t.read(object, 0), Ok(2));
+        assert_eq!(t.write(object, 0, 1, 2), Ok(()), "in force");
+        assert_eq!(t.write(object, 0, 1, 0), Ok(()));
+    }
+    t.clipped = false;
+    t.tested(true, true);
+    t.tilt(20.0, 5.0);
+    assert_eq!(angles(&mut t), (2000, 500));
+    assert_eq!(t.write(0x2046, 0, 1, 1), Ok(()));
 }
 
 #[test]

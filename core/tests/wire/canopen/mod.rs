@@ -28,3 +28,4 @@ mod saves;
 mod sdo;
 mod sizes;
 mod triggers;
+mod values_in_force;

@@ -7,6 +7,7 @@ use plumbline::node::Node;
 
 const READ_ONLY: u32 = 0x0601_0002;
 const WRITE_ONLY: u32 = 0x0601_0001;
+const NOT_MAPPABLE: u32 = 0x0604_0041;
 const NO_OBJECT: u32 = 0x0602_0000;
 const TOO_LONG: u32 = 0x0607_0012;
 const TOO_SHORT: u32 = 0x0607_0013;
@@ -20,7 +21,7 @@ pub enum Access {
     Ro,
     /// A setting: accepts what is read from it.
     Rw,
-    /// Read-only, but accepts its own value.
+    /// A part of a fixed mapping: accepts its own value.
     Fixed,
     /// A write does more than change the value.
     Command,
@@ -110,7 +111,7 @@ impl<N: Node> Tester<N> {
                 Access::Fixed => {
                     assert_eq!(self.write(index, sub, size, value), Ok(()), "{name}");
                     let refused = self.write(index, sub, size, value ^ 1);
-                    assert_eq!(refused, Err(READ_ONLY), "{name}");
+                    assert_eq!(refused, Err(NOT_MAPPABLE), "{name}");
                 }
                 Access::Rw => {
                     assert_eq!(self.write(index, sub, size, value), Ok(()), "{name}");

@@ -1,7 +1,6 @@
 //! A product with layer setting services and SDO block transfer: node-ID 50, five bit rates from 125 kbit/s on, one TPDO, and a writable text.
 
 use super::Tester;
-use plumbline::application::Effect;
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
@@ -123,6 +122,7 @@ impl Product for GaugeProduct {
         (800, BitRate::K800),
         (1000, BitRate::M1),
     ];
+    const TEXT_PARAMETERS: &'static [ParameterId] = &[LENGTH];
     const IMAGE: ImageId = ImageId::new(0x7005);
     plumbline::project_objects!();
 
@@ -131,12 +131,12 @@ impl Product for GaugeProduct {
     }
 
     /// Takes the text of any length, and no other text.
-    fn write_text(bytes: &[u8], parameters: &mut Parameters<Self>) -> Result<Effect, Refused> {
+    fn write_text(bytes: &[u8], parameters: &mut Parameters<Self>) -> Result<(), Refused> {
         if bytes != text(bytes.len()) {
             return Err(Refused::NotPermitted);
         }
         parameters.set(LENGTH, bytes.len() as u32);
-        Ok(Effect::None)
+        Ok(())
     }
 }
 
