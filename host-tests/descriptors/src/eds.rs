@@ -1,8 +1,9 @@
 //! An Electronic Data Sheet (CiA 306) of a CANopen product, generated from its object dictionary.
 //!
 //! Every object and every sub-index has its own section. Comments before the sections state unit and permitted values, for which
-//! CiA 306 has no entries. Measured values have no default value. Commands have none either, and the flag that a tool must not write
-//! them when it downloads a configuration: it would clear errors, take a zero point or reset the sensor.
+//! CiA 306 has no entries. Measured values have no default value. Commands, node-ID, bit rate and protocol have none either, and the flag
+//! that a tool must not write them when it downloads a configuration: it would clear errors, take a zero point, reset the sensor or lose
+//! it.
 
 use crate::objects::Described;
 use plumbline::canopen::Variant;
@@ -225,8 +226,8 @@ fn variable(text: &mut String, name: &str, parameter: &str, described: &Describe
     entry(text, "ObjectType", "0x7");
     entry(text, "DataType", data_type(described.data_type()));
     entry(text, "AccessType", access(described.object.access));
-    let is_command = described.is_command();
-    if let Some(value) = default(described).filter(|_| !is_command) {
+    let is_downloaded = described.is_downloaded();
+    if let Some(value) = default(described).filter(|_| is_downloaded) {
         entry(text, "DefaultValue", value);
     }
     if let Some((low, high)) = described.limits() {
@@ -235,7 +236,7 @@ fn variable(text: &mut String, name: &str, parameter: &str, described: &Describe
     }
     entry(text, "PDOMapping", u8::from(described.object.mappable));
     end(text);
-    if is_command {
+    if !is_downloaded {
         // Behind the empty line, which has no meaning in this format: eds-validate (eds-utils 0.3.1) does not know the entry, and
         // takes it there for a comment of the next section.
         entry(text, "ObjFlags", REFUSE_WRITE);
@@ -356,6 +357,13 @@ mod tests {
         let expected = "; values: 0 = no change, 1 = relative measurement, 2 = absolute measurement\n[2042]\n\
             ParameterName=Teach index\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nLowLimit=0\n\
             HighLimit=2\nPDOMapping=0\n\nObjFlags=1\n";
+        assert!(jn2101().contains(expected));
+    }
+
+    #[test]
+    fn node_id_has_no_default_value_and_is_not_downloaded() {
+        let expected = "[2000]\nParameterName=Node ID\nObjectType=0x7\nDataType=0x0005\nAccessType=rw\nLowLimit=1\n\
+            HighLimit=127\nPDOMapping=0\n\nObjFlags=1\n";
         assert!(jn2101().contains(expected));
     }
 

@@ -173,8 +173,28 @@ impl<'a> Described<'a> {
         }
     }
 
-    /// True when a write does more than to change the value: a tool must not write back what it has read.
-    pub fn is_command(&self) -> bool {
+    /// False when a tool must not write it by itself: for a command, and for what moves the node to another address, bit rate or
+    /// protocol.
+    pub fn is_downloaded(&self) -> bool {
+        !self.is_command() && !self.moves_the_node()
+    }
+
+    fn moves_the_node(&self) -> bool {
+        let Protocol::Canopen(tables) = &self.product.protocol else {
+            return false;
+        };
+        let selector = tables.j1939.and_then(|tables| tables.selector);
+        let ids = [
+            Some(tables.node_id),
+            Some(tables.bit_rate),
+            selector.map(|(id, _)| id),
+        ];
+        self.parameter()
+            .is_some_and(|parameter| ids.contains(&Some(parameter.id)))
+    }
+
+    /// True when a write does more than to change the value.
+    fn is_command(&self) -> bool {
         // It cannot be read, so nothing can be written back.
         if self.object.access == Access::Wo {
             return true;

@@ -1,5 +1,6 @@
 //! The Electronic Data Sheet: it is valid, it matches the manual, and the sensor matches it.
 
+mod download;
 mod planted;
 mod rules;
 mod sdo;
@@ -139,11 +140,13 @@ fn planted_defects_are_found() {
     }
 }
 
-/// J30 of the product's document: services, values that refer to the present position, and the self-test.
-const COMMANDS: [(u16, u8); 9] = [
+/// J30 and J34 of the product's document: services, values that refer to the present position, the self-test, node-ID and bit rate.
+const NOT_DOWNLOADED: [(u16, u8); 11] = [
     (0x1003, 0),
     (0x1010, 1),
     (0x1011, 1),
+    (0x2000, 0),
+    (0x2001, 0),
     (0x2002, 0),
     (0x2042, 0),
     (0x2046, 0),
@@ -152,8 +155,8 @@ const COMMANDS: [(u16, u8); 9] = [
     (0x4004, 1),
 ];
 
-/// S75 of the product's document: services, reset, and zero point.
-const IMS360_COMMANDS: [(u16, u8); 12] = [
+/// S75 of the product's document: services, reset, zero point, bit rate, node-ID and protocol.
+const IMS360_NOT_DOWNLOADED: [(u16, u8); 15] = [
     (0x1003, 0),
     (0x1010, 1),
     (0x1010, 2),
@@ -164,11 +167,14 @@ const IMS360_COMMANDS: [(u16, u8); 12] = [
     (0x1011, 3),
     (0x1011, 4),
     (0x1011, 5),
+    (0x2001, 0),
+    (0x2002, 0),
     (0x2010, 1),
+    (0x3100, 1),
     (0x3200, 0),
 ];
 
-/// The commands of a data sheet: no default value, ObjFlags = 1.
+/// The objects of a data sheet with ObjFlags = 1.
 fn flagged(text: &str) -> Vec<(u16, u8)> {
     let sheet = Sheet::parse(text);
     let variables = sheet.variables().into_iter();
@@ -177,13 +183,15 @@ fn flagged(text: &str) -> Vec<(u16, u8)> {
 }
 
 #[test]
-fn exactly_the_commands_have_object_flag_1() {
-    assert_eq!(flagged(&text()), COMMANDS);
-    assert_eq!(flagged(&sheet_of("ims360.eds", IMS360)), IMS360_COMMANDS);
+fn exactly_commands_and_what_moves_the_node_have_object_flag_1() {
+    assert_eq!(flagged(&text()), NOT_DOWNLOADED);
+    for (name, subject) in &SHEETS[1..] {
+        assert_eq!(flagged(&sheet_of(name, *subject)), IMS360_NOT_DOWNLOADED);
+    }
 }
 
 #[test]
-fn only_commands_and_variable_contents_have_no_factory_value() {
+fn only_flagged_objects_and_variable_contents_have_no_factory_value() {
     let without: BTreeSet<_> = Sheet::parse(&text())
         .variables()
         .into_iter()
@@ -200,7 +208,10 @@ fn only_commands_and_variable_contents_have_no_factory_value() {
         (0x6110, 0),
         (0x6120, 0),
     ];
-    assert_eq!(without, COMMANDS.into_iter().chain(variable).collect());
+    assert_eq!(
+        without,
+        NOT_DOWNLOADED.into_iter().chain(variable).collect()
+    );
 }
 
 /// Angles and temperature (manual 7.7); a sensor in level position cannot show the difference.

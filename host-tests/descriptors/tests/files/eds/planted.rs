@@ -181,9 +181,9 @@ pub const DEFECTS: &[Defect] = &[
     defect(
         Sensor,
         "wrong factory value",
-        "2001",
-        "Value=125",
-        "Value=250",
+        "6000",
+        "Value=10",
+        "Value=100",
     ),
     defect(Sensor, "wrong text", "1008", "JN2101", "JN2100"),
     defect(

@@ -10,6 +10,7 @@ use plumbline::time::{after, millis};
 pub const WRITE_ONLY: u32 = 0x0601_0001;
 pub const READ_ONLY: u32 = 0x0601_0002;
 pub const NO_OBJECT: u32 = 0x0602_0000;
+const NOT_MAPPABLE: u32 = 0x0604_0041;
 pub const TOO_LONG: u32 = 0x0607_0012;
 pub const TOO_SHORT: u32 = 0x0607_0013;
 pub const NO_SUB_INDEX: u32 = 0x0609_0011;
@@ -266,7 +267,8 @@ fn writing(
         return;
     }
     let [too_long, too_short] = match is_read_only {
-        true => [READ_ONLY; 2],
+        // A fixed mapping.
+        true => [NOT_MAPPABLE; 2],
         false => [TOO_LONG, TOO_SHORT],
     };
     let longer = client.write(address, &[data, &[0]].concat());
