@@ -57,6 +57,13 @@ pub trait Io {
         value: u32,
     ) -> Result<(), AccessError>;
 
+    /// The cycle up to which all reads of a register, from `cycle` on, return the same value and change nothing. None if that is unknown.
+    /// The machine has called [`CortexM3::run`](super::cortex_m::CortexM3::run) with the next event of the peripherals.
+    fn constant_until(&self, cycle: u64, address: u32) -> Option<u64> {
+        let _ = (cycle, address);
+        None
+    }
+
     /// True once after an access that may have changed an interrupt line, the time of the next peripheral event, the clock or the
     /// flash: the processor stops after the instruction so that the machine can update.
     fn take_changed(&mut self) -> bool;

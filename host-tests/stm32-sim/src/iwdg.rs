@@ -84,6 +84,13 @@ impl Iwdg {
         self.counter.is_some()
     }
 
+    /// When the next update of a register ends.
+    pub fn next_update(&self) -> Option<Picoseconds> {
+        let updates = [self.prescaler.new, self.reload.new];
+        let due = updates.into_iter().flatten().map(|(_, due)| due);
+        due.filter(|due| *due != Picoseconds::MAX).min()
+    }
+
     /// When it resets the microcontroller unless it is reloaded before; None while it is stopped.
     pub fn expires_at(&self) -> Option<Picoseconds> {
         self.expires_at

@@ -250,6 +250,17 @@ impl Rcc {
         (chosen != self.source && ready != Picoseconds::MAX).then_some(ready)
     }
 
+    /// The cycle up to which all registers keep their values, from `cycle` on, without an access or an event.
+    pub fn constant_until(&self, cycle: u64) -> u64 {
+        let now = self.timebase.time_at(cycle);
+        let oscillators = [self.hsi, self.hse, self.pll, self.lsi, self.watchdog_lsi];
+        let ready = oscillators.into_iter().flatten();
+        let next = ready
+            .filter(|time| (now + 1..Picoseconds::MAX).contains(time))
+            .min();
+        next.map_or(u64::MAX, |time| self.timebase.cycle_at(time))
+    }
+
     /// Reads the register at `offset`.
     pub fn read(&mut self, cycle: u64, offset: u32) -> Result<u32, AccessError> {
         self.settle(cycle);

@@ -136,6 +136,13 @@ impl Spi {
             .map(|frame| frame.end)
     }
 
+    /// The cycle up to which the register at `offset` keeps its value without an access, after it was read; None for the others than the
+    /// status.
+    pub fn constant_until(&self, offset: u32) -> Option<u64> {
+        let end = self.shifting.map_or(u64::MAX, |frame| frame.end);
+        (offset == 0x08).then_some(end)
+    }
+
     /// True when the current frame has ended by `cycle`.
     pub fn is_due(&self, cycle: u64) -> bool {
         self.shifting.is_some_and(|frame| frame.end <= cycle)

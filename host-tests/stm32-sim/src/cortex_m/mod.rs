@@ -26,6 +26,7 @@ mod scb;
 mod sleep;
 mod systick;
 pub mod timing;
+mod waiting;
 
 #[cfg(test)]
 mod tests;
@@ -47,6 +48,7 @@ use sleep::Sleep;
 use systick::SysTick;
 use timing::cost::Leaves;
 use timing::{Buses, Cycles, Fetch};
+use waiting::Waiting;
 
 /// The reason why [`CortexM3::run`] returned.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -111,6 +113,7 @@ pub struct CortexM3 {
     /// A fault has occurred in the handler of HardFault or NMI.
     locked_up: bool,
     dwt: Dwt,
+    waiting: Waiting,
 }
 
 impl Default for CortexM3 {
@@ -165,6 +168,7 @@ impl CortexM3 {
             faults: FaultStatus::default(),
             locked_up: false,
             dwt: Dwt::default(),
+            waiting: Waiting::default(),
         }
     }
 
@@ -245,6 +249,7 @@ impl CortexM3 {
             self.cycle = self.cycle.max(until);
             return Ok(Pause::Reached);
         }
+        self.waiting.forget();
         loop {
             self.note_systick();
             self.note_pending();
@@ -267,6 +272,7 @@ impl CortexM3 {
             if std::mem::take(&mut self.changed) {
                 return Ok(Pause::Changed);
             }
+            self.skip_passes(io, cache, limit);
         }
     }
 
@@ -338,6 +344,7 @@ impl CortexM3 {
     fn take_exception(&mut self) -> fault::Result<()> {
         match self.exceptions.next(&self.registers) {
             Some(number) => {
+                self.waiting.forget();
                 // A fault during entry belongs to the instruction that is not executed.
                 self.registers.set_read_pc(self.next.wrapping_add(4));
                 self.enter_exception(number)

@@ -79,6 +79,14 @@ impl SysTick {
         self.zero_at
     }
 
+    /// The cycle up to which CTRL keeps the value with which it was read; 0 if it has changed since then.
+    pub fn constant_until(&self) -> u64 {
+        if self.count_flag {
+            return 0;
+        }
+        self.zero_at.unwrap_or(u64::MAX)
+    }
+
     /// Processes the cycles up to this one; true when the exception becomes pending.
     pub fn advance(&mut self, cycle: u64) -> bool {
         if self.zero_at.is_none_or(|zero| zero > cycle) {

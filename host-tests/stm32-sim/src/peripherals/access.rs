@@ -250,6 +250,19 @@ impl Io for Peripherals {
         Ok(())
     }
 
+    fn constant_until(&self, cycle: u64, address: u32) -> Option<u64> {
+        let (module, offset) = self.module_at(address).ok()?;
+        match module {
+            Module::Rcc => Some(self.rcc.constant_until(cycle)),
+            Module::Iwdg => {
+                let update = self.iwdg.next_update();
+                Some(update.map_or(u64::MAX, |time| self.rcc.timebase().cycle_at(time)))
+            }
+            Module::Spi => self.spi.constant_until(offset),
+            _ => None,
+        }
+    }
+
     fn take_changed(&mut self) -> bool {
         std::mem::take(&mut self.changed)
     }

@@ -124,6 +124,7 @@ impl CortexM3 {
         if address & alignment(size) != 0 {
             return Err(FaultKind::Unaligned(address).into());
         }
+        self.waiting.read(address);
         let value = if PERIPHERALS.contains(&address)
             || SYSTEM_MEMORY.contains(&address)
             || DEBUG.contains(&address)

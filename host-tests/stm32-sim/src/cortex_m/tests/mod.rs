@@ -7,6 +7,7 @@ mod faults;
 mod instructions;
 mod machine;
 mod timer;
+mod waiting;
 
 use super::{CortexM3, Fault, FaultKind, MemorySizes, Model, Pause};
 use crate::io::{AccessError, Io, Width};

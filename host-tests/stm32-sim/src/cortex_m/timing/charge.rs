@@ -46,6 +46,7 @@ impl CortexM3 {
         self.left = cost.leaves();
         if self.next != after {
             self.charge_branch();
+            self.note_branch(after);
         }
     }
 

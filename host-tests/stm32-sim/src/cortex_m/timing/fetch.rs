@@ -151,6 +151,31 @@ impl Fetch {
         Ok(at)
     }
 
+    /// What passes of a loop with a length of `time` do with the lines that are read, if one pass has begun in state `start` at cycle
+    /// `began`: true for a line whose time moves with the pass. None if the next pass differs from this one.
+    pub fn moves(&self, start: &Self, began: u64, time: u64) -> Option<[bool; 2]> {
+        let state = |fetch: &Self| (fetch.flash, fetch.line, fetch.size, fetch.busy_until);
+        if state(self) != state(start) {
+            return None;
+        }
+        let mut moves = [false; 2];
+        for (moves, (after, before)) in moves.iter_mut().zip(self.ready.iter().zip(start.ready)) {
+            *moves = *after == before + time;
+            // A line that was there before the pass stays.
+            if !*moves && (*after != before || before > began) {
+                return None;
+            }
+        }
+        Some(moves)
+    }
+
+    /// Further passes take this time, and move these lines.
+    pub fn go_on(&mut self, moves: [bool; 2], time: u64) {
+        for (ready, moves) in self.ready.iter_mut().zip(moves) {
+            *ready += if moves { time } else { 0 };
+        }
+    }
+
     /// A new line is executed from `now` on: the buffer has room for another one.
     fn read_ahead(&mut self, now: u64, wait: u64, cycles: &Cycles) {
         if cycles.lines_ahead > 1 {
