@@ -2,10 +2,11 @@
 
 mod recording;
 
-use crate::NodeType;
 use crate::motion::{Motion, NOMINAL_SUPPLY};
+use crate::{Flash, NodeType, STORE_BUFFER};
 use plumbline::measure::{I32x3, ONE_G, RANGE, Reading};
 use plumbline::node::Boot;
+use plumbline::store::Store;
 use plumbline::time::Instant;
 use recording::Recording;
 use std::f64::consts::TAU;
@@ -23,9 +24,20 @@ pub enum Axes {
 }
 
 impl Axes {
-    /// The number of angles of a sensor of this type.
+    /// The number of angles of a sensor of this type as delivered.
     pub fn of(node_type: &NodeType) -> Self {
-        let node = (node_type.start)(node_type, Instant::from_ticks(0), &Boot::default());
+        Self::after(node_type, &Boot::default())
+    }
+
+    /// The number of angles of a unit with this memory, which can select the variant.
+    pub fn stored(node_type: &NodeType, serial: u32, memory: Flash) -> (Self, Flash) {
+        let mut store: Store<_, STORE_BUFFER> = Store::open(memory, node_type.owner(serial));
+        let axes = Self::after(node_type, &store.boot());
+        (axes, store.into_memory())
+    }
+
+    fn after(node_type: &NodeType, boot: &Boot) -> Self {
+        let node = (node_type.start)(node_type, Instant::from_ticks(0), boot);
         match node.readout().y {
             None => Self::One,
             Some(_) => Self::Two,

@@ -102,7 +102,6 @@ fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
 /// Runs the virtual sensor until Ctrl-C.
 pub fn run(options: &Options) -> Result<(), Failure> {
     let node_type = node_type(options)?;
-    let scene = Scene::open(options.scene.as_ref(), Axes::of(&node_type))?;
     let image = match options.elf.as_deref() {
         Some(path) => Some(open_image(path, node_type.name)?),
         None => None,
@@ -115,6 +114,8 @@ pub fn run(options: &Options) -> Result<(), Failure> {
         Some(path) => open_store(geometry, path)?,
         None => Flash::blank(geometry),
     };
+    let (axes, flash) = Axes::stored(&node_type, SERIAL, flash);
+    let scene = Scene::open(options.scene.as_ref(), axes)?;
     let log = match &options.log {
         Some(path) => {
             Some(Log::create(path).map_err(cannot(format!("write the log {}", path.display())))?)

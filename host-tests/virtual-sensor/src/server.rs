@@ -14,6 +14,7 @@
 mod clock;
 mod log;
 mod outbox;
+mod pattern;
 mod port;
 #[cfg(unix)]
 pub mod pty;
@@ -307,6 +308,7 @@ impl Server {
         }
         if let Some(status) = &mut self.status {
             status.show(
+                self.bus.now(),
                 self.bus.device(self.sensor),
                 self.traffic,
                 self.sessions.len(),

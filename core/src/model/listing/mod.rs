@@ -72,9 +72,10 @@ pub struct Article {
 }
 
 impl Article {
-    /// Whether `wanted` is its type name or order number.
+    /// Whether `wanted` is its type name or order number, without regard to case.
     pub fn is(&self, wanted: &str) -> bool {
-        [self.name, self.number].contains(&wanted)
+        let names = [self.name, self.number];
+        names.iter().any(|name| name.eq_ignore_ascii_case(wanted))
     }
 }
 

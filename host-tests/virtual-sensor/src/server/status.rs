@@ -1,9 +1,10 @@
 //! One line on a terminal that shows the state of the sensor.
 
-use super::Traffic;
+use super::{Traffic, pattern};
 use bench::Sensor;
 use plumbline::can::BitRate;
-use plumbline::node::{BusMode, BusState, Leds, Readout};
+use plumbline::node::{BusMode, BusState, Pattern, Patterns, Readout};
+use plumbline::time::Instant as BusTime;
 use std::io::{self, Write};
 use std::time::{Duration, Instant};
 
@@ -41,8 +42,14 @@ impl StatusLine {
         self.next.saturating_duration_since(Instant::now())
     }
 
-    /// Shows the line if an update is due.
-    pub(super) fn show(&mut self, sensor: &dyn Sensor, traffic: Traffic, clients: usize) {
+    /// Shows the line if an update is due. `now` is the time of the bus.
+    pub(super) fn show(
+        &mut self,
+        now: BusTime,
+        sensor: &dyn Sensor,
+        traffic: Traffic,
+        clients: usize,
+    ) {
         if !self.pause().is_zero() {
             return;
         }
@@ -51,7 +58,7 @@ impl StatusLine {
             model: sensor.name(),
             is_on: sensor.is_on(),
             readout: sensor.readout(),
-            leds: sensor.leds(),
+            leds: pattern::patterns(now, sensor.led_history().iter()),
             rate: sensor.rate(),
             mode: sensor.mode(),
             state: sensor.bus_state(),
@@ -80,7 +87,7 @@ struct Display {
     model: &'static str,
     is_on: bool,
     readout: Option<Readout>,
-    leds: Leds,
+    leds: Patterns,
     rate: Option<BitRate>,
     mode: Option<BusMode>,
     state: Option<BusState>,
@@ -112,24 +119,24 @@ fn text(display: &Display) -> String {
     )
 }
 
-/// A dot in its colour when on, dark otherwise.
-fn lamp(name: &str, lit: bool, colour: u8) -> String {
-    if lit {
-        format!("\x1b[{colour}m●\x1b[0m{name}")
-    } else {
-        format!("\x1b[2m○\x1b[0m{name}")
+/// A dot in its colour when on, dark when off, and the name of a pattern that changes.
+fn lamp(name: &str, pattern: Pattern, colour: u8) -> String {
+    match pattern::name(pattern) {
+        Some(changes) => format!("\x1b[{colour}m◐\x1b[0m{name} {changes}"),
+        None if pattern == Pattern::On => format!("\x1b[{colour}m●\x1b[0m{name}"),
+        None => format!("\x1b[2m○\x1b[0m{name}"),
     }
 }
 
 /// The module status LED with its two colours; empty while it is off, because most sensors have none.
-fn module(leds: Leds) -> String {
-    let colour = match (leds.module_green, leds.module_red) {
-        (false, false) => return String::new(),
-        (true, false) => 32,
-        (false, true) => 31,
-        (true, true) => 33,
+fn module(leds: Patterns) -> String {
+    let (pattern, colour) = match (leds.module_green, leds.module_red) {
+        (Pattern::Off, Pattern::Off) => return String::new(),
+        (green, Pattern::Off) => (green, 32),
+        (Pattern::Off, red) => (red, 31),
+        (_, red) => (red, 33),
     };
-    format!(" {}", lamp("mod", true, colour))
+    format!(" {}", lamp("mod", pattern, colour))
 }
 
 /// "-" when the angles are not available.
@@ -171,9 +178,9 @@ mod tests {
                 x: -123,
                 y: Some(9000),
             }),
-            leds: Leds {
-                run: true,
-                ..Leds::default()
+            leds: Patterns {
+                run: Pattern::On,
+                ..Patterns::DARK
             },
             rate: Some(BitRate::K62_5),
             mode: Some(BusMode::Normal),
@@ -199,10 +206,11 @@ mod tests {
         let display = Display {
             model: "is1",
             readout: Some(Readout { x: 35999, y: None }),
-            leds: Leds {
-                error: true,
-                module_green: true,
-                ..Leds::default()
+            leds: Patterns {
+                run: Pattern::Flickering,
+                error: Pattern::On,
+                module_red: Pattern::SingleFlash,
+                ..Patterns::DARK
             },
             mode: Some(BusMode::Listen),
             rate: None,
@@ -210,7 +218,7 @@ mod tests {
         };
         assert_eq!(
             plain(&display),
-            "is1  359.99° ○run ●err ●mod - kbit/s listening in 3 out 1234 clients 2"
+            "is1  359.99° ◐run flickering ●err ◐mod single flash - kbit/s listening in 3 out 1234 clients 2"
         );
     }
 
@@ -236,7 +244,7 @@ mod tests {
         );
         let off = Display {
             is_on: false,
-            leds: Leds::default(),
+            leds: Patterns::DARK,
             ..starting
         };
         assert_eq!(

@@ -34,7 +34,8 @@ fn wrong_command_line_lists_valid_values() {
 fn every_article_of_catalogue_can_be_chosen() {
     for product in PRODUCTS {
         for article in product.articles() {
-            for wanted in [article.name, article.number] {
+            let lower_case = article.number.to_lowercase();
+            for wanted in [article.name, article.number, &lower_case] {
                 let sensor = Sensor::start(&["--model", product.name, "--article", wanted]);
                 let Protocol::Fsc(_) = product.protocol else {
                     continue;

@@ -174,6 +174,8 @@ fn status_line_is_shown_on_terminal() {
             "\n",
             "30.00°",
             "-10.00°",
+            // It detects the bit rate.
+            "run flickering",
             "clients 0",
         ],
     );

@@ -24,6 +24,36 @@ fn save_is_written_to_store_file() {
     Client::awake(&sensor).poll();
 }
 
+/// The store says that this unit has one axis.
+#[test]
+fn tilt_of_a_unit_with_one_axis_is_angle_and_cross_slope() {
+    let path = new_path("one-axis.store");
+    let arguments = ["--model", "ims360", "--store", text(&path)];
+    let sensor = Sensor::start(&arguments);
+    let mut client = Client::open(&sensor);
+    for (request, answer) in [
+        ("t63282F20310100000000", "t5B28602031"),
+        ("t63282310100173617665", "t5B28601010"),
+    ] {
+        client.say(request);
+        client.find(answer);
+    }
+    drop(sensor);
+    let tilt = ["--scene", "tilt=123.45,10"];
+    let sensor = Sensor::start(&[&arguments[..], &tilt].concat());
+    let mut client = Client::open(&sensor);
+    // 6110h until the filter has settled: 12345 = 3039h.
+    let angle = || {
+        client.say("t63284010610000000000");
+        client.find("t5B2843106100")
+    };
+    assert!(
+        std::iter::repeat_with(angle)
+            .take(200)
+            .any(|answer| answer.starts_with("t5B284310610039300000"))
+    );
+}
+
 #[cfg(unix)]
 #[test]
 fn unusable_store_is_named_and_sensor_continues() {
