@@ -326,10 +326,11 @@ impl<
                 }
                 // The input for a calibration.
                 let [x, y, z] = micro_g(reading);
+                let [gx, gy, gz] = milli_rate(reading);
                 let temperature = reading.temperature;
                 debug!(
-                    "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC",
-                    x, y, z, temperature
+                    "acceleration {=i32} {=i32} {=i32} ug, {=i16} 0.01 degC, rate {=i32} {=i32} {=i32} mdps",
+                    x, y, z, temperature, gx, gy, gz
                 );
             }
             return true;
@@ -434,6 +435,12 @@ impl<
             }
         }
     }
+}
+
+/// The angular rate of a reading in 0.001 deg/s.
+fn milli_rate(reading: &Reading) -> [i32; 3] {
+    let I32x3 { x, y, z } = reading.angular_rate;
+    [x, y, z].map(|value| ((i64::from(value) * 1000) >> 16) as i32)
 }
 
 /// The acceleration of a reading in 10^-6 g.

@@ -1,8 +1,8 @@
 //! Computes the calibration of a unit from a six-position measurement and writes it into the store file of the unit.
 //!
-//! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,temp_c`: which axis was up (`+x`, `-x`, ... `-z`), the
-//! averaged raw acceleration in that position, and the temperature. Six rows make a set; a second set at another temperature (at
-//! least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
+//! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c`: which axis was up (`+x`, `-x`, ...
+//! `-z`), the averaged raw acceleration and angular rate in that position, and the temperature. Without a gyroscope there are no columns
+//! of the rate. Six rows make a set; a second set at another temperature (at least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
 use bench::{Flash, Geometry, STORE_BUFFER};
 use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G};
@@ -17,7 +17,10 @@ const SAME_TEMPERATURE: f64 = 5.0;
 const REFERENCE: f64 = 25.0;
 
 /// The first row of a measurement.
-pub const HEADER: &str = "up,ax_g,ay_g,az_g,temp_c";
+pub const HEADER: &str = "up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c";
+
+/// The first row of a measurement without a gyroscope.
+pub const HEADER_WITHOUT_RATE: &str = "up,ax_g,ay_g,az_g,temp_c";
 
 const AXES: [&str; 3] = ["x", "y", "z"];
 
@@ -40,11 +43,12 @@ impl Display for Side {
     }
 }
 
-/// One position: the side, the acceleration in g, the temperature in degC.
+/// One position: the side, the acceleration in g, the angular rate in deg/s, the temperature in degC.
 #[derive(Clone, Copy, PartialEq, Debug)]
 struct Position {
     side: Side,
     acceleration: Vector,
+    rate: Vector,
     temperature: f64,
 }
 
@@ -52,6 +56,8 @@ struct Position {
 struct Set {
     up: [Vector; 3],
     down: [Vector; 3],
+    /// The mean of the angular rates.
+    zero: Vector,
     temperature: f64,
 }
 
@@ -67,11 +73,15 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
         return Err(format!("{name}: no positions"));
     };
     let span = hot.temperature - cold.temperature;
-    let drift = if span > 0.0 {
-        combine(hot.offset(), cold.offset(), |hot, cold| (hot - cold) / span)
-    } else {
-        [0.0; 3]
+    let slope = |of: &dyn Fn(&Set) -> Vector| {
+        if span > 0.0 {
+            combine(of(hot), of(cold), |hot, cold| (hot - cold) / span)
+        } else {
+            [0.0; 3]
+        }
     };
+    let drift = slope(&Set::offset);
+    let zero_drift = slope(&|set| set.zero);
     let distance = |set: &Set| (set.temperature - REFERENCE).abs();
     let nearest = sets
         .iter()
@@ -81,6 +91,7 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
     let offset = combine(nearest.offset(), drift, |offset, drift| {
         offset - drift * away
     });
+    let zero = combine(nearest.zero, zero_drift, |zero, drift| zero - drift * away);
     let deviation = nearest
         .deviation()
         .ok_or_else(|| format!("{name}: the six positions are not different"))?;
@@ -93,30 +104,42 @@ pub fn calibration(name: &str, text: &str) -> Result<Calibration, String> {
         deviation.map(|row| row.map(|value| short(value, 1.0 / 262_144.0))),
         drift.map(|g| short(g, 1.0 / 16_777_216.0)),
     )
-    .ok_or_else(|| format!("{name}: out of the range of a calibration: offset {offset:.4?} g, gain and cross axes {deviation:.4?}, drift {drift:.6?} g/K"))
+    .and_then(|calibration| {
+        calibration.with_zero_rate(
+            zero.map(|rate| short(rate, 1.0 / 4096.0)),
+            zero_drift.map(|rate| short(rate, 1.0 / 1_048_576.0)),
+        )
+    })
+    .ok_or_else(|| format!("{name}: out of the range of a calibration: offset {offset:.4?} g, gain and cross axes {deviation:.4?}, drift {drift:.6?} g/K, zero rate {zero:.3?} deg/s, its drift {zero_drift:.5?} deg/s/K"))
 }
 
 fn parse(name: &str, text: &str) -> Result<Vec<Position>, String> {
     let mut lines = (1..)
         .zip(text.lines().map(str::trim))
         .filter(|(_, line)| !line.is_empty() && !line.starts_with('#'));
-    match lines.next() {
-        Some((_, HEADER)) => {}
+    let has_rate = match lines.next() {
+        Some((_, HEADER)) => true,
+        Some((_, HEADER_WITHOUT_RATE)) => false,
         Some((line, _)) => return Err(format!("{name}:{line}: the first row must be {HEADER}")),
         None => return Err(format!("{name}: the file is empty")),
-    }
+    };
     lines
         .map(|(line, row)| {
-            position(row).ok_or_else(|| format!("{name}:{line}: not a position: {row}"))
+            position(row, has_rate).ok_or_else(|| format!("{name}:{line}: not a position: {row}"))
         })
         .collect()
 }
 
-fn position(row: &str) -> Option<Position> {
+fn position(row: &str, has_rate: bool) -> Option<Position> {
     let fields: Vec<&str> = row.split(',').map(str::trim).collect();
-    let [up, x, y, z, temperature] = fields[..] else {
-        return None;
+    let (up, [x, y, z], rate, temperature) = match (has_rate, &fields[..]) {
+        (true, &[up, x, y, z, gx, gy, gz, temperature]) => {
+            (up, [x, y, z], [gx, gy, gz], temperature)
+        }
+        (false, &[up, x, y, z, temperature]) => (up, [x, y, z], ["0"; 3], temperature),
+        _ => return None,
     };
+    let [gx, gy, gz] = rate;
     let number = |text: &str| text.parse::<f64>().ok().filter(|value| value.is_finite());
     let (sign, axis) = up.split_at_checked(1)?;
     Some(Position {
@@ -129,6 +152,7 @@ fn position(row: &str) -> Option<Position> {
             },
         },
         acceleration: [number(x)?, number(y)?, number(z)?],
+        rate: [number(gx)?, number(gy)?, number(gz)?],
         temperature: number(temperature)?,
     })
 }
@@ -183,6 +207,11 @@ fn sets(name: &str, positions: &[Position]) -> Result<Vec<Set>, String> {
         Ok(Set {
             up: [of(0, true)?, of(1, true)?, of(2, true)?],
             down: [of(0, false)?, of(1, false)?, of(2, false)?],
+            zero: set.iter().fold([0.0; 3], |sum, position| {
+                combine(sum, position.rate, |sum, rate| {
+                    sum + rate / set.len() as f64
+                })
+            }),
             temperature: set.iter().map(|position| position.temperature).sum::<f64>()
                 / set.len() as f64,
         })
@@ -260,11 +289,16 @@ mod tests {
                 let show = |i: usize| {
                     offset[i] + drift[i] * (temperature - 25.0) + factor * response[axis][i]
                 };
+                let rate = |i: usize| ZERO[i] + ZERO_DRIFT[i] * (temperature - 25.0);
                 rows += &format!(
-                    "{sign}{name},{},{},{},{temperature}\n",
+                    "{sign}{name},{},{},{},{},{},{},{temperature}\n",
                     show(0),
                     show(1),
-                    show(2)
+                    show(2),
+                    // The rotation of the earth, with the sensor.
+                    rate(0) + factor * 0.004,
+                    rate(1),
+                    rate(2)
                 );
             }
         }
@@ -274,15 +308,24 @@ mod tests {
     const OFFSET: Vector = [0.02, -0.03, 0.05];
     const RESPONSE: [Vector; 3] = [[1.02, 0.01, 0.0], [-0.01, 0.97, 0.02], [0.005, 0.0, 1.01]];
     const DRIFT: Vector = [0.0001, -0.0002, 0.0];
+    const ZERO: Vector = [0.5, -1.2, 0.1];
+    const ZERO_DRIFT: Vector = [0.005, 0.0, -0.01];
 
     #[test]
-    fn calibrated_unit_measures_gravity() {
-        let text = "up,ax_g,ay_g,az_g,temp_c\n".to_owned()
+    fn calibrated_unit_measures_gravity_and_no_rate_at_rest() {
+        let text = format!("{HEADER}\n")
             + &measured(OFFSET, RESPONSE, DRIFT, -20.0)
             + "# the hot chamber\n"
             + &measured(OFFSET, RESPONSE, DRIFT, 60.0);
         let calibration = calibration("test", &text).unwrap();
         for temperature in [-20.0, 25.0, 60.0] {
+            let rate: [f64; 3] =
+                std::array::from_fn(|i| ZERO[i] + ZERO_DRIFT[i] * (temperature - 25.0));
+            let [x, y, z] = rate.map(|rate| (rate * 65_536.0) as i32);
+            let still = calibration.apply_to_rate(I32x3 { x, y, z }, (temperature * 100.0) as i16);
+            for rate in still.to_array() {
+                assert!(rate.abs() < 30, "{temperature} degC: {rate} / 65536 deg/s");
+            }
             for (axis, response) in RESPONSE.iter().enumerate() {
                 let shown: [f64; 3] = std::array::from_fn(|i| {
                     OFFSET[i] + DRIFT[i] * (temperature - 25.0) + response[i]
@@ -303,8 +346,25 @@ mod tests {
     }
 
     #[test]
+    fn measurement_without_rate_gives_no_zero_rate() {
+        let with = measured(OFFSET, RESPONSE, DRIFT, 25.0);
+        let without: String = with
+            .lines()
+            .map(|row| {
+                let fields: Vec<&str> = row.split(',').collect();
+                [&fields[..4], &fields[7..]].concat().join(",") + "\n"
+            })
+            .collect();
+        let with = calibration("test", &format!("{HEADER}\n{with}")).unwrap();
+        let without = calibration("test", &format!("{HEADER_WITHOUT_RATE}\n{without}")).unwrap();
+        assert_eq!(without.zero_rate(), ([0; 3], [0; 3]));
+        assert_eq!(without.numbers(), with.numbers());
+        assert_eq!(with.zero_rate(), ([2048, -4915, 410], [0; 3]));
+    }
+
+    #[test]
     fn position_belongs_to_the_set_within_5_kelvin() {
-        let text = format!("{HEADER}\n+x,1,0,0,20\n-z,0,0,-1,24.9\n+x,1,0,0,60\n");
+        let text = format!("{HEADER_WITHOUT_RATE}\n+x,1,0,0,20\n-z,0,0,-1,24.9\n+x,1,0,0,60\n");
         let at = |temperature| set_at("test", &text, temperature).unwrap();
         let [plus_x, minus_z] = [(0, true), (2, false)].map(|(axis, up)| Side { axis, up });
         assert_eq!(at(16.0), Some((20.0, vec![plus_x, minus_z])));
@@ -323,7 +383,7 @@ mod tests {
         assert_eq!(error(""), "six.csv: the file is empty");
         assert_eq!(
             error("up,x\n"),
-            "six.csv:1: the first row must be up,ax_g,ay_g,az_g,temp_c"
+            "six.csv:1: the first row must be up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c"
         );
         assert_eq!(
             error(&(header.to_owned() + "+x,1,0,zero,25\n")),
@@ -334,7 +394,7 @@ mod tests {
             "six.csv: 0 rows for +y at 25 degC instead of one"
         );
         assert_eq!(error(header), "six.csv: no positions");
-        let far_off = header.to_owned() + &measured([0.3, 0.0, 0.0], RESPONSE, DRIFT, 25.0);
+        let far_off = format!("{HEADER}\n") + &measured([0.3, 0.0, 0.0], RESPONSE, DRIFT, 25.0);
         assert!(error(&far_off).contains("out of the range of a calibration"));
     }
 

@@ -30,6 +30,7 @@ pub(super) struct Measuring {
     measured: [i32; 2],
     /// The calibrated acceleration, before all filters.
     force: I32x3,
+    /// The calibrated angular rate.
     rate: I32x3,
 }
 
@@ -81,7 +82,9 @@ impl Measuring {
         self.force = self
             .calibration
             .apply(reading.acceleration, reading.temperature);
-        self.rate = reading.angular_rate;
+        self.rate = self
+            .calibration
+            .apply_to_rate(reading.angular_rate, reading.temperature);
         self.up = Some(if self.fuses {
             self.fusion.step(self.force, self.rate)
         } else {

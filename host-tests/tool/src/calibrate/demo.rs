@@ -53,6 +53,7 @@ impl Attitude {
         });
         Sample {
             acceleration,
+            rate: [0.0; 3],
             temperature: 25.0,
         }
     }

@@ -2,8 +2,10 @@
 //!
 //! ```text
 //! 0.000012 [INFO ] serial number 305419896 (firmware_stm32 ..)
-//! 0.062500 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC (firmware_stm32 ..)
+//! 0.062500 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC, rate 310 -20 5 mdps (firmware_stm32 ..)
 //! ```
+//!
+//! The rate of a sensor without a gyroscope is 0. An older firmware does not print it.
 
 use super::demo;
 use crate::failure::Failure;
@@ -15,11 +17,13 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::thread;
 use std::time::Duration;
 
-/// A raw acceleration.
+/// A raw acceleration and angular rate.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub struct Sample {
     /// In g.
     pub acceleration: [f64; 3],
+    /// In deg/s; 0 without a gyroscope.
+    pub rate: [f64; 3],
     /// In degC.
     pub temperature: f64,
 }
@@ -36,13 +40,18 @@ pub enum Message {
 /// The message in a line of the log; None: the line has another one.
 pub fn message(line: &str) -> Option<Message> {
     if let Some((_, rest)) = line.split_once("acceleration ") {
-        let words: Vec<&str> = rest.split_whitespace().take(5).collect();
-        let [x, y, z, "ug,", temperature] = words[..] else {
+        let words: Vec<&str> = rest.split_whitespace().collect();
+        let [x, y, z, "ug,", temperature, ref rest @ ..] = words[..] else {
             return None;
+        };
+        let [gx, gy, gz] = match *rest {
+            ["0.01", "degC,", "rate", gx, gy, gz, "mdps", ..] => [gx, gy, gz],
+            _ => ["0"; 3],
         };
         let number = |text: &str, unit: f64| Some(f64::from(text.parse::<i32>().ok()?) * unit);
         return Some(Message::Sample(Sample {
             acceleration: [number(x, 1e-6)?, number(y, 1e-6)?, number(z, 1e-6)?],
+            rate: [number(gx, 1e-3)?, number(gy, 1e-3)?, number(gz, 1e-3)?],
             temperature: number(temperature, 0.01)?,
         }));
     }
@@ -186,15 +195,22 @@ mod tests {
     fn acceleration_and_serial_number_are_found_in_a_line_of_the_log() {
         let sample = Sample {
             acceleration: [0.001234, -0.000567, 0.998765],
+            rate: [0.31, -0.02, 0.005],
             temperature: 25.1,
         };
         for end in ["", "\r", " (firmware_stm32 firmware-stm32/src/app.rs:330)"] {
-            let line =
-                format!("0.0625 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC{end}");
+            let older = "0.0625 [DEBUG] acceleration 1234 -567 998765 ug, 2510 0.01 degC";
+            let Some(Message::Sample(found)) = message(&format!("{older}{end}")) else {
+                panic!("{older}{end}");
+            };
+            assert_eq!(found.rate, [0.0; 3]);
+            let line = format!("{older}, rate 310 -20 5 mdps{end}");
             let Some(Message::Sample(found)) = message(&line) else {
                 panic!("{line}");
             };
-            for (found, expected) in found.acceleration.iter().zip(sample.acceleration) {
+            let numbers = found.acceleration.iter().chain(&found.rate);
+            let expected = sample.acceleration.into_iter().chain(sample.rate);
+            for (found, expected) in numbers.zip(expected) {
                 assert!((found - expected).abs() < 1e-9, "{line}");
             }
             assert!((found.temperature - sample.temperature).abs() < 1e-9);

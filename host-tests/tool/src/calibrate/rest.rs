@@ -24,6 +24,8 @@ const HORIZONTAL: f64 = 0.385;
 pub struct Average {
     /// The acceleration in g.
     pub acceleration: [f64; 3],
+    /// The angular rate in deg/s.
+    pub rate: [f64; 3],
     /// The temperature in degC.
     pub temperature: f64,
     /// The difference of the largest and the smallest mean of 0.3 s, in g, of the axis with the largest one.
@@ -85,6 +87,7 @@ impl Window {
         let [temperature, ..] = mean(&samples, |sample, _| sample.temperature);
         Some(Average {
             acceleration: mean(&samples, |sample, axis| sample.acceleration[axis]),
+            rate: mean(&samples, |sample, axis| sample.rate[axis]),
             temperature,
             spread: (0..3).map(spread).fold(0.0, f64::max),
         })
@@ -108,6 +111,7 @@ mod tests {
         for place in 0..count {
             window.push(Sample {
                 acceleration: sample(place),
+                rate: [0.5, 0.0, -0.25],
                 temperature: 25.0,
             });
         }
@@ -123,6 +127,7 @@ mod tests {
         let average = still.average().unwrap();
         assert!(average.is_at_rest(), "{average:?}");
         assert!((average.acceleration[2] - 1.0).abs() < 1e-9);
+        assert_eq!(average.rate, [0.5, 0.0, -0.25]);
         // It was moved 2.9 s ago, by 0.2 deg.
         let moved = window(WINDOW, |place| {
             [if place < 20 { 0.0 } else { 0.0035 }, 0.0, 1.0]

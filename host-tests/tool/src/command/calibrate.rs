@@ -82,10 +82,18 @@ pub struct Done {
 }
 
 impl Done {
-    /// The numbers: the offset in mg, the deviation of the response from 1, the drift in mg/K.
+    /// The numbers: the offset in mg, the deviation of the response from 1, the drift in mg/K, the zero rate in deg/s, its drift in
+    /// deg/s/K.
     pub fn document(&self) -> Value {
         let (offset, deviation, drift) = numbers(&self.calibration);
-        json!({"offset_mg": offset, "deviation": deviation, "drift_mg_per_k": drift})
+        let [zero, zero_drift] = zero_rate(&self.calibration);
+        json!({
+            "offset_mg": offset,
+            "deviation": deviation,
+            "drift_mg_per_k": drift,
+            "zero_rate_dps": zero,
+            "zero_rate_drift_dps_per_k": zero_drift,
+        })
     }
 }
 
@@ -144,6 +152,15 @@ fn numbers(calibration: &Calibration) -> ([f64; 3], [[f64; 3]; 3], [f64; 3]) {
     )
 }
 
+/// The zero rate in deg/s, and its drift in deg/s/K.
+fn zero_rate(calibration: &Calibration) -> [[f64; 3]; 2] {
+    let (zero, drift) = calibration.zero_rate();
+    [
+        zero.map(|value| f64::from(value) / 4096.0),
+        drift.map(|value| f64::from(value) / 1_048_576.0),
+    ]
+}
+
 /// Prints the numbers of a calibration.
 fn show(calibration: &Calibration, terminal: &mut Terminal) -> Result<(), Failure> {
     let ([x, y, z], deviation, drift) = numbers(calibration);
@@ -154,6 +171,13 @@ fn show(calibration: &Calibration, terminal: &mut Terminal) -> Result<(), Failur
     let [x, y, z] = drift;
     terminal.line(format!(
         "drift  x {x:.4} mg/K, y {y:.4} mg/K, z {z:.4} mg/K"
+    ))?;
+    let [[x, y, z], [dx, dy, dz]] = zero_rate(calibration);
+    terminal.line(format!(
+        "zero rate  x {x:.3} deg/s, y {y:.3} deg/s, z {z:.3} deg/s"
+    ))?;
+    terminal.line(format!(
+        "drift of the zero rate  x {dx:.5} deg/s/K, y {dy:.5} deg/s/K, z {dz:.5} deg/s/K"
     ))
 }
 

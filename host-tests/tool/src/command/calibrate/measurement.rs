@@ -1,15 +1,15 @@
 //! The file of a measurement: one line for each position, and one with the serial number of the unit.
 //!
 //! ```text
-//! up,ax_g,ay_g,az_g,temp_c
+//! up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c
 //! # serial number 7
-//! +z,0.025000,-0.030000,1.060000,25.10
+//! +z,0.025000,-0.030000,1.060000,0.3100,-0.0200,0.0050,25.10
 //! ```
 
 use crate::backup::{Unread, read_text, write_file};
 use crate::calibrate::rest::Average;
 use crate::failure::Failure;
-use host_tests::calibrate::{HEADER, Side, set_at};
+use host_tests::calibrate::{HEADER, HEADER_WITHOUT_RATE, Side, set_at};
 use std::path::Path;
 
 /// The start of the line of a measurement with the serial number.
@@ -91,12 +91,20 @@ impl<'a> Measurement<'a> {
     /// Adds a position and writes the file.
     pub(super) fn add(&mut self, side: Side, average: &Average) -> Result<(), Failure> {
         let [x, y, z] = average.acceleration;
+        let [gx, gy, gz] = average.rate;
         let temperature = average.temperature;
+        // A file from before the rates goes on without them.
+        let has_rate = !self.text.lines().any(|line| line == HEADER_WITHOUT_RATE);
+        let rate = match has_rate {
+            true => format!("{gx:.4},{gy:.4},{gz:.4},"),
+            false => String::new(),
+        };
         if !self.text.ends_with('\n') {
             self.text.push('\n');
         }
-        self.text
-            .push_str(&format!("{side},{x:.6},{y:.6},{z:.6},{temperature:.2}\n"));
+        self.text.push_str(&format!(
+            "{side},{x:.6},{y:.6},{z:.6},{rate}{temperature:.2}\n"
+        ));
         write_file(self.path, &self.text)
     }
 }

@@ -4,7 +4,7 @@
 mod board;
 
 use bench::{Flash, Geometry, STORE_BUFFER};
-use board::{Board, Ended, raw, wait_for_prints};
+use board::{Board, Ended, RATE, raw, wait_for_prints};
 use plumbline::measure::{I32x3, ONE_G};
 use plumbline::model::catalog::find;
 use plumbline::store::Store;
@@ -45,6 +45,11 @@ fn assert_corrects(path: &Path, serial: u32, corrects: bool) {
         });
         assert_eq!(is_right, corrects, "{side}: {x} {y} {z}");
     }
+    let rate = RATE.map(|rate| (i64::from(rate) * 65_536 / 1000) as i32);
+    let [x, y, z] = rate;
+    let still = calibration.apply_to_rate(I32x3 { x, y, z }, 25_10);
+    let is_still = still.to_array().iter().all(|rate| rate.abs() < 20);
+    assert_eq!(is_still, corrects, "{still:?}");
 }
 
 #[test]
@@ -76,11 +81,11 @@ fn six_positions_give_the_calibration_of_the_unit_in_the_log() {
     );
     let rows = board.rows();
     let expected = [
-        "up,ax_g,ay_g,az_g,temp_c",
+        "up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c",
         "# serial number 7",
-        "+z,0.025000,-0.030000,1.060000,25.10",
-        "-z,0.015000,-0.030000,-0.960000,25.10",
-        "+x,1.040000,-0.020000,0.050000,25.10",
+        "+z,0.025000,-0.030000,1.060000,0.3100,-0.0200,0.0050,25.10",
+        "-z,0.015000,-0.030000,-0.960000,0.3100,-0.0200,0.0050,25.10",
+        "+x,1.040000,-0.020000,0.050000,0.3100,-0.0200,0.0050,25.10",
     ];
     assert_eq!(rows[..5], expected);
     assert_eq!(rows.len(), 8);

@@ -19,6 +19,9 @@ const OFFSET: [f64; 3] = [0.02, -0.03, 0.05];
 /// Its response to 1 g along each axis.
 const RESPONSE: [[f64; 3]; 3] = [[1.02, 0.01, 0.0], [-0.01, 0.97, 0.02], [0.005, 0.0, 1.01]];
 
+/// The angular rate at rest in 0.001 deg/s.
+pub const RATE: [i32; 3] = [310, -20, 5];
+
 /// The raw acceleration in 10^-6 g with a side up.
 pub fn raw(side: &str) -> [i32; 3] {
     let axis = ["x", "y", "z"].iter().position(|name| side.ends_with(name));
@@ -29,14 +32,14 @@ pub fn raw(side: &str) -> [i32; 3] {
 
 /// 3 s of the log at a temperature in 0.01 degC.
 fn log(serial: u32, side: &str, temperature: i32) -> String {
-    let [x, y, z] = raw(side);
+    let ([x, y, z], [gx, gy, gz]) = (raw(side), RATE);
     let mut text = format!("0.000012 [INFO ] serial number {serial}\nnot a message\n");
     for place in 0..600 {
         // Noise with a mean of 0.
         let noise = if place % 2 == 0 { 900 } else { -900 };
         let (x, y) = (x + noise, y - noise);
         text += &format!(
-            "0.06 [DEBUG] acceleration {x} {y} {z} ug, {temperature} 0.01 degC (app.rs:330)\n"
+            "0.06 [DEBUG] acceleration {x} {y} {z} ug, {temperature} 0.01 degC, rate {gx} {gy} {gz} mdps (app.rs:330)\n"
         );
     }
     text
