@@ -11,7 +11,7 @@
 //!       +------+---------+-------+----------+--------+-----------+--------------+------------+
 //!
 //!  payload of parameters     layout, u8; check of the device, u8; the stored parameters in the order of the table
-//!  payload of a calibration  layout 01h; serial number, u32; calibration, 36 bytes
+//!  payload of a calibration  layout 01h; serial number, u32; calibration, 48 bytes, in an old record 36
 //!  payload of an identity    mark 55h; product, u16; the fields that are given
 //! ```
 //!

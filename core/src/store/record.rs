@@ -20,7 +20,7 @@ const WITH_LAYOUT: u16 = 0x8000;
 /// The layout of the payload of a calibration.
 const CALIBRATION_LAYOUT: u8 = 1;
 /// The size of layout and serial number before the calibration in its payload.
-const CALIBRATION_OWNER: usize = 5;
+pub(super) const CALIBRATION_OWNER: usize = 5;
 const CALIBRATION_PAYLOAD: usize = CALIBRATION_OWNER + calibration::SIZE;
 
 /// The payload of parameters before the parameters: layout and check of the calibration.

@@ -351,7 +351,7 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         };
         let mut place = home.calibration;
         for other in [newest.calibration, other.calibration] {
-            if place == 0 {
+            if place.address == 0 {
                 place = other;
             }
         }
@@ -379,14 +379,16 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     }
 
     /// Reads the records of the device from the memory into the buffer.
-    fn read_device(&mut self, calibration: usize, identity: Place) {
+    fn read_device(&mut self, calibration: Place, identity: Place) {
         let mut bytes = [0; calibration::SIZE];
         let mut unit = [0; unit::SIZE];
         // A read that fails gives zeros: the calibration that changes nothing, and an identity that gives nothing.
-        let _ = self.memory.read(calibration as u32, &mut bytes);
+        // An old calibration is shorter: it has no zero rate.
+        let place = bytes.get_mut(..calibration.length).unwrap_or_default();
+        let _ = self.memory.read(calibration.address as u32, place);
         let unit = unit.get_mut(..identity.length).unwrap_or_default();
         let _ = self.memory.read(identity.address as u32, unit);
-        self.seal_device((calibration > 0).then_some(&bytes), unit);
+        self.seal_device((calibration.address > 0).then_some(&bytes), unit);
     }
 
     /// Writes the records of the device into the buffer: the calibration, if there is one, and the encoded identity, if it is not
@@ -411,7 +413,8 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     fn is_device(&mut self, survey: &Survey) -> bool {
         let calibration = self.calibration_place();
         let identity = self.identity_place();
-        self.is_at(survey.calibration, calibration)
+        survey.calibration.length == calibration.len()
+            && self.is_at(survey.calibration.address, calibration)
             && survey.unit.length == self.unit
             && self.is_at(survey.unit.address, identity)
     }
@@ -427,9 +430,12 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
                 }))
     }
 
-    /// The check of the records of the device.
+    /// The check of the records of the device. Of the calibration it has the part of an old one, so that an update of the firmware
+    /// finds the check of its parameters.
     fn check(&self) -> u8 {
-        record::check(self.calibration(), self.identity())
+        let calibration = self.calibration();
+        let part = calibration.get(..calibration::ACCELEROMETER_SIZE);
+        record::check(part.unwrap_or_default(), self.identity())
     }
 
     /// The calibration in the buffer; empty if there is none.

@@ -1,7 +1,8 @@
 //! The contents of one slot: reads record after record, and word after word where there is no valid record.
 
 use super::record::{
-    CALIBRATION_AT, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner, crc32,
+    CALIBRATION_AT, CALIBRATION_OWNER, HEADER, Header, Kind, PARAMETERS_OWNER, calibration_owner,
+    crc32,
 };
 use super::{Owner, unit};
 use crate::measure::calibration;
@@ -18,8 +19,8 @@ pub(super) struct Found {
     pub address: usize,
     /// The length of the stored parameters in bytes.
     pub length: usize,
-    /// The address of the calibration in an old record; 0 for a new record.
-    pub calibration: usize,
+    /// The calibration in an old record.
+    pub calibration: Place,
     /// The check of the records that the device had when they were saved; 0: it had none, or they are in this record.
     pub check: u8,
 }
@@ -29,7 +30,7 @@ impl Found {
         sequence: 0,
         address: 0,
         length: 0,
-        calibration: 0,
+        calibration: Place::NONE,
         check: 0,
     };
 
@@ -37,12 +38,17 @@ impl Found {
     fn of(header: Header, address: usize, check: u8) -> Self {
         let payload = address + HEADER;
         if let Kind::Old(_) = header.kind {
-            let length = header.length.saturating_sub(calibration::SIZE);
+            let length = header
+                .length
+                .saturating_sub(calibration::ACCELEROMETER_SIZE);
             return Self {
                 sequence: header.sequence,
                 address: payload,
                 length,
-                calibration: payload + length,
+                calibration: Place {
+                    address: payload + length,
+                    length: calibration::ACCELEROMETER_SIZE,
+                },
                 check: 0,
             };
         }
@@ -50,7 +56,7 @@ impl Found {
             sequence: header.sequence,
             address: payload + PARAMETERS_OWNER,
             length: header.length.saturating_sub(PARAMETERS_OWNER),
-            calibration: 0,
+            calibration: Place::NONE,
             check,
         }
     }
@@ -76,8 +82,8 @@ pub(super) struct Survey {
     pub unusable: usize,
     /// The newest parameters.
     pub parameters: Found,
-    /// The address of the newest calibration of this device; 0: there is none.
-    pub calibration: usize,
+    /// The newest calibration of this device.
+    pub calibration: Place,
     /// The newest identity of this device.
     pub unit: Place,
     /// The sequence number of the newer one of both.
@@ -89,6 +95,13 @@ pub(super) struct Survey {
 pub(super) struct Place {
     pub address: usize,
     pub length: usize,
+}
+
+impl Place {
+    pub const NONE: Self = Self {
+        address: 0,
+        length: 0,
+    };
 }
 
 /// Reads the slot of `size` bytes at `start`.
@@ -121,7 +134,7 @@ pub(super) fn survey(
 impl Survey {
     /// Whether it contains a record of the device.
     fn has_device(&self) -> bool {
-        self.calibration > 0 || self.unit.address > 0
+        self.calibration.address > 0 || self.unit.address > 0
     }
 
     /// Whether its records of the device are newer than those of another slot.
@@ -146,7 +159,11 @@ impl Survey {
             Kind::Device => {
                 let is_unit = begin.starts_with(&unit::owner_of(owner.image));
                 if read && begin == calibration_owner(owner.serial) {
-                    self.calibration = address + CALIBRATION_AT;
+                    let length = header.length.saturating_sub(CALIBRATION_OWNER);
+                    self.calibration = Place {
+                        address: address + CALIBRATION_AT,
+                        length: length.min(calibration::SIZE),
+                    };
                     self.device_sequence = header.sequence;
                 } else if read && is_unit && header.length <= unit::SIZE {
                     self.unit = Place {

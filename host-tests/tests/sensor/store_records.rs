@@ -6,6 +6,7 @@ use bench::{Flash, PAGE_SIZE};
 use crc::{CRC_32_ISO_HDLC, Crc};
 use host_tests::effort;
 use plumbline::measure::Calibration;
+use plumbline::measure::calibration::ACCELEROMETER_SIZE;
 use plumbline::store::{Owner, buffer_size};
 
 /// Stored parameters of the newer firmware: four more bytes.
@@ -15,9 +16,18 @@ type NewerStore = plumbline::store::Store<Flash, { buffer_size(NEWER_PAYLOAD) }>
 
 /// A record of a firmware version without calibration records: the parameters, then the calibration.
 fn old_record(sequence: u32, parameters: &[u8]) -> Vec<u8> {
-    let payload = [parameters, &calibration().encode()].concat();
+    let calibration = &calibration().encode()[..ACCELEROMETER_SIZE];
+    record_of(
+        OWNER.image.number(),
+        sequence,
+        &[parameters, calibration].concat(),
+    )
+}
+
+/// A record of this kind.
+fn record_of(kind: u16, sequence: u32, payload: &[u8]) -> Vec<u8> {
     let mut record = vec![b'P', 1];
-    record.extend(OWNER.image.number().to_le_bytes());
+    record.extend(kind.to_le_bytes());
     record.extend(sequence.to_le_bytes());
     record.extend((payload.len() as u16).to_le_bytes());
     record.extend(payload);
@@ -122,6 +132,27 @@ fn older_firmware_keeps_the_calibration_and_the_parameters_it_knows() {
     let parameters = after.parameters.expect("parameters");
     assert!(newer_parameters().starts_with(&parameters[..PAYLOAD]));
     assert_eq!(after.calibration, calibration());
+}
+
+#[test]
+fn calibration_without_zero_rate_is_read_without_a_report_and_kept() {
+    let bytes = &calibration().encode()[..ACCELEROMETER_SIZE];
+    let owner = [&[1][..], &OWNER.serial.to_le_bytes()].concat();
+    let check = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(bytes) as u8;
+    let mut memory = record_of(0, 1, &[&owner, bytes].concat());
+    let parameters = [&[OWNER.layout, check.max(1)], &payload(7)[..]].concat();
+    memory.extend(record_of(0x8000 | OWNER.image.number(), 1, &parameters));
+    memory.resize(2 * PAGE_SIZE, 0xFF);
+    let mut store = Store::open(Flash::new(memory), OWNER);
+    for number in [7, 8, 9] {
+        let found = found(&mut store);
+        assert_eq!(found.calibration, calibration());
+        assert_eq!(found.calibration.zero_rate(), ([0; 3], [0; 3]));
+        assert!(!found.damaged);
+        assert_eq!(found.parameters, Some(payload(number).to_vec()));
+        assert_eq!(save(&mut store, number + 1), Ok(()));
+        store = Store::open(store.into_memory(), OWNER);
+    }
 }
 
 #[test]

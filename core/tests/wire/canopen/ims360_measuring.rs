@@ -3,7 +3,7 @@
 use crate::tester::canopen::in_g;
 use crate::tester::ims360::booted;
 use crate::tester::sweep::every;
-use plumbline::measure::ONE_G;
+use plumbline::measure::{Calibration, ONE_G};
 
 #[test]
 fn raw_values_are_in_units_of_manual() {
@@ -20,6 +20,29 @@ fn raw_values_are_in_units_of_manual() {
     let tenths = [1, 2, 3].map(|sub| tester.read(0x3020, sub).unwrap() as i16);
     assert_eq!(tenths, [100, -1, i16::MAX], "rounded, limited");
     assert_eq!(tester.read(0x6511, 0).unwrap() as i8, -8);
+}
+
+#[test]
+fn calibrated_zero_rate_is_in_no_value() {
+    let mut tester = booted();
+    // 0.5, -1 and 2 deg/s, and 0.01 deg/s/K on X.
+    let calibration = Calibration::IDENTITY.with_zero_rate([2048, -4096, 8192], [10_486, 0, 0]);
+    tester.calibration = calibration.unwrap();
+    tester.power_cycle();
+    tester.sent_text();
+    tester.rate = [32_768, -65_536, 131_072];
+    tester.temperature = 25_00;
+    tester.write(0x3110, 2, 1, 1).unwrap();
+    tester.settle_at([0.0, 0.0, 1.0]);
+    assert_eq!(tester.read_i32(0x6110), 0);
+    for (temperature, expected) in [(25_00, [0; 3]), (35_00, [-100, 0, 0])] {
+        tester.temperature = temperature;
+        tester.sample();
+        let rates = [0x3021, 0x3022, 0x3023].map(|index| tester.read_i32(index));
+        assert_eq!(rates, expected);
+        let tenths = [1, 2, 3].map(|sub| tester.read(0x3020, sub).unwrap() as i16);
+        assert_eq!(tenths.map(i32::from), expected.map(|rate| rate / 100));
+    }
 }
 
 #[test]
