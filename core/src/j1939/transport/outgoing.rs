@@ -112,9 +112,9 @@ impl Outgoing {
                 self.due = Deadline::after(now, T4);
             }
             Control::ClearToSend { count, next } => {
-                let last = u16::from(next) + u16::from(count) - 1;
-                if next > 0 && last <= self.packets().into() {
-                    let last = last as u8;
+                if (1..=self.packets()).contains(&next) {
+                    // More packets than remain: those that remain.
+                    let last = next.saturating_add(count - 1).min(self.packets());
                     self.stage = Stage::Send { next, last };
                     self.due = Deadline::NEVER;
                 }
@@ -304,13 +304,24 @@ mod tests {
     }
 
     #[test]
-    fn request_that_does_not_fit_is_ignored() {
+    fn request_for_more_packets_than_remain_gets_those_that_remain() {
+        for (count, next) in [(4, 1), (255, 1), (3, 2), (255, 3), (2, 3)] {
+            let mut outgoing = sending(0x21);
+            all(&mut outgoing, at(0));
+            outgoing.receive(at(1), 0x21, cts(count, next), PGN);
+            let expected = &PACKETS[usize::from(next) - 1..];
+            assert_eq!(all(&mut outgoing, at(1)), expected, "{count} {next}");
+        }
+    }
+
+    #[test]
+    fn request_from_a_packet_that_does_not_exist_is_ignored() {
         let mut outgoing = sending(0x21);
         all(&mut outgoing, at(0));
         assert!(outgoing.sent(at(0)));
         outgoing.receive(at(1), 0x22, cts(3, 1), PGN);
         outgoing.receive(at(1), 0x21, cts(3, 1), PGN + 1);
-        for (count, next) in [(4, 1), (1, 4), (3, 2), (1, 0), (255, 255)] {
+        for (count, next) in [(1, 4), (3, 4), (1, 0), (255, 0), (255, 255)] {
             outgoing.receive(at(1), 0x21, cts(count, next), PGN);
         }
         assert_eq!(all(&mut outgoing, at(1)), Vec::<String>::new());
