@@ -58,6 +58,8 @@ impl FaultBit {
     };
 }
 
+/// Bit 2 of the error register: voltage.
+pub const VOLTAGE: u8 = 1 << 2;
 /// Bit 3 of the error register: temperature.
 pub const TEMPERATURE: u8 = 1 << 3;
 /// Bit 4 of the error register: communication.
@@ -401,7 +403,8 @@ impl<H: History> Emergency<H> {
     /// A momentary fault without a bit in the status byte: queues the error, then the error reset.
     pub fn momentary(&mut self, event: &FaultBit) {
         self.queue_with(event.code, GENERIC | event.register);
-        self.history.push(event.code.into());
+        self.history
+            .push(u32::from(self.active) << 16 | u32::from(event.code));
         self.queue(0);
     }
 

@@ -14,14 +14,22 @@ pub struct Limits {
     pub hysteresis: u16,
 }
 
+impl Limits {
+    /// The limits of the sensors for vehicles with 12 or 24 V. Their manuals have no numbers.
+    pub const VEHICLE: Self = Self {
+        lowest: 8_000,
+        highest: 36_000,
+        hysteresis: 500,
+    };
+}
+
 /// The monitor of a supply.
 ///
 /// ```
 /// use plumbline::measure::supply::{Limits, Monitor};
 ///
-/// const LIMITS: Limits = Limits { lowest: 8_000, highest: 36_000, hysteresis: 500 };
 /// let mut monitor = Monitor::NONE;
-/// let changed = monitor.step(7_990, &LIMITS);
+/// let changed = monitor.step(7_990, &Limits::VEHICLE);
 /// assert!(changed && monitor.is_faulty());
 /// assert_eq!(monitor.millivolts(), 7_990);
 /// ```
@@ -74,11 +82,7 @@ impl Monitor {
 mod tests {
     use super::*;
 
-    const LIMITS: Limits = Limits {
-        lowest: 8_000,
-        highest: 36_000,
-        hysteresis: 500,
-    };
+    const LIMITS: Limits = Limits::VEHICLE;
 
     /// The monitor after two seconds at each of these voltages: the fault, and how often it has changed.
     fn after(voltages: &[u16]) -> (bool, usize) {

@@ -225,6 +225,16 @@ fn self_test_fails_without_an_accelerometer() {
 }
 
 #[test]
+pub fn supply_below_its_limit_is_reported() {
+    let mut bench = Bench::new(level(25_00));
+    let at = |millivolts: u16| Box::new((*level(25_00), millivolts));
+    bench.chip_mut().set_motion(at(7_500));
+    assert_eq!(bench.wait(500), ["08A#0031051000000000"]);
+    bench.chip_mut().set_motion(at(24_000));
+    assert_eq!(bench.wait(500), ["08A#0000000000000000"]);
+}
+
+#[test]
 pub fn terminating_resistor_is_switched_and_is_off_without_power() {
     let mut bench = Bench::new(level(25_00));
     assert!(bench.chip().terminated(), "on at the factory");

@@ -60,6 +60,7 @@ also_on_the_nucleo! {
     ims360_faults:
         angle_is_right_after_a_rotation_in_a_save_that_erases;
     jn2101:
+        supply_below_its_limit_is_reported,
         terminating_resistor_is_switched_and_is_off_without_power,
         heating_power_depends_on_the_temperature;
     memory:

@@ -35,12 +35,8 @@ pub mod value {
 /// The number of published values.
 const VALUES: usize = 16;
 
-/// The limits of the supply voltage for the emergency 3100h. The manual has no numbers.
-pub(super) const SUPPLY: Limits = Limits {
-    lowest: 8_000,
-    highest: 36_000,
-    hysteresis: 500,
-};
+/// The limits of the supply voltage for the emergency 3100h.
+pub(super) const SUPPLY: Limits = Limits::VEHICLE;
 
 /// The largest angle of a 2-axis sensor in 0.01 deg.
 pub(super) const RANGE: i32 = 90_00;

@@ -7,6 +7,7 @@ use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Outputs, Readout, Values};
 use crate::heater::{HeatedCell, Settings};
 use crate::measure::self_test::{LIMIT, Working};
+use crate::measure::supply::{Limits, Monitor};
 use crate::measure::teach::ReferenceFrame;
 use crate::measure::{Calibration, Clipping, I32x3, RANGE, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
@@ -116,6 +117,7 @@ pub struct Jn2101Application {
     measuring: Measuring,
     clipping: Clipping,
     cell: HeatedCell,
+    supply: Monitor,
     /// The temperature of the measuring cell in 0.1 degC (4080h).
     temperature: i32,
     faults: Faults,
@@ -211,11 +213,13 @@ impl Application for Jn2101Application {
     ];
     const HEATER: Option<&'static Settings> = Some(&HEATER);
     const HAS_SELF_TEST: bool = true;
+    const MEASURES_SUPPLY: bool = true;
 
     const INITIAL: Self = Self {
         measuring: Measuring::INITIAL,
         clipping: Clipping::NONE,
         cell: HeatedCell::UNHEATED,
+        supply: Monitor::NONE,
         temperature: 0,
         faults: Faults::NONE,
         axes_failed: false,
@@ -276,6 +280,14 @@ impl Application for Jn2101Application {
         self.cell.stop();
         self.faults = self.faults.set(Faults::SENSOR, true);
         self.values()
+    }
+
+    fn supply(&mut self, millivolts: u16) -> Option<Inclination> {
+        let changed = self.supply.step(millivolts, &Limits::VEHICLE);
+        changed.then(|| {
+            self.faults = self.faults.set(Faults::SUPPLY, self.supply.is_faulty());
+            self.values()
+        })
     }
 
     fn tested(&mut self, result: Working) -> Option<Inclination> {

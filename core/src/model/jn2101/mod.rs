@@ -96,11 +96,17 @@ impl canopen::Product for Jn2101Product {
             emcy::TEMPERATURE,
         ),
         fault("hardware", Cause::Memory, 0x1000, 0),
-        emcy::OVERRUN,
+        fault(
+            "supply voltage",
+            Cause::Application(Faults::SUPPLY),
+            0x3100,
+            emcy::VOLTAGE,
+        ),
         emcy::PASSIVE,
         emcy::GUARDING,
         emcy::BUS_OFF,
     ];
+    const EVENTS: &'static [FaultBit] = &[emcy::OVERRUN];
     /// 11.3: unlike CiA 303-3, the run LED is on in pre-operational and blinks in operational.
     const LEDS: LedTable = LedTable {
         pre_operational: Pattern::On,

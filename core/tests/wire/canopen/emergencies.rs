@@ -95,6 +95,37 @@ fn error_passive_before_the_boot_up_message_is_sent_after_it() {
 }
 
 #[test]
+fn supply_outside_its_limits_is_reported_with_hysteresis() {
+    let mut t = booted();
+    for (millivolts, message) in [
+        (24_000, None),
+        (8_000, None),
+        (7_990, Some("08A#0031051000000000")),
+        (8_490, None),
+        (8_510, Some("08A#0000000000000000")),
+        (36_000, None),
+        (36_010, Some("08A#0031051000000000")),
+        (35_510, None),
+        (35_490, Some("08A#0000000000000000")),
+    ] {
+        t.supply(millivolts);
+        let expected: Vec<_> = message.into_iter().collect();
+        assert_eq!(t.sent_text(), expected, "{millivolts} mV");
+    }
+    assert_eq!(t.read(0x1003, 1), Ok(0x0010_3100));
+    // Generic and voltage; an event in between has the bits of the lasting fault.
+    t.supply(5_000);
+    t.sent_text();
+    assert_eq!(t.read(0x1001, 0), Ok(0x05));
+    t.bus(BusEvent::Overrun);
+    assert_eq!(
+        t.sent_text(),
+        ["08A#1081151000000000", "08A#0000051000000000"]
+    );
+    assert_eq!(t.read(0x1003, 1), Ok(0x0010_8110));
+}
+
+#[test]
 fn temperature_outside_limits_sends_emergency() {
     let mut t = booted();
     t.temperature = 85_10;
@@ -142,12 +173,12 @@ fn history_keeps_newest_fifty_errors() {
         t.sent_text();
     }
     assert_eq!(t.read(0x1003, 0), Ok(50));
-    assert_eq!(t.read(0x1003, 1), Ok(0x0010_8110));
+    assert_eq!(t.read(0x1003, 1), Ok(0x0000_8110));
     assert_eq!(t.read(0x1003, 50), Ok(0x0020_8120));
     t.bus(BusEvent::Overrun);
     t.sent_text();
     assert_eq!(t.read(0x1003, 0), Ok(50));
-    assert_eq!(t.read(0x1003, 50), Ok(0x0010_8110));
+    assert_eq!(t.read(0x1003, 50), Ok(0x0000_8110));
 }
 
 #[test]
@@ -156,7 +187,7 @@ fn bus_faults_send_emergencies() {
     t.bus(BusEvent::Overrun);
     assert_eq!(
         t.sent_text(),
-        ["08A#1081111000000000", "08A#0000000000000000"]
+        ["08A#1081110000000000", "08A#0000000000000000"]
     );
     t.bus(state(BusState::Warning));
     assert_eq!(t.sent_text(), [""; 0]);
@@ -195,9 +226,9 @@ fn inhibit_time_delays_emergencies() {
     t.bus(BusEvent::Overrun);
     let frames = t.wait_text(1000);
     let expected = [
-        (0, "08A#1081111000000000"),
+        (0, "08A#1081110000000000"),
         (50, "08A#0000000000000000"),
-        (100, "08A#1081111000000000"),
+        (100, "08A#1081110000000000"),
         (150, "08A#0000000000000000"),
     ];
     assert_eq!(
