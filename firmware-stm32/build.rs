@@ -21,6 +21,8 @@ fn main() {
     if nucleo {
         link("--defsym=NUCLEO_F446RE=1");
     }
+    // The proof has the code of several products, and is not flashed.
+    println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
     // The Blue Pill has a vector table of its own. cortex-m-rt expects the names of its handlers in this file: this one is only in
     // products that detect the bit rate.
     if bluepill && let Some(folder) = var_os("OUT_DIR") {
