@@ -7,6 +7,7 @@ mod j1939;
 mod markdown;
 mod number;
 mod objects;
+pub mod unit;
 
 pub use dbc::dbc;
 pub use eds::eds;
