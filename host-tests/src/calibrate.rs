@@ -1,14 +1,11 @@
-//! Computes the calibration of a unit from a six-position measurement and writes it into the store file of the unit.
+//! Computes the calibration of a unit from a six-position measurement.
 //!
 //! The measurement is a CSV file with the columns `up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c`: which axis was up (`+x`, `-x`, ...
 //! `-z`), the averaged raw acceleration and angular rate in that position, and the temperature. Without a gyroscope there are no columns
 //! of the rate. Six rows make a set; a second set at another temperature (at least 5 K apart) gives the temperature drift. The formulas are those of [`plumbline::measure::calibration`].
 
-use bench::{Flash, Geometry, STORE_BUFFER};
 use plumbline::measure::calibration::{Calibration, OFFSET_ONE_G};
-use plumbline::store::{Owner, Store};
 use std::fmt::{self, Display, Formatter};
-use std::path::Path;
 
 /// The temperatures of the rows of one set differ by less than this, in K.
 const SAME_TEMPERATURE: f64 = 5.0;
@@ -255,31 +252,10 @@ fn combine(a: Vector, b: Vector, f: impl Fn(f64, f64) -> f64) -> Vector {
     std::array::from_fn(|i| f(a[i], b[i]))
 }
 
-/// Writes the calibration into the store file `path` of this unit: of the Blue Pill, of the Nucleo, or a new one. The parameters in it do
-/// not change.
-///
-/// # Errors
-/// The file cannot be read or written.
-pub fn write(owner: Owner, calibration: &Calibration, path: &Path) -> Result<(), String> {
-    let text = |error| format!("cannot use the store {}: {error}", path.display());
-    let length = path.metadata().map_or(0, |file| file.len());
-    // The memory of the Blue Pill refuses a file that is too long for each board.
-    let geometry = Geometry::of_file(length).unwrap_or(Geometry::STM32F103);
-    let flash = Flash::in_file(geometry, path).map_err(text)?;
-    let mut store = Store::<_, STORE_BUFFER>::open(flash, owner);
-    store.calibrate(calibration);
-    loop {
-        if let Some(result) = store.step() {
-            return result.map_err(|_| format!("cannot write the store {}", path.display()));
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use plumbline::measure::{I32x3, ONE_G};
-    use plumbline::model::catalog::find;
 
     /// The measurement of a unit with this offset at 25 degC, response (columns) and drift, in all six positions.
     fn measured(offset: Vector, response: [Vector; 3], drift: Vector, temperature: f64) -> String {
@@ -396,49 +372,5 @@ mod tests {
         assert_eq!(error(header), "six.csv: no positions");
         let far_off = format!("{HEADER}\n") + &measured([0.3, 0.0, 0.0], RESPONSE, DRIFT, 25.0);
         assert!(error(&far_off).contains("out of the range of a calibration"));
-    }
-
-    #[test]
-    fn store_of_either_board_is_calibrated_and_keeps_its_parameters() {
-        let owner = find("is2").unwrap().owner(1);
-        let run = |store: &mut Store<Flash, STORE_BUFFER>| while store.step().is_none() {};
-        for geometry in [Geometry::STM32F103, Geometry::STM32F446] {
-            let name = format!("calibrate-{}-{}.bin", std::process::id(), geometry.size());
-            let path = std::env::temp_dir().join(name);
-            let open = || Store::open(Flash::in_file(geometry, &path).unwrap(), owner);
-            let mut store = open();
-            store.save(|buffer| {
-                buffer[..4].copy_from_slice(&[1, 2, 3, 4]);
-                Some(4)
-            });
-            run(&mut store);
-            drop(store);
-            let calibration = Calibration::new([5, 6, 7], [[8; 3]; 3], [9; 3]).unwrap();
-            write(owner, &calibration, &path).unwrap();
-            assert_eq!(path.metadata().unwrap().len(), geometry.size() as u64);
-            let mut store = open();
-            let boot = store.boot();
-            assert_eq!(boot.parameters, Some(&[1, 2, 3, 4][..]));
-            assert_eq!(boot.calibration, calibration);
-            assert!(!boot.damaged);
-            std::fs::remove_file(&path).unwrap();
-        }
-    }
-
-    #[test]
-    fn file_that_is_too_long_for_a_store_is_refused() {
-        let owner = find("is2").unwrap().owner(1);
-        let name = format!("calibrate-{}-long.bin", std::process::id());
-        let path = std::env::temp_dir().join(name);
-        let long = vec![0xFF; Geometry::STM32F446.size() + 1];
-        std::fs::write(&path, &long).unwrap();
-        let error = write(owner, &Calibration::IDENTITY, &path).unwrap_err();
-        let expected = format!(
-            "cannot use the store {}: the file is longer",
-            path.display()
-        );
-        assert!(error.starts_with(&expected), "{error}");
-        assert_eq!(std::fs::read(&path).unwrap(), long);
-        std::fs::remove_file(&path).unwrap();
     }
 }

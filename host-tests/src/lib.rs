@@ -24,6 +24,7 @@ pub mod fuzz;
 pub mod plots;
 pub mod python;
 pub mod rise_time;
+pub mod store_file;
 #[cfg(target_os = "linux")]
 pub mod trace;
 pub mod vibration;

@@ -250,6 +250,16 @@ impl Field {
 
     /// The value of a unit as a sheet has it; None if it is not given.
     pub fn shown(&self, unit: &Unit) -> Option<String> {
+        let shown = match self.value(unit)? {
+            Value::Number(number) => number.to_string(),
+            Value::Text(text) => toml::Value::String(text).to_string(),
+        };
+        Some(shown)
+    }
+
+    /// The value of a unit; None if it is not given.
+    pub fn value(&self, unit: &Unit) -> Option<Value> {
+        let text = |name: Option<Name>| name.map(|name| Value::Text(name.text().to_owned()));
         let number = match self.key {
             "vendor" => unit.vendor,
             "device-type" => unit.device_type.map(u32::from),
@@ -257,19 +267,15 @@ impl Field {
             "revision" => unit.revision,
             "serial" => unit.serial,
             "article" => unit.article,
-            "name" => return unit.name.map(quoted),
-            "hardware-version" => return unit.hardware.map(quoted),
-            _ => return unit.software.map(quoted),
+            "name" => return text(unit.name),
+            "hardware-version" => return text(unit.hardware),
+            _ => return text(unit.software),
         };
         number.map(|number| match self.kind {
-            Kind::Revision => format!("\"{}.{}\"", number >> 8, number & 0xFF),
-            _ => number.to_string(),
+            Kind::Revision => Value::Text(format!("{}.{}", number >> 8, number & 0xFF)),
+            _ => Value::Number(number.into()),
         })
     }
-}
-
-fn quoted(name: Name) -> String {
-    toml::Value::String(name.text().to_owned()).to_string()
 }
 
 /// Major and minor revision of DeviceNet as one number.

@@ -2,7 +2,8 @@
 
 use clap::Parser;
 use clap::builder::PossibleValuesParser;
-use host_tests::calibrate::{calibration, write};
+use host_tests::calibrate::calibration;
+use host_tests::store_file;
 use plumbline::model::catalog::{PRODUCTS, find};
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -44,7 +45,7 @@ fn run(options: &Options) -> Result<(), String> {
         .map_err(|error| format!("cannot read {name}: {error}"))?;
     let calibration = calibration(&name, &text)?;
     let product = find(&options.model).ok_or("there is no such product")?;
-    write(product.owner(options.serial), &calibration, &options.store)?;
+    store_file::calibrate(product.owner(options.serial), &calibration, &options.store)?;
     println!("{calibration:?}");
     Ok(())
 }

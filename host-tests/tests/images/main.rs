@@ -31,4 +31,5 @@ mod tiltix_network;
 mod timing;
 #[cfg(target_os = "linux")]
 mod traces;
+mod unit;
 mod vibration;

@@ -280,6 +280,21 @@ pub enum Command {
         #[arg(last = true, value_name = "COMMAND")]
         log: Vec<String>,
     },
+    /// Show the identity of the sensor (vendor, product code, revision, serial number, names), or give it to a unit of this project that replaces it
+    Identity {
+        /// Take the identity from this file instead of the connected sensor: an EDS, a DCF, or a sheet of --output; needs --product, unless the sheet names it
+        #[arg(long, value_name = "FILE", conflicts_with = "from_sensor")]
+        from: Option<PathBuf>,
+        /// Take the identity of the connected sensor
+        #[arg(long)]
+        from_sensor: bool,
+        /// Write a sheet of the values, which can be edited
+        #[arg(long, value_name = "FILE")]
+        output: Option<PathBuf>,
+        /// Write the identity into this store file of the new unit
+        #[arg(long, value_name = "FILE")]
+        store: Option<PathBuf>,
+    },
     /// Show a page in the browser that finds, shows and sets sensors
     Serve {
         /// Where to listen; only this computer reaches the default. Port 0 takes a free port

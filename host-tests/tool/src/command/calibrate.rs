@@ -12,7 +12,8 @@ use crate::client::stopped;
 use crate::failure::Failure;
 use crate::identify;
 use crate::output::Terminal;
-use host_tests::calibrate::{Side, calibration as computed, write};
+use host_tests::calibrate::{Side, calibration as computed};
+use host_tests::store_file;
 use measurement::Measurement;
 use plumbline::measure::calibration::Calibration;
 use plumbline::measure::calibration::OFFSET_ONE_G;
@@ -132,7 +133,7 @@ pub fn run(
         let message = "the log and the measurement have no serial number: give it with --serial N";
         Failure::usage("no-serial", message)
     })?;
-    write(product.owner(serial), &calibration, store)
+    store_file::calibrate(product.owner(serial), &calibration, store)
         .map_err(|why| Failure::bus("no-file", why))?;
     let next = format!(
         "the calibration of {} with serial number {serial} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",

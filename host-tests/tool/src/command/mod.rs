@@ -6,6 +6,7 @@ pub mod calibrate;
 mod factory;
 mod file;
 mod help;
+mod identity;
 mod j1939;
 mod label;
 mod parameters;
@@ -101,6 +102,27 @@ pub fn run_on(
             };
             let may_measure = !options.yes;
             return calibrate::calibrate(file, log, may_measure, unit, terminal);
+        }
+        Command::Identity {
+            from,
+            output,
+            store,
+            ..
+        } if from.is_some() => {
+            let path = from.as_deref().unwrap_or(Path::new(""));
+            let into = identity::Into {
+                output: output.as_deref(),
+                store: store.as_deref(),
+            };
+            return identity::from_file(path, options.product.as_deref(), into, terminal);
+        }
+        Command::Identity {
+            from_sensor: false,
+            store: Some(_),
+            ..
+        } => {
+            let message = "a store file needs an identity: give --from FILE, or --from-sensor for that of the connected sensor";
+            return Err(Failure::usage("no-identity", message));
         }
         Command::Serve {
             listen,
@@ -263,6 +285,15 @@ pub fn run_on(
                 replaced(file, terminal)?;
             }
             watch::log(bus.adapter()?, options.rate, file, seconds, terminal)
+        }
+        Command::Identity { output, store, .. } => {
+            let into = identity::Into {
+                output: output.as_deref(),
+                store: store.as_deref(),
+            };
+            bus.with(terminal, |session, terminal| {
+                identity::from_sensor(session, into, terminal)
+            })
         }
         Command::Calibrate { .. }
         | Command::Completions { .. }

@@ -29,7 +29,7 @@ const GREATEST: i64 = 1_000_000_000;
 const DECIMALS: u8 = 9;
 
 /// Entries by section and key, both in small letters.
-type Fields = HashMap<(String, String), Vec<String>>;
+pub(super) type Fields = HashMap<(String, String), Vec<String>>;
 
 /// Whether a file has the sections of this format.
 pub(super) fn is_devicenet(text: &str) -> bool {
@@ -84,7 +84,7 @@ pub(super) fn parts(text: &str) -> Result<Parts, String> {
 }
 
 /// The entries of a file.
-fn fields(text: &str) -> Result<Fields, String> {
+pub(super) fn fields(text: &str) -> Result<Fields, String> {
     let mut all = Fields::new();
     let (mut section, mut key) = (String::new(), None);
     let (mut done, mut field) = (Vec::new(), String::new());

@@ -10,6 +10,7 @@
 mod canopen;
 pub mod dcf;
 mod devicenet;
+pub mod identity;
 mod ini;
 
 use crate::backup::{Unread, read_file};

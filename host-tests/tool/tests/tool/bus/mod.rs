@@ -11,6 +11,7 @@ mod eds_files;
 mod every_rate;
 mod files;
 mod foreign;
+mod identity;
 mod interrupted;
 mod j1939;
 mod labels;
