@@ -12,6 +12,7 @@
 //!   that is detecting the bit rate. The frame of a sensor needs another sensor or an open adapter. Two adapters send frames with
 //!   the same identifier one after the other. An adapter waits for the end of an error frame of a sensor.
 
+mod adapters;
 mod leading;
 mod line;
 mod repetition;
@@ -19,12 +20,13 @@ mod stepping;
 
 use super::adapter::Adapter;
 use super::sensor::Sensor;
+use adapters::Adapters;
 use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use line::{Line, NOISE, Span, Wishes};
 use plumbline::can::{BitRate, Frame};
 use plumbline::time::{Duration, Instant, after};
 use repetition::Attempts;
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 /// The bit rate of the first frame for a detecting sensor on a bus that follows it.
 const FOLLOW_RATE: BitRate = BitRate::K250;
@@ -90,7 +92,7 @@ pub struct Bus {
     timing: BitTiming,
     time: Picoseconds,
     devices: Vec<Attached>,
-    adapters: BTreeMap<AdapterId, (Adapter, Line)>,
+    adapters: Adapters,
     adapters_made: usize,
     /// Until then a sensor goes first, because an adapter has just sent a frame.
     adapters_wait_until: Picoseconds,
@@ -121,7 +123,7 @@ impl Bus {
             timing: BitTiming::of(timing),
             time: 0,
             devices: Vec::new(),
-            adapters: BTreeMap::new(),
+            adapters: Adapters::default(),
             adapters_made: 0,
             adapters_wait_until: 0,
             gives_way: true,
@@ -177,7 +179,7 @@ impl Bus {
     pub fn adapter(&mut self) -> AdapterId {
         let id = AdapterId(self.adapters_made);
         self.adapters_made += 1;
-        self.adapters.insert(id, Default::default());
+        self.adapters.push(id);
         id
     }
 
@@ -185,7 +187,7 @@ impl Bus {
     /// bits.
     pub fn open(&mut self, id: AdapterId, rate: Option<BitRate>, listen_only: bool) {
         let (now, timing) = (self.time, self.adapter_timing(rate));
-        if let Some((adapter, _)) = self.adapters.get_mut(&id) {
+        if let Some((adapter, _)) = self.adapters.get_mut(id) {
             adapter.open(rate, listen_only);
             if let Some(timing) = timing {
                 adapter.join(now, timing);
@@ -196,7 +198,7 @@ impl Bus {
 
     /// Closes an adapter. Frames not sent yet are dropped, received frames can still be taken.
     pub fn close(&mut self, id: AdapterId) {
-        if let Some((adapter, _)) = self.adapters.get_mut(&id) {
+        if let Some((adapter, _)) = self.adapters.get_mut(id) {
             adapter.close();
         }
         self.call_assistant();
@@ -204,13 +206,13 @@ impl Bus {
 
     /// True when an adapter is open and connected to the wire.
     pub fn takes_part(&self, id: AdapterId) -> bool {
-        let adapter = self.adapters.get(&id);
+        let adapter = self.adapters.get(id);
         adapter.is_some_and(|(adapter, _)| adapter.protocol.is_on())
     }
 
     /// Disconnects an adapter; its id is invalid afterwards.
     pub fn remove(&mut self, id: AdapterId) {
-        self.adapters.remove(&id);
+        self.adapters.remove(id);
         self.call_assistant();
     }
 
@@ -230,7 +232,7 @@ impl Bus {
     /// order. After each it lets a device with a waiting frame go first, because it does not load its next frame within the
     /// intermission: polls that are queued together get their replies.
     pub fn send(&mut self, id: AdapterId, frame: Frame) {
-        if let Some((adapter, _)) = self.adapters.get_mut(&id) {
+        if let Some((adapter, _)) = self.adapters.get_mut(id) {
             adapter.push(frame);
         }
     }
@@ -243,13 +245,13 @@ impl Bus {
 
     /// Frames that wait in an adapter.
     pub fn queued(&self, id: AdapterId) -> usize {
-        let adapter = self.adapters.get(&id);
+        let adapter = self.adapters.get(id);
         adapter.map_or(0, |(adapter, _)| adapter.queued())
     }
 
     /// Takes the frames that an adapter has received from others, each with the time of its end.
     pub fn take_received(&mut self, id: AdapterId) -> Vec<(Instant, Frame)> {
-        let Some((adapter, _)) = self.adapters.get_mut(&id) else {
+        let Some((adapter, _)) = self.adapters.get_mut(id) else {
             return Vec::new();
         };
         let received = adapter.take_received(self.time);
@@ -269,7 +271,7 @@ impl Bus {
     pub fn disturbed(&self, participant: Source) -> u64 {
         let protocol = match participant {
             Source::Device(id) => self.device(id).protocol(),
-            Source::Adapter(id) => self.adapters.get(&id).map(|(one, _)| &one.protocol),
+            Source::Adapter(id) => self.adapters.get(id).map(|(one, _)| &one.protocol),
         };
         protocol.map_or(0, Protocol::error_flags)
     }

@@ -3,6 +3,7 @@
 //! A detecting sensor that listens at a wrong rate sees a pulse of one bit of the wire, which no other participant sees, and
 //! measures the rate of the wire.
 
+use super::adapters::Connected;
 use super::{Attached, Bus, BusRate, FOLLOW_RATE};
 use can_wire::protocol::{BitTiming, Picoseconds, Protocol};
 use plumbline::can::BitRate;
@@ -68,8 +69,8 @@ impl Bus {
             rate.map_or(protocol.timing(), BitTiming::of)
         };
         // A frame that the sensor has received is complete for its sender one bit later.
-        let mut adapters = self.adapters.values();
-        let is_ending = adapters.any(|(one, _)| one.protocol.is_at_end_of_frame());
+        let is_at_end = |(one, _): &Connected| one.protocol.is_at_end_of_frame();
+        let is_ending = self.adapters.values().any(is_at_end);
         if timing == self.timing || is_ending {
             return;
         }

@@ -65,7 +65,7 @@ impl Line {
     ) -> Option<Event> {
         sensor.next_step().filter(|at| *at <= now)?;
         let takes = sensor.protocol().is_some_and(Protocol::takes_offer);
-        let offered = sensor.offered().filter(|_| takes);
+        let offered = if takes { sensor.offered() } else { None };
         let event = sensor.step(now, self.sees)?;
         self.note(event, offered);
         Some(event)
@@ -240,7 +240,7 @@ impl Bus {
                 self.disturbances.extend(span);
             }
         }
-        for (id, (adapter, line)) in &mut self.adapters {
+        for (id, (adapter, line)) in self.adapters.iter_mut() {
             let source = Source::Adapter(*id);
             let span = line.intervene(&adapter.protocol, source, &mut self.wishes);
             self.disturbances.extend(span);

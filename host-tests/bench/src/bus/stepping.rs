@@ -228,7 +228,7 @@ impl Bus {
     fn step_adapters(&mut self, offering: &[AdapterId]) -> bool {
         let now = self.time;
         let mut all = Vec::new();
-        for (id, (adapter, line)) in &mut self.adapters {
+        for (id, (adapter, line)) in self.adapters.iter_mut() {
             let offered = adapter.offered().filter(|_| offering.contains(id));
             if let Some(event) = line.step(now, &mut adapter.protocol, offered) {
                 adapter.note(now, event);
