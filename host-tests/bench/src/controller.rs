@@ -143,11 +143,17 @@ impl Controller {
         if !listens && !self.filters.iter().any(|one| one.accepts(frame.id())) {
             return;
         }
-        if self.received.len() >= QUEUE || (stalled && self.in_fifo >= FIFO) {
+        if self.received.len() >= QUEUE {
             self.events.push_back(BusEvent::Overrun);
             return;
         }
-        self.in_fifo += usize::from(stalled);
+        if stalled && self.in_fifo >= FIFO {
+            // As on the boards, the newest frame takes the place of the last one.
+            self.events.push_back(BusEvent::Overrun);
+            self.received.pop_back();
+        } else {
+            self.in_fifo += usize::from(stalled);
+        }
         self.received.push_back(frame);
     }
 

@@ -38,10 +38,13 @@ impl Bench {
                 frame(0x300, b"\x50SAVE"),
                 |reply| matches!(reply, [0x50, status, ..] if status & 0x0C == 0),
             ),
-            // "save" to 1010h:01 of the factory's node-ID 10.
+            // "save" to 1010h:01 of the factory's node-ID, 50 or 10.
             Protocol::Canopen(_) => (
                 BitRate::K125,
-                frame(0x60A, b"\x23\x10\x10\x01save"),
+                frame(
+                    if name == "ims360" { 0x632 } else { 0x60A },
+                    b"\x23\x10\x10\x01save",
+                ),
                 |reply| reply.starts_with(&[0x60, 0x10, 0x10, 0x01]),
             ),
             // It has no request that saves; `devicenet_saves` counts its erases.
@@ -125,10 +128,17 @@ fn assert_saves(name: &str, memory: Flash, first: usize, between: usize) {
     }
 }
 
-/// The two pages of 1 KiB of the Blue Pill. A record of `is2` has 40 bytes, one of `is1` also 40, one of `jn2101` 84.
+/// The two pages of 1 KiB of the Blue Pill. A record of `is2` has 40 bytes, one of `is1` also 40, one of `jn2101` 84. The
+/// pages of the products tell users these numbers, plus one.
 #[test]
 fn exact_number_of_saves_lies_between_two_without_an_erased_page() {
-    for (name, between) in [("is1", 24), ("is2", 24), ("is2tk", 24), ("jn2101", 11)] {
+    for (name, between) in [
+        ("is1", 24),
+        ("is2", 24),
+        ("is2tk", 24),
+        ("jn2101", 11),
+        ("ims360", 2),
+    ] {
         // Blank memory: both pages.
         assert_saves(name, Flash::default(), 2 * (between + 1), between);
     }
@@ -154,4 +164,29 @@ fn no_save_erases_within_half_a_page_after_a_start() {
             bench.restart();
         }
     }
+}
+
+/// While a page is erased, the controller keeps three frames: the newest one takes the place of the third.
+#[test]
+fn erase_loses_the_frames_between_the_first_two_and_the_last() {
+    let mut bench = Bench::new("is2", Flash::default());
+    for save in 0..50 {
+        assert!(!bench.erases(), "save {save}");
+    }
+    bench.bus.take_received(bench.tester);
+    let before = bench.bus.device_mut(bench.device).flash().erased();
+    bench.bus.send(bench.tester, bench.save);
+    let reads = [0x10, 0x11, 0x12, 0x13, 0x14, 0x15];
+    for code in reads {
+        let read = Frame::data(standard(0x300), &[code]).expect("one byte");
+        bench.bus.send(bench.tester, read);
+    }
+    bench.run(30);
+    assert_eq!(bench.bus.take_received(bench.tester), [], "it erases");
+    bench.run(100);
+    let erased = bench.bus.device_mut(bench.device).flash().erased();
+    assert_eq!(erased - before, 1);
+    let received = bench.bus.take_received(bench.tester);
+    let codes: Vec<u8> = received.iter().map(|(_, reply)| reply.bytes()[0]).collect();
+    assert_eq!(codes, [0x10, 0x11, 0x15, 0x50]);
 }
