@@ -26,7 +26,8 @@
 //! on a PC and of the flashed image.
 //!
 //! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
-//! requires. [`self_test`] checks the accelerometer, [`supply`] the supply voltage.
+//! requires. [`validity`] judges the calibrated acceleration: [`clipping`] and [`plausibility`]. [`overturned`] tells a 2-axis sensor that
+//! lies on its back. [`self_test`] checks the accelerometer, [`supply`] the supply voltage.
 //!
 //! ```
 //! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
@@ -52,17 +53,21 @@ pub mod low_pass;
 mod low_pass_design;
 pub mod mean_rate;
 pub mod output_filter;
+pub mod overturned;
+pub mod plausibility;
 pub mod resampler;
 pub mod self_test;
 pub mod supply;
 pub mod teach;
+pub mod validity;
 pub mod zero;
 
 use crate::time::{Duration, millis};
 pub use calibration::Calibration;
-pub use clipping::Clipping;
 pub use low_pass::LowPass;
 pub use micromath::vector::I32x3;
+pub use overturned::Overturned;
+pub use validity::Validity;
 
 /// The sampling period: 200 Hz. Below 160 Hz the critically damped filter would overshoot.
 pub const SAMPLE_PERIOD: Duration = millis(5);
@@ -103,11 +108,13 @@ pub(crate) const fn saturated(component: i32) -> i32 {
     }
 }
 
-/// Calibration and low-pass.
+/// Calibration, judgement of the accelerometer, and low-pass.
 #[derive(Clone, Debug, Default)]
 pub struct Inclinometer {
     /// The calibration of the device.
     pub calibration: Calibration,
+    /// The judgement of the calibrated acceleration.
+    pub validity: Validity,
     /// The digital filter.
     pub low_pass: LowPass,
 }
@@ -116,6 +123,7 @@ impl Inclinometer {
     /// Without calibration, filter off.
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
+        validity: Validity::INITIAL,
         low_pass: LowPass::new(),
     };
 
@@ -124,6 +132,7 @@ impl Inclinometer {
         let corrected = self
             .calibration
             .apply(reading.acceleration, reading.temperature);
+        self.validity.step(corrected, reading.clipped);
         self.low_pass.step(corrected)
     }
 }

@@ -1,9 +1,11 @@
 //! The accelerometer fails, recovers, clips, starts late, or has a clock error.
 
 use crate::rig::*;
+use bench::motion::Motion;
 use bench::{BusRate, Flash};
 use plumbline::can::BitRate;
 use plumbline::measure::{I32x3, ONE_G, Reading};
+use plumbline::time::Instant;
 use stm32_sim::ism330dhcx::Fault;
 
 const RATE: BitRate = BitRate::K500;
@@ -76,7 +78,7 @@ fn accelerometer_that_starts_late_is_used() {
 }
 
 #[test]
-fn clipping_sets_the_sensor_error_for_100_ms() {
+fn clipping_for_longer_than_100_ms_sets_the_sensor_error() {
     let mut rig = quick();
     assert_right(&rig.poll());
     let shock = Reading {
@@ -91,6 +93,8 @@ fn clipping_sets_the_sensor_error_for_100_ms() {
     };
     let device = rig.bus.device_mut(rig.sensor);
     device.set_motion(Box::new(shock));
+    rig.run(90);
+    assert_eq!(rig.poll()[1], 0);
     rig.run(60);
     assert_eq!(rig.poll()[1], ERRORS);
     let device = rig.bus.device_mut(rig.sensor);
@@ -99,6 +103,68 @@ fn clipping_sets_the_sensor_error_for_100_ms() {
     assert_eq!(rig.poll()[1], ERRORS, "the error is held");
     rig.run(SETTLING);
     assert_right(&rig.poll());
+}
+
+/// An accelerometer whose mass does not move any more.
+#[test]
+fn dead_accelerometer_sets_the_sensor_error_at_power_up_and_after_half_a_second() {
+    let dead = || {
+        Box::new(Reading {
+            temperature: 2500,
+            ..Reading::default()
+        })
+    };
+    let mut rig = quick();
+    rig.bus.device_mut(rig.sensor).set_motion(dead());
+    rig.run(480);
+    assert_eq!(rig.poll()[1], 0);
+    rig.run(120);
+    assert_eq!(rig.poll()[1], ERRORS);
+    rig.power_cycle();
+    rig.boot_up();
+    rig.run(60);
+    assert_eq!(rig.poll()[1], ERRORS);
+}
+
+/// At 30 deg about Y, with a shock of 3 g along the vertical for 20 ms, twice a second.
+struct Digging;
+
+impl Motion for Digging {
+    fn reading(&mut self, now: Instant) -> Reading {
+        let g = if now.ticks() % 500_000 < 20_000 {
+            4.0
+        } else {
+            1.0
+        };
+        let (x, z) = (-30_f64.to_radians().sin(), 30_f64.to_radians().cos());
+        let [x, z] = [x, z].map(|part| (part * g * f64::from(ONE_G)).round() as i32);
+        Reading {
+            acceleration: I32x3 { x, y: 0, z },
+            temperature: 2500,
+            ..Reading::default()
+        }
+    }
+}
+
+#[test]
+fn repeated_shocks_of_3_g_change_neither_angle_nor_status() {
+    for filter in [
+        &[fsc::WRITE_FILTER, 0xF4, 0x01, 1],
+        &[fsc::WRITE_FILTER, 0xD0, 0x07, 2],
+    ] {
+        let mut rig = quick();
+        rig.write(filter);
+        rig.bus.device_mut(rig.sensor).set_motion(Box::new(Digging));
+        // 0.5 Hz and 2 Hz
+        rig.run(5000);
+        for _ in 0..100 {
+            rig.run(17);
+            let reply = rig.poll();
+            assert_eq!(reply[1], 0, "{reply:02X?}");
+            assert!(angle(&reply, 2).abs_diff(3000) <= 1, "{reply:02X?}");
+            assert!(angle(&reply, 4).abs_diff(0) <= 1, "{reply:02X?}");
+        }
+    }
 }
 
 #[test]

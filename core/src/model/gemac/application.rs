@@ -4,7 +4,7 @@ use super::parameters::{FILTER_KINDS, id};
 use crate::application::{Application, Faults, Outputs, Readout, Values};
 use crate::heater::{HeatedCell, Settings};
 use crate::measure::low_pass::Kind;
-use crate::measure::{Calibration, Clipping, I32x3, Inclinometer, Reading};
+use crate::measure::{Calibration, I32x3, Inclinometer, Overturned, Reading};
 use crate::param::{ParameterId, Parameters, Quantity, Table, ValueId, meaning};
 use crate::time::Instant;
 use core::marker::PhantomData;
@@ -47,6 +47,8 @@ pub struct Inclination {
     angles: [i32; 2],
     /// The measured angles.
     measured: [i32; 2],
+    /// The angles may become a zero point.
+    is_valid: bool,
     faults: Faults,
     outputs: Outputs,
 }
@@ -55,6 +57,7 @@ impl Values for Inclination {
     const INITIAL: Self = Self {
         angles: [0; 2],
         measured: [0; 2],
+        is_valid: false,
         faults: Faults::NONE,
         outputs: Outputs::NONE,
     };
@@ -78,7 +81,7 @@ pub struct Gemac<X, const HEATED: bool> {
     /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a fault; in 0.01 deg.
     limit: u16,
     inclinometer: Inclinometer,
-    clipping: Clipping,
+    overturned: Overturned,
     cell: HeatedCell,
     zero: [u32; 2],
     measured: [i32; 2],
@@ -103,6 +106,7 @@ impl<X: Axes, const HEATED: bool> Gemac<X, HEATED> {
         Inclination {
             angles: [X::with_offset(x, zero_x), X::with_offset(y, zero_y)],
             measured: self.measured,
+            is_valid: self.inclinometer.validity.is_valid(),
             faults,
             outputs,
         }
@@ -119,7 +123,7 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
     const INITIAL: Self = Self {
         limit: 0,
         inclinometer: Inclinometer::INITIAL,
-        clipping: Clipping::NONE,
+        overturned: Overturned::INITIAL,
         cell: HeatedCell::UNHEATED,
         zero: [0; 2],
         measured: [0; 2],
@@ -153,7 +157,10 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
         let up = self.inclinometer.sample(reading);
         let (measured, beyond) = X::measure(up, self.limit);
         self.measured = measured;
-        self.faults = if self.clipping.step(reading.clipped) {
+        let validity = &self.inclinometer.validity;
+        // The angles of one axis have the whole circle.
+        let overturned = X::ANGLES.intersects(Faults::Y) && self.overturned.step(up);
+        self.faults = if validity.clips() || validity.is_defective() || overturned {
             X::ANGLES
         } else {
             beyond
@@ -168,11 +175,15 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
         if HEATED {
             self.cell.stop();
         }
+        self.inclinometer.validity.stale();
         self.faults = X::ANGLES;
         self.values()
     }
 
     fn derive(id: ParameterId, values: &Inclination) -> Option<u32> {
+        if !values.is_valid {
+            return None;
+        }
         let [x, y] = values.measured;
         match id {
             id::ZERO_X => Some(X::zero_for(x)),

@@ -3,10 +3,11 @@
 use super::Ims360Product;
 use super::measuring::Measuring;
 use super::parameters::{HIGHEST_CRITICALLY_DAMPED, are_consistent, has_two_axes, id};
+use super::range::{Beyond, RangeFault};
 use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Readout, Values};
 use crate::measure::supply::{Limits, Monitor};
-use crate::measure::{Calibration, Clipping, Reading};
+use crate::measure::{Calibration, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId};
 use crate::time::Instant;
 
@@ -55,6 +56,10 @@ pub struct Inclination {
     measured: Option<[i32; 2]>,
     /// The angles without offset, not rounded.
     fine: [Angle; 2],
+    /// How the angles are out of range.
+    beyond: [Beyond; 2],
+    /// The angles may become a zero point.
+    is_valid: bool,
     faults: Faults,
 }
 
@@ -63,6 +68,11 @@ impl Inclination {
     pub(super) fn fine(&self) -> Option<[Angle; 2]> {
         self.measured.map(|_| self.fine)
     }
+
+    /// How the angles are out of range.
+    pub(super) fn beyond(&self) -> [Beyond; 2] {
+        self.beyond
+    }
 }
 
 impl Values for Inclination {
@@ -70,6 +80,8 @@ impl Values for Inclination {
         numbers: [0; VALUES],
         measured: None,
         fine: [Angle::ZERO; 2],
+        beyond: [Beyond::No; 2],
+        is_valid: false,
         faults: Faults::NONE,
     };
 
@@ -86,19 +98,16 @@ impl Values for Inclination {
 /// The application of the IMS360.
 pub struct Ims360Application {
     measuring: Measuring,
-    clipping: Clipping,
+    /// The range faults of both angles (5010h, 5020h).
+    ranges: [RangeFault; 2],
     supply: Monitor,
     /// The temperature in degC.
     temperature: i8,
-    /// A sample was at the limit of the range within the last 100 ms.
-    clips: bool,
-    /// Samples are missing.
-    defective: bool,
 }
 
 impl Ims360Application {
     fn values(&self) -> Inclination {
-        let angles @ [x, y] = self.measuring.angles();
+        let [x, y] = self.measuring.angles();
         let [fx, fy, fz] = self.measuring.force();
         let [rx, ry, rz] = self.measuring.rate(1000);
         let [force_x, force_y, force_z] = [fx, fy, fz].map(limited);
@@ -126,20 +135,43 @@ impl Ims360Application {
             numbers,
             measured: measured.then(|| self.measuring.measured()),
             fine: self.measuring.fine(),
-            faults: self.faults(angles),
+            beyond: self.ranges.map(RangeFault::state),
+            is_valid: self.measuring.validity().is_valid(),
+            faults: self.faults(),
         }
     }
 
-    /// The active faults with these angles.
-    fn faults(&self, [x, y]: [i32; 2]) -> Faults {
+    /// Judges the present angles (S36).
+    fn judge(&mut self, now: Instant) {
+        if !self.measuring.has_measured() {
+            return;
+        }
         let two_axes = self.measuring.has_two_axes();
-        let beyond = |angle: i32| two_axes && !(-RANGE..=RANGE).contains(&angle);
+        let overturned = self.measuring.is_overturned();
+        let clips = self.measuring.validity().clips();
+        for (range, angle) in self.ranges.iter_mut().zip(self.measuring.angles()) {
+            let beyond = match angle {
+                _ if two_axes && angle > RANGE => Beyond::Above,
+                _ if two_axes && angle < -RANGE => Beyond::Below,
+                0.. if overturned => Beyond::Above,
+                ..0 if overturned => Beyond::Below,
+                _ if clips => Beyond::Clips,
+                _ => Beyond::No,
+            };
+            range.step(now, beyond);
+        }
+    }
+
+    /// The active faults.
+    fn faults(&self) -> Faults {
+        let [x, y] = self.ranges.map(|range| range.state() != Beyond::No);
+        let defective = self.measuring.validity().is_defective();
         Faults::SUPPLY
             .when(self.supply.is_faulty())
-            .and(Faults::X.when(self.clips || beyond(x)))
-            .and(Faults::Y.when(self.clips || beyond(y)))
-            .and(Faults::X_DEFECTIVE.when(self.defective))
-            .and(Faults::Y_DEFECTIVE.when(self.defective && two_axes))
+            .and(Faults::X.when(x))
+            .and(Faults::Y.when(y))
+            .and(Faults::X_DEFECTIVE.when(defective))
+            .and(Faults::Y_DEFECTIVE.when(defective && self.measuring.has_two_axes()))
     }
 }
 
@@ -182,26 +214,24 @@ impl Application for Ims360Application {
 
     const INITIAL: Self = Self {
         measuring: Measuring::INITIAL,
-        clipping: Clipping::NONE,
+        ranges: [RangeFault::NONE; 2],
         supply: Monitor::NONE,
         temperature: 0,
-        clips: false,
-        defective: false,
     };
 
     fn start(&mut self, calibration: Calibration) {
         self.measuring.calibrate(calibration);
     }
 
-    fn apply(&mut self, _now: Instant, parameters: &Parameters<Ims360Product>) -> Inclination {
+    fn apply(&mut self, now: Instant, parameters: &Parameters<Ims360Product>) -> Inclination {
         self.measuring.configure(parameters);
+        self.judge(now);
         self.values()
     }
 
-    fn sample(&mut self, _now: Instant, reading: &Reading) -> Inclination {
+    fn sample(&mut self, now: Instant, reading: &Reading) -> Inclination {
         self.measuring.sample(reading);
-        self.clips = self.clipping.step(reading.clipped);
-        self.defective = false;
+        self.judge(now);
         let degrees = (i32::from(reading.temperature) + 50).div_euclid(100);
         self.temperature = degrees.clamp(i8::MIN.into(), i8::MAX.into()) as i8;
         self.values()
@@ -212,8 +242,7 @@ impl Application for Ims360Application {
     }
 
     fn stale(&mut self) -> Inclination {
-        self.measuring.interrupt();
-        self.defective = true;
+        self.measuring.invalidate();
         self.values()
     }
 
@@ -271,9 +300,7 @@ fn zero(
     if axes != ZERO_X && !has_two_axes(parameters) {
         return Err(Refused::NotPermitted);
     }
-    let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
-    let measured = values.measured;
-    let measured = measured.filter(|_| !values.faults.intersects(defective));
+    let measured = values.measured.filter(|_| values.is_valid);
     let [x, y] = measured.ok_or(Refused::State)?;
     if axes & ZERO_X != 0 {
         parameters.set(id::ZERO_X, x.wrapping_neg() as u32);

@@ -4,8 +4,9 @@
 //! zero offsets. Signs are those of the objects.
 
 use super::Ims360Product;
-use super::application::{Inclination, RANGE, SUPPLY, value};
+use super::application::{Inclination, SUPPLY, value};
 use super::parameters::{FILTER_KINDS, has_two_axes, id};
+use super::range::Beyond;
 use crate::angle::Angle;
 use crate::application::{Faults, Values};
 use crate::j1939::diagnostics::Code;
@@ -115,19 +116,16 @@ impl j1939::Product for Ims360Product {
         }
     }
 
-    fn active(values: &Inclination, parameters: &Parameters<Self>, conditions: Conditions) -> u16 {
+    fn active(values: &Inclination, _: &Parameters<Self>, conditions: Conditions) -> u16 {
         let faults = values.faults();
         let flag = |set: bool, bit: u16| if set { bit } else { 0 };
         let has = |fault: Faults| faults.intersects(fault);
-        let angle = |fault: Faults, id: ValueId, [above, below, clips]: [u16; 3]| {
-            let angle = values.number(id) as i32;
-            // Within the range, the cause is an acceleration at the limit.
-            match (has(fault), has_two_axes(parameters)) {
-                (false, _) => 0,
-                (true, true) if angle > RANGE => above,
-                (true, true) if angle < -RANGE => below,
-                (true, _) => clips,
-            }
+        let [beyond_x, beyond_y] = values.beyond();
+        let angle = |beyond: Beyond, [above, below, clips]: [u16; 3]| match beyond {
+            Beyond::No => 0,
+            Beyond::Above => above,
+            Beyond::Below => below,
+            Beyond::Clips => clips,
         };
         let pitch = const { [bit(PITCH, ABOVE), bit(PITCH, BELOW), bit(PITCH, ERRATIC)] };
         let roll = const { [bit(ROLL, ABOVE), bit(ROLL, BELOW), bit(ROLL, ERRATIC)] };
@@ -137,8 +135,8 @@ impl j1939::Product for Ims360Product {
         } else {
             const { bit(BATTERY, VOLTAGE_BELOW) }
         };
-        angle(Faults::X, value::X, pitch)
-            | angle(Faults::Y, value::Y, roll)
+        angle(beyond_x, pitch)
+            | angle(beyond_y, roll)
             | flag(has(Faults::X_DEFECTIVE), const { bit(PITCH, DEFECTIVE) })
             | flag(has(Faults::Y_DEFECTIVE), const { bit(ROLL, DEFECTIVE) })
             | flag(has(Faults::SUPPLY), supply)

@@ -6,7 +6,9 @@ use crate::angle::Angle;
 use crate::measure::fusion::{Fusion, Noise};
 use crate::measure::low_pass::Kind;
 use crate::measure::mean_rate::ACCELERATION_AGE;
-use crate::measure::{Calibration, I32x3, LowPass, ONE_G, Reading, definition};
+use crate::measure::{
+    Calibration, I32x3, LowPass, ONE_G, Overturned, Reading, Validity, definition,
+};
 use crate::param::{ParameterId, Parameters, meaning};
 
 /// 360 deg in 0.01 deg.
@@ -15,6 +17,7 @@ const TURN: i64 = 36_000;
 /// The path of a sample.
 pub(super) struct Measuring {
     calibration: Calibration,
+    validity: Validity,
     low_pass: LowPass,
     fusion: Fusion<{ ACCELERATION_AGE }>,
     /// The Kalman filter is selected (3110h:02).
@@ -24,6 +27,8 @@ pub(super) struct Measuring {
     offsets: [i32; 2],
     /// The filtered up vector; None before the first sample.
     up: Option<I32x3>,
+    overturned: Overturned,
+    is_overturned: bool,
     /// The angles without offset, not rounded.
     fine: [Angle; 2],
     /// The angles without offset, in 0.01 deg.
@@ -38,12 +43,15 @@ impl Measuring {
     /// The state before calibration and configuration.
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
+        validity: Validity::INITIAL,
         low_pass: LowPass::new(),
         fusion: Fusion::new(),
         fuses: false,
         two_axes: false,
         offsets: [0; 2],
         up: None,
+        overturned: Overturned::INITIAL,
+        is_overturned: false,
         fine: [Angle::ZERO; 2],
         measured: [0; 2],
         force: I32x3 { x: 0, y: 0, z: 0 },
@@ -85,12 +93,21 @@ impl Measuring {
         self.rate = self
             .calibration
             .apply_to_rate(reading.angular_rate, reading.temperature);
-        self.up = Some(if self.fuses {
+        self.validity.step(self.force, reading.clipped);
+        let up = if self.fuses {
             self.fusion.step(self.force, self.rate)
         } else {
             self.low_pass.step(self.force)
-        });
+        };
+        self.is_overturned = self.overturned.step(up);
+        self.up = Some(up);
         self.update();
+    }
+
+    /// Samples are missing for so long that nothing valid is measured.
+    pub fn invalidate(&mut self) {
+        self.validity.stale();
+        self.interrupt();
     }
 
     /// Samples are missing. The angles keep their values until the next sample.
@@ -114,6 +131,16 @@ impl Measuring {
     /// Whether the variant in force has two axes.
     pub fn has_two_axes(&self) -> bool {
         self.two_axes
+    }
+
+    /// The judgement of the accelerometer.
+    pub fn validity(&self) -> &Validity {
+        &self.validity
+    }
+
+    /// Whether a sensor of two axes lies on its back.
+    pub fn is_overturned(&self) -> bool {
+        self.two_axes && self.is_overturned
     }
 
     /// Whether there was a sample.

@@ -10,6 +10,7 @@ mod j1939;
 mod measuring;
 mod objects;
 mod parameters;
+mod range;
 
 pub use application::{Ims360Application, Inclination, value};
 pub use parameters::id;

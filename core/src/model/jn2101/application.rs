@@ -9,7 +9,7 @@ use crate::heater::{HeatedCell, Settings};
 use crate::measure::self_test::{LIMIT, Working};
 use crate::measure::supply::{Limits, Monitor};
 use crate::measure::teach::ReferenceFrame;
-use crate::measure::{Calibration, Clipping, I32x3, RANGE, Reading};
+use crate::measure::{Calibration, I32x3, Overturned, RANGE, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
 use crate::time::{Deadline, Instant};
 
@@ -63,7 +63,7 @@ pub struct Inclination {
     angles: [i32; 2],
     /// The angles without zero point.
     measured: [Angle; 2],
-    /// The filtered up vector in the coordinate frame of the sensor; None without a valid sample.
+    /// The filtered up vector in the coordinate frame of the sensor; None while nothing valid is measured.
     up: Option<I32x3>,
     /// The temperature of the measuring cell in 0.1 degC.
     temperature: i32,
@@ -115,7 +115,9 @@ impl Values for Inclination {
 /// The application of the JN2101.
 pub struct Jn2101Application {
     measuring: Measuring,
-    clipping: Clipping,
+    /// An axis is inclined beyond its range.
+    is_beyond: bool,
+    overturned: Overturned,
     cell: HeatedCell,
     supply: Monitor,
     /// The temperature of the measuring cell in 0.1 degC (4080h).
@@ -217,7 +219,8 @@ impl Application for Jn2101Application {
 
     const INITIAL: Self = Self {
         measuring: Measuring::INITIAL,
-        clipping: Clipping::NONE,
+        is_beyond: false,
+        overturned: Overturned::INITIAL,
         cell: HeatedCell::UNHEATED,
         supply: Monitor::NONE,
         temperature: 0,
@@ -266,12 +269,14 @@ impl Application for Jn2101Application {
             return self.values();
         }
         let up = self.measuring.sample(reading);
-        let clips = self.clipping.step(reading.clipped);
-        let beyond = is_beyond_range(up, self.faults.intersects(Faults::RANGE));
+        self.is_beyond = is_beyond_range(up, self.is_beyond);
+        let overturned = self.overturned.step(up) && !self.measuring.measures_overturned();
+        let validity = self.measuring.validity();
+        let failed = validity.clips() || validity.is_defective() || self.axes_failed;
         self.faults = self
             .faults
-            .set(Faults::SENSOR, clips || self.axes_failed)
-            .set(Faults::RANGE, beyond);
+            .set(Faults::SENSOR, failed)
+            .set(Faults::RANGE, self.is_beyond || overturned);
         self.values()
     }
 

@@ -7,7 +7,7 @@ use crate::angle::Angle;
 use crate::measure::definition::{self, Euler, Gimbal, Perpendicular};
 use crate::measure::fir::{Cutoff, Fir};
 use crate::measure::teach::{self, ReferenceFrame};
-use crate::measure::{Calibration, I32x3, Reading};
+use crate::measure::{Calibration, I32x3, Reading, Validity};
 use crate::param::{Parameters, meaning};
 
 /// 360 deg in 0.001 deg, the finest resolution.
@@ -16,6 +16,7 @@ const TURN: u32 = 360_000;
 /// The path of a sample.
 pub(super) struct Measuring {
     calibration: Calibration,
+    validity: Validity,
     filter: Fir,
     /// The reference frame of the teach-in; None: the coordinate frame of the sensor.
     reference_frame: Option<ReferenceFrame>,
@@ -33,6 +34,7 @@ impl Measuring {
     /// The state before calibration and configuration.
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
+        validity: Validity::INITIAL,
         filter: Fir::new(),
         reference_frame: None,
         definition: Definition::Perpendicular,
@@ -66,6 +68,7 @@ impl Measuring {
         let corrected = self
             .calibration
             .apply(reading.acceleration, reading.temperature);
+        self.validity.step(corrected, reading.clipped);
         let up = self.filter.step(corrected);
         self.up = Some(up);
         self.update();
@@ -74,6 +77,7 @@ impl Measuring {
 
     /// Marks the samples as not valid.
     pub fn invalidate(&mut self) {
+        self.validity.stale();
         self.up = None;
     }
 
@@ -111,9 +115,19 @@ impl Measuring {
         self.angles
     }
 
-    /// The filtered up vector in the coordinate frame of the sensor; None without a valid sample.
+    /// The filtered up vector in the coordinate frame of the sensor; None while nothing valid is measured.
     pub fn up(&self) -> Option<I32x3> {
-        self.up
+        self.up.filter(|_| self.validity.is_valid())
+    }
+
+    /// The judgement of the accelerometer.
+    pub fn validity(&self) -> &Validity {
+        &self.validity
+    }
+
+    /// Whether the lateral angle has more than two quadrants, so that the sensor also measures on its back (9.6).
+    pub fn measures_overturned(&self) -> bool {
+        self.definition == Definition::Euler && self.scale.lateral != Quadrants::Two
     }
 }
 

@@ -8,7 +8,7 @@ use super::parameters::{self, INVERSION, Range, Resolution, SCALING, id};
 use crate::angle::Angle;
 use crate::application::{Application, Effect, Faults, Outputs, Readout, Values};
 use crate::measure::output_filter::OutputFilter;
-use crate::measure::{Calibration, Clipping, I32x3, Reading};
+use crate::measure::{Calibration, I32x3, Reading, Validity};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, Table, ValueId};
 use crate::time::Instant;
 use core::marker::PhantomData;
@@ -43,8 +43,8 @@ pub struct Inclination {
     diagnostic: [i32; 2],
     /// The angles with inversion and without offsets, in 0.01 deg.
     measured: [i32; 2],
-    /// There was a reading.
-    is_measured: bool,
+    /// The angles may become a preset.
+    is_valid: bool,
     faults: Faults,
     outputs: Outputs,
 }
@@ -54,7 +54,7 @@ impl Values for Inclination {
         slopes: [0; 2],
         diagnostic: [0; 2],
         measured: [0; 2],
-        is_measured: false,
+        is_valid: false,
         faults: Faults::NONE,
         outputs: Outputs::NONE,
     };
@@ -92,12 +92,11 @@ struct Scale {
 pub struct Tiltix<X> {
     calibration: Calibration,
     filter: OutputFilter<2>,
-    clipping: Clipping,
+    validity: Validity,
     resolution: Resolution,
     scales: [Scale; 2],
     /// The filtered angles in 0.01 deg.
     angles: [i32; 2],
-    is_measured: bool,
     faults: Faults,
     outputs: Outputs,
     axes: PhantomData<X>,
@@ -106,7 +105,7 @@ pub struct Tiltix<X> {
 impl<X: Axes> Tiltix<X> {
     fn values(&self) -> Inclination {
         let mut values = Inclination {
-            is_measured: self.is_measured,
+            is_valid: self.validity.is_valid(),
             faults: self.faults,
             outputs: self.outputs,
             ..Inclination::INITIAL
@@ -150,14 +149,13 @@ impl<X: Axes> Application for Tiltix<X> {
     const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
         filter: OutputFilter::INITIAL,
-        clipping: Clipping::NONE,
+        validity: Validity::INITIAL,
         resolution: Resolution::UNKNOWN,
         scales: [Scale {
             inverted: false,
             offset: 0,
         }; 2],
         angles: [0; 2],
-        is_measured: false,
         faults: Faults::NONE,
         outputs: Outputs::NONE,
         axes: PhantomData,
@@ -190,6 +188,7 @@ impl<X: Axes> Application for Tiltix<X> {
         let up = self
             .calibration
             .apply(reading.acceleration, reading.temperature);
+        self.validity.step(up, reading.clipped);
         self.angles = self
             .filter
             .step(X::measure(up))
@@ -197,8 +196,8 @@ impl<X: Axes> Application for Tiltix<X> {
                 Range::Signed => angle.centidegrees(),
                 Range::Circle => angle.centidegrees_unsigned().into(),
             });
-        self.is_measured = true;
-        self.faults = Faults::RANGE.when(self.clipping.step(reading.clipped));
+        let range = Faults::RANGE.when(self.validity.clips());
+        self.faults = range.and(Faults::SENSOR.when(self.validity.is_defective()));
         self.values()
     }
 
@@ -208,7 +207,7 @@ impl<X: Axes> Application for Tiltix<X> {
 
     fn stale(&mut self) -> Inclination {
         self.filter.restart();
-        self.is_measured = false;
+        self.validity.stale();
         self.faults = Faults::SENSOR;
         self.values()
     }
@@ -252,7 +251,7 @@ fn preset<X: Axes>(
     parameters: &mut Parameters<X>,
 ) -> Result<(), Refused> {
     let (Some(&measured), Some(&preset), Some(&offset)) = (
-        values.measured.get(axis).filter(|_| values.is_measured),
+        values.measured.get(axis).filter(|_| values.is_valid),
         id::PRESET.get(axis),
         id::OFFSET.get(axis),
     ) else {

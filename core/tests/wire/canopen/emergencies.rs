@@ -23,13 +23,73 @@ fn missing_samples_are_sensor_error() {
 #[test]
 fn clipping_accelerometer_is_sensor_error() {
     let mut t = booted();
-    t.clipped = true;
-    t.wait_text(0);
-    assert_eq!(t.wait_text(6), [(5, "08A#0010010100000000".to_string())]);
-    t.clipped = false;
+    t.clip(20);
+    assert_eq!(t.sent_text(), [""; 0], "100 ms");
+    t.clip(1);
+    assert_eq!(t.sent_text(), ["08A#0010010100000000"]);
     let frames = t.wait_text(200);
     assert_eq!(frames.len(), 1);
     assert_eq!(frames[0].1, "08A#0000000000000000");
+}
+
+#[test]
+fn implausible_acceleration_is_sensor_error() {
+    for force in [[0.0; 3], [0.3, 0.0, 0.3], [0.0, 0.0, 1.6], [0.0, -3.0, 1.0]] {
+        let mut t = booted();
+        t.hold(in_g(force), 99);
+        // 1000h, also while another error is active
+        let has_error = |sent: Vec<String>| sent.iter().any(|text| text.starts_with("08A#0010"));
+        assert!(!has_error(t.sent_text()), "{force:?}");
+        t.hold(in_g(force), 40);
+        assert!(has_error(t.sent_text()), "{force:?}");
+        t.settle_at([0.0, 0.0, 1.0]);
+        t.sent_text();
+        assert_eq!(t.read(0x1001, 0), Ok(0), "{force:?}");
+    }
+}
+
+/// From the first reading on, so that a dead accelerometer never looks level.
+#[test]
+fn dead_accelerometer_is_announced_behind_the_boot_up_message() {
+    let mut t = booted();
+    t.force = [0; 3];
+    t.power_cycle();
+    assert_eq!(t.sent_text(), ["70A#00", "08A#0010010100000000"]);
+}
+
+/// 3 g for 20 ms, twice a second, for 10 s.
+#[test]
+fn repeated_shocks_are_no_error() {
+    let mut t = booted();
+    for n in 0..2000 {
+        let z = if n % 100 < 4 { 4.0 } else { 1.0 };
+        t.force = in_g([0.0, 0.0, z]);
+        assert_eq!(t.wait_text(5), [], "sample {n}");
+    }
+}
+
+#[test]
+fn sensor_on_its_back_exceeds_limit_unless_the_lateral_range_is_extended() {
+    let exceeded = ["08A#0090010200000000"];
+    for (definition, quadrants, measures) in [
+        (0, 1, false),
+        (1, 0, false),
+        (1, 1, true),
+        (1, 2, true),
+        (2, 1, false),
+        (3, 2, false),
+    ] {
+        let mut t = booted();
+        t.write(0x2044, 0, 1, definition).unwrap();
+        t.write(0x2040, 0, 1, quadrants).unwrap();
+        t.settle_at([0.1, 0.0, -1.0]);
+        let sent = t.sent_text();
+        if measures {
+            assert_eq!(sent, [""; 0], "{definition} {quadrants}");
+        } else {
+            assert_eq!(sent, exceeded, "{definition} {quadrants}");
+        }
+    }
 }
 
 #[test]
@@ -64,7 +124,7 @@ fn range_of_45_degrees_is_that_of_both_axes_in_both_directions() {
 /// The inclination is the direction of the acceleration, whatever its length.
 #[test]
 fn range_of_45_degrees_does_not_depend_on_the_length_of_the_acceleration() {
-    for g in [0.5, 1.0, 1.9] {
+    for g in [0.7, 1.0, 1.4] {
         let mut t = booted();
         let at = |degrees: f64| {
             let angle = degrees.to_radians();

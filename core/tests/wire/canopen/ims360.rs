@@ -268,9 +268,30 @@ fn auto_zero_sets_offsets() {
     let sent = tester.exchange("632#23103200FFFFFF7F");
     assert_eq!(sent, ["5B2#6010320000000000", "0B2#1050810000000000"]);
     assert_eq!(tester.read_i32(0x6110), i32::MAX);
-    tester.wait_without_samples(200);
-    tester.sent();
-    assert_eq!(tester.write(0x3200, 0, 1, 1), Err(DEVICE_STATE));
+}
+
+#[test]
+fn auto_zero_without_a_valid_angle_is_refused() {
+    let cases: [(&str, fn(&mut Ims360Tester)); 3] = [
+        ("stale", |tester| drop(tester.wait_without_samples(200))),
+        ("a sample clips", |tester| tester.clip(1)),
+        ("dead", |tester| tester.hold([0; 3], 120)),
+    ];
+    for (name, happens) in cases {
+        let mut tester = booted();
+        tester.tilt(10.0, 0.0);
+        happens(&mut tester);
+        tester.sent();
+        for command in 1..=3 {
+            let refused = tester.write(0x3200, 0, 1, command);
+            assert_eq!(refused, Err(DEVICE_STATE), "{name}");
+        }
+        assert_eq!(tester.read_i32(0x3210), 0, "{name}");
+        tester.tilt(10.0, 0.0);
+        tester.sent();
+        assert_eq!(tester.write(0x3200, 0, 1, 1), Ok(()), "{name}");
+        assert_eq!(tester.read_i32(0x3210), -1_000, "{name}");
+    }
 }
 
 #[test]

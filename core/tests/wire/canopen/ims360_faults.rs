@@ -32,16 +32,66 @@ fn supply_outside_its_limits_is_reported_with_hysteresis() {
 #[test]
 fn clipping_is_out_of_range_on_both_axes_while_angle_is_sent() {
     let mut tester = booted();
-    tester.clipped = true;
-    tester.sample();
+    tester.clip(20);
+    assert_eq!(tester.sent_text(), [""; 0], "100 ms");
+    tester.clip(1);
     let begin = ["0B2#1050810000000000", "0B2#2050810000000000"];
     assert_eq!(tester.sent_text(), begin);
     assert_eq!(tester.read(0x1001, 0), Ok(0x81));
     assert_eq!(tester.read(0x6110, 0), Ok(0));
-    tester.clipped = false;
-    tester.hold([0, 0, ONE_G], 21);
+    assert_eq!(tester.wait_text(990), [], "at most one change in a second");
+    let sent = tester.wait_text(15);
+    let sent: Vec<_> = sent.iter().map(|(_, text)| &text[..]).collect();
+    assert_eq!(sent, ["0B2#0000810000000000", "0B2#0000000000000000"]);
+}
+
+#[test]
+fn repeated_clipping_changes_a_code_at_most_once_a_second() {
+    let mut tester = booted();
+    let mut messages = 0;
+    for _ in 0..25 {
+        for (clipped, ms) in [(true, 120), (false, 280)] {
+            tester.clipped = clipped;
+            messages += tester.wait(ms).len();
+        }
+    }
+    // Two codes in 10 s.
+    assert!((4..=22).contains(&messages), "{messages}");
+    // 20 ms twice a second are no clipping.
+    let mut tester = booted();
+    for _ in 0..20 {
+        for (clipped, ms) in [(true, 20), (false, 480)] {
+            tester.clipped = clipped;
+            assert_eq!(tester.wait(ms), []);
+        }
+    }
+}
+
+#[test]
+fn implausible_acceleration_is_that_of_defective_sensors() {
+    let begin = ["0B2#01FF810000000000", "0B2#02FF810000000000"];
+    let mut tester = booted();
+    tester.hold([0, 0, ONE_G / 4], 120);
+    assert_eq!(tester.sent_text(), begin);
+    assert_eq!(tester.read(0x3000, 1), Ok(7), "ST0 bit 1");
+    tester.hold([0, 0, ONE_G], 120);
     let end = ["0B2#0000810000000000", "0B2#0000000000000000"];
     assert_eq!(tester.sent_text(), end);
+    tester.force = [0; 3];
+    tester.power_cycle();
+    assert_eq!(tester.sent_text(), [&["732#00"][..], &begin].concat());
+}
+
+#[test]
+fn sensor_on_its_back_is_out_of_range_on_both_axes() {
+    let mut tester = booted();
+    tester.settle_at([0.0, 0.5, -0.8]);
+    let begin = ["0B2#1050810000000000", "0B2#2050810000000000"];
+    assert_eq!(tester.sent_text(), begin);
+    tester.settle_at([0.0, 1.0, 0.01]);
+    assert_eq!(tester.wait_text(1100), [], "until 0.02 g");
+    tester.settle_at([0.0, 1.0, 0.03]);
+    assert_eq!(tester.sent_text().len(), 2);
 }
 
 #[test]
@@ -52,7 +102,10 @@ fn angle_beyond_90_deg_with_offset_is_out_of_range() {
     let sent = tester.exchange("632#2320320029230000");
     assert_eq!(sent, ["5B2#6020320000000000", "0B2#2050810000000000"]);
     let sent = tester.exchange("632#23203200D8DCFFFF");
-    assert_eq!(sent[1..], ["0B2#0000000000000000"]);
+    assert_eq!(sent.len(), 1, "a code changes at most once a second");
+    let sent = tester.wait_text(1005);
+    let sent: Vec<_> = sent.iter().map(|(_, text)| &text[..]).collect();
+    assert_eq!(sent, ["0B2#0000000000000000"]);
     tester.write(0x3210, 0, 4, -9_000_i32 as u32).unwrap();
     assert_eq!(tester.sent_text(), [""; 0]);
 }

@@ -210,6 +210,8 @@ fn history_keeps_the_eight_newest_errors() {
         for offset in [9_500, 0] {
             let request = write_request(index, 0, 4, offset);
             assert_eq!(t.exchange(&format!("632#{request}")).len(), 2, "and EMCY");
+            // A code changes at most once a second.
+            t.wait(1000);
         }
     }
     assert_eq!(t.read(0x1003, 0), Ok(8));

@@ -195,13 +195,29 @@ fn teach_with_vertical_x_axis_is_refused() {
 }
 
 #[test]
-fn zero_and_teach_without_measurement_are_refused() {
-    let mut t = booted();
-    t.sampled = false;
-    t.wait_text(200);
-    assert_eq!(t.write(0x2046, 0, 1, 1), Err(DEVICE_STATE));
-    assert_eq!(t.write(0x2042, 0, 1, 1), Err(DEVICE_STATE));
-    assert_eq!(t.write(0x2042, 0, 1, 2), Ok(()));
+fn zero_and_teach_without_a_valid_angle_are_refused() {
+    let cases: [(&str, fn(&mut Jn2101Tester)); 4] = [
+        ("stale", |t| drop(t.wait_without_samples(200))),
+        ("a sample clips", |t| t.clip(1)),
+        ("dead", |t| t.hold([0; 3], 120)),
+        ("too long", |t| t.hold(in_g([0.0, 0.0, 2.0]), 120)),
+    ];
+    for (name, happens) in cases {
+        let mut t = booted();
+        t.tilt(10.0, 0.0);
+        happens(&mut t);
+        t.sent_text();
+        for object in [0x2046, 0x2042] {
+            assert_eq!(t.write(object, 0, 1, 1), Err(DEVICE_STATE), "{name}");
+            assert_eq!(t.read(object, 0), Ok(2), "{name}");
+            assert_eq!(t.write(object, 0, 1, 2), Ok(()), "{name}");
+        }
+        assert_eq!(t.memory, None, "{name}");
+        t.tilt(10.0, 0.0);
+        t.sent_text();
+        assert_eq!(t.write(0x2046, 0, 1, 1), Ok(()), "{name}");
+        assert_eq!(angles(&mut t), (0, 0), "{name}");
+    }
 }
 
 /// 9.3 and 9.6: the zero point is subtracted from the direction, which stays within the range of 2040h.

@@ -1,7 +1,9 @@
 //! The attributes and words of the TILTIX (manual 5.1), with the MAC ID 3 and the master 0Ah of the manual's examples.
 
+use crate::tester::Tester;
 use crate::tester::tiltix::{FACTORY, tiltix080, tiltix360};
 use plumbline::measure::ONE_G;
+use plumbline::model::tiltix::tiltix080::Tiltix080;
 
 const EXPLICIT: u8 = 0x01;
 const POLL: u8 = 0x03;
@@ -245,6 +247,45 @@ fn filter_begins_again_after_missing_readings() {
     tester.hold([0, 0, ONE_G], 1);
     assert_eq!(tester.get(0x72).as_deref(), Ok("0000"));
     assert_eq!(tester.get(0x7A).as_deref(), Ok("0000"));
+}
+
+/// Bit 10 of the status of the identity.
+#[test]
+fn implausible_acceleration_is_in_the_status_and_on_the_module_led() {
+    let mut tester = tiltix080(EXPLICIT);
+    for (force, status, red) in [
+        ([0, 0, 0], "8E0504", true),
+        ([0, 0, ONE_G], "8E0500", false),
+        ([2 * ONE_G, 0, 0], "8E0504", true),
+        // It has no message for a sensor on its back.
+        ([0, 0, -ONE_G], "8E0500", false),
+    ] {
+        tester.hold(force, 130);
+        assert_eq!(tester.request("0E010105"), status, "{force:?}");
+        tester.wait(1000);
+        assert_eq!(tester.leds.module_green, !red, "{force:?}");
+    }
+}
+
+#[test]
+fn preset_without_a_valid_angle_is_refused() {
+    let cases: [(&str, fn(&mut Tester<Tiltix080>)); 3] = [
+        ("stale", |tester| drop(tester.wait_without_samples(225))),
+        ("a sample clips", |tester| tester.clip(1)),
+        ("dead", |tester| tester.hold([0; 3], 130)),
+    ];
+    for (name, happens) in cases {
+        let mut tester = tiltix080(EXPLICIT);
+        tester.tilt(10.0, 5.0);
+        happens(&mut tester);
+        for (enable, offset) in [(0x75, 0x76), (0x7D, 0x7E)] {
+            assert_eq!(tester.set(enable, "01"), Err(STATE_CONFLICT), "{name}");
+            assert_eq!(tester.get(enable).as_deref(), Ok("00"), "{name}");
+            assert_eq!(tester.get(offset).as_deref(), Ok("0000"), "{name}");
+        }
+        tester.tilt(10.0, 5.0);
+        assert_eq!(tester.set(0x75, "01"), Ok(()), "{name}");
+    }
 }
 
 /// Attribute 7 of the identity: `INCLINOMETER 360 degree`, in fragments.

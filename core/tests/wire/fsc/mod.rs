@@ -10,3 +10,4 @@ mod memory;
 mod parameters;
 mod products;
 mod tables;
+mod validity;

@@ -17,11 +17,11 @@ fn one(code: &str, count: u8) -> String {
     format!("18FECA80#04FF{code}{count:02X}FFFF")
 }
 
-/// Writes 3210h or 3220h in 0.01 deg, and waits until DM1 was sent.
+/// Writes 3210h or 3220h in 0.01 deg, and waits until the code can change again.
 fn offset(tester: &mut Ims360Tester, object: u8, value: i32) {
     let data = value.cast_unsigned().swap_bytes();
     tester.exchange(&format!("18EF8021#23{object:02X}3200{data:08X}"));
-    tester.wait(60);
+    tester.wait(1060);
 }
 
 #[test]
@@ -67,13 +67,13 @@ fn angle_of_one_axis_has_no_range() {
 }
 
 #[test]
-fn clipping_has_the_codes_of_both_angles_for_100_ms() {
-    // Once and for some time; with two axes and with one.
-    for (objects, ms) in [(&[][..], 0), (&[], 3000), (&[(0x3120, 1, 1, 0)], 0)] {
+fn clipping_has_the_codes_of_both_angles_for_a_second_at_least() {
+    // As short as possible and for some time; with two axes and with one.
+    for (objects, ms) in [(&[][..], 100), (&[], 3000), (&[(0x3120, 1, 1, 0)], 100)] {
         let mut tester = claimed_with(objects);
         tester.wait(100);
+        tester.clip(21);
         tester.clipped = true;
-        tester.sample();
         tester.wait(ms);
         tester.clipped = false;
         tester.wait(90);
@@ -82,9 +82,54 @@ fn clipping_has_the_codes_of_both_angles_for_100_ms() {
         assert_eq!(sent[0], "1CEB2180#0104FF7013020171");
         assert_eq!(sent[1], "1CEB2180#02130201FFFFFFFF");
         tester.exchange("1CEC8021#130A0002FFCAFE00");
-        tester.wait(200);
+        tester.wait(1000);
         assert_eq!(codes(&mut tester), NO_CODES);
     }
+}
+
+/// The side is that of the angle, which is also sent.
+#[test]
+fn sensor_on_its_back_has_the_codes_of_both_angles_by_their_signs() {
+    for (up, pitch, roll) in [
+        ([-0.5, 0.5, -0.7], "701300", "711300"),
+        ([0.5, -0.5, -0.7], "701301", "711301"),
+    ] {
+        let mut tester = claimed();
+        tester.wait(100);
+        tester.settle_at(up);
+        tester.wait(200);
+        assert_eq!(codes(&mut tester), "1CEC2180#100A0002FFCAFE00");
+        let sent = tester.exchange("1CEC8021#110201FFFFCAFE00");
+        assert_eq!(sent[0], format!("1CEB2180#0104FF{pitch}01{}", &roll[..2]));
+        assert_eq!(sent[1], format!("1CEB2180#02{}01FFFFFFFF", &roll[2..]));
+        tester.exchange("1CEC8021#130A0002FFCAFE00");
+        tester.settle_at([0.0, 0.0, 1.0]);
+        tester.wait(1000);
+        assert_eq!(codes(&mut tester), NO_CODES);
+    }
+    let mut tester = claimed_with(&[(0x3120, 1, 1, 0)]);
+    tester.settle_at([0.5, 0.5, -0.7]);
+    tester.wait(100);
+    assert_eq!(codes(&mut tester), NO_CODES, "one axis");
+}
+
+/// A machine that digs: clipping for 120 ms, five times in two seconds. A code changes once a second, and DM1 is sent for the change and
+/// once a second.
+#[test]
+fn repeated_clipping_sends_at_most_two_dm1_a_second() {
+    let mut tester = claimed();
+    tester.wait(100);
+    let mut messages = 0;
+    for _ in 0..25 {
+        for (clipped, ms) in [(true, 120), (false, 280)] {
+            tester.clipped = clipped;
+            let sent = tester.wait_text(ms);
+            let begins =
+                |text: &str| text.starts_with("1CECFF80#20") || text.starts_with("18FECA80");
+            messages += sent.iter().filter(|(_, text)| begins(text)).count();
+        }
+    }
+    assert!((10..=21).contains(&messages), "{messages} in 10 s");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::tester::ims360::Ims360Tester;
 use crate::tester::j1939::{CLAIM, NO_CODES, claimed};
+use plumbline::measure::ONE_G;
 use plumbline::node::{BusEvent, BusState};
 
 /// The messages with trouble codes within this time.
@@ -38,25 +39,25 @@ fn angle_out_of_range_sends_dm1_at_once() {
     let mut tester = claimed();
     tester.wait(100);
     assert_eq!(write(&mut tester, "23103200FF230000"), dm1("70130001")); // 92.15 deg
-    tester.wait(100);
+    // A code changes at most once a second.
+    tester.wait(1100);
     assert_eq!(write(&mut tester, "2310320000000000"), [NO_CODES]);
-    tester.wait(100);
+    tester.wait(1100);
     assert_eq!(write(&mut tester, "2320320000DCFFFF"), dm1("71130101")); // -92.16 deg
-    tester.wait(100);
+    tester.wait(1100);
     // Within 50 ms of a message, a change waits.
     assert_eq!(write(&mut tester, "2320320000000000"), [NO_CODES]);
     tester.wait(20);
-    assert_eq!(write(&mut tester, "2320320000DCFFFF"), [""; 0]);
+    assert_eq!(write(&mut tester, "23103200FF230000"), [""; 0]);
     assert_eq!(sent(&mut tester, 29), [""; 0]);
-    assert_eq!(sent(&mut tester, 1), dm1("71130102"));
+    assert_eq!(sent(&mut tester, 1), dm1("70130002"));
 }
 
 #[test]
 fn several_codes_are_sent_by_transport_protocol() {
     let mut tester = claimed();
     tester.wait(100);
-    tester.clipped = true;
-    tester.sample();
+    tester.clip(21);
     let messages = sent(&mut tester, 120);
     assert_eq!(
         messages,
@@ -130,13 +131,24 @@ fn pitch(tester: &mut Ims360Tester, data: &str) -> Vec<String> {
 }
 
 const ABOVE: &str = "10270000";
-const WITHIN: &str = "00000000";
 
-/// One sample clips: both codes are active for 100 ms.
-fn clip(tester: &mut Ims360Tester) {
-    tester.clipped = true;
-    tester.sample();
-    tester.clipped = false;
+/// The supply voltage in mV, and the frames sent at once. More than 36 V are a code.
+fn supply(tester: &mut Ims360Tester, millivolts: u16) -> Vec<String> {
+    tester.supply(millivolts);
+    tester.sent_text()
+}
+
+const HIGH: u16 = 40_000;
+const NORMAL: u16 = 24_000;
+
+/// The accelerometer fails: both angles have a code until [`recover`].
+fn fail(tester: &mut Ims360Tester) {
+    tester.hold([0; 3], 120);
+}
+
+/// The accelerometer works again.
+fn recover(tester: &mut Ims360Tester) {
+    tester.hold([0, 0, ONE_G], 120);
 }
 
 #[track_caller]
@@ -189,16 +201,18 @@ fn overrun_during_another_broadcast_is_reported_after_it() {
 fn dm1_with_fewer_codes_is_sent_after_the_previous_dm1() {
     let mut tester = claimed();
     tester.wait(100);
-    clip(&mut tester);
-    let sent = tester.wait_text(1119);
+    fail(&mut tester);
     assert_timed(
-        &sent,
+        &tester.wait_text(100),
         &[
             (0, "1CECFF80#200A0002FFCAFE00"),
-            (60, "1CEBFF80#0104FF7013020171"),
-            (120, "1CEBFF80#02130201FFFFFFFF"),
-            (120, NO_CODES),
+            (60, "1CEBFF80#0104FF70130C0171"),
         ],
+    );
+    recover(&mut tester);
+    assert_timed(
+        &tester.wait_text(1019),
+        &[(20, "1CEBFF80#02130C01FFFFFFFF"), (20, NO_CODES)],
     );
     assert_timed(&tester.wait_text(1), &[(1, NO_CODES)]);
 }
@@ -207,14 +221,15 @@ fn dm1_with_fewer_codes_is_sent_after_the_previous_dm1() {
 fn requested_dm1_waits_for_the_end_of_the_previous_dm1() {
     let mut tester = claimed();
     tester.wait(100);
-    clip(&mut tester);
+    fail(&mut tester);
     tester.wait(105);
+    recover(&mut tester);
     for destination in ["80", "FF"] {
         assert_eq!(tester.request_group(destination, "CAFE00"), [""; 0]);
     }
     assert_timed(
         &tester.wait_text(100),
-        &[(15, "1CEBFF80#02130201FFFFFFFF"), (15, NO_CODES)],
+        &[(15, "1CEBFF80#02130C01FFFFFFFF"), (15, NO_CODES)],
     );
 }
 
@@ -223,15 +238,17 @@ fn code_active_only_during_another_message_is_reported_after_it() {
     let mut tester = claimed();
     tester.wait(100);
     tester.request_group("FF", "EBFE00");
-    clip(&mut tester);
-    tester.wait(239);
+    fail(&mut tester);
+    tester.wait(100);
+    recover(&mut tester);
+    tester.wait(139);
     assert_timed(
         &tester.wait_text(300),
         &[
             (1, "1CEBFF80#04353938352A2AFF"),
             (1, "1CECFF80#200A0002FFCAFE00"),
-            (61, "1CEBFF80#0104FF7013020171"),
-            (121, "1CEBFF80#02130201FFFFFFFF"),
+            (61, "1CEBFF80#0104FF70130C0171"),
+            (121, "1CEBFF80#02130C01FFFFFFFF"),
             (121, NO_CODES),
         ],
     );
@@ -259,16 +276,16 @@ fn message_that_becomes_shorter_while_it_waits_is_one_frame() {
 fn code_active_for_less_than_50_ms_is_in_the_next_message() {
     let mut tester = claimed();
     tester.wait(100);
-    assert_eq!(pitch(&mut tester, ABOVE), dm1("70130001"));
+    assert_eq!(supply(&mut tester, HIGH), dm1("A8000301"));
     tester.wait(100);
-    assert_eq!(pitch(&mut tester, WITHIN), [NO_CODES]);
+    assert_eq!(supply(&mut tester, NORMAL), [NO_CODES]);
     tester.wait(10);
-    assert_eq!(pitch(&mut tester, ABOVE), [""; 0]);
+    assert_eq!(supply(&mut tester, HIGH), [""; 0]);
     tester.wait(20);
-    assert_eq!(pitch(&mut tester, WITHIN), [""; 0]);
+    assert_eq!(supply(&mut tester, NORMAL), [""; 0]);
     assert_timed(
         &tester.wait_text(1069),
-        &[(20, "18FECA80#04FF70130002FFFF"), (70, NO_CODES)],
+        &[(20, "18FECA80#04FFA8000302FFFF"), (70, NO_CODES)],
     );
     assert_timed(&tester.wait_text(1), &[(1, NO_CODES)]);
 }
@@ -277,13 +294,13 @@ fn code_active_for_less_than_50_ms_is_in_the_next_message() {
 fn code_cleared_for_less_than_50_ms_is_reported_with_its_count() {
     let mut tester = claimed();
     tester.wait(100);
-    assert_eq!(pitch(&mut tester, ABOVE), dm1("70130001"));
+    assert_eq!(supply(&mut tester, HIGH), dm1("A8000301"));
     tester.wait(10);
-    assert_eq!(pitch(&mut tester, WITHIN), [""; 0]);
-    assert_eq!(pitch(&mut tester, ABOVE), [""; 0]);
+    assert_eq!(supply(&mut tester, NORMAL), [""; 0]);
+    assert_eq!(supply(&mut tester, HIGH), [""; 0]);
     assert_timed(
         &tester.wait_text(1000),
-        &[(40, "18FECA80#04FF70130002FFFF")],
+        &[(40, "18FECA80#04FFA8000302FFFF")],
     );
 }
 
@@ -292,13 +309,15 @@ fn identification_is_sent_while_codes_change_all_the_time() {
     let mut tester = claimed();
     tester.wait(100);
     // Every 110 ms the codes change: while a message with them is sent, the next one is due.
-    clip(&mut tester);
+    fail(&mut tester);
     tester.request_group("FF", "EBFE00");
     tester.request_group("FF", "C5FD00");
     let mut sent = Vec::new();
     for _ in 0..20 {
-        sent.extend(tester.wait_text(110));
-        clip(&mut tester);
+        sent.extend(tester.wait_text(100));
+        recover(&mut tester);
+        sent.extend(tester.wait_text(10));
+        fail(&mut tester);
     }
     let begun: Vec<_> = sent
         .iter()

@@ -204,6 +204,13 @@ impl<N: Node> Tester<N> {
         (0..samples).for_each(|_| self.sample());
     }
 
+    /// Hands in `samples` samples of the present force at the limit of the range, without passing time.
+    pub fn clip(&mut self, samples: usize) {
+        self.clipped = true;
+        (0..samples).for_each(|_| self.sample());
+        self.clipped = false;
+    }
+
     /// Whether a frame with this identifier passes the acceptance filters.
     pub fn accepts(&self, id: embedded_can::Id) -> bool {
         let mut accepted = false;

@@ -1,0 +1,107 @@
+//! Whether the acceleration is a valid measurement, for all products alike.
+
+use super::I32x3;
+use super::clipping::Clipping;
+use super::plausibility::Plausibility;
+
+/// What is known of the accelerometer.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Validity {
+    clipping: Clipping,
+    plausibility: Plausibility,
+    /// The last sample is up to date.
+    is_current: bool,
+    clips: bool,
+    is_defective: bool,
+}
+
+impl Validity {
+    /// Before the first sample: no fault, but nothing valid. All its bits are 0.
+    pub const INITIAL: Self = Self {
+        clipping: Clipping::NONE,
+        plausibility: Plausibility::INITIAL,
+        is_current: false,
+        clips: false,
+        is_defective: false,
+    };
+
+    /// Processes a sample: the calibrated acceleration before all filters, and whether an axis was at the limit of its range.
+    pub fn step(&mut self, acceleration: I32x3, clipped: bool) {
+        self.is_current = true;
+        self.clips = self.clipping.step(clipped);
+        self.is_defective = self.plausibility.step(acceleration);
+    }
+
+    /// Samples are missing.
+    pub fn stale(&mut self) {
+        self.is_current = false;
+        self.is_defective = true;
+        self.plausibility.restart();
+    }
+
+    /// An axis has been at the limit of its range for longer than 100 ms.
+    pub fn clips(&self) -> bool {
+        self.clips
+    }
+
+    /// The accelerometer gives no samples, or samples that are not those of a working one.
+    pub fn is_defective(&self) -> bool {
+        self.is_defective
+    }
+
+    /// The present angle is measured, so it may become a zero point or a reference.
+    pub fn is_valid(&self) -> bool {
+        self.is_current && !self.is_defective && !self.clipping.is_recent()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::ONE_G;
+
+    const LEVEL: I32x3 = I32x3 {
+        x: 0,
+        y: 0,
+        z: ONE_G,
+    };
+    const NOTHING: I32x3 = I32x3 { x: 0, y: 0, z: 0 };
+
+    /// Clips, is defective, is valid.
+    fn of(validity: &Validity) -> [bool; 3] {
+        [
+            validity.clips(),
+            validity.is_defective(),
+            validity.is_valid(),
+        ]
+    }
+
+    #[test]
+    fn nothing_is_valid_before_the_first_sample() {
+        assert_eq!(of(&Validity::INITIAL), [false, false, false]);
+    }
+
+    #[test]
+    fn only_a_current_plausible_sample_without_clipping_is_valid() {
+        let mut validity = Validity::INITIAL;
+        validity.step(LEVEL, false);
+        assert_eq!(of(&validity), [false, false, true]);
+        validity.step(LEVEL, true);
+        assert_eq!(of(&validity), [false, false, false], "one clipped sample");
+        for _ in 0..20 {
+            validity.step(LEVEL, true);
+        }
+        assert_eq!(of(&validity), [true, false, false]);
+        for _ in 0..20 {
+            validity.step(LEVEL, false);
+        }
+        assert_eq!(of(&validity), [false, false, true]);
+        validity.stale();
+        assert_eq!(of(&validity), [false, true, false]);
+        validity.step(NOTHING, false);
+        assert_eq!(of(&validity), [false, true, false]);
+        validity.stale();
+        validity.step(LEVEL, false);
+        assert_eq!(of(&validity), [false, false, true]);
+    }
+}
