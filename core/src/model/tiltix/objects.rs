@@ -180,15 +180,16 @@ pub(super) const fn attributes<A: Application>() -> [Attribute; COUNT] {
     ]
 }
 
-/// The preset value 0 becomes the present angle. The offset acts only with scaling. Preset enable acts when it changes from 0 to 1.
+/// The preset value 0 becomes the present angle. Preset enable acts when it changes from 0 to 1. The offset acts only with scaling, which
+/// is last: if the sensor refuses the preset, the angle stays as it is.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 const fn zero(axis: usize) -> [(ParameterId, Written); 5] {
     [
-        (id::OPERATING[axis], Written::Bits(SCALING)),
         (id::PRESET[axis], Written::Number(0)),
         (id::PRESET_ENABLE[axis], Written::Number(0)),
         (id::PRESET_ENABLE[axis], Written::Number(1)),
         (id::PRESET_ENABLE[axis], Written::Number(0)),
+        (id::OPERATING[axis], Written::Bits(SCALING)),
     ]
 }
 

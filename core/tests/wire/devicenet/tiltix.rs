@@ -254,11 +254,11 @@ fn filter_begins_again_after_missing_readings() {
 fn implausible_acceleration_is_in_the_status_and_on_the_module_led() {
     let mut tester = tiltix080(EXPLICIT);
     for (force, status, red) in [
-        ([0, 0, 0], "8E0504", true),
-        ([0, 0, ONE_G], "8E0500", false),
-        ([2 * ONE_G, 0, 0], "8E0504", true),
+        ([0, 0, 0], "8E0104", true),
+        ([0, 0, ONE_G], "8E0100", false),
+        ([2 * ONE_G, 0, 0], "8E0104", true),
         // It has no message for a sensor on its back.
-        ([0, 0, -ONE_G], "8E0500", false),
+        ([0, 0, -ONE_G], "8E0100", false),
     ] {
         tester.hold(force, 130);
         assert_eq!(tester.request("0E010105"), status, "{force:?}");

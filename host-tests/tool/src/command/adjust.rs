@@ -2,7 +2,7 @@
 
 use super::parameters::show;
 use super::set::needs_save;
-use crate::failure::Failure;
+use crate::failure::{Failure, Kind};
 use crate::identify::Found;
 use crate::output::Terminal;
 use crate::session::Session;
@@ -100,13 +100,15 @@ pub(super) fn adjust(
             let size = usize::from(entry.data_type.size());
             let number = match *written {
                 Written::Nothing => {
-                    session.write_bytes(&entry, &[])?;
+                    let taken = session.write_bytes(&entry, &[]);
+                    taken.map_err(not_taken)?;
                     continue;
                 }
                 Written::Number(number) => number,
                 Written::Bits(bits) => session.read(&entry)? | bits,
             };
-            session.write_bytes(&entry, &number.to_le_bytes()[..size])?;
+            let taken = session.write_bytes(&entry, &number.to_le_bytes()[..size]);
+            taken.map_err(not_taken)?;
         }
     }
     let (lines, document) = angles(session)?;
@@ -121,6 +123,17 @@ pub(super) fn adjust(
         terminal.note("the sensor stores it by itself");
     }
     terminal.document(&json!({what.name(): document}))
+}
+
+/// The cause of a refusal.
+fn not_taken(failure: Failure) -> Failure {
+    if failure.kind != Kind::Refused {
+        return failure;
+    }
+    let message = format!(
+        "the present position was not taken: the sensor has no valid angle now (its accelerometer clips, fails or gives no values), or it cannot use this position; {failure}"
+    );
+    Failure { message, ..failure }
 }
 
 /// The adjustments of the wanted axis, or of all axes that the sensor has.

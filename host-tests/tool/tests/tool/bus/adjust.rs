@@ -1,6 +1,7 @@
 //! `zero` and `teach`: what they change, and the question before them.
 
-use super::rig::{PRODUCTS, Rig};
+use super::rig::{PRODUCTS, Rig, tilted};
+use plumbline::measure::Reading;
 
 #[test]
 fn zero_of_every_product_makes_the_angles_zero() {
@@ -149,5 +150,40 @@ fn note_on_storage_is_true_after_zero() {
         };
         let value = read[name]["value"].as_f64().unwrap();
         assert_eq!(value.abs() < 0.02, is_kept, "{product} {value}");
+    }
+}
+
+/// The refusal of each protocol as a sentence.
+#[test]
+fn position_without_a_valid_angle_is_not_taken() {
+    let dead = Reading {
+        temperature: 25_00,
+        ..Reading::default()
+    };
+    for (product, commands, code, angle) in [
+        ("is2", &["zero"][..], "CmdParamError", "angle-x"),
+        ("jn2101", &["zero", "teach"], "08000022h", "slope-long32"),
+        ("ims360", &["zero"], "08000022h", "slope-long32"),
+        ("tiltix080", &["zero"], "0Ch", "slope-long16"),
+    ] {
+        for command in commands {
+            let mut rig = Rig::with(product);
+            let before = rig.json("get")[angle]["value"].clone();
+            let sensor = rig.first();
+            let set =
+                |rig: &Rig, motion| rig.bus.borrow_mut().device_mut(sensor).set_motion(motion);
+            set(&rig, Box::new(dead));
+            rig.run(1000);
+            let ended = rig.tool(command);
+            let failure = ended.result.expect_err(product);
+            assert_eq!(failure.kind.exit_code(), 1, "{product} {failure}");
+            for part in ["was not taken", "no valid angle", code] {
+                assert!(failure.message.contains(part), "{product}: {failure}");
+            }
+            set(&rig, tilted());
+            rig.run(3000);
+            assert_eq!(rig.json("get")[angle]["value"], before, "{product}");
+            rig.done(command);
+        }
     }
 }
