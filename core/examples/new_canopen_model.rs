@@ -36,12 +36,10 @@ impl Application for Slope {
     }
     fn sample(&mut self, _: Instant, reading: &Reading) -> Published<1> {
         let angles = definition::perpendicular(self.0.sample(reading));
-        let faults = Faults::SENSOR.when(self.0.validity.is_defective());
-        self.2 = Published::new([angles.x.centidegrees() - self.1], faults);
+        self.2 = Published::new([angles.x.centidegrees() - self.1], Faults::NONE);
         self.2
     }
     fn stale(&mut self) -> Published<1> {
-        self.0.validity.stale();
         Published::new(self.2.numbers, Faults::SENSOR)
     }
 }
@@ -70,20 +68,12 @@ impl Product for Mast {
 
 fn main() {
     let now = Instant::from_ticks(0);
-    let level = Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
-        ..Reading::default()
-    };
     let mut sensor = CanopenNode::<Mast>::new(now, &Boot::default());
     let write = &[0x2B, 0x00, 0x21, 0x00, 0x0C, 0xFE, 0, 0][..]; // -5.00 deg into 2100h by SDO
     for (id, data) in [(0x000, &[1, 20][..]), (0x614, write), (0x080, &[])] {
         sensor.receive(now, &Frame::data(standard(id), data).expect("a frame"));
         while sensor.poll(now).is_some() {}
-        sensor.sample(now, &level);
+        sensor.sample(now, &Reading::default());
         std::iter::from_fn(|| sensor.transmit(now)).for_each(|frame| println!("{frame:?}"));
     }
 }
