@@ -133,7 +133,7 @@ fn finish(
     }
     if let Some(path) = into.store {
         terminal.note(format!(
-            "the identity of a unit of {} is in {}. The download with probe-rs (README of Plumbline, \"Identity of a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
+            "the identity of a unit of {} is in {}. The download with probe-rs (README of Plumbline, \"Calibrating a unit\") replaces the settings of the unit: `plumbline backup` before and `plumbline restore` after it keep them",
             product.name,
             path.display()
         ));
