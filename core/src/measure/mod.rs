@@ -26,8 +26,8 @@
 //! on a PC and of the flashed image.
 //!
 //! [`Inclinometer`] combines calibration and [`low_pass`]. Each product combines the other functions and filters as its manual
-//! requires. [`validity`] judges the calibrated acceleration: [`clipping`] and [`plausibility`]. [`overturned`] tells a 2-axis sensor that
-//! lies on its back. [`self_test`] checks the accelerometer, [`supply`] the supply voltage.
+//! requires. [`validity`] judges the calibrated acceleration: [`clipping`], [`plausibility`], and [`overturned`], a sensor on its back.
+//! [`self_test`] checks the accelerometer, [`supply`] the supply voltage.
 //!
 //! ```
 //! use plumbline::measure::{Inclinometer, I32x3, ONE_G, Reading, definition, zero};
@@ -66,7 +66,6 @@ use crate::time::{Duration, millis};
 pub use calibration::Calibration;
 pub use low_pass::LowPass;
 pub use micromath::vector::I32x3;
-pub use overturned::Overturned;
 pub use validity::Validity;
 
 /// The sampling period: 200 Hz. Below 160 Hz the critically damped filter would overshoot.

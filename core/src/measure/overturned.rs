@@ -6,14 +6,14 @@ use super::{I32x3, ONE_G};
 const UPRIGHT: i32 = ONE_G / 50;
 
 /// Whether the sensor lies on its back.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Overturned(bool);
 
 impl Overturned {
     /// Not on its back.
     pub const INITIAL: Self = Self(false);
 
-    /// Processes a filtered up vector. Returns true from a negative Z component on until it is above 0.02 g.
+    /// Processes an up vector, which must be filtered: a shock does not turn the sensor over. Returns true from a negative Z component on until it is above 0.02 g.
     pub fn step(&mut self, up: I32x3) -> bool {
         let least = if self.0 { UPRIGHT + 1 } else { 0 };
         self.0 = up.z < least;

@@ -3,6 +3,7 @@
 //! The vector passes a low-pass of 2 Hz, and then its length must be 0.6 to 1.5 g. A low-pass of the length instead would alarm under
 //! vibration: the length of a vector that vibrates is longer than 1 g in the mean. A narrower window would alarm on a crane at sea.
 
+use super::definition::square;
 use super::{I32x3, ONE_G};
 
 /// The shortest plausible vector, squared: 0.6 g.
@@ -70,6 +71,12 @@ impl Plausibility {
         self.fault
     }
 
+    /// The vector behind the low-pass.
+    pub fn mean(&self) -> I32x3 {
+        let [x, y, z] = self.mean.map(|component| (component >> FRACTION) as i32);
+        I32x3 { x, y, z }
+    }
+
     /// The next sample is judged at once: after missing samples.
     pub fn restart(&mut self) {
         self.has_sample = false;
@@ -77,10 +84,7 @@ impl Plausibility {
 
     /// Whether the mean is too short or too long.
     fn is_outside(&self) -> bool {
-        let [x, y, z] = self.mean.map(|component| {
-            let component = component >> FRACTION;
-            (component * component) as u64
-        });
+        let [x, y, z] = self.mean().to_array().map(square);
         !(SHORTEST..=LONGEST).contains(&(x + y + z))
     }
 }

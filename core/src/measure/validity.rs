@@ -2,6 +2,7 @@
 
 use super::I32x3;
 use super::clipping::Clipping;
+use super::overturned::Overturned;
 use super::plausibility::Plausibility;
 
 /// What is known of the accelerometer.
@@ -13,6 +14,8 @@ pub struct Validity {
     is_current: bool,
     clips: bool,
     is_defective: bool,
+    overturned: Overturned,
+    is_overturned: bool,
 }
 
 impl Validity {
@@ -23,6 +26,8 @@ impl Validity {
         is_current: false,
         clips: false,
         is_defective: false,
+        overturned: Overturned::INITIAL,
+        is_overturned: false,
     };
 
     /// Processes a sample: the calibrated acceleration before all filters, and whether an axis was at the limit of its range.
@@ -30,6 +35,7 @@ impl Validity {
         self.is_current = true;
         self.clips = self.clipping.step(clipped);
         self.is_defective = self.plausibility.step(acceleration);
+        self.is_overturned = self.overturned.step(self.plausibility.mean());
     }
 
     /// Samples are missing.
@@ -47,6 +53,11 @@ impl Validity {
     /// The accelerometer gives no samples, or samples that are not those of a working one.
     pub fn is_defective(&self) -> bool {
         self.is_defective
+    }
+
+    /// The sensor lies on its back, behind the low-pass of [`Plausibility`]. It is out of its range if it has two axes.
+    pub fn is_overturned(&self) -> bool {
+        self.is_overturned
     }
 
     /// The present angle is measured, so it may become a zero point or a reference.
@@ -103,5 +114,20 @@ mod tests {
         validity.stale();
         validity.step(LEVEL, false);
         assert_eq!(of(&validity), [false, false, true]);
+    }
+
+    #[test]
+    fn shock_does_not_turn_the_sensor_over() {
+        let along_z = |z| I32x3 { x: 0, y: 0, z };
+        let mut validity = Validity::INITIAL;
+        for n in 0..1000 {
+            let shock = if n % 100 < 96 { 1 } else { -2 };
+            validity.step(along_z(shock * ONE_G), false);
+            assert!(!validity.is_overturned(), "sample {n}");
+        }
+        for _ in 0..20 {
+            validity.step(along_z(-ONE_G), false);
+        }
+        assert!(validity.is_overturned());
     }
 }

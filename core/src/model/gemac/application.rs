@@ -4,7 +4,7 @@ use super::parameters::{FILTER_KINDS, id};
 use crate::application::{Application, Faults, Outputs, Readout, Values};
 use crate::heater::{HeatedCell, Settings};
 use crate::measure::low_pass::Kind;
-use crate::measure::{Calibration, I32x3, Inclinometer, Overturned, Reading};
+use crate::measure::{Calibration, I32x3, Inclinometer, Reading};
 use crate::param::{ParameterId, Parameters, Quantity, Table, ValueId, meaning};
 use crate::time::Instant;
 use core::marker::PhantomData;
@@ -81,7 +81,6 @@ pub struct Gemac<X, const HEATED: bool> {
     /// 1-axis: the largest cross slope; 2-axis: the largest inclination without a fault; in 0.01 deg.
     limit: u16,
     inclinometer: Inclinometer,
-    overturned: Overturned,
     cell: HeatedCell,
     zero: [u32; 2],
     measured: [i32; 2],
@@ -123,7 +122,6 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
     const INITIAL: Self = Self {
         limit: 0,
         inclinometer: Inclinometer::INITIAL,
-        overturned: Overturned::INITIAL,
         cell: HeatedCell::UNHEATED,
         zero: [0; 2],
         measured: [0; 2],
@@ -159,7 +157,7 @@ impl<X: Axes, const HEATED: bool> Application for Gemac<X, HEATED> {
         self.measured = measured;
         let validity = &self.inclinometer.validity;
         // The angles of one axis have the whole circle.
-        let overturned = X::ANGLES.intersects(Faults::Y) && self.overturned.step(up);
+        let overturned = X::ANGLES.intersects(Faults::Y) && validity.is_overturned();
         self.faults = if validity.clips() || validity.is_defective() || overturned {
             X::ANGLES
         } else {

@@ -147,8 +147,9 @@ impl Ims360Application {
             return;
         }
         let two_axes = self.measuring.has_two_axes();
-        let overturned = self.measuring.is_overturned();
-        let clips = self.measuring.validity().clips();
+        let validity = self.measuring.validity();
+        let overturned = two_axes && validity.is_overturned();
+        let clips = validity.clips();
         for (range, angle) in self.ranges.iter_mut().zip(self.measuring.angles()) {
             let beyond = match angle {
                 _ if two_axes && angle > RANGE => Beyond::Above,

@@ -6,9 +6,7 @@ use crate::angle::Angle;
 use crate::measure::fusion::{Fusion, Noise};
 use crate::measure::low_pass::Kind;
 use crate::measure::mean_rate::ACCELERATION_AGE;
-use crate::measure::{
-    Calibration, I32x3, LowPass, ONE_G, Overturned, Reading, Validity, definition,
-};
+use crate::measure::{Calibration, I32x3, LowPass, ONE_G, Reading, Validity, definition};
 use crate::param::{ParameterId, Parameters, meaning};
 
 /// 360 deg in 0.01 deg.
@@ -27,8 +25,6 @@ pub(super) struct Measuring {
     offsets: [i32; 2],
     /// The filtered up vector; None before the first sample.
     up: Option<I32x3>,
-    overturned: Overturned,
-    is_overturned: bool,
     /// The angles without offset, not rounded.
     fine: [Angle; 2],
     /// The angles without offset, in 0.01 deg.
@@ -50,8 +46,6 @@ impl Measuring {
         two_axes: false,
         offsets: [0; 2],
         up: None,
-        overturned: Overturned::INITIAL,
-        is_overturned: false,
         fine: [Angle::ZERO; 2],
         measured: [0; 2],
         force: I32x3 { x: 0, y: 0, z: 0 },
@@ -94,13 +88,11 @@ impl Measuring {
             .calibration
             .apply_to_rate(reading.angular_rate, reading.temperature);
         self.validity.step(self.force, reading.clipped);
-        let up = if self.fuses {
+        self.up = Some(if self.fuses {
             self.fusion.step(self.force, self.rate)
         } else {
             self.low_pass.step(self.force)
-        };
-        self.is_overturned = self.overturned.step(up);
-        self.up = Some(up);
+        });
         self.update();
     }
 
@@ -136,11 +128,6 @@ impl Measuring {
     /// The judgement of the accelerometer.
     pub fn validity(&self) -> &Validity {
         &self.validity
-    }
-
-    /// Whether a sensor of two axes lies on its back.
-    pub fn is_overturned(&self) -> bool {
-        self.two_axes && self.is_overturned
     }
 
     /// Whether there was a sample.

@@ -9,7 +9,7 @@ use crate::heater::{HeatedCell, Settings};
 use crate::measure::self_test::{LIMIT, Working};
 use crate::measure::supply::{Limits, Monitor};
 use crate::measure::teach::ReferenceFrame;
-use crate::measure::{Calibration, I32x3, Overturned, RANGE, Reading};
+use crate::measure::{Calibration, I32x3, RANGE, Reading};
 use crate::param::{DataType, ParameterId, Parameters, Quantity, Refused, ValueId, meaning};
 use crate::time::{Deadline, Instant};
 
@@ -117,7 +117,6 @@ pub struct Jn2101Application {
     measuring: Measuring,
     /// An axis is inclined beyond its range.
     is_beyond: bool,
-    overturned: Overturned,
     cell: HeatedCell,
     supply: Monitor,
     /// The temperature of the measuring cell in 0.1 degC (4080h).
@@ -220,7 +219,6 @@ impl Application for Jn2101Application {
     const INITIAL: Self = Self {
         measuring: Measuring::INITIAL,
         is_beyond: false,
-        overturned: Overturned::INITIAL,
         cell: HeatedCell::UNHEATED,
         supply: Monitor::NONE,
         temperature: 0,
@@ -270,8 +268,8 @@ impl Application for Jn2101Application {
         }
         let up = self.measuring.sample(reading);
         self.is_beyond = is_beyond_range(up, self.is_beyond);
-        let overturned = self.overturned.step(up) && !self.measuring.measures_overturned();
         let validity = self.measuring.validity();
+        let overturned = validity.is_overturned() && !self.measuring.measures_overturned();
         let failed = validity.clips() || validity.is_defective() || self.axes_failed;
         self.faults = self
             .faults

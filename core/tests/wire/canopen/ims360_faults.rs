@@ -67,6 +67,21 @@ fn repeated_clipping_changes_a_code_at_most_once_a_second() {
     }
 }
 
+/// 3 g along the vertical for 20 ms, twice a second, at 30 deg.
+#[test]
+fn repeated_shocks_of_3_g_change_neither_codes_nor_angle() {
+    let mut tester = booted();
+    tester.tilt(30.0, 0.0);
+    let still = tester.force;
+    for _ in 0..20 {
+        for (factor, ms) in [(4, 20), (1, 480)] {
+            tester.force = still.map(|component| component * factor);
+            assert_eq!(tester.wait(ms), []);
+            assert!((tester.read_i32(0x6110) - 3_000).abs() <= 1);
+        }
+    }
+}
+
 #[test]
 fn implausible_acceleration_is_that_of_defective_sensors() {
     let begin = ["0B2#01FF810000000000", "0B2#02FF810000000000"];

@@ -113,6 +113,20 @@ fn sensor_on_its_back_has_the_codes_of_both_angles_by_their_signs() {
     assert_eq!(codes(&mut tester), NO_CODES, "one axis");
 }
 
+/// 3 g for 20 ms, twice a second.
+#[test]
+fn repeated_shocks_of_3_g_have_no_code() {
+    let mut tester = claimed();
+    let still = tester.force;
+    for _ in 0..20 {
+        for (factor, ms) in [(4, 20), (1, 480)] {
+            tester.force = still.map(|component| component * factor);
+            let sent = tester.wait_text(ms);
+            assert!(sent.iter().all(|(_, text)| text == NO_CODES), "{sent:?}");
+        }
+    }
+}
+
 /// A machine that digs: clipping for 120 ms, five times in two seconds. A code changes once a second, and DM1 is sent for the change and
 /// once a second.
 #[test]
