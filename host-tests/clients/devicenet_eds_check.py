@@ -4,7 +4,7 @@
     pip install -r requirements.txt
     python devicenet_eds_check.py --sheets FOLDER
 
-Prints one line per check; the exit code is 1 if a check failed. host-tests/descriptors/tests/files/devicenet.rs compares the sheets with
+Prints one line per check; the exit code is 1 if a check failed. host-tests/descriptors/tests/files/devicenet compares the sheets with
 the sensors.
 """
 
