@@ -81,7 +81,7 @@ fn angles(motion: &Motion) -> Angles {
         let rate = [0, 1, 2].map(|axis| rate[axis] + BIAS[axis]);
         let acceleration = integers(force, ONE_G.into());
         let slow = low_pass.step(acceleration);
-        let fast = fusion.step(acceleration, integers(rate, 65_536.0));
+        let fast = fusion.step(acceleration, integers(rate, 65_536.0), true);
         if n >= 0 && n % (STEP / PERIOD).round() as i32 == 0 {
             let degrees = |up| f64::from(perpendicular(up).x.millidegrees()) / 1000.0;
             angles.times.push(now);

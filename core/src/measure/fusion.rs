@@ -12,6 +12,11 @@
 //! K    = 2 / (1 + sqrt(1 + 4 R / Q))         R and Q of one step, see `gain`
 //! ```
 //!
+//! At the start the gain is 2 / (n + 1) at the n-th sample until it meets K: the mean of all samples, in which sample n has the weight
+//! n. A start at the first sample alone would send its vibration as an inclination for many time constants. The bias is estimated only
+//! from then on, and not while the mean acceleration is not 1 g. A single sample is never weighted by its own length: this would
+//! rectify a vibration along gravity. After a gap, the filter goes on with the last direction.
+//!
 //! | Q, at R = 10 | K | time constant of the correction | vibration of 0.5 g at 3 Hz |
 //! |---|---|---|---|
 //! | 0.01 | 1.3 % | 0.4 s | 2.7 deg rms |
@@ -51,6 +56,9 @@ const RADIANS: i64 = {
 /// The number of rotations that are kept: the largest delay of the acceleration in sample periods.
 const KEPT: usize = 3;
 
+/// The number of samples that a vector has which another filter gives: 0.5 s.
+const GIVEN: u32 = 100;
+
 /// The rotation in the delay of the acceleration is limited to 1/2 rad about each axis, Q31: 2300 deg/s for 12 ms.
 const FORWARD_LIMIT: i64 = 1 << 30;
 
@@ -60,7 +68,7 @@ const BIAS_LIMIT: i64 = 1 << 59;
 
 /// The Kalman filter. `DELAY` is the age of the acceleration in us, compared with the angular rate: 0 to 3 sample periods.
 ///
-/// It starts at its first acceleration, without bias.
+/// It starts with its first accelerations, without bias.
 ///
 /// ```
 /// use plumbline::measure::fusion::{Fusion, Noise};
@@ -69,7 +77,7 @@ const BIAS_LIMIT: i64 = 1 << 59;
 /// let mut fusion = Fusion::<0>::new();
 /// fusion.tune(Noise::new(1, -3), Noise::new(1, 1)); // Q = 0.001, R = 10
 /// let (level, still) = (I32x3 { x: 0, y: 0, z: ONE_G }, I32x3 { x: 0, y: 0, z: 0 });
-/// assert_eq!(fusion.step(level, still), level);
+/// assert_eq!(fusion.step(level, still, true), level);
 /// ```
 #[derive(Clone, Debug)]
 pub struct Fusion<const DELAY: u32> {
@@ -77,8 +85,8 @@ pub struct Fusion<const DELAY: u32> {
     gain: i32,
     /// K^2 / 4, Q44, below 2^-13. A higher gain would estimate the bias from vibration.
     bias_gain: i32,
-    /// The up vector is valid.
-    started: bool,
+    /// The number of samples in the up vector, until 2 / (n + 1) meets K; 0: it is not valid.
+    samples: u32,
     /// The up vector, Q58, with an offset of 1/2 in Q26, so its upper half is rounded to nearest.
     up: [i64; 3],
     /// The rotation in a sample period that the gyroscope measures at rest, in radians, Q71.
@@ -99,7 +107,7 @@ impl<const DELAY: u32> Fusion<DELAY> {
         Self {
             gain: 0,
             bias_gain: 0,
-            started: false,
+            samples: 0,
             up: [0; 3],
             bias: [0; 3],
             rotations: [[0; 3]; KEPT],
@@ -109,22 +117,30 @@ impl<const DELAY: u32> Fusion<DELAY> {
     /// Sets the noise of the system state transition, `q`, and of the measurement, `r` (object 3112h). Only their ratio has an
     /// effect. With a smaller `q` the gyroscope has more influence. The output continues without a step.
     pub fn tune(&mut self, q: Noise, r: Noise) {
+        let before = self.gain.unsigned_abs();
         let gain = gain(q, r);
         self.gain = gain as i32;
         let square = u64::from(gain) * u64::from(gain); // Q62
         self.bias_gain = (square >> 20).min(i32::MAX as u64) as i32;
+        // With a smaller gain, the filter goes on from the number of samples that the present vector has.
+        let limit = u32::MAX.checked_div(before).unwrap_or(u32::MAX);
+        self.samples = self.samples.min(limit);
     }
 
-    /// Starts again at the acceleration of the next step, for example after missing samples. The bias does not change.
-    pub fn restart(&mut self) {
-        self.started = false;
+    /// Goes on after missing samples. The rotations before the gap have ended.
+    pub fn skip(&mut self) {
+        self.rotations = [[0; 3]; KEPT];
     }
 
     /// Continues from the up vector `up`, 1 g = 2^26, limited to +-8 g.
     pub fn settle(&mut self, up: I32x3) {
-        self.started = true;
-        self.up = limited(up).map(|component| (i64::from(component) << 32) | (1 << 31));
-        self.rotations = [[0; 3]; KEPT];
+        self.samples = GIVEN;
+        self.place(limited(up));
+        self.skip();
+    }
+
+    fn place(&mut self, up: Vector) {
+        self.up = up.map(|component| (i64::from(component) << 32) | (1 << 31));
     }
 
     /// Processes one sample; call it once per [`SAMPLE_PERIOD`]. Returns the up vector at the time of the angular rate, 1 g =
@@ -132,19 +148,24 @@ impl<const DELAY: u32> Fusion<DELAY> {
     ///
     /// - `acceleration`: calibrated, not filtered, 1 g = 2^26, limited to +-8 g, `DELAY` older than the angular rate;
     /// - `rate`: the mean angular rate in the sample period that ends now, 1 deg/s = 2^16, limited to +-4096 deg/s. A value at the
-    ///   end of the period instead would give a lag of half a period.
-    pub fn step(&mut self, acceleration: I32x3, rate: I32x3) -> I32x3 {
-        if !self.started {
-            self.settle(acceleration);
+    ///   end of the period instead would give a lag of half a period;
+    /// - `is_one_g`: the mean acceleration is about 1 g, so the bias can be estimated.
+    pub fn step(&mut self, acceleration: I32x3, rate: I32x3, is_one_g: bool) -> I32x3 {
+        let acceleration = limited(acceleration);
+        if self.samples == 0 {
+            self.place(acceleration);
         }
+        let gain = self.present_gain();
+        let learns = is_one_g && gain == self.gain;
         let rotation = self.rotation(rate);
         let [newest, second, _] = self.rotations;
         self.rotations = [rotation, newest, second];
 
         let predicted = rotated(&mut self.up, rotation);
-        let measured = self.forward(limited(acceleration));
+        let measured = self.forward(acceleration);
 
-        for (bias, error) in self.bias.iter_mut().zip(cross(predicted, measured)) {
+        let errors = cross(predicted, measured);
+        for (bias, error) in self.bias.iter_mut().zip(errors).filter(|_| learns) {
             // The product of two vectors of 14 g fits Q23. A change in Q71 is limited to more than the whole range of the bias.
             let error = ((error >> 28) + 1) >> 1;
             let change = i64::from(self.bias_gain) * error;
@@ -153,10 +174,22 @@ impl<const DELAY: u32> Fusion<DELAY> {
         }
         for ((up, predicted), measured) in self.up.iter_mut().zip(predicted).zip(measured) {
             let difference = i64::from(measured) - i64::from(predicted);
-            *up += (i64::from(self.gain) * difference) << 1;
+            *up += (i64::from(gain) * difference) << 1;
         }
         let [x, y, z] = self.up.map(|component| (component >> 32) as i32);
         I32x3 { x, y, z }
+    }
+
+    /// The gain of the next sample, which is counted, Q31.
+    fn present_gain(&mut self) -> i32 {
+        // 2 / (n + 1) for the n-th sample, in Q31
+        let start = u32::MAX.checked_div(self.samples.saturating_add(2));
+        let start = start.unwrap_or(0) as i32;
+        if start <= self.gain {
+            return self.gain;
+        }
+        self.samples = self.samples.saturating_add(1);
+        start
     }
 
     /// The rotation in the last sample period, without bias, in radians, Q31.

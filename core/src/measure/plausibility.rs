@@ -5,6 +5,7 @@
 
 use super::definition::square;
 use super::{I32x3, ONE_G};
+use core::ops::RangeInclusive;
 
 /// The shortest plausible vector, squared: 0.6 g.
 const SHORTEST: u64 = (ONE_G as u64 * 3 / 5).pow(2);
@@ -82,10 +83,22 @@ impl Plausibility {
         self.has_sample = false;
     }
 
+    /// Whether the mean is 1 g within 0.05 g.
+    pub fn is_one_g(&self) -> bool {
+        const ENDS: RangeInclusive<u64> =
+            (ONE_G as u64 * 19 / 20).pow(2)..=(ONE_G as u64 * 21 / 20).pow(2);
+        ENDS.contains(&self.square())
+    }
+
     /// Whether the mean is too short or too long.
     fn is_outside(&self) -> bool {
+        !(SHORTEST..=LONGEST).contains(&self.square())
+    }
+
+    /// The square of the length of the mean.
+    fn square(&self) -> u64 {
         let [x, y, z] = self.mean().to_array().map(square);
-        !(SHORTEST..=LONGEST).contains(&(x + y + z))
+        x + y + z
     }
 }
 
@@ -123,6 +136,31 @@ mod tests {
                 assert_eq!(judge.step(along(x, y, z)), fault, "{g} {direction:?}");
             }
         }
+    }
+
+    #[test]
+    fn mean_within_a_twentieth_of_1_g_is_1_g() {
+        let mut judge = Plausibility::INITIAL;
+        for (z, is_one_g) in [
+            (0.949, false),
+            (0.951, true),
+            (-1.049, true),
+            (-1.051, false),
+        ] {
+            judge.restart();
+            judge.step(along(0.0, 0.0, z));
+            assert_eq!(judge.is_one_g(), is_one_g, "{z}");
+        }
+        // A vibration of 0.5 g passes.
+        judge.restart();
+        for n in 0..400 {
+            judge.step(along(
+                0.0,
+                0.0,
+                1.0 + 0.5 * (TAU * 30.0 * f64::from(n) * 0.005).sin(),
+            ));
+        }
+        assert!(judge.is_one_g());
     }
 
     #[test]

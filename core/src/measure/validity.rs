@@ -45,6 +45,11 @@ impl Validity {
         self.plausibility.restart();
     }
 
+    /// The mean acceleration is 1 g within 0.05 g: there is no long acceleration besides gravity.
+    pub fn is_one_g(&self) -> bool {
+        self.plausibility.is_one_g()
+    }
+
     /// An axis has been at the limit of its range for longer than 100 ms.
     pub fn clips(&self) -> bool {
         self.clips

@@ -68,7 +68,7 @@ fn filter_matches_double_precision_in_every_scene() {
         fusion.tune(power_of_ten(rows[0].q), power_of_ten(10.0));
         let mut largest = 0.0_f64;
         for (n, row) in rows.iter().enumerate() {
-            let up = fusion.step(row.acceleration, row.rate);
+            let up = fusion.step(row.acceleration, row.rate, true);
             let angles = match row.axes {
                 1 => [rotation(up), cross_slope(up)],
                 _ => [perpendicular(up).x, perpendicular(up).y],

@@ -89,7 +89,8 @@ impl Measuring {
             .apply_to_rate(reading.angular_rate, reading.temperature);
         self.validity.step(self.force, reading.clipped);
         self.up = Some(if self.fuses {
-            self.fusion.step(self.force, self.rate)
+            let is_one_g = self.validity.is_one_g();
+            self.fusion.step(self.force, self.rate, is_one_g)
         } else {
             self.low_pass.step(self.force)
         });
@@ -104,7 +105,7 @@ impl Measuring {
 
     /// Samples are missing. The angles keep their values until the next sample.
     pub fn interrupt(&mut self) {
-        self.fusion.restart();
+        self.fusion.skip();
     }
 
     fn update(&mut self) {

@@ -107,7 +107,7 @@ fn exercise_fusion() {
     while black_box(true) {
         match black_box(0) {
             0 => fusion.tune(noise(), noise()),
-            1 => fusion.restart(),
+            1 => fusion.skip(),
             2 => fusion.settle(reading().acceleration),
             _ => {
                 let Reading {
@@ -115,7 +115,7 @@ fn exercise_fusion() {
                     angular_rate,
                     ..
                 } = reading();
-                black_box(fusion.step(acceleration, angular_rate));
+                black_box(fusion.step(acceleration, angular_rate, true));
             }
         }
     }
