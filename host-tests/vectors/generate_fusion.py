@@ -115,6 +115,11 @@ def swivel(time):
         shock(time, 2.3, 5), 0.0, shock(time, 2.3, 8)]
 
 
+def shaking(time):
+    """A machine at rest with its engine running, from power-up on: 0.5 g at 3 Hz."""
+    return [0.0, math.radians(10), math.radians(-5)], [0.5 * G * math.cos(2 * math.pi * 3 * time), 0.0, 0.0]
+
+
 def up_angles(axes, up):
     x, y, z = up
     if axes == 2:
@@ -135,8 +140,7 @@ def gain(q, r):
 
 def rows(name, axes, scene, seconds, q, r, bias):
     noise = random.Random(name)
-    k = gain(q, r)
-    bias_gain = min(k * k / 4, MAX_BIAS_GAIN)
+    steady = gain(q, r)
     up, estimate, rotations = None, [0.0] * 3, [[0.0] * 3] * 3
     for n in range(round(seconds / PERIOD)):
         now = n * PERIOD
@@ -146,7 +150,7 @@ def rows(name, axes, scene, seconds, q, r, bias):
         total = [motion[0] / G, motion[1] / G, 1 + motion[2] / G]
         force = mounted(axes, [dot(row, total) for row in axes_in_body])
         force = [round((f + noise.gauss(0, 0.0015)) * COUNTS_PER_G) for f in force]
-        force = [min(max(f, -2 * COUNTS_PER_G), 2 * COUNTS_PER_G - 1) for f in force]
+        force = [min(max(f, -8 * COUNTS_PER_G), 8 * COUNTS_PER_G - 1) for f in force]
 
         rate = mounted(axes, [math.degrees(w) for w in mean_rate(lambda t: scene(t)[0], now)])
         rate = [round((w + b + noise.gauss(0, 0.05)) * COUNTS_PER_DPS) for w, b in zip(rate, bias)]
@@ -154,6 +158,9 @@ def rows(name, axes, scene, seconds, q, r, bias):
         measured = [f / COUNTS_PER_G for f in force]
         if up is None:
             up = measured
+        # The mean of all samples, weighted by their numbers, until its gain meets the steady one. Then the bias is estimated.
+        k = max(2 / (n + 2), steady)
+        bias_gain = min(k * k / 4, MAX_BIAS_GAIN) if k == steady else 0.0
         rotation = [math.radians(w / COUNTS_PER_DPS) * PERIOD - b for w, b in zip(rate, estimate)]
         rotations = [rotation, *rotations[:2]]
         up = seen_after(up, rotation)
@@ -171,6 +178,7 @@ SCENES = [
     ("digging", 2, digging, 4, 1e-3, (0.5, -0.3, 0.2)),
     ("travelling", 2, travelling, 3.5, 1e-4, (-0.4, 0.5, 0.1)),
     ("slewing", 2, slewing, 4, 1e-2, (0.2, 0.1, -0.5)),
+    ("shaking", 2, shaking, 3.5, 1e-3, (0.1, -0.2, 0.1)),
     ("swivel", 1, swivel, 4, 1e-3, (0.1, 0.4, -0.5)),
 ]
 
