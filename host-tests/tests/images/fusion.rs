@@ -1,7 +1,7 @@
 //! The Kalman filter of the flashed IMS360, with the clocks of the accelerometer and of the gyroscope: the figures of the tests of the core
 //! (`core/src/measure/fusion/tests.rs`).
 
-use crate::rig::ims360::TPDO1;
+use crate::rig::ims360::{HEARTBEAT, TPDO1};
 use crate::rig::*;
 use bench::motion::Motion;
 use plumbline::can::standard;
@@ -117,4 +117,45 @@ pub fn swing_is_followed_within_5_ms_and_0_3_deg() {
         assert!((0.0..=0.005).contains(&lag), "{clock} %: {lag} s");
         assert!(largest <= 0.3, "{clock} %: {largest} deg");
     }
+}
+
+/// The mean over each period of the vibration, from a second after the boot-up message on.
+#[test]
+fn vibration_from_power_up_is_averaged_out() {
+    const PERIOD: f64 = 1.0 / 3.0;
+    let motion = Rotation {
+        angle: |_| 10.0,
+        vibration: |time| 0.5 * (TAU * time / PERIOD).cos(),
+        offset: 0.0,
+    };
+    // The Kalman filter with Q = 0.0001 acts from power-up on.
+    let mut rig = fusing(motion, 0.0);
+    rig.download(0x3112, 2, [(-4_i8).cast_unsigned()]);
+    rig.download_within(1_000, 0x1010, 1, *b"save");
+    rig.power_cycle();
+    rig.expect(HEARTBEAT, 300);
+    rig.nmt(1);
+    rig.run(1000);
+    angles(&mut rig);
+    rig.run(3000);
+    let sent = angles(&mut rig);
+    // An angle is in force until the next one.
+    let held = sent
+        .windows(2)
+        .map(|pair| (pair[0].0, pair[1].0 - pair[0].0, pair[0].1));
+    let held: Vec<_> = held.collect();
+    let start = sent[0].0;
+    let means = (0..8).map(|number| {
+        let from = start + f64::from(number) * PERIOD;
+        let period = held
+            .iter()
+            .filter(|(time, ..)| (from..from + PERIOD).contains(time));
+        let sums = period.fold((0.0, 0.0), |(area, time), (_, length, angle)| {
+            (area + length * angle, time + length)
+        });
+        sums.0 / sums.1
+    });
+    let worst = means.map(|mean| (mean - 10.0).abs()).fold(0.0, f64::max);
+    println!("{worst:.3} deg");
+    assert!(worst < 0.35, "{worst} deg");
 }

@@ -62,7 +62,10 @@ fn difference(angle: Angle, degrees: f64) -> f64 {
 fn filter_matches_double_precision_in_every_scene() {
     let scenes = scenes();
     let names: Vec<_> = scenes.keys().copied().collect();
-    assert_eq!(names, ["digging", "shaking", "slewing", "swivel", "travelling"]);
+    assert_eq!(
+        names,
+        ["digging", "shaking", "slewing", "swivel", "travelling"]
+    );
     for (name, rows) in scenes {
         let mut fusion = Fusion::<{ mean_rate::ACCELERATION_AGE }>::new();
         fusion.tune(power_of_ten(rows[0].q), power_of_ten(10.0));
