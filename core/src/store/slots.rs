@@ -1,11 +1,12 @@
 //! The two slots: finding records and saving new ones.
 
-use super::record::{self, CALIBRATION_AT, CALIBRATION_SIZE, HEADER};
-use super::survey::{Found, Place, Survey, WORD, is_blank, read_word, survey};
-use super::unit::{self, Unit};
+mod device;
+
+use super::record;
+use super::survey::{Found, Survey, WORD, is_blank, read_word, survey};
+use super::unit::Unit;
 use super::{Boot, Owner, StoreError};
-use crate::measure::calibration::{self, Calibration};
-use core::ops::Range;
+use crate::measure::Calibration;
 use embedded_storage::nor_flash::NorFlash;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -153,45 +154,6 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
     pub fn save(&mut self, encode: impl FnOnce(&mut [u8]) -> Option<usize>) {
         self.give_up();
         self.save_after_device(encode);
-    }
-
-    /// Begins to save a new calibration, followed by the newest parameters. Call [`step`](Self::step) until the save has ended. Only
-    /// for a store without a save since [`open`](Self::open). The save fails if the stored parameters are longer than the buffer:
-    /// those of a newer firmware can be.
-    pub fn calibrate(&mut self, calibration: &Calibration) {
-        let mut unit = [0; unit::SIZE];
-        let length = copy(self.identity(), &mut unit);
-        let unit = unit.get(..length).unwrap_or_default();
-        self.renew(Some(&calibration.encode()), unit);
-    }
-
-    /// Begins to save the identity of the unit, followed by the newest parameters, as [`calibrate`](Self::calibrate) does.
-    pub fn identify(&mut self, unit: &Unit) {
-        let mut bytes = [0; unit::SIZE];
-        let length = unit.encode(self.owner.image, &mut bytes);
-        let unit = bytes.get(..length.unwrap_or(0)).unwrap_or_default();
-        let calibration = self.calibration().first_chunk().copied();
-        self.renew(calibration.as_ref(), unit);
-    }
-
-    /// Begins to save these records of the device, followed by the newest parameters.
-    fn renew(&mut self, calibration: Option<&[u8; calibration::SIZE]>, unit: &[u8]) {
-        let mut parameters = [0; N];
-        let stored = self.boot().parameters;
-        let length = stored.map(|stored| copy(stored, &mut parameters));
-        self.seal_device(calibration, unit);
-        // The slots contain other ones.
-        for slot in &mut self.slots {
-            slot.has_device = false;
-        }
-        match length {
-            Some(length) => self.save_after_device(|buffer| {
-                let parameters = parameters.get(..length)?;
-                buffer.get_mut(..length)?.copy_from_slice(parameters);
-                Some(length)
-            }),
-            None => self.begin(self.device),
-        }
     }
 
     /// True while a save is running.
@@ -378,96 +340,6 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         survey
     }
 
-    /// Reads the records of the device from the memory into the buffer.
-    fn read_device(&mut self, calibration: Place, identity: Place) {
-        let mut bytes = [0; calibration::SIZE];
-        let mut unit = [0; unit::SIZE];
-        // A read that fails gives zeros: the calibration that changes nothing, and an identity that gives nothing.
-        // An old calibration is shorter: it has no zero rate.
-        let place = bytes.get_mut(..calibration.length).unwrap_or_default();
-        let _ = self.memory.read(calibration.address as u32, place);
-        let unit = unit.get_mut(..identity.length).unwrap_or_default();
-        let _ = self.memory.read(identity.address as u32, unit);
-        self.seal_device((calibration.address > 0).then_some(&bytes), unit);
-    }
-
-    /// Writes the records of the device into the buffer: the calibration, if there is one, and the encoded identity, if it is not
-    /// empty.
-    fn seal_device(&mut self, calibration: Option<&[u8; calibration::SIZE]>, unit: &[u8]) {
-        let sequence = self.sequence.wrapping_add(1);
-        self.is_calibrated = calibration.is_some();
-        self.unit = unit.len();
-        // Both fit into each buffer of a store.
-        let size = calibration.and_then(|bytes| {
-            record::encode_calibration(&mut self.buffer, self.owner.serial, sequence, bytes)
-        });
-        let start = size.unwrap_or(0);
-        let rest = self.buffer.get_mut(start..).unwrap_or_default();
-        let size = (!unit.is_empty())
-            .then(|| record::encode_unit(rest, sequence, unit))
-            .flatten();
-        self.device = start + size.unwrap_or(0);
-    }
-
-    /// Whether a slot contains the records of the device that are in the buffer.
-    fn is_device(&mut self, survey: &Survey) -> bool {
-        let calibration = self.calibration_place();
-        let identity = self.identity_place();
-        survey.calibration.length == calibration.len()
-            && self.is_at(survey.calibration.address, calibration)
-            && survey.unit.length == self.unit
-            && self.is_at(survey.unit.address, identity)
-    }
-
-    /// Whether this part of the buffer is at an address.
-    fn is_at(&mut self, address: usize, part: Range<usize>) -> bool {
-        let bytes = self.buffer.get(part).unwrap_or_default();
-        bytes.is_empty()
-            || (address > 0
-                && bytes.iter().zip(address..).all(|(own, at)| {
-                    let mut byte = [0];
-                    self.memory.read(at as u32, &mut byte).is_ok() && byte == [*own]
-                }))
-    }
-
-    /// The check of the records of the device. Of the calibration it has the part of an old one, so that an update of the firmware
-    /// finds the check of its parameters.
-    fn check(&self) -> u8 {
-        let calibration = self.calibration();
-        let part = calibration.get(..calibration::ACCELEROMETER_SIZE);
-        record::check(part.unwrap_or_default(), self.identity())
-    }
-
-    /// The calibration in the buffer; empty if there is none.
-    fn calibration(&self) -> &[u8] {
-        self.buffer
-            .get(self.calibration_place())
-            .unwrap_or_default()
-    }
-
-    fn calibration_place(&self) -> Range<usize> {
-        let size = if self.is_calibrated {
-            calibration::SIZE
-        } else {
-            0
-        };
-        CALIBRATION_AT..CALIBRATION_AT + size
-    }
-
-    /// The encoded identity in the buffer; empty if there is none.
-    fn identity(&self) -> &[u8] {
-        self.buffer.get(self.identity_place()).unwrap_or_default()
-    }
-
-    fn identity_place(&self) -> Range<usize> {
-        let start = if self.is_calibrated {
-            CALIBRATION_SIZE
-        } else {
-            0
-        };
-        start + HEADER..start + HEADER + self.unit
-    }
-
     /// The slot that can be erased: the one without the newest parameters.
     fn spare(&self) -> usize {
         1 - self.home.min(1)
@@ -495,12 +367,4 @@ impl<M: NorFlash, const N: usize> Store<M, N> {
         *self.slot_mut(number) = Slot::BLANK;
         Ok(())
     }
-}
-
-/// Copies the bytes to the beginning of a buffer that is not shorter. Returns their number.
-fn copy(bytes: &[u8], into: &mut [u8]) -> usize {
-    for (to, from) in into.iter_mut().zip(bytes) {
-        *to = *from;
-    }
-    bytes.len()
 }

@@ -80,4 +80,6 @@ also_on_the_nucleo! {
     timing:
         sync_is_answered_within_15_us,
         cyclic_mode_keeps_its_period;
+    unit:
+        image_has_the_identity_in_its_flash;
 }
