@@ -26,13 +26,16 @@ const FRAMES: [(u16, &[u8]); 4] = [
     (0x000, &[]),
 ];
 
+/// The time in which a sensor has its first reading. Before it, the sensor only listens.
+const MEASURES: Instant = Instant::from_ticks(65_000);
+
 /// The longest wait for a sensor that boots.
 const BOOT_MAX: Instant = Instant::from_ticks(200_000);
 
 /// Checks that a sensor detects each bit rate within `limit` frames of a master that polls it, back to back or with a period of up to 2 s.
 /// It prints the largest number of frames.
 ///
-/// `phases` returns the times of the first poll in us, for a bit rate and a period in us. Each time is tried with a new sensor. The
+/// `phases` returns the times of the first poll after the first reading in us, for a bit rate and a period in us. Each time is tried with a new sensor. The
 /// runs use frames of four shapes in turn.
 ///
 /// # Panics
@@ -78,7 +81,7 @@ pub fn check_lone_master<S: Sensor>(sensor: impl Fn() -> S) {
     }
 }
 
-/// Switches the sensor on, sends the frame with this period (the first time at `phase`, in us), and returns the number of complete
+/// Switches the sensor on, sends the frame with this period (the first time `phase` us after the first reading), and returns the number of complete
 /// frames that were on the bus since the sensor has listened for the first time.
 ///
 /// # Panics
@@ -97,7 +100,7 @@ fn frames_until_detected(
     bus.open(master, Some(rate), false);
     bus.open(other, Some(rate), false);
     let poll = Frame::data(standard(id), data).expect("at most eight bytes");
-    let mut next = Instant::from_ticks(phase);
+    let mut next = after(MEASURES, Duration::from_ticks(phase));
     let mut frames = 0;
     let mut listens = false;
     loop {

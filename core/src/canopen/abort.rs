@@ -51,7 +51,7 @@ pub enum Abort {
     Signature = 0x0800_0020,
     /// Not possible in the present state of the device.
     DeviceState = 0x0800_0022,
-    /// There is no data: the first measurement is not finished.
+    /// There is no data.
     NoData = 0x0800_0024,
 }
 

@@ -52,9 +52,6 @@ impl<P: Product> Objects for View<'_, P> {
         if !row.is_readable() {
             return Err(Abort::WriteOnly);
         }
-        if row.kind() == Kind::Value && self.cx.shell.is_starting() {
-            return Err(Abort::NoData);
-        }
         // CiA 301 has no value for an error that did not occur.
         if P::KEPT.is_some()
             && row.service() == Some(Service::ErrorHistory)

@@ -45,14 +45,13 @@ impl<P: Product> Services<P> {
         }
     }
 
-    /// Sends or keeps the data of a TPDO. Before the first measurement there is no data.
+    /// Sends or keeps the data of a TPDO.
     pub(super) fn react(&mut self, cx: &mut ContextOf<P>, number: usize, reaction: Reaction) {
         let Some(tpdo) = self.tpdos.all().get(number) else {
             return;
         };
         let id = CanId::standard(tpdo.id());
-        let starting = cx.shell.is_starting();
-        if reaction == Reaction::None || !tpdo.is_sent() || starting {
+        if reaction == Reaction::None || !tpdo.is_sent() {
             return;
         }
         let kept = tpdo.kept().filter(|_| reaction == Reaction::SendKept);
@@ -87,10 +86,8 @@ impl<P: Product> Services<P> {
         let mut changed = false;
         if P::TRIGGERS.changes && tpdo.watches() {
             self.watches = true;
-            if !cx.shell.is_starting() {
-                let frame = self.compose(cx, number, CanId::standard(tpdo.id()));
-                changed = tpdo.kept() != Some(frame);
-            }
+            let frame = self.compose(cx, number, CanId::standard(tpdo.id()));
+            changed = tpdo.kept() != Some(frame);
         }
         if let Some(tpdo) = self.tpdos.all_mut().get_mut(number) {
             if changed {

@@ -160,8 +160,7 @@ impl<P: Product> Protocol<P::Application> for Devicenet<P> {
     }
 
     fn published(&mut self, cx: &mut ContextOf<P>, _now: Instant) {
-        let has_failed = cx.values.faults().intersects(Faults::SENSOR);
-        let faulted = has_failed && !cx.shell.is_starting();
+        let faulted = cx.values.faults().intersects(Faults::SENSOR);
         if faulted != self.faulted {
             self.faulted = faulted;
             cx.shell.wake_up();

@@ -5,7 +5,7 @@ use super::projection::Row;
 use super::status::StatusMasks;
 use super::table::{Article, Operation, Product, Source};
 use super::wire::Reply;
-use crate::application::{Application, Faults, Values};
+use crate::application::{Application, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, Context, NodeState, Patterns, Protocol};
 use crate::param::{Parameters, meaning};
@@ -112,11 +112,7 @@ impl<P: Product> Fsc<P> {
 
     /// The reply of a row: code, status byte and fields.
     fn reply(&self, cx: &ContextOf<P>, row: Row) -> Frame {
-        let mut status = self.status(cx);
-        if cx.shell.is_starting() && row == Self::INCLINATION {
-            status |= Self::STATUS.of_faults(Faults::X.and(Faults::Y));
-        }
-        let mut reply = Reply::new(row.code, status);
+        let mut reply = Reply::new(row.code, self.status(cx));
         for item in P::CODES.items(row) {
             let number = match item.source() {
                 Source::Parameter(id) => cx.parameters.get(id),
@@ -223,16 +219,17 @@ impl<P: Product> Protocol<P::Application> for Fsc<P> {
         product: PhantomData,
     };
 
+    fn detects(&self, parameters: &ParametersOf<P>) -> bool {
+        bit_rate::<P>(parameters).is_none()
+    }
+
     fn start(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         match bit_rate::<P>(&cx.parameters) {
             Some(rate) => {
                 cx.shell.go_online(rate);
                 self.bus_changed(cx, now, BusChange::Online);
             }
-            None => {
-                cx.shell.detect();
-                self.show(cx);
-            }
+            None => self.show(cx),
         }
     }
 

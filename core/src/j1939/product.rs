@@ -42,7 +42,7 @@ pub trait Product: canopen::Product {
     /// The diagnostic trouble codes, at most [`CODES`].
     const TROUBLES: &'static [Code];
 
-    /// The values of the groups. Not called before the first measurement.
+    /// The values of the groups.
     fn motion(values: &ValuesOf<Self>, parameters: &ParametersOf<Self>) -> Motion;
 
     /// The active trouble codes, a bit for each.

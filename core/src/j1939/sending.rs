@@ -6,7 +6,6 @@ use super::identification;
 use super::identifier::{ACTIVE_CODES, GLOBAL, Identifier, PROPRIETARY_A, Pgn};
 use super::product::Product;
 use super::protocol::{ContextOf, J1939};
-use super::signal::Motion;
 use super::transport::Message;
 use crate::can::Frame;
 use crate::node::{Pattern, Patterns};
@@ -15,11 +14,7 @@ impl<P: Product> J1939<P> {
     /// The present frame of a group; None without an address.
     pub(super) fn group(&self, cx: &ContextOf<P>, place: usize) -> Option<Frame> {
         let source = self.claim.address()?;
-        let motion = if cx.shell.is_starting() {
-            Motion::default()
-        } else {
-            P::motion(&cx.values, &cx.parameters)
-        };
+        let motion = P::motion(&cx.values, &cx.parameters);
         let (pgn, bytes) = groups::frame(place, &motion)?;
         let priority = cx.parameters.get(*P::PRIORITIES.get(place)?) as u8;
         let id = Identifier::new(pgn, GLOBAL, source).with_priority(priority);

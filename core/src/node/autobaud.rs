@@ -2,7 +2,8 @@
 //!
 //! The controller is in listen-only mode, so a wrong bit rate does not disturb the bus. [`PulseMeter`](super::PulseMeter) measures
 //! the bit time of each frame, at any bit rate of the controller, so one frame is sufficient to find the bit rate. A silent bus
-//! changes nothing: there is no dwell time, and the search has no time limit.
+//! changes nothing: there is no dwell time, and the search has no time limit. The search begins at power-up. If it ends before the
+//! first reading, the node waits for the reading and continues to listen.
 //!
 //! The measured bit rate can be wrong: receivers at a distance lengthen the ACK slot, transceivers change the length of each dominant
 //! pulse, and a frame that nobody acknowledges can have no dominant pulse of one bit. If the controller detects bus errors at the
@@ -53,6 +54,8 @@ pub struct Autobaud {
     measured: Option<BitRate>,
     /// There was a bus error at the present bit rate.
     failed: bool,
+    /// There was a valid frame at the present bit rate.
+    found: bool,
 }
 
 impl Autobaud {
@@ -64,11 +67,22 @@ impl Autobaud {
         rate: Self::FIRST,
         measured: None,
         failed: false,
+        found: false,
     };
 
     /// The bit rate to listen at.
     pub fn rate(&self) -> BitRate {
         self.rate
+    }
+
+    /// Handles a valid frame.
+    pub fn receive(&mut self) {
+        self.found = true;
+    }
+
+    /// The bit rate at which there was a valid frame.
+    pub fn found(&self) -> Option<BitRate> {
+        self.found.then_some(self.rate)
     }
 
     /// Handles a bus error.
@@ -91,7 +105,9 @@ impl Autobaud {
             _ => rate,
         };
         self.failed = false;
-        core::mem::replace(&mut self.rate, next) != next
+        let changed = core::mem::replace(&mut self.rate, next) != next;
+        self.found &= !changed;
+        changed
     }
 
     /// The bit rate to try after errors at the present one: the next faster one if the measured pulse has at most 4 bits there,
@@ -125,6 +141,19 @@ mod tests {
             assert_eq!(search.rate(), rate);
             assert!(!search.measured(BitTime::of(rate)));
         }
+    }
+
+    #[test]
+    fn valid_frame_ends_search_until_bit_rate_changes() {
+        let mut search = Autobaud::START;
+        assert_eq!(search.found(), None);
+        search.receive();
+        assert_eq!(search.found(), Some(BitRate::K250));
+        search.measured(BitTime::of(BitRate::K500));
+        assert_eq!(search.found(), None);
+        search.receive();
+        search.measured(BitTime::of(BitRate::K500));
+        assert_eq!(search.found(), Some(BitRate::K500));
     }
 
     #[test]

@@ -96,8 +96,10 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
         application.resume(boot.kept);
         started(application, protocol, &mut context.parameters, damaged);
         context.values = application.apply(now, &context.parameters);
-        protocol.published(context, now);
-        protocol.start(context, now);
+        // The protocol starts with the first reading.
+        if P::DETECTS && protocol.detects(&context.parameters) {
+            context.shell.detect();
+        }
     }
 
     /// Performs the tasks of the measuring half.

@@ -23,7 +23,7 @@ pub struct Communication<A: Application, P> {
 pub enum Task<A: Application> {
     /// Apply these parameters.
     Apply(Parameters<A::Table>),
-    /// Readings are missing, or the device restarts: switch off the outputs that must not stay on.
+    /// Readings are missing, also the first one, or the device restarts: switch off the outputs that must not stay on.
     Stale,
 }
 
@@ -53,11 +53,21 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         match self.context.shell.state() {
             NodeState::Online => self.protocol.receive(&mut self.context, now, frame),
             // The node does not answer the frame by which it detects the bit rate: it was in listen-only mode.
-            NodeState::Detecting(search) if P::DETECTS => {
-                self.context.shell.go_online(search.rate());
-                self.change(now, BusChange::Online);
+            NodeState::Detecting(_) if P::DETECTS => {
+                self.context.shell.found();
+                self.join(now);
             }
             _ => {}
+        }
+    }
+
+    /// Goes online if the bit rate is detected and the protocol has started.
+    fn join(&mut self, now: Instant) {
+        if P::DETECTS
+            && let Some(rate) = self.context.shell.detected()
+        {
+            self.context.shell.go_online(rate);
+            self.change(now, BusChange::Online);
         }
     }
 
@@ -87,7 +97,9 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
                 shell.confine(state, recovers)
             }
         };
-        if let Some(change) = change {
+        if let Some(change) = change
+            && self.context.shell.is_running()
+        {
             self.change(now, change);
         }
     }
@@ -102,27 +114,42 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         (shell.becomes_stale(now) || shell.stops()).then_some(Task::Stale)
     }
 
-    /// Publishes the values of a reading. During a restart they are discarded.
+    /// Publishes the values of a reading. The first ones start the protocol. During a restart they are discarded.
     pub fn sampled(&mut self, now: Instant, values: A::Values) {
         if !self.context.shell.is_leaving() {
             self.context.shell.sampled(now);
-            self.take_over(now, values);
+            self.judge(now, values);
         }
     }
 
     /// Publishes the values of a finished task.
     pub fn finish(&mut self, now: Instant, task: &Task<A>, values: A::Values) {
-        if matches!(task, Task::Apply(_)) {
-            self.context.shell.block(cause::PARAMETERS, false);
+        match task {
+            Task::Apply(_) => {
+                self.context.shell.block(cause::PARAMETERS, false);
+                self.take_over(now, values);
+            }
+            Task::Stale => self.judge(now, values),
         }
-        self.take_over(now, values);
         self.context.shell.wake_up();
     }
 
     /// Publishes new values that are neither from a reading nor from a task. During a restart they are discarded.
     pub fn publish(&mut self, now: Instant, values: A::Values) {
         if !self.context.shell.is_leaving() {
-            self.finish(now, &Task::Stale, values);
+            self.take_over(now, values);
+            self.context.shell.wake_up();
+        }
+    }
+
+    /// Takes over the values of a reading, or of missing readings. With the first ones the protocol starts: no frame has values that
+    /// were not measured, unless the accelerometer has failed.
+    fn judge(&mut self, now: Instant, values: A::Values) {
+        let starts = self.context.shell.starts();
+        self.take_over(now, values);
+        if starts {
+            self.protocol.start(&mut self.context, now);
+            self.join(now);
         }
     }
 
@@ -133,7 +160,8 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             self.context.shell.wake_up();
         }
         // The values of a stopped application are not published: the protocol would report them as faults.
-        if !self.context.shell.is_leaving() {
+        let shell = &self.context.shell;
+        if shell.is_running() && !shell.is_leaving() {
             self.protocol.published(&mut self.context, now);
         }
     }
@@ -200,7 +228,8 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
             }
             _ => {}
         }
-        if !self.protocol.tick(&mut self.context, now, step) {
+        let runs = self.context.shell.is_running();
+        if !runs || !self.protocol.tick(&mut self.context, now, step) {
             self.step = Self::LAST_STEP;
         }
         true

@@ -39,7 +39,8 @@ use crate::time::Instant;
 pub enum Action {
     /// Set this bit rate and mode. Discard the frames in the transmit mailboxes, and the received frames and bus errors that the
     /// node has not received yet: they belong to the previous bit rate. In [`BusMode::Normal`], accept the frames that pass
-    /// [`Node::filters`]. In [`BusMode::Listen`], accept all frames. [`Node::changes_filters`] is an exception.
+    /// [`Node::filters`]. In [`BusMode::Listen`], accept all frames. [`Node::changes_filters`] is an exception. Before the first
+    /// action of this kind, the controller is off the bus.
     Bus(BusMode, BitRate),
     /// Leave bus-off: start the recovery sequence of 128 times 11 recessive bits.
     Recover,
@@ -111,8 +112,9 @@ pub trait Node {
     /// Handles a received frame. In [`BusMode::Normal`], the node ignores frames that do not pass [`filters`](Self::filters).
     fn receive(&mut self, now: Instant, frame: &Frame);
 
-    /// Handles a reading of the accelerometer. Call it every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD). Before the first
-    /// reading, the node sends no angles, or marks them as not valid. Without readings for 100 ms it reports a sensor error.
+    /// Handles a reading of the accelerometer. Call it every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD). The first reading
+    /// starts the protocol: before it, the node is not on the bus. Without readings for 100 ms (92 ms after the start of the
+    /// node), it reports a sensor error.
     fn sample(&mut self, now: Instant, reading: &Reading);
 
     /// Handles an event of the CAN controller.

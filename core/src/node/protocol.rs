@@ -83,7 +83,9 @@ pub enum BusChange {
 
 /// A protocol on top of the [`Shell`].
 ///
-/// The node calls [`receive`](Self::receive) only while it is on the bus, and the other methods at any time.
+/// The node calls [`start`](Self::start) with the first reading, or when it has not come in time. Until then it calls only
+/// [`detects`](Self::detects), [`recovers`](Self::recovers), [`filters`](Self::filters) and [`deadlines`](Self::deadlines). It calls
+/// [`receive`](Self::receive) only while it is on the bus.
 pub trait Protocol<A: Application>: Sized {
     /// A protocol that is not started. If all its bits are 0, it needs no flash: a node is in static memory.
     const INITIAL: Self;
@@ -91,7 +93,7 @@ pub trait Protocol<A: Application>: Sized {
     const FRAMES: usize;
     /// The number of acceptance filters.
     const FILTERS: usize;
-    /// Whether it uses [bit rate detection](Shell::detect).
+    /// Whether it can [detect](Self::detects) the bit rate.
     const DETECTS: bool = false;
 
     /// Whether it [defers](Shell::defer) requests during a save.
@@ -104,7 +106,14 @@ pub trait Protocol<A: Application>: Sized {
     /// received frame ([`Node::changes_filters`](super::Node::changes_filters)).
     const CHANGES_FILTERS: bool = false;
 
-    /// Starts after power-up: begins [bit rate detection](Shell::detect) or [goes online](Shell::go_online).
+    /// Whether it detects the bit rate: the node listens from power-up, and goes online itself when it has found the bit rate
+    /// ([`BusChange::Online`]).
+    fn detects(&self, parameters: &Parameters<A::Table>) -> bool {
+        let _ = parameters;
+        false
+    }
+
+    /// Starts with the first published values: [goes online](Shell::go_online), unless it detects the bit rate.
     fn start(&mut self, cx: &mut Context<A>, now: Instant);
 
     /// Handles a received frame. A request that must wait for a running save is [deferred](Shell::defer).

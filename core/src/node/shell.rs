@@ -16,10 +16,14 @@ const RESTART_PATIENCE: Duration = millis(250);
 /// The time for which values are valid without a new reading. After it, the accelerometer has failed.
 const READING_LIMIT: Duration = millis(100);
 
+/// The longest time to the first reading: 100 ms from power-up, of which a board needs up to 8 ms before the start of the node and until
+/// the first frame.
+const FIRST_READING_LIMIT: Duration = millis(92);
+
 /// Whether the node takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum NodeState {
-    /// Not started yet.
+    /// Off the bus, before the first reading.
     Initial,
     /// The bit rate is being detected.
     Detecting(Autobaud),
@@ -61,8 +65,8 @@ pub struct Shell {
     valid_until: Instant,
     /// The values are no longer valid.
     is_stale: bool,
-    /// There was no measurement since the start.
-    is_starting: bool,
+    /// The protocol has started: there was a reading, or it is too late for one.
+    is_running: bool,
     /// The patterns of the LEDs.
     patterns: Patterns,
     /// The outputs that were reported to the hardware.
@@ -93,7 +97,7 @@ impl Shell {
         deferred: Deque::new(),
         valid_until: Instant::from_ticks(0),
         is_stale: false,
-        is_starting: false,
+        is_running: false,
         patterns: Patterns::DARK,
         reported: Outputs::NONE,
         bus: (BusMode::Listen, BitRate::K10),
@@ -110,9 +114,19 @@ impl Shell {
         self.queue.reserve(frames);
         self.serial = boot.serial;
         self.unit = boot.unit;
-        self.valid_until = after(now, READING_LIMIT);
-        self.is_starting = true;
+        self.valid_until = after(now, FIRST_READING_LIMIT);
         self.dirty = true;
+    }
+
+    /// Handles the values of a reading, or of missing readings. Returns true for the first ones: the protocol must start.
+    pub(super) fn starts(&mut self) -> bool {
+        self.dirty |= !self.is_running;
+        !core::mem::replace(&mut self.is_running, true)
+    }
+
+    /// Whether the protocol has started.
+    pub(super) fn is_running(&self) -> bool {
+        self.is_running
     }
 
     /// The identity that the unit has in place of that of its product.
@@ -143,12 +157,6 @@ impl Shell {
     /// Whether a restart is accepted.
     pub fn is_leaving(&self) -> bool {
         self.is_blocked(cause::LEAVING)
-    }
-
-    /// True before the first measurement, for 100 ms at most. Nothing has failed yet, but the quantities have no values: a protocol
-    /// must not send them as valid.
-    pub fn is_starting(&self) -> bool {
-        self.is_starting
     }
 
     /// Requests the steps of the timers: there is an action, or a deadline has changed.
@@ -184,12 +192,6 @@ impl Shell {
     }
 
     // Bus state, used by a protocol.
-
-    /// Begins the bit rate detection.
-    pub fn detect(&mut self) {
-        self.state = NodeState::Detecting(Autobaud::START);
-        self.listen();
-    }
 
     /// Takes part in the bus at this bit rate, with the present filters of the protocol.
     pub fn go_online(&mut self, rate: BitRate) {
@@ -268,6 +270,27 @@ impl Shell {
         self.block(cause::DEFERRED, waits);
     }
 
+    /// Begins the bit rate detection.
+    pub(super) fn detect(&mut self) {
+        self.state = NodeState::Detecting(Autobaud::START);
+        self.listen();
+    }
+
+    /// Handles a valid frame during the bit rate detection.
+    pub(super) fn found(&mut self) {
+        if let NodeState::Detecting(search) = &mut self.state {
+            search.receive();
+        }
+    }
+
+    /// The detected bit rate, if the node can go online with it.
+    pub(super) fn detected(&self) -> Option<BitRate> {
+        match self.state {
+            NodeState::Detecting(search) if self.is_running => search.found(),
+            _ => None,
+        }
+    }
+
     /// Listens at the bit rate of the running search.
     fn listen(&mut self) {
         if let NodeState::Detecting(search) = self.state {
@@ -319,7 +342,6 @@ impl Shell {
     /// Handles a reading.
     pub(super) fn sampled(&mut self, now: Instant) {
         self.dirty |= core::mem::take(&mut self.is_stale);
-        self.is_starting = false;
         self.valid_until = after(now, READING_LIMIT);
     }
 
@@ -327,7 +349,6 @@ impl Shell {
     pub(super) fn becomes_stale(&mut self, now: Instant) -> bool {
         let stale = !self.is_stale && reached(now, self.valid_until) && !self.is_leaving();
         self.is_stale |= stale;
-        self.is_starting &= !stale;
         stale
     }
 

@@ -2,6 +2,7 @@
 //! it, and no action is lost. The time is always 0.
 
 use crate::tester::canopen::frame;
+use plumbline::application::Values;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::measure::Reading;
 use plumbline::model::gemac::is1tk::{self, Is1tk};
@@ -47,6 +48,7 @@ fn is2() -> Is2 {
 }
 
 fn start(node: &mut impl Node) {
+    node.sample(NOW, &Reading::default());
     node.receive(NOW, &Frame::data(standard(0x7FF), &[]).unwrap());
     while node.poll(NOW).is_some() {}
     while node.transmit(NOW).is_some() {}
@@ -72,6 +74,7 @@ fn frame_waits_until_parameters_of_earlier_write_are_applied() {
 #[test]
 fn frame_waits_for_change_of_bit_rate() {
     let mut node = Jn2101::new(NOW, &Boot::default());
+    node.sample(NOW, &Reading::default());
     let (communication, _) = node.halves();
     assert!(!communication.ready());
     assert_eq!(communication.transmit(), None);
@@ -165,8 +168,7 @@ fn values_during_restart_do_not_switch_heater_on() {
     };
     let heating = acquisition.sample(NOW, &cold);
     communication.sampled(NOW, heating);
-    let on = action::<Is1tk>(communication);
-    assert!(matches!(on, Some(Action::Heater(1..))), "{on:?}");
+    assert!(heating.outputs().heater() > Some(0));
     receive::<Is1tk>(communication, RESET);
     let task = communication.task(NOW).unwrap();
     let values = acquisition.perform(NOW, &task);

@@ -1,101 +1,310 @@
-//! Before the first measurement: a node answers, but does not send angles that it has not measured.
+//! The start of a node: it is not on the bus before the first reading, and begins with it, at the latest after 100 ms. So no frame
+//! has an angle that was not measured.
 
-use crate::tester::canopen::frame;
-use plumbline::can::{Frame, standard};
-use plumbline::measure::{I32x3, ONE_G, Reading};
-use plumbline::model::gemac::is1::{self, Is1};
-use plumbline::model::gemac::is2::{self, Is2};
+use crate::tester::Tester;
+use crate::tester::fsc::FscTester;
+use crate::tester::j1939::{CLAIM, select};
+use crate::tester::{canopen, ims360, leds};
+use plumbline::can::BitRate;
+use plumbline::fsc::{Article, FscNode, Product};
+use plumbline::measure::ONE_G;
+use plumbline::model::gemac::is1::{self, OneAxis};
+use plumbline::model::gemac::is2::{self, TwoAxes};
+use plumbline::model::ims360::Ims360;
 use plumbline::model::jn2101::Jn2101;
-use plumbline::node::{Boot, Node};
-use plumbline::time::Instant;
+use plumbline::model::tiltix::tiltix080::Tiltix080;
+use plumbline::node::{Action, BitTime, Boot, BusEvent, BusMode, BusState, Leds, Node};
 
-/// The frames that the node sends at this time, in ms, after all its actions.
-fn sent(node: &mut impl Node, ms: u64) -> Vec<String> {
-    let now = Instant::from_ticks(1000 * ms);
-    while node.poll(now).is_some() {}
-    let frames = std::iter::from_fn(|| node.transmit(now));
-    frames.map(|frame| format!("{frame:?}")).collect()
+/// The time of the first reading in ms.
+const FIRST: u64 = 57;
+/// The time at which a node starts without a reading: a board needs the rest of 100 ms before the start of the node.
+const LIMIT: u64 = 92;
+
+/// Sine of 30 deg.
+const HALF_G: i32 = ONE_G / 2;
+/// Cosine of 30 deg, in 1 g.
+const COSINE: i32 = (ONE_G as f64 * 0.866_025_403_784) as i32;
+
+/// The boot-up messages of a GEMAC sensor with a fixed bit rate.
+const BOOT_UP: &str = "301#FF00000300004403";
+
+/// A node before its first reading.
+fn jn2101() -> Tester<Jn2101> {
+    Tester::switch_on(Boot::default(), Jn2101::new)
 }
 
-/// The frames that the node sends in reply to a frame.
-fn reply(node: &mut impl Node, ms: u64, text: &str) -> Vec<String> {
-    node.receive(Instant::from_ticks(1000 * ms), &frame(text));
-    sent(node, ms)
+fn ims360() -> Tester<Ims360> {
+    let mut tester = Tester::switch_on(Boot::default(), Ims360::new);
+    tester.node_id = 50;
+    tester
 }
 
-fn level() -> Reading {
-    Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
-        temperature: 25_00,
-        ..Reading::default()
+/// An IMS360 in J1939.
+fn j1939() -> Tester<Ims360> {
+    let mut tester = ims360::booted();
+    select(&mut tester);
+    tester.switch_on_again();
+    tester
+}
+
+fn tiltix() -> Tester<Tiltix080> {
+    Tester::switch_on(Boot::default(), Tiltix080::new)
+}
+
+/// A GEMAC sensor with these settings: the requests of their writes.
+fn gemac<P: Product>(article: &'static Article, settings: &[&str]) -> FscTester<P> {
+    let node = move |now, boot: &Boot| FscNode::<P>::new(article, now, boot);
+    let mut tester = Tester::power_up(Boot::default(), node);
+    tester.send("7FF#");
+    tester.sent();
+    for request in settings {
+        tester.send(request);
     }
+    tester.send("300#5053415645");
+    tester.sent();
+    tester.switch_on_again();
+    tester
 }
 
-/// A GEMAC sensor that has detected the bit rate; the first two frames are the boot-up messages.
-fn on_the_bus(node: &mut impl Node) -> Vec<String> {
-    let now = Instant::from_ticks(1000);
-    node.receive(now, &Frame::data(standard(0x7FF), &[]).unwrap());
-    sent(node, 1)
+/// 500 kbit/s, without bit rate detection.
+const FIXED: &str = "300#2307";
+/// Cyclic time 100 ms, and cyclic mode on.
+const CYCLIC: [&str; 2] = ["300#256400", "300#2601"];
+
+/// What a node does in the time before its first reading, although requests come.
+fn is_off_the_bus<N: Node>(tester: &mut Tester<N>, requests: &[&str]) {
+    for _ in 0..FIRST {
+        for request in requests {
+            tester.send(request);
+        }
+        tester.bus(BusEvent::Overrun);
+        tester.bus(BusEvent::State(BusState::Active));
+        tester.node.supply(tester.now, 24_000);
+        assert_eq!(tester.wait_text(1), []);
+    }
+    let is_on = |action: &Action| matches!(action, Action::Bus(BusMode::Normal, _) | Action::Save);
+    assert!(!tester.actions.iter().any(is_on), "{:?}", tester.actions);
 }
 
 #[test]
-fn boot_up_message_before_first_measurement_has_no_sensor_error() {
-    let mut is2 = Is2::new(&is2::BP_CL, Instant::from_ticks(0), &Boot::default());
-    assert_eq!(on_the_bus(&mut is2), ["301#FF03000300004403"; 2]);
-    assert_eq!(reply(&mut is2, 2, "300#02"), ["301#0203"]);
+fn gemac_sensor_is_off_the_bus_until_first_reading() {
+    let mut t = gemac::<TwoAxes>(&is2::BP_CL, &[FIXED]);
+    is_off_the_bus(&mut t, &["300#00", "100#", "300#28"]);
+    t.begin();
+    assert_eq!(t.sent_text(), [BOOT_UP; 2]);
+    assert!(
+        t.actions
+            .contains(&Action::Bus(BusMode::Normal, BitRate::K500))
+    );
+    assert_eq!(t.exchange("300#18"), ["301#18000000"]);
+}
+
+#[test]
+fn jn2101_is_off_the_bus_until_first_reading() {
+    let mut t = jn2101();
+    is_off_the_bus(
+        &mut t,
+        &["60A#4000100000000000", "000#010A", "000#8100", "080#"],
+    );
+    t.begin();
+    assert_eq!(t.sent_text(), ["70A#00"]);
+    assert!(
+        t.actions
+            .contains(&Action::Bus(BusMode::Normal, BitRate::K125))
+    );
+    // It did not receive the command that starts it.
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    assert_eq!(t.wait_text(1000), []);
+}
+
+#[test]
+fn ims360_is_off_the_bus_until_first_reading() {
+    let mut t = ims360();
+    is_off_the_bus(&mut t, &["632#4000100000000000", "000#0132", "080#"]);
+    t.begin();
+    assert_eq!(t.sent_text(), ["732#00"]);
+    assert_eq!(t.exchange("080#"), [""; 0]);
+    let mut t = j1939();
+    is_off_the_bus(&mut t, &["18EAFF21#00EE00", "18EEFF80#0000000000000000"]);
+    t.begin();
+    assert_eq!(t.sent_text(), [CLAIM]);
+    assert_eq!(t.wait_text(249), []);
+}
+
+#[test]
+fn tiltix_is_off_the_bus_until_first_reading() {
+    let mut t = tiltix();
+    // A check request and a response of another node with the same MAC ID.
+    is_off_the_bus(
+        &mut t,
+        &[
+            "5FF#00620102020304",
+            "5FF#80620102020304",
+            "5FE#0A4B0301030A",
+        ],
+    );
+    t.begin();
+    let sent = t.sent_text();
+    assert!(
+        matches!(&sent[..], [check] if check.starts_with("5FF#00")),
+        "{sent:?}"
+    );
+    assert_eq!(t.wait_text(2000).len(), 1);
+    assert_eq!(t.exchange("5FE#0A4B0301030A"), ["5FB#0ACB00"]);
+}
+
+#[test]
+fn bit_rate_is_detected_before_first_reading() {
+    let node = |now, boot: &Boot| FscNode::<TwoAxes>::new(&is2::BP_CL, now, boot);
+    let mut t = Tester::switch_on(Boot::default(), node);
+    assert_eq!(t.wait_text(10), []);
+    t.bus(BusEvent::Error);
+    t.bus(BusEvent::BitTime(BitTime::of(BitRate::K500)));
+    is_off_the_bus(&mut t, &["300#00", "100#", "300#28"]);
+    assert_eq!(
+        t.actions,
+        [BitRate::K250, BitRate::K500].map(|rate| Action::Bus(BusMode::Listen, rate))
+    );
+    t.begin();
+    assert_eq!(t.sent_text(), ["301#FF03000300004403"; 2]);
+    assert!(
+        t.actions
+            .contains(&Action::Bus(BusMode::Normal, BitRate::K500))
+    );
+    assert_eq!(t.leds, leds(true, false));
+}
+
+#[test]
+fn bit_rate_before_error_is_not_used_at_first_reading() {
+    let node = |now, boot: &Boot| FscNode::<TwoAxes>::new(&is2::BP_CL, now, boot);
+    let mut t = Tester::switch_on(Boot::default(), node);
+    t.wait_text(1);
+    t.send("7FF#");
+    t.bus(BusEvent::Error);
+    t.bus(BusEvent::BitTime(BitTime::of(BitRate::K500)));
+    t.begin();
+    assert_eq!(t.sent_text(), [""; 0]);
+    t.send("7FF#");
+    assert_eq!(t.sent_text().len(), 2);
+    assert_eq!(
+        t.actions.last(),
+        Some(&Action::Bus(BusMode::Normal, BitRate::K500))
+    );
+}
+
+/// Reproduced: a zero point set behind the second boot-up message was 0, and the master had no error.
+#[test]
+fn zero_point_set_after_boot_up_is_measured_position() {
+    let mut t = gemac::<TwoAxes>(&is2::BP_CL, &[FIXED]);
+    t.force = [-HALF_G, 0, COSINE];
+    t.wait(FIRST);
+    t.begin();
+    assert_eq!(t.exchange("300#28"), [BOOT_UP, BOOT_UP, "301#2800"]);
+    assert_eq!(t.exchange("300#00"), ["301#000000000000"]);
+    assert_ne!(t.exchange("300#18"), ["301#18000000"]);
+}
+
+#[test]
+fn first_cyclic_frame_has_measured_angle() {
+    let mut t = gemac::<OneAxis>(&is1::BP_CL, &[FIXED, CYCLIC[0], CYCLIC[1]]);
+    t.force = [HALF_G, COSINE, 0];
+    t.wait(FIRST);
+    t.begin();
+    assert_eq!(t.sent_text(), [BOOT_UP; 2]);
+    // 30.00 deg, and the counter.
+    assert_eq!(t.wait_text(100), [(100, "301#0000B80B0100".to_string())]);
 }
 
 /// Tables 14 and 15: SensorError (bit 4), or SensorErrorX and SensorErrorY (bits 4 and 5).
 #[test]
-fn angles_before_first_measurement_have_sensor_errors() {
-    let now = Instant::from_ticks(0);
-    let mut is1 = Is1::new(&is1::BP_CL, now, &Boot::default());
-    let mut is2 = Is2::new(&is2::BP_CL, now, &Boot::default());
-    on_the_bus(&mut is1);
-    on_the_bus(&mut is2);
-    assert_eq!(reply(&mut is1, 2, "300#00"), ["301#00130000"]);
-    assert_eq!(reply(&mut is2, 2, "300#00"), ["301#003300000000"]);
-    assert_eq!(reply(&mut is2, 3, "100#"), ["301#003300000000"]);
-    is2.sample(Instant::from_ticks(5000), &level());
-    assert_eq!(reply(&mut is2, 5, "300#00"), ["301#000300000000"]);
+fn gemac_sensor_without_readings_boots_with_sensor_error() {
+    let mut t = gemac::<TwoAxes>(&is2::BP_CL, &[FIXED]);
+    let boot_up = (LIMIT, "301#FF30000300004403".to_string());
+    assert_eq!(t.wait_text(1000), [boot_up.clone(), boot_up]);
+    assert_eq!(t.exchange("300#02"), ["301#0230"]);
+    let mut t = gemac::<OneAxis>(&is1::BP_CL, &[FIXED]);
+    let boot_up = (LIMIT, "301#FF10000300004403".to_string());
+    assert_eq!(t.wait_text(1000), [boot_up.clone(), boot_up]);
+    // A sensor that detects the bit rate.
+    let node = |now, boot: &Boot| FscNode::<TwoAxes>::new(&is2::BP_CL, now, boot);
+    let mut t = Tester::switch_on(Boot::default(), node);
+    t.wait_text(1);
+    t.send("7FF#");
+    let boot_up = (LIMIT - 1, "301#FF33000300004403".to_string());
+    assert_eq!(t.wait_text(1000), [boot_up.clone(), boot_up]);
+    t.begin();
+    assert_eq!(t.exchange("300#02"), ["301#0203"]);
 }
 
-/// Without measurements for 100 ms, the accelerometer has failed.
 #[test]
-fn missing_measurements_are_sensor_errors_in_every_reply_after_100_ms() {
-    let mut is2 = Is2::new(&is2::BP_CL, Instant::from_ticks(0), &Boot::default());
-    on_the_bus(&mut is2);
-    sent(&mut is2, 100);
-    assert_eq!(reply(&mut is2, 101, "300#02"), ["301#0233"]);
-    let mut jn2101 = Jn2101::new(Instant::from_ticks(0), &Boot::default());
-    assert_eq!(sent(&mut jn2101, 1), ["70A#00"]);
-    assert_eq!(sent(&mut jn2101, 100), ["08A#0010010100000000"]);
+fn canopen_sensor_without_readings_boots_with_emergency() {
+    let mut t = jn2101();
+    let expected = ["70A#00", "08A#0010010100000000"];
+    assert_eq!(
+        t.wait_text(1000),
+        expected.map(|text| (LIMIT, text.to_string()))
+    );
+    t.begin();
+    assert_eq!(t.sent_text(), ["08A#0000000000000000"]);
+    let mut t = ims360();
+    let sent = t.wait_text(1000);
+    assert_eq!(sent[0], (LIMIT, "732#00".to_string()));
+    assert!(
+        sent[1..]
+            .iter()
+            .all(|(at, text)| *at == LIMIT && text.starts_with("0B2#")),
+        "{sent:?}"
+    );
 }
 
-/// 08000024h: no data available (CiA 301, 7.2.4.3.17).
+/// Pitch and roll defective (FMI 12) in DM1. The bytes FEh of SSI2 are the error indicator.
 #[test]
-fn jn2101_does_not_send_angles_before_first_measurement() {
-    let mut node = Jn2101::new(Instant::from_ticks(0), &Boot::default());
-    assert_eq!(sent(&mut node, 1), ["70A#00"]);
+fn j1939_sensor_without_readings_claims_and_sends_no_values() {
+    let mut t = j1939();
+    let sent = t.wait_text(500);
+    assert_eq!(sent[0], (LIMIT, CLAIM.to_string()));
     assert_eq!(
-        reply(&mut node, 2, "60A#4010600000000000"),
-        ["58A#8010600024000008"]
+        sent[1],
+        (LIMIT + 250, "1CECFF80#200A0002FFCAFE00".to_string())
     );
-    // Other objects can be read: the error register.
-    assert_eq!(
-        reply(&mut node, 3, "60A#4001100000000000"),
-        ["58A#4F01100000000000"]
+    let text = |start: &str| {
+        sent.iter()
+            .filter(|(_, text)| text.starts_with(start))
+            .count()
+    };
+    assert_eq!(text("1CEBFF80#0104FF70130C0171"), 1);
+    assert_eq!(text("1CEBFF80#02130C01"), 1);
+    assert_eq!(text("0CF02980#FEFEFEFEFEFEBBFF"), sent.len() - 4);
+}
+
+/// The module LED flashes red, and bit 10 of the status (Identity) is set.
+#[test]
+fn tiltix_without_readings_checks_its_mac_id_and_has_fault() {
+    let mut t = tiltix();
+    let sent = t.wait_text(2500);
+    assert!(
+        matches!(&sent[..], [(LIMIT, check), (1092, _)] if check.starts_with("5FF#00")),
+        "{sent:?}"
     );
-    assert!(reply(&mut node, 4, "000#010A").is_empty());
-    assert!(reply(&mut node, 5, "080#").is_empty());
-    node.sample(Instant::from_ticks(6000), &level());
-    assert_eq!(
-        reply(&mut node, 6, "60A#4010600000000000"),
-        ["58A#4B10600000000000"]
-    );
-    assert_eq!(reply(&mut node, 7, "080#").len(), 2);
+    t.actions.clear();
+    t.wait(1000);
+    let lit = |is_lit: fn(&Leds) -> bool| {
+        let shows = |action: &Action| matches!(action, Action::Leds(leds) if is_lit(leds));
+        t.actions.iter().any(shows)
+    };
+    assert!(lit(|leds| leds.module_red) && !lit(|leds| leds.module_green));
+    assert_eq!(t.exchange("5FE#0A4B0301030A"), ["5FB#0ACB00"]);
+    assert_eq!(t.exchange("5FC#0A0E010105"), ["5FB#0A8E0104"]);
+    t.begin();
+    assert_eq!(t.exchange("5FC#0A0E010105"), ["5FB#0A8E0100"]);
+}
+
+#[test]
+fn reset_of_communication_does_not_wait_for_reading() {
+    let mut t = canopen::booted();
+    t.sampled = false;
+    t.wait(50);
+    for reset in ["000#820A", "000#810A"] {
+        assert_eq!(t.exchange(reset), ["70A#00"]);
+    }
 }

@@ -1,6 +1,7 @@
 //! The accelerometer and the gyroscope of a sensor on the bench: values at their data rate, resampled to readings at 200 Hz as on the
 //! boards.
 
+use crate::fault::Fault;
 use crate::motion::Motion;
 use plumbline::measure::mean_rate::MeanRate;
 use plumbline::measure::resampler::Resampler;
@@ -30,6 +31,10 @@ pub struct Accelerometer {
     deviation: i32,
     /// A value was clipped since the last reading.
     clipped: bool,
+    /// The last value.
+    last: Option<Reading>,
+    /// There was a reading since power-up.
+    started: bool,
 }
 
 impl Accelerometer {
@@ -42,7 +47,15 @@ impl Accelerometer {
             values: 0,
             deviation,
             clipped: false,
+            last: None,
+            started: false,
         }
+    }
+
+    /// Switches the power on. The first call of [`readings`](Self::readings) follows when the first reading is complete.
+    pub fn power_on(&mut self) {
+        self.last = None;
+        self.started = false;
     }
 
     /// The data rate in mHz.
@@ -51,24 +64,38 @@ impl Accelerometer {
         (i64::from(DATA_RATE) + change) as u32
     }
 
-    /// Starts at `now` and returns the first reading, that of an accelerometer that has been at rest before.
-    pub fn start(&mut self, now: Instant, motion: &mut dyn Motion) -> Reading {
+    /// The first reading, that of an accelerometer that has been at rest before.
+    fn start(&mut self, now: Instant, motion: &mut dyn Motion) -> Option<Reading> {
+        let still = self.value(now, motion)?;
+        self.started = true;
         self.resampler.start(self.data_rate());
         self.rate = MeanRate::new();
         self.start = now;
         self.values = 0;
         self.clipped = false;
-        let still = motion.reading(now);
         let first = std::iter::repeat_with(|| self.push(still)).flatten().next();
         // So that each reading is complete at the end of its 5 ms, also if the clocks differ a little.
         for _ in 0..AHEAD {
             self.push(still);
         }
-        first.unwrap_or(still)
+        first
+    }
+
+    /// The value of the part at a time; None if it has none.
+    fn value(&mut self, now: Instant, motion: &mut dyn Motion) -> Option<Reading> {
+        let reading = motion.reading(now);
+        match motion.fault(now) {
+            Some(fault) if fault.is_mute() => None,
+            Some(Fault::Frozen) => Some(*self.last.get_or_insert(reading)),
+            _ => Some(*self.last.insert(reading)),
+        }
     }
 
     /// The readings that are complete at `now`.
     pub fn readings(&mut self, now: Instant, motion: &mut dyn Motion) -> Vec<Reading> {
+        if !self.started {
+            return self.start(now, motion).into_iter().collect();
+        }
         let mut readings = Vec::new();
         loop {
             let period = u128::from(SECOND) * 1000 / u128::from(self.data_rate());
@@ -79,8 +106,8 @@ impl Accelerometer {
                 return readings;
             }
             self.values += 1;
-            let reading = motion.reading(time);
-            readings.extend(self.push(reading));
+            let value = self.value(time, motion);
+            readings.extend(value.and_then(|value| self.push(value)));
         }
     }
 

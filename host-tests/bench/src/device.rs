@@ -337,16 +337,14 @@ impl Sensor for Device {
             kept,
             ..self.store.boot()
         };
-        let mut node = (self.node_type.start)(&self.node_type, start, &boot);
-        // As on the boards: the first reading comes before the first frame of the node.
-        let first = self.accelerometer.start(start, &mut *self.motion);
-        node.sample(start, &self.heated(start, first));
+        let node = (self.node_type.start)(&self.node_type, start, &boot);
+        self.accelerometer.power_on();
         self.power = Some(Powered {
             node,
             controller: Controller::new(),
             receive_pin: ReceivePin::default(),
             leds: Leds::default(),
-            next_sample: after(start, SAMPLE_PERIOD),
+            next_sample: after(start, self.node_type.first_reading),
             next_step: None,
             stalled_until: Some(start),
             test_ends: None,

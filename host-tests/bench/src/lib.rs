@@ -7,6 +7,7 @@
 //! - [`NodeType`]: the type of a sensor: its node and the owner of the records in its memory
 //! - [`motion`] and [`thermal`]: the source of readings, and the heated cell around the accelerometer
 //! - [`scene`]: the motion of a virtual sensor
+//! - [`fault`]: faults of the accelerometer
 //! - [`bit_rate`]: the bit rate as an option of a program
 //! - [`script`]: a node for tests of the bench itself
 //!
@@ -19,6 +20,7 @@ mod bit_rate;
 mod bus;
 mod controller;
 mod device;
+pub mod fault;
 mod flash;
 pub mod motion;
 mod node_type;

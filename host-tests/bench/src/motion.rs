@@ -1,5 +1,6 @@
 //! The source of readings.
 
+use crate::fault::Fault;
 use plumbline::measure::Reading;
 use plumbline::time::Instant;
 
@@ -15,6 +16,13 @@ pub trait Motion {
     fn supply(&mut self, now: Instant) -> u16 {
         let _ = now;
         NOMINAL_SUPPLY
+    }
+
+    /// The fault of the accelerometer at `now`. [`reading`](Self::reading) has the effect of [`Fault::Zero`], the accelerometer that
+    /// of the others.
+    fn fault(&self, now: Instant) -> Option<Fault> {
+        let _ = now;
+        None
     }
 }
 

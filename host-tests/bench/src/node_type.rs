@@ -4,7 +4,7 @@ use crate::thermal::Body;
 use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start};
 use plumbline::node::{Boot, Node};
 use plumbline::store::{ImageId, Owner};
-use plumbline::time::Instant;
+use plumbline::time::{Duration, Instant, millis};
 
 /// The size of the buffer of every simulated store.
 pub const STORE_BUFFER: usize = 512;
@@ -23,6 +23,11 @@ const RESISTANCE: f64 = 0.0375;
 /// Time constant of a heated measuring cell, in s.
 const TIME_CONSTANT: f64 = 90.0;
 
+/// The time from power-up to the first reading as on a board, without and with a gyroscope: the accelerometer boots and turns on, and
+/// the resampler needs some values.
+const FIRST_READING: Duration = millis(56);
+const FIRST_READING_WITH_RATE: Duration = millis(61);
+
 /// The type of a simulated sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeType {
@@ -36,6 +41,8 @@ pub struct NodeType {
     pub layout: u8,
     /// The measuring cell, if the sensor has a heater for it.
     pub cell: Option<Body>,
+    /// The time from power-up to its first reading.
+    pub first_reading: Duration,
     /// Starts a node of this type.
     pub start: fn(&Self, Instant, &Boot) -> Box<dyn Node>,
 }
@@ -101,6 +108,11 @@ impl From<&Product> for NodeType {
                 rise: RESISTANCE * f64::from(heater.full_power),
                 time_constant: TIME_CONSTANT,
             }),
+            first_reading: if product.has_gyroscope {
+                FIRST_READING_WITH_RATE
+            } else {
+                FIRST_READING
+            },
             start: Self::start_product,
         }
     }

@@ -8,7 +8,7 @@ use plumbline::can::{BitRate, Filter, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::{Action, Boot, BusEvent, BusMode, BusState, Leds, Node, Readout};
 use plumbline::store::{ImageId, StoreError};
-use plumbline::time::{Duration, Instant, after, reached};
+use plumbline::time::{Duration, Instant, after, millis, reached};
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
@@ -88,6 +88,7 @@ pub const FIXED: NodeType = NodeType {
     image: ImageId::new(0x7E57),
     layout: 1,
     cell: None,
+    first_reading: millis(0),
     start: |_, _, boot| Box::new(Script::new(boot, false)),
 };
 

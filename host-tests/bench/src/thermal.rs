@@ -11,6 +11,7 @@
 //! A sensor of GEMAC's reference line reaches its constant temperature, and clears its AccuracyWarning, about two minutes after a
 //! start at 25 degC and four after one at -20 degC; the manual gives its accuracy after a running time of 10 minutes.
 
+use crate::fault::Fault;
 use crate::motion::Motion;
 use plumbline::measure::Reading;
 use plumbline::time::Instant;
@@ -96,6 +97,10 @@ impl Motion for Inside {
 
     fn supply(&mut self, now: Instant) -> u16 {
         self.motion.supply(now)
+    }
+
+    fn fault(&self, now: Instant) -> Option<Fault> {
+        self.motion.fault(now)
     }
 }
 

@@ -28,11 +28,8 @@ const ANSWERS: [(&[&str], Messages, u64); 4] = [
     (&["tiltix080", "tiltix360"], Messages::Polls, 26_000),
 ];
 
-/// The longest time from power-up to the first frame in ns, for each product.
-const BOOT: u64 = 30_000_000;
-
-/// The longest time from power-up to the first angle in ns.
-const FIRST_ANGLE: (&[&str], u64) = (&["is2", "jn2101"], 60_000_000);
+/// The longest time from power-up to the first frame in ns, which is sent with the first measurement, for each product.
+const BOOT: u64 = 65_000_000;
 
 /// The longest time that a half-word takes (DS5319, flash memory characteristics) in ns. An answer while a save programs is late by at
 /// most the half-word that is being programmed.
@@ -56,7 +53,7 @@ pub fn exceeded(report: &Report) -> Vec<String> {
     };
     if let Some(product) = products::find(report.model) {
         check.size();
-        check.starts(&product);
+        check.starts();
         check.answers(&product);
         check.saves(&product);
     }
@@ -97,12 +94,8 @@ impl Check<'_> {
         self.at_most("stack", STACK);
     }
 
-    fn starts(&mut self, product: &MeasuredProduct) {
+    fn starts(&mut self) {
         self.at_most("boot_time", BOOT);
-        let (models, limit) = FIRST_ANGLE;
-        if models.contains(&product.name) {
-            self.at_most("first_angle", limit);
-        }
     }
 
     fn answers(&mut self, product: &MeasuredProduct) {
@@ -127,9 +120,6 @@ impl Check<'_> {
             if messages == Messages::All {
                 self.at_most(read, limit);
             }
-        }
-        if product.swept && self.report.sweep == Phases::All {
-            self.at_most("boot_worst", limit);
         }
     }
 
@@ -174,7 +164,6 @@ mod tests {
     fn figure_above_limit_is_reported() {
         for (model, row, limit) in [
             ("is2", "sync_worst", 15_000),
-            ("is2", "boot_worst", 15_000),
             ("is1tk", "heater_read_worst", 15_000),
             ("jn2101", "led_worst", 20_000),
             ("ims360", "read_worst", 22_000),
@@ -182,8 +171,7 @@ mod tests {
             ("is1", "flash", 54_272),
             ("is1", "ram", 20_480),
             ("is1", "stack", 12_288),
-            ("tiltix360", "boot_time", 30_000_000),
-            ("jn2101", "first_angle", 60_000_000),
+            ("tiltix360", "boot_time", 65_000_000),
             ("ims360", "save_worst", 71_000),
         ] {
             let at = report(model, Phases::All, &[(row, limit)]);

@@ -109,10 +109,6 @@ pub struct Protocol {
     pub sync: Message,
     /// The first bytes of its reply that tell it from other frames of this identifier.
     pub sync_code: usize,
-    /// True when a reply to `read` has an angle: there is none before the first measurement.
-    pub has_angle: fn(&[u8]) -> bool,
-    /// A request that is answered before the first measurement; its reply is also identified by the first `read_code` bytes.
-    pub starting: Message,
     /// Each filter.
     pub filters: &'static [Filter],
     /// Sets the filter with the longest computing time.

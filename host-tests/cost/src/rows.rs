@@ -185,12 +185,6 @@ pub const ROWS: &[Row] = &[
         "the same if one page is more than half full and the other one is not erased: this start erases the other one",
     ),
     time(
-        "first_angle",
-        "power-up to first angle",
-        "from power-up with a saved bit rate to the start of the first reply with an angle on the wire; inclination requests every 500 us \
-         from the boot-up message on",
-    ),
-    time(
         "sync_median",
         "end of SYNC to reply, median",
         "from the end of the SYNC frame, its last bit, to the start of the reply on the wire at 1 Mbit/s, the 3 us of intermission \
@@ -286,12 +280,6 @@ pub const ROWS: &[Row] = &[
         "saves_between",
         "- saves between two of these",
         "the number of saves with an erased page between two saves without an erased page, while the power stays on; a start erases a page ahead",
-    ),
-    time(
-        "boot_worst",
-        "- request, after the boot-up message",
-        "the longest time of the reply to a request from the boot-up message to the first angle, after power-up with a saved bit rate: at \
-         phases 2 us apart; of the phases in which the processor sleeps, only one",
     ),
 ];
 

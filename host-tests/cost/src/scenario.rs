@@ -117,17 +117,10 @@ impl Scenario {
         }
         self.saves()?;
         self.boot()?;
-        if self.product.swept {
-            match self.sweep {
-                Phases::All => {
-                    self.answers_while_saving()?;
-                    self.answers_after_boot()?;
-                    self.answers_while_flashing()?;
-                }
-                Phases::Few => {
-                    self.first_angle()?;
-                }
-            }
+        if self.product.swept && self.sweep == Phases::All {
+            self.answers_while_saving()?;
+            self.starts_with_erase()?;
+            self.answers_while_flashing()?;
         }
         self.bus_off()?;
         if let Some(messages) = self.protocol.j1939 {
@@ -279,8 +272,6 @@ impl Scenario {
             .ok_or(CostError::NeverHappened("a boot-up message"))?;
         let time = first.start - picoseconds(start);
         self.figures.insert("boot_time", time.div_ceil(1_000));
-        // Until the first measurement.
-        self.rig.run(millis(100));
         self.rig.connect()?;
         self.begin();
         Ok(())

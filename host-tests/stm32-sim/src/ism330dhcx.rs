@@ -98,12 +98,28 @@ pub enum Fault {
     None,
     /// It does not answer: every byte reads as this value, FFh or 00h.
     Silent(u8),
-    /// Its data-ready flags are set, but its values do not change.
+    /// Its data-ready flags are set, but its values do not change after the first one.
     Frozen,
     /// Its oscillator has stopped: it answers, but there are no samples.
     Stopped,
     /// Its gyroscope has stopped; the accelerometer and the thermometer work.
     WithoutRate,
+}
+
+impl Fault {
+    /// The fault at this time: `own`, or that of the motion.
+    fn at(now: Picoseconds, own: Self, motion: &dyn Motion) -> Self {
+        if own != Self::None {
+            return own;
+        }
+        match motion.fault(Instant::from_ticks(now / MICROSECOND)) {
+            Some(bench::fault::Fault::Silent) => Self::Silent(NOTHING),
+            Some(bench::fault::Fault::Frozen) => Self::Frozen,
+            Some(bench::fault::Fault::Stopped) => Self::Stopped,
+            // The readings of the motion have it.
+            Some(bench::fault::Fault::Zero) | None => Self::None,
+        }
+    }
 }
 
 /// The state of a transfer.
@@ -236,12 +252,17 @@ impl Ism330dhcx {
     }
 
     fn answers(&self, now: Picoseconds) -> bool {
-        self.mounted && now >= self.booted && !matches!(self.fault, Fault::Silent(_))
+        self.mounted && now >= self.booted && !matches!(self.fault(now), Fault::Silent(_))
     }
 
     fn reset_registers(&mut self) {
         self.registers = Registers::RESET;
         self.sampling.reset();
+    }
+
+    /// Its fault at this time: its own one, or that of the motion.
+    fn fault(&self, now: Picoseconds) -> Fault {
+        Fault::at(now, self.fault, &*self.motion)
     }
 
     /// Updates the state of the part.
@@ -359,7 +380,7 @@ impl SpiPart for Ism330dhcx {
             return NOTHING;
         }
         if !self.answers(now) {
-            return match self.fault {
+            return match self.fault(now) {
                 Fault::Silent(byte) if self.mounted => byte,
                 _ => NOTHING,
             };

@@ -123,8 +123,6 @@ impl Rig {
             .collect();
         let mut rig = Self::with(name, BusRate::Fixed(rate), saved(name, &all));
         rig.boot_up();
-        // Until the first measurement.
-        rig.run(60);
         rig
     }
 

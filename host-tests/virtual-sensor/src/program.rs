@@ -1,6 +1,7 @@
 //! The program `virtual-sensor`: one sensor on a simulated bus that clients reach over slcan.
 
 use crate::server::{Clock, Log, RunError, Server, StatusLine, tcp};
+use bench::fault::{FaultFrom, Faulty};
 use bench::scene::{Axes, Scene, SceneArgument, SceneError};
 use bench::{Bus, BusRate, Device, Flash, Geometry, NodeType};
 use clap::Parser;
@@ -55,6 +56,11 @@ pub struct Options {
     /// the columns t_s,ax_g,ay_g,az_g[,gx_dps,gy_dps,gz_dps][,temp_c][,supply_v] [default: a slow sway]
     #[arg(long, allow_hyphen_values = true)]
     scene: Option<SceneArgument>,
+
+    /// A fault of the accelerometer: silent (it does not answer), stopped (it answers without values), frozen (its values do not
+    /// change) or zero (0 g in all axes); SECONDS after the start, or from power-up. Repeatable: the one that began last counts
+    #[arg(long, value_name = "accelerometer=FAULT[@SECONDS]")]
+    fault: Vec<FaultFrom>,
 
     /// Keep the nonvolatile memory in this file, so that a restart of the program is a power cycle
     #[arg(long, value_name = "FILE")]
@@ -126,7 +132,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
     let address = listener.local_addr().map_err(cannot("listen"))?;
 
     let mut bus = Bus::new(options.bus_rate.map_or(BusRate::Follow, BusRate::Fixed));
-    let motion = Box::new(scene);
+    let motion = Box::new(Faulty::new(scene, &options.fault));
     let sensor = match image {
         Some(image) => {
             let mut microcontroller =

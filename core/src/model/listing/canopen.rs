@@ -150,6 +150,7 @@ impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
             constraints: <P::Application as Application>::Table::CONSTRAINTS,
             quantities: <P::Application as Application>::QUANTITIES,
             heater: <P::Application as Application>::HEATER,
+            has_gyroscope: <P::Application as Application>::HAS_GYROSCOPE,
             image: P::IMAGE,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: self.store_buffer,

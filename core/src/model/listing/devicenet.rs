@@ -71,6 +71,7 @@ impl<P: devicenet::Product> Listing<P> {
             constraints: <P::Application as Application>::Table::CONSTRAINTS,
             quantities: <P::Application as Application>::QUANTITIES,
             heater: <P::Application as Application>::HEATER,
+            has_gyroscope: <P::Application as Application>::HAS_GYROSCOPE,
             image: P::IMAGE,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: DevicenetNode::<P>::STORE_BUFFER,

@@ -88,6 +88,7 @@ impl<P: fsc::Product> Listing<P> {
             constraints: <P::Application as Application>::Table::CONSTRAINTS,
             quantities: <P::Application as Application>::QUANTITIES,
             heater: <P::Application as Application>::HEATER,
+            has_gyroscope: <P::Application as Application>::HAS_GYROSCOPE,
             image,
             layout: <P::Application as Application>::Table::LAYOUT,
             store_buffer: FscNode::<P>::STORE_BUFFER,

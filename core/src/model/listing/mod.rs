@@ -32,6 +32,8 @@ pub struct Product {
     pub quantities: &'static [Quantity],
     /// The heater of its measuring cell, if it has one.
     pub heater: Option<&'static heater::Settings>,
+    /// Whether it has a gyroscope.
+    pub has_gyroscope: bool,
     /// The identification of its stored parameters.
     pub image: ImageId,
     /// The version of the layout of the stored parameters.

@@ -71,8 +71,15 @@ pub struct Tester<N> {
 type PowerUp<N> = dyn Fn(Instant, &Boot) -> N;
 
 impl<N: Node> Tester<N> {
-    /// Powers a node up. It gets its first sample before its first actions are performed, as on a board.
+    /// Powers a node up and hands in its first sample.
     pub fn power_up(loaded: Boot, boot: impl Fn(Instant, &Boot) -> N + 'static) -> Self {
+        let mut tester = Self::switch_on(loaded, boot);
+        tester.begin();
+        tester
+    }
+
+    /// Powers a node up, without a sample. It is not on the bus until [`begin`](Self::begin).
+    pub fn switch_on(loaded: Boot, boot: impl Fn(Instant, &Boot) -> N + 'static) -> Self {
         let now = Instant::from_ticks(0);
         let memory = loaded.parameters.map(<[u8]>::to_vec);
         let unit = loaded.unit;
@@ -96,28 +103,42 @@ impl<N: Node> Tester<N> {
             rate: [0; 3],
             temperature: 25_00,
             clipped: false,
-            sampled: true,
+            sampled: false,
             sample_period: millis(5),
             acknowledged: true,
             node_id: 10,
             next_sample: now,
             boot: Box::new(boot),
         };
-        tester.sample();
+        tester.settle();
         tester
     }
 
-    /// Power off and on again.
+    /// Hands in the first sample. From now on the accelerometer delivers samples.
+    pub fn begin(&mut self) {
+        self.sampled = true;
+        self.sample();
+    }
+
+    /// Power off and on again, and the first sample.
     pub fn power_cycle(&mut self) {
+        self.switch_on_again();
+        self.begin();
+    }
+
+    /// The restart that the node has requested, and the first sample.
+    pub fn restart(&mut self) {
+        self.start(self.node.kept());
+        self.begin();
+    }
+
+    /// Power off and on again, without a sample.
+    pub fn switch_on_again(&mut self) {
         self.start(0);
     }
 
-    /// The restart that the node has requested.
-    pub fn restart(&mut self) {
-        self.start(self.node.kept());
-    }
-
     fn start(&mut self, kept: u32) {
+        self.sampled = false;
         let loaded = Boot {
             parameters: self.memory.as_deref(),
             calibration: self.calibration,
@@ -128,7 +149,7 @@ impl<N: Node> Tester<N> {
         };
         self.actions.clear();
         self.node = (self.boot)(self.now, &loaded);
-        self.sample();
+        self.settle();
     }
 
     fn settle(&mut self) {

@@ -98,10 +98,6 @@ pub(in super::super) const IMS360: Protocol = Protocol {
     read_code: 4,
     sync: Message(0x080, &[]),
     sync_code: 0,
-    // No abort.
-    has_angle: |reply| reply.first().is_some_and(|command| *command != 0x80),
-    // The device type.
-    starting: sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
     filters: &[
         Filter {
             settings: &[sdo(&[0x2F, 0x10, 0x31, 1, 0, 0, 0, 0])],

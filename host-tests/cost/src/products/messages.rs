@@ -31,9 +31,6 @@ pub(super) const FSC: Protocol = Protocol {
     read_code: 1,
     sync: Message(0x100, &[]),
     sync_code: 1,
-    // No SensorError.
-    has_angle: |reply| reply.get(1).is_some_and(|status| status & 0x30 == 0),
-    starting: request(&[0x00]),
     filters: &[
         Filter {
             settings: &[request(&[0x27, 0xD0, 0x07, 0])],
@@ -140,10 +137,6 @@ pub(super) const CANOPEN: Protocol = Protocol {
     read_code: 4,
     sync: Message(0x080, &[]),
     sync_code: 0,
-    // No abort.
-    has_angle: |reply| reply.first().is_some_and(|command| *command != 0x80),
-    // The device type.
-    starting: sdo(&[0x40, 0x00, 0x10, 0, 0, 0, 0, 0]),
     filters: &[
         Filter {
             settings: &[sdo(&[0x2F, 0x43, 0x20, 0, 0, 0, 0, 0])],

@@ -48,10 +48,6 @@ pub(super) const DEVICENET: Protocol = Protocol {
     // A poll command.
     sync: Message(0x5FD, &[]),
     sync_code: 0,
-    // No error.
-    has_angle: |reply| reply.get(1).is_some_and(|service| *service != 0x94),
-    // The vendor.
-    starting: request(&[0x0A, 0x0E, 1, 1, 1]),
     filters: &[
         Filter {
             settings: &[AVERAGE_OFF, RECURSIVE_OFF],

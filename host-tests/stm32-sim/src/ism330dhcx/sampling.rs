@@ -77,11 +77,14 @@ struct Output {
     newest: i16,
     /// With block data update: the byte that has been read while the other has not.
     half_read: Option<u8>,
+    /// There was a value since power-up.
+    has_value: bool,
 }
 
 impl Output {
     fn set(&mut self, value: i16) {
         self.newest = value;
+        self.has_value = true;
         if self.half_read.is_none() {
             self.shown = value;
         }
@@ -249,7 +252,7 @@ impl Sampling {
     }
 
     /// Takes the samples until `now`.
-    pub(super) fn advance(&mut self, now: Picoseconds, fault: Fault, motion: &mut dyn Motion) {
+    pub(super) fn advance(&mut self, now: Picoseconds, own: Fault, motion: &mut dyn Motion) {
         loop {
             let clocks = [&self.accelerometer, &self.gyroscope, &self.thermometer];
             let times = clocks.map(|clock| clock.next(self.deviation));
@@ -261,6 +264,7 @@ impl Sampling {
             else {
                 return;
             };
+            let fault = Fault::at(next, own, motion);
             let reading = motion.reading(Instant::from_ticks(next / MICROSECOND));
             let due = times.map(|time| time == Some(next));
             if due[0] {
@@ -349,8 +353,8 @@ fn set<const N: usize>(outputs: &mut [Output], counts: [i16; N], fault: Fault) -
     if fault == Fault::Stopped {
         return false;
     }
-    if fault != Fault::Frozen {
-        for (output, count) in outputs.iter_mut().zip(counts) {
+    for (output, count) in outputs.iter_mut().zip(counts) {
+        if fault != Fault::Frozen || !output.has_value {
             output.set(count);
         }
     }

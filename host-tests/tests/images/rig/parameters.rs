@@ -20,6 +20,7 @@ pub mod fsc {
     pub const WRITE_CYCLIC_TIME: u8 = 0x25;
     pub const WRITE_CYCLIC_MODE: u8 = 0x26;
     pub const WRITE_FILTER: u8 = 0x27;
+    pub const ZERO_X: u8 = 0x28;
     pub const SAVE: [u8; 5] = *b"\x50SAVE";
     pub const RESET: [u8; 6] = *b"\xFFRESET";
     pub const ALIVE: u8 = 0xFF;

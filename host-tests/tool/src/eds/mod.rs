@@ -194,6 +194,7 @@ fn sheet(text: String, parts: Parts) -> Sheet {
         constraints: &[],
         quantities: &[],
         heater: None,
+        has_gyroscope: false,
         image: ImageId::new(0x7FFF),
         layout: 0,
         store_buffer: 0,

@@ -21,8 +21,12 @@ pub fn name(serial: u32) -> u64 {
     0x8000_9100_FFE0_0000 | u64::from(serial & 0x1F_FFFF)
 }
 
+/// It is on the bus at once.
 fn node_type() -> NodeType {
-    NodeType::find("ims360").expect("a product")
+    NodeType {
+        first_reading: millis(0),
+        ..NodeType::find("ims360").expect("a product")
+    }
 }
 
 /// A memory in which J1939 and these objects are stored, written over CANopen.

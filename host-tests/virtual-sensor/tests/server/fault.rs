@@ -1,0 +1,98 @@
+//! Faults of the accelerometer (`--fault`), of the model built for the PC and of a firmware image.
+
+use crate::assert_fails;
+use crate::clock::advance;
+use crate::image::image;
+use crate::process::client::{BOOT_UP, Client, POLL, REPLY};
+use crate::process::sensor::Sensor;
+use crate::text;
+use std::net::TcpStream;
+
+/// The status byte with factory values, and with the sensor errors of both axes.
+const GOOD: &str = "03";
+const FAULTY: &str = "33";
+
+/// An is2 with these faults, built for the PC and as an image.
+fn sensors(faults: &[&str]) -> [Sensor; 2] {
+    let image = image("is2");
+    let common = ["--clock", "client", "--scene", "tilt=12.34,-5.67"];
+    [vec![], vec!["--elf", text(&image)]].map(|own| {
+        let faults = faults.iter().flat_map(|fault| ["--fault", fault]);
+        let arguments: Vec<_> = common.into_iter().chain(own).chain(faults).collect();
+        Sensor::start(&arguments)
+    })
+}
+
+/// The first line with this beginning in the next second.
+fn find(client: &mut Client<TcpStream>, request: &str, beginning: &str) -> String {
+    client.expect(request, "z");
+    for _ in 0..100 {
+        let (lines, _) = advance(client, 10_000);
+        if let Some(line) = lines.into_iter().find(|line| line.starts_with(beginning)) {
+            return line;
+        }
+    }
+    panic!("no line starts with {beginning}");
+}
+
+/// The status byte of the first boot-up message.
+fn boots(client: &mut Client<TcpStream>) -> String {
+    find(client, POLL, BOOT_UP)[7..9].to_owned()
+}
+
+/// Lets time pass; then the status byte and the angles of a poll.
+fn poll(client: &mut Client<TcpStream>, ms: u64) -> (String, String) {
+    for _ in 0..ms / 10 {
+        advance(client, 10_000);
+    }
+    let reply = find(client, POLL, REPLY);
+    (reply[7..9].to_owned(), reply[9..17].to_owned())
+}
+
+#[test]
+fn wrong_fault_lists_valid_values() {
+    let values = "silent, frozen, stopped or zero";
+    for fault in [
+        "accelerometer",
+        "accelerometer=dead",
+        "accelerometer=zero@-1",
+        "silent",
+    ] {
+        assert_fails(&["--fault", fault], 2, &[fault, values]);
+    }
+}
+
+#[test]
+fn accelerometer_without_values_from_power_up_on_is_fault_in_first_frame() {
+    for fault in ["accelerometer=silent", "accelerometer=stopped@0"] {
+        for sensor in sensors(&[fault]) {
+            let mut client = Client::open(&sensor);
+            assert_eq!(boots(&mut client), FAULTY, "{fault}");
+        }
+    }
+}
+
+#[test]
+fn accelerometer_that_fails_later_is_good_before() {
+    for fault in ["accelerometer=silent@1", "accelerometer=stopped@1"] {
+        for sensor in sensors(&[fault]) {
+            let mut client = Client::open(&sensor);
+            assert_eq!(boots(&mut client), GOOD, "{fault}");
+            assert_eq!(poll(&mut client, 500).0, GOOD, "{fault}");
+            assert_eq!(poll(&mut client, 700).0, FAULTY, "{fault}");
+        }
+    }
+}
+
+#[test]
+fn frozen_accelerometer_keeps_its_value_and_zero_is_another_one() {
+    let frozen = "accelerometer=frozen@1";
+    for sensor in sensors(&[frozen, "accelerometer=zero@2"]) {
+        let mut client = Client::open(&sensor);
+        boots(&mut client);
+        let before = poll(&mut client, 900);
+        assert_eq!(before.0, GOOD);
+        assert_eq!(poll(&mut client, 800), before, "frozen");
+        assert_ne!(poll(&mut client, 2000), before, "0 g");
+    }
+}
