@@ -50,11 +50,6 @@ fn rest(sensor: &mut Is2, mut now: Instant, acceleration: I32x3) -> Instant {
 fn main() {
     let now = Instant::from_ticks(0);
     let mut sensor = Is2::new(&MAST_LEVEL, now, &Boot::default());
-    // The first frame tells the bit rate; two boot-up messages answer it.
-    let boot_up = request(&mut sensor, now, &[0x00]);
-    assert_eq!(boot_up[0], 0xFF);
-    sensor.transmit(now).expect("the second boot-up message");
-
     // 31 deg about one axis: sine and cosine in units of 1 g.
     let (sine, cosine) = (31_f64.to_radians().sin(), 31_f64.to_radians().cos());
     let tilted = I32x3 {
@@ -63,6 +58,10 @@ fn main() {
         z: (cosine * f64::from(ONE_G)) as i32,
     };
     let now = rest(&mut sensor, now, tilted);
+    // After the first reading, the first frame tells the bit rate; two boot-up messages answer it.
+    let boot_up = request(&mut sensor, now, &[0x00]);
+    assert_eq!(boot_up[0], 0xFF);
+    sensor.transmit(now).expect("the second boot-up message");
     let reply = request(&mut sensor, now, &[0x00]);
     println!("FSC 00h at 31 deg: {reply:02X?}");
     assert_ne!(reply[1] & SENSOR_ERROR_X, 0, "beyond the range");

@@ -81,7 +81,7 @@ fn each_of_two_nodes_answers_only_its_own_requests() {
 fn answers_only_its_own_requests(chip: Chip) {
     let mut wire = Wire::new();
     let one = first(&mut wire);
-    assert_eq!(wire.wait(50), ["70A#00"]);
+    assert_eq!(wire.wait(70), ["70A#00"]);
     // Write the node-ID 11 and save it; it is in force after "reset node".
     let written = wire.exchange(0x60A, &[0x2F, 0x00, 0x20, 0, 11, 0, 0, 0]);
     assert_eq!(written, ["58A#6000200000000000"]);

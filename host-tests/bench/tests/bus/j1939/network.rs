@@ -1,9 +1,9 @@
 //! A wire with IMS360 in J1939, and the rules that every frame of such a node keeps (SAE J1939-81).
 
+use bench::script::LEVEL;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, Logged, NodeType, Source};
 pub use can_wire::text::frame;
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::measure::Reading;
 use plumbline::time::{Instant, after, millis};
 use std::collections::BTreeMap;
 
@@ -32,7 +32,7 @@ fn node_type() -> NodeType {
 /// A memory in which J1939 and these objects are stored, written over CANopen.
 pub fn memory(serial: u32, objects: Objects) -> Flash {
     let mut bus = Bus::new(BusRate::Follow);
-    let motion = Box::new(Reading::default());
+    let motion = Box::new(LEVEL);
     let device = bus.attach(Device::new(&node_type(), serial, Flash::default(), motion));
     let tester = bus.adapter();
     bus.open(tester, None, false);
@@ -94,7 +94,7 @@ impl Network {
 
     /// Switches another sensor on.
     pub fn attach(&mut self, serial: u32, memory: Flash) -> DeviceId {
-        let device = Device::new(&node_type(), serial, memory, Box::new(Reading::default()));
+        let device = Device::new(&node_type(), serial, memory, Box::new(LEVEL));
         let sensor = self.bus.attach(device);
         self.sensors.push(sensor);
         sensor
