@@ -70,11 +70,10 @@ fn main() {
     let now = Instant::from_ticks(0);
     let mut sensor = CanopenNode::<Mast>::new(now, &Boot::default());
     let write = &[0x2B, 0x00, 0x21, 0x00, 0x0C, 0xFE, 0, 0][..]; // -5.00 deg into 2100h by SDO
-    sensor.sample(now, &Reading::default()); // the boot-up message
     for (id, data) in [(0x000, &[1, 20][..]), (0x614, write), (0x080, &[])] {
+        sensor.sample(now, &Reading::default());
         sensor.receive(now, &Frame::data(standard(id), data).expect("a frame"));
         while sensor.poll(now).is_some() {}
-        sensor.sample(now, &Reading::default());
         std::iter::from_fn(|| sensor.transmit(now)).for_each(|frame| println!("{frame:?}"));
     }
 }

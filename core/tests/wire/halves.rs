@@ -4,7 +4,7 @@
 use crate::tester::canopen::frame;
 use plumbline::application::Values;
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::measure::Reading;
+use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::model::gemac::is1tk::{self, Is1tk};
 use plumbline::model::gemac::is2::{self, Is2};
 use plumbline::model::jn2101::Jn2101;
@@ -12,6 +12,17 @@ use plumbline::node::{Action, Boot, BusMode, Communication, Divided, Node, Task}
 use plumbline::time::Instant;
 
 const NOW: Instant = Instant::from_ticks(0);
+
+const LEVEL: Reading = Reading {
+    acceleration: I32x3 {
+        x: 0,
+        y: 0,
+        z: ONE_G,
+    },
+    angular_rate: I32x3 { x: 0, y: 0, z: 0 },
+    temperature: 0,
+    clipped: false,
+};
 
 /// Requests of FSC: SAVE, LOAD, RESET, a write of the filter (27h), and a read of it (17h).
 const SAVE: &str = "300#5053415645";
@@ -48,7 +59,7 @@ fn is2() -> Is2 {
 }
 
 fn start(node: &mut impl Node) {
-    node.sample(NOW, &Reading::default());
+    node.sample(NOW, &LEVEL);
     node.receive(NOW, &Frame::data(standard(0x7FF), &[]).unwrap());
     while node.poll(NOW).is_some() {}
     while node.transmit(NOW).is_some() {}
@@ -74,7 +85,7 @@ fn frame_waits_until_parameters_of_earlier_write_are_applied() {
 #[test]
 fn frame_waits_for_change_of_bit_rate() {
     let mut node = Jn2101::new(NOW, &Boot::default());
-    node.sample(NOW, &Reading::default());
+    node.sample(NOW, &LEVEL);
     let (communication, _) = node.halves();
     assert!(!communication.ready());
     assert_eq!(communication.transmit(), None);
