@@ -26,6 +26,7 @@ impl Sensor {
         };
         tables.j1939?;
         let mut sensor = Self::new(product);
+        sensor.measure();
         for request in [
             [0x2F, 0x00, 0x31, 1, 1, 0, 0, 0],
             [0x23, 0x10, 0x10, 1, b's', b'a', b'v', b'e'],
@@ -39,9 +40,15 @@ impl Sensor {
             sensor.step_store();
         }
         sensor.boot();
-        sensor.settle();
+        sensor.measure();
         assert!(sensor.j1939.is_some(), "J1939 is stored");
         Some(sensor)
+    }
+
+    /// The first reading: the node goes on the bus.
+    fn measure(&mut self) {
+        self.node.sample(self.now, &bench::script::LEVEL);
+        self.settle();
     }
 
     /// A change of the protocol, after a restart.
