@@ -2,7 +2,7 @@
 
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash, NodeType};
 use plumbline::can::{Frame, standard};
-use plumbline::measure::Reading;
+use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::model::catalog::Product;
 use plumbline::time::{after, millis};
 
@@ -16,7 +16,15 @@ pub struct Master {
 impl Master {
     pub fn new(product: &Product) -> Self {
         let mut bus = Bus::new(BusRate::Follow);
-        let motion = Box::new(Reading::default());
+        // At rest with Z up: all angles are 0.
+        let motion = Box::new(Reading {
+            acceleration: I32x3 {
+                x: 0,
+                y: 0,
+                z: ONE_G,
+            },
+            ..Reading::default()
+        });
         let device = bus.attach(Device::new(
             &NodeType::from(product),
             1,
