@@ -51,9 +51,9 @@ const LEC_SEEN: u8 = 7;
 /// The CAN controller of the board, for the bxcan crate.
 struct Controller(CanPeripheral);
 
-// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts use the receive FIFO and the mailboxes. The main
-// loop uses these only within a critical section, except TSR. It reads TSR, or writes it with 0 in all bits that it does not use, which has
-// no effect on them.
+// SAFETY: the owner of the peripheral owns the registers at this address. The interrupts use the receive FIFO and the mailboxes, and MCR.NART
+// in normal mode. The main loop uses these only within a critical section, except TSR. It reads TSR, or writes it with 0 in all bits that it
+// does not use, which has no effect on them.
 unsafe impl bxcan::Instance for Controller {
     const REGISTERS: *mut bxcan::RegisterBlock = CanPeripheral::PTR.cast_mut().cast();
 }

@@ -4,7 +4,8 @@
 //! The receive interrupt passes a frame to the node and puts the answer into a mailbox at once, also while the main loop calculates
 //! or reads the accelerometer. Interrupts are masked only while one of both uses the link: each use is short.
 
-use crate::can::{self, Phase, receive, transmit};
+use crate::can::transmit::{self, End};
+use crate::can::{self, Phase, receive};
 use crate::{clock, sleep};
 use core::cell::Cell;
 use cortex_m::peripheral::SCB;
@@ -13,7 +14,7 @@ use embedded_can::Frame as _;
 use heapless::Deque;
 use plumbline::application::Application;
 use plumbline::can::Frame;
-use plumbline::node::{Communication, Divided, Protocol};
+use plumbline::node::{BusEvent, Communication, Divided, Protocol};
 use plumbline::time::Instant;
 
 /// The maximum number of received frames that wait while parameters are applied, or while the bus mode changes: 1.5 ms at 1 Mbit/s
@@ -29,6 +30,8 @@ pub struct Link<A: Application + 'static, P: 'static> {
     pub node: &'static mut Communication<A, P>,
     /// Received frames that the node cannot take yet.
     waiting: &'static mut Queue,
+    /// The frame in a mailbox for which the controller makes a single attempt.
+    once: Option<Frame>,
 }
 
 impl<A: Application, P: Protocol<A>> Link<A, P> {
@@ -99,12 +102,31 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
 
     /// Puts the frames of the node into the free mailboxes.
     fn transmit(&mut self) {
-        while self.node.is_sending()
-            && can::phase() == Phase::Normal
-            && transmit::has_room()
-            && let Some(frame) = self.node.transmit()
-        {
+        while self.node.is_sending() && can::phase() == Phase::Normal && transmit::has_room() {
+            let once = self.node.sends_once();
+            let Some(frame) = self.node.transmit() else {
+                return;
+            };
+            if P::USES_SENT && (once || self.once.is_some()) {
+                transmit::set_single_attempt(once);
+                self.once = once.then_some(frame);
+            }
             transmit::put(&frame);
+        }
+    }
+
+    /// Handles the end of the frame for which the controller made a single attempt.
+    fn end_attempt(&mut self, frame: &Frame, end: End) {
+        // In another phase, the frame was withdrawn.
+        let is_normal = can::phase() == Phase::Normal;
+        if end == End::Again && is_normal {
+            transmit::put(frame);
+            return;
+        }
+        self.once = None;
+        transmit::set_single_attempt(false);
+        if end == End::Failed && is_normal {
+            self.node.bus(clock::now(), BusEvent::Unsent);
         }
     }
 }
@@ -127,7 +149,11 @@ impl<N: Divided> Shared<N> {
         node: &'static mut Communication<N::Application, N::Protocol>,
         waiting: &'static mut Queue,
     ) {
-        let link = Link { node, waiting };
+        let link = Link {
+            node,
+            waiting,
+            once: None,
+        };
         critical_section::with(|cs| self.0.borrow(cs).set(Some(link)));
     }
 
@@ -186,10 +212,16 @@ impl<N: Divided> Shared<N> {
     /// # Safety
     /// Call it only in the transmit interrupt. The priorities must be as for [`on_received`](Self::on_received).
     pub unsafe fn on_transmitted(&self) {
+        let end = transmit::end();
         transmit::acknowledge();
         // SAFETY: as in `on_received`.
         let cs = unsafe { CriticalSection::new() };
         let mut link = self.take(cs);
+        if N::Protocol::USES_SENT
+            && let Some(frame) = link.once
+        {
+            link.end_attempt(&frame, end);
+        }
         link.send();
         if N::Protocol::USES_SENT && can::phase() == Phase::Normal && transmit::is_idle() {
             link.node.sent(clock::now());

@@ -202,7 +202,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                 }
                 emergency.update(Services::<P>::PASSIVE, passive);
             }
-            BusChange::State | BusChange::Online => {}
+            BusChange::State | BusChange::Online | BusChange::Unsent => {}
         }
         self.services.show(cx);
     }

@@ -29,7 +29,7 @@ pub const SILENCE: Duration = millis(250);
 const FIRST: u8 = 128;
 const COUNT: u8 = 120;
 
-/// The number of delays before "cannot claim", in steps of 1 ms: 0..153 ms.
+/// The number of random delays, in steps of 1 ms: 0..153 ms.
 const DELAYS: u32 = 154;
 
 /// The state of the address.
@@ -66,8 +66,10 @@ pub struct Claim {
     address: u8,
     /// The claim is queued, and not sent yet: the silence has not begun. Cannot claim: the same for its message, and after bus-off.
     queued: bool,
-    /// Claiming: the end of the silence. Cannot claim: the end of the delay before it is sent.
+    /// Claiming: the end of the silence. Cannot claim, or after a failed claim: the end of the delay before it is sent.
     due: Deadline,
+    /// Claiming: the claim has failed and is sent again after the delay.
+    failed: bool,
     /// The addresses from 128 on that other nodes were heard to claim, a bit for each.
     heard: [u32; 4],
     random: u32,
@@ -81,6 +83,7 @@ impl Claim {
         address: 0,
         queued: false,
         due: Deadline::NEVER,
+        failed: false,
         heard: [0; 4],
         random: 0,
     };
@@ -164,6 +167,7 @@ impl Claim {
     /// The silence begins when the claim is sent.
     fn begin(&mut self) {
         self.queued = true;
+        self.failed = false;
         self.due = Deadline::NEVER;
     }
 
@@ -176,6 +180,15 @@ impl Claim {
     pub fn sent(&mut self, now: Instant) {
         if core::mem::take(&mut self.queued) && self.state == State::Claiming {
             self.due = Deadline::after(now, SILENCE);
+        }
+    }
+
+    /// The frame ended in a bit error: another node claims the same address at the same time. Both follow after random delays, so that
+    /// one of them hears the other (J1939-81).
+    pub fn failed(&mut self, now: Instant) {
+        if core::mem::take(&mut self.queued) {
+            self.failed = true;
+            self.delay(now);
         }
     }
 
@@ -223,14 +236,14 @@ impl Claim {
         self.has_address()
     }
 
-    /// Returns true if a time has ended: the address is ours now, or "cannot claim" must be sent.
+    /// Returns true if a time has ended: the address is ours now, or the [frame](Self::frame) must be sent.
     pub fn poll(&mut self, now: Instant) -> bool {
         let ended = self.due.is_reached(now);
         if ended {
             self.due = Deadline::NEVER;
             match self.state {
-                State::Claiming => self.state = State::Claimed,
-                _ => self.queued = true,
+                State::Claiming if !self.failed => self.state = State::Claimed,
+                _ => self.begin(),
             }
         }
         ended
@@ -241,7 +254,7 @@ impl Claim {
         self.due
     }
 
-    /// Begins the random delay before "cannot claim".
+    /// Begins the random delay before "cannot claim", or before a failed claim is sent again.
     fn delay(&mut self, now: Instant) {
         // The linear congruential generator of Numerical Recipes. Its upper bits are more random than its lower bits. With the time, two
         // starts have different delays.

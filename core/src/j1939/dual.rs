@@ -126,6 +126,10 @@ impl<P: Product> Protocol<P::Application> for CanopenOrJ1939<P> {
         }
     }
 
+    fn sends_once(&self) -> bool {
+        self.canopen.is_hosted() && self.j1939.claim.is_queued()
+    }
+
     fn recovers(&self, parameters: &Parameters<Table<P>>) -> bool {
         self.canopen.recovers(parameters)
     }

@@ -197,6 +197,7 @@ impl<P: Product> J1939<P> {
                     self.move_on(cx);
                 }
             }
+            BusChange::Unsent => self.claim.failed(now),
             BusChange::State | BusChange::Online => {}
         }
         self.show(cx);

@@ -179,6 +179,10 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
         }
     }
 
+    fn sends_once(&self) -> bool {
+        self.communication.sends_once()
+    }
+
     fn transmit(&mut self, _now: Instant) -> Option<Frame> {
         self.communication.transmit()
     }

@@ -92,6 +92,7 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
                 None
             }
             BusEvent::Overrun => Some(BusChange::Overrun),
+            BusEvent::Unsent => Some(BusChange::Unsent),
             BusEvent::State(state) => {
                 let recovers = self.protocol.recovers(&self.context.parameters);
                 shell.confine(state, recovers)
@@ -254,6 +255,11 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
     /// Whether [`transmit`](Self::transmit) can have a frame.
     pub fn is_sending(&self) -> bool {
         self.context.shell.is_sending()
+    }
+
+    /// Whether the controller must not repeat the next frame of [`transmit`](Self::transmit) after a bit error.
+    pub fn sends_once(&self) -> bool {
+        P::USES_SENT && self.protocol.sends_once()
     }
 
     /// The next frame to send. Call it only when a mailbox is free.

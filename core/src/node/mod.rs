@@ -97,6 +97,8 @@ pub enum BusEvent {
     BitTime(BitTime),
     /// Received frames were lost because the receive queue was full.
     Overrun,
+    /// A frame that is [sent once](Node::sends_once) ended in a bit error and is not repeated. Report it before [`Node::sent`].
+    Unsent,
 }
 
 /// A CAN sensor without its hardware.
@@ -136,6 +138,12 @@ pub trait Node {
 
     /// The next action to perform; None if there is none. There can be new actions after each input call and at the deadline.
     fn poll(&mut self, now: Instant) -> Option<Action>;
+
+    /// Whether the controller must not repeat the next frame of [`transmit`](Self::transmit) after a bit error. Then report
+    /// [`BusEvent::Unsent`]. After a lost arbitration or without acknowledge it is sent again at once.
+    fn sends_once(&self) -> bool {
+        false
+    }
 
     /// The next frame to send. Call it only when a mailbox is free. Frames stay in the queue of the node while the bus is busy,
     /// so that a newer cyclic value can replace an older one.

@@ -79,6 +79,8 @@ pub enum BusChange {
     Recovered,
     /// Received frames were lost.
     Overrun,
+    /// A frame that is [sent once](Protocol::sends_once) was not sent.
+    Unsent,
 }
 
 /// A protocol on top of the [`Shell`].
@@ -140,6 +142,12 @@ pub trait Protocol<A: Application>: Sized {
     /// All queued frames have been sent, and acknowledged by another node.
     fn sent(&mut self, cx: &mut Context<A>, now: Instant) {
         let _ = (cx, now);
+    }
+
+    /// Whether the controller must not repeat the next frame after a bit error. Only a protocol that is told when its frames are
+    /// [sent](Self::sent) can have such frames.
+    fn sends_once(&self) -> bool {
+        false
     }
 
     /// Performs a step of the actions of expired timers. Returns true if there is another step; steps count from 0. A step

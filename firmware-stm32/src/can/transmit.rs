@@ -21,6 +21,40 @@ fn registers() -> CanPeripheral {
     unsafe { CanPeripheral::steal() }
 }
 
+/// ESR.LEC: no acknowledge.
+const NO_ACKNOWLEDGE: u8 = 3;
+
+/// The end of a frame that the controller does not repeat.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum End {
+    /// It was sent, or aborted.
+    Done,
+    /// It lost the arbitration, or nobody acknowledged it: it must be sent again at once.
+    Again,
+    /// It ended in another error.
+    Failed,
+}
+
+/// Sets whether the controller makes a single attempt to send a frame (MCR.NART).
+pub fn set_single_attempt(single: bool) {
+    registers().mcr().modify(|_, w| w.nart().bit(single));
+}
+
+/// The end of the frame for which the controller made a single attempt, before [`acknowledge`].
+pub fn end() -> End {
+    let status = registers().tsr().read();
+    if status.terr0().bit_is_set() || status.terr1().bit_is_set() || status.terr2().bit_is_set() {
+        if registers().esr().read().lec().bits() == NO_ACKNOWLEDGE {
+            return End::Again;
+        }
+        return End::Failed;
+    }
+    if status.alst0().bit_is_set() || status.alst1().bit_is_set() || status.alst2().bit_is_set() {
+        return End::Again;
+    }
+    End::Done
+}
+
 /// Clears the request of the transmit interrupt.
 pub fn acknowledge() {
     // Writing 1 clears the request-completed flags, and writing 0 to the other bits has no effect.

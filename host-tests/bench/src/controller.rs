@@ -1,6 +1,6 @@
 //! A device's CAN controller: the protocol with one transmit mailbox, a receive queue and acceptance filters around it.
 
-use can_wire::protocol::{BitTiming, Event, Picoseconds, Protocol};
+use can_wire::protocol::{BitTiming, ErrorCode, Event, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Filter, Frame};
 use plumbline::node::{BusEvent, BusMode, BusState};
 use std::collections::VecDeque;
@@ -20,6 +20,10 @@ pub(super) struct Controller {
     changing: bool,
     filters: Vec<Filter>,
     mailbox: Option<Frame>,
+    /// The frame in the mailbox is not repeated after a bit error.
+    once: bool,
+    /// Such a frame was not sent.
+    unsent: bool,
     /// The frame in the mailbox is being sent, and dropped if it fails.
     aborted: bool,
     received: VecDeque<Frame>,
@@ -37,6 +41,8 @@ impl Controller {
             changing: false,
             filters: Vec::new(),
             mailbox: None,
+            once: false,
+            unsent: false,
             aborted: false,
             received: VecDeque::new(),
             in_fifo: 0,
@@ -109,8 +115,14 @@ impl Controller {
         self.mailbox.is_none()
     }
 
-    pub(super) fn load(&mut self, frame: Frame) {
+    pub(super) fn load(&mut self, frame: Frame, once: bool) {
         self.mailbox = Some(frame);
+        self.once = once;
+    }
+
+    /// Returns true once if a frame that is not repeated was not sent.
+    pub(super) fn take_unsent(&mut self) -> bool {
+        std::mem::take(&mut self.unsent)
     }
 
     /// The frame that waits to be sent.
@@ -124,7 +136,13 @@ impl Controller {
             _ if self.changing => self.change(now),
             Event::Received(frame) => self.receive(frame, stalled),
             Event::Transmitted => self.mailbox = None,
-            Event::Error { .. } => self.events.push_back(BusEvent::Error),
+            Event::Error { code, transmitting } => {
+                self.events.push_back(BusEvent::Error);
+                // Without acknowledge it is sent again at once.
+                if transmitting && self.once && code != ErrorCode::Acknowledgment {
+                    self.unsent = self.mailbox.take().is_some();
+                }
+            }
             Event::Joined | Event::Started | Event::LostArbitration | Event::Recovered => {}
         }
         if self.aborted && !self.protocol.is_transmitting() {

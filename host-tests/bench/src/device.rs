@@ -149,10 +149,13 @@ impl Device {
 
     /// Polls the node until it returns None, then fills the mailbox.
     fn settle(&mut self, now: Instant) {
-        if let Some(power) = self.awake()
-            && power.controller.mailbox_free()
-        {
-            power.node.sent(now);
+        if let Some(power) = self.awake() {
+            if power.controller.take_unsent() {
+                power.node.bus(now, BusEvent::Unsent);
+            }
+            if power.controller.mailbox_free() {
+                power.node.sent(now);
+            }
         }
         let mut actions = 0;
         while let Some(power) = self.awake()
@@ -167,10 +170,11 @@ impl Device {
             self.perform(now, action);
         }
         let Some(power) = self.awake() else { return };
+        let once = power.node.sends_once();
         if power.controller.mailbox_free()
             && let Some(frame) = power.node.transmit(now)
         {
-            power.controller.load(frame);
+            power.controller.load(frame, once);
         }
         let sent = power.controller.mailbox_empty();
         // As on the boards, a running save ends first.

@@ -1,7 +1,32 @@
 //! The image of the IMS360 in J1939 while its address changes: the frames in its mailboxes, and its acceptance filters.
 
-use crate::ims360_j1939::{LOWER, NAME, at, claimed};
+use crate::ims360_j1939::{CLAIM, LOWER, NAME, at, claimed};
+use crate::rig::*;
+use bench::Source;
 use plumbline::can::BitRate;
+
+/// Another node claims the same address in the same bit: the identifiers are equal, the data differs.
+#[test]
+fn image_does_not_repeat_a_claim_that_collides() {
+    for name in ["FFFFFFFFFFFFFFFF", "0000000000000090"] {
+        let mut rig = Rig::ims360(tilt("ims360", 0.0, 0.0));
+        rig.bus.give_way(false);
+        rig.change_to_j1939();
+        let sensor = Source::Device(rig.sensor);
+        let before = rig.bus.disturbed(sensor);
+        // The claim of the sensor waits for the bus until the tester sends its own.
+        for _ in 0..30 {
+            rig.send_text("00FF0021#0102030405060708");
+        }
+        let other = format!("18EEFF80#{name}");
+        rig.send_text(&other);
+        rig.run(230);
+        let texts = rig.log.iter().map(|one| format!("{:?}", one.frame));
+        let claims: Vec<_> = texts.filter(|text| text.starts_with("18EEFF")).collect();
+        assert_eq!(claims, [other, CLAIM.to_string()]);
+        assert_eq!(rig.bus.disturbed(sensor) - before, 1);
+    }
+}
 
 #[test]
 fn image_sends_nothing_from_an_address_after_its_loss() {

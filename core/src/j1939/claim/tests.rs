@@ -62,6 +62,56 @@ fn address_is_kept_against_a_higher_name() {
 }
 
 #[test]
+fn failed_claim_is_sent_again_after_a_random_delay_and_begins_the_silence() {
+    let mut delays = std::vec::Vec::new();
+    for seed in 1..=50 {
+        let mut claim = Claim::OFF;
+        claim.start(OURS, 0x80, seed);
+        claim.failed(at(1000));
+        assert!(!claim.is_queued());
+        // The mailboxes are empty, but the claim was not sent.
+        claim.sent(at(1000));
+        let due = claim.deadline().time().unwrap();
+        let delay = (due.ticks() - at(1000).ticks()) / 1000;
+        assert!(delay <= 153);
+        delays.push(delay);
+        assert!(claim.poll(due) && claim.is_queued());
+        assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x80));
+        claim.sent(at(2000));
+        assert!(!claim.poll(at(2249)) && claim.poll(at(2250)));
+        assert_eq!(claim.address(), Some(0x80));
+    }
+    delays.sort_unstable();
+    delays.dedup();
+    assert!(delays.len() > 30, "{delays:?}");
+}
+
+#[test]
+fn claim_heard_in_the_delay_of_a_failed_one_decides() {
+    let failed = || {
+        let mut claim = Claim::OFF;
+        claim.start(OURS, 0x80, 1);
+        claim.failed(at(0));
+        claim
+    };
+    let mut claim = failed();
+    assert_eq!(claim.hear(at(0), 0x80, HIGHER), Outcome::Defended);
+    assert!(claim.is_queued() && !claim.deadline().is_set());
+    claim.sent(at(1));
+    assert!(claim.poll(at(251)));
+    assert_eq!(claim.address(), Some(0x80));
+    let mut claim = failed();
+    assert_eq!(claim.hear(at(0), 0x80, LOWER), Outcome::Left);
+    assert_eq!((claim.state(), claim.source()), (State::Claiming, 0x81));
+    assert!(claim.is_queued() && !claim.deadline().is_set());
+    // A failure without a claim on its way changes nothing.
+    let mut claim = claimed(OURS, 0x80);
+    claim.failed(at(300));
+    assert_eq!(claim.address(), Some(0x80));
+    assert!(!claim.deadline().is_set());
+}
+
+#[test]
 fn lower_name_takes_the_address() {
     let mut claim = claimed(OURS, 0x80);
     assert_eq!(claim.hear(at(300), 0x80, LOWER), Outcome::Left);

@@ -4,7 +4,7 @@ use crate::tester::ims360::booted;
 use crate::tester::j1939::{CLAIM, LOWER, NAME, NO_CODES, claimed, claimed_with, select, with};
 use crate::tester::leds;
 use plumbline::can::extended;
-use plumbline::node::{Leds, Node};
+use plumbline::node::{BusEvent, Leds, Node};
 
 /// A NAME that is higher than ours.
 const HIGHER: &str = "FFFFFFFFFFFFFFFF";
@@ -243,4 +243,28 @@ fn filters_follow_the_address() {
             assert_eq!(tester.accepts(extended(id)), accepted, "{id:08X}");
         }
     }
+}
+
+/// Another node claims the same address at the same time.
+#[test]
+fn claim_that_ended_in_an_error_follows_after_a_random_delay() {
+    let mut tester = with(&[]);
+    tester.acknowledged = false;
+    assert!(tester.node.sends_once());
+    assert_eq!(tester.sent_text(), [CLAIM]);
+    tester.bus(BusEvent::Unsent);
+    assert!(!tester.node.sends_once());
+    tester.acknowledged = true;
+    let sent = tester.wait_text(450);
+    assert!(sent[0].0 <= 153 && sent[0].1 == CLAIM, "{sent:?}");
+    let silence = sent[0].0 + 250;
+    assert_eq!(
+        sent[1],
+        (silence, NO_CODES.to_string()),
+        "after the claim that was sent"
+    );
+    assert!(
+        !tester.node.sends_once(),
+        "the controller repeats all other frames"
+    );
 }

@@ -54,6 +54,21 @@ fn settle(serials: &[u32], objects: Objects) -> Network {
     network
 }
 
+/// Their claims have the same identifier and different data, and begin in the same bit.
+#[test]
+fn claims_that_collide_are_not_repeated_until_a_random_delay_ends() {
+    for serials in [[1, 2], [2, 1], [0x1F_FFFF, 0], [305_419_896, 7]] {
+        let mut network = settle(&serials, SLOW);
+        for sensor in network.sensors.clone() {
+            let errors = network.bus.disturbed(Source::Device(sensor));
+            assert!((1..=2).contains(&errors), "{errors}");
+        }
+        let passive = |one: &&bench::Logged| is_error_passive(&format!("{:?}", one.frame));
+        assert_eq!(network.log.iter().filter(passive).count(), 0);
+        network.log.clear();
+    }
+}
+
 #[test]
 fn two_nodes_get_distinct_addresses() {
     settle(&[1, 2], SLOW);
