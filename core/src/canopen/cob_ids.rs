@@ -48,6 +48,9 @@ impl<P: Product> Services<P> {
         value: u32,
     ) -> Result<u32, Abort> {
         if !Self::FREE {
+            if index == EMCY {
+                return Err(Abort::ReadOnly);
+            }
             let value = value.wrapping_sub(self.node_id.into());
             let fixed = (value ^ stored) & !(cob_id::DISABLED | cob_id::BIT_30) != 0;
             return if fixed { Err(Abort::Value) } else { Ok(value) };

@@ -274,7 +274,8 @@ pub const fn service(
     }
 }
 
-/// A COB-ID to which the node-ID is added at each start; read-only. If it is writable, only bits 31 and 30 can change.
+/// A COB-ID to which the node-ID is added at each start; read-only, but its own value is accepted. If it is writable, only bits 31 and 30
+/// can change.
 pub const fn cob_id(index: u16, sub: u8, id: ParameterId) -> Object {
     Object {
         index,

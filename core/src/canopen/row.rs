@@ -74,7 +74,8 @@ impl Row {
         self.columns & 1 != 0
     }
 
-    /// Whether the server accepts writes. Those of a constant, which is part of a mapping, must not change it.
+    /// Whether the server accepts writes. Those of a constant, which is part of a mapping, and of a
+    /// read-only COB-ID must not change it.
     pub const fn is_writable(&self) -> bool {
         self.columns & 2 != 0
     }
@@ -263,7 +264,10 @@ pub const fn rows<const N: usize>(
             mapped = mapped.with(id);
         }
         let mut columns = key(object.index, object.sub) << 8 | object.access.bits();
-        if let (0x1A00..0x1C00, Target::Constant(_)) = (object.index, object.target) {
+        // A configuration tool writes them back, although they are read-only.
+        if let (0x1A00..0x1C00, Target::Constant(_)) | (_, Target::CobId(_)) =
+            (object.index, object.target)
+        {
             columns |= Access::Wo.bits();
         }
         columns |= (kind as u32) << KIND;

@@ -2,7 +2,7 @@
 
 use crate::tester::SERIAL;
 use crate::tester::canopen::*;
-use crate::tester::dictionary::Access::{Command, Fixed, Ro, Rw};
+use crate::tester::dictionary::Access::{Command, Fixed, Own, Ro, Rw};
 use crate::tester::dictionary::{BYTE, MEASURED, Row, Values, WORD};
 
 const TOO_LONG: u32 = 0x0607_0012;
@@ -16,7 +16,7 @@ const OBJECTS: &[Row] = &[
     (0x1000, 0, 4, Ro, 0x0004_019A), (0x1001, 0, 1, Ro, 0), (0x1003, 0, 1, Command, 0), (0x1005, 0, 4, Rw, 0x80),
     (0x1008, 0, 0, Ro, 0), (0x1009, 0, 0, Ro, 0), (0x100A, 0, 0, Ro, 0), (0x100C, 0, 2, Rw, 0), (0x100D, 0, 1, Rw, 0),
     (0x1010, 0, 1, Ro, 1), (0x1010, 1, 4, Command, 0), (0x1011, 0, 1, Ro, 1), (0x1011, 1, 4, Command, 0),
-    (0x1014, 0, 4, Ro, 0x8A), (0x1015, 0, 2, Rw, 0), (0x1017, 0, 2, Rw, 0), (0x1018, 0, 1, Ro, 4),
+    (0x1014, 0, 4, Own, 0x8A), (0x1015, 0, 2, Rw, 0), (0x1017, 0, 2, Rw, 0), (0x1018, 0, 1, Ro, 4),
     (0x1018, 1, 4, Ro, 0x6D66_6900), (0x1018, 2, 4, Ro, 0x01), (0x1018, 3, 4, Ro, 0xAA), (0x1018, 4, 4, Ro, SERIAL),
     (0x1029, 0, 1, Ro, 1), (0x1029, 1, 1, Rw, 0), (0x1200, 0, 1, Ro, 2), (0x1200, 1, 4, Ro, 0x60A), (0x1200, 2, 4, Ro, 0x58A),
     (0x1800, 0, 1, Ro, 5), (0x1800, 1, 4, Rw, 0x18A), (0x1800, 2, 1, Rw, 1), (0x1800, 3, 2, Rw, 0), (0x1800, 5, 2, Rw, 10),

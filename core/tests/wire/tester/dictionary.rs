@@ -23,6 +23,8 @@ pub enum Access {
     Rw,
     /// A part of a fixed mapping: accepts its own value.
     Fixed,
+    /// A read-only COB-ID: accepts its own value.
+    Own,
     /// A write does more than change the value.
     Command,
     /// A command that cannot be read.
@@ -112,6 +114,13 @@ impl<N: Node> Tester<N> {
                     assert_eq!(self.write(index, sub, size, value), Ok(()), "{name}");
                     let refused = self.write(index, sub, size, value ^ 1);
                     assert_eq!(refused, Err(NOT_MAPPABLE), "{name}");
+                }
+                Access::Own => {
+                    assert_eq!(self.write(index, sub, size, value), Ok(()), "{name}");
+                    for written in [value ^ 1, value | 0x8000_0000, value | 0x4000_0000] {
+                        let refused = self.write(index, sub, size, written);
+                        assert_eq!(refused, Err(READ_ONLY), "{name}");
+                    }
                 }
                 Access::Rw => {
                     assert_eq!(self.write(index, sub, size, value), Ok(()), "{name}");
