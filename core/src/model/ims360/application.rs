@@ -154,8 +154,7 @@ impl Ims360Application {
             let beyond = match angle {
                 _ if two_axes && angle > RANGE => Beyond::Above,
                 _ if two_axes && angle < -RANGE => Beyond::Below,
-                0.. if overturned => Beyond::Above,
-                ..0 if overturned => Beyond::Below,
+                _ if overturned => range.side(angle),
                 _ if clips => Beyond::Clips,
                 _ => Beyond::No,
             };

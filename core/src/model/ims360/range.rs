@@ -5,6 +5,9 @@ use crate::time::{Deadline, Duration, Instant, millis};
 /// The shortest time between two changes of a fault, so that a machine that digs floods neither the bus nor the histories.
 const LEAST: Duration = millis(1000);
 
+/// The least angle that changes the side of a sensor on its back, so that noise about 0 deg does not.
+const LEAST_ANGLE: i32 = 1_00;
+
 /// How an angle is out of its range.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Beyond {
@@ -42,6 +45,16 @@ impl RangeFault {
         }
     }
 
+    /// The side of a sensor that lies on its back with this angle.
+    pub fn side(self, angle: i32) -> Beyond {
+        match self.state {
+            Beyond::Above if angle > -LEAST_ANGLE => Beyond::Above,
+            Beyond::Below if angle < LEAST_ANGLE => Beyond::Below,
+            _ if angle < 0 => Beyond::Below,
+            _ => Beyond::Above,
+        }
+    }
+
     /// The fault.
     pub fn state(self) -> Beyond {
         self.state
@@ -70,6 +83,23 @@ mod tests {
         ] {
             fault.step(Instant::from_ticks(ms * 1000), judged);
             assert_eq!(fault.state(), expected, "{ms} ms");
+        }
+    }
+
+    #[test]
+    fn side_on_the_back_changes_from_1_deg_on() {
+        assert_eq!(RangeFault::NONE.side(0), Beyond::Above);
+        let mut fault = RangeFault::NONE;
+        for (second, angle, expected) in [
+            (1, -1, Beyond::Below),
+            (2, 99, Beyond::Below),
+            (3, 100, Beyond::Above),
+            (4, 0, Beyond::Above),
+            (5, -99, Beyond::Above),
+            (6, -100, Beyond::Below),
+        ] {
+            fault.step(Instant::from_ticks(second * 1_000_000), fault.side(angle));
+            assert_eq!(fault.state(), expected, "{angle}");
         }
     }
 }

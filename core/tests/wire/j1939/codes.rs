@@ -113,6 +113,21 @@ fn sensor_on_its_back_has_the_codes_of_both_angles_by_their_signs() {
     assert_eq!(codes(&mut tester), NO_CODES, "one axis");
 }
 
+/// Level on its back, the noise is about 0 deg.
+#[test]
+fn noise_of_a_sensor_on_its_back_changes_no_code() {
+    let mut tester = claimed();
+    tester.wait(100);
+    for angle in [-0.005, 0.005].repeat(4) {
+        tester.settle_at([angle, -angle, -1.0]);
+        tester.wait(1100);
+    }
+    assert_eq!(codes(&mut tester), "1CEC2180#100A0002FFCAFE00");
+    let sent = tester.exchange("1CEC8021#110201FFFFCAFE00");
+    assert_eq!(sent[0], "1CEB2180#0104FF7013000171", "the first occurrence");
+    assert_eq!(sent[1], "1CEB2180#02130001FFFFFFFF");
+}
+
 /// 3 g for 20 ms, twice a second.
 #[test]
 fn repeated_shocks_of_3_g_have_no_code() {
