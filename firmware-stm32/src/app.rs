@@ -11,7 +11,7 @@ use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, W
 use crate::can::{self, Bus, transmit};
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
-use crate::link::{Link, Queue, Shared};
+use crate::link::{Frames, Link, Shared};
 use crate::{clock, kept, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
@@ -71,10 +71,10 @@ pub unsafe fn run<
     }
     start_node(node, now, &boot);
     let (communication, acquisition) = node.halves();
-    let Some(waiting) = singleton!(: Queue = Queue::new()) else {
+    let Some(frames) = singleton!(: Frames = Frames::EMPTY) else {
         SCB::sys_reset()
     };
-    link.start(communication, waiting);
+    link.start(communication, frames);
     // None only on a second call.
     let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()

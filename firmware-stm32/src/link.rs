@@ -21,17 +21,28 @@ use plumbline::time::Instant;
 /// with the shortest frames and 100 % bus load.
 const QUEUE: usize = 32;
 
-/// Memory for the received frames that wait.
-pub type Queue = Deque<Frame, QUEUE>;
+/// Memory for frames.
+pub struct Frames {
+    /// Received frames that the node cannot take yet.
+    received: Deque<Frame, QUEUE>,
+    /// The frame in a mailbox for which the controller makes a single attempt.
+    once: Option<Frame>,
+}
+
+impl Frames {
+    /// No frame.
+    pub const EMPTY: Self = Self {
+        received: Deque::new(),
+        once: None,
+    };
+}
 
 /// The communicating half of a node with its frames.
 pub struct Link<A: Application + 'static, P: 'static> {
     /// The communicating half.
     pub node: &'static mut Communication<A, P>,
-    /// Received frames that the node cannot take yet.
-    waiting: &'static mut Queue,
-    /// The frame in a mailbox for which the controller makes a single attempt.
-    once: Option<Frame>,
+    // The interrupts move the link, so the frames are not in it.
+    frames: &'static mut Frames,
 }
 
 impl<A: Application, P: Protocol<A>> Link<A, P> {
@@ -42,9 +53,9 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             let Some(frame) = received.filter(|_| phase != Phase::Leaving) else {
                 continue;
             };
-            if phase.receives() && self.waiting.is_empty() && self.node.ready() {
+            if phase.receives() && self.frames.received.is_empty() && self.node.ready() {
                 self.handle(&frame);
-            } else if self.waiting.push_back(frame).is_err() {
+            } else if self.frames.received.push_back(frame).is_err() {
                 receive::lose();
             }
         }
@@ -73,7 +84,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
 
     /// Discards the frames that wait, at a change of the bit rate.
     pub fn discard(&mut self) {
-        self.waiting.clear();
+        self.frames.received.clear();
     }
 
     /// Passes the frames that waited to the node, as far as it can take them, and sends the frames of the node.
@@ -81,9 +92,9 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
         if !can::phase().receives() {
             return;
         }
-        while !self.waiting.is_empty()
+        while !self.frames.received.is_empty()
             && self.node.ready()
-            && let Some(frame) = self.waiting.pop_front()
+            && let Some(frame) = self.frames.received.pop_front()
         {
             self.node.receive(clock::now(), &frame);
             while self.node.proceed() {}
@@ -107,9 +118,9 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             let Some(frame) = self.node.transmit() else {
                 return;
             };
-            if P::USES_SENT && (once || self.once.is_some()) {
+            if P::USES_SENT && (once || self.frames.once.is_some()) {
                 transmit::set_single_attempt(once);
-                self.once = once.then_some(frame);
+                self.frames.once = once.then_some(frame);
             }
             transmit::put(&frame);
         }
@@ -123,7 +134,7 @@ impl<A: Application, P: Protocol<A>> Link<A, P> {
             transmit::put(frame);
             return;
         }
-        self.once = None;
+        self.frames.once = None;
         transmit::set_single_attempt(false);
         if end == End::Failed && is_normal {
             self.node.bus(clock::now(), BusEvent::Unsent);
@@ -147,13 +158,9 @@ impl<N: Divided> Shared<N> {
     pub fn start(
         &self,
         node: &'static mut Communication<N::Application, N::Protocol>,
-        waiting: &'static mut Queue,
+        frames: &'static mut Frames,
     ) {
-        let link = Link {
-            node,
-            waiting,
-            once: None,
-        };
+        let link = Link { node, frames };
         critical_section::with(|cs| self.0.borrow(cs).set(Some(link)));
     }
 
@@ -212,14 +219,15 @@ impl<N: Divided> Shared<N> {
     /// # Safety
     /// Call it only in the transmit interrupt. The priorities must be as for [`on_received`](Self::on_received).
     pub unsafe fn on_transmitted(&self) {
-        let end = transmit::end();
-        transmit::acknowledge();
         // SAFETY: as in `on_received`.
         let cs = unsafe { CriticalSection::new() };
         let mut link = self.take(cs);
-        if N::Protocol::USES_SENT
-            && let Some(frame) = link.once
-        {
+        let attempt = match link.frames.once {
+            Some(frame) if N::Protocol::USES_SENT => Some((frame, transmit::end())),
+            _ => None,
+        };
+        transmit::acknowledge();
+        if let Some((frame, end)) = attempt {
             link.end_attempt(&frame, end);
         }
         link.send();
