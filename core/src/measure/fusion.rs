@@ -56,7 +56,7 @@ const RADIANS: i64 = {
 /// The number of rotations that are kept: the largest delay of the acceleration in sample periods.
 const KEPT: usize = 3;
 
-/// The number of samples that a vector has which another filter gives: 0.5 s.
+/// The number of samples that a vector has which another filter gives, or which is older than a gap: 0.5 s.
 const GIVEN: u32 = 100;
 
 /// The rotation in the delay of the acceleration is limited to 1/2 rad about each axis, Q31: 2300 deg/s for 12 ms.
@@ -127,8 +127,10 @@ impl<const DELAY: u32> Fusion<DELAY> {
         self.samples = self.samples.min(limit);
     }
 
-    /// Goes on after missing samples. The rotations before the gap have ended.
+    /// Goes on after missing samples. The rotations before the gap have ended. The sensor may have turned in the gap, so the up vector
+    /// counts as a limited number of samples.
     pub fn skip(&mut self) {
+        self.samples = self.samples.min(GIVEN);
         self.rotations = [[0; 3]; KEPT];
     }
 

@@ -54,10 +54,16 @@ impl Motion for Rotation {
 
 /// A sensor with the Kalman filter in operational. It sends TPDO 1 when a value changes.
 fn fusing(motion: Rotation, clock: f64) -> Rig {
+    let mut rig = configured(motion, clock);
+    rig.nmt(1);
+    rig
+}
+
+/// As [`fusing`], in pre-operational.
+fn configured(motion: Rotation, clock: f64) -> Rig {
     let mut rig = Rig::ims360_with(Box::new(motion), clock);
     rig.download(0x3110, 2, [1]);
     rig.download(0x1800, 2, [255]);
-    rig.nmt(1);
     rig
 }
 
@@ -129,7 +135,7 @@ fn vibration_from_power_up_is_averaged_out() {
         offset: 0.0,
     };
     // The Kalman filter with Q = 0.0001 acts from power-up on.
-    let mut rig = fusing(motion, 0.0);
+    let mut rig = configured(motion, 0.0);
     rig.download(0x3112, 2, [(-4_i8).cast_unsigned()]);
     rig.download_within(1_000, 0x1010, 1, *b"save");
     rig.power_cycle();

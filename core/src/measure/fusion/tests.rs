@@ -239,7 +239,8 @@ fn direction_and_bias_go_on_after_a_gap() {
     };
     let still = integers([0.0, 2.0, 0.0], 65_536.0);
     let angle = perpendicular(fusion.step(shock, still, true)).x;
-    assert!(angle.millidegrees().abs() < 1_500, "{angle:?}");
+    // A weight of 2 in 102.
+    assert!(angle.millidegrees().abs() < 6_800, "{angle:?}");
 }
 
 #[test]
