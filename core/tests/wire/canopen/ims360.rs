@@ -270,9 +270,12 @@ fn auto_zero_sets_offsets() {
     assert_eq!(tester.read_i32(0x6110), i32::MAX);
 }
 
+/// What happens before a request, with its name.
+type Case = (&'static str, fn(&mut Ims360Tester));
+
 #[test]
 fn auto_zero_without_a_valid_angle_is_refused() {
-    let cases: [(&str, fn(&mut Ims360Tester)); 3] = [
+    let cases: [Case; 3] = [
         ("stale", |tester| drop(tester.wait_without_samples(200))),
         ("a sample clips", |tester| tester.clip(1)),
         ("dead", |tester| tester.hold([0; 3], 120)),

@@ -194,9 +194,12 @@ fn teach_with_vertical_x_axis_is_refused() {
     assert_eq!(t.memory, None);
 }
 
+/// What happens before a request, with its name.
+type Case = (&'static str, fn(&mut Jn2101Tester));
+
 #[test]
 fn zero_and_teach_without_a_valid_angle_are_refused() {
-    let cases: [(&str, fn(&mut Jn2101Tester)); 4] = [
+    let cases: [Case; 4] = [
         ("stale", |t| drop(t.wait_without_samples(200))),
         ("a sample clips", |t| t.clip(1)),
         ("dead", |t| t.hold([0; 3], 120)),

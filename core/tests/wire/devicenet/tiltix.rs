@@ -267,9 +267,12 @@ fn implausible_acceleration_is_in_the_status_and_on_the_module_led() {
     }
 }
 
+/// What happens before a request, with its name.
+type Case = (&'static str, fn(&mut Tester<Tiltix080>));
+
 #[test]
 fn preset_without_a_valid_angle_is_refused() {
-    let cases: [(&str, fn(&mut Tester<Tiltix080>)); 3] = [
+    let cases: [Case; 3] = [
         ("stale", |tester| drop(tester.wait_without_samples(225))),
         ("a sample clips", |tester| tester.clip(1)),
         ("dead", |tester| tester.hold([0; 3], 130)),

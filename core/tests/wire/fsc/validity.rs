@@ -82,10 +82,13 @@ fn two_axis_sensor_on_its_back_is_out_of_range() {
     assert_eq!(errors(&mut tester), 0);
 }
 
+/// What happens before a request, with its name.
+type Case = (&'static str, fn(&mut FscTester<TwoAxes>));
+
 /// 28h and 29h without data take the present angle (9.2).
 #[test]
 fn zero_point_without_a_valid_angle_is_refused() {
-    let cases: [(&str, fn(&mut FscTester<TwoAxes>)); 4] = [
+    let cases: [Case; 4] = [
         ("a sample clips", |tester| tester.clip(1)),
         ("stale", |tester| drop(tester.wait_without_samples(200))),
         ("dead", |tester| tester.hold([0, 0, 0], 120)),
