@@ -4,7 +4,7 @@
 //! Build the images first: `cargo build-bluepill`, `cargo build-nucleo`.
 
 use clap::Parser;
-use cost::limits::FLASH;
+use cost::limits;
 use cost::recorded::grew;
 use plumbline::model::catalog::PRODUCTS;
 use serde::{Deserialize, Serialize};
@@ -45,15 +45,15 @@ struct Board {
     name: &'static str,
     /// The compiler's target.
     target: &'static str,
-    /// The largest program in bytes, if it is not the linker script that limits it.
-    flash: Option<u64>,
+    /// The largest program of a product in bytes, if it is not the linker script that limits it.
+    flash: Option<fn(&str) -> u64>,
 }
 
 const BOARDS: [Board; 2] = [
     Board {
         name: "bluepill",
         target: "thumbv7m-none-eabi",
-        flash: Some(FLASH),
+        flash: Some(limits::flash),
     },
     Board {
         name: "nucleo-f446re",
@@ -71,8 +71,8 @@ struct Bytes {
 }
 
 /// The error of a size, if any.
-fn complaint(board: &Board, size: Bytes, recorded: Option<Bytes>) -> Option<String> {
-    if let Some(limit) = board.flash
+fn complaint(board: &Board, product: &str, size: Bytes, recorded: Option<Bytes>) -> Option<String> {
+    if let Some(limit) = board.flash.map(|limit| limit(product))
         && size.flash > limit
     {
         return Some(format!(
@@ -126,7 +126,8 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
                 .get(board.name)
                 .and_then(|sizes| sizes.get(product.name));
             complaints.extend(
-                complaint(board, size, known.copied()).map(|error| format!("{place}: {error}")),
+                complaint(board, product.name, size, known.copied())
+                    .map(|error| format!("{place}: {error}")),
             );
             let sizes = measured.entry(board.name.to_owned()).or_default();
             sizes.insert(product.name.to_owned(), size);

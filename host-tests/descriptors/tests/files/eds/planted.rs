@@ -174,7 +174,7 @@ pub const DEFECTS: &[Defect] = &[
     defect(
         Sensor,
         "rw instead of ro",
-        "1014",
+        "1001",
         "AccessType=ro",
         "AccessType=rw",
     ),

@@ -251,8 +251,8 @@ fn writing(
     }
     let is_read_only = variable.access != "rw" && variable.access != "wo";
     let expected = match (variable.access.as_str(), address.0) {
-        // A fixed mapping accepts its present contents.
-        ("ro", 0x1A00..0x1C00) => Ok(()),
+        // A fixed mapping and the fixed COB-ID of the EMCY accept their present value.
+        ("ro", 0x1A00..0x1C00 | 0x1014) => Ok(()),
         ("ro" | "const", _) => Err(READ_ONLY),
         // Their value is not the required signature.
         (_, 0x1010 | 0x1011) => Err(SIGNATURE),
@@ -266,10 +266,10 @@ fn writing(
     if expected == Err(READ_ONLY) || variable.data_type == DataType::Text {
         return;
     }
-    let [too_long, too_short] = match is_read_only {
+    let [too_long, too_short] = match (is_read_only, address.0) {
         // A fixed mapping.
-        true => [NOT_MAPPABLE; 2],
-        false => [TOO_LONG, TOO_SHORT],
+        (true, 0x1A00..0x1C00) => [NOT_MAPPABLE; 2],
+        _ => [TOO_LONG, TOO_SHORT],
     };
     let longer = client.write(address, &[data, &[0]].concat());
     if longer != Err(too_long) {
