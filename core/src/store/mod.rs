@@ -1,7 +1,7 @@
 //! The nonvolatile memory: records in two slots of flash. A new record is appended until the slot is full.
 //!
 //! There are three kinds of records: the parameters of a product, written by each save, and two records of the device, each
-//! written once: its calibration, and the identity of the unit ([`unit`]). Layout of a record:
+//! written once: its calibration, and the identity of the unit ([`mod@unit`]). Layout of a record:
 //!
 //! ```text
 //!  byte 0      1         2       4          8        10          10 + n ...     p            p + 4
