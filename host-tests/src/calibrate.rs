@@ -117,7 +117,11 @@ fn parse(name: &str, text: &str) -> Result<Vec<Position>, String> {
     let has_rate = match lines.next() {
         Some((_, HEADER)) => true,
         Some((_, HEADER_WITHOUT_RATE)) => false,
-        Some((line, _)) => return Err(format!("{name}:{line}: the first row must be {HEADER}")),
+        Some((line, _)) => {
+            return Err(format!(
+                "{name}:{line}: the first row must be {HEADER_WITHOUT_RATE}, with a gyroscope {HEADER}"
+            ));
+        }
         None => return Err(format!("{name}: the file is empty")),
     };
     lines
@@ -359,7 +363,8 @@ mod tests {
         assert_eq!(error(""), "six.csv: the file is empty");
         assert_eq!(
             error("up,x\n"),
-            "six.csv:1: the first row must be up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c"
+            "six.csv:1: the first row must be up,ax_g,ay_g,az_g,temp_c, with a gyroscope \
+             up,ax_g,ay_g,az_g,gx_dps,gy_dps,gz_dps,temp_c"
         );
         assert_eq!(
             error(&(header.to_owned() + "+x,1,0,zero,25\n")),

@@ -5,7 +5,7 @@ use crate::measure::RANGE;
 use proptest::prelude::*;
 
 #[test]
-fn numbers_of_a_calibration_are_those_that_it_was_made_of() {
+fn calibration_returns_the_numbers_that_it_was_made_of() {
     let numbers = (
         [10, -20, 30],
         [[1, -2, 3], [-4, 5, -6], [7, -8, 9]],

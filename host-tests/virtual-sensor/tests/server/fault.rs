@@ -85,7 +85,7 @@ fn accelerometer_that_fails_later_is_good_before() {
 }
 
 #[test]
-fn frozen_accelerometer_keeps_its_value_and_zero_is_another_one() {
+fn frozen_accelerometer_repeats_its_value_and_zero_measures_0_g() {
     let frozen = "accelerometer=frozen@1";
     for sensor in sensors(&[frozen, "accelerometer=zero@2"]) {
         let mut client = Client::open(&sensor);
