@@ -16,7 +16,7 @@ impl Table for Mast {
         [Parameter::new(MOUNTING, "Mounting angle", DataType::I16).in_unit("deg", 2)],
         profile::tpdo_communication(TPDO, 0x180),
     ];
-    plumbline::project_parameters!();
+    plumbline::project!(parameters);
 }
 
 /// Calibration and low-pass, the mounting angle in 0.01 deg, the last values.
@@ -54,6 +54,7 @@ impl Product for Mast {
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),
+        profile::identity(0, 0, 0),
         profile::tpdo(0, "Slope", TPDO),
         profile::mapping::<2>(0, "Mapping", &[("Slope", 0x6010_0010)]),
         [Object::parameter(0x2000, 0, Self::NODE_ID)],
@@ -63,7 +64,7 @@ impl Product for Mast {
     const NODE_ID: ParameterId = ParameterId(0);
     const BIT_RATE: ParameterId = ParameterId(1);
     const IMAGE: ImageId = ImageId::new(0x7001);
-    plumbline::project_objects!();
+    plumbline::project!(objects);
 }
 
 fn main() {

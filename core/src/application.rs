@@ -120,6 +120,9 @@ pub trait Values: Copy {
     /// The values before the first published ones; they are not used. If all bits are 0, they need no flash.
     const INITIAL: Self;
 
+    /// The number of quantities for which there is room.
+    const CAPACITY: usize = usize::MAX;
+
     /// The value of a quantity. A signed number is sign-extended to 32 bits. 0 for a quantity that the product does not have.
     fn number(&self, id: ValueId) -> u32;
 
@@ -153,6 +156,7 @@ impl<const N: usize> Values for Published<N> {
         numbers: [0; N],
         faults: Faults::NONE,
     };
+    const CAPACITY: usize = N;
 
     fn number(&self, id: ValueId) -> u32 {
         let number = self.numbers.get(usize::from(id.0));
@@ -300,7 +304,7 @@ mod tests {
 
     impl Table for NoParameters {
         const PARAMETERS: &'static [crate::param::Parameter] = &[];
-        crate::project_parameters!();
+        crate::project!(parameters);
     }
 
     impl<const N: usize> Application for Plain<N> {

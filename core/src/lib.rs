@@ -51,10 +51,12 @@ pub mod fsc;
 pub mod heater;
 pub mod j1939;
 pub mod measure;
+mod mistake;
 pub mod model;
 pub mod node;
 pub mod param;
 pub mod prelude;
+mod project;
 pub mod store;
 #[cfg(test)]
 #[path = "../tests/wire/tester/sweep.rs"]

@@ -11,14 +11,13 @@
 
 use super::Abort;
 use super::cob_id;
-use super::dictionary::{Object, Target, object_at};
 use super::objects::{find_row, lookup};
 use super::pdo::{Entries, Entry, MAPPED, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
 use super::row::Kind;
 use super::sdo::message::Address;
-use crate::param::{Parameter, ParameterId, Quantity};
+use crate::param::ParameterId;
 use crate::time::Instant;
 
 /// The most bytes in a TPDO.
@@ -155,54 +154,4 @@ pub(super) fn fixed_entry<P: Product>(number: u16, sub: u8) -> Option<Entry> {
     };
     let row = find_row::<P>(u16::from_le_bytes([low, high]), sub)?;
     Some(row.mapped_value())
-}
-
-/// Checks the dynamic mapping of TPDO `number` (from 0): its number and its entries are parameters with consecutive ids, and the
-/// factory values are a permitted mapping.
-#[allow(clippy::panic, clippy::indexing_slicing)] // evaluated at compile time only
-pub(super) const fn check_dynamic(
-    objects: &[Object],
-    number: u16,
-    most: usize,
-    parameters: &[Parameter],
-    quantities: &[Quantity],
-) {
-    assert!(most <= BYTES as usize, "a TPDO has at most 8 objects");
-    let index = FIRST + number;
-    let first = parameter_at(objects, index, 0);
-    let mapped = parameters[first as usize].factory;
-    assert!(
-        mapped as usize <= most,
-        "more objects are mapped than the TPDO takes"
-    );
-    assert!(
-        object_at(objects, index, most as u8 + 1).is_none(),
-        "the mapping has more entries than the TPDO takes"
-    );
-    let (mut bits, mut sub) = (0, 1);
-    while sub as usize <= most {
-        let id = parameter_at(objects, index, sub);
-        assert!(
-            id == first + sub,
-            "the parameters of a mapping must be consecutive"
-        );
-        let entry = parameters[id as usize].factory;
-        if sub as u32 <= mapped {
-            super::product::check_entry(objects, entry, parameters, quantities);
-            bits += entry & 0xFF;
-        }
-        sub += 1;
-    }
-    assert!(bits <= 64, "the mapped objects do not fit into a frame");
-}
-
-#[allow(clippy::panic)] // evaluated at compile time only
-const fn parameter_at(objects: &[Object], index: u16, sub: u8) -> u8 {
-    match object_at(objects, index, sub) {
-        Some(Object {
-            target: Target::Parameter(id),
-            ..
-        }) => id.0,
-        _ => panic!("a dynamic mapping must consist of parameters"),
-    }
 }

@@ -13,6 +13,8 @@
 //! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
 
 mod abort;
+#[doc(hidden)]
+pub mod check;
 pub mod cob_id;
 mod cob_ids;
 pub mod dictionary;

@@ -1,10 +1,10 @@
 //! The description of a product with the CANopen protocol.
 
-use super::dictionary::{Object, Service, Target, object_at};
+use super::dictionary::Object;
 use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::Feature;
 use super::groups::Kept;
-use super::lss::{Lss, UNCONFIGURED};
+use super::lss::Lss;
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
@@ -14,9 +14,8 @@ use super::variant::Variant;
 use crate::application::Application;
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
-use crate::param::{Parameter, ParameterId, Parameters, Permitted, Quantity, Refused, Table};
+use crate::param::{ParameterId, Parameters, Refused};
 use crate::store::ImageId;
-use crate::store::unit::NAME;
 
 /// Run and error LED patterns.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -65,7 +64,7 @@ pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Valu
 
 /// A product with the CANopen protocol.
 ///
-/// [`project_objects!`](crate::project_objects) derives the last three constants from the description.
+/// [`project!(objects)`](crate::project) derives the rows, texts and settings from the description, and checks it.
 pub trait Product: 'static {
     /// Its measurement and actions.
     type Application: Application;
@@ -73,7 +72,7 @@ pub trait Product: 'static {
     type Tpdos: Tpdos;
     /// The history in 1003h, for example `ErrorHistory<8>`. The capacity must be that of the dictionary.
     type History: History;
-    /// A buffer for the longest text, for example `Text<32>`. 1008h, 1009h and 100Ah need [`NAME`] bytes.
+    /// A buffer for the longest text, for example `Text<32>`. 1008h, 1009h and 100Ah need [`NAME`](crate::store::unit::NAME) bytes.
     type Text: Buffer;
     /// The length of the longest text that can be written, in bytes.
     const WRITABLE: usize = Self::Text::CAPACITY;
@@ -155,178 +154,3 @@ pub trait Product: 'static {
         Err(Refused::NotPermitted)
     }
 }
-
-/// Checks that the description of a product is consistent. Evaluated at compile time, so an error is a compile error:
-///
-/// - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
-/// - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
-/// - constant texts, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
-/// - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
-/// - with block transfer: the buffer for texts takes each number;
-/// - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID.
-pub(super) const fn check<P: Product>() {
-    let parameters = <TableOf<P> as Table>::PARAMETERS;
-    let quantities = <P::Application as Application>::QUANTITIES;
-    check_tpdos::<P::Tpdos>(P::OBJECTS, parameters, quantities);
-    check_rows(
-        P::OBJECTS,
-        P::History::CAPACITY,
-        P::Text::CAPACITY,
-        parameters,
-    );
-    assert!(
-        P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
-        "block transfer needs a buffer for texts with at least 4 bytes"
-    );
-    assert!(P::BIT_RATE_UNIT > 0, "the unit of the bit rate is 0");
-    if P::Lss::PRESENT {
-        check_lss(P::OBJECTS, parameters, P::NODE_ID);
-    }
-}
-
-#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
-const fn check_lss(objects: &[Object], parameters: &[Parameter], node_id: ParameterId) {
-    let mut sub = 1;
-    while sub <= 4 {
-        assert!(
-            object_at(objects, 0x1018, sub).is_some(),
-            "a product with LSS needs all numbers of the identity object"
-        );
-        sub += 1;
-    }
-    let permitted = match parameters[node_id.0 as usize].permitted {
-        Permitted::Ranges(ranges) => ranges.contain(UNCONFIGURED as u32),
-        _ => false,
-    };
-    assert!(permitted, "a product with LSS permits the node-ID 255");
-}
-
-#[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
-const fn check_rows(objects: &[Object], history: usize, text: usize, parameters: &[Parameter]) {
-    assert!(
-        text <= u8::MAX as usize,
-        "the buffer for texts has more than 255 bytes"
-    );
-    let mut row = 0;
-    while row < objects.len() {
-        match objects[row].target {
-            Target::Text(constant) => {
-                assert!(constant.len() <= text, "a text is longer than its buffer");
-                assert!(
-                    text >= NAME || !super::objects::is_name(objects[row].index),
-                    "the name of a unit is longer than the buffer"
-                );
-            }
-            Target::Service(Service::ErrorHistory) => {
-                assert!(
-                    objects[row].count as usize == history,
-                    "the capacity of the error history is not that of the dictionary"
-                );
-            }
-            Target::Parameter(id) if objects[row].index == 0x1005 => {
-                assert!(
-                    super::cob_id::SYNC.contain(parameters[id.0 as usize].factory),
-                    "the default COB-ID of the SYNC is not free"
-                );
-            }
-            Target::CobId(id) | Target::FreeCobId(id) => {
-                let base = parameters[id.0 as usize].factory & 0x7FF;
-                let mut node_id = 1;
-                while node_id <= 127 {
-                    assert!(
-                        super::cob_id::in_use(base + node_id).is_some(),
-                        "the default COB-ID is not free"
-                    );
-                    node_id += 1;
-                }
-            }
-            _ => {}
-        }
-        row += 1;
-    }
-}
-
-#[allow(clippy::panic)] // evaluated at compile time only
-const fn check_tpdos<T: Tpdos>(
-    objects: &[Object],
-    parameters: &[Parameter],
-    quantities: &[Quantity],
-) {
-    let mut number = 0;
-    while number < 512 {
-        let communication = object_at(objects, 0x1800 + number, 1).is_some();
-        let mapping = object_at(objects, 0x1A00 + number, 0).is_some();
-        let has = (number as usize) < T::COUNT;
-        assert!(
-            communication == has && mapping == has,
-            "the number of TPDOs is not that of the dictionary"
-        );
-        if has && T::DYNAMIC {
-            super::mapping::check_dynamic(objects, number, T::ENTRIES, parameters, quantities);
-        } else if has {
-            check_mapping::<T>(objects, number, parameters, quantities);
-        }
-        number += 1;
-    }
-}
-
-#[allow(clippy::panic)] // evaluated at compile time only
-const fn check_mapping<T: Tpdos>(
-    objects: &[Object],
-    number: u16,
-    parameters: &[Parameter],
-    quantities: &[Quantity],
-) {
-    let (mut bits, mut sub) = (0, 1);
-    while let Some(entry) = object_at(objects, 0x1A00 + number, sub) {
-        let Target::Constant(entry) = entry.target else {
-            panic!("a mapping entry must be a constant");
-        };
-        check_entry(objects, entry, parameters, quantities);
-        assert!(
-            is_value(objects, entry),
-            "a fixed mapping must consist of published values"
-        );
-        bits += entry & 0xFF;
-        sub += 1;
-    }
-    assert!(bits <= 64, "the mapped objects do not fit into a frame");
-    assert!(
-        sub as usize <= T::ENTRIES + 1,
-        "more objects are mapped than the TPDO takes"
-    );
-}
-
-/// Whether a mapping entry maps a published value.
-const fn is_value(objects: &[Object], entry: u32) -> bool {
-    let mapped = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8);
-    matches!(
-        mapped,
-        Some(Object {
-            target: Target::Value(_),
-            ..
-        })
-    )
-}
-
-/// Checks a mapping entry: the object exists, can be mapped, and has the mapped length.
-#[allow(clippy::panic)] // evaluated at compile time only
-pub(super) const fn check_entry(
-    objects: &[Object],
-    entry: u32,
-    parameters: &[Parameter],
-    quantities: &[Quantity],
-) {
-    let Some(mapped) = object_at(objects, (entry >> 16) as u16, (entry >> 8) as u8) else {
-        panic!("a mapped object does not exist");
-    };
-    assert!(mapped.mappable, "a mapped object cannot be mapped");
-    let size = mapped.data_type(parameters, quantities).size() as u32;
-    assert!(
-        8 * size == entry & 0xFF,
-        "a mapped object has another length"
-    );
-}
-
-#[cfg(test)]
-mod tests;

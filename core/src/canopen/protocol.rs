@@ -86,12 +86,8 @@ impl<P: Product> Canopen<P> {
     /// Whether layer setting services (CiA 305) are supported.
     pub const LSS: bool = P::Lss::PRESENT;
 
-    /// Checks the tables of the product. Inconsistent tables are a compile error.
-    const CHECKED: () = super::product::check::<P>();
-
     /// Takes the stored parameters. `damaged`: the stored record is damaged or not usable.
     pub(crate) fn restored(&mut self, parameters: &mut ParametersOf<P>, damaged: bool) {
-        let () = Self::CHECKED;
         let services = &mut self.services;
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);

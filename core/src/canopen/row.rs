@@ -1,6 +1,6 @@
 //! The compact form of an object dictionary in the device.
 //!
-//! The device uses [`Row`]s of eight bytes, which [`project_objects!`](crate::project_objects) derives from the
+//! The device uses [`Row`]s of eight bytes, which [`project!(objects)`](crate::project) derives from the
 //! [objects](super::dictionary):
 //!
 //! ```text
@@ -17,6 +17,7 @@ use super::Abort;
 use super::dictionary::{Access, Object, Service, Target};
 use super::pdo::{Entry, Source};
 use super::sdo::message::Address;
+use crate::mistake::Mistake;
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 
 /// The kind of contents of a [`Row`].
@@ -189,38 +190,10 @@ const fn key(index: u16, sub: u8) -> u32 {
     (index as u32) << 8 | sub as u32
 }
 
-/// Derives `ROWS`, `TEXTS` and `TPDO_SETTINGS` from an object dictionary. Use it in an `impl` of
-/// [`Product`](crate::canopen::Product) for a type without generic parameters.
-#[macro_export]
-macro_rules! project_objects {
-    () => {
-        const ROWS: &'static [$crate::canopen::row::Row] =
-            &$crate::canopen::row::rows::<
-                { <Self as $crate::canopen::Product>::OBJECTS.len() },
-            >(
-                <Self as $crate::canopen::Product>::OBJECTS,
-                <<<Self as $crate::canopen::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
-                <<Self as $crate::canopen::Product>::Application as $crate::application::Application>::QUANTITIES,
-            );
-        const TEXTS: &'static [&'static str] = &$crate::canopen::row::texts::<
-            {
-                $crate::canopen::row::text_count(
-                    <Self as $crate::canopen::Product>::OBJECTS,
-                )
-            },
-        >(<Self as $crate::canopen::Product>::OBJECTS);
-        const TPDO_SETTINGS: &'static [$crate::canopen::setting::TpdoSettings] =
-            &$crate::canopen::setting::tpdo_settings::<
-                {
-                    <<Self as $crate::canopen::Product>::Tpdos as $crate::canopen::Tpdos>::COUNT
-                },
-            >(<Self as $crate::canopen::Product>::OBJECTS);
-    };
-}
-
 /// Projects an object dictionary. A duplicate or unsorted row, a parameter in two rows, and an inconsistent row are compile
 /// errors.
 #[allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
+#[track_caller]
 pub const fn rows<const N: usize>(
     objects: &[Object],
     parameters: &[Parameter],
@@ -237,9 +210,10 @@ pub const fn rows<const N: usize>(
     while row < N {
         let object = &objects[row];
         check(object);
-        assert!(
+        let mistake = Mistake::in_object(object.index, object.sub);
+        mistake.unless(
             row == 0 || end(&objects[row - 1]) <= key(object.index, object.sub),
-            "rows must be sorted"
+            "rows must be sorted",
         );
         let mappable = if object.mappable { MAPPABLE } else { 0 };
         let (kind, target) = match object.target {
@@ -260,7 +234,7 @@ pub const fn rows<const N: usize>(
         | Target::FreeCobId(id)
         | Target::Command(id, _) = object.target
         {
-            assert!(!mapped.contains(id), "a parameter in two rows");
+            mistake.unless(!mapped.contains(id), "this parameter is in two rows");
             mapped = mapped.with(id);
         }
         let mut columns = key(object.index, object.sub) << 8 | object.access.bits();
@@ -279,31 +253,36 @@ pub const fn rows<const N: usize>(
 }
 
 /// Checks that a row is consistent.
+#[track_caller]
 const fn check(object: &Object) {
-    assert!(object.count >= 1 && object.sub as u32 + object.count as u32 <= 256);
+    let mistake = Mistake::in_object(object.index, object.sub);
+    mistake.unless(
+        object.count >= 1 && object.sub as u32 + object.count as u32 <= 256,
+        "there is no sub-index, or one above 255",
+    );
     let several = matches!(object.target, Target::Service(Service::ErrorHistory));
-    assert!(
+    mistake.unless(
         object.count == 1 || several,
-        "only the error history has several sub-indices in one row"
+        "only the error history has several sub-indices in one row",
     );
     let text = matches!(
         object.target,
         Target::Text(_) | Target::Service(Service::Text | Service::SerialText)
     );
-    assert!(!(text && object.mappable), "a text cannot be mapped");
+    mistake.unless(!(text && object.mappable), "a text cannot be mapped");
     if let Target::Constant(_) | Target::NodeRelative(_) | Target::Text(_) | Target::Value(_) =
         object.target
     {
-        assert!(
+        mistake.unless(
             !object.access.is_writable(),
-            "a constant or a value cannot be written"
+            "a constant or a value cannot be written",
         );
     }
     if let Target::Constant(number) = object.target {
         let size = object.data_type.size();
-        assert!(
-            size == 4 || number >> (8 * size) == 0,
-            "the constant must fit its type"
+        mistake.unless(
+            size == 4 || size > 0 && number >> (8 * size) == 0,
+            "the constant must fit its type",
         );
     }
 }

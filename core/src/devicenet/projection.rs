@@ -117,47 +117,6 @@ impl AssemblyRow {
     }
 }
 
-/// Derives the rows of the device from the description of a product. Use it in an `impl` of
-/// [`Product`](crate::devicenet::Product) for a type without generic parameters.
-#[macro_export]
-macro_rules! project_attributes {
-    () => {
-        const OBJECT_ROWS: &'static [$crate::devicenet::projection::ObjectRow] = const {
-            $crate::devicenet::projection::check(
-                &<Self as $crate::devicenet::Product>::IDENTITY,
-                &<Self as $crate::devicenet::Product>::ROLES,
-                <Self as $crate::devicenet::Product>::ASSEMBLIES,
-                <<<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
-            );
-            &$crate::devicenet::projection::objects::<
-                { <Self as $crate::devicenet::Product>::OBJECTS.len() },
-            >(<Self as $crate::devicenet::Product>::OBJECTS)
-        };
-        const ATTRIBUTE_ROWS: &'static [$crate::devicenet::projection::AttributeRow] = const {
-            &$crate::devicenet::projection::attributes::<
-                { $crate::devicenet::projection::attribute_count(<Self as $crate::devicenet::Product>::OBJECTS) },
-            >(
-                <Self as $crate::devicenet::Product>::OBJECTS,
-                <<<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
-                <<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::QUANTITIES,
-            )
-        };
-        const CONSTANTS: &'static [u32] = const {
-            &$crate::devicenet::projection::constants::<
-                { $crate::devicenet::projection::constant_count(<Self as $crate::devicenet::Product>::OBJECTS) },
-            >(<Self as $crate::devicenet::Product>::OBJECTS)
-        };
-        const ASSEMBLY_ROWS: &'static [$crate::devicenet::projection::AssemblyRow] = const {
-            &$crate::devicenet::projection::assemblies::<
-                { <Self as $crate::devicenet::Product>::ASSEMBLIES.len() },
-            >(
-                <Self as $crate::devicenet::Product>::ASSEMBLIES,
-                <<Self as $crate::devicenet::Product>::Application as $crate::application::Application>::QUANTITIES,
-            )
-        };
-    };
-}
-
 /// Projects the objects.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub const fn objects<const N: usize>(objects: &[Object]) -> [ObjectRow; N] {

@@ -1,7 +1,7 @@
 //! The description of a product with the DeviceNet protocol: identity, objects of the vendor, and assemblies.
 //!
 //! The description is the source of the electronic data sheet and of documents on a PC. The device uses the rows that
-//! [`project_attributes!`](crate::project_attributes) derives from it. The objects of the protocol (classes 1 to 5 and 2Bh) follow
+//! [`project!(attributes)`](crate::project) derives from it. The objects of the protocol (classes 1 to 5 and 2Bh) follow
 //! from the identity, the roles and the assemblies.
 
 use super::projection::{AssemblyRow, AttributeRow, ObjectRow};
@@ -126,7 +126,7 @@ pub struct Roles {
 
 /// A product with the DeviceNet protocol.
 ///
-/// [`project_attributes!`](crate::project_attributes) derives the last constants from the description.
+/// [`project!(attributes)`](crate::project) derives the last constants from the description.
 pub trait Product: 'static {
     /// Its measurement and actions. Each stored parameter must have
     /// [`Persistence::AtOnce`](crate::param::Persistence::AtOnce).

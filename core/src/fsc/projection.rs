@@ -22,7 +22,7 @@ pub struct Codes {
 }
 
 impl Codes {
-    /// The parts that [`project_functions!`](crate::project_functions) has projected.
+    /// The parts that [`project!(functions)`](crate::project) has projected.
     pub const fn new(
         groups: &'static [u8; 16],
         rows: &'static [Row],
@@ -209,52 +209,6 @@ pub(super) const fn signature_of(
         row += 1;
     }
     panic!("the product has no function with this operation")
-}
-
-/// Derives `CODES` from the description of the functions. Use it in an `impl` of [`Product`](crate::fsc::Product) for a type
-/// without generic parameters.
-#[macro_export]
-macro_rules! project_functions {
-    () => {
-        const CODES: $crate::fsc::projection::Codes = $crate::fsc::projection::Codes::new(
-            const {
-                &$crate::fsc::projection::groups(
-                    <Self as $crate::fsc::Product>::ACCESS,
-                    <Self as $crate::fsc::Product>::FUNCTIONS,
-                )
-            },
-            const {
-                &$crate::fsc::projection::rows::<
-                    {
-                        $crate::fsc::projection::row_count(
-                            <Self as $crate::fsc::Product>::ACCESS,
-                            <Self as $crate::fsc::Product>::FUNCTIONS,
-                        )
-                    },
-                >(
-                    <Self as $crate::fsc::Product>::ACCESS,
-                    <Self as $crate::fsc::Product>::FUNCTIONS,
-                    &<Self as $crate::fsc::Product>::ROLES,
-                    <<<Self as $crate::fsc::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::CONSTRAINTS,
-                )
-            },
-            const {
-                &$crate::fsc::projection::items::<
-                    {
-                        $crate::fsc::projection::item_count(
-                            <Self as $crate::fsc::Product>::ACCESS,
-                            <Self as $crate::fsc::Product>::FUNCTIONS,
-                        )
-                    },
-                >(
-                    <Self as $crate::fsc::Product>::ACCESS,
-                    <Self as $crate::fsc::Product>::FUNCTIONS,
-                    <<<Self as $crate::fsc::Product>::Application as $crate::application::Application>::Table as $crate::param::Table>::PARAMETERS,
-                    <<Self as $crate::fsc::Product>::Application as $crate::application::Application>::QUANTITIES,
-                )
-            },
-        );
-    };
 }
 
 /// The codes and rows of a group.

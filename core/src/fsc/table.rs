@@ -1,7 +1,7 @@
 //! The description of a product with the FSC protocol: function select codes, contents of the replies, status byte and LEDs.
 //!
 //! The description is the source of the descriptors (DBC) and documents on a PC. The device uses [`Codes`], which
-//! [`project_functions!`](crate::project_functions) derives from it.
+//! [`project!(functions)`](crate::project) derives from it.
 
 use super::projection::Codes;
 use super::status::StatusBit;
@@ -255,7 +255,7 @@ pub struct Article {
 
 /// A product with the FSC protocol.
 ///
-/// [`project_functions!`](crate::project_functions) derives [`CODES`](Self::CODES) from the description.
+/// [`project!(functions)`](crate::project) derives [`CODES`](Self::CODES) from the description.
 pub trait Product: 'static {
     /// Its measurement and actions.
     type Application: Application;

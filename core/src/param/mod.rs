@@ -25,7 +25,7 @@
 //!         factory: 250,
 //!         ..Parameter::PLAIN
 //!     }];
-//!     plumbline::project_parameters!();
+//!     plumbline::project!(parameters);
 //! }
 //!
 //! let mut parameters = Parameters::<Product>::factory();

@@ -5,13 +5,18 @@
 
 use super::row::{Limits, ParameterRow, ordered};
 use super::{Constraint, DataType, Parameter, ParameterSet, Permitted, Persistence};
+use crate::mistake::Mistake;
 
 /// The maximum number of parameters of a product.
 pub const PARAMETERS_MAX: usize = ParameterSet::CAPACITY;
 
 /// Projects the factory values.
+#[track_caller]
 pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
-    assert!(parameters.len() == N && N <= PARAMETERS_MAX);
+    Mistake::in_item("PARAMETERS").unless(
+        parameters.len() == N && N <= PARAMETERS_MAX,
+        "a product has at most 128 parameters",
+    );
     let mut values = [0; N];
     let mut row = 0;
     while row < N {
@@ -24,20 +29,21 @@ pub const fn factory<const N: usize>(parameters: &[Parameter]) -> [u32; N] {
 /// The parameters in the form that the device uses.
 ///
 /// A row whose id is not its index, a range outside the type, and a factory value that is not permitted are compile errors.
+#[track_caller]
 pub const fn rows<const N: usize>(
     parameters: &[Parameter],
     constraints: &[Constraint],
 ) -> [ParameterRow; N] {
-    assert!(parameters.len() == N && N <= PARAMETERS_MAX);
+    assert!(parameters.len() == N, "one row for each parameter");
     let empty = ParameterRow::new(DataType::U8, Persistence::Volatile, 0, (0, 0));
     let mut rows = [empty; N];
     let places = places(parameters);
     let mut row = 0;
     while row < N {
         let parameter = &parameters[row];
-        assert!(
+        Mistake::in_parameter(row, parameter.name).unless(
             parameter.id.0 as usize == row,
-            "the id of a parameter must be its index"
+            "the id of a parameter must be its index",
         );
         check(parameter);
         let ignored_bits = match parameter.permitted {
@@ -174,36 +180,41 @@ const fn is_alike(one: &Parameter, other: &Parameter) -> bool {
 }
 
 /// Checks that a description is consistent.
+#[track_caller]
 const fn check(parameter: &Parameter) {
     let data_type = parameter.data_type;
-    assert!(data_type.size() > 0, "a parameter must be a number");
+    let mistake = Mistake::in_parameter(parameter.id.0 as usize, parameter.name);
+    mistake.unless(data_type.size() > 0, "a parameter must be a number");
     let (least, most) = data_type.range();
-    assert!(
+    mistake.unless(
         fits(data_type, parameter.factory),
-        "the factory value must fit the type"
+        "the factory value must fit the type",
     );
     match parameter.permitted {
         Permitted::Range(low, high) => {
-            assert!(
+            mistake.unless(
                 least <= low && low <= high && high <= most,
-                "the range must fit the type"
+                "the range must fit the type",
             );
         }
         Permitted::Ranges(ranges) => {
-            assert!(!data_type.is_signed());
-            assert!(ranges.ignored_bits == 0 || data_type.size() == 4);
+            mistake.unless(!data_type.is_signed(), "ranges need an unsigned type");
+            mistake.unless(
+                ranges.ignored_bits == 0 || data_type.size() == 4,
+                "ignored bits need a type of 32 bits",
+            );
         }
         Permitted::Any | Permitted::Named | Permitted::OneOf(_) => {}
     }
-    assert!(
+    mistake.unless(
         permits(parameter, parameter.factory),
-        "the factory value must be permitted"
+        "the factory value must be permitted",
     );
     let mut row = 0;
     while row < parameter.meanings.len() {
-        assert!(
+        mistake.unless(
             fits(data_type, parameter.meanings[row].0),
-            "the named numbers must fit the type"
+            "the named numbers must fit the type",
         );
         row += 1;
     }
@@ -231,9 +242,21 @@ pub(crate) const fn permits(parameter: &Parameter, value: u32) -> bool {
 }
 
 /// The factory values must fulfil the constraints.
+#[track_caller]
 const fn check_constraints(parameters: &[Parameter], constraints: &[Constraint]) {
     let mut row = 0;
     while row < constraints.len() {
+        let (Constraint::Different(one, other)
+        | Constraint::AtMost {
+            parameter: one,
+            other,
+            ..
+        }) = constraints[row];
+        let mistake = Mistake::in_row("constraint", row);
+        mistake.unless(
+            (one.0 as usize) < parameters.len() && (other.0 as usize) < parameters.len(),
+            "the table has no such parameter",
+        );
         let fulfilled = match constraints[row] {
             Constraint::Different(one, other) => {
                 parameters[one.0 as usize].factory != parameters[other.0 as usize].factory
@@ -248,7 +271,7 @@ const fn check_constraints(parameters: &[Parameter], constraints: &[Constraint])
                     || parameters[parameter.0 as usize].factory <= high as u32
             }
         };
-        assert!(fulfilled, "the factory values must fulfil the constraints");
+        mistake.unless(fulfilled, "the factory values must fulfil the constraints");
         row += 1;
     }
 }

@@ -11,7 +11,7 @@ use core::marker::PhantomData;
 
 /// The parameters of a product: their description, and the form that the device uses.
 ///
-/// [`project_parameters!`](crate::project_parameters) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL` and `STORED_SIZE` from
+/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL` and `STORED_SIZE` from
 /// `PARAMETERS` and `CONSTRAINTS`, so that they always match.
 pub trait Table: 'static {
     /// The description; the id of each row is its index.
@@ -41,30 +41,6 @@ pub trait Numbers: Copy + AsRef<[u32]> + AsMut<[u32]> {
 
 impl<const N: usize> Numbers for [u32; N] {
     const ZERO: Self = [0; N];
-}
-
-/// Derives the form that the device uses from a description of parameters. Use it in an `impl` of [`Table`]
-/// for a type without generic parameters.
-#[macro_export]
-macro_rules! project_parameters {
-    () => {
-        type Numbers = [u32; <Self as $crate::param::Table>::PARAMETERS.len()];
-        const FACTORY: &'static Self::Numbers =
-            &$crate::param::projection::factory(<Self as $crate::param::Table>::PARAMETERS);
-        const PARAMETER_ROWS: &'static [$crate::param::ParameterRow] = &$crate::param::projection::rows::<
-            { <Self as $crate::param::Table>::PARAMETERS.len() },
-        >(
-            <Self as $crate::param::Table>::PARAMETERS,
-            <Self as $crate::param::Table>::CONSTRAINTS,
-        );
-        const POOL: &'static [$crate::param::Limits] = &$crate::param::projection::pool::<
-            { $crate::param::projection::pool_size(<Self as $crate::param::Table>::PARAMETERS) },
-        >(
-            <Self as $crate::param::Table>::PARAMETERS,
-        );
-        const STORED_SIZE: usize =
-            $crate::param::projection::stored_size(<Self as $crate::param::Table>::PARAMETERS);
-    };
 }
 
 /// The values of all parameters of a product, as raw numbers: FFFFh is -1 in an [`I16`](crate::param::DataType::I16).
@@ -269,7 +245,7 @@ mod tests {
             let [a, b, volatile, _] = PARAMETERS;
             &[a, b, volatile]
         };
-        crate::project_parameters!();
+        crate::project!(parameters);
     }
 
     struct Newer;
@@ -277,7 +253,7 @@ mod tests {
     impl Table for Newer {
         const PARAMETERS: &'static [Parameter] = &PARAMETERS;
         const CONSTRAINTS: &'static [Constraint] = &[Constraint::Different(A, C)];
-        crate::project_parameters!();
+        crate::project!(parameters);
     }
 
     fn values<T: Table>(bytes: &[u8]) -> Option<[u32; 3]> {

@@ -62,7 +62,7 @@ impl Table for Both {
         Constraint::Different(id::SET_ID, id::REPLY_ID),
         Constraint::Different(id::LIMIT, id::NODE_ID),
     ];
-    plumbline::project_parameters!();
+    plumbline::project!(parameters);
 }
 
 /// The application; it names no protocol.
@@ -175,7 +175,7 @@ impl fsc::Product for Both {
         normal: Pattern::On,
         error: canopen::LedTable::CIA_303_3.error,
     };
-    plumbline::project_functions!();
+    plumbline::project!(functions);
 
     fn set_article(_application: &mut Level, _article: &Article) {}
 }
@@ -191,6 +191,7 @@ impl canopen::Product for Both {
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),
+        profile::identity(0, 0, 0),
         profile::tpdo(0, "Slope", id::TPDO),
         profile::mapping::<2>(0, "Mapping", &[("Slope", 0x6010_0010)]),
         [Object::parameter(0x2000, 0, id::NODE_ID)],
@@ -205,9 +206,9 @@ impl canopen::Product for Both {
     };
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
-    const BIT_RATES: &'static [(u16, BitRate)] = &[(0, BitRate::K250)];
+    const BIT_RATES: &'static [(u16, BitRate)] = &[(0, BitRate::K250), (1, BitRate::K250)];
     const IMAGE: ImageId = ImageId::new(0x7002);
-    plumbline::project_objects!();
+    plumbline::project!(objects);
 }
 
 /// What one reading and a zero offset look like to a client: the angle in 0.01 deg, and whether the fault is active.

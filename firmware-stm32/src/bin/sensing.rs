@@ -32,7 +32,7 @@ impl Table for Sensing {
         [profile::bit_rate(Self::BIT_RATE, 250)],
         profile::tpdo_communication(TPDO, 0x180),
     ];
-    plumbline::project_parameters!();
+    plumbline::project!(parameters);
 }
 
 /// The measurement.
@@ -97,6 +97,7 @@ impl Product for Sensing {
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0), profile::ERROR_REGISTER],
         profile::error_history(4),
+        profile::identity(0, 0, 0),
         profile::tpdo(0, "Measured", TPDO),
         profile::mapping::<4>(
             0,
@@ -114,7 +115,7 @@ impl Product for Sensing {
     const NODE_ID: ParameterId = ParameterId(0);
     const BIT_RATE: ParameterId = ParameterId(1);
     const IMAGE: ImageId = ImageId::new(0x7F01);
-    plumbline::project_objects!();
+    plumbline::project!(objects);
 }
 
 firmware_stm32::firmware!(CanopenNode<Sensing>, "sensing", Sensing::IMAGE);

@@ -73,7 +73,7 @@ fn row_after_the_sub_indices_of_the_row_before_is_accepted() {
 }
 
 #[test]
-#[should_panic(expected = "a parameter in two rows")]
+#[should_panic(expected = "this parameter is in two rows")]
 fn parameter_in_two_rows_is_refused() {
     let objects = [0x2000, 0x2001].map(|index| Object::parameter(index, 0, ParameterId(0)));
     rows::<2>(&objects, &PARAMETERS, &[]);

@@ -31,7 +31,7 @@ impl Table for OneAxis {
         unsigned_offset(id::ZERO_X, "Zero Offset"),
     ];
     const CONSTRAINTS: &'static [Constraint] = parameters::CONSTRAINTS;
-    crate::project_parameters!();
+    crate::project!(parameters);
 }
 
 impl Axes for OneAxis {
@@ -62,7 +62,7 @@ impl fsc::Product for OneAxis {
     const FUNCTIONS: &'static [Function] = functions::FUNCTIONS_ONE_AXIS;
     const STATUS: [StatusBit; 8] = functions::STATUS_ONE_AXIS;
     const LEDS: LedTable = functions::LEDS;
-    crate::project_functions!();
+    crate::project!(functions);
 
     fn set_article(application: &mut Self::Application, article: &Article) {
         application.set_limit(article.limit);

@@ -34,7 +34,7 @@ impl Table for TwoAxes {
         signed_offset(id::ZERO_Y, "Zero Offset Y"),
     ];
     const CONSTRAINTS: &'static [Constraint] = parameters::CONSTRAINTS;
-    crate::project_parameters!();
+    crate::project!(parameters);
 }
 
 impl Axes for TwoAxes {
@@ -68,7 +68,7 @@ impl fsc::Product for TwoAxes {
     const FUNCTIONS: &'static [Function] = functions::FUNCTIONS_TWO_AXES;
     const STATUS: [StatusBit; 8] = functions::STATUS_TWO_AXES;
     const LEDS: LedTable = functions::LEDS;
-    crate::project_functions!();
+    crate::project!(functions);
 
     fn set_article(application: &mut Self::Application, article: &Article) {
         application.set_limit(article.limit);

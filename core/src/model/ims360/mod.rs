@@ -153,7 +153,7 @@ impl canopen::Product for Ims360Product {
     const VARIANTS: &'static [Variant] = &[parameters::ONE_AXIS];
     const SELECTOR: Option<(ParameterId, u32)> = Some((id::PROTOCOL, parameters::CANOPEN));
     const IMAGE: ImageId = ImageId::new(0x3600);
-    crate::project_objects!();
+    crate::project!(objects);
 
     /// Status byte ST0 (7.2.27).
     fn status(values: &Inclination, parameters: &Parameters<Self>) -> u32 {

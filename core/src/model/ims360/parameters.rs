@@ -346,5 +346,5 @@ impl Table for Ims360Product {
         errors(),
         J1939,
     ];
-    crate::project_parameters!();
+    crate::project!(parameters);
 }

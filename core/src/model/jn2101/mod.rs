@@ -118,7 +118,7 @@ impl canopen::Product for Jn2101Product {
     const WRITABLE: usize = KEY;
     const TEXT_PARAMETERS: &'static [ParameterId] = &programming_key::IDS;
     const IMAGE: ImageId = ImageId::new(0x2101);
-    crate::project_objects!();
+    crate::project!(objects);
 
     /// The programming key (9.11).
     fn text(parameters: &Parameters<Self>) -> Self::Text {

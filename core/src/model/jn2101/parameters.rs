@@ -243,5 +243,5 @@ impl Table for Jn2101Product {
             }
         ],
     ];
-    crate::project_parameters!();
+    crate::project!(parameters);
 }

@@ -23,7 +23,7 @@ pub const LISTING: Listing<Tiltix080Product> =
 
 impl Table for Tiltix080Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);
-    crate::project_parameters!();
+    crate::project!(parameters);
 }
 
 impl Axes for Tiltix080Product {
@@ -46,7 +46,7 @@ impl devicenet::Product for Tiltix080Product {
         &[objects::angle(&objects::attributes::<Self::Application>())];
     const ASSEMBLIES: &'static [Assembly] = objects::ASSEMBLIES;
     const IMAGE: ImageId = ImageId::new(0x0080);
-    crate::project_attributes!();
+    crate::project!(attributes);
 
     fn distance(parameters: &Parameters<Self>, one: u16, other: u16) -> u16 {
         Self::RANGE.distance(one, other, Resolution::of(parameters))

@@ -23,7 +23,7 @@ pub const LISTING: Listing<Tiltix360Product> =
 
 impl Table for Tiltix360Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);
-    crate::project_parameters!();
+    crate::project!(parameters);
 }
 
 impl Axes for Tiltix360Product {
@@ -45,7 +45,7 @@ impl devicenet::Product for Tiltix360Product {
         &[objects::angle(&objects::attributes::<Self::Application>())];
     const ASSEMBLIES: &'static [Assembly] = objects::ASSEMBLIES;
     const IMAGE: ImageId = ImageId::new(0x0360);
-    crate::project_attributes!();
+    crate::project!(attributes);
 
     fn distance(parameters: &Parameters<Self>, one: u16, other: u16) -> u16 {
         Self::RANGE.distance(one, other, Resolution::of(parameters))

@@ -56,7 +56,7 @@ macro_rules! product {
                 [profile::node_id(NODE_ID, 1), profile::bit_rate(BIT_RATE, 125)],
                 $(profile::tpdo_communication(ParameterId(2 + 4 * $number), 0x180 + 0x10 * $number)),*
             ];
-            plumbline::project_parameters!();
+            plumbline::project!(parameters);
         }
 
         impl Product for $name {
@@ -68,7 +68,9 @@ macro_rules! product {
             type Block = Absent;
 
             const OBJECTS: &'static [Object] = plumbline::objects![
+                [profile::device_type(0), profile::ERROR_REGISTER],
                 profile::error_history(1),
+                profile::identity(0, 0, 0),
                 $(profile::tpdo($number, "TPDO", ParameterId(2 + 4 * $number)),)*
                 $(profile::mapping::<{ 1 + $mapped }>($number, "Mapping", $mapping),)*
                 [
@@ -80,7 +82,7 @@ macro_rules! product {
             const NODE_ID: ParameterId = NODE_ID;
             const BIT_RATE: ParameterId = BIT_RATE;
             const IMAGE: ImageId = ImageId::new(0x7003);
-            plumbline::project_objects!();
+            plumbline::project!(objects);
         }
     };
 }

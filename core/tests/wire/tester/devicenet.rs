@@ -86,7 +86,7 @@ impl Table for Level {
         },
         stored(Parameter::new(id::HIDDEN, "Hidden", DataType::U16)),
     ];
-    plumbline::project_parameters!();
+    plumbline::project!(parameters);
 }
 
 pub struct Force(Published<3>);
@@ -208,7 +208,7 @@ impl Product for Level {
         },
     ];
     const IMAGE: ImageId = ImageId::new(0x7003);
-    plumbline::project_attributes!();
+    plumbline::project!(attributes);
 
     fn distance(_: &Parameters<Level>, one: u16, other: u16) -> u16 {
         (one as i16).abs_diff(other as i16)

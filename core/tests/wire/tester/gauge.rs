@@ -43,7 +43,7 @@ impl Table for GaugeProduct {
         profile::tpdo_communication(TPDO, 0x180),
         [profile::guard_time(GUARD_TIME)],
     ];
-    plumbline::project_parameters!();
+    plumbline::project!(parameters);
 }
 
 /// Publishes a constant.
@@ -124,7 +124,7 @@ impl Product for GaugeProduct {
     ];
     const TEXT_PARAMETERS: &'static [ParameterId] = &[LENGTH];
     const IMAGE: ImageId = ImageId::new(0x7005);
-    plumbline::project_objects!();
+    plumbline::project!(objects);
 
     fn text(parameters: &Parameters<Self>) -> Self::Text {
         Self::Text::from_slice(&text(parameters.get(LENGTH) as usize)).unwrap()

@@ -68,7 +68,7 @@ impl Table for Mapped {
             Parameter::new(id::HIDDEN, "Hidden", DataType::U8),
         ],
     ];
-    plumbline::project_parameters!();
+    plumbline::project!(parameters);
 }
 
 pub struct Force(Published<4>);
@@ -128,6 +128,7 @@ impl Product for Mapped {
             ),
             profile::free_cob_id(0x1014, 0, id::EMCY),
         ],
+        profile::identity(0, 0, 0),
         profile::free_tpdo(0, "TPDO 1", id::TPDO[0]),
         profile::free_tpdo(1, "TPDO 2", id::TPDO[1]),
         profile::free_tpdo(2, "TPDO 3", id::TPDO[2]),
@@ -161,7 +162,7 @@ impl Product for Mapped {
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7002);
-    plumbline::project_objects!();
+    plumbline::project!(objects);
 
     fn status(_: &Published<4>, parameters: &Parameters<Self>) -> u32 {
         if parameters.get(id::NUMBER) == 0 {

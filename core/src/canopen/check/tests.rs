@@ -1,9 +1,11 @@
 //! The checks at compile time, called at run time with tables that contain one contradiction each.
 
+use super::pdo::check_tpdos;
 use super::*;
+use crate::can::BitRate;
 use crate::canopen::pdo::TpdoArray;
-use crate::canopen::profile::{constant, entry, highest, mapping, read_only, text, tpdo};
-use crate::param::{DataType, ParameterId, ValueId};
+use crate::canopen::profile::{self, constant, entry, highest, mapping, read_only, text, tpdo};
+use crate::param::ValueId;
 use std::vec::Vec;
 
 /// The first parameter of the communication parameter.
@@ -50,7 +52,9 @@ fn check_with<T: Tpdos>(change: impl FnOnce(&mut Vec<Object>)) {
     change(&mut objects);
     let parameters = parameters(0x180, 0x80);
     check_tpdos::<T>(&objects, &parameters, &QUANTITIES);
-    check_rows(&objects, 4, NAME, &parameters);
+    check_texts(&objects, NAME);
+    check_history(&objects, 4);
+    identifiers::check(&objects, &parameters);
 }
 
 /// Changes the object at an address.
@@ -121,25 +125,25 @@ fn mapping_entry_that_is_a_parameter_is_refused() {
 }
 
 #[test]
-#[should_panic = "a mapped object does not exist"]
+#[should_panic = "does not exist"]
 fn mapping_of_missing_index_is_refused() {
     check_with::<TpdoArray<1, 2>>(|objects| map(objects, entry(0x6012, 0, 16)));
 }
 
 #[test]
-#[should_panic = "a mapped object does not exist"]
+#[should_panic = "does not exist"]
 fn mapping_of_missing_sub_index_is_refused() {
     check_with::<TpdoArray<1, 2>>(|objects| map(objects, entry(0x6010, 1, 16)));
 }
 
 #[test]
-#[should_panic = "a mapped object cannot be mapped"]
+#[should_panic = "cannot be mapped"]
 fn mapping_of_object_that_is_not_mappable_is_refused() {
     check_with::<TpdoArray<1, 2>>(|objects| map(objects, entry(0x6011, 0, 16)));
 }
 
 #[test]
-#[should_panic = "a mapped object has another length"]
+#[should_panic = "has another length"]
 fn mapping_with_wrong_length_is_refused() {
     check_with::<TpdoArray<1, 2>>(|objects| map(objects, entry(0x6010, 0, 8)));
 }
@@ -161,7 +165,7 @@ fn mapping_of_more_objects_than_the_tpdo_takes_is_refused() {
 }
 
 #[test]
-#[should_panic = "a text is longer than its buffer"]
+#[should_panic = "the text is longer than its buffer"]
 fn text_longer_than_buffer_is_refused() {
     check_with::<TpdoArray<1, 2>>(|objects| {
         change(objects, 0x1008, 0, |object| {
@@ -173,47 +177,47 @@ fn text_longer_than_buffer_is_refused() {
 #[test]
 #[should_panic = "the name of a unit is longer than the buffer"]
 fn buffer_shorter_than_the_name_of_a_unit_is_refused() {
-    check_rows(&objects(), 4, NAME - 1, &parameters(0x180, 0x80));
+    check_texts(&objects(), NAME - 1);
 }
 
 #[test]
 #[should_panic = "more than 255 bytes"]
 fn buffer_of_more_than_255_bytes_is_refused() {
-    check_rows(&objects(), 4, 256, &parameters(0x180, 0x80));
+    check_texts(&objects(), 256);
 }
 
 #[test]
 fn buffer_of_255_bytes_is_accepted() {
-    check_rows(&objects(), 4, 255, &parameters(0x180, 0x80));
+    check_texts(&objects(), 255);
 }
 
 #[test]
-#[should_panic = "the capacity of the error history"]
+#[should_panic = "the capacity of the error history is"]
 fn history_with_other_capacity_is_refused() {
-    check_rows(&objects(), 5, NAME, &parameters(0x180, 0x80));
+    check_history(&objects(), 5);
 }
 
 #[test]
 #[should_panic = "the default COB-ID of the SYNC is not free"]
 fn restricted_cob_id_of_sync_is_refused() {
-    check_rows(&objects(), 4, NAME, &parameters(0x180, 0x101));
+    identifiers::check(&objects(), &parameters(0x180, 0x101));
 }
 
 #[test]
 #[should_panic = "the default COB-ID is not free"]
 fn cob_id_that_is_not_free_for_node_1_is_refused() {
-    check_rows(&objects(), 4, NAME, &parameters(0x17F, 0x80));
+    identifiers::check(&objects(), &parameters(0x17F, 0x80));
 }
 
 #[test]
 #[should_panic = "the default COB-ID is not free"]
 fn cob_id_that_is_not_free_for_node_127_is_refused() {
-    check_rows(&objects(), 4, NAME, &parameters(0x502, 0x80));
+    identifiers::check(&objects(), &parameters(0x502, 0x80));
 }
 
 #[test]
 fn cob_id_that_is_free_for_all_nodes_is_accepted() {
-    check_rows(&objects(), 4, NAME, &parameters(0x501, 0x80));
+    identifiers::check(&objects(), &parameters(0x501, 0x80));
 }
 
 #[test]
@@ -230,7 +234,8 @@ fn check_lss_with(permitted: Permitted, change: impl FnOnce(&mut Vec<Object>)) {
         permitted,
         ..profile::lss_node_id(ParameterId(0), 50)
     }];
-    check_lss(&objects, &parameters, ParameterId(0));
+    check_lss(&objects);
+    identifiers::check_node_id(&parameters, ParameterId(0), true);
 }
 
 #[test]
@@ -252,4 +257,161 @@ fn lss_without_serial_number_is_refused() {
 #[should_panic = "permits the node-ID 255"]
 fn lss_without_node_id_255_is_refused() {
     check_lss_with(Permitted::Range(1, 255), |_| {});
+}
+
+#[test]
+#[should_panic = "quantity 1: the application publishes fewer values"]
+fn more_quantities_than_published_values_are_refused() {
+    check_quantities(&QUANTITIES, 1);
+}
+
+#[test]
+#[should_panic = "quantity 0: the id of a quantity must be its index"]
+fn quantity_at_another_index_than_its_id_is_refused() {
+    let [_, other] = QUANTITIES;
+    check_quantities(&[other], 2);
+}
+
+#[test]
+#[should_panic = "object 2100h:02: the table has no parameter 5"]
+fn object_of_missing_parameter_is_refused() {
+    let objects = [Object::parameter(0x2100, 2, ParameterId(5))];
+    check_references(&objects, &parameters(0x180, 0x80), &QUANTITIES);
+}
+
+#[test]
+#[should_panic = "object 6010h:00: the application has no quantity 2"]
+fn object_of_missing_quantity_is_refused() {
+    check_references(&[Object::value(0x6010, 0, ValueId(2))], &[], &QUANTITIES);
+}
+
+#[test]
+fn each_mandatory_object_is_required() {
+    let objects = [
+        &[profile::device_type(1), profile::ERROR_REGISTER][..],
+        &profile::identity(1, 2, 3)[..2],
+    ]
+    .concat();
+    check_profile(&objects, &[], &[]);
+    for missing in 0..objects.len() {
+        let mut objects = objects.clone();
+        let Object { index, sub, .. } = objects.remove(missing);
+        let checked = std::panic::catch_unwind(|| check_profile(&objects, &[], &[]));
+        let message = checked.unwrap_err();
+        let message = message.downcast_ref::<std::string::String>().unwrap();
+        let expected =
+            std::format!("object {index:04X}h:{sub:02X}: each CANopen device has this object");
+        assert_eq!(*message, expected);
+    }
+}
+
+#[test]
+#[should_panic = "object 1017h:00: CiA 301 has another type for this object"]
+fn object_of_the_profile_with_another_type_is_refused() {
+    let objects = [
+        &[profile::device_type(1), profile::ERROR_REGISTER][..],
+        &[constant(0x1017, 0, "heartbeat", DataType::U8, 0)],
+        &profile::identity(1, 2, 3),
+    ]
+    .concat();
+    check_profile(&objects, &[], &[]);
+}
+
+#[test]
+#[should_panic = "object 1018h:00: the highest sub-index is 2, not 3"]
+fn other_number_than_the_highest_sub_index_is_refused() {
+    check_highest(&[
+        highest(0x1018, "record", DataType::U8, 3),
+        constant(0x1018, 1, "one", DataType::U32, 0),
+        constant(0x1018, 2, "other", DataType::U32, 0),
+    ]);
+}
+
+#[test]
+#[should_panic = "NODE_ID: the table has no parameter 9"]
+fn node_id_beyond_the_table_is_refused() {
+    identifiers::check_node_id(&parameters(0x180, 0x80), ParameterId(9), false);
+}
+
+#[test]
+#[should_panic = "parameter 4 \"COB-ID SYNC message\": the factory value is not a node-ID"]
+fn parameter_without_a_node_id_is_refused() {
+    identifiers::check_node_id(&parameters(0x180, 0x80), SYNC, false);
+}
+
+/// Checks the bit rates of a product with this parameter.
+fn check_bit_rate_with(permitted: Permitted, unit: u32) {
+    let parameter = Parameter {
+        permitted,
+        ..profile::bit_rate(ParameterId(0), 125)
+    };
+    let codes = &[(125, BitRate::K125), (250, BitRate::K250)];
+    identifiers::check_bit_rate(&[parameter], ParameterId(0), codes, unit);
+}
+
+#[test]
+fn permitted_numbers_with_a_bit_rate_are_accepted() {
+    check_bit_rate_with(Permitted::OneOf(&[125, 250]), 1);
+    check_bit_rate_with(Permitted::OneOf(&[125]), 1);
+    check_bit_rate_with(Permitted::Range(125, 125), 1);
+}
+
+#[test]
+#[should_panic = "parameter 0 \"Bit rate\": BIT_RATES has no bit rate for the permitted number 500"]
+fn permitted_number_without_a_bit_rate_is_refused() {
+    check_bit_rate_with(Permitted::OneOf(&[125, 500]), 1);
+}
+
+#[test]
+#[should_panic = "BIT_RATES has no bit rate for the permitted number 126"]
+fn range_with_a_number_without_a_bit_rate_is_refused() {
+    check_bit_rate_with(Permitted::Range(125, 126), 1);
+}
+
+#[test]
+#[should_panic = "BIT_RATES has no bit rate for the permitted number 125"]
+fn factory_value_in_another_unit_is_refused() {
+    check_bit_rate_with(Permitted::OneOf(&[125_000]), 1000);
+}
+
+#[test]
+#[should_panic = "permits numbers without a bit rate"]
+fn bit_rate_that_permits_all_numbers_is_refused() {
+    check_bit_rate_with(Permitted::Any, 1);
+}
+
+/// Checks the hidden parameters of a product with two errors, whose table ends with `last`.
+fn check_kept_with(last: &[Parameter]) {
+    let mut parameters = vec![
+        Parameter::new(ParameterId(0), "request", DataType::U8),
+        Parameter::new(ParameterId(1), "error 1", DataType::U16),
+    ];
+    parameters.extend(last);
+    let kept = Kept {
+        request: ParameterId(0),
+        history: ParameterId(1),
+    };
+    check_kept(&parameters, kept, 2);
+}
+
+const SECOND_ERROR: Parameter = Parameter::new(ParameterId(2), "error 2", DataType::U16);
+
+#[test]
+fn hidden_parameters_of_all_errors_are_accepted() {
+    check_kept_with(&[SECOND_ERROR]);
+}
+
+#[test]
+#[should_panic = "KEPT: the table has no parameter 2"]
+fn history_beyond_the_table_is_refused() {
+    check_kept_with(&[]);
+}
+
+#[test]
+#[should_panic = "parameter 2 \"error 2\": a hidden parameter is stored on save"]
+fn hidden_parameter_that_is_not_stored_is_refused() {
+    check_kept_with(&[Parameter {
+        persistence: Persistence::Volatile,
+        ..SECOND_ERROR
+    }]);
 }
