@@ -2,28 +2,64 @@
 
 use super::{I32x3, ONE_G};
 
-/// The Z component of the up vector above which the sensor does not lie on its back any more: 0.02 g, 1.15 deg.
+/// The Z component of the mean up vector above which the sensor does not lie on its back any more: 0.02 g, 1.15 deg.
 const UPRIGHT: i32 = ONE_G / 50;
 
+/// The number of consecutive samples that must contradict the judgement until it changes: 100 ms, longer than a shock.
+const DELAY: u8 = 20;
+
 /// Whether the sensor lies on its back.
+///
+/// The first sample is judged at once, so a sensor that starts on its back never looks level.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
-pub struct Overturned(bool);
+pub struct Overturned {
+    has_sample: bool,
+    is_overturned: bool,
+    /// The number of consecutive samples that contradict `is_overturned`.
+    contrary: u8,
+}
 
 impl Overturned {
-    /// Not on its back.
-    pub const INITIAL: Self = Self(false);
+    /// No sample yet. All its bits are 0.
+    pub const INITIAL: Self = Self {
+        has_sample: false,
+        is_overturned: false,
+        contrary: 0,
+    };
 
-    /// Processes an up vector, which must be filtered: a shock does not turn the sensor over. Returns true from a negative Z component on until it is above 0.02 g.
-    pub fn step(&mut self, up: I32x3) -> bool {
-        let least = if self.0 { UPRIGHT + 1 } else { 0 };
-        self.0 = up.z < least;
-        self.0
+    /// Processes a sample: the up vector, and its mean behind the low-pass of [`Plausibility`](super::plausibility::Plausibility). Returns
+    /// true from 100 ms of a negative Z component on, until the one of the mean has been above 0.02 g for 100 ms.
+    ///
+    /// The mean alone would be late when the sensor turns over, and the up vector alone would change its sign under vibration. A shock of 8 g
+    /// for 20 ms keeps the mean negative for less than 100 ms.
+    pub fn step(&mut self, up: I32x3, mean: I32x3) -> bool {
+        let contradicts = if self.is_overturned {
+            mean.z > UPRIGHT
+        } else {
+            up.z < 0 || mean.z < 0
+        };
+        self.contrary = if contradicts { self.contrary + 1 } else { 0 };
+        if contradicts && (self.contrary >= DELAY || !self.has_sample) {
+            self.is_overturned = !self.is_overturned;
+            self.contrary = 0;
+        }
+        self.has_sample = true;
+        self.is_overturned
+    }
+
+    /// The next sample is judged at once: after missing samples.
+    pub fn restart(&mut self) {
+        *self = Self::INITIAL;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn along_z(z: i32) -> I32x3 {
+        I32x3 { x: 7, y: 8, z }
+    }
 
     #[test]
     fn sensor_is_overturned_below_0_and_upright_above_0_02_g() {
@@ -40,7 +76,47 @@ mod tests {
             (i32::MIN, true),
             (i32::MAX, false),
         ] {
-            assert_eq!(overturned.step(I32x3 { x: 7, y: 8, z }), expected, "{z}");
+            let mut judged = false;
+            for _ in 0..20 {
+                judged = overturned.step(along_z(z), along_z(z));
+            }
+            assert_eq!(judged, expected, "{z}");
+        }
+    }
+
+    #[test]
+    fn judgement_of_first_sample_comes_at_once_and_changes_after_100_ms() {
+        let mut overturned = Overturned::INITIAL;
+        assert!(overturned.step(along_z(-1), along_z(-1)));
+        for (z, expected) in [(ONE_G, false), (-ONE_G, true), (ONE_G, false)] {
+            for sample in 1..20 {
+                let judged = overturned.step(along_z(z), along_z(z));
+                assert_eq!(judged, !expected, "{sample}");
+            }
+            assert_eq!(overturned.step(along_z(z), along_z(z)), expected);
+        }
+        overturned.restart();
+        assert!(overturned.step(along_z(-1), along_z(-1)), "missing samples");
+    }
+
+    #[test]
+    fn sign_of_the_vector_counts_as_well_as_that_of_the_mean() {
+        let [below, above] = [-ONE_G, ONE_G].map(along_z);
+        let mut overturned = Overturned::INITIAL;
+        overturned.step(above, above);
+        // The sensor turns over: the mean follows. Then it vibrates.
+        for sample in 1..20 {
+            let mean = if sample < 11 { above } else { below };
+            let up = if sample < 12 || sample % 2 == 0 {
+                below
+            } else {
+                above
+            };
+            assert!(!overturned.step(up, mean), "{sample}");
+        }
+        assert!(overturned.step(above, below));
+        for _ in 0..100 {
+            assert!(overturned.step(above, below), "shocks");
         }
     }
 }

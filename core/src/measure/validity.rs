@@ -35,7 +35,7 @@ impl Validity {
         self.is_current = true;
         self.clips = self.clipping.step(clipped);
         self.is_defective = self.plausibility.step(acceleration);
-        self.is_overturned = self.overturned.step(self.plausibility.mean());
+        self.is_overturned = self.overturned.step(acceleration, self.plausibility.mean());
     }
 
     /// Samples are missing.
@@ -43,6 +43,7 @@ impl Validity {
         self.is_current = false;
         self.is_defective = true;
         self.plausibility.restart();
+        self.overturned.restart();
     }
 
     /// The mean acceleration is 1 g within 0.05 g: there is no long acceleration besides gravity.
@@ -60,7 +61,7 @@ impl Validity {
         self.is_defective
     }
 
-    /// The sensor lies on its back, behind the low-pass of [`Plausibility`]. It is out of its range if it has two axes.
+    /// The sensor lies on its back for 100 ms. It is out of its range if it has two axes.
     pub fn is_overturned(&self) -> bool {
         self.is_overturned
     }
@@ -74,7 +75,7 @@ impl Validity {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::measure::ONE_G;
+    use crate::measure::{ONE_G, RANGE};
 
     const LEVEL: I32x3 = I32x3 {
         x: 0,
@@ -124,15 +125,30 @@ mod tests {
     #[test]
     fn shock_does_not_turn_the_sensor_over() {
         let along_z = |z| I32x3 { x: 0, y: 0, z };
+        // Level, then on its back. 8 g for 20 ms, twice a second.
         let mut validity = Validity::INITIAL;
-        for n in 0..1000 {
-            let shock = if n % 100 < 96 { 1 } else { -2 };
-            validity.step(along_z(shock * ONE_G), false);
-            assert!(!validity.is_overturned(), "sample {n}");
+        for (gravity, shock, expected) in [(ONE_G, -RANGE, false), (-ONE_G, RANGE - 1, true)] {
+            (0..100).for_each(|_| validity.step(along_z(gravity), false));
+            for n in 0..1000 {
+                let z = if n % 100 < 96 { gravity } else { shock };
+                validity.step(along_z(z), false);
+                assert_eq!(validity.is_overturned(), expected, "sample {n}");
+            }
         }
-        for _ in 0..20 {
+    }
+
+    #[test]
+    fn sensor_that_turns_over_is_overturned_after_100_ms() {
+        let along_z = |z| I32x3 { x: 0, y: 0, z };
+        let mut validity = Validity::INITIAL;
+        (0..100).for_each(|_| validity.step(along_z(ONE_G), false));
+        for n in 1..=20 {
             validity.step(along_z(-ONE_G), false);
+            assert_eq!(validity.is_overturned(), n == 20, "sample {n}");
         }
-        assert!(validity.is_overturned());
+        // At power-up, and after missing samples, at once.
+        validity.stale();
+        validity.step(along_z(ONE_G), false);
+        assert!(!validity.is_overturned());
     }
 }

@@ -124,13 +124,13 @@ fn dead_accelerometer_sets_the_sensor_error_at_power_up_and_after_half_a_second(
     assert_eq!(rig.poll()[1], ERRORS);
 }
 
-/// At 30 deg about Y, with a shock of 3 g along the vertical for 20 ms, twice a second.
-struct Digging;
+/// At 30 deg about Y, with a shock along the vertical for 20 ms, twice a second, during which the acceleration is this one in g.
+struct Digging(f64);
 
 impl Motion for Digging {
     fn reading(&mut self, now: Instant) -> Reading {
         let g = if now.ticks() % 500_000 < 20_000 {
-            4.0
+            self.0
         } else {
             1.0
         };
@@ -150,7 +150,9 @@ fn repeated_shocks_of_3_g_change_neither_angle_nor_status() {
     for kind in [1, 2] {
         let mut rig = quick();
         rig.write(&[fsc::WRITE_FILTER, 0xD0, 0x07, kind]);
-        rig.bus.device_mut(rig.sensor).set_motion(Box::new(Digging));
+        rig.bus
+            .device_mut(rig.sensor)
+            .set_motion(Box::new(Digging(4.0)));
         rig.run(4000);
         for _ in 0..100 {
             rig.run(17);
@@ -160,6 +162,47 @@ fn repeated_shocks_of_3_g_change_neither_angle_nor_status() {
             assert!(angle(&reply, 4).abs_diff(0) <= 1, "{reply:02X?}");
         }
     }
+}
+
+/// They do not turn the sensor over.
+#[test]
+fn repeated_shocks_of_6_g_against_gravity_do_not_change_the_status() {
+    let mut rig = quick();
+    let device = rig.bus.device_mut(rig.sensor);
+    device.set_motion(Box::new(Digging(-6.0)));
+    rig.run(100);
+    for _ in 0..400 {
+        rig.run(7);
+        let reply = rig.poll();
+        assert_eq!(reply[1], 0, "{reply:02X?}");
+    }
+}
+
+/// Level, it turns over within a sample.
+#[test]
+fn sensor_that_turns_over_is_out_of_range_within_120_ms() {
+    let mut rig = quick();
+    let turned = Reading {
+        acceleration: I32x3 {
+            x: 0,
+            y: 0,
+            z: -ONE_G,
+        },
+        temperature: 2500,
+        ..Reading::default()
+    };
+    let device = rig.bus.device_mut(rig.sensor);
+    device.set_motion(Box::new(turned));
+    let start = rig.bus.now().ticks();
+    while rig.poll()[1] != ERRORS {
+        rig.run(1);
+    }
+    let took = rig.bus.now().ticks() - start;
+    println!("out of range {took} us after the motion");
+    assert!((90_000..=120_000).contains(&took), "{took} us");
+    rig.power_cycle();
+    let boot_up = rig.expect(REPLY, 1000);
+    assert_eq!(boot_up.bytes()[1], ERRORS, "at power-up at once");
 }
 
 #[test]

@@ -82,6 +82,35 @@ fn two_axis_sensor_on_its_back_is_out_of_range() {
     assert_eq!(errors(&mut tester), 0);
 }
 
+/// Level and on its back: a shock of 6 g against gravity for 20 ms, twice a second, for 10 s.
+#[test]
+fn shocks_do_not_change_the_judgement_of_a_sensor_on_its_back() {
+    for (gravity, expected) in [(ONE_G, 0), (-ONE_G, BOTH)] {
+        let mut tester = is2();
+        tester.rest(0, 0, gravity);
+        for sample in 0..2000 {
+            let g = if sample % 100 < 4 { -6 } else { 1 };
+            tester.hold([0, 0, g * gravity], 1);
+            assert_eq!(errors(&mut tester), expected, "sample {sample}");
+        }
+    }
+}
+
+#[test]
+fn sensor_that_turns_over_is_out_of_range_after_100_ms_and_at_power_up_at_once() {
+    let mut tester = is2();
+    tester.rest(0, 0, ONE_G);
+    tester.hold([0, 0, -ONE_G], 19);
+    assert_eq!(errors(&mut tester), 0);
+    tester.hold([0, 0, -ONE_G], 1);
+    assert_eq!(errors(&mut tester), BOTH);
+    tester.power_cycle();
+    tester.receive(Frame::data(standard(0x7FF), &[]).unwrap());
+    for frame in tester.sent() {
+        assert_eq!(frame.bytes()[1] & BOTH, BOTH, "{frame:?}");
+    }
+}
+
 /// What happens before a request, with its name.
 type Case = (&'static str, fn(&mut FscTester<TwoAxes>));
 
