@@ -327,12 +327,11 @@ impl Sectors for Flash {
 impl Flash {
     /// Unlocks the control register and clears earlier errors, which would otherwise be reported for this operation.
     fn unlock(&mut self) {
-        if self.0.cr().read().lock().bit_is_set() {
-            // SAFETY: the two unlock keys of RM0390 in their order.
-            self.0.keyr().write(|w| unsafe { w.bits(0x4567_0123) });
-            // SAFETY: as above.
-            self.0.keyr().write(|w| unsafe { w.bits(0xCDEF_89AB) });
-        }
+        // Each operation has locked it, so LOCK, which reads 0 in some clones, is not read.
+        // SAFETY: the two unlock keys of RM0390 in their order.
+        self.0.keyr().write(|w| unsafe { w.bits(0x4567_0123) });
+        // SAFETY: as above.
+        self.0.keyr().write(|w| unsafe { w.bits(0xCDEF_89AB) });
         // SAFETY: the error flags (bits 1 and 4 to 7) are cleared by writing 1.
         self.0.sr().write(|w| unsafe { w.bits(ERRORS) });
     }

@@ -93,9 +93,9 @@ pub fn is_idle() -> bool {
 /// Puts a frame into an empty mailbox.
 pub fn put(frame: &Frame) {
     let registers = registers();
-    // With an empty mailbox, CODE is its number.
-    let number = registers.tsr().read().code().bits();
-    let Some(mailbox) = registers.tx_iter().nth(number.into()) else {
+    // The lowest empty one. CODE would be its number, but it is always 0 in some clones of the STM32F103.
+    let number = empty(&registers).trailing_zeros();
+    let Some(mailbox) = registers.tx_iter().nth(number as usize) else {
         return;
     };
     let identifier = match frame.id() {

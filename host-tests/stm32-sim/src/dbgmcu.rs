@@ -6,12 +6,10 @@
 
 use super::chip::Chip;
 use super::io::AccessError;
+use super::silicon::Silicon;
 
 /// The first address.
 pub const BASE: u32 = 0xE004_2000;
-
-/// DBGMCU_IDCODE of the STM32F446, revision A.
-const IDENTIFIER: u32 = 0x1000_6421;
 
 /// The bits of DBGMCU_CR, and on the STM32F446 of DBGMCU_APB1_FZ and DBGMCU_APB2_FZ.
 const F103_BITS: [u32; 3] = [0x7E3F_FFE7, 0, 0];
@@ -21,6 +19,10 @@ const F446_BITS: [u32; 3] = [0x0000_00E7, 0x07E0_1DFF, 0x0007_0003];
 #[derive(Clone, Copy, Debug)]
 pub struct Dbgmcu {
     chip: Chip,
+    /// DBGMCU_IDCODE.
+    identity: u32,
+    /// A program can read the registers.
+    reads: bool,
     /// DBGMCU_CR, and on the STM32F446 DBGMCU_APB1_FZ and DBGMCU_APB2_FZ.
     registers: [u32; 3],
 }
@@ -28,10 +30,24 @@ pub struct Dbgmcu {
 impl Dbgmcu {
     /// After power-on.
     pub fn new(chip: Chip) -> Self {
-        Self {
+        let mut registers = Self {
             chip,
+            identity: 0,
+            reads: false,
             registers: [0; 3],
-        }
+        };
+        registers.set_silicon(&Silicon::genuine(chip));
+        registers
+    }
+
+    /// A power-on reset.
+    pub fn power_on(&mut self) {
+        self.registers = [0; 3];
+    }
+
+    /// Selects the behaviour in which chips differ.
+    pub fn set_silicon(&mut self, silicon: &Silicon) {
+        (self.identity, self.reads) = (silicon.identity, silicon.debug_reads);
     }
 
     /// True if the watchdog stops while the processor is halted.
@@ -52,12 +68,12 @@ impl Dbgmcu {
 
     /// Reads the register at `offset`.
     pub fn read(&self, offset: u32) -> Result<u32, AccessError> {
-        match (self.chip, offset) {
-            (Chip::F103, 0x00 | 0x04) => Ok(0),
-            (Chip::F446, 0x00) => Ok(IDENTIFIER),
-            (Chip::F446, 0x04 | 0x08 | 0x0C) => Ok(self.registers[offset as usize / 4 - 1]),
-            _ => Err(AccessError::Unmapped),
-        }
+        let value = match (self.chip, offset) {
+            (_, 0x00) => self.identity,
+            (_, 0x04) | (Chip::F446, 0x08 | 0x0C) => self.registers[offset as usize / 4 - 1],
+            _ => return Err(AccessError::Unmapped),
+        };
+        Ok(if self.reads { value } else { 0 })
     }
 
     /// Writes the register at `offset`.

@@ -12,6 +12,7 @@ use super::chip::Chip;
 use super::cortex_m::timing::FlashTiming;
 use super::io::{AccessError, Width};
 use super::pwr::Supply;
+use super::silicon::Silicon;
 use super::timebase::Picoseconds;
 use super::violation::Violations;
 use bench::{Flash, FlashError};
@@ -42,6 +43,10 @@ pub struct FlashInterface {
     /// The supply in mV below which the microcontroller is reset.
     reset_level: u32,
     times: Times,
+    /// FLASH_CR.LOCK can be read.
+    lock_reads: bool,
+    /// The memory has the wait states of FLASH_ACR.
+    waits: bool,
 }
 
 impl FlashInterface {
@@ -70,7 +75,14 @@ impl FlashInterface {
             supply: Supply::default(),
             reset_level: 0,
             times: Times::typical(chip),
+            lock_reads: true,
+            waits: true,
         }
+    }
+
+    /// Selects the behaviour in which chips differ.
+    pub fn set_silicon(&mut self, silicon: &Silicon) {
+        (self.lock_reads, self.waits) = (silicon.lock_reads, silicon.waits);
     }
 
     /// A reset; the memory stays.
@@ -79,6 +91,8 @@ impl FlashInterface {
         std::mem::swap(&mut memory, &mut self.parameters);
         *self = Self {
             times: self.times,
+            lock_reads: self.lock_reads,
+            waits: self.waits,
             ..Self::new(self.chip, memory)
         };
     }
@@ -145,7 +159,11 @@ impl FlashInterface {
             Chip::F446 => (f446::LATENCY, f446::PREFETCH),
         };
         FlashTiming {
-            wait_states: (self.acr & latency) as u8,
+            wait_states: if self.waits {
+                (self.acr & latency) as u8
+            } else {
+                0
+            },
             prefetch: self.acr & prefetch != 0,
         }
     }

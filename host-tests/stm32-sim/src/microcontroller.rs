@@ -17,6 +17,7 @@ use super::flash::Work;
 use super::peripherals::Peripherals;
 use super::rcc::ResetCause;
 use super::signature::unique_id;
+use super::silicon::Silicon;
 use bench::motion::Motion;
 use bench::thermal::Heated;
 use bench::{Flash, NodeType, Sensor};
@@ -111,16 +112,10 @@ impl Microcontroller {
     ) -> Self {
         let chip = image.chip();
         let facts = chip.facts();
-        let mut core = CortexM3::with(facts.processor, facts.memory);
-        for segment in image.segments() {
-            let address = segment.load_address;
-            let loaded = core.load(address, &segment.bytes);
-            assert!(loaded, "parse has checked the segments: {address:#010x}");
-        }
-        Self {
+        let new = Self {
             name,
             image,
-            core,
+            core: CortexM3::with(facts.processor, facts.memory),
             io: Peripherals::new(chip, unique_id(serial), flash, motion),
             heated: None,
             on: false,
@@ -138,7 +133,21 @@ impl Microcontroller {
             halted: false,
             noted: Cell::new(None),
             disturbed: false,
+        };
+        new.with_silicon(&Silicon::genuine(chip))
+    }
+
+    /// The same with the behaviour of this silicon.
+    pub fn with_silicon(mut self, silicon: &Silicon) -> Self {
+        self.core.set_silicon(silicon.processor, silicon.flash);
+        for segment in self.image.segments() {
+            let address = segment.load_address;
+            let loaded = self.core.load(address, &segment.bytes);
+            assert!(loaded, "parse has checked the segments: {address:#010x}");
         }
+        self.io.set_silicon(silicon);
+        self.parameters_touched = true;
+        self
     }
 
     /// The same with an accelerometer without noise ([`set_quiet`](crate::ism330dhcx::Ism330dhcx::set_quiet)).

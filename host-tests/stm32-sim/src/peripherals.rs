@@ -22,6 +22,7 @@ use super::iwdg::Iwdg;
 use super::pwr::Pwr;
 use super::rcc::{Rcc, ResetCause};
 use super::signature::Signature;
+use super::silicon::Silicon;
 use super::spi::Spi;
 use super::timebase::Picoseconds;
 use super::timer::Timer;
@@ -111,6 +112,13 @@ impl Peripherals {
         }
     }
 
+    /// Selects the behaviour in which chips differ, from the next reset on.
+    pub fn set_silicon(&mut self, silicon: &Silicon) {
+        self.can.set_silicon(silicon.can);
+        self.flash.set_silicon(silicon);
+        self.dbgmcu.set_silicon(silicon);
+    }
+
     /// A reset at `cycle`; cycles and time continue.
     pub fn reset(&mut self, cycle: u64, cause: ResetCause) {
         self.rcc.reset(cycle, cause);
@@ -133,7 +141,7 @@ impl Peripherals {
         self.can.power_on();
         self.reset(cycle, ResetCause::PowerOn);
         self.imu.power_on(time);
-        self.dbgmcu = Dbgmcu::new(self.chip);
+        self.dbgmcu.power_on();
     }
 
     /// The microcontroller.

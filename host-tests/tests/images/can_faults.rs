@@ -87,7 +87,7 @@ pub fn reset_of_controller_can_take_any_time() {
         println!("{reset:?}");
         let mut rig = detecting(Silicon {
             reset,
-            ..Silicon::default()
+            ..silicon().can
         });
         detect(&mut rig);
         assert_works(&mut rig);
@@ -100,7 +100,7 @@ fn changes_of_mode_can_take_any_time() {
         println!("{mode} cycles");
         let mut rig = detecting(Silicon {
             mode,
-            ..Silicon::default()
+            ..silicon().can
         });
         detect(&mut rig);
         assert_works(&mut rig);
@@ -113,7 +113,7 @@ fn frame_is_received_once_when_release_of_mailbox_takes_time() {
         println!("{release} cycles");
         let mut rig = detecting(Silicon {
             release,
-            ..Silicon::default()
+            ..silicon().can
         });
         detect(&mut rig);
         assert_works(&mut rig);
@@ -128,7 +128,7 @@ fn frame_is_received_once_when_release_of_mailbox_takes_time() {
 
 #[test]
 fn bus_errors_during_bit_rate_detection_are_not_reported() {
-    let mut rig = detecting(Silicon::default());
+    let mut rig = detecting(silicon().can);
     // The receive error counter reaches its maximum.
     rig.bus.hold_dominant(ms(5));
     rig.run(20);
@@ -144,7 +144,7 @@ pub fn transmit_output_that_locks_in_silent_mode_never_reaches_the_bus() {
     for uses in [0, 1, 2] {
         let mut rig = detecting(Silicon {
             lock_after: Some(uses),
-            ..Silicon::default()
+            ..silicon().can
         });
         for start in 0..4 {
             println!("locks after {uses}, start {start}");
@@ -164,7 +164,7 @@ pub fn filters_do_not_depend_on_can2sb() {
     for filter_master in [0, 0x3F00, 0x2A1C_0E00] {
         let mut rig = detecting(Silicon {
             filter_master,
-            ..Silicon::default()
+            ..silicon().can
         });
         detect(&mut rig);
         assert_works(&mut rig);
@@ -193,7 +193,7 @@ fn dominant_bus_during_bit_rate_detection_only_delays_the_start() {
     for reset in [ResetTime::Cycles(64), ResetTime::Endless] {
         let mut rig = detecting(Silicon {
             reset,
-            ..Silicon::default()
+            ..silicon().can
         });
         for phase in [10, 40, 80, 100, 110] {
             // The wire becomes dominant in or after a frame, and the frame makes the sensor change the bit rate.
@@ -237,7 +237,7 @@ fn dominant_bus_during_recovery_from_bus_off_only_delays_the_recovery() {
             let mut rig = Rig::booted_with("is2", RATE, &[&[fsc::WRITE_BUS_OFF_RECOVERY, 1]]);
             rig.io().0.can.set_silicon(Silicon {
                 reset,
-                ..Silicon::default()
+                ..silicon().can
             });
             rig.bus.corrupt(32, Some(Source::Device(rig.sensor)));
             rig.send(&[fsc::INCLINATION]);
@@ -277,7 +277,7 @@ fn dominant_bus_while_leaving_the_bus_only_delays_the_change() {
             rig.expect(BOOT_UP, 1_000);
             rig.io().0.can.set_silicon(Silicon {
                 reset,
-                ..Silicon::default()
+                ..silicon().can
             });
             rig.bus.send(tester, request);
             rig.wait_until(10, 10, |rig| rig.bus.queued(rig.tester) == 0);

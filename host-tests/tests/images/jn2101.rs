@@ -1,6 +1,6 @@
 //! The image of the JN2101.
 
-use crate::rig::{blank, image};
+use crate::rig::{blank, part};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Sensor};
 use can_wire::text::frame;
@@ -24,7 +24,7 @@ fn level(temperature: i16) -> Box<Reading> {
 }
 
 fn microcontroller(serial: u32, motion: Box<dyn Motion>) -> Microcontroller {
-    Microcontroller::new("jn2101", image("jn2101"), serial, blank(), motion).quiet()
+    part("jn2101", serial, blank(), motion)
 }
 
 /// A sensor and a tester on a bus with 125 kbit/s.
@@ -125,6 +125,18 @@ fn sensor_reset_is_answered_and_keeps_the_unsaved_node_id() {
 }
 
 /// A reply that is sent before the CAN controller changes its filters is not lost.
+/// Both leave one after the other, so two mailboxes have a frame.
+#[test]
+pub fn sync_is_answered_with_both_tpdos() {
+    let mut bench = Bench::new(level(2500));
+    bench.exchange("000#010A");
+    for _ in 0..10 {
+        let frames = bench.exchange("080#");
+        let identifiers: Vec<_> = frames.iter().map(|frame| &frame[..3]).collect();
+        assert_eq!(identifiers, ["18A", "28A"]);
+    }
+}
+
 #[test]
 fn new_sync_identifier_is_confirmed_and_in_force() {
     let mut bench = Bench::new(level(25_00));

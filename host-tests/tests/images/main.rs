@@ -1,8 +1,22 @@
 //! The images that are flashed, run on the simulated microcontroller: what only the chip can get wrong, and the recorded traces.
-//! The tests run with the images for the Blue Pill. `nucleo.rs` lists those that also run with the images for the Nucleo.
+//! The tests run with the images for the Blue Pill, on the worst silicon that is sold as its microcontroller. `nucleo.rs` lists those that
+//! also run with the images for the Nucleo, `genuine.rs` those that also run on a microcontroller of ST.
 
 mod rig;
 
+/// Tests that also run on another board or silicon.
+macro_rules! also {
+    ($on:path; $($module:ident: $($test:ident),+;)+) => {
+        $(mod $module {
+            $(#[test]
+            fn $test() {
+                $on(crate::$module::$test);
+            })+
+        })+
+    };
+}
+
+mod genuine;
 mod nucleo;
 
 mod accelerometer;

@@ -2,21 +2,8 @@
 //! watchdog, debug registers, flash, supply monitor, ADC, reset causes, vector table, filters that two controllers share, and the
 //! timing of the Cortex-M4.
 
-use crate::rig::on;
-use stm32_sim::chip::Chip;
-
-macro_rules! also_on_the_nucleo {
-    ($($module:ident: $($test:ident),+;)+) => {
-        $(mod $module {
-            $(#[test]
-            fn $test() {
-                super::on(super::Chip::F446, crate::$module::$test);
-            })+
-        })+
-    };
-}
-
-also_on_the_nucleo! {
+also! {
+    crate::rig::on_the_nucleo;
     accelerometer:
         accelerometer_failure_is_reported_within_200_ms_and_cleared_after_recovery,
         i2c_of_the_accelerometer_is_disabled;

@@ -7,7 +7,7 @@ mod board;
 pub mod ims360;
 mod parameters;
 
-pub use board::{IMAGES, chip, elf, on};
+pub use board::{IMAGES, chip, elf, on_genuine_silicon, on_the_nucleo, silicon};
 pub use parameters::*;
 
 use bench::motion::Motion;
@@ -43,8 +43,18 @@ pub fn tilt(name: &str, x: f64, y: f64) -> Box<dyn Motion> {
 
 /// A microcontroller with the image of a product, tilted by 10 and 5 degrees. Its accelerometer has no noise, so each angle is exact.
 pub fn microcontroller(name: &str, flash: Flash) -> Microcontroller {
-    let motion = tilt(name, 10.0, 5.0);
-    Microcontroller::new(node_type(name).name, image(name), SERIAL, flash, motion).quiet()
+    part(node_type(name).name, SERIAL, flash, tilt(name, 10.0, 5.0))
+}
+
+/// A microcontroller with the image of a product, this serial number and this motion. Its accelerometer has no noise.
+pub fn part(
+    name: &'static str,
+    serial: u32,
+    flash: Flash,
+    motion: Box<dyn Motion>,
+) -> Microcontroller {
+    let part = Microcontroller::new(name, image(name), serial, flash, motion);
+    part.with_silicon(&silicon()).quiet()
 }
 
 /// Free flash after the program, for code of a test.

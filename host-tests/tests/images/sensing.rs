@@ -1,6 +1,6 @@
 //! Gyroscope and supply, with the program that checks them on a board (`firmware-stm32/src/bin/sensing.rs`).
 
-use crate::rig::{blank, chip, image};
+use crate::rig::{blank, chip, part};
 use bench::motion::Motion;
 use bench::{AdapterId, Bus, BusRate, DeviceId};
 use plumbline::can::{BitRate, Frame, standard};
@@ -69,8 +69,7 @@ impl Bench {
     /// In operational, at 0.2 s.
     fn new(motion: Box<dyn Motion>, prepare: impl FnOnce(&mut Microcontroller)) -> Self {
         let mut bus = Bus::new(BusRate::Fixed(BitRate::K250));
-        let mut microcontroller =
-            Microcontroller::new("sensing", image("sensing"), 1, blank(), motion).quiet();
+        let mut microcontroller = part("sensing", 1, blank(), motion);
         prepare(&mut microcontroller);
         let sensor = bus.attach(microcontroller);
         let tester = bus.adapter();

@@ -1,12 +1,11 @@
 //! The rise time of the TILTIX with the clock of the accelerometer.
 
-use crate::rig::{blank, image, tilt};
+use crate::rig::{blank, part, tilt};
 use bench::{AdapterId, Bus, BusRate, DeviceId};
 use host_tests::effort;
 use host_tests::rise_time::{FILTERS, Filter, check, rise_time};
 use plumbline::can::{Frame, standard};
 use plumbline::time::{after, millis};
-use stm32_sim::Microcontroller;
 
 /// A sensor at rest that is on-line with its factory MAC ID 63, and a master.
 pub struct Bench {
@@ -19,8 +18,7 @@ impl Bench {
     pub fn new(name: &'static str, x: f64, y: f64) -> Self {
         let mut bus = Bus::new(BusRate::Follow);
         let motion = tilt(name, x, y);
-        let sensor =
-            bus.attach(Microcontroller::new(name, image(name), 1, blank(), motion).quiet());
+        let sensor = bus.attach(part(name, 1, blank(), motion));
         let master = bus.adapter();
         bus.open(master, None, false);
         let mut bench = Self {
@@ -69,8 +67,7 @@ impl Bench {
 /// The rise time of the image with this clock error of the accelerometer in percent.
 fn of_image(filter: Filter, clock: i32) -> f64 {
     rise_time(filter, |bus, motion| {
-        let mut sensor =
-            Microcontroller::new("tiltix080", image("tiltix080"), 1, blank(), motion).quiet();
+        let mut sensor = part("tiltix080", 1, blank(), motion);
         sensor.io_mut().imu.set_clock_deviation(0, clock.into());
         bus.attach(sensor);
     })

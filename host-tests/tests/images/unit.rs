@@ -1,13 +1,12 @@
 //! The identity of a unit in the flash of the image, beside its parameters.
 
-use crate::rig::{blank, chip, image, tilt};
+use crate::rig::{blank, chip, part, tilt};
 use bench::{Bus, BusRate, Flash};
 use host_tests::store_file;
 use plumbline::can::{BitRate, Frame, standard};
 use plumbline::model::catalog::find;
 use plumbline::store::{Name, Unit};
 use plumbline::time::{after, millis};
-use stm32_sim::Microcontroller;
 
 /// The memory that `plumbline identity --store` writes.
 fn memory(product: &str, unit: &Unit) -> Flash {
@@ -26,7 +25,7 @@ fn frames(product: &'static str, unit: &Unit, wait: u32, requests: &[(u16, &[u8]
     let mut bus = Bus::new(BusRate::Fixed(BitRate::K125));
     let motion = tilt(product, 0.0, 0.0);
     let flash = memory(product, unit);
-    bus.attach(Microcontroller::new(product, image(product), 1, flash, motion).quiet());
+    bus.attach(part(product, 1, flash, motion));
     let master = bus.adapter();
     bus.open(master, None, false);
     bus.run_until(after(bus.now(), millis(wait)));

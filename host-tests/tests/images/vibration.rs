@@ -1,12 +1,11 @@
 //! Vibration behind the filters of the flashed image, at the clock errors of the accelerometer. `sensor/vibration.rs` has all frequencies
 //! and filters, with a sensor built for the PC.
 
-use crate::rig::{fixed, image, node_type};
+use crate::rig::{fixed, node_type, part};
 use host_tests::effort;
 use host_tests::vibration::{
     CUTOFFS, FREQUENCIES, RATE, SHORTEST, Shaker, check_cutoffs, check_residue,
 };
-use stm32_sim::Microcontroller;
 
 /// Frequencies beside a multiple of the 200 readings in a second, which a wrong conversion of the data rate turns into slow motions, and the
 /// highest one.
@@ -17,8 +16,7 @@ fn shaker(clock: i32) -> Shaker {
     let name = node_type("is2").name;
     Shaker::new(|bus, motion| {
         let memory = fixed(name, RATE);
-        let mut microcontroller =
-            Microcontroller::new(name, image(name), 1, memory, motion).quiet();
+        let mut microcontroller = part(name, 1, memory, motion);
         let accelerometer = &mut microcontroller.io_mut().imu;
         accelerometer.set_clock_deviation(0, clock.into());
         bus.attach(microcontroller);

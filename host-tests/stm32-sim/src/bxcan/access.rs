@@ -2,7 +2,7 @@
 
 use super::registers::Register;
 use super::timing::Timing;
-use super::{BTR_HISTORY, BxCan, mode, silicon, timing};
+use super::{BTR_HISTORY, BxCan, mode, silicon, timing, transmit};
 use crate::io::AccessError;
 use can_wire::protocol::Picoseconds;
 
@@ -25,7 +25,14 @@ impl BxCan {
         Ok(match register {
             Register::MasterControl => self.read_control(),
             Register::MasterStatus => self.master_status(),
-            Register::TransmitStatus => state.transmitter.status(state.control.order()),
+            Register::TransmitStatus => {
+                let status = state.transmitter.status(state.control.order());
+                if self.silicon.mailbox_code {
+                    status
+                } else {
+                    status & !transmit::CODE
+                }
+            }
             Register::ReceiveFifo(fifo) => state.fifos[fifo].status(),
             Register::InterruptEnable => state.status.enabled(),
             Register::ErrorStatus => state.status.error_status(),

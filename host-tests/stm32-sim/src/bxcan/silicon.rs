@@ -7,6 +7,8 @@
 //! - In silent mode the transmit output can become dominant and stay so until a reset by RCC (libcyphal, pull request 69: after
 //!   repeated resets, when a frame is seen).
 //! - CAN_FMR has a field CAN2SB on some chips (stm32-rs: 2A1C0E01h after a reset on the STM32F103; 0 on others).
+//! - CAN_TSR.CODE is always 0 in some clones, in which the TME bits work (katapult, issue 11: GD32F103; STM32_CAN, issue 54:
+//!   CS32F103).
 
 use can_wire::protocol::Picoseconds;
 
@@ -40,6 +42,8 @@ pub struct Silicon {
     pub lock_after: Option<u32>,
     /// CAN_FMR after a reset, without FINIT. CAN2SB is writable if the banks are shared with CAN2.
     pub filter_master: u32,
+    /// CAN_TSR.CODE has the number of a mailbox; otherwise it is always 0.
+    pub mailbox_code: bool,
 }
 
 impl Default for Silicon {
@@ -50,6 +54,19 @@ impl Default for Silicon {
             release: 2,
             lock_after: Some(1),
             filter_master: GENUINE_FILTER_MASTER,
+            mailbox_code: true,
+        }
+    }
+}
+
+impl Silicon {
+    /// The behaviour with which a driver can rely on the least.
+    pub fn worst() -> Self {
+        Self {
+            lock_after: Some(0),
+            filter_master: 0,
+            mailbox_code: false,
+            ..Self::default()
         }
     }
 }

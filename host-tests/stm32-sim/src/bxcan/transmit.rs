@@ -26,6 +26,8 @@ const LOST_ARBITRATION: u32 = 1 << 2;
 const FAILED: u32 = 1 << 3;
 const RESULTS: u32 = COMPLETED | SUCCEEDED | LOST_ARBITRATION | FAILED;
 const ABORT: u32 = 1 << 7;
+/// CODE.
+pub(super) const CODE: u32 = 0b11 << 24;
 
 /// The order in which the mailboxes are sent (CAN_MCR.TXFP).
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

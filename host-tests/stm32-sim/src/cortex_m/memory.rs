@@ -47,6 +47,11 @@ impl Memory {
         }
     }
 
+    /// Replaces the flash by an erased one of this size.
+    pub fn set_flash(&mut self, size: usize) {
+        self.flash = vec![0xFF; size].into();
+    }
+
     /// True for an address in flash, also in the alias at 0.
     pub fn is_flash(&self, address: u32) -> bool {
         flash_offset(address).is_some_and(|offset| offset < self.flash.len())

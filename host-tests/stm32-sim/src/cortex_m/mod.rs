@@ -69,6 +69,8 @@ pub enum Pause {
 #[derive(Clone, Debug)]
 pub struct CortexM3 {
     model: Model,
+    /// CPUID.
+    identity: u32,
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
@@ -136,6 +138,7 @@ impl CortexM3 {
     pub fn with(model: Model, sizes: MemorySizes) -> Self {
         Self {
             model,
+            identity: model.cpuid(),
             registers: Registers::new(0),
             next: 0,
             thumb: true,
@@ -170,6 +173,13 @@ impl CortexM3 {
             dwt: Dwt::default(),
             waiting: Waiting::default(),
         }
+    }
+
+    /// Sets CPUID and the size of the flash, which is erased.
+    pub fn set_silicon(&mut self, identity: u32, flash: usize) {
+        self.identity = identity;
+        self.memory.set_flash(flash);
+        self.cache = Cache::new(flash);
     }
 
     /// Writes bytes to flash or RAM; false when they do not fit into one of them.

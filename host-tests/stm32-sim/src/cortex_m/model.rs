@@ -16,8 +16,8 @@ pub enum Model {
 }
 
 impl Model {
-    /// CPUID (PM0056 4.4.2, PM0214 4.4.2).
-    pub(super) fn cpuid(self) -> u32 {
+    /// CPUID of ST's microcontroller (PM0056 4.4.2, PM0214 4.4.2).
+    pub fn cpuid(self) -> u32 {
         match self {
             Self::CortexM3 => 0x411F_C231,
             Self::CortexM4 => 0x410F_C241,

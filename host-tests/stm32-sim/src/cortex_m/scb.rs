@@ -141,7 +141,7 @@ impl CortexM3 {
             offset @ 0x010..0x020 => self.systick.read(self.cycle, offset - 0x010),
             0x100..0x400 => self.nvic.read(&self.exceptions, address),
             offset if self.is_priority(offset) => self.nvic.read(&self.exceptions, address),
-            0xD00 => self.model.cpuid(),
+            0xD00 => self.identity,
             0xD04 => self.interrupt_control(),
             0xD08 => self.system.vector_table,
             0xD0C => KEY_READ << 16 | u32::from(self.exceptions.priority_group) << 8,

@@ -97,6 +97,7 @@ impl FlashInterface {
     pub(super) fn read_cr(&self) -> u32 {
         match self.keys {
             Keys::Unlocked => self.cr,
+            _ if !self.lock_reads => self.cr,
             _ => self.cr | self.control().lock,
         }
     }

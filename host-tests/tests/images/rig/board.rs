@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::sync::OnceLock;
 use stm32_sim::chip::Chip;
 use stm32_sim::firmware;
+use stm32_sim::silicon::Silicon;
 
 /// The images that tests need: one of each family of products, one with another number of axes, one with a heater, and the program that
 /// checks gyroscope and supply.
@@ -22,6 +23,7 @@ pub const IMAGES: [&str; 7] = [
 
 thread_local! {
     static CHIP: Cell<Chip> = const { Cell::new(Chip::F103) };
+    static GENUINE: Cell<bool> = const { Cell::new(false) };
 }
 
 /// The microcontroller of this test: that of the Blue Pill, except within [`on`].
@@ -29,17 +31,36 @@ pub fn chip() -> Chip {
     CHIP.get()
 }
 
-/// Runs a test with the images for the board of this microcontroller.
-pub fn on(chip: Chip, test: impl FnOnce()) {
-    /// The thread can run other tests afterwards.
-    struct Restore;
-    impl Drop for Restore {
-        fn drop(&mut self) {
-            CHIP.set(Chip::F103);
-        }
+/// The silicon of this test: the worst, except within [`on_genuine_silicon`].
+pub fn silicon() -> Silicon {
+    if GENUINE.get() {
+        Silicon::genuine(chip())
+    } else {
+        Silicon::worst(chip())
     }
+}
+
+/// The thread can run other tests afterwards.
+struct Restore;
+
+impl Drop for Restore {
+    fn drop(&mut self) {
+        CHIP.set(Chip::F103);
+        GENUINE.set(false);
+    }
+}
+
+/// Runs a test with the images for the Nucleo.
+pub fn on_the_nucleo(test: impl FnOnce()) {
     let _restore = Restore;
-    CHIP.set(chip);
+    CHIP.set(Chip::F446);
+    test();
+}
+
+/// Runs a test on a microcontroller of ST.
+pub fn on_genuine_silicon(test: impl FnOnce()) {
+    let _restore = Restore;
+    GENUINE.set(true);
     test();
 }
 

@@ -70,6 +70,20 @@ fn released_mailbox_is_pending_for_its_time() {
 }
 
 #[test]
+fn code_of_tsr_is_number_of_free_mailbox_or_always_0() {
+    for (mailbox_code, code) in [(true, 1), (false, 0)] {
+        let mut can = on_the_bus(BTR_500K);
+        can.set_silicon(Silicon {
+            mailbox_code,
+            ..can.silicon()
+        });
+        can.set(TI0R, 1);
+        // Mailboxes 1 and 2 are empty.
+        assert_eq!(can.get(TSR) >> 24 & 0b1_1111, 0b11000 | code);
+    }
+}
+
+#[test]
 fn content_of_can2sb_is_that_of_the_chip() {
     let mut can = at_once();
     can.set_silicon(Silicon {

@@ -1,0 +1,93 @@
+//! In what microcontrollers differ that are sold under one name. On boards with an STM32F103 most of them are clones.
+//!
+//! | | CODE | CAN2SB | FLASH_CR.LOCK | CPUID | DBGMCU | wait states | flash |
+//! |---|---|---|---|---|---|---|---|
+//! | [`genuine`](Silicon::genuine) STM32F103C8 | works | fixed | works | r1p1 | reads 0 | as set | 64 KiB |
+//! | [`gd32`](Silicon::gd32): GD32F103C8 | 0 | fixed | works | r2p1 | works | none | 64 KiB, which are 128 |
+//! | [`worst`](Silicon::worst) | 0 | 0 | reads 0 | r2p1 | reads 0 | as set | 64 KiB |
+//!
+//! A program that works on the worst one works on the others. Sources: katapult, issue 11 (GD32F103, CODE); STM32_CAN, issue 54 (CS32F103,
+//! CODE); stlink, issues 756 and 805 (debug port of a Cortex-M3 r2p1, flash of 128 KiB); rusefi-hardware, issue 127 (revisions in
+//! DBGMCU_IDCODE); ES0340 (DBGMCU of the STM32F103); data sheet of the GD32F103 (no wait states).
+
+use super::bxcan;
+use super::chip::Chip;
+
+/// CPUID of a Cortex-M3 r2p1.
+const M3_R2P1: u32 = 0x412F_C231;
+
+/// DBGMCU_IDCODE: medium-density device, and the revision.
+const STM32F103: u32 = 0x2003_6410;
+const GD32F103: u32 = 0x1303_0410;
+
+/// DBGMCU_IDCODE of the STM32F446, revision A.
+const STM32F446: u32 = 0x1000_6421;
+
+/// The behaviour of a microcontroller.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Silicon {
+    /// The CAN controller.
+    pub can: bxcan::Silicon,
+    /// FLASH_CR.LOCK can be read; otherwise it reads 0 while the register is locked.
+    pub lock_reads: bool,
+    /// CPUID.
+    pub processor: u32,
+    /// DBGMCU_IDCODE.
+    pub identity: u32,
+    /// A program can read DBGMCU; otherwise it reads 0.
+    pub debug_reads: bool,
+    /// The flash has the wait states of FLASH_ACR; otherwise none.
+    pub waits: bool,
+    /// The flash in bytes. The signature has the size that is sold.
+    pub flash: usize,
+}
+
+impl Silicon {
+    /// A microcontroller of ST.
+    pub fn genuine(chip: Chip) -> Self {
+        let facts = chip.facts();
+        Self {
+            can: bxcan::Silicon::default(),
+            lock_reads: true,
+            processor: facts.processor.cpuid(),
+            identity: match chip {
+                Chip::F103 => STM32F103,
+                Chip::F446 => STM32F446,
+            },
+            debug_reads: chip == Chip::F446,
+            waits: true,
+            flash: facts.memory.flash,
+        }
+    }
+
+    /// A GD32F103C8.
+    pub fn gd32() -> Self {
+        let genuine = Self::genuine(Chip::F103);
+        Self {
+            can: bxcan::Silicon {
+                mailbox_code: false,
+                ..genuine.can
+            },
+            processor: M3_R2P1,
+            identity: GD32F103,
+            debug_reads: true,
+            waits: false,
+            flash: 2 * genuine.flash,
+            ..genuine
+        }
+    }
+
+    /// The microcontroller on which a program can rely on the least.
+    pub fn worst(chip: Chip) -> Self {
+        let genuine = Self::genuine(chip);
+        Self {
+            can: bxcan::Silicon::worst(),
+            lock_reads: false,
+            processor: match chip {
+                Chip::F103 => M3_R2P1,
+                Chip::F446 => genuine.processor,
+            },
+            ..genuine
+        }
+    }
+}

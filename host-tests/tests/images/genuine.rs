@@ -1,0 +1,15 @@
+//! The tests that also run on a microcontroller of ST: what its silicon does in another way than the worst.
+
+also! {
+    crate::rig::on_genuine_silicon;
+    boot:
+        first_frame_is_sent_with_first_reading;
+    can_faults:
+        transmit_output_that_locks_in_silent_mode_never_reaches_the_bus;
+    jn2101:
+        sync_is_answered_with_both_tpdos;
+    memory:
+        saves_work_across_page_changes_with_any_times_of_the_flash;
+    timing:
+        sync_is_answered_within_15_us;
+}
