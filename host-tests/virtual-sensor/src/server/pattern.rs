@@ -6,8 +6,11 @@ use plumbline::time::Instant;
 /// No pattern stays in a phase longer, in ms.
 const LONGEST: u64 = 1100;
 
-/// The latest changes that can belong to a pattern, in ms: a double flash takes 1.6 s.
-const SEEN: u64 = 3500;
+/// A pattern is recognised from its third flash on. A self-test lights each colour once or twice, which is not a pattern.
+const FLASHES: usize = 3;
+
+/// The latest changes that can belong to a pattern, in ms: three single flashes take 3.6 s.
+const SEEN: u64 = 4000;
 
 /// The patterns at the end of a history of states.
 pub fn patterns<'a>(
@@ -52,6 +55,9 @@ fn pattern(now: Instant, states: impl DoubleEndedIterator<Item = (Instant, bool)
     let Some((_, flash)) = length_of(true).next() else {
         return steady;
     };
+    if length_of(true).count() < FLASHES {
+        return steady;
+    }
     if age(last) > LONGEST || *flash > 700 {
         return steady;
     }
@@ -112,7 +118,7 @@ mod tests {
     }
 
     #[test]
-    fn each_pattern_is_recognised_after_one_repetition() {
+    fn each_pattern_is_recognised_after_three_flashes_and_taken_for_no_other() {
         for pattern in [
             Pattern::Off,
             Pattern::On,
@@ -123,11 +129,33 @@ mod tests {
             Pattern::DoubleFlash,
         ] {
             for (at, found) in recognised(&[(pattern, 20)]) {
+                let is_unnamed = at < 3300 && name(found).is_none();
                 assert!(
-                    at < 3300 || found == pattern,
+                    is_unnamed || found == pattern,
                     "{pattern:?}: {found:?} at {at}"
                 );
             }
+        }
+    }
+
+    /// The self-test of a TILTIX: one flash of each colour, and the module LED is green afterwards.
+    #[test]
+    fn flashes_of_a_self_test_are_no_pattern() {
+        let changes = [(57, true), (307, false), (1057, true), (2057, false)];
+        let at = |ms: u64| Instant::from_ticks(ms * 1000);
+        let mut history = Vec::new();
+        for ms in 0..8000 {
+            for (_, lit) in changes.iter().filter(|(change, _)| *change == ms) {
+                let leds = Leds {
+                    run: false,
+                    error: false,
+                    module_green: *lit,
+                    module_red: false,
+                };
+                history.push((at(ms), leds));
+            }
+            let found = patterns(at(ms), history.iter()).module_green;
+            assert_eq!(name(found), None, "at {ms}");
         }
     }
 
