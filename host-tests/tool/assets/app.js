@@ -10,6 +10,7 @@ import * as connection from "./connection.js";
 import * as file from "./document.js";
 import * as focus from "./focus.js";
 import * as frames from "./frames.js";
+import * as identity from "./identity.js";
 import * as log from "./log.js";
 import * as parameters from "./parameters.js";
 import { attempt, element, emit, fail, on } from "./state.js";
@@ -63,7 +64,7 @@ theme.value = localStorage.getItem(THEME) ?? "auto";
 document.documentElement.dataset.theme = theme.value;
 theme.addEventListener("change", () => setTheme(theme.value));
 
-for (const part of [angles, attitude, chart, actions, file, parameters, frames, calibrate, log, focus]) part.start();
+for (const part of [angles, attitude, chart, actions, file, parameters, frames, calibrate, identity, log, focus]) part.start();
 attempt(connection.start);
 /** @type {Failure | null} */
 let lost = null;

@@ -67,8 +67,7 @@ async function openSheet() {
   const [chosen] = field.files ?? [];
   if (!chosen) return;
   try {
-    if (chosen.size > LONGEST) throw new Failure("eds-too-long", "");
-    const row = await post("api/eds", { name: chosen.name, text: decoded(await chosen.arrayBuffer()) });
+    const row = await post("api/eds", { name: chosen.name, text: await textOf(chosen) });
     if (!sheets.some(({ sheet }) => sheet === row.sheet)) sheets = [...sheets, row];
     input("product").value = "";
     showProducts();
@@ -84,8 +83,10 @@ async function openSheet() {
   }
 }
 
-/** The text of a file in UTF-8 or Latin-1. @param {ArrayBuffer} bytes */
-function decoded(bytes) {
+/** The text of a data sheet in UTF-8 or Latin-1. @param {Blob} chosen */
+export async function textOf(chosen) {
+  if (chosen.size > LONGEST) throw new Failure("eds-too-long", "");
+  const bytes = await chosen.arrayBuffer();
   try {
     return new TextDecoder("utf-8", { fatal: true }).decode(bytes);
   } catch {

@@ -309,8 +309,8 @@ pub enum Command {
         /// The measurement of a unit that the page calibrates, a CSV file as that of `calibrate`
         #[arg(long, value_name = "FILE")]
         calibrate: Option<PathBuf>,
-        /// Write the calibration into this store file of the unit; needs --product
-        #[arg(long, value_name = "FILE", requires = "calibrate")]
+        /// The store file of the unit, for its identity; with --calibrate also for its calibration, which needs --product
+        #[arg(long, value_name = "FILE")]
         store: Option<PathBuf>,
         /// The serial number of the unit [default: that in the log or in the measurement]
         #[arg(long, value_name = "N", requires = "calibrate")]

@@ -42,9 +42,7 @@ pub(super) fn from_file(
     into: Into,
     terminal: &mut Terminal,
 ) -> Result<(), Failure> {
-    let shown = path.display();
-    let bad =
-        |why: &str| Failure::usage("bad-file", format!("{shown}: {why}; nothing was written"));
+    let shown = path.display().to_string();
     let bytes = read_file(path, LONGEST).map_err(|unread| match unread {
         Unread::Failed(error) => Failure::bus(
             "no-file",
@@ -52,24 +50,55 @@ pub(super) fn from_file(
                 "cannot read {shown} ({error}): --from takes an EDS, a DCF or a sheet of values"
             ),
         ),
-        Unread::Unfit(why) => bad(why),
+        Unread::Unfit(why) => unfit(&shown, why),
     })?;
-    let text = data_sheet::text(&bytes);
+    let (product, unit) = given(&data_sheet::text(&bytes), &shown, name)?;
+    finish(product, &unit, into, terminal)
+}
+
+fn unfit(shown: &str, why: &str) -> Failure {
+    Failure::usage("bad-file", format!("{shown}: {why}; nothing was written"))
+}
+
+/// The product and the identity in the text of a file. `name` is the wanted product.
+///
+/// # Errors
+/// The product is not known, or cannot have this identity.
+pub fn given(
+    text: &str,
+    shown: &str,
+    name: Option<&str>,
+) -> Result<(&'static Product, Unit), Failure> {
+    let bad = |why: &str| unfit(shown, why);
     let wanted = name.map(identify::product).transpose()?;
-    let is_data_sheet = data_sheet::is_data_sheet(&text);
+    let is_data_sheet = data_sheet::is_data_sheet(text);
     let mut sheet = Sheet::default();
     if !is_data_sheet {
-        sheet = Sheet::parse(&text).map_err(|why| bad(&why))?;
+        sheet = Sheet::parse(text).map_err(|why| bad(&why))?;
     }
     let product = wanted.or(sheet.product).ok_or_else(|| {
         let message = "an identity belongs to one product: give the product with --product NAME";
         Failure::usage("unknown-product", message)
     })?;
     if is_data_sheet {
-        sheet = data_sheet::sheet(&text, product).map_err(|why| bad(&why))?;
+        sheet = data_sheet::sheet(text, product).map_err(|why| bad(&why))?;
     }
     let unit = sheet.unit(product).map_err(|why| bad(&why))?;
-    finish(product, &unit, into, terminal)
+    Ok((product, unit))
+}
+
+/// The identity as JSON: its values, and the sheet with them.
+pub fn document(product: &Product, unit: &Unit) -> serde_json::Value {
+    let values = unit::fields(product).into_iter().map(|field| {
+        let value = match field.value(unit) {
+            Some(Value::Number(number)) => json!(number),
+            Some(Value::Text(text)) => json!(text),
+            None => json!(null),
+        };
+        (field.key.to_owned(), value)
+    });
+    let values: Map<_, _> = values.collect();
+    json!({"product": product.name, "identity": values, "sheet": unit::sheet(product, unit)})
 }
 
 /// Takes the identity of the connected sensor.
@@ -113,18 +142,9 @@ fn finish(
     if let Some(path) = into.store {
         store_file::identify(product, unit, path).map_err(|why| Failure::bus("no-file", why))?;
     }
-    let mut document = Map::new();
     for field in unit::fields(product) {
         let Field { key, place, .. } = field;
         let value = field.shown(unit);
-        document.insert(
-            key.to_owned(),
-            match field.value(unit) {
-                Some(Value::Number(number)) => json!(number),
-                Some(Value::Text(text)) => json!(text),
-                None => json!(null),
-            },
-        );
         let value = value.as_deref().unwrap_or("as the product has it");
         terminal.line(format!("{key:<17} {value:<34} {place}"))?;
     }
@@ -138,7 +158,7 @@ fn finish(
             path.display()
         ));
     }
-    terminal.document(&json!({"product": product.name, "identity": document}))
+    terminal.document(&document(product, unit))
 }
 
 type Values = Vec<(&'static str, Value)>;

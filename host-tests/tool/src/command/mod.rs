@@ -6,7 +6,7 @@ pub mod calibrate;
 mod factory;
 mod file;
 mod help;
-mod identity;
+pub mod identity;
 mod j1939;
 mod label;
 mod parameters;
@@ -145,6 +145,7 @@ pub fn run_on(
                 options: options.clone(),
                 demo: *demo,
                 unit,
+                store: store.clone(),
             };
             return serve::run(settings, *open, terminal);
         }

@@ -37,6 +37,7 @@ pub const ASSETS: &[Asset] = &[
     asset!(JS, "document.js"),
     asset!(JS, "focus.js"),
     asset!(JS, "frames.js"),
+    asset!(JS, "identity.js"),
     asset!(JS, "log.js"),
     asset!(JS, "parameters.js"),
     asset!(JS, "ring.js"),

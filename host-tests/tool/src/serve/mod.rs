@@ -41,6 +41,7 @@ use job::{Connect, Job, Opener, Start, Task};
 use serde_json::json;
 use sheets::Sheets;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::channel;
@@ -66,6 +67,8 @@ pub struct Settings {
     pub demo: bool,
     /// The unit that the page calibrates.
     pub unit: Option<Unit>,
+    /// The store file into which the page writes the identity of a unit.
+    pub store: Option<PathBuf>,
 }
 
 /// A server that listens, but does not answer yet.
@@ -176,6 +179,7 @@ impl Server {
             address: self.address,
             calibration: calibration.clone(),
             sheets: self.sheets.clone(),
+            store: self.settings.store.clone(),
         };
         let (ends, config, sheets) = (stop.clone(), options.config.clone(), self.sheets.clone());
         let worker = thread::Builder::new().name("worker".to_owned());

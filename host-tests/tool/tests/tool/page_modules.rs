@@ -2,6 +2,7 @@
 //!
 //! They get what the real server answers and tells, so that both have the same format.
 
+use crate::serve::api::run;
 use crate::serve::client::Running;
 use serde_json::{Map, Value, json};
 use std::io::{Write, stderr};
@@ -38,12 +39,14 @@ fn answers() -> Value {
             (sheet.to_owned(), answer.json())
         })
         .collect();
+    let identity = run(&Running::connected("tiltix080"), json!("identity"));
     let devices = SENSORS.map(|name| (name.to_owned(), sensor(name)));
     json!({
         "products": products,
         "ports": server.get("/api/ports").json(),
         "parameters": parameters,
         "devices": Map::from_iter(devices),
+        "identity": identity,
     })
 }
 

@@ -91,6 +91,7 @@ enum Run {
     Address(Address),
     Rate(Rate),
     Label(Label),
+    Identity,
     Raw(Raw),
 }
 
@@ -171,6 +172,7 @@ impl Run {
                 return ["label", "--remove"].map(str::to_owned).to_vec();
             }
             Self::Label(Label { name }) => ("label", false, name.iter().cloned().collect()),
+            Self::Identity => ("identity", false, Vec::new()),
             Self::Raw(Raw { request }) => ("raw", false, vec![request.clone()]),
         };
         let mut words = vec![name.to_owned()];
@@ -274,6 +276,7 @@ mod tests {
             (r#"{"label":{"name":"boom"}}"#, "label boom"),
             (r#"{"label":{"name":"--remove"}}"#, "label -- --remove"),
             (r#"{"label":{}}"#, "label --remove"),
+            (r#""identity""#, "identity"),
             (r#"{"raw":{"request":"1018:1"}}"#, "raw 1018:1"),
             (r#"{"raw":{"request":"--help"}}"#, "raw -- --help"),
         ] {

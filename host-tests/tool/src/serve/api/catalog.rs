@@ -53,6 +53,7 @@ pub(super) async fn ports(State(app): State<Arc<App>>) -> Answer {
             "product": first.product,
             "connects": app.start.connects,
         },
+        "store": app.store,
     })))
 }
 

@@ -74,7 +74,7 @@ pub(super) async fn data_sheet(State(app): State<Arc<App>>, body: Bytes) -> Answ
 }
 
 /// Shows an action that needs no sensor.
-fn log(app: &App, words: &[String], failure: Option<&Failure>) {
+pub(super) fn log(app: &App, words: &[String], failure: Option<&Failure>) {
     let mut action = json!({
         "n": app.hub.number(), "at": now(), "line": line::shown(words),
         "state": if failure.is_none() { "done" } else { "failed" },

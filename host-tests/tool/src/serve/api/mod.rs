@@ -17,12 +17,15 @@
 //! | `POST /api/restore` | `{"text": .., "only": []}` | writes the differences, stores them |
 //! | `POST /api/eds` | `{"name": .., "text": ..}` | takes a data sheet, which has a key then: `eds:1` |
 //! | `POST /api/calibrate` | `"start"`, `{"take": 7}`, `{"again": 7}`, `"stop"` | the calibration of a unit |
+//! | `POST /api/identity` | `{"text": .., "name": .., "product": ..}` | reads the identity in an EDS, a DCF or a sheet |
+//! | `POST /api/identity/store` | the same | writes it into the store file of the command line |
 //! | `POST /api/file` | `{"text": ..}`, `{"product": ..}` | reads a file; or a file with factory values |
 //! | `POST /api/file/set` | `{"text": .., "name": .., "value": ..}` | changes a value in a file |
 
 pub mod bus;
 pub mod catalog;
 pub mod file;
+mod identity;
 
 use super::calibration::Calibration;
 use super::events::Hub;
@@ -42,6 +45,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use std::convert::Infallible;
 use std::net::SocketAddr;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::Sender;
@@ -73,6 +77,8 @@ pub struct App {
     pub calibration: Arc<Calibration>,
     /// The data sheets.
     pub sheets: Arc<Sheets>,
+    /// The store file of the command line.
+    pub store: Option<PathBuf>,
 }
 
 /// The answer to a request that failed.
@@ -122,6 +128,8 @@ pub fn router(app: App) -> Router {
         .route("/restore", post(bus::restore))
         .route("/eds", post(file::data_sheet))
         .route("/calibrate", post(calibrate))
+        .route("/identity", post(identity::read))
+        .route("/identity/store", post(identity::write))
         .route("/file", post(file::open))
         .route("/file/set", post(file::set))
         .fallback(nothing)

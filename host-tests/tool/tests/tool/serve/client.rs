@@ -93,14 +93,25 @@ impl Running {
 
     /// A server of the demonstration, which connects at once.
     pub fn demonstration() -> Self {
-        Self::start(Box::new(fast_bus::connect), None, None, true)
+        Self::start(Box::new(fast_bus::connect), None, None, None, true)
+    }
+
+    /// A server with the store file of the command line.
+    pub fn with_store(opener: Opener, store: Option<PathBuf>) -> Self {
+        Self::start(opener, None, None, store, false)
     }
 
     fn of(opener: Opener, unit: Option<Unit>, eds: Option<PathBuf>) -> Self {
-        Self::start(opener, unit, eds, false)
+        Self::start(opener, unit, eds, None, false)
     }
 
-    fn start(opener: Opener, unit: Option<Unit>, eds: Option<PathBuf>, demo: bool) -> Self {
+    fn start(
+        opener: Opener,
+        unit: Option<Unit>,
+        eds: Option<PathBuf>,
+        store: Option<PathBuf>,
+        demo: bool,
+    ) -> Self {
         let config = tempfile::tempdir().expect("a folder");
         let settings = Settings {
             listen: "127.0.0.1:0".parse().expect("an address"),
@@ -111,6 +122,7 @@ impl Running {
             },
             demo,
             unit,
+            store,
         };
         let server = Server::bind(settings).expect("a free port");
         let (address, token) = (server.address(), server.token().to_owned());

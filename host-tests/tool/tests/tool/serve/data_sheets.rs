@@ -225,6 +225,7 @@ fn data_sheet_of_the_command_line_is_offered_first() {
         },
         demo: false,
         unit: None,
+        store: None,
     };
     for (path, code) in [("/nonexistent.eds", "no-file"), ("/dev/null", "bad-file")] {
         let refused = Server::bind(settings(path)).err().expect("it is refused");

@@ -9,6 +9,7 @@ mod fast_bus;
 mod files;
 pub mod foreign;
 mod guard;
+mod identity;
 mod j1939;
 mod scan;
 mod sentences;

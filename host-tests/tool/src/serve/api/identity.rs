@@ -1,0 +1,68 @@
+//! The identity of a unit from a file of the browser, and its store file. The page does not choose the store file: it comes from the
+//! command line.
+
+use super::file::log;
+use super::{Answer, App, parse};
+use crate::command::identity::{document, given};
+use crate::failure::Failure;
+use crate::serve::line::Words;
+use axum::body::Bytes;
+use axum::extract::State;
+use host_tests::store_file;
+use plumbline::model::catalog::Product;
+use plumbline::store::Unit;
+use serde::Deserialize;
+use serde_json::Value;
+use std::sync::Arc;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Given {
+    text: String,
+    /// The name of the file.
+    name: String,
+    /// The product; None: the sheet names it.
+    #[serde(default)]
+    product: Option<String>,
+}
+
+impl Given {
+    fn unit(&self) -> Result<(&'static Product, Unit), Failure> {
+        given(&self.text, &self.name, self.product.as_deref())
+    }
+
+    /// The words of the command line.
+    fn words(&self, store: Option<&str>) -> Words {
+        let product = self.product.iter();
+        let mut words: Words = product.map(|name| format!("--product={name}")).collect();
+        words.extend(["identity".to_owned(), format!("--from={}", self.name)]);
+        words.extend(store.map(|store| format!("--store={store}")));
+        words
+    }
+}
+
+/// Reads the identity in a file.
+pub(super) async fn read(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    let file: Given = parse(&body)?;
+    let unit = file.unit();
+    log(&app, &file.words(None), unit.as_ref().err());
+    let (product, unit) = unit?;
+    Ok(axum::Json(document(product, &unit)))
+}
+
+/// Writes the identity in a file into the store file.
+pub(super) async fn write(State(app): State<Arc<App>>, body: Bytes) -> Answer {
+    let file: Given = parse(&body)?;
+    let Some(store) = &app.store else {
+        let message = "there is no store file: start `plumbline serve --store FILE`";
+        return Err(Failure::usage("no-store", message).into());
+    };
+    let written = file.unit().and_then(|(product, unit)| {
+        let written = store_file::identify(product, &unit, store);
+        written.map_err(|why| Failure::bus("no-file", why))
+    });
+    let words = file.words(Some(&store.display().to_string()));
+    log(&app, &words, written.as_ref().err());
+    written?;
+    Ok(axum::Json(Value::Null))
+}
