@@ -12,10 +12,16 @@ use crate::param::{ParameterId, Parameters, meaning};
 /// 360 deg in 0.01 deg.
 const TURN: i64 = 36_000;
 
+/// The samples for which the mean acceleration must be 1 g before the offset of the gyroscope is estimated: 2 s. A vibration of an inclined
+/// sensor leaves 1 g in one half of its period only, so an estimate in the other half would take the vibration for an offset.
+const STEADY: u16 = 400;
+
 /// The path of a sample.
 pub(super) struct Measuring {
     calibration: Calibration,
     validity: Validity,
+    /// The samples since the mean acceleration was not 1 g, at most [`STEADY`].
+    steady: u16,
     low_pass: LowPass,
     fusion: Fusion<{ ACCELERATION_AGE }>,
     /// The Kalman filter is selected (3110h:02).
@@ -40,6 +46,7 @@ impl Measuring {
     pub const INITIAL: Self = Self {
         calibration: Calibration::IDENTITY,
         validity: Validity::INITIAL,
+        steady: 0,
         low_pass: LowPass::new(),
         fusion: Fusion::new(),
         fuses: false,
@@ -88,9 +95,14 @@ impl Measuring {
             .calibration
             .apply_to_rate(reading.angular_rate, reading.temperature);
         self.validity.step(self.force, reading.clipped);
+        self.steady = if self.validity.is_one_g() {
+            (self.steady + 1).min(STEADY)
+        } else {
+            0
+        };
         self.up = Some(if self.fuses {
-            let is_one_g = self.validity.is_one_g();
-            self.fusion.step(self.force, self.rate, is_one_g)
+            let is_steady = self.steady == STEADY;
+            self.fusion.step(self.force, self.rate, is_steady)
         } else {
             self.low_pass.step(self.force)
         });
@@ -181,4 +193,58 @@ fn scaled<const BITS: u32>(vector: I32x3, units: i64) -> [i32; 3] {
         let half = (1 << (BITS - 1)) - i64::from(product < 0);
         ((product + half) >> BITS) as i32
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::measure::SAMPLE_PERIOD;
+    use core::f64::consts::TAU;
+
+    /// The mean of the angle in deg in the last 2 s of 30 s of vibration along X, from power-up on.
+    fn mean_angle(tilt: f64, amplitude: f64, frequency: f64) -> f64 {
+        const SAMPLES: u32 = 6000;
+        const LAST: u32 = 400;
+        let mut parameters = Parameters::<Ims360Product>::factory();
+        parameters.set(id::FUSION, 1);
+        let mut measuring = Measuring::INITIAL;
+        measuring.configure(&parameters);
+        let mut sum = 0;
+        for sample in 0..SAMPLES {
+            let time = f64::from(sample) * SAMPLE_PERIOD.ticks() as f64 / 1e6;
+            let vibration = amplitude * (TAU * frequency * time).sin();
+            let [x, z] = [vibration - tilt.to_radians().sin(), tilt.to_radians().cos()];
+            measuring.sample(&Reading {
+                acceleration: I32x3 {
+                    x: (x * f64::from(ONE_G)) as i32,
+                    y: 0,
+                    z: (z * f64::from(ONE_G)) as i32,
+                },
+                temperature: 2500,
+                ..Reading::default()
+            });
+            if sample >= SAMPLES - LAST {
+                sum += measuring.measured()[0];
+            }
+        }
+        f64::from(sum) / f64::from(LAST) / 100.0
+    }
+
+    #[test]
+    fn vibration_of_an_inclined_sensor_is_not_taken_for_an_offset_of_the_gyroscope() {
+        for (tilt, amplitude, frequency) in [
+            (5.0, 0.5, 3.0),
+            (10.0, 0.5, 3.0),
+            (20.0, 0.3, 1.5),
+            (20.0, 0.5, 6.0),
+            (-30.0, 0.3, 3.0),
+            (10.0, 0.3, 0.5),
+        ] {
+            let error = mean_angle(tilt, amplitude, frequency) - tilt;
+            assert!(
+                error.abs() < 0.1,
+                "{tilt} deg, {amplitude} g, {frequency} Hz: {error}"
+            );
+        }
+    }
 }
