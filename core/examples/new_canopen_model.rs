@@ -51,6 +51,7 @@ impl Product for Mast {
     type Text = Text<0>;
     type Lss = plumbline::canopen::Absent;
     type Block = plumbline::canopen::Absent;
+    type State = ();
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),

@@ -61,4 +61,5 @@ pub mod store;
 #[cfg(test)]
 #[path = "../tests/wire/tester/sweep.rs"]
 mod sweep;
+pub mod text;
 pub mod time;

@@ -9,6 +9,7 @@
 //! - the numbers of TPDOs and of errors in the history are those of the dictionary, and each TPDO has both of its objects;
 //! - mapped objects exist, can be mapped, have the mapped length, and fit into a frame;
 //! - constant texts, and the names of a unit that replace them, fit into the buffer, which has at most 255 bytes;
+//! - each own object has its functions, which return its type;
 //! - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
 //! - with block transfer: the buffer for texts takes each number;
 //! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID;
@@ -23,6 +24,7 @@ use super::emcy::History;
 use super::feature::Feature;
 use super::groups::Kept;
 use super::lss::UNCONFIGURED;
+use super::own::Read;
 use super::pdo::Tpdos;
 use super::product::{Product, TableOf, ValuesOf};
 use super::sdo::Buffer;
@@ -50,6 +52,7 @@ pub const fn check<P: Product>() {
         P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
         "block transfer needs a buffer for texts with at least 4 bytes",
     );
+    check_own::<P>();
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS);
     }
@@ -72,6 +75,38 @@ const fn check_quantities(quantities: &[Quantity], capacity: usize) {
             "the application publishes fewer values: `Values` has no room for it",
         );
         row += 1;
+    }
+}
+
+/// Checks that each own object of the dictionary has its functions.
+#[track_caller]
+const fn check_own<P: Product>() {
+    let (mut place, mut row) = (0, 0);
+    while row < P::OBJECTS.len() {
+        let object = &P::OBJECTS[row];
+        if let Target::Own(_) = object.target {
+            let mistake = Mistake::in_object(object.index, object.sub);
+            mistake.unless(
+                place < P::OWN.len()
+                    && P::OWN[place].index == object.index
+                    && P::OWN[place].sub == object.sub,
+                "it has no functions in `OWN`, or not in the order of the dictionary",
+            );
+            let is_right = match P::OWN[place].read {
+                Read::No => !object.access.is_readable(),
+                Read::Number(_) => object.data_type.size() > 0,
+                Read::Text(_) => object.data_type.size() == 0,
+            };
+            mistake.unless(is_right, "its function returns another type");
+            place += 1;
+        }
+        row += 1;
+    }
+    if place < P::OWN.len() {
+        let own = &P::OWN[place];
+        Mistake::in_object(own.index, own.sub)
+            .text("the dictionary does not have this own object")
+            .fail();
     }
 }
 

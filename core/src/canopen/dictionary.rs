@@ -30,6 +30,11 @@ impl Access {
         }
     }
 
+    /// Whether the object can be read.
+    pub const fn is_readable(self) -> bool {
+        self.bits() & 1 != 0
+    }
+
     /// Whether the object can be written.
     pub const fn is_writable(self) -> bool {
         self.bits() & 2 != 0
@@ -52,45 +57,24 @@ pub enum Service {
     RestoreCommunication,
     /// The serial number (1018h:04).
     SerialNumber,
-    /// Writing 1 resets the node after the reply, 0 does nothing.
-    Restart,
-    /// Writing 1 restores the factory values of all other parameters. Reads 1 if the last restore has succeeded, otherwise 0.
-    RestoreApplication,
-    /// A text that the product generates and parses.
-    Text,
-    /// A status that the product derives from its values and parameters. It can be mapped into a PDO.
-    Status,
     /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4
     /// manufacturer. The product has [`KEPT`](super::Product::KEPT).
     StoreGroup,
     /// "load" requests the factory values of the group of parameters of the sub-index for the next start (1011h): as
     /// [`StoreGroup`](Self::StoreGroup), but 1 without node-ID and bit rate, and 5 all.
     RestoreGroup,
-    /// Writing 1 resets the device after the reply, as power-up does.
-    ResetDevice,
-    /// The serial number as a decimal text.
-    SerialText,
-    /// The identity number of a J1939 NAME, from the serial number.
-    IdentityNumber,
 }
 
 impl Service {
-    pub(super) const ALL: [Self; 15] = [
+    pub(super) const ALL: [Self; 8] = [
         Self::ErrorRegister,
         Self::ErrorCount,
         Self::ErrorHistory,
         Self::Store,
         Self::RestoreCommunication,
         Self::SerialNumber,
-        Self::Restart,
-        Self::RestoreApplication,
-        Self::Text,
-        Self::Status,
         Self::StoreGroup,
         Self::RestoreGroup,
-        Self::ResetDevice,
-        Self::SerialText,
-        Self::IdentityNumber,
     ];
 }
 
@@ -115,6 +99,39 @@ pub enum Target {
     Command(ParameterId, ValueId),
     /// A service of the node.
     Service(Service),
+    /// An own object of the product, which has its functions in [`Product::OWN`](super::Product::OWN).
+    Own(Use),
+}
+
+/// The use of an own object, for documents and tools.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Use {
+    /// A number or a text.
+    Data,
+    /// A number whose write starts something.
+    Command(Command),
+}
+
+/// A command, for documents and tools.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Command {
+    /// What it starts.
+    pub starts: Starts,
+    /// The numbers that can be written, as text.
+    pub numbers: &'static str,
+    /// The lowest and the highest of them.
+    pub limits: (i64, i64),
+}
+
+/// What the number 1 starts.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Starts {
+    /// A reset of the device.
+    Reset,
+    /// A restore of the factory values of the application.
+    Restore,
+    /// Something else.
+    Other,
 }
 
 /// An object, or several consecutive objects with the same description.
@@ -176,6 +193,33 @@ impl Object {
         }
     }
 
+    /// An own object, which has functions of the product.
+    pub const fn own(
+        index: u16,
+        sub: u8,
+        name: &'static str,
+        data_type: DataType,
+        access: Access,
+    ) -> Self {
+        Self {
+            index,
+            sub,
+            name,
+            data_type,
+            access,
+            target: Target::Own(Use::Data),
+            ..Self::PLAIN
+        }
+    }
+
+    /// The same as a command.
+    pub const fn starting(self, command: Command) -> Self {
+        Self {
+            target: Target::Own(Use::Command(command)),
+            ..self
+        }
+    }
+
     /// Its type. A parameter or a value has the type of its description.
     #[allow(clippy::indexing_slicing)] // evaluated at compile time, or with tables that were checked at compile time
     pub const fn data_type(&self, parameters: &[Parameter], quantities: &[Quantity]) -> DataType {
@@ -186,7 +230,9 @@ impl Object {
             | Target::Command(id, _) => parameters[id.0 as usize].data_type,
             Target::Value(id) => quantities[id.0 as usize].data_type,
             Target::Text(_) => DataType::Text,
-            Target::Constant(_) | Target::NodeRelative(_) | Target::Service(_) => self.data_type,
+            Target::Constant(_) | Target::NodeRelative(_) | Target::Service(_) | Target::Own(_) => {
+                self.data_type
+            }
         }
     }
 }
@@ -218,7 +264,7 @@ pub(crate) const fn text_at(objects: &[Object], index: u16, sub: u8) -> &'static
 
 /// The parameters of the communication profile.
 #[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub(super) const fn communication(objects: &[Object]) -> ParameterSet {
+pub const fn communication(objects: &[Object]) -> ParameterSet {
     let mut set = ParameterSet::EMPTY;
     let mut row = 0;
     while row < objects.len() {
@@ -244,42 +290,4 @@ pub(super) const fn has_free_cob_ids(objects: &[Object]) -> bool {
         row += 1;
     }
     false
-}
-
-/// Whether the dictionary has this service.
-#[allow(clippy::indexing_slicing)] // evaluated at compile time only
-pub(super) const fn has_service(objects: &[Object], service: Service) -> bool {
-    let mut row = 0;
-    while row < objects.len() {
-        if let Target::Service(own) = objects[row].target
-            && own as u8 == service as u8
-        {
-            return true;
-        }
-        row += 1;
-    }
-    false
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn dictionary_has_only_services_of_its_objects() {
-        let object = |service| Object {
-            target: Target::Service(service),
-            ..Object::PLAIN
-        };
-        for own in Service::ALL {
-            let objects = [Object::PLAIN, object(own)];
-            for service in Service::ALL {
-                assert_eq!(
-                    has_service(&objects, service),
-                    service == own,
-                    "{service:?}"
-                );
-            }
-        }
-    }
 }

@@ -20,6 +20,10 @@ pub trait Initial {
     const INITIAL: Self;
 }
 
+impl Initial for () {
+    const INITIAL: Self = ();
+}
+
 /// The product does not have the service.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Absent;

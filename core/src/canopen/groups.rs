@@ -18,7 +18,6 @@ use super::protocol::{ContextOf, Services};
 use super::sdo::Written;
 use super::variant;
 use crate::param::{ParameterId, Parameters};
-use crate::time::Instant;
 
 /// The hidden stored parameters of a product with groups. Their factory values are 0.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -58,13 +57,13 @@ impl Start {
 
 impl<P: Product> super::saving::Saved<P> {
     /// The next reset of the node acts as power-up.
-    fn restart(&mut self) {
+    pub(super) fn restart(&mut self) {
         self.start.cold = true;
     }
 
     /// Returns true once if the reset of the node acts as power-up.
     pub fn restarts(&mut self) -> bool {
-        P::KEPT.is_some() && core::mem::take(&mut self.start.cold)
+        core::mem::take(&mut self.start.cold)
     }
 
     /// Returns true once after a start.
@@ -78,19 +77,12 @@ impl<P: Product> Services<P> {
     pub(super) fn write_group(
         &mut self,
         cx: &mut ContextOf<P>,
-        now: Instant,
         service: Service,
         sub: u8,
         number: u32,
     ) -> Option<Result<Written, Abort>> {
         let kept = P::KEPT?;
         Some(match (service, number) {
-            (Service::ResetDevice, 1) => {
-                self.saved.restart();
-                self.prepare_reset(now);
-                Ok(Written::Done)
-            }
-            (Service::ResetDevice, _) => Err(Abort::Value),
             (Service::StoreGroup | Service::RestoreGroup, _) if cx.is_saving() => {
                 Err(Abort::DeviceState)
             }

@@ -8,7 +8,7 @@
 //!   301.
 //! - [`nmt`]: states and commands; [`sdo`]: the server; [`pdo`]: transmit PDOs; [`emcy`]: errors; guarding and the heartbeat;
 //!   [`mod@lss`]: layer setting services.
-//! - [`feature`]: services that only some products have.
+//! - [`feature`]: services that only some products have; [`own`]: own objects of a product.
 //! - [`Product`]: the description of a product.
 //! - [`Canopen`]: the protocol, which consists of these services; [`CanopenNode`]: a node with this protocol.
 
@@ -28,6 +28,7 @@ mod mapping;
 pub mod nmt;
 mod node;
 mod objects;
+pub mod own;
 pub mod pdo;
 mod process_data;
 mod product;
@@ -41,15 +42,16 @@ pub mod sdo;
 pub mod setting;
 mod variant;
 
+pub use crate::text::Text;
 pub use abort::Abort;
 pub use dictionary::Object;
-pub use feature::{Absent, Present};
+pub use feature::{Absent, Initial, Present};
 pub use groups::Kept;
 pub use lss::Lss;
 pub use node::CanopenNode;
-pub(crate) use objects::decimal;
+pub use own::{Own, Scope, Then};
 pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
-pub use product::{ErrorHistory, LedTable, Product, Text};
+pub use product::{ErrorHistory, LedTable, Product};
 pub use protocol::Canopen;
 pub use sdo::Block;
 pub use variant::Variant;

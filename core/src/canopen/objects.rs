@@ -1,11 +1,12 @@
 //! Read and write access to objects: the function of each kind of row in the node.
 
 use super::Abort;
-use super::dictionary::{Service, has_service};
+use super::dictionary::Service;
 use super::emcy::History;
 use super::feature::Feature;
 use super::lss::UNCONFIGURED;
 use super::mapping::is_mapping;
+use super::own::{Own, Read, Scope, Then};
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
@@ -14,7 +15,6 @@ use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
 use crate::application::{Effect, Values};
-use crate::j1939::name::identity_number;
 use crate::param::{ParameterRow, number};
 use crate::store::{Name, Unit};
 use crate::time::Instant;
@@ -91,14 +91,8 @@ impl<P: Product> Objects for View<'_, P> {
     }
 
     fn text(&self, row: &'static Row) -> P::Text {
-        if const { has_service(P::OBJECTS, Service::SerialText) }
-            && row.kind() == Kind::Service
-            && row.service() == Some(Service::SerialText)
-        {
-            return decimal(self.cx.shell.serial());
-        }
-        if row.kind() != Kind::Text {
-            return P::text(&self.cx.parameters);
+        if let Some(place) = row.own() {
+            return self.services.own_text(self.cx, place);
         }
         let constant = P::TEXTS.get(row.number() as usize);
         let constant = constant.map_or(&[][..], |constant| constant.as_bytes());
@@ -138,17 +132,15 @@ impl<P: Product> Services<P> {
     }
 
     fn service(&self, cx: &ContextOf<P>, row: &Row, sub: u8) -> u32 {
+        if let Some(place) = row.own() {
+            return self.own_number(cx, place);
+        }
         match row.service() {
             Some(Service::ErrorRegister) => self.emergency.register().into(),
             Some(Service::ErrorCount) => self.emergency.count(),
             Some(Service::ErrorHistory) if P::REPORTS_STATUS => self.emergency.entry(sub),
             Some(Service::ErrorHistory) => self.emergency.entry(sub) & 0xFFFF,
             Some(Service::SerialNumber) => cx.shell.serial(),
-            Some(Service::IdentityNumber) => identity_number(cx.shell.serial()),
-            Some(Service::RestoreApplication) => self.saved.restored.into(),
-            Some(Service::Status) if const { has_service(P::OBJECTS, Service::Status) } => {
-                P::status(&cx.values, &cx.parameters)
-            }
             // The device stores and restores on command (7.5.2.13 of CiA 301).
             Some(Service::StoreGroup | Service::RestoreGroup) => 1,
             _ => 0,
@@ -247,18 +239,17 @@ impl<P: Product> Services<P> {
         row: &Row,
         data: &[u8],
     ) -> Result<Written, Abort> {
+        if let Some(place) = row.own() {
+            return self.write_own(cx, now, place, data);
+        }
         let service = row.service().ok_or(Abort::ReadOnly)?;
         if P::KEPT.is_some()
-            && let Some(result) =
-                self.write_group(cx, now, service, row.address().sub, number(data))
+            && let Some(result) = self.write_group(cx, service, row.address().sub, number(data))
         {
             return result;
         }
-        if service == Service::Text {
-            return self.write_text(cx, data);
-        }
         // All others are stored at once.
-        if cx.is_saving() && !matches!(service, Service::ErrorCount | Service::Restart) {
+        if cx.is_saving() && service != Service::ErrorCount {
             return Err(Abort::DeviceState);
         }
         match (service, number(data)) {
@@ -269,29 +260,68 @@ impl<P: Product> Services<P> {
             (Service::ErrorCount, _) => Err(Abort::Value),
             (Service::Store, SAVE) => Ok(self.save(cx, What::Everything)),
             (Service::RestoreCommunication, LOAD) => Ok(self.save(cx, What::FactoryCommunication)),
-            (Service::RestoreApplication, 1) => Ok(self.save(cx, What::FactoryApplication)),
-            (Service::RestoreApplication, _) => Err(Abort::Value),
-            (Service::Restart, 0) => Ok(Written::Done),
-            (Service::Restart, 1) => {
-                self.prepare_reset(now);
-                Ok(Written::Done)
-            }
-            (Service::Restart, _) => Err(Abort::TooHigh),
             _ => Err(Abort::Signature),
         }
     }
 
-    /// Writes the text of the product. Its parameters are in force when they are stored.
-    fn write_text(&mut self, cx: &mut ContextOf<P>, data: &[u8]) -> Result<Written, Abort> {
-        let mut parameters = cx.parameters;
-        P::write_text(data, &mut parameters)?;
-        if !cx.is_saving() {
-            return Ok(self.save_text(cx, &parameters));
+    /// The functions of the own object at this place.
+    fn own(place: u8) -> Option<&'static Own<P::Application, P::State, P::Text>> {
+        P::OWN.get(usize::from(place))
+    }
+
+    /// The number in an own object.
+    pub(super) fn own_number(&self, cx: &ContextOf<P>, place: u8) -> u32 {
+        match Self::own(place).map(|own| &own.read) {
+            Some(Read::Number(read)) => read(&self.own, cx),
+            _ => 0,
         }
-        if parameters == cx.parameters {
-            return Ok(Written::Done);
+    }
+
+    /// The text in an own object.
+    fn own_text(&self, cx: &ContextOf<P>, place: u8) -> P::Text {
+        match Self::own(place).map(|own| &own.read) {
+            Some(Read::Text(read)) => read(&self.own, cx),
+            _ => P::Text::EMPTY,
         }
-        Err(Abort::DeviceState)
+    }
+
+    /// Writes an own object.
+    fn write_own(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        now: Instant,
+        place: u8,
+        data: &[u8],
+    ) -> Result<Written, Abort> {
+        let own = Self::own(place).ok_or(Abort::ReadOnly)?;
+        match (own.write)(&mut self.scope(cx), data)? {
+            Then::Reply => {}
+            Then::Save => {
+                self.save_own(place);
+                return Ok(Written::Storing);
+            }
+            Then::Reset => self.prepare_reset(now),
+            Then::Restart => {
+                self.saved.restart();
+                self.prepare_reset(now);
+            }
+        }
+        Ok(Written::Done)
+    }
+
+    /// Tells an own object that the save that it has begun has ended.
+    pub(super) fn finish_own(&mut self, cx: &mut ContextOf<P>, place: u8, succeeded: bool) {
+        if let Some(own) = Self::own(place) {
+            (own.stored)(&mut self.scope(cx), succeeded);
+        }
+    }
+
+    fn scope<'a>(&'a mut self, cx: &'a mut ContextOf<P>) -> Scope<'a, P::Application, P::State> {
+        Scope {
+            cx,
+            state: &mut self.own,
+            stored: &self.saved.parameters,
+        }
     }
 
     /// Applies a parameter of the communication profile.
@@ -340,20 +370,6 @@ fn given_text<'a>(unit: &'a Unit, row: &Row) -> Option<&'a Name> {
         0x100A => unit.software.as_ref(),
         _ => None,
     }
-}
-
-/// A number as a decimal text.
-pub(crate) fn decimal<B: Buffer>(number: u32) -> B {
-    let (mut text, mut unit, mut rest) = (B::EMPTY, 1_000_000_000, number);
-    while unit > 0 {
-        if number >= unit || unit == 1 {
-            let digit = rest.checked_div(unit).unwrap_or(0);
-            rest = rest.wrapping_sub(digit.wrapping_mul(unit));
-            text.append(&[b'0'.wrapping_add(digit as u8)]);
-        }
-        unit /= 10;
-    }
-    text
 }
 
 /// The number of the TPDO (from 0) with this object: 1800h, 1A00h and following.

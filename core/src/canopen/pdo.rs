@@ -79,8 +79,8 @@ pub(super) enum Source {
     Value,
     /// A parameter.
     Parameter,
-    /// The status of the product.
-    Status,
+    /// An own object of the product.
+    Own,
 }
 
 /// A mapped object. It is resolved when it is mapped, so that a SYNC needs no search in the dictionary.
@@ -88,7 +88,7 @@ pub(super) enum Source {
 pub struct Entry {
     /// In a fixed mapping, all objects are published values.
     pub(super) source: Source,
-    /// The id of the value or of the parameter.
+    /// The id of the value or of the parameter, or the place of the own object.
     pub(super) id: u8,
     /// The size in bytes.
     pub(super) size: u8,

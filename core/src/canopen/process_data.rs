@@ -109,7 +109,7 @@ impl<P: Product> Services<P> {
         for entry in self.tpdos.mapping(number).iter().rev() {
             let value = u64::from(match entry.source {
                 Source::Parameter if P::Tpdos::DYNAMIC => cx.parameters.get(ParameterId(entry.id)),
-                Source::Status if P::Tpdos::DYNAMIC => P::status(&cx.values, &cx.parameters),
+                Source::Own if P::Tpdos::DYNAMIC => self.own_number(cx, entry.id),
                 _ => cx.values.number(ValueId(entry.id)),
             });
             // A signed number can have more bits than its type.

@@ -2,9 +2,10 @@
 
 use super::dictionary::Object;
 use super::emcy::{CIA_301, FaultBit, History};
-use super::feature::Feature;
+use super::feature::{Feature, Initial};
 use super::groups::Kept;
 use super::lss::Lss;
+use super::own::Own;
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
@@ -14,7 +15,7 @@ use super::variant::Variant;
 use crate::application::Application;
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
-use crate::param::{ParameterId, Parameters, Refused};
+use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 
 /// Run and error LED patterns.
@@ -50,9 +51,6 @@ impl LedTable {
 /// A history of up to `N` errors.
 pub type ErrorHistory<const N: usize> = heapless::Deque<u32, N>;
 
-/// A text of up to `N` bytes.
-pub type Text<const N: usize> = heapless::Vec<u8, N>;
-
 /// The parameters of product `P`.
 pub(super) type ParametersOf<P> = Parameters<TableOf<P>>;
 
@@ -79,12 +77,17 @@ pub trait Product: 'static {
     /// Layer setting services (CiA 305): [`Absent`](super::Absent) or `Present<Lss>`. With LSS, the dictionary has 1018h with its
     /// four numbers, and [`NODE_ID`](Self::NODE_ID) permits 255 ([`profile::lss_node_id`]).
     type Lss: Feature<Lss>;
+    /// The state of its own objects that is not a parameter; `()` if there is none. If all bits of the initial state are 0, it needs no
+    /// flash.
+    type State: Initial;
     /// SDO block transfer: [`Absent`](super::Absent) or `Present<Block>`. With block transfer, [`Text`](Self::Text) has at least 4
     /// bytes.
     type Block: Feature<Block>;
 
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];
+    /// The functions of its own objects, in the order of the dictionary.
+    const OWN: &'static [Own<Self::Application, Self::State, Self::Text>] = &[];
     /// The status byte in the manufacturer-specific field of emergency messages, from bit 0 on.
     const FAULTS: [FaultBit; 8] = CIA_301;
     /// The LED patterns.
@@ -120,37 +123,8 @@ pub trait Product: 'static {
 
     /// The dictionary in the form that the device uses.
     const ROWS: &'static [Row];
-    /// The parameters in the text of the object with [`Service::Text`].
-    const TEXT_PARAMETERS: &'static [ParameterId] = &[];
     /// The constant texts.
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];
-
-    /// The number in the object with [`Service::Status`].
-    fn status(values: &ValuesOf<Self>, parameters: &ParametersOf<Self>) -> u32
-    where
-        Self: Sized,
-    {
-        let _ = (values, parameters);
-        0
-    }
-
-    /// The text of the object with [`Service::Text`].
-    fn text(parameters: &ParametersOf<Self>) -> Self::Text
-    where
-        Self: Sized,
-    {
-        let _ = parameters;
-        Self::Text::EMPTY
-    }
-
-    /// Writes the text of that object: changes [`TEXT_PARAMETERS`](Self::TEXT_PARAMETERS). The parameters are discarded on an error.
-    fn write_text(text: &[u8], parameters: &mut ParametersOf<Self>) -> Result<(), Refused>
-    where
-        Self: Sized,
-    {
-        let _ = (text, parameters);
-        Err(Refused::NotPermitted)
-    }
 }

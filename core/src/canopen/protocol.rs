@@ -2,7 +2,7 @@
 
 use super::cob_id;
 use super::emcy::{self, Cause, Emergency, FaultBit};
-use super::feature::Feature;
+use super::feature::{Feature, Initial};
 use super::guarding::Guarding;
 use super::nmt::State;
 use super::pdo::{Tpdo, Tpdos};
@@ -45,6 +45,8 @@ pub(super) struct Services<P: Product> {
     faults: Faults,
     pub(super) guarding: Guarding,
     pub(super) lss: P::Lss,
+    /// The state of the own objects of the product.
+    pub(super) own: P::State,
     /// The number of TPDOs that must still handle the last SYNC.
     pub(super) unsynchronised: u8,
     /// A change of the data of a TPDO is an event, as of the last steps of [`tick`](Protocol::tick). What changes this wakes the node up.
@@ -148,6 +150,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             faults: Faults::NONE,
             guarding: Guarding::OFF,
             lss: P::Lss::INITIAL,
+            own: P::State::INITIAL,
             unsynchronised: 0,
             watches: false,
             heartbeat: Periodic::OFF,

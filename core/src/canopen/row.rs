@@ -11,6 +11,7 @@
 //!       +--------------------------------------------------+--------------------+
 //!
 //!  ids  bits 0..7 parameter, 8..15 value, 16 mappable
+//!  service  bits 0..7 service, or 0..7 place in the own objects and 17 own, 16 mappable
 //! ```
 
 use super::Abort;
@@ -43,8 +44,10 @@ pub struct Row {
 
 const KIND: u32 = 5;
 const DATA_TYPE: u32 = 2;
-/// In the target of a parameter or a value: it can be mapped.
+/// In the target of a parameter, a value or an own object: it can be mapped.
 const MAPPABLE: u32 = 1 << 16;
+/// In the target of a service: it is an own object of the product.
+const OWN: u32 = 1 << 17;
 
 impl Row {
     /// The index.
@@ -126,6 +129,14 @@ impl Row {
         Service::ALL.get(self.target as usize).copied()
     }
 
+    /// The place of an own object in those of the product; None if it is another object.
+    pub(super) const fn own(&self) -> Option<u8> {
+        match self.kind() {
+            Kind::Service if self.target & OWN != 0 => Some(self.target as u8),
+            _ => None,
+        }
+    }
+
     /// The published value, mapped into a PDO.
     pub(super) const fn mapped_value(&self) -> Entry {
         Entry {
@@ -138,12 +149,13 @@ impl Row {
     /// The object, mapped into a PDO; None if it cannot be mapped.
     pub(super) const fn mapped(&self) -> Option<Entry> {
         let value = self.mapped_value();
-        let (source, id) = match self.kind() {
+        let source = match self.kind() {
             Kind::Value if self.target & MAPPABLE != 0 => return Some(value),
-            Kind::Parameter if self.target & MAPPABLE != 0 => (Source::Parameter, self.id().0),
-            Kind::Service if self.target == Service::Status as u32 => (Source::Status, 0),
+            Kind::Parameter if self.target & MAPPABLE != 0 => Source::Parameter,
+            Kind::Service if self.target & MAPPABLE != 0 => Source::Own,
             _ => return None,
         };
+        let id = self.target as u8;
         Some(Entry {
             source,
             id,
@@ -206,6 +218,7 @@ pub const fn rows<const N: usize>(
     }; N];
     let mut mapped = ParameterSet::EMPTY;
     let mut texts = 0;
+    let mut own = 0;
     let mut row = 0;
     while row < N {
         let object = &objects[row];
@@ -225,7 +238,11 @@ pub const fn rows<const N: usize>(
             Target::Value(id) => (Kind::Value, (id.0 as u32) << 8 | mappable),
             Target::Command(id, value) => (Kind::Command, id.0 as u32 | (value.0 as u32) << 8),
             Target::Service(service) => (Kind::Service, service as u32),
+            Target::Own(_) => (Kind::Service, own | OWN | mappable),
         };
+        if let Target::Own(_) = object.target {
+            own += 1;
+        }
         if let Target::Text(_) = object.target {
             texts += 1;
         }
@@ -265,10 +282,11 @@ const fn check(object: &Object) {
         object.count == 1 || several,
         "only the error history has several sub-indices in one row",
     );
-    let text = matches!(
-        object.target,
-        Target::Text(_) | Target::Service(Service::Text | Service::SerialText)
-    );
+    let text = matches!(object.target, Target::Text(_))
+        || matches!(
+            (object.target, object.data_type),
+            (Target::Own(_), DataType::Text)
+        );
     mistake.unless(!(text && object.mappable), "a text cannot be mapped");
     if let Target::Constant(_) | Target::NodeRelative(_) | Target::Text(_) | Target::Value(_) =
         object.target

@@ -16,8 +16,6 @@ pub(super) enum What {
     AtOnce,
     /// The parameters of the communication profile get their factory values, which act after a reset.
     FactoryCommunication,
-    /// All other parameters get their factory values.
-    FactoryApplication,
 }
 
 /// What the end of a save changes in RAM.
@@ -27,10 +25,8 @@ enum End {
     Nothing,
     /// If it has failed, the parameters that are stored when they are written have their previous values again.
     AtOnce,
-    /// If it has succeeded, the parameters of the application have their factory values.
-    FactoryApplication,
-    /// If it has succeeded, the parameters in the text of the product have the stored values.
-    Text,
+    /// What the own object at this place of the product does.
+    Own(u8),
 }
 
 /// The contents of the nonvolatile memory.
@@ -38,8 +34,6 @@ pub(super) struct Saved<P: Product> {
     pub parameters: ParametersOf<P>,
     /// The end of the running save, or of the last one.
     end: End,
-    /// The last restore of the parameters of the application has succeeded.
-    pub restored: bool,
     /// The restart and the request of a restore, for a product with groups.
     pub(super) start: Start,
 }
@@ -47,14 +41,13 @@ pub(super) struct Saved<P: Product> {
 impl<P: Product> Saved<P> {
     /// Whether the end of the running save overwrites parameters that were written during it.
     pub fn overwrites(&self) -> bool {
-        matches!(self.end, End::FactoryApplication | End::Text)
+        matches!(self.end, End::Own(_))
     }
 
     /// The state before the memory is read.
     pub const INITIAL: Self = Self {
         parameters: ParametersOf::<P>::INITIAL,
         end: End::Nothing,
-        restored: false,
         start: Start::INITIAL,
     };
 }
@@ -88,32 +81,14 @@ impl<P: Product> Services<P> {
                 self.saved.end = End::AtOnce;
             }
             What::FactoryCommunication => parameters.copy(&factory, Self::stored(true)),
-            What::FactoryApplication => {
-                parameters.copy(&factory, Self::stored(false));
-                self.saved.end = End::FactoryApplication;
-            }
         }
         cx.save(parameters);
         Written::Storing
     }
 
-    /// Begins a save of the parameters in the text of the product with these values, while no other save is running. They are in force
-    /// when they are stored.
-    pub(super) fn save_text(&mut self, cx: &mut ContextOf<P>, text: &ParametersOf<P>) -> Written {
-        let mut parameters = self.saved.parameters;
-        parameters.copy(text, Self::in_text());
-        if parameters == self.saved.parameters {
-            cx.parameters.copy(text, Self::in_text());
-            cx.apply();
-            return Written::Done;
-        }
-        self.saved.end = End::Text;
-        cx.save(parameters);
-        Written::Storing
-    }
-
-    fn in_text() -> impl Iterator<Item = ParameterId> {
-        P::TEXT_PARAMETERS.iter().copied()
+    /// The own object at this place has begun a save.
+    pub(super) fn save_own(&mut self, place: u8) {
+        self.saved.end = End::Own(place);
     }
 
     /// Begins a save of the node-ID and the bit rate, while no other save is running. The other stored parameters keep their values.
@@ -147,18 +122,7 @@ impl<P: Product> Services<P> {
                 let at_once = ParametersOf::<P>::stored_at_once();
                 cx.parameters.copy(&self.saved.parameters, at_once);
             }
-            End::FactoryApplication => {
-                if succeeded {
-                    cx.parameters
-                        .copy(&Parameters::factory(), Self::stored(false));
-                }
-                self.saved.restored = succeeded;
-            }
-            End::Text => {
-                if succeeded {
-                    cx.parameters.copy(saved, Self::in_text());
-                }
-            }
+            End::Own(place) => self.finish_own(cx, place, succeeded),
         }
         cx.apply();
         let fault = if succeeded { 0 } else { Self::MEMORY };

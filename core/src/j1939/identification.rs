@@ -13,9 +13,9 @@ use super::identifier::{
 };
 use super::product::{Product, model, version};
 use super::transport::Message;
-use crate::canopen::{Text, decimal};
 use crate::node::Shell;
 use crate::store::Name;
+use crate::text::{Text, decimal};
 
 /// The message with this identification of a unit; None for another group.
 pub fn message<P: Product>(pgn: Pgn, shell: &Shell) -> Option<Message> {

@@ -187,6 +187,7 @@ impl canopen::Product for Both {
     type Text = Text<0>;
     type Lss = canopen::Absent;
     type Block = canopen::Absent;
+    type State = ();
 
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],

@@ -94,6 +94,7 @@ impl Product for Sensing {
     type Text = Text<0>;
     type Lss = Absent;
     type Block = Absent;
+    type State = ();
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0), profile::ERROR_REGISTER],
         profile::error_history(4),

@@ -2,7 +2,7 @@
 
 use super::number::{Number, named, permitted};
 use plumbline::canopen::Variant;
-use plumbline::canopen::dictionary::{Access, Object, Service, Target};
+use plumbline::canopen::dictionary::{Access, Object, Service, Target, Use};
 use plumbline::canopen::lss::UNCONFIGURED;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::param::{DataType, Parameter, Permitted, Persistence, Ranges};
@@ -154,18 +154,13 @@ impl<'a> Described<'a> {
                 // A state, not a measured value: no operation has been started yet.
                 quantity.unit.is_empty().then_some(0)
             }
-            Target::Text(_)
-            | Target::Service(
-                Service::SerialNumber
-                | Service::SerialText
-                | Service::IdentityNumber
-                | Service::Text
-                | Service::Status,
-            ) => None,
+            Target::Text(_) | Target::Service(Service::SerialNumber) | Target::Own(Use::Data) => {
+                None
+            }
             // The device makes it on command.
             Target::Service(Service::StoreGroup | Service::RestoreGroup) => Some(1),
             // There is no error yet, and no save is running.
-            Target::Service(_) => Some(0),
+            Target::Service(_) | Target::Own(Use::Command(_)) => Some(0),
             Target::Parameter(_)
             | Target::CobId(_)
             | Target::FreeCobId(_)
@@ -200,7 +195,7 @@ impl<'a> Described<'a> {
             return true;
         }
         match self.object.target {
-            Target::Service(_) => self.object.access.is_writable(),
+            Target::Service(_) | Target::Own(_) => self.object.access.is_writable(),
             Target::Command(..) => true,
             // A write refers to the present position.
             Target::Parameter(_) => self
@@ -236,23 +231,16 @@ fn assigned(ranges: &Ranges) -> Option<(i64, i64)> {
 
 /// The values that can be written to a service, as text, and the limits.
 fn service(target: Target) -> (&'static str, Option<(i64, i64)>) {
-    let Target::Service(service) = target else {
-        return ("", None);
+    let service = match target {
+        Target::Service(service) => service,
+        Target::Own(Use::Command(command)) => return (command.numbers, Some(command.limits)),
+        _ => return ("", None),
     };
     match service {
         Service::ErrorCount => ("0 clears", None),
         Service::Store | Service::StoreGroup => ("\"save\"", None),
         Service::RestoreCommunication | Service::RestoreGroup => ("\"load\"", None),
-        Service::Restart => ("0..1; 1 = reset", Some((0, 1))),
-        Service::ResetDevice => ("1 = reset", Some((1, 1))),
-        Service::RestoreApplication => ("1; 0 = failed, 1 = make, or made", Some((0, 1))),
-        Service::ErrorRegister
-        | Service::ErrorHistory
-        | Service::SerialNumber
-        | Service::SerialText
-        | Service::IdentityNumber
-        | Service::Text
-        | Service::Status => ("", None),
+        Service::ErrorRegister | Service::ErrorHistory | Service::SerialNumber => ("", None),
     }
 }
 

@@ -151,7 +151,7 @@ fn number(object: &Object, product: &Product, source: &mut impl Source) -> u32 {
         Target::Service(Service::RestoreCommunication | Service::RestoreGroup) => {
             u32::from_le_bytes(*b"load")
         }
-        Target::Service(_) => source.number() % 2,
+        Target::Service(_) | Target::Own(_) => source.number() % 2,
         _ => source.number() % 300,
     }
 }

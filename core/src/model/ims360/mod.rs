@@ -9,20 +9,21 @@ mod application;
 mod j1939;
 mod measuring;
 mod objects;
+mod own;
 mod parameters;
 mod range;
 
 pub use application::{Ims360Application, Inclination, value};
 pub use parameters::id;
 
-use crate::application::{Faults, Values};
+use crate::application::Faults;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers, Variant};
 use crate::j1939::DualNode;
 use crate::model::listing::canopen::Listing;
 use crate::model::listing::{Adjustment, Article, Guide, Written};
-use crate::param::{ParameterId, Parameters};
+use crate::param::ParameterId;
 use crate::store::ImageId;
 use crate::store::unit::NAME;
 
@@ -74,13 +75,6 @@ const HISTORY: usize = 8;
 /// Bit 7 of the error register: manufacturer-specific, an error of the sensor (7.2.2).
 const SENSOR: u8 = 1 << 7;
 
-/// Status byte ST0 (3000h:01): the sensor has two axes.
-const TWO_AXES: u32 = 1 << 0;
-/// Status byte ST0: a sensing element is defective.
-const DEFECTIVE: u32 = 1 << 1;
-/// Status byte ST0: all settings have their factory values.
-const FACTORY: u32 = 1 << 2;
-
 impl canopen::Product for Ims360Product {
     type Application = Ims360Application;
     type Tpdos = DynamicTpdos<4, 8>;
@@ -89,7 +83,10 @@ impl canopen::Product for Ims360Product {
     type Lss = Present<Lss>;
     type Block = Present<Block>;
 
+    type State = ();
+
     const OBJECTS: &'static [Object] = objects::OBJECTS;
+    const OWN: &'static [own::Functions] = &own::FUNCTIONS;
     /// The emergency codes of table 8 that last.
     const FAULTS: [FaultBit; 8] = [
         fault(
@@ -154,13 +151,4 @@ impl canopen::Product for Ims360Product {
     const SELECTOR: Option<(ParameterId, u32)> = Some((id::PROTOCOL, parameters::CANOPEN));
     const IMAGE: ImageId = ImageId::new(0x3600);
     crate::project!(objects);
-
-    /// Status byte ST0 (7.2.27).
-    fn status(values: &Inclination, parameters: &Parameters<Self>) -> u32 {
-        let flag = |set: bool, flag: u32| if set { flag } else { 0 };
-        let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
-        flag(parameters::has_two_axes(parameters), TWO_AXES)
-            | flag(values.faults().intersects(defective), DEFECTIVE)
-            | flag(parameters.is_factory(), FACTORY)
-    }
 }

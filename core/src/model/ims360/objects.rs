@@ -2,7 +2,7 @@
 
 use super::application::value;
 use super::parameters::id;
-use crate::canopen::dictionary::{Access, Object, Service};
+use crate::canopen::dictionary::{Access, Command, Object, Service, Starts};
 use crate::canopen::profile::{self, constant, highest, service};
 use crate::param::{DataType, ParameterId, ValueId};
 
@@ -63,14 +63,7 @@ const IDENTIFICATION: [Object; 6] = [
         group: "Logistic data",
         ..highest(0x2000, "Logistic data", DataType::U8, 3)
     },
-    service(
-        0x2000,
-        1,
-        "Serial number",
-        DataType::Text,
-        Access::Ro,
-        Service::SerialText,
-    ),
+    Object::own(0x2000, 1, "Serial number", DataType::Text, Access::Ro),
     constant(0x2000, 2, "Version number", DataType::U32, 1),
     Object {
         sub: 3,
@@ -83,14 +76,11 @@ const IDENTIFICATION: [Object; 6] = [
 
 const CONTROL: [Object; 5] = [
     highest(0x2010, "Controller settings", DataType::U8, 2),
-    service(
-        0x2010,
-        1,
-        "Set controller",
-        DataType::U8,
-        Access::Wo,
-        Service::ResetDevice,
-    ),
+    Object::own(0x2010, 1, "Set controller", DataType::U8, Access::Wo).starting(Command {
+        starts: Starts::Reset,
+        numbers: "1 = reset",
+        limits: (1, 1),
+    }),
     highest(0x2020, "Internal values", DataType::U8, 1),
     profile::read_only(0x2020, 1, value::SUPPLY),
     constant(0x20FF, 0, "Version of layout", DataType::U16, 1),
@@ -117,28 +107,14 @@ const J1939: [Object; 21] = [
     parameter(0x2106, 6, id::J1939_NAME[5]),
     parameter(0x2106, 7, id::J1939_NAME[6]),
     parameter(0x2106, 8, id::J1939_NAME[7]),
-    service(
-        0x2106,
-        9,
-        "Identity number",
-        DataType::U32,
-        Access::Ro,
-        Service::IdentityNumber,
-    ),
+    Object::own(0x2106, 9, "Identity number", DataType::U32, Access::Ro),
 ];
 
 const STATUS: [Object; 6] = [
     highest(0x3000, "Status", DataType::U8, 5),
     Object {
         mappable: true,
-        ..service(
-            0x3000,
-            1,
-            "Status byte ST0",
-            DataType::U8,
-            Access::Ro,
-            Service::Status,
-        )
+        ..Object::own(0x3000, 1, "Status byte ST0", DataType::U8, Access::Ro)
     },
     status(2, "Status byte ST1"),
     status(3, "Status byte ST2"),

@@ -8,6 +8,7 @@ mod application;
 mod base64;
 mod measuring;
 mod objects;
+mod own;
 mod parameters;
 mod programming_key;
 
@@ -21,7 +22,7 @@ use crate::canopen::{self, CanopenNode, LedTable, TpdoArray};
 use crate::model::listing::canopen::Listing;
 use crate::model::listing::{Adjustment, Article, Guide, Resolution, Written};
 use crate::node::Pattern;
-use crate::param::{ParameterId, Parameters, Refused};
+use crate::param::ParameterId;
 use crate::store::ImageId;
 use crate::store::unit::NAME;
 
@@ -79,7 +80,10 @@ impl canopen::Product for Jn2101Product {
     type Lss = canopen::Absent;
     type Block = canopen::Absent;
 
+    type State = own::State;
+
     const OBJECTS: &'static [Object] = objects::OBJECTS;
+    const OWN: &'static [own::Functions] = &own::FUNCTIONS;
     /// The emergency codes of 7.6.1 and 11.
     const FAULTS: [FaultBit; 8] = [
         fault("sensor", Cause::Application(Faults::SENSOR), 0x1000, 0),
@@ -116,16 +120,6 @@ impl canopen::Product for Jn2101Product {
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BAUD_RATE;
     const WRITABLE: usize = KEY;
-    const TEXT_PARAMETERS: &'static [ParameterId] = &programming_key::IDS;
     const IMAGE: ImageId = ImageId::new(0x2101);
     crate::project!(objects);
-
-    /// The programming key (9.11).
-    fn text(parameters: &Parameters<Self>) -> Self::Text {
-        programming_key::compose(parameters)
-    }
-
-    fn write_text(text: &[u8], parameters: &mut Parameters<Self>) -> Result<(), Refused> {
-        programming_key::write(text, parameters).ok_or(Refused::NotPermitted)
-    }
 }

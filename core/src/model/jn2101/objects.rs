@@ -2,7 +2,7 @@
 
 use super::application::value;
 use super::parameters::id;
-use crate::canopen::dictionary::{Access, Object, Service, Target};
+use crate::canopen::dictionary::{Access, Command, Object, Service, Starts, Target};
 use crate::canopen::profile::{self, constant, highest, service};
 use crate::param::{DataType, ParameterId};
 
@@ -49,14 +49,11 @@ const fn operating_parameter(index: u16, name: &'static str) -> Object {
 const APPLICATION: [Object; 26] = [
     parameter(0x2000, id::NODE_ID),
     parameter(0x2001, id::BAUD_RATE),
-    service(
-        0x2002,
-        0,
-        "Sensor reset",
-        DataType::U8,
-        Access::Rw,
-        Service::Restart,
-    ),
+    Object::own(0x2002, 0, "Sensor reset", DataType::U8, Access::Rw).starting(Command {
+        starts: Starts::Reset,
+        numbers: "0..1; 1 = reset",
+        limits: (0, 1),
+    }),
     parameter(0x2040, id::QUADRANT),
     parameter(0x2041, id::HEATING),
     parameter(0x2042, id::TEACH),
@@ -64,22 +61,12 @@ const APPLICATION: [Object; 26] = [
     parameter(0x2044, id::DEFINITION),
     parameter(0x2045, id::TERMINATION),
     parameter(0x2046, id::ZERO),
-    service(
-        0x207F,
-        0,
-        "Factory reset",
-        DataType::U8,
-        Access::Rw,
-        Service::RestoreApplication,
-    ),
-    service(
-        0x3000,
-        0,
-        "Programming key",
-        DataType::Text,
-        Access::Rw,
-        Service::Text,
-    ),
+    Object::own(0x207F, 0, "Factory reset", DataType::U8, Access::Rw).starting(Command {
+        starts: Starts::Restore,
+        numbers: "1; 0 = failed, 1 = make, or made",
+        limits: (0, 1),
+    }),
+    Object::own(0x3000, 0, "Programming key", DataType::Text, Access::Rw),
     highest(0x4004, "MEMS self-test", DataType::U8, 2),
     Object {
         target: Target::Command(id::SELF_TEST, value::SELF_TEST_ACTIVE),

@@ -66,6 +66,7 @@ macro_rules! product {
             type Text = Text<0>;
             type Lss = Absent;
             type Block = Absent;
+            type State = ();
 
             const OBJECTS: &'static [Object] = plumbline::objects![
                 [profile::device_type(0), profile::ERROR_REGISTER],

@@ -4,9 +4,11 @@ use super::Tester;
 use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
-    self, Block, CanopenNode, ErrorHistory, Lss, Object, Present, Product, TpdoArray, profile,
+    self, Abort, Block, CanopenNode, ErrorHistory, Lss, Object, Own, Present, Product, Scope, Then,
+    TpdoArray, profile,
 };
-use plumbline::param::{Permitted, Refused};
+use plumbline::node::Context;
+use plumbline::param::Permitted;
 use plumbline::prelude::*;
 
 const NODE_ID: ParameterId = ParameterId(0);
@@ -84,6 +86,7 @@ impl Product for GaugeProduct {
     type Text = canopen::Text<TEXT>;
     type Lss = Present<Lss>;
     type Block = Present<Block>;
+    type State = ();
 
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
@@ -108,7 +111,7 @@ impl Product for GaugeProduct {
         [
             Object::parameter(0x2001, 0, BIT_RATE),
             Object::parameter(0x2002, 0, NODE_ID),
-            profile::service(0x2100, 0, "Text", DataType::Text, Access::Rw, Service::Text),
+            Object::own(0x2100, 0, "Text", DataType::Text, Access::Rw),
             Object::parameter(0x2101, 0, LENGTH),
             Object::value(0x6010, 0, SLOPE),
         ],
@@ -122,21 +125,36 @@ impl Product for GaugeProduct {
         (800, BitRate::K800),
         (1000, BitRate::M1),
     ];
-    const TEXT_PARAMETERS: &'static [ParameterId] = &[LENGTH];
+    const OWN: &'static [Own<Level, (), Self::Text>] = &[Own::text(0x2100, 0, read_text)
+        .written(write_text)
+        .after_save(stored_text)];
     const IMAGE: ImageId = ImageId::new(0x7005);
     plumbline::project!(objects);
+}
 
-    fn text(parameters: &Parameters<Self>) -> Self::Text {
-        Self::Text::from_slice(&text(parameters.get(LENGTH) as usize)).unwrap()
+fn read_text(_: &(), node: &Context<Level>) -> canopen::Text<TEXT> {
+    let length = node.parameters.get(LENGTH) as usize;
+    canopen::Text::from_slice(&text(length)).unwrap()
+}
+
+/// Stores the length of the text, which can be any one, and takes no other text.
+fn write_text(scope: &mut Scope<Level, ()>, bytes: &[u8]) -> Result<Then, Abort> {
+    if bytes != text(bytes.len()) {
+        return Err(Abort::Value);
     }
+    let length = bytes.len() as u32;
+    if [scope.cx.parameters, *scope.stored].map(|set| set.get(LENGTH)) == [length; 2] {
+        return Ok(Then::Reply);
+    }
+    let mut parameters = *scope.stored;
+    parameters.set(LENGTH, length);
+    scope.save(parameters)
+}
 
-    /// Takes the text of any length, and no other text.
-    fn write_text(bytes: &[u8], parameters: &mut Parameters<Self>) -> Result<(), Refused> {
-        if bytes != text(bytes.len()) {
-            return Err(Refused::NotPermitted);
-        }
-        parameters.set(LENGTH, bytes.len() as u32);
-        Ok(())
+/// The length is in force when it is stored.
+fn stored_text(scope: &mut Scope<Level, ()>, succeeded: bool) {
+    if succeeded {
+        scope.cx.parameters.copy(scope.stored, [LENGTH]);
     }
 }
 

@@ -11,10 +11,10 @@
 use super::Tester;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::{
-    Absent, CanopenNode, DynamicTpdos, ErrorHistory, Object, Product, Text, Triggers, profile,
+    Absent, CanopenNode, DynamicTpdos, ErrorHistory, Object, Own, Product, Text, Triggers, profile,
 };
 use plumbline::measure::ONE_G;
-use plumbline::node::Boot;
+use plumbline::node::{Boot, Context};
 use plumbline::prelude::*;
 
 const MILLI: [ValueId; 3] = [ValueId(0), ValueId(1), ValueId(2)];
@@ -107,6 +107,7 @@ impl Product for Mapped {
     type Text = Text<0>;
     type Lss = Absent;
     type Block = Absent;
+    type State = ();
     const TRIGGERS: Triggers = Triggers {
         changes: true,
         restarts_timer: true,
@@ -140,14 +141,10 @@ impl Product for Mapped {
         [
             Object::parameter(0x2000, 0, id::NODE_ID),
             Object::parameter(0x2001, 0, id::BIT_RATE),
-            profile::service(
-                0x3000,
-                0,
-                "Status",
-                DataType::U8,
-                Access::Ro,
-                Service::Status
-            ),
+            Object {
+                mappable: true,
+                ..Object::own(0x3000, 0, "Status", DataType::U8, Access::Ro)
+            },
             Object::value(0x3010, 1, MILLI[0]),
             Object::value(0x3010, 2, MILLI[1]),
             profile::read_only(0x3010, 3, MILLI[2]),
@@ -161,15 +158,17 @@ impl Product for Mapped {
     ];
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
+    const OWN: &'static [Own<Force, (), Text<0>>] = &[Own::number(0x3000, 0, status)];
     const IMAGE: ImageId = ImageId::new(0x7002);
     plumbline::project!(objects);
+}
 
-    fn status(_: &Published<4>, parameters: &Parameters<Self>) -> u32 {
-        if parameters.get(id::NUMBER) == 0 {
-            0x04
-        } else {
-            0x84
-        }
+/// The status (3000h).
+fn status(_: &(), node: &Context<Force>) -> u32 {
+    if node.parameters.get(id::NUMBER) == 0 {
+        0x04
+    } else {
+        0x84
     }
 }
 

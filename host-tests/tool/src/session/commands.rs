@@ -7,7 +7,7 @@ use crate::client::nmt::{self, Command};
 use crate::client::sdo::Server;
 use crate::failure::Failure;
 use crate::sheet::Entry;
-use plumbline::canopen::dictionary::{Service, Target as ObjectTarget};
+use plumbline::canopen::dictionary::{Object, Service, Starts, Target as ObjectTarget, Use};
 use plumbline::devicenet::service;
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::Protocol;
@@ -99,7 +99,7 @@ impl Session {
                 for object in services(tables, |service| service == Service::RestoreCommunication) {
                     self.object(object, b"load", "load")?;
                 }
-                for object in services(tables, |service| service == Service::RestoreApplication) {
+                for object in commands(tables, Starts::Restore) {
                     self.object(object, &[1], "load")?;
                 }
                 Ok("factory values are loaded; node-ID and bit rate act after a restart")
@@ -130,8 +130,7 @@ impl Session {
                 Ok(())
             }
             (Target::J1939(_), Protocol::Canopen(tables)) => {
-                let [object, ..] = services(tables, |service| service == Service::ResetDevice)[..]
-                else {
+                let Some(object) = commands(tables, Starts::Reset).next() else {
                     return Err(unexpected("restart"));
                 };
                 self.object(object, &[1], "the restart")
@@ -185,4 +184,12 @@ fn services(tables: &listing::canopen::Tables, is: impl Fn(Service) -> bool) -> 
     let objects = objects
         .filter(|object| matches!(object.target, ObjectTarget::Service(service) if is(service)));
     objects.map(|object| (object.index, object.sub)).collect()
+}
+
+/// The addresses of the own objects that start this with the number 1.
+fn commands(tables: &listing::canopen::Tables, wanted: Starts) -> impl Iterator<Item = (u16, u8)> {
+    let objects = tables.objects.iter().filter(move |object| {
+        matches!(object.target, ObjectTarget::Own(Use::Command(command)) if command.starts == wanted)
+    });
+    objects.map(|object| (object.index, object.sub))
 }

@@ -2,7 +2,7 @@
 
 use super::{Address, Entry, Form, Origin, kebab};
 use crate::number::Scale;
-use plumbline::canopen::dictionary::{Access, Service, Target};
+use plumbline::canopen::dictionary::{Access, Service, Target, Use};
 use plumbline::devicenet::Source as AttributeSource;
 use plumbline::fsc::table::{Operation, Source as FieldSource};
 use plumbline::model::catalog::{Product, Protocol};
@@ -137,24 +137,27 @@ impl Builder {
                 | Target::Command(id, _) => self.of_parameter(id, address),
                 Target::Value(id) => self.of_value(id, address),
                 Target::Text(_) => fact(object.name, address, DataType::Text),
-                Target::Service(
-                    Service::ErrorRegister
-                    | Service::SerialNumber
-                    | Service::SerialText
-                    | Service::Status,
-                ) => fact(object.name, address, object.data_type),
-                Target::Service(Service::Text) => Entry {
+                Target::Service(Service::ErrorRegister | Service::SerialNumber) => {
+                    fact(object.name, address, object.data_type)
+                }
+                Target::Own(Use::Data) => Entry {
                     writable: true,
-                    ..fact(object.name, address, DataType::Text)
+                    ..fact(object.name, address, object.data_type)
                 },
-                Target::Constant(_) | Target::NodeRelative(_) | Target::Service(_) => continue,
+                Target::Constant(_)
+                | Target::NodeRelative(_)
+                | Target::Service(_)
+                | Target::Own(Use::Command(_)) => continue,
             };
             entry.readable = object.access != Access::Wo;
             entry.writable &= object.access.is_writable();
             entry.node_relative = matches!(object.target, Target::CobId(_) | Target::FreeCobId(_));
             // A write refers to the present position, or starts something.
             entry.command = !entry.readable
-                || matches!(object.target, Target::Command(..) | Target::Service(_))
+                || matches!(
+                    object.target,
+                    Target::Command(..) | Target::Service(_) | Target::Own(_)
+                )
                 || self.is_at_once(&entry);
             // A serial number is decimal, as on the label of the sensor.
             let is_serial = object.target == Target::Service(Service::SerialNumber);

@@ -1,0 +1,47 @@
+//! The functions of the own objects of the IMS360.
+
+use super::application::Ims360Application;
+use super::parameters;
+use crate::application::{Faults, Values};
+use crate::canopen::{Abort, Own, Scope, Text, Then};
+use crate::j1939::name::identity_number;
+use crate::node::Context;
+use crate::store::unit::NAME;
+use crate::text::decimal;
+
+/// Status byte ST0 (3000h:01): the sensor has two axes.
+const TWO_AXES: u32 = 1 << 0;
+/// Status byte ST0: a sensing element is defective.
+const DEFECTIVE: u32 = 1 << 1;
+/// Status byte ST0: all settings have their factory values.
+const FACTORY: u32 = 1 << 2;
+
+type Node = Context<Ims360Application>;
+
+/// The functions of an own object.
+pub(super) type Functions = Own<Ims360Application, (), Text<NAME>>;
+
+/// In the order of the object dictionary.
+pub(super) const FUNCTIONS: [Functions; 4] = [
+    Own::text(0x2000, 1, |_, node| decimal(node.shell.serial())),
+    Own::command(0x2010, 1, set_controller),
+    Own::number(0x2106, 9, |_, node| identity_number(node.shell.serial())),
+    Own::number(0x3000, 1, status),
+];
+
+/// Set controller (7.2.20): 1 restarts the sensor.
+fn set_controller(_: &mut Scope<Ims360Application, ()>, data: &[u8]) -> Result<Then, Abort> {
+    match data {
+        [1] => Ok(Then::Restart),
+        _ => Err(Abort::Value),
+    }
+}
+
+/// Status byte ST0 (7.2.27).
+fn status(_: &(), node: &Node) -> u32 {
+    let flag = |set: bool, flag: u32| if set { flag } else { 0 };
+    let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
+    flag(parameters::has_two_axes(&node.parameters), TWO_AXES)
+        | flag(node.values.faults().intersects(defective), DEFECTIVE)
+        | flag(node.parameters.is_factory(), FACTORY)
+}
