@@ -47,7 +47,7 @@ pub const fn check<P: Product>() {
     check_history(P::OBJECTS, P::History::CAPACITY);
     identifiers::check(P::OBJECTS, parameters);
     identifiers::check_node_id(parameters, P::NODE_ID, P::Lss::PRESENT);
-    identifiers::check_bit_rate(parameters, P::BIT_RATE, P::BIT_RATES, P::BIT_RATE_UNIT);
+    identifiers::check_bit_rate(parameters, P::BIT_RATE, P::BIT_RATES);
     Mistake::in_item("Text").unless(
         P::Text::CAPACITY >= 4 || !P::Block::PRESENT,
         "block transfer needs a buffer for texts with at least 4 bytes",

@@ -6,7 +6,6 @@
 use super::Abort;
 use super::cob_id;
 use super::dictionary::has_free_cob_ids;
-use super::nmt::State;
 use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
@@ -100,10 +99,10 @@ impl<P: Product> Services<P> {
 
     /// Checks that the NMT state permits a write of an object of the communication profile.
     pub(super) fn check_state(&self, index: u16) -> Result<(), Abort> {
-        let bound = P::BINDS_COB_IDS && matches!(index, 0x1005 | EMCY);
-        if bound && self.state != State::PreOperational {
-            return Err(Abort::DeviceState);
+        if P::is_writable(index, self.state) {
+            Ok(())
+        } else {
+            Err(Abort::DeviceState)
         }
-        Ok(())
     }
 }

@@ -16,7 +16,6 @@ use super::objects::{LOAD, SAVE};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
 use super::sdo::Written;
-use super::variant;
 use crate::param::{ParameterId, Parameters};
 
 /// The hidden stored parameters of a product with groups. Their factory values are 0.
@@ -142,7 +141,7 @@ impl<P: Product> Services<P> {
         self.save_these(cx, parameters);
     }
 
-    /// Prepares a stored set for a start: takes the factory values of the request, the history and the variant.
+    /// Prepares a stored set for a start: takes the factory values of the request, and the history.
     pub(super) fn begin(&mut self, parameters: &mut ParametersOf<P>) {
         let Some(kept) = P::KEPT else { return };
         let request = parameters.get(kept.request) as u8;
@@ -165,14 +164,12 @@ impl<P: Product> Services<P> {
         }
         parameters.set(kept.request, 0);
         errors::<P>(kept).for_each(|id| parameters.set(id, 0));
-        variant::adapt::<P>(parameters, None);
         self.saved.start.used |= request;
         self.saved.start.begun = true;
     }
 
-    /// After reset communication has restored the stored values: takes the factory values of a request for this group. The variant in
-    /// force stays.
-    pub(super) fn restore_requested(&mut self, cx: &mut ContextOf<P>, in_force: Option<u32>) {
+    /// After reset communication has restored the stored values: takes the factory values of a request for this group.
+    pub(super) fn restore_requested(&mut self, cx: &mut ContextOf<P>) {
         let Some(kept) = P::KEPT else { return };
         let request = self.saved.parameters.get(kept.request) as u8 & COMMUNICATION;
         if request != 0 {
@@ -182,7 +179,6 @@ impl<P: Product> Services<P> {
             self.saved.start.used |= request;
             self.use_up_request(cx);
         }
-        variant::adapt::<P>(&mut cx.parameters, in_force);
     }
 
     /// Clears the used part of the request in memory, after a running save at the earliest.

@@ -120,17 +120,17 @@ impl<P: Product> Services<P> {
     /// Whether another protocol is on the bus.
     #[inline(always)] // a part of the function above
     pub(super) fn is_hosted(&self) -> bool {
-        P::SELECTOR.is_some() && self.is_hosted
+        P::HOSTED.is_some() && self.is_hosted
     }
 
     /// Selects the protocol that is on the bus from the parameters of a start.
     pub(super) fn select_protocol(&mut self, parameters: &ParametersOf<P>) {
-        if let Some((selector, own)) = P::SELECTOR {
+        if let Some(hosted) = P::HOSTED {
             // The next reset of the communication configures the controller.
             if self.is_hosted {
                 self.node_id = 0;
             }
-            self.is_hosted = parameters.get(selector) != own;
+            self.is_hosted = hosted(parameters);
         }
     }
 }

@@ -40,7 +40,6 @@ pub mod row;
 mod saving;
 pub mod sdo;
 pub mod setting;
-mod variant;
 
 pub use crate::text::Text;
 pub use abort::Abort;
@@ -54,4 +53,3 @@ pub use pdo::{DynamicTpdos, Tpdo, TpdoArray, Tpdos, Triggers};
 pub use product::{ErrorHistory, LedTable, Product};
 pub use protocol::Canopen;
 pub use sdo::Block;
-pub use variant::Variant;

@@ -138,8 +138,10 @@ impl<P: Product> Services<P> {
         match row.service() {
             Some(Service::ErrorRegister) => self.emergency.register().into(),
             Some(Service::ErrorCount) => self.emergency.count(),
-            Some(Service::ErrorHistory) if P::REPORTS_STATUS => self.emergency.entry(sub),
-            Some(Service::ErrorHistory) => self.emergency.entry(sub) & 0xFFFF,
+            Some(Service::ErrorHistory) => {
+                let [low, high, status, _] = self.emergency.entry(sub).to_le_bytes();
+                u32::from_le_bytes([low, high, P::additional(status), 0])
+            }
             Some(Service::SerialNumber) => cx.shell.serial(),
             // The device stores and restores on command (7.5.2.13 of CiA 301).
             Some(Service::StoreGroup | Service::RestoreGroup) => 1,

@@ -5,13 +5,13 @@ use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::{Feature, Initial};
 use super::groups::Kept;
 use super::lss::Lss;
+use super::nmt::State;
 use super::own::Own;
 use super::pdo::{Tpdos, Triggers};
 use super::profile;
 use super::row::Row;
 use super::sdo::{Block, Buffer};
 use super::setting::TpdoSettings;
-use super::variant::Variant;
 use crate::application::Application;
 use crate::can::BitRate;
 use crate::node::{ErrorPatterns, Pattern};
@@ -63,7 +63,7 @@ pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Valu
 /// A product with the CANopen protocol.
 ///
 /// [`project!(objects)`](crate::project) derives the rows, texts and settings from the description, and checks it.
-pub trait Product: 'static {
+pub trait Product: Sized + 'static {
     /// Its measurement and actions.
     type Application: Application;
     /// Its TPDOs, for example `TpdoArray<2, 4>`: two with up to four mapped objects. The numbers must be those of the dictionary.
@@ -95,29 +95,21 @@ pub trait Product: 'static {
     /// Momentary faults without a bit in the status byte: [`Cause::Overrun`](super::emcy::Cause::Overrun) or
     /// [`Cause::BusOff`](super::emcy::Cause::BusOff).
     const EVENTS: &'static [FaultBit] = &[];
-    /// Whether emergency messages and the history contain the status byte. Otherwise, its place is 0.
-    const REPORTS_STATUS: bool = true;
     /// The triggers of transmission types 254 and 255.
     const TRIGGERS: Triggers = Triggers::TIMER;
-    /// Whether the COB-IDs of the SYNC and of the EMCY can be written in pre-operational only.
-    const BINDS_COB_IDS: bool = false;
     /// The parameter with the node-ID, 1 to 127.
     const NODE_ID: ParameterId;
     /// The parameter with the bit rate.
     const BIT_RATE: ParameterId;
     /// The values of the bit rate parameter and their bit rates.
-    const BIT_RATES: &'static [(u16, BitRate)] = profile::BIT_RATES;
-    /// A number in [`BIT_RATES`](Self::BIT_RATES) multiplied by this is the value of the bit rate parameter; at least 1.
-    const BIT_RATE_UNIT: u32 = 1;
-    /// The parameter that is not 0 while the node leaves bus-off automatically; None: it always does.
-    const BUS_OFF_RECOVERY: Option<ParameterId> = None;
+    const BIT_RATES: &'static [(u32, BitRate)] = &profile::BIT_RATES;
+    /// Whether the node leaves bus-off automatically; None: it always does. With this function, a reset of the node also ends bus-off.
+    const RECOVERS: Option<fn(&ParametersOf<Self>) -> bool> = None;
+    /// Whether another protocol is on the bus, which transports the SDOs, since a start with these parameters; None: there is no other
+    /// protocol.
+    const HOSTED: Option<fn(&ParametersOf<Self>) -> bool> = None;
     /// The hidden parameters of a product with groups of stored parameters and a stored history.
     const KEPT: Option<Kept> = None;
-    /// The variants with other factory values.
-    const VARIANTS: &'static [Variant] = &[];
-    /// The parameter that selects the protocol at a restart, and its value for CANopen; None: there is no other protocol. With another
-    /// value, the node is not on the bus as a CANopen node, and another protocol accesses its objects.
-    const SELECTOR: Option<(ParameterId, u32)> = None;
     /// The identification of the stored parameters of this product.
     const IMAGE: ImageId;
 
@@ -127,4 +119,20 @@ pub trait Product: 'static {
     const TEXTS: &'static [&'static str];
     /// The communication parameters of the TPDOs.
     const TPDO_SETTINGS: &'static [TpdoSettings];
+
+    /// The additional information in emergency messages and in the history: the status byte, or another number.
+    fn additional(status: u8) -> u8 {
+        status
+    }
+
+    /// Whether an object of the communication profile can be written in this NMT state.
+    fn is_writable(index: u16, state: State) -> bool {
+        let _ = (index, state);
+        true
+    }
+
+    /// Adapts parameters that were taken from the memory: all of them at a start, otherwise those of the communication profile.
+    fn adapt(state: &mut Self::State, parameters: &mut ParametersOf<Self>, starts: bool) {
+        let _ = (state, parameters, starts);
+    }
 }

@@ -94,7 +94,18 @@ pub const fn bit_rate(id: ParameterId, factory: u16) -> Parameter {
 }
 
 /// The bit rates of CiA 301, table 1, by their numbers in kbit/s.
-pub const BIT_RATES: &[(u16, BitRate)] = &BIT_RATE_CODING.codes();
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const BIT_RATES: [(u32, BitRate); 8] = {
+    let codes = BIT_RATE_CODING.codes();
+    let mut rates = [(0, BitRate::K10); 8];
+    let mut place = 0;
+    while place < rates.len() {
+        let (number, rate) = codes[place];
+        rates[place] = (number as u32, rate);
+        place += 1;
+    }
+    rates
+};
 
 const BIT_RATE_NUMBERS: [u32; 8] = BIT_RATE_CODING.numbers();
 

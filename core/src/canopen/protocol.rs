@@ -37,7 +37,7 @@ pub(super) struct Services<P: Product> {
     /// The identifier of the SYNC in force; None if the node sends it itself.
     pub(super) sync: Option<CanId>,
     pub(super) state: State,
-    /// Another protocol is on the bus and accesses the objects ([`Product::SELECTOR`]).
+    /// Another protocol is on the bus and accesses the objects ([`Product::HOSTED`]).
     pub(super) is_hosted: bool,
     pub(super) tpdos: P::Tpdos,
     pub(super) emergency: Emergency<P::History>,
@@ -94,6 +94,7 @@ impl<P: Product> Canopen<P> {
         services.saved.parameters = *parameters;
         services.emergency.start(Services::<P>::FAULTS);
         services.begin(parameters);
+        P::adapt(&mut services.own, parameters, true);
         services.select_protocol(parameters);
         if damaged {
             services
@@ -207,7 +208,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
     }
 
     fn recovers(&self, parameters: &ParametersOf<P>) -> bool {
-        P::BUS_OFF_RECOVERY.is_none_or(|id| parameters.get(id) != 0)
+        P::RECOVERS.is_none_or(|recovers| recovers(parameters))
     }
 
     fn stored(
@@ -349,11 +350,10 @@ impl<P: Product> Services<P> {
             let id = self.on_bus(Self::EMCY_COB_ID.get(&cx.parameters));
             if let Some(id) = self.emergency_id(id) {
                 self.emergency.told(&message);
-                let mut message = u64::from_le_bytes(message);
-                if !P::REPORTS_STATUS {
-                    message &= 0xFF_FFFF;
-                }
-                cx.shell.send(Frame::word(id, message, 8));
+                let [low, high, register, status, ..] = message;
+                let additional = P::additional(status);
+                let message = u32::from_le_bytes([low, high, register, additional]);
+                cx.shell.send(Frame::word(id, message.into(), 8));
             }
             return true;
         }

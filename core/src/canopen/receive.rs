@@ -59,7 +59,7 @@ impl<P: Product> Canopen<P> {
         }
         let services = &mut self.services;
         let answer = self.sdo.serve(&mut View { services, cx }, now, bytes);
-        match P::SELECTOR {
+        match P::HOSTED {
             // The identifier differs between the protocols.
             Some(_) => send_reply(cx, reply, answer),
             None => self.services.send_sdo(cx, answer),

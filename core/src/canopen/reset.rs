@@ -34,12 +34,13 @@ impl<P: Product> Canopen<P> {
         // is not one of them.
         let mut faults = self.services.emergency.active() & !Services::<P>::GUARDING;
         // A restart ends bus-off, as power-up does. Without automatic recovery, nothing else ends it.
-        let was_off = P::BUS_OFF_RECOVERY.is_some() && cx.shell.leave_bus_off();
+        let was_off = P::RECOVERS.is_some() && cx.shell.leave_bus_off();
         if was_off {
             faults &= !Services::<P>::PASSIVE;
         }
         self.services.emergency.reset();
         self.services.begin(&mut cx.parameters);
+        P::adapt(&mut self.services.own, &mut cx.parameters, true);
         self.services.select_protocol(&cx.parameters);
         if was_off {
             self.services.readdress(cx);
@@ -101,11 +102,9 @@ impl<P: Product> Services<P> {
         self.node_id = Self::pending_node_id(cx);
         self.rate = Self::pending_rate(cx);
         if P::KEPT.is_none() || !self.saved.has_begun() {
-            let in_force = P::VARIANTS
-                .first()
-                .map(|variant| cx.parameters.get(variant.mark.0));
             self.restore_communication(cx);
-            self.restore_requested(cx, in_force);
+            self.restore_requested(cx);
+            P::adapt(&mut self.own, &mut cx.parameters, false);
         }
         cx.shell.clear_queue();
         self.state = State::PreOperational;

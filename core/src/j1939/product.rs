@@ -25,7 +25,7 @@ pub struct Conditions {
 }
 
 /// A product with the protocols CANopen and J1939, one of which is on the bus
-/// ([`SELECTOR`](canopen::Product::SELECTOR)).
+/// ([`HOSTED`](canopen::Product::HOSTED)).
 pub trait Product: canopen::Product {
     /// The parameter with the preferred address, 0 to 253.
     const ADDRESS: ParameterId;
@@ -56,7 +56,7 @@ pub trait Product: canopen::Product {
 /// Checks that the description of a product is consistent. An error is a compile error.
 pub(super) const fn check<P: Product>() {
     assert!(P::TROUBLES.len() <= CODES, "too many trouble codes");
-    assert!(P::SELECTOR.is_some(), "no parameter selects the protocol");
+    assert!(P::HOSTED.is_some(), "no parameter selects the protocol");
     assert!(
         model::<P>().len() <= NAME,
         "the model is longer than a name"

@@ -207,7 +207,7 @@ impl canopen::Product for Both {
     };
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
-    const BIT_RATES: &'static [(u16, BitRate)] = &[(0, BitRate::K250), (1, BitRate::K250)];
+    const BIT_RATES: &'static [(u32, BitRate)] = &[(0, BitRate::K250), (1, BitRate::K250)];
     const IMAGE: ImageId = ImageId::new(0x7002);
     plumbline::project!(objects);
 }

@@ -6,10 +6,10 @@
 //! it.
 
 use crate::objects::Described;
-use plumbline::canopen::Variant;
 use plumbline::canopen::dictionary::{Access, Object, Target};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::canopen::Tables;
+use plumbline::model::listing::canopen::Variant;
 use plumbline::param::{DataType, Permitted};
 use std::fmt::Write;
 
@@ -142,8 +142,8 @@ fn device_info(
 /// The bit rates that the parameter of the bit rate permits, in bit/s.
 fn bit_rates(product: &Product, tables: &Tables) -> Vec<u32> {
     let parameter = &product.parameters[usize::from(tables.bit_rate.0)];
-    let is_permitted = |code: u16| match parameter.permitted {
-        Permitted::OneOf(list) => list.contains(&(u32::from(code) * tables.bit_rate_unit)),
+    let is_permitted = |code: u32| match parameter.permitted {
+        Permitted::OneOf(list) => list.contains(&code),
         _ => true,
     };
     let permitted = tables

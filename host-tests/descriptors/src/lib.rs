@@ -13,9 +13,9 @@ pub use dbc::dbc;
 pub use eds::eds;
 pub use markdown::{Table, table};
 
-use plumbline::canopen::Variant;
 use plumbline::model::catalog::{Product, Protocol};
 use plumbline::model::listing::canopen::Tables;
+use plumbline::model::listing::canopen::Variant;
 
 /// A description of a product in the format that its protocol uses.
 pub struct File {

@@ -1,10 +1,10 @@
 //! The description of a CANopen object as text: name, unit, permitted values, limits and factory value.
 
 use super::number::{Number, named, permitted};
-use plumbline::canopen::Variant;
 use plumbline::canopen::dictionary::{Access, Object, Service, Target, Use};
 use plumbline::canopen::lss::UNCONFIGURED;
 use plumbline::model::catalog::{Product, Protocol};
+use plumbline::model::listing::canopen::Variant;
 use plumbline::param::{DataType, Parameter, Permitted, Persistence, Ranges};
 
 /// An object with its description in the tables of the product.

@@ -60,18 +60,16 @@ pub(super) const fn check_node_id(parameters: &[Parameter], id: ParameterId, lss
 pub(super) const fn check_bit_rate(
     parameters: &[Parameter],
     id: ParameterId,
-    codes: &[(u16, BitRate)],
-    unit: u32,
+    codes: &[(u32, BitRate)],
 ) {
     let parameter = parameter(parameters, id, "BIT_RATE");
-    Mistake::in_item("BIT_RATE_UNIT").unless(unit > 0, "the unit of the bit rate is 0");
     let place = id.0 as usize;
-    check_code(place, parameter, parameter.factory, codes, unit);
+    check_code(place, parameter, parameter.factory, codes);
     match parameter.permitted {
         Permitted::OneOf(numbers) => {
             let mut row = 0;
             while row < numbers.len() {
-                check_code(place, parameter, numbers[row], codes, unit);
+                check_code(place, parameter, numbers[row], codes);
                 row += 1;
             }
         }
@@ -79,14 +77,14 @@ pub(super) const fn check_bit_rate(
             let mut row = 0;
             while row < parameter.meanings.len() {
                 let (number, _) = parameter.meanings[row];
-                check_code(place, parameter, number, codes, unit);
+                check_code(place, parameter, number, codes);
                 row += 1;
             }
         }
         Permitted::Range(low, high) => {
             let mut number = low;
             while number <= high {
-                check_code(place, parameter, number as u32, codes, unit);
+                check_code(place, parameter, number as u32, codes);
                 number += 1;
             }
         }
@@ -98,17 +96,11 @@ pub(super) const fn check_bit_rate(
 
 /// Checks that a number of the bit rate parameter has a bit rate.
 #[track_caller]
-const fn check_code(
-    place: usize,
-    parameter: &Parameter,
-    number: u32,
-    codes: &[(u16, BitRate)],
-    unit: u32,
-) {
+const fn check_code(place: usize, parameter: &Parameter, number: u32, codes: &[(u32, BitRate)]) {
     let mut row = 0;
     while row < codes.len() {
         let (code, _) = codes[row];
-        if code as u32 * unit == number {
+        if code == number {
             return;
         }
         row += 1;

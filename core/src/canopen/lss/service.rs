@@ -12,7 +12,6 @@ use crate::canopen::product::{ParametersOf, Product};
 use crate::canopen::protocol::{Canopen, ContextOf, Services};
 use crate::canopen::setting::Setting;
 use crate::node::Patterns;
-use crate::param::decode;
 use crate::time::{Duration, Instant};
 
 /// The settings of a node, for [`Slave`].
@@ -54,10 +53,9 @@ impl<P: Product> Device for Unit<'_, P> {
     }
 
     fn set_bit_rate(&mut self, rate: BitRate) -> bool {
-        let Some(&(code, _)) = P::BIT_RATES.iter().find(|(_, known)| *known == rate) else {
+        let Some(&(number, _)) = P::BIT_RATES.iter().find(|(_, known)| *known == rate) else {
             return false;
         };
-        let number = u32::from(code) * P::BIT_RATE_UNIT;
         let permitted = ParametersOf::<P>::check(P::BIT_RATE, number).is_ok();
         if permitted {
             self.cx.parameters.set(P::BIT_RATE, number);
@@ -178,10 +176,8 @@ impl<P: Product> Services<P> {
     /// The bit rate after reset communication.
     pub(in crate::canopen) fn pending_rate(cx: &ContextOf<P>) -> BitRate {
         let number = cx.parameters.get(P::BIT_RATE);
-        let rate = number
-            .checked_div(P::BIT_RATE_UNIT)
-            .and_then(|number| decode(P::BIT_RATES, number));
-        rate.unwrap_or(BitRate::K125)
+        let own = P::BIT_RATES.iter().find(|(own, _)| *own == number);
+        own.map_or(BitRate::K125, |(_, rate)| *rate)
     }
 
     /// Enters the waiting state: the device restarts, or its communication.

@@ -12,18 +12,21 @@ mod objects;
 mod own;
 mod parameters;
 mod range;
+mod variant;
 
 pub use application::{Ims360Application, Inclination, value};
 pub use parameters::id;
 
 use crate::application::Faults;
+use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
-use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers, Variant};
+use crate::canopen::nmt;
+use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers};
 use crate::j1939::DualNode;
 use crate::model::listing::canopen::Listing;
 use crate::model::listing::{Adjustment, Article, Guide, Written};
-use crate::param::ParameterId;
+use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 use crate::store::unit::NAME;
 
@@ -41,7 +44,9 @@ pub const LISTING: Listing<Ims360Product, Ims360> = Listing::with_j1939(
         name: "IMS360",
         number: "IMS360",
     },
+    parameters::SELECTOR,
 )
+.with_variants(&[parameters::ONE_AXIS])
 .guided(&GUIDE);
 
 const GUIDE: Guide = Guide {
@@ -83,7 +88,7 @@ impl canopen::Product for Ims360Product {
     type Lss = Present<Lss>;
     type Block = Present<Block>;
 
-    type State = ();
+    type State = variant::State;
 
     const OBJECTS: &'static [Object] = objects::OBJECTS;
     const OWN: &'static [own::Functions] = &own::FUNCTIONS;
@@ -131,24 +136,41 @@ impl canopen::Product for Ims360Product {
             ..emcy::BUS_OFF
         },
     ];
-    /// 6.2.1: "Manufacturer-specific error field (not used)".
-    const REPORTS_STATUS: bool = false;
     const TRIGGERS: Triggers = Triggers {
         changes: true,
         restarts_timer: true,
     };
-    const BINDS_COB_IDS: bool = true;
     const NODE_ID: ParameterId = id::NODE_ID;
     const BIT_RATE: ParameterId = id::BIT_RATE;
     /// 2001h is in bit/s.
-    const BIT_RATE_UNIT: u32 = 1000;
-    const BUS_OFF_RECOVERY: Option<ParameterId> = Some(id::BUS_OFF_RECOVERY);
+    const BIT_RATES: &'static [(u32, BitRate)] = &[
+        (125_000, BitRate::K125),
+        (250_000, BitRate::K250),
+        (500_000, BitRate::K500),
+        (800_000, BitRate::K800),
+        (1_000_000, BitRate::M1),
+    ];
+    const RECOVERS: Option<fn(&Parameters<Self>) -> bool> =
+        Some(|parameters| parameters.get(id::BUS_OFF_RECOVERY) != 0);
+    const HOSTED: Option<fn(&Parameters<Self>) -> bool> =
+        Some(|parameters| parameters.get(parameters::SELECTOR.0) != parameters::SELECTOR.1);
     const KEPT: Option<Kept> = Some(Kept {
         request: id::RESTORE_REQUEST,
         history: id::HISTORY,
     });
-    const VARIANTS: &'static [Variant] = &[parameters::ONE_AXIS];
-    const SELECTOR: Option<(ParameterId, u32)> = Some((id::PROTOCOL, parameters::CANOPEN));
     const IMAGE: ImageId = ImageId::new(0x3600);
     crate::project!(objects);
+
+    /// 6.2.1: "Manufacturer-specific error field (not used)".
+    fn additional(_: u8) -> u8 {
+        0
+    }
+
+    fn is_writable(index: u16, state: nmt::State) -> bool {
+        !matches!(index, 0x1005 | 0x1014) || state == nmt::State::PreOperational
+    }
+
+    fn adapt(state: &mut variant::State, parameters: &mut Parameters<Self>, starts: bool) {
+        variant::adapt(state, parameters, starts);
+    }
 }

@@ -2,6 +2,7 @@
 
 use super::application::Ims360Application;
 use super::parameters;
+use super::variant::State;
 use crate::application::{Faults, Values};
 use crate::canopen::{Abort, Own, Scope, Text, Then};
 use crate::j1939::name::identity_number;
@@ -19,7 +20,7 @@ const FACTORY: u32 = 1 << 2;
 type Node = Context<Ims360Application>;
 
 /// The functions of an own object.
-pub(super) type Functions = Own<Ims360Application, (), Text<NAME>>;
+pub(super) type Functions = Own<Ims360Application, State, Text<NAME>>;
 
 /// In the order of the object dictionary.
 pub(super) const FUNCTIONS: [Functions; 4] = [
@@ -30,7 +31,7 @@ pub(super) const FUNCTIONS: [Functions; 4] = [
 ];
 
 /// Set controller (7.2.20): 1 restarts the sensor.
-fn set_controller(_: &mut Scope<Ims360Application, ()>, data: &[u8]) -> Result<Then, Abort> {
+fn set_controller(_: &mut Scope<Ims360Application, State>, data: &[u8]) -> Result<Then, Abort> {
     match data {
         [1] => Ok(Then::Restart),
         _ => Err(Abort::Value),
@@ -38,7 +39,7 @@ fn set_controller(_: &mut Scope<Ims360Application, ()>, data: &[u8]) -> Result<T
 }
 
 /// Status byte ST0 (7.2.27).
-fn status(_: &(), node: &Node) -> u32 {
+fn status(_: &State, node: &Node) -> u32 {
     let flag = |set: bool, flag: u32| if set { flag } else { 0 };
     let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
     flag(parameters::has_two_axes(&node.parameters), TWO_AXES)

@@ -1,8 +1,9 @@
 //! The parameters of the IMS360 (manual 7.2).
 
 use super::{HISTORY, Ims360Product};
-use crate::canopen::{Variant, profile};
+use crate::canopen::profile;
 use crate::measure::low_pass::Kind;
+use crate::model::listing::canopen::Variant;
 use crate::param::{
     Coding, DataType, Parameter, ParameterId, Parameters, Permitted, Persistence, Ranges, Table,
 };
@@ -95,7 +96,7 @@ pub mod id {
 /// The device type (1000h) with one axis.
 pub(super) const ONE_AXIS_TYPE: u32 = 0x0703_019A;
 /// The device type with two axes.
-const TWO_AXES_TYPE: u32 = 0x0704_019A;
+pub(super) const TWO_AXES_TYPE: u32 = 0x0704_019A;
 
 /// The mapping entry of 6110h.
 const LONGITUDINAL: u32 = profile::entry(0x6110, 0, 32);
@@ -128,8 +129,11 @@ pub(super) fn has_two_axes(parameters: &Parameters<Ims360Product>) -> bool {
     parameters.get(id::DEVICE_TYPE) != ONE_AXIS_TYPE
 }
 
+/// The parameter that selects the protocol at a restart, and its value for CANopen.
+pub(super) const SELECTOR: (ParameterId, u32) = (id::PROTOCOL, CANOPEN);
+
 /// 3100h:01: CANopen.
-pub(super) const CANOPEN: u32 = 2;
+const CANOPEN: u32 = 2;
 
 /// 3110h:01: critically damped.
 const CRITICALLY_DAMPED: u16 = 2;

@@ -5,7 +5,7 @@ use crate::application::Application;
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
-use crate::canopen::{self, Canopen, CanopenNode, LedTable, Variant};
+use crate::canopen::{self, Canopen, CanopenNode, LedTable};
 use crate::j1939::diagnostics::Code;
 use crate::j1939::signal::Group;
 use crate::j1939::{self, DualNode, groups};
@@ -32,15 +32,27 @@ pub struct Tables {
     /// The parameter with the bit rate.
     pub bit_rate: ParameterId,
     /// The values of the bit rate parameter and their bit rates.
-    pub bit_rates: &'static [(u16, BitRate)],
-    /// The bit rate parameter has these values times this number.
-    pub bit_rate_unit: u32,
+    pub bit_rates: &'static [(u32, BitRate)],
     /// Whether it supports layer setting services (CiA 305).
     pub lss: bool,
     /// The variants with other factory values.
     pub variants: &'static [Variant],
     /// The tables of J1939, the other protocol; None without it.
     pub j1939: Option<J1939Tables>,
+}
+
+/// A variant of a product that a parameter selects, with other factory values. The factory values of the table are those of the
+/// variant without an entry in [`Tables::variants`].
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Variant {
+    /// A short name, for example for the name of a file.
+    pub name: &'static str,
+    /// The parameter that selects the variant, and its value. It acts after a restart with stored parameters.
+    pub selector: (ParameterId, u32),
+    /// The read-only parameter that shows the variant in force, and its value.
+    pub mark: (ParameterId, u32),
+    /// The factory values of the parameters that follow the variant.
+    pub defaults: &'static [(ParameterId, u32)],
 }
 
 /// The tables of a product that also has the J1939 protocol.
@@ -77,6 +89,7 @@ pub struct Listing<P: canopen::Product, N = CanopenNode<P>> {
     power_up: fn(Instant, &Boot) -> N,
     store_buffer: usize,
     j1939: Option<J1939Tables>,
+    variants: &'static [Variant],
     guide: &'static Guide,
     product: PhantomData<P>,
 }
@@ -91,6 +104,7 @@ impl<P: canopen::Product> Listing<P> {
             power_up: CanopenNode::<P>::new,
             store_buffer: CanopenNode::<P>::STORE_BUFFER,
             j1939: None,
+            variants: &[],
             guide: &Guide::NONE,
             product: PhantomData,
         }
@@ -99,7 +113,13 @@ impl<P: canopen::Product> Listing<P> {
 
 impl<P: j1939::Product> Listing<P, DualNode<P>> {
     /// The catalogue entry of product `P` with the protocols CANopen and J1939.
-    pub const fn with_j1939(name: &'static str, maker: &'static str, article: Article) -> Self {
+    /// `selector`: the parameter that selects the protocol at a restart, and its value for CANopen.
+    pub const fn with_j1939(
+        name: &'static str,
+        maker: &'static str,
+        article: Article,
+        selector: (ParameterId, u32),
+    ) -> Self {
         Self {
             name,
             maker,
@@ -107,7 +127,7 @@ impl<P: j1939::Product> Listing<P, DualNode<P>> {
             power_up: DualNode::<P>::new,
             store_buffer: DualNode::<P>::STORE_BUFFER,
             j1939: Some(J1939Tables {
-                selector: P::SELECTOR,
+                selector: Some(selector),
                 groups: &groups::GROUPS,
                 rates: P::RATES,
                 priorities: P::PRIORITIES,
@@ -115,6 +135,7 @@ impl<P: j1939::Product> Listing<P, DualNode<P>> {
                 name: P::NAME,
                 troubles: P::TROUBLES,
             }),
+            variants: &[],
             guide: &Guide::NONE,
             product: PhantomData,
         }
@@ -122,6 +143,11 @@ impl<P: j1939::Product> Listing<P, DualNode<P>> {
 }
 
 impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
+    /// The same with these variants.
+    pub const fn with_variants(self, variants: &'static [Variant]) -> Self {
+        Self { variants, ..self }
+    }
+
     /// The same with a guide for tools.
     pub const fn guided(self, guide: &'static Guide) -> Self {
         Self { guide, ..self }
@@ -141,9 +167,8 @@ impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
                 node_id: P::NODE_ID,
                 bit_rate: P::BIT_RATE,
                 bit_rates: P::BIT_RATES,
-                bit_rate_unit: P::BIT_RATE_UNIT,
                 lss: Canopen::<P>::LSS,
-                variants: P::VARIANTS,
+                variants: self.variants,
                 j1939: self.j1939,
             }),
             parameters: <P::Application as Application>::Table::PARAMETERS,

@@ -118,7 +118,7 @@ impl Product for GaugeProduct {
     ];
     const NODE_ID: ParameterId = NODE_ID;
     const BIT_RATE: ParameterId = BIT_RATE;
-    const BIT_RATES: &'static [(u16, BitRate)] = &[
+    const BIT_RATES: &'static [(u32, BitRate)] = &[
         (125, BitRate::K125),
         (250, BitRate::K250),
         (500, BitRate::K500),

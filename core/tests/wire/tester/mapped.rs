@@ -10,6 +10,7 @@
 
 use super::Tester;
 use plumbline::canopen::dictionary::{Access, Service};
+use plumbline::canopen::nmt::State;
 use plumbline::canopen::{
     Absent, CanopenNode, DynamicTpdos, ErrorHistory, Object, Own, Product, Text, Triggers, profile,
 };
@@ -112,7 +113,6 @@ impl Product for Mapped {
         changes: true,
         restarts_timer: true,
     };
-    const BINDS_COB_IDS: bool = true;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),
@@ -161,6 +161,10 @@ impl Product for Mapped {
     const OWN: &'static [Own<Force, (), Text<0>>] = &[Own::number(0x3000, 0, status)];
     const IMAGE: ImageId = ImageId::new(0x7002);
     plumbline::project!(objects);
+
+    fn is_writable(index: u16, state: State) -> bool {
+        !matches!(index, 0x1005 | 0x1014) || state == State::PreOperational
+    }
 }
 
 /// The status (3000h).

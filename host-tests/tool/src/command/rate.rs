@@ -97,9 +97,8 @@ fn code(session: &Session, new: NewRate) -> Result<(Entry, u32), Failure> {
             (tables.roles.bit_rate, rates.collect())
         }
         Protocol::Canopen(tables) => {
-            let unit = tables.bit_rate_unit;
             let rates = tables.bit_rates.iter();
-            let rates = rates.map(|(code, rate)| (u32::from(*code) * unit, Some(*rate)));
+            let rates = rates.map(|(code, rate)| (*code, Some(*rate)));
             (tables.bit_rate, rates.collect())
         }
         Protocol::Devicenet(tables) => {

@@ -35,7 +35,7 @@ pub fn factory_rate(product: &Product) -> Option<BitRate> {
         .get(usize::from(tables.bit_rate.0))?
         .factory;
     let mut rates = tables.bit_rates.iter();
-    let (_, rate) = rates.find(|(code, _)| u32::from(*code) * tables.bit_rate_unit == raw)?;
+    let (_, rate) = rates.find(|(code, _)| *code == raw)?;
     Some(*rate)
 }
 

@@ -259,7 +259,6 @@ fn protocol(services: &'static [Object]) -> Protocol {
         node_id: NO_PARAMETER,
         bit_rate: NO_PARAMETER,
         bit_rates: &[],
-        bit_rate_unit: 1,
         lss: false,
         variants: &[],
         j1939: None,
