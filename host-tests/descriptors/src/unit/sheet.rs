@@ -12,7 +12,7 @@
 //!
 //! A sheet is TOML without sections. Everything but the product is optional: what is not there stays as the product has it.
 
-use super::{Field, Value, fields};
+use super::{Value, fields};
 use plumbline::model::catalog::{Product, find};
 use plumbline::store::Unit;
 
