@@ -2,7 +2,7 @@
 //! ratio: `cargo run --release -p stm32-sim --example cycle_speed -- target/thumbv7m-none-eabi/release/is2`. The ratio must be at
 //! least 0.5; otherwise the exit code is 1.
 //!
-//! - function: the processor alone, in the function that calculates the angles of two axes (build the image of such a product)
+//! - function: the processor alone, in the function that calculates the angle of an axis
 //! - sensor: the complete sensor on a bus with 2000 SYNC frames a second, which includes the bus and the peripherals
 
 use bench::{Bus, BusRate, Flash};
@@ -19,9 +19,9 @@ use stm32_sim::elf::Image;
 use stm32_sim::io::NoPeripherals;
 
 /// Calls of the function.
-const CALLS: usize = 50_000;
+const CALLS: usize = 200_000;
 /// The function.
-const FUNCTION: &str = "plumbline::measure::definition::perpendicular";
+const FUNCTION: &str = "plumbline::measure::definition::tilt";
 /// The simulated time of the sensor in ms.
 const TIME: u64 = 1_500;
 /// Measurements of each; the fastest one counts, because other programs disturb the slower ones.
@@ -68,7 +68,7 @@ fn function(image: &Rc<Image>, cycles: Option<Cycles>) -> f64 {
     processor.reset();
     let entry = image
         .address_of(FUNCTION)
-        .expect("a function of a product with two axes");
+        .expect("a function of a product that measures perpendicular angles");
     // The run after a breakpoint executes its instruction, so the calls return to two places in turn.
     let ends = [RAM + 0x4000, RAM + 0x4004];
     for end in ends {

@@ -2,23 +2,18 @@
 
 use crate::rig::*;
 use bench::motion::Motion;
-use plumbline::measure::{I32x3, ONE_G, Reading};
+use bench::script::LEVEL;
+use plumbline::measure::{I32x3, Reading};
 
 /// Level, with an angular rate of 10 deg/s.
 fn turning() -> Box<dyn Motion> {
     Box::new(Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
         angular_rate: I32x3 {
             x: 0,
             y: 10 << 16,
             z: 0,
         },
-        temperature: 25_00,
-        clipped: false,
+        ..LEVEL
     })
 }
 

@@ -2,6 +2,7 @@
 
 use crate::rig::{blank, part};
 use bench::motion::Motion;
+use bench::script::LEVEL;
 use bench::{AdapterId, Bus, BusRate, DeviceId, Sensor};
 use can_wire::text::frame;
 use plumbline::can::BitRate;
@@ -12,14 +13,8 @@ use stm32_sim::Microcontroller;
 /// In level position at rest, with this temperature in 0.01 degC.
 fn level(temperature: i16) -> Box<Reading> {
     Box::new(Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
-        angular_rate: I32x3 { x: 0, y: 0, z: 0 },
         temperature,
-        clipped: false,
+        ..LEVEL
     })
 }
 

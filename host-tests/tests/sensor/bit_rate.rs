@@ -1,26 +1,18 @@
 //! Bit rate detection of a sensor built for the PC (GEMAC manual, section 9.10.3). `images/detection.rs` has the same test of
 //! the flashed image.
 
+use bench::script::LEVEL;
 use bench::{Bus, BusRate, Device, Flash, NodeType};
 use host_tests::bit_rate::{check_detection, check_lone_master};
 use host_tests::effort;
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::BusMode;
 use plumbline::time::Instant;
 
 /// A level is2 with blank memory.
 fn sensor() -> Device {
     let node_type = NodeType::find("is2").expect("a product");
-    let level = Box::new(Reading {
-        acceleration: I32x3 {
-            x: 0,
-            y: 0,
-            z: ONE_G,
-        },
-        ..Reading::default()
-    });
-    Device::new(&node_type, 1, Flash::default(), level)
+    Device::new(&node_type, 1, Flash::default(), Box::new(LEVEL))
 }
 
 #[test]

@@ -133,3 +133,75 @@ pub fn calibrated() -> Flash {
     assert_eq!(finish(&mut store), Ok(()));
     store.into_memory()
 }
+
+/// Cuts the power in the operations of a long run of saves, one after the other: calibration and identity stay, and the parameters are
+/// those of the last save or of the one that was cut. All further saves succeed.
+pub fn power_cut_in_a_save_keeps_everything(memory: &Flash) {
+    // The calibration and the identity are copied into each page before the first parameters record.
+    const SAVES: usize = 3 * PLACES;
+    let old = found_by(OWNER, memory);
+    let mut operation = 0;
+    loop {
+        let mut flash = copy(memory);
+        flash.cut_in_operation_after(operation, operation.wrapping_mul(0x9E37_79B9));
+        let mut store = boot(flash);
+        let mut saved = None;
+        for number in 0..SAVES {
+            if number % 7 == 6 {
+                store = boot(store.into_memory());
+            }
+            if save(&mut store, number).is_err() {
+                break;
+            }
+            saved = Some(number);
+        }
+        let mut flash = store.into_memory();
+        let after = found_by(OWNER, &flash);
+        let what = format!("operation {operation}: {after:?}");
+        assert_eq!(after.calibration, old.calibration, "{what}");
+        assert_eq!(after.unit, old.unit, "{what}");
+        let [last, next] = [saved, Some(saved.map_or(0, |number| number + 1))]
+            .map(|number| number.map(|number| payload(number).to_vec()));
+        assert!([last, next].contains(&after.parameters), "{what}");
+        if !flash.is_cut() {
+            assert_eq!(saved, Some(SAVES - 1));
+            break;
+        }
+        flash.power_on();
+        let mut store = boot(flash);
+        for number in 100..100 + 2 * PLACES {
+            assert_eq!(save(&mut store, number), Ok(()), "{what}");
+            let after = found(&mut store);
+            assert_eq!(after.calibration, old.calibration, "{what}");
+            assert_eq!(after.unit, old.unit, "{what}");
+        }
+        operation += effort::choose(7, 1);
+    }
+}
+
+/// Cuts the power in each operation that writes `new`, one after the other: the parameters stay, and calibration and identity are the
+/// old or the new ones.
+pub fn power_cut_keeps_the_old_or_the_new(memory: &Flash, write: impl Fn(&mut Store), new: &Found) {
+    let old = found_by(OWNER, memory);
+    let mut operation = 0;
+    loop {
+        let mut store = Store::open(copy(memory), OWNER);
+        store.memory().cut_in_operation_after(operation, operation);
+        write(&mut store);
+        let result = finish(&mut store);
+        let flash = store.into_memory();
+        let after = found_by(OWNER, &flash);
+        let what = format!("operation {operation}: {after:?}");
+        if !flash.is_cut() {
+            assert_eq!((result, &after), (Ok(()), new), "{what}");
+            break;
+        }
+        assert_eq!(after.parameters, old.parameters, "{what}");
+        let [old, new] = [&old, new].map(|found| (found.calibration, found.unit));
+        assert!(
+            [old, new].contains(&(after.calibration, after.unit)),
+            "{what}"
+        );
+        operation += 1;
+    }
+}

@@ -4,7 +4,6 @@
 use crate::saves::*;
 use bench::{Flash, PAGE_SIZE};
 use crc::{CRC_32_ISO_HDLC, Crc};
-use host_tests::effort;
 use plumbline::measure::Calibration;
 use plumbline::measure::calibration::ACCELEROMETER_SIZE;
 use plumbline::store::{Owner, buffer_size};
@@ -157,78 +156,23 @@ fn calibration_without_zero_rate_is_read_without_a_report_and_kept() {
 
 #[test]
 fn power_cut_at_any_operation_keeps_the_calibration() {
-    // The calibration record is copied into each page before the first parameters record.
-    const SAVES: usize = 3 * PLACES;
-    let mut operation = 0;
-    loop {
-        let mut flash = calibrated();
-        flash.cut_in_operation_after(operation, operation.wrapping_mul(0x9E37_79B9));
-        let mut store = boot(flash);
-        let mut saved = None;
-        for number in 0..SAVES {
-            if number % 7 == 6 {
-                store = boot(store.into_memory());
-            }
-            if save(&mut store, number).is_err() {
-                break;
-            }
-            saved = Some(number);
-        }
-        let mut flash = store.into_memory();
-        let after = found_by(OWNER, &flash);
-        let what = format!("operation {operation}: {after:?}");
-        assert_eq!(after.calibration, calibration(), "{what}");
-        let old = saved.map(|number| payload(number).to_vec());
-        let new = saved.map_or(0, |number| number + 1);
-        assert!(
-            after.parameters == old || after.parameters == Some(payload(new).to_vec()),
-            "{what}"
-        );
-        if !flash.is_cut() {
-            assert_eq!(saved, Some(SAVES - 1));
-            break;
-        }
-        flash.power_on();
-        let mut store = boot(flash);
-        for number in 100..100 + 2 * PLACES {
-            assert_eq!(save(&mut store, number), Ok(()), "{what}");
-            assert_eq!(found(&mut store).calibration, calibration(), "{what}");
-        }
-        operation += effort::choose(7, 1);
-    }
+    power_cut_in_a_save_keeps_everything(&calibrated());
 }
 
 #[test]
 fn power_cut_while_the_calibration_is_written_keeps_the_old_or_the_new_calibration() {
     let newer = Calibration::new([1, 2, 3], [[4; 3]; 3], [5; 3]).unwrap();
     for saves in 0..=2 * PLACES {
-        let mut operation = 0;
-        loop {
-            let mut store = boot(calibrated());
-            for number in 0..saves {
-                assert_eq!(save(&mut store, number), Ok(()));
-            }
-            let parameters = found(&mut store).parameters;
-            let mut store = Store::open(store.into_memory(), OWNER);
-            store.memory().cut_in_operation_after(operation, operation);
-            store.calibrate(&newer);
-            let result = finish(&mut store);
-            let flash = store.into_memory();
-            let after = found_by(OWNER, &flash);
-            let what = format!("{saves} saves, operation {operation}: {after:?}");
-            assert_eq!(after.parameters, parameters, "{what}");
-            if !flash.is_cut() {
-                assert_eq!(result, Ok(()));
-                assert_eq!(after.calibration, newer, "{what}");
-                assert!(!after.damaged, "{what}");
-                break;
-            }
-            assert!(
-                after.calibration == calibration() || after.calibration == newer,
-                "{what}"
-            );
-            operation += 1;
+        let mut store = boot(calibrated());
+        for number in 0..saves {
+            assert_eq!(save(&mut store, number), Ok(()));
         }
+        let new = Found {
+            calibration: newer,
+            ..found(&mut store)
+        };
+        let write = |store: &mut Store| store.calibrate(&newer);
+        power_cut_keeps_the_old_or_the_new(store.memory(), write, &new);
     }
 }
 

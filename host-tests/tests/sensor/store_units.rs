@@ -113,72 +113,18 @@ fn identity_belongs_to_the_product_and_not_to_the_chip() {
 
 #[test]
 fn power_cut_at_any_operation_keeps_identity_and_calibration() {
-    const SAVES: usize = 3 * PLACES;
-    let mut operation = 0;
-    loop {
-        let mut flash = identified(0);
-        flash.cut_in_operation_after(operation, operation.wrapping_mul(0x9E37_79B9));
-        let mut store = boot(flash);
-        let mut saved = None;
-        for number in 0..SAVES {
-            if number % 7 == 6 {
-                store = boot(store.into_memory());
-            }
-            if save(&mut store, number).is_err() {
-                break;
-            }
-            saved = Some(number);
-        }
-        let mut flash = store.into_memory();
-        let after = found_by(OWNER, &flash);
-        let what = format!("operation {operation}: {after:?}");
-        assert_eq!(
-            (after.unit, after.calibration),
-            (unit(), calibration()),
-            "{what}"
-        );
-        if !flash.is_cut() {
-            assert_eq!(saved, Some(SAVES - 1));
-            break;
-        }
-        flash.power_on();
-        let mut store = boot(flash);
-        for number in 100..100 + 2 * PLACES {
-            assert_eq!(save(&mut store, number), Ok(()), "{what}");
-            let after = found(&mut store);
-            assert_eq!(
-                (after.unit, after.calibration),
-                (unit(), calibration()),
-                "{what}"
-            );
-        }
-        operation += effort::choose(7, 1);
-    }
+    power_cut_in_a_save_keeps_everything(&identified(0));
 }
 
 #[test]
 fn power_cut_while_the_identity_is_written_keeps_the_old_or_the_new_identity() {
     for saves in (0..=2 * PLACES).step_by(effort::choose(3, 1)) {
-        let memory = identified(saves);
-        let mut operation = 0;
-        loop {
-            let mut store = Store::open(copy(&memory), OWNER);
-            store.memory().cut_in_operation_after(operation, operation);
-            store.identify(&other_unit());
-            let result = finish(&mut store);
-            let flash = store.into_memory();
-            let after = found_by(OWNER, &flash);
-            let what = format!("{saves} saves, operation {operation}: {after:?}");
-            assert_eq!(after.parameters, expected(saves).parameters, "{what}");
-            assert_eq!(after.calibration, calibration(), "{what}");
-            if !flash.is_cut() {
-                assert_eq!(result, Ok(()));
-                assert_eq!((after.unit, after.damaged), (other_unit(), false), "{what}");
-                break;
-            }
-            assert!(after.unit == unit() || after.unit == other_unit(), "{what}");
-            operation += 1;
-        }
+        let new = Found {
+            unit: other_unit(),
+            ..expected(saves)
+        };
+        let write = |store: &mut Store| store.identify(&other_unit());
+        power_cut_keeps_the_old_or_the_new(&identified(saves), write, &new);
     }
 }
 

@@ -2,25 +2,14 @@
 //! requests.
 
 use bench::NodeType;
+use bench::script::LEVEL;
 use bench::{AdapterId, Bus, BusRate, Device, DeviceId, Flash};
 use plumbline::can::{BitRate, Frame, standard};
-use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::time::{after, millis};
 use std::rc::Rc;
 use stm32_sim::Microcontroller;
 use stm32_sim::chip::Chip;
 use stm32_sim::elf::Image;
-
-const LEVEL: Reading = Reading {
-    acceleration: I32x3 {
-        x: 0,
-        y: 0,
-        z: ONE_G,
-    },
-    angular_rate: I32x3 { x: 0, y: 0, z: 0 },
-    temperature: 2500,
-    clipped: false,
-};
 
 struct Wire {
     bus: Bus,
