@@ -73,7 +73,7 @@ fn check(browser: &Browser, state: &str, most: usize) {
 
 /// The colours of all texts, in the states of the page that have other colours.
 pub fn texts_of_both_colour_schemes_have_a_contrast_of_4_5_to_1(browser: &Browser) {
-    let server = Running::connected("is2");
+    let server = Running::demonstration();
     browser.open(&server.url());
     // A transition would show a colour of the other scheme.
     let reduced = json!({"features": [{"name": "prefers-reduced-motion", "value": "reduce"}]});
@@ -95,6 +95,15 @@ pub fn texts_of_both_colour_schemes_have_a_contrast_of_4_5_to_1(browser: &Browse
     browser.wait("document.getElementById('wrong-cyclic-time').textContent !== ''");
     browser.wait("document.querySelector('#log-rows .failed')");
     check(browser, "changed", 150);
+    // A calibration: a position that is taken, one that is asked for, those that are missing; and its end.
+    browser.click("#calibrate-start");
+    browser.wait("!document.getElementById('calibrate-take').disabled");
+    browser.click("#calibrate-take");
+    browser.wait("document.querySelector('#calibrate-positions .taken')");
+    check(browser, "calibration", 150);
+    browser.click("#calibrate-stop");
+    browser.wait("document.querySelector('#calibrate-step.bad')");
+    check(browser, "stopped calibration", 150);
     // A failure, and a question.
     browser.write("#port", "demo:is3");
     browser.click("#connect");
