@@ -1,5 +1,6 @@
 //! The measuring half of a node.
 
+use super::Indicator;
 use super::communication::Task;
 use crate::application::Application;
 use crate::measure::Reading;
@@ -10,11 +11,13 @@ use crate::time::{Deadline, Instant};
 /// driver publishes the returned values with [`Communication::publish`](super::Communication::publish).
 pub struct Acquisition<A> {
     application: A,
+    pub(super) indicator: Indicator,
 }
 
 impl<A: Application> Acquisition<A> {
     pub(super) const INITIAL: Self = Self {
         application: A::INITIAL,
+        indicator: Indicator::DARK,
     };
 
     pub(super) fn application(&mut self) -> &mut A {

@@ -1,7 +1,8 @@
 //! A node: an application, a protocol and the protocol-neutral shell.
 
+use super::driver::{Reach, Round};
 use super::shell::cause;
-use super::{Acquisition, Action, Boot, BusEvent, Communication, Indicator, Node, Protocol};
+use super::{Acquisition, Action, Boot, BusEvent, Communication, Node, Protocol};
 use crate::application::{Application, Readout};
 use crate::can::{Filter, Frame};
 use crate::measure::Reading;
@@ -17,7 +18,6 @@ use crate::time::Instant;
 pub struct CanNode<A: Application, P> {
     communication: Communication<A, P>,
     acquisition: Acquisition<A>,
-    indicator: Indicator,
 }
 
 /// The types of a node that consists of two halves.
@@ -69,7 +69,6 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
     pub const INITIAL: Self = Self {
         communication: Communication::INITIAL,
         acquisition: Acquisition::INITIAL,
-        indicator: Indicator::DARK,
     };
 
     /// Restores the parameters, the calibration and the identity of `boot`. Calls `started` before it applies the parameters; the last argument
@@ -101,36 +100,63 @@ impl<A: Application, P: Protocol<A>> CanNode<A, P> {
             context.shell.detect();
         }
     }
+}
 
-    /// Performs the tasks of the measuring half.
-    fn measure(&mut self, now: Instant) {
-        while let Some(task) = self.communication.task(now) {
-            let values = self.acquisition.perform(now, &task);
-            self.communication.finish(now, &task, values);
-        }
+/// The way from the measuring half to the communicating half on one thread, without a link: the driver passes the frames.
+struct Direct<'a, A: Application, P> {
+    communication: &'a mut Communication<A, P>,
+    now: Instant,
+}
+
+impl<A: Application, P: Protocol<A>> Reach<A, P> for Direct<'_, A, P> {
+    fn now(&self) -> Instant {
+        self.now
+    }
+
+    fn with<R>(&mut self, f: impl FnOnce(&mut Communication<A, P>) -> R) -> R {
+        f(self.communication)
+    }
+
+    fn call<R>(&mut self, f: impl FnOnce(&mut Communication<A, P>, Instant) -> R) -> R {
+        f(self.communication, self.now)
+    }
+
+    fn settle(&mut self) {}
+
+    fn action(&mut self, now: Instant) -> Option<Action> {
+        self.communication.action(now)
+    }
+}
+
+impl<A: Application, P: Protocol<A>> CanNode<A, P> {
+    /// The measuring half, and its way to the communicating half.
+    fn parts(&mut self, now: Instant) -> (&mut Acquisition<A>, Direct<'_, A, P>) {
+        let communication = &mut self.communication;
+        (&mut self.acquisition, Direct { communication, now })
     }
 }
 
 impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     fn ready(&self) -> bool {
-        // PARAMETERS is ignored, because `receive` applies the parameters. BUS is ignored, because the driver performs the action
-        // before it passes frames.
+        // PARAMETERS is ignored, because `receive` applies the parameters.
         let shell = &self.communication.context.shell;
-        shell.ready(cause::PARAMETERS | cause::BUS)
+        shell.ready(cause::PARAMETERS)
     }
 
     fn receive(&mut self, now: Instant, frame: &Frame) {
-        self.measure(now);
+        let (acquisition, mut direct) = self.parts(now);
+        acquisition.obey(&mut direct);
         self.communication.receive(now, frame);
         while self.communication.proceed() {}
     }
 
     fn sample(&mut self, now: Instant, reading: &Reading) {
-        self.measure(now);
-        if !self.communication.context.shell.is_leaving() {
-            let values = self.acquisition.sample(now, reading);
-            self.communication.sampled(now, values);
-        }
+        let (acquisition, mut direct) = self.parts(now);
+        acquisition.measure(&mut direct, reading);
+    }
+
+    fn interrupt(&mut self) {
+        self.acquisition.interrupt();
     }
 
     fn bus(&mut self, now: Instant, event: BusEvent) {
@@ -138,43 +164,29 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     }
 
     fn stored(&mut self, now: Instant, result: Result<(), StoreError>) {
-        self.communication.stored(now, result);
-        self.measure(now);
-        while self.communication.resume(now) {
-            self.measure(now);
-        }
+        let (acquisition, mut direct) = self.parts(now);
+        acquisition.stored(&mut direct, result);
     }
 
     fn tested(&mut self, now: Instant, result: Working) {
-        if let Some(values) = self.acquisition.tested(result) {
-            self.communication.publish(now, values);
-        }
+        let (acquisition, mut direct) = self.parts(now);
+        let values = acquisition.tested(result);
+        acquisition.publish(&mut direct, values);
     }
 
     fn supply(&mut self, now: Instant, millivolts: u16) {
-        if let Some(values) = self.acquisition.supply(millivolts) {
-            self.communication.publish(now, values);
-        }
+        let (acquisition, mut direct) = self.parts(now);
+        let values = acquisition.supply(millivolts);
+        acquisition.publish(&mut direct, values);
     }
 
     fn poll(&mut self, now: Instant) -> Option<Action> {
-        self.measure(now);
-        if let Some(values) = self.acquisition.tick(now) {
-            self.communication.publish(now, values);
-        }
+        let (acquisition, mut direct) = self.parts(now);
         loop {
-            if let Some(leds) = self.indicator.poll(now) {
-                return Some(Action::Leds(leds));
-            }
-            if self.communication.is_idle(now) {
-                return None;
-            }
-            while self.communication.tick(now) {}
-            if let Some(patterns) = self.communication.patterns() {
-                self.indicator.show(now, patterns);
-            }
-            if let Some(action) = self.communication.action(now) {
-                return Some(action);
+            match acquisition.round(&mut direct) {
+                Round::Idle => return None,
+                Round::Again => {}
+                Round::Perform(action) => return Some(action),
             }
         }
     }
@@ -192,10 +204,8 @@ impl<A: Application, P: Protocol<A>> Node for CanNode<A, P> {
     }
 
     fn deadline(&self) -> Option<Instant> {
-        let mut earliest = self.communication.deadline();
-        earliest.consider(self.acquisition.deadline());
-        self.indicator.consider(&mut earliest);
-        earliest.time()
+        let communication = self.communication.deadline();
+        self.acquisition.earliest(communication).time()
     }
 
     fn filters(&self, accept: &mut dyn FnMut(Filter)) {

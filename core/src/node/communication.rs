@@ -115,6 +115,11 @@ impl<A: Application, P: Protocol<A>> Communication<A, P> {
         (shell.becomes_stale(now) || shell.stops()).then_some(Task::Stale)
     }
 
+    /// Whether a restart is accepted: readings are discarded.
+    pub fn is_leaving(&self) -> bool {
+        self.context.shell.is_leaving()
+    }
+
     /// Publishes the values of a reading. The first ones start the protocol. During a restart they are discarded.
     pub fn sampled(&mut self, now: Instant, values: A::Values) {
         if !self.context.shell.is_leaving() {

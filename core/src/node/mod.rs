@@ -9,6 +9,7 @@ mod autobaud;
 mod boot;
 mod can_node;
 mod communication;
+pub mod driver;
 mod led;
 mod protocol;
 mod pulse_meter;
@@ -118,6 +119,9 @@ pub trait Node {
     /// starts the protocol: before it, the node is not on the bus. Without readings for 100 ms (92 ms after the start of the
     /// node), it reports a sensor error.
     fn sample(&mut self, now: Instant, reading: &Reading);
+
+    /// Handles a gap before the next reading: values of the accelerometer or the gyroscope were lost.
+    fn interrupt(&mut self) {}
 
     /// Handles an event of the CAN controller.
     fn bus(&mut self, now: Instant, event: BusEvent);

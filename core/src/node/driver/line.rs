@@ -1,0 +1,324 @@
+//! Frames on their way to and from the node.
+
+use super::super::{Action, BusEvent, BusMode, Communication, Node, Protocol};
+use super::{Controller, Phase};
+use crate::application::Application;
+use crate::can::{Filter, Frame};
+use crate::time::Instant;
+use embedded_can::Frame as _;
+use heapless::Deque;
+
+/// The maximum number of received frames that wait while parameters are applied, or while the bus mode changes: 1.5 ms at 1 Mbit/s
+/// with the shortest frames and 100 % bus load.
+const QUEUE: usize = 32;
+
+/// What takes the received frames and has the frames to send: the communicating half of a node, or a [`Node`] on one thread.
+pub trait Exchange {
+    /// Whether [`sent`](Self::sent) and [`sends_once`](Self::sends_once) have an effect.
+    const USES_SENT: bool;
+
+    /// Whether it can take the next received frame.
+    fn ready(&self) -> bool;
+
+    /// Handles a received frame.
+    fn receive(&mut self, now: Instant, frame: &Frame);
+
+    /// Continues an answer that consists of several frames. Returns false if it is complete.
+    fn proceed(&mut self) -> bool;
+
+    /// Handles an event of the CAN controller.
+    fn bus(&mut self, now: Instant, event: BusEvent);
+
+    /// Whether [`transmit`](Self::transmit) can have a frame.
+    fn is_sending(&self) -> bool;
+
+    /// Whether the controller must not repeat the next frame of [`transmit`](Self::transmit) after a bit error.
+    fn sends_once(&self) -> bool;
+
+    /// The next frame to send. Call it only when a mailbox is free.
+    fn transmit(&mut self, now: Instant) -> Option<Frame>;
+
+    /// Handles that all mailboxes are empty, because their frames were sent.
+    fn sent(&mut self, now: Instant);
+
+    /// Whether the frames in the mailboxes must not be sent any more, because they have an old address.
+    fn withdraws(&self) -> bool;
+
+    /// Whether a change of the filters at the same bit rate loses no frame.
+    fn changes_filters(&self) -> bool;
+
+    /// Calls `accept` for each acceptance filter in force.
+    fn filters(&self, accept: &mut dyn FnMut(Filter));
+}
+
+impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
+    const USES_SENT: bool = P::USES_SENT;
+
+    #[inline(always)]
+    fn ready(&self) -> bool {
+        self.ready()
+    }
+
+    #[inline(always)]
+    fn receive(&mut self, now: Instant, frame: &Frame) {
+        self.receive(now, frame);
+    }
+
+    #[inline(always)]
+    fn proceed(&mut self) -> bool {
+        self.proceed()
+    }
+
+    #[inline(always)]
+    fn bus(&mut self, now: Instant, event: BusEvent) {
+        self.bus(now, event);
+    }
+
+    #[inline(always)]
+    fn is_sending(&self) -> bool {
+        self.is_sending()
+    }
+
+    #[inline(always)]
+    fn sends_once(&self) -> bool {
+        self.sends_once()
+    }
+
+    #[inline(always)]
+    fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+        self.transmit()
+    }
+
+    #[inline(always)]
+    fn sent(&mut self, now: Instant) {
+        self.sent(now);
+    }
+
+    #[inline(always)]
+    fn withdraws(&self) -> bool {
+        self.withdraws()
+    }
+
+    #[inline(always)]
+    fn changes_filters(&self) -> bool {
+        P::CHANGES_FILTERS
+    }
+
+    #[inline(always)]
+    fn filters(&self, accept: &mut dyn FnMut(Filter)) {
+        self.filters(accept);
+    }
+}
+
+impl<N: Node + ?Sized> Exchange for N {
+    const USES_SENT: bool = true;
+
+    fn ready(&self) -> bool {
+        Node::ready(self)
+    }
+
+    fn receive(&mut self, now: Instant, frame: &Frame) {
+        Node::receive(self, now, frame);
+    }
+
+    fn proceed(&mut self) -> bool {
+        false
+    }
+
+    fn bus(&mut self, now: Instant, event: BusEvent) {
+        Node::bus(self, now, event);
+    }
+
+    fn is_sending(&self) -> bool {
+        true
+    }
+
+    fn sends_once(&self) -> bool {
+        Node::sends_once(self)
+    }
+
+    fn transmit(&mut self, now: Instant) -> Option<Frame> {
+        Node::transmit(self, now)
+    }
+
+    fn sent(&mut self, now: Instant) {
+        Node::sent(self, now);
+    }
+
+    /// The change of the filters, which follows at once, discards the frames.
+    fn withdraws(&self) -> bool {
+        false
+    }
+
+    fn changes_filters(&self) -> bool {
+        Node::changes_filters(self)
+    }
+
+    fn filters(&self, accept: &mut dyn FnMut(Filter)) {
+        Node::filters(self, accept);
+    }
+}
+
+/// A CAN controller with the received frames that the node cannot take yet.
+pub struct Line<C> {
+    received: Deque<Frame, QUEUE>,
+    pub(super) controller: C,
+}
+
+impl<C> Line<C> {
+    /// No frame.
+    pub const fn new(controller: C) -> Self {
+        Self {
+            received: Deque::new(),
+            controller,
+        }
+    }
+}
+
+/// A use of a node with its CAN controller: see the [module](super). `H` is the communicating half of the node, or the node.
+pub struct Link<'a, H: ?Sized, C> {
+    pub(super) node: &'a mut H,
+    line: &'a mut Line<C>,
+}
+
+impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
+    /// A node with its controller.
+    pub fn new(node: &'a mut H, line: &'a mut Line<C>) -> Self {
+        Self { node, line }
+    }
+
+    /// The controller.
+    pub fn controller(&mut self) -> &mut C {
+        &mut self.line.controller
+    }
+
+    pub(super) fn now(&self) -> Instant {
+        self.line.controller.now()
+    }
+
+    fn phase(&self) -> Phase {
+        self.line.controller.phase()
+    }
+
+    pub(super) fn is_idle(&self) -> bool {
+        self.line.controller.is_idle()
+    }
+
+    /// Handles a received frame: passes it to the node, or keeps it until the node can take it.
+    pub fn receive(&mut self, frame: &Frame) {
+        let phase = self.phase();
+        if phase == Phase::Off {
+            return;
+        }
+        if phase.receives() && self.line.received.is_empty() && self.node.ready() {
+            self.handle(frame);
+        } else if self.line.received.push_back(*frame).is_err() {
+            self.line.controller.lose();
+        }
+    }
+
+    fn handle(&mut self, frame: &Frame) {
+        // A frame that the main loop has just built does not wait for this answer. But it waits if the received frame can be a claim that
+        // takes the address of this node.
+        if self.node.is_sending() && !(self.node.changes_filters() && frame.is_extended()) {
+            self.send();
+        }
+        let now = self.now();
+        self.node.receive(now, frame);
+        self.transmit();
+        while self.node.proceed() {
+            self.transmit();
+        }
+        self.withdraw();
+    }
+
+    /// Discards the frames in the mailboxes if the received frame has made them invalid, before the controller sends one of them.
+    fn withdraw(&mut self) {
+        if self.node.withdraws() {
+            self.line.controller.abort();
+        }
+    }
+
+    /// Handles that a mailbox has become free: its frame was sent, or it was aborted, or it is `unsent`: it was put for a single
+    /// attempt and ended in a bit error.
+    pub fn transmitted(&mut self, unsent: bool) {
+        // In another phase, the frame was withdrawn.
+        if H::USES_SENT && unsent && self.phase() == Phase::Normal {
+            self.bus(BusEvent::Unsent);
+        }
+        self.send();
+        if H::USES_SENT && self.phase() == Phase::Normal && self.is_idle() {
+            let now = self.now();
+            self.node.sent(now);
+        }
+    }
+
+    /// Passes an event to the node.
+    pub(super) fn bus(&mut self, event: BusEvent) {
+        let now = self.now();
+        self.node.bus(now, event);
+    }
+
+    /// Passes the frames that waited to the node, as far as it can take them, and sends the frames of the node. Returns true if there was
+    /// such a frame.
+    pub(super) fn settle(&mut self) -> bool {
+        if !self.phase().receives() {
+            return false;
+        }
+        let mut moves = false;
+        while !self.line.received.is_empty()
+            && self.node.ready()
+            && let Some(frame) = self.line.received.pop_front()
+        {
+            let now = self.now();
+            self.node.receive(now, &frame);
+            while self.node.proceed() {}
+            self.withdraw();
+            moves = true;
+        }
+        // Usually nothing: the check is shorter than the call, which saves many registers.
+        moves | (self.node.is_sending() && self.send())
+    }
+
+    /// As [`transmit`](Self::transmit).
+    fn send(&mut self) -> bool {
+        self.transmit()
+    }
+
+    /// Puts the frames of the node into the free mailboxes. Returns false if there is none.
+    fn transmit(&mut self) -> bool {
+        let mut moves = false;
+        while self.node.is_sending()
+            && self.phase() == Phase::Normal
+            && self.line.controller.has_room()
+        {
+            let once = self.node.sends_once();
+            let now = self.now();
+            let Some(frame) = self.node.transmit(now) else {
+                break;
+            };
+            self.line.controller.put(&frame, once);
+            moves = true;
+        }
+        moves
+    }
+
+    /// Pauses the frames for a change of the bus. Call it in the same use of the link as the call that has returned the action, so that no
+    /// frame is put into a mailbox that the change discards.
+    pub(super) fn pause_for(&mut self, action: Action) {
+        if let Action::Bus(mode, rate) = action {
+            let controller = &mut self.line.controller;
+            if self.node.changes_filters() && mode == BusMode::Normal && controller.is_at(rate) {
+                controller.pause(Phase::Waiting);
+            } else {
+                controller.pause(Phase::Off);
+                self.line.received.clear();
+            }
+        }
+    }
+
+    /// Whether only the filters change.
+    pub(super) fn is_held(&self) -> bool {
+        self.phase() == Phase::Waiting
+    }
+}

@@ -1,0 +1,286 @@
+//! The two users of the order: a driver with one thread, and one with two priorities.
+
+use super::super::{Acquisition, Action, Communication, Node, Protocol};
+use super::{Controller, Exchange, Line, Link, Reach, Round};
+use crate::application::Application;
+use crate::measure::Reading;
+use crate::measure::self_test::Working;
+use crate::store::StoreError;
+use crate::time::Instant;
+use core::ops::DerefMut;
+
+/// What a [`Driver`](super::Driver) drives: a node on [one thread](OneThread), or the measuring half of a node at the lower of
+/// [two priorities](TwoPriorities). A driver only calls [`Driver`](super::Driver).
+pub trait Side {
+    /// What takes the frames.
+    type Exchange: Exchange + ?Sized;
+    /// The mailboxes.
+    type Controller: Controller;
+
+    /// Uses the link.
+    fn link<R>(
+        &mut self,
+        f: impl FnOnce(&mut Link<'_, Self::Exchange, Self::Controller>) -> R,
+    ) -> R;
+
+    /// The present time.
+    fn now(&self) -> Instant;
+
+    /// Handles the frames that waited for the node, and sends its frames.
+    fn settle(&mut self) {
+        self.link(|link| {
+            link.settle();
+        });
+    }
+
+    /// Performs the work that is due, up to the next action.
+    fn round(&mut self) -> Round;
+
+    /// Handles a reading.
+    fn sample(&mut self, reading: &Reading);
+
+    /// Handles a gap before the next reading.
+    fn interrupt(&mut self);
+
+    /// Handles the result of the self-test.
+    fn tested(&mut self, result: Working);
+
+    /// Handles a measurement of the supply voltage.
+    fn supply(&mut self, millivolts: u16);
+
+    /// Handles the end of a save.
+    fn stored(&mut self, result: Result<(), StoreError>);
+
+    /// Writes the parameters to save into `buffer`. Returns their length.
+    fn image(&mut self, buffer: &mut [u8]) -> Option<usize>;
+
+    /// The state to keep over a restart.
+    fn kept(&self) -> u32;
+
+    /// The latest time for the next round.
+    fn deadline(&self) -> Option<Instant>;
+}
+
+/// A node on one thread, with its controller. `B` is the owner of the node: `&mut Is2`, `Box<dyn Node>`.
+pub struct OneThread<B, C> {
+    node: B,
+    line: Line<C>,
+}
+
+impl<B: DerefMut<Target: Node>, C: Controller> OneThread<B, C> {
+    /// A node that is started, and its controller.
+    pub fn new(node: B, controller: C) -> Self {
+        Self {
+            node,
+            line: Line::new(controller),
+        }
+    }
+
+    /// The node.
+    pub fn node(&self) -> &B::Target {
+        &self.node
+    }
+}
+
+impl<B: DerefMut<Target: Node>, C: Controller> Side for OneThread<B, C> {
+    type Exchange = B::Target;
+    type Controller = C;
+
+    fn link<R>(&mut self, f: impl FnOnce(&mut Link<'_, B::Target, C>) -> R) -> R {
+        f(&mut Link::new(&mut *self.node, &mut self.line))
+    }
+
+    fn now(&self) -> Instant {
+        self.line.controller.now()
+    }
+
+    fn round(&mut self) -> Round {
+        self.settle();
+        let now = self.now();
+        let action = self.node.poll(now);
+        if let Some(action) = action {
+            self.link(|link| link.pause_for(action));
+            return Round::Perform(action);
+        }
+        // The protocol can have waited for the room in its queue.
+        if self.link(|link| link.settle()) {
+            Round::Again
+        } else {
+            Round::Idle
+        }
+    }
+
+    fn sample(&mut self, reading: &Reading) {
+        let now = self.now();
+        self.node.sample(now, reading);
+    }
+
+    fn interrupt(&mut self) {
+        self.node.interrupt();
+    }
+
+    fn tested(&mut self, result: Working) {
+        let now = self.now();
+        self.node.tested(now, result);
+    }
+
+    fn supply(&mut self, millivolts: u16) {
+        let now = self.now();
+        self.node.supply(now, millivolts);
+    }
+
+    fn stored(&mut self, result: Result<(), StoreError>) {
+        let now = self.now();
+        self.node.stored(now, result);
+    }
+
+    fn image(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        self.node.image(buffer)
+    }
+
+    fn kept(&self) -> u32 {
+        self.node.kept()
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        self.node.deadline()
+    }
+}
+
+/// The [`Link`] of a node in memory that the interrupts and the main loop share.
+pub trait Shared {
+    /// The application of the node.
+    type Application: Application;
+    /// The protocol of the node.
+    type Protocol: Protocol<Self::Application>;
+    /// The mailboxes.
+    type Controller: Controller;
+
+    /// Uses the link. Meanwhile no interrupt uses it. Calls are short and not nested.
+    fn with<R>(&self, f: impl FnOnce(&mut LinkOf<'_, Self>) -> R) -> R;
+
+    /// The present time.
+    fn now(&self) -> Instant;
+}
+
+/// The link of shared memory `S`.
+pub type LinkOf<'a, S> = Link<
+    'a,
+    Communication<<S as Shared>::Application, <S as Shared>::Protocol>,
+    <S as Shared>::Controller,
+>;
+
+/// The measuring half of a node, in a main loop that interrupts interrupt.
+pub struct TwoPriorities<'a, S: Shared> {
+    acquisition: &'a mut Acquisition<S::Application>,
+    shared: S,
+}
+
+impl<'a, S: Shared> TwoPriorities<'a, S> {
+    /// The measuring half of a node that is started. `shared` has the communicating half.
+    pub fn new(acquisition: &'a mut Acquisition<S::Application>, shared: S) -> Self {
+        Self {
+            acquisition,
+            shared,
+        }
+    }
+}
+
+/// The way to the communicating half through the link.
+struct Through<'s, S>(&'s S);
+
+impl<S: Shared> Reach<S::Application, S::Protocol> for Through<'_, S> {
+    fn now(&self) -> Instant {
+        self.0.now()
+    }
+
+    fn with<R>(
+        &mut self,
+        f: impl FnOnce(&mut Communication<S::Application, S::Protocol>) -> R,
+    ) -> R {
+        self.0.with(|link| f(link.node))
+    }
+
+    fn call<R>(
+        &mut self,
+        f: impl FnOnce(&mut Communication<S::Application, S::Protocol>, Instant) -> R,
+    ) -> R {
+        let result = self.0.with(|link| {
+            let now = link.now();
+            f(link.node, now)
+        });
+        self.settle();
+        result
+    }
+
+    fn settle(&mut self) {
+        self.0.with(|link| {
+            link.settle();
+        });
+    }
+
+    fn action(&mut self, now: Instant) -> Option<Action> {
+        self.0.with(|link| {
+            let action = link.node.action(now);
+            if let Some(action) = action {
+                link.pause_for(action);
+            }
+            action
+        })
+    }
+}
+
+impl<S: Shared> Side for TwoPriorities<'_, S> {
+    type Exchange = Communication<S::Application, S::Protocol>;
+    type Controller = S::Controller;
+
+    fn link<R>(&mut self, f: impl FnOnce(&mut LinkOf<'_, S>) -> R) -> R {
+        self.shared.with(f)
+    }
+
+    fn now(&self) -> Instant {
+        self.shared.now()
+    }
+
+    fn round(&mut self) -> Round {
+        self.acquisition.round(&mut Through(&self.shared))
+    }
+
+    fn sample(&mut self, reading: &Reading) {
+        self.acquisition
+            .measure(&mut Through(&self.shared), reading);
+    }
+
+    fn interrupt(&mut self) {
+        self.acquisition.interrupt();
+    }
+
+    fn tested(&mut self, result: Working) {
+        let values = self.acquisition.tested(result);
+        self.acquisition.publish(&mut Through(&self.shared), values);
+    }
+
+    fn supply(&mut self, millivolts: u16) {
+        let values = self.acquisition.supply(millivolts);
+        self.acquisition.publish(&mut Through(&self.shared), values);
+    }
+
+    fn stored(&mut self, result: Result<(), StoreError>) {
+        self.acquisition.stored(&mut Through(&self.shared), result);
+    }
+
+    fn image(&mut self, buffer: &mut [u8]) -> Option<usize> {
+        // Copied, because encoding takes long.
+        let parameters = self.shared.with(|link| *link.node.image());
+        parameters.encode(buffer)
+    }
+
+    fn kept(&self) -> u32 {
+        self.acquisition.kept()
+    }
+
+    fn deadline(&self) -> Option<Instant> {
+        let communication = self.shared.with(|link| link.node.deadline());
+        self.acquisition.earliest(communication).time()
+    }
+}
