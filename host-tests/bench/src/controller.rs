@@ -1,57 +1,71 @@
-//! A device's CAN controller: the protocol with one transmit mailbox, a receive queue and acceptance filters around it.
+//! A device's CAN controller: the protocol with transmit mailboxes, a receive FIFO and acceptance filters around it.
 
-use can_wire::protocol::{BitTiming, ErrorCode, Event, Picoseconds, Protocol};
+use crate::registers::Registers;
+use can_wire::protocol::{BitTiming, ErrorCode, Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Filter, Frame};
+use plumbline::node::driver::{Controller as _, Phase};
 use plumbline::node::{BusEvent, BusMode, BusState};
+use plumbline::time::Instant;
 use std::collections::VecDeque;
-
-/// Received frames that the queue of the firmware holds.
-const QUEUE: usize = 32;
 
 /// Received frames that the FIFO of the controller holds while the processor is stalled.
 const FIFO: usize = 3;
 
+/// What calls the driver of the node.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Interrupt {
+    /// A frame was received.
+    Received(Frame),
+    /// A mailbox has become free; true: its frame ended in a bit error and is not repeated.
+    Free(bool),
+}
+
 /// A CAN controller after a hardware reset.
 #[derive(Debug)]
 pub(super) struct Controller {
-    pub(super) protocol: Protocol,
+    protocol: Protocol,
+    registers: Registers,
     setting: Option<(BusMode, BitRate)>,
     /// The new setting takes effect at the end of the frame that is being sent.
     changing: bool,
+    /// The driver does not know yet that the controller has joined the bus with the new setting.
+    joins: bool,
     filters: Vec<Filter>,
-    mailbox: Option<Frame>,
-    /// The frame in the mailbox is not repeated after a bit error.
-    once: bool,
-    /// Such a frame was not sent.
-    unsent: bool,
-    /// The frame in the mailbox is being sent, and dropped if it fails.
-    aborted: bool,
-    received: VecDeque<Frame>,
-    in_fifo: usize,
+    fifo: VecDeque<Frame>,
+    /// A mailbox has become free.
+    free: Option<bool>,
     events: VecDeque<BusEvent>,
     /// The state last reported to the node.
     state: BusState,
 }
 
 impl Controller {
-    pub(super) fn new() -> Self {
+    pub(super) fn new(now: Instant) -> Self {
         Self {
             protocol: Protocol::default(),
+            registers: Registers::new(now),
             setting: None,
             changing: false,
+            joins: false,
             filters: Vec::new(),
-            mailbox: None,
-            once: false,
-            unsent: false,
-            aborted: false,
-            received: VecDeque::new(),
-            in_fifo: 0,
+            fifo: VecDeque::new(),
+            free: None,
             events: VecDeque::new(),
             state: BusState::Active,
         }
     }
 
-    /// Changes the mode and the bit rate. A frame in the mailbox is dropped, a frame that is being sent is completed. Earlier
+    /// The mailboxes.
+    pub(super) fn registers(&self) -> &Registers {
+        &self.registers
+    }
+
+    /// The state machine of the protocol.
+    pub(super) fn protocol(&self) -> &Protocol {
+        &self.protocol
+    }
+
+    /// Changes the mode and the bit rate. The frames in the mailboxes are dropped, a frame that is being sent is completed. Earlier
     /// frames and errors are dropped, the error counters stay.
     pub(super) fn configure(
         &mut self,
@@ -62,28 +76,35 @@ impl Controller {
     ) {
         self.setting = Some((mode, rate));
         self.changing = true;
+        self.joins = true;
         self.filters = filters;
-        self.mailbox = None;
-        self.aborted = false;
-        self.received.clear();
-        self.in_fifo = 0;
+        self.registers.clear();
+        self.registers.resume();
+        self.fifo.clear();
+        self.free = None;
         self.events.retain(|event| *event != BusEvent::Error);
         self.change(now);
+        self.update();
     }
 
-    /// Changes the filters. A frame in the mailbox is dropped, a frame that is being sent is completed.
+    /// Changes the filters. The frames in the mailboxes are dropped, a frame that is being sent is completed.
     pub(super) fn refilter(&mut self, filters: Vec<Filter>) {
         self.filters = filters;
-        self.aborted = self.protocol.is_transmitting();
-        if !self.aborted {
-            self.mailbox = None;
-        }
+        self.registers.abort();
+        self.registers.resume();
     }
 
-    /// Whether the controller is on the bus with this mode and bit rate, and not in bus-off.
-    pub(super) fn is_at(&self, mode: BusMode, rate: BitRate) -> bool {
-        let is_off = self.protocol.state() == BusState::BusOff;
-        self.setting == Some((mode, rate)) && !self.changing && !is_off
+    /// Starts the recovery from bus-off.
+    pub(super) fn recover(&mut self, now: Picoseconds) {
+        self.protocol.recover(now);
+        self.update();
+    }
+
+    /// Returns true once when the controller takes part in the bus after a change.
+    pub(super) fn has_joined(&mut self) -> bool {
+        let joined = self.joins && self.registers.phase().receives();
+        self.joins &= !joined;
+        joined
     }
 
     fn change(&mut self, now: Picoseconds) {
@@ -97,6 +118,20 @@ impl Controller {
         }
     }
 
+    /// Updates the registers that the driver reads.
+    fn update(&self) {
+        let is_off = self.protocol.state() == BusState::BusOff;
+        let (phase, rate) = match self.setting {
+            _ if self.changing => (Phase::Off, None),
+            None => (Phase::Off, None),
+            Some(_) if self.protocol.is_joining() => (Phase::Waiting, None),
+            Some((BusMode::Listen, _)) => (Phase::Listening, None),
+            Some((BusMode::Normal, rate)) => (Phase::Normal, Some(rate).filter(|_| !is_off)),
+        };
+        let is_transmitting = self.protocol.is_transmitting();
+        self.registers.set_state(phase, rate, is_transmitting);
+    }
+
     pub(super) fn mode(&self) -> Option<BusMode> {
         self.setting.map(|(mode, _)| mode)
     }
@@ -105,49 +140,55 @@ impl Controller {
         self.setting.map(|(_, rate)| rate)
     }
 
-    /// True when the mailbox can take a frame.
-    pub(super) fn mailbox_free(&self) -> bool {
-        self.mode() == Some(BusMode::Normal) && self.mailbox.is_none()
-    }
-
-    /// True when no frame waits to be sent.
-    pub(super) fn mailbox_empty(&self) -> bool {
-        self.mailbox.is_none()
-    }
-
-    pub(super) fn load(&mut self, frame: Frame, once: bool) {
-        self.mailbox = Some(frame);
-        self.once = once;
-    }
-
-    /// Returns true once if a frame that is not repeated was not sent.
-    pub(super) fn take_unsent(&mut self) -> bool {
-        std::mem::take(&mut self.unsent)
-    }
-
     /// The frame that waits to be sent.
     pub(super) fn offered(&self) -> Option<Frame> {
-        self.mailbox.filter(|_| !self.changing)
+        self.registers.first().filter(|_| !self.changing)
     }
 
-    /// Handles an event of the protocol; while the processor is stalled, only the FIFO of the controller takes a frame.
-    pub(super) fn note(&mut self, now: Picoseconds, event: Event, stalled: bool) {
+    /// Reports a recessive to dominant edge of the wire.
+    pub(super) fn edge(&mut self, now: Picoseconds) {
+        self.protocol.edge(now);
+    }
+
+    /// Skips a number of equal periods of the wire.
+    pub(super) fn skip(&mut self, period: Period, count: u64) {
+        self.protocol.skip(period, count);
+        self.update();
+    }
+
+    /// Performs the step of the protocol that is due. While the processor is stalled, only the FIFO takes a frame.
+    pub(super) fn step(
+        &mut self,
+        now: Picoseconds,
+        dominant: bool,
+        stalled: bool,
+    ) -> Option<Event> {
+        let offered = self.offered();
+        let event = self.protocol.step(now, dominant, offered)?;
+        self.note(now, event, stalled);
+        self.update();
+        Some(event)
+    }
+
+    fn note(&mut self, now: Picoseconds, event: Event, stalled: bool) {
         match event {
             _ if self.changing => self.change(now),
             Event::Received(frame) => self.receive(frame, stalled),
-            Event::Transmitted => self.mailbox = None,
+            Event::Transmitted => {
+                self.registers.sent();
+                self.free = Some(false);
+            }
             Event::Error { code, transmitting } => {
                 self.events.push_back(BusEvent::Error);
                 // Without acknowledge it is sent again at once.
-                if transmitting && self.once && code != ErrorCode::Acknowledgment {
-                    self.unsent = self.mailbox.take().is_some();
+                if transmitting && code != ErrorCode::Acknowledgment && self.registers.failed() {
+                    self.free = Some(true);
                 }
             }
             Event::Joined | Event::Started | Event::LostArbitration | Event::Recovered => {}
         }
-        if self.aborted && !self.protocol.is_transmitting() {
-            self.aborted = false;
-            self.mailbox = None;
+        if !self.protocol.is_transmitting() && self.registers.drop_aborted() {
+            self.free = Some(false);
         }
         let state = self.protocol.state();
         if state != self.state {
@@ -161,30 +202,32 @@ impl Controller {
         if !listens && !self.filters.iter().any(|one| one.accepts(frame.id())) {
             return;
         }
-        if self.received.len() >= QUEUE {
-            self.events.push_back(BusEvent::Overrun);
-            return;
-        }
-        if stalled && self.in_fifo >= FIFO {
+        if stalled && self.fifo.len() >= FIFO {
             // As on the boards, the newest frame takes the place of the last one.
-            self.events.push_back(BusEvent::Overrun);
-            self.received.pop_back();
-        } else {
-            self.in_fifo += usize::from(stalled);
+            self.registers.clone().lose();
+            self.fifo.pop_back();
         }
-        self.received.push_back(frame);
+        self.fifo.push_back(frame);
     }
 
-    /// The processor runs again and empties the FIFO.
-    pub(super) fn drain_fifo(&mut self) {
-        self.in_fifo = 0;
+    /// Reports an event of another part of the controller.
+    pub(super) fn report(&mut self, event: BusEvent) {
+        self.events.push_back(event);
     }
 
+    /// The next event for the node.
     pub(super) fn take_event(&mut self) -> Option<BusEvent> {
+        if self.registers.take_lost() {
+            return Some(BusEvent::Overrun);
+        }
         self.events.pop_front()
     }
 
-    pub(super) fn take_received(&mut self) -> Option<Frame> {
-        self.received.pop_front()
+    /// The next interrupt.
+    pub(super) fn take_interrupt(&mut self) -> Option<Interrupt> {
+        if let Some(frame) = self.fifo.pop_front() {
+            return Some(Interrupt::Received(frame));
+        }
+        self.free.take().map(Interrupt::Free)
     }
 }

@@ -3,9 +3,10 @@
 
 use super::accelerometer::Accelerometer;
 use super::bus::{instant, picoseconds};
-use super::controller::Controller;
+use super::controller::Interrupt;
 use super::flash::Flash;
-use super::receive_pin::ReceivePin;
+use super::hardware::{Board, Hardware, LedHistory};
+use super::registers::Registers;
 use super::sensor::Sensor;
 use crate::motion::Motion;
 use crate::node_type::{NodeType, STORE_BUFFER};
@@ -14,7 +15,8 @@ use can_wire::protocol::{Event, Period, Picoseconds, Protocol};
 use plumbline::can::{BitRate, Frame};
 use plumbline::measure::self_test::Working;
 use plumbline::measure::{Reading, SAMPLE_PERIOD};
-use plumbline::node::{Action, Boot, BusEvent, BusMode, Leds, Node, Readout};
+use plumbline::node::driver::{Driver, OneThread};
+use plumbline::node::{Boot, BusEvent, BusMode, Leds, Node, Readout};
 use plumbline::store::Store;
 use plumbline::time::{Duration, Instant, after, earlier, millis, reached};
 use std::collections::VecDeque;
@@ -25,17 +27,8 @@ const PROGRAM_TIME: Duration = Duration::from_ticks(52);
 /// Time to erase a page of flash.
 const ERASE_TIME: Duration = millis(30);
 
-/// Longest wait of a restart for an empty mailbox: a frame without acknowledge must not block the restart.
-const RESTART_PATIENCE: Duration = millis(200);
-
-/// Number of actions in one poll loop after which the node is treated as stuck.
-const ACTIONS_MAX: usize = 1000;
-
-/// Duration of the accelerometer self-test.
-const SELF_TEST_TIME: Duration = millis(2000);
-
-/// LED changes that are kept.
-const LED_HISTORY: usize = 10_000;
+/// Number of turns at one time after which the node is treated as stuck.
+const TURNS_MAX: usize = 1000;
 
 /// One sensor on the bench.
 pub struct Device {
@@ -50,28 +43,36 @@ pub struct Device {
     boots: u32,
     /// What the node keeps over its restart; 0 before power-up.
     kept: u32,
-    led_history: VecDeque<(Instant, Leds)>,
+    led_history: LedHistory,
 }
 
 /// State that exists while the power is on.
 struct Powered {
-    node: Box<dyn Node>,
-    controller: Controller,
-    receive_pin: ReceivePin,
-    leds: Leds,
+    driver: Driver<OneThread<Box<dyn Node>, Registers>>,
+    hardware: Hardware,
     next_sample: Instant,
-    /// The next step of a save.
-    next_step: Option<Instant>,
     /// The processor is stalled until then, because flash is programmed or erased.
     stalled_until: Option<Instant>,
-    /// End of the accelerometer self-test.
-    test_ends: Option<Instant>,
-    /// The terminating resistor is connected.
-    terminated: bool,
-    /// The heater's duty in permille.
-    heater: u16,
-    /// Latest time of a requested restart, which waits for an empty mailbox.
-    restart_by: Option<Instant>,
+}
+
+impl Powered {
+    /// Sets the time that the driver reads.
+    fn set_time(&self, now: Instant) {
+        self.hardware.controller.registers().set_time(now);
+    }
+
+    /// Handles the interrupts of the CAN controller. Returns false if there is none.
+    fn interrupt(&mut self) -> bool {
+        let mut interrupted = false;
+        while let Some(interrupt) = self.hardware.controller.take_interrupt() {
+            interrupted = true;
+            match interrupt {
+                Interrupt::Received(frame) => self.driver.receive(&frame),
+                Interrupt::Free(unsent) => self.driver.transmitted(unsent),
+            }
+        }
+        interrupted
+    }
 }
 
 impl Device {
@@ -87,7 +88,7 @@ impl Device {
             power: None,
             boots: 0,
             kept: 0,
-            led_history: VecDeque::new(),
+            led_history: LedHistory::default(),
         }
     }
 
@@ -101,12 +102,14 @@ impl Device {
 
     /// True while the device terminates the bus.
     pub fn terminated(&self) -> bool {
-        self.power.as_ref().is_some_and(|power| power.terminated)
+        let power = self.power.as_ref();
+        power.is_some_and(|power| power.hardware.terminated)
     }
 
     /// The duty of the device's heater in permille; 0 while the power is off.
     pub fn heater(&self) -> u16 {
-        self.power.as_ref().map_or(0, |power| power.heater)
+        let power = self.power.as_ref();
+        power.map_or(0, |power| power.hardware.heater)
     }
 
     /// The powered part, unless the processor is stalled.
@@ -116,109 +119,50 @@ impl Device {
             .filter(|power| power.stalled_until.is_none())
     }
 
-    /// Passes events and frames of the CAN controller to the node while it accepts them.
+    /// Handles the interrupts of the CAN controller and turns the node until there is nothing more to do.
     fn service(&mut self, now: Instant) {
-        self.settle(now);
-        while let Some(power) = self.awake() {
-            if let Some(event) = power.controller.take_event() {
-                power.node.bus(now, event);
-            } else if power.node.ready()
-                && let Some(frame) = power.controller.take_received()
-            {
-                power.node.receive(now, &frame);
-            } else {
-                break;
+        let mut turns = 0;
+        while let Some(power) = &mut self.power
+            && power.stalled_until.is_none()
+        {
+            power.set_time(now);
+            power.interrupt();
+            let mut board = Board {
+                now,
+                hardware: &mut power.hardware,
+                store: &mut self.store,
+                led_history: &mut self.led_history,
+            };
+            let more = power.driver.turn(&mut board);
+            if let Some(kept) = power.hardware.restart.take() {
+                self.kept = kept;
+                return self.power_cycle(now);
             }
-            self.settle(now);
+            if !power.interrupt() && !more {
+                return;
+            }
+            turns += 1;
+            assert!(
+                turns <= TURNS_MAX,
+                "{}: always has more to do at {now}",
+                self.node_type.name
+            );
         }
     }
 
     /// Passes a measured bit time to the node.
     fn measure(&mut self, now: Instant) {
         let Some(power) = self.awake() else { return };
-        let measured = power.receive_pin.poll(now);
-        if let Some(time) = measured.filter(|_| power.controller.mode() == Some(BusMode::Listen)) {
-            if power.controller.protocol.is_joining() {
+        let measured = power.hardware.receive_pin.poll(now);
+        let controller = &mut power.hardware.controller;
+        if let Some(time) = measured.filter(|_| controller.mode() == Some(BusMode::Listen)) {
+            if controller.protocol().is_joining() {
                 // As on the boards: the end of a frame was too short to join the bus.
-                power.node.bus(now, BusEvent::Error);
+                controller.report(BusEvent::Error);
             }
-            power.node.bus(now, BusEvent::BitTime(time));
-            self.settle(now);
+            controller.report(BusEvent::BitTime(time));
+            self.service(now);
         }
-    }
-
-    /// Polls the node until it returns None, then fills the mailbox.
-    fn settle(&mut self, now: Instant) {
-        if let Some(power) = self.awake() {
-            if power.controller.take_unsent() {
-                power.node.bus(now, BusEvent::Unsent);
-            }
-            if power.controller.mailbox_free() {
-                power.node.sent(now);
-            }
-        }
-        let mut actions = 0;
-        while let Some(power) = self.awake()
-            && let Some(action) = power.node.poll(now)
-        {
-            actions += 1;
-            assert!(
-                actions <= ACTIONS_MAX,
-                "{}: poll never returns None, its last answer at {now} is {action:?}",
-                self.node_type.name
-            );
-            self.perform(now, action);
-        }
-        let Some(power) = self.awake() else { return };
-        let once = power.node.sends_once();
-        if power.controller.mailbox_free()
-            && let Some(frame) = power.node.transmit(now)
-        {
-            power.controller.load(frame, once);
-        }
-        let sent = power.controller.mailbox_empty();
-        // As on the boards, a running save ends first.
-        let saves = power.next_step.is_some();
-        if !saves && power.restart_by.is_some_and(|by| sent || reached(now, by)) {
-            self.kept = power.node.kept();
-            self.power_cycle(now);
-        }
-    }
-
-    fn perform(&mut self, now: Instant, action: Action) {
-        let Some(power) = &mut self.power else { return };
-        match action {
-            Action::Bus(mode, rate) => {
-                let mut filters = Vec::new();
-                power.node.filters(&mut |filter| filters.push(filter));
-                let controller = &mut power.controller;
-                if power.node.changes_filters() && controller.is_at(mode, rate) {
-                    controller.refilter(filters);
-                } else {
-                    controller.configure(picoseconds(now), mode, rate, filters);
-                }
-            }
-            Action::Recover => power.controller.protocol.recover(picoseconds(now)),
-            Action::Leds(leds) => {
-                power.leds = leds;
-                self.show(now, leds);
-            }
-            Action::Save => {
-                power.next_step = Some(now);
-                self.store.save(|buffer| power.node.image(buffer));
-            }
-            Action::Restart => power.restart_by = Some(after(now, RESTART_PATIENCE)),
-            Action::Termination(connected) => power.terminated = connected,
-            Action::Heater(permille) => power.heater = permille,
-            Action::SelfTest => power.test_ends = Some(after(now, SELF_TEST_TIME)),
-        }
-    }
-
-    fn show(&mut self, now: Instant, leds: Leds) {
-        if self.led_history.len() == LED_HISTORY {
-            self.led_history.pop_front();
-        }
-        self.led_history.push_back((now, leds));
     }
 
     /// Takes the samples that are due. After a stall, all readings come at once.
@@ -232,11 +176,12 @@ impl Device {
         while reached(now, power.next_sample) {
             power.next_sample = after(power.next_sample, SAMPLE_PERIOD);
         }
-        power.node.supply(now, self.motion.supply(now));
+        power.set_time(now);
+        power.driver.supply(self.motion.supply(now));
         for reading in self.accelerometer.readings(now, &mut *self.motion) {
             let reading = self.heated(now, reading);
             if let Some(power) = &mut self.power {
-                power.node.sample(now, &reading);
+                power.driver.sample(&reading);
             }
         }
         self.service(now);
@@ -254,22 +199,30 @@ impl Device {
     /// Reports the result of the self-test: all axes work.
     fn test(&mut self, now: Instant) {
         let Some(power) = self.awake() else { return };
-        if power.test_ends.is_none_or(|end| !reached(now, end)) {
+        if power
+            .hardware
+            .test_ends
+            .is_none_or(|end| !reached(now, end))
+        {
             return;
         }
-        power.test_ends = None;
+        power.hardware.test_ends = None;
         let working = Working {
             x: true,
             y: true,
             z: true,
         };
-        power.node.tested(now, working);
+        power.set_time(now);
+        power.driver.tested(working);
         self.service(now);
     }
 
     /// Runs the next step of a save; the processor is stalled while flash is programmed or erased.
     fn step(&mut self, now: Instant) {
-        let due = |power: &mut Powered| power.next_step.is_some_and(|at| reached(now, at));
+        let due = |power: &mut Powered| {
+            let step = power.hardware.next_step;
+            step.is_some_and(|at| reached(now, at))
+        };
         if !self.awake().is_some_and(due) {
             return;
         }
@@ -282,15 +235,16 @@ impl Device {
         let Some(power) = &mut self.power else { return };
         let end = after(now, time);
         if result.is_none() {
-            power.next_step = Some(end);
+            power.hardware.next_step = Some(end);
         } else {
-            power.next_step = None;
+            power.hardware.next_step = None;
         }
         if time > Duration::from_ticks(0) {
             power.stalled_until = Some(end);
         }
         if let Some(result) = result {
-            power.node.stored(now, result);
+            power.set_time(now);
+            power.driver.stored(result);
             self.service(now);
         }
     }
@@ -323,7 +277,7 @@ impl Sensor for Device {
     fn power_off(&mut self, now: Instant) {
         // A running save stays incomplete.
         if self.power.take().is_some() {
-            self.show(now, Leds::default());
+            self.led_history.show(now, Leds::default());
         }
     }
 
@@ -343,18 +297,13 @@ impl Sensor for Device {
         };
         let node = (self.node_type.start)(&self.node_type, start, &boot);
         self.accelerometer.power_on();
+        let hardware = Hardware::new(start);
+        let registers = hardware.controller.registers().clone();
         self.power = Some(Powered {
-            node,
-            controller: Controller::new(),
-            receive_pin: ReceivePin::default(),
-            leds: Leds::default(),
+            driver: Driver::new(OneThread::new(node, registers)),
+            hardware,
             next_sample: after(start, self.node_type.first_reading),
-            next_step: None,
             stalled_until: Some(start),
-            test_ends: None,
-            terminated: false,
-            heater: 0,
-            restart_by: None,
         });
         self.cut_off(now);
     }
@@ -373,11 +322,10 @@ impl Sensor for Device {
         let next = power.stalled_until.or_else(|| {
             [
                 Some(power.next_sample),
-                power.next_step,
-                power.test_ends,
-                power.restart_by,
-                power.receive_pin.deadline(),
-                power.node.deadline(),
+                power.hardware.next_step,
+                power.hardware.test_ends,
+                power.hardware.receive_pin.deadline(),
+                power.driver.deadline(),
             ]
             .into_iter()
             .fold(None, earlier)
@@ -392,14 +340,13 @@ impl Sensor for Device {
         };
         if power.stalled_until.is_some_and(|until| reached(now, until)) {
             power.stalled_until = None;
-            power.controller.drain_fifo();
         }
         self.measure(now);
         self.service(now);
         self.sample(now);
         self.test(now);
         self.step(now);
-        let deadline = self.awake().and_then(|power| power.node.deadline());
+        let deadline = self.awake().and_then(|power| power.driver.deadline());
         assert!(
             deadline.is_none_or(|at| !reached(now, at)),
             "{}: polled until None at {now}, yet its deadline stays at {deadline:?}",
@@ -409,45 +356,44 @@ impl Sensor for Device {
     }
 
     fn protocol(&self) -> Option<&Protocol> {
-        self.power.as_ref().map(|power| &power.controller.protocol)
+        let power = self.power.as_ref();
+        power.map(|power| power.hardware.controller.protocol())
     }
 
     fn next_step(&self) -> Option<Picoseconds> {
-        let controller = &self.power.as_ref()?.controller;
-        let protocol = &controller.protocol;
+        let controller = &self.power.as_ref()?.hardware.controller;
+        let protocol = controller.protocol();
         let offers = protocol.takes_offer() && controller.offered().is_some();
         protocol.next_event(offers)
     }
 
     fn offered(&self) -> Option<Frame> {
-        self.power.as_ref()?.controller.offered()
+        self.power.as_ref()?.hardware.controller.offered()
     }
 
     fn wire(&mut self, now: Picoseconds, dominant: bool) {
         let Some(power) = &mut self.power else { return };
+        let hardware = &mut power.hardware;
         if dominant {
-            power.controller.protocol.edge(now);
+            hardware.controller.edge(now);
         }
-        if power.controller.mode() == Some(BusMode::Listen) {
-            power.receive_pin.edge(now, dominant);
+        if hardware.controller.mode() == Some(BusMode::Listen) {
+            hardware.receive_pin.edge(now, dominant);
             self.measure(instant(now));
         }
     }
 
     fn step(&mut self, now: Picoseconds, dominant: bool) -> Option<Event> {
         let power = self.power.as_mut()?;
-        let controller = &mut power.controller;
-        let offered = controller.offered();
-        let event = controller.protocol.step(now, dominant, offered)?;
         let stalled = power.stalled_until.is_some();
-        controller.note(now, event, stalled);
+        let event = power.hardware.controller.step(now, dominant, stalled)?;
         self.service(instant(now));
         Some(event)
     }
 
     fn skip(&mut self, period: Period, count: u64) {
         if let Some(power) = &mut self.power {
-            power.controller.protocol.skip(period, count);
+            power.hardware.controller.skip(period, count);
         }
     }
 
@@ -456,24 +402,24 @@ impl Sensor for Device {
     }
 
     fn mode(&self) -> Option<BusMode> {
-        self.power.as_ref()?.controller.mode()
+        self.power.as_ref()?.hardware.controller.mode()
     }
 
     fn rate(&self) -> Option<BitRate> {
-        self.power.as_ref()?.controller.rate()
+        self.power.as_ref()?.hardware.controller.rate()
     }
 
     fn leds(&self) -> Leds {
         let power = self.power.as_ref();
-        power.map_or(Leds::default(), |power| power.leds)
+        power.map_or(Leds::default(), |power| power.hardware.leds)
     }
 
     fn led_history(&self) -> &VecDeque<(Instant, Leds)> {
-        &self.led_history
+        &self.led_history.0
     }
 
     fn readout(&self) -> Option<Readout> {
-        Some(self.power.as_ref()?.node.readout())
+        Some(self.power.as_ref()?.driver.side().node().readout())
     }
 
     fn set_motion(&mut self, motion: Box<dyn Motion>) {
