@@ -116,7 +116,7 @@ pub trait Node {
     fn receive(&mut self, now: Instant, frame: &Frame);
 
     /// Handles a reading of the accelerometer. Call it every [`SAMPLE_PERIOD`](crate::measure::SAMPLE_PERIOD). The first reading
-    /// starts the protocol: before it, the node is not on the bus. Without readings for 100 ms (92 ms after the start of the
+    /// starts the protocol: before it, the node is not on the bus. Without readings for 100 ms (89 ms after the start of the
     /// node), it reports a sensor error.
     fn sample(&mut self, now: Instant, reading: &Reading);
 

@@ -16,9 +16,9 @@ const RESTART_PATIENCE: Duration = millis(250);
 /// The time for which values are valid without a new reading. After it, the accelerometer has failed.
 const READING_LIMIT: Duration = millis(100);
 
-/// The longest time to the first reading: 100 ms from power-up, of which a board needs up to 8 ms before the start of the node and until
-/// the first frame.
-const FIRST_READING_LIMIT: Duration = millis(92);
+/// The longest time to the first reading: 100 ms from power-up, of which a board needs up to 11 ms before the start of the node and
+/// until the first frame.
+const FIRST_READING_LIMIT: Duration = millis(89);
 
 /// Whether the node takes part in the bus.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

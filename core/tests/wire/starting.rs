@@ -18,7 +18,7 @@ use plumbline::node::{Action, BitTime, Boot, BusEvent, BusMode, BusState, Leds, 
 /// The time of the first reading in ms.
 const FIRST: u64 = 57;
 /// The time at which a node starts without a reading: a board needs the rest of 100 ms before the start of the node.
-const LIMIT: u64 = 92;
+const LIMIT: u64 = 89;
 
 /// Sine of 30 deg.
 const HALF_G: i32 = ONE_G / 2;
@@ -283,7 +283,7 @@ fn tiltix_without_readings_checks_its_mac_id_and_has_fault() {
     let mut t = tiltix();
     let sent = t.wait_text(2500);
     assert!(
-        matches!(&sent[..], [(LIMIT, check), (1092, _)] if check.starts_with("5FF#00")),
+        matches!(&sent[..], [(LIMIT, check), (1089, _)] if check.starts_with("5FF#00")),
         "{sent:?}"
     );
     t.actions.clear();
