@@ -116,6 +116,19 @@ def jn2101(options, store):
             pdo = node.tpdo[number]
             check(f"TPDO {number} at SYNC", arrives(pdo, network.sync.transmit), [1000, 0])
             check(f"TPDO {number} at a remote frame", arrives(pdo, pdo.remote_request), [1000, 0])
+        second = node.tpdo[2]
+        second.clear()
+        second.add_variable(0x6010)
+        try:
+            second.save()
+            check("another mapping", "accepted", "refused")
+        except canopen.SdoAbortedError as error:
+            check("another mapping", error.code, 0x06040041)
+        # save() has switched the TPDO off. The mapping is as before.
+        check("TPDO 2 is off", node.sdo[0x1801][1].raw & 0x80000000, 0x80000000)
+        node.sdo[0x1801][1].raw = 0x28A
+        second.read()
+        check("TPDO 2 after a refused mapping", arrives(second, network.sync.transmit), [1000, 0])
         first = node.tpdo[1]
         first.trans_type, first.event_timer, first.rtr_allowed = 254, 20, False
         first.save()

@@ -69,15 +69,23 @@ impl<P: Product> Services<P> {
         Ok(cob_id::stored(value, base, self.node_id))
     }
 
-    /// Checks a write of the COB-ID of the SYNC: with fixed identifiers, it must not be one that the node sends. Free identifiers can change
-    /// in any order.
+    /// Checks a write of the COB-ID of the SYNC: with fixed identifiers, it must not be one that the node sends with its present node-ID and
+    /// with the one of the next reset. Free identifiers can change in any order.
     pub(super) fn check_sync(
         &self,
         cx: &ContextOf<P>,
         index: u16,
         value: u32,
     ) -> Result<(), Abort> {
-        if index == 0x1005 && !Self::FREE && self.is_own(cx, value as u16, |_| true) {
+        if index != 0x1005 || Self::FREE {
+            return Ok(());
+        }
+        let coming = cx.parameters.get(P::NODE_ID) as u16;
+        let present = u16::from(self.node_id);
+        // The identifiers follow the node-ID.
+        let after_reset = (value as u16).wrapping_sub(coming).wrapping_add(present);
+        let is_own = |id| self.is_own(cx, id, |_| true);
+        if is_own(value as u16) && is_own(after_reset) {
             return Err(Abort::Value);
         }
         Ok(())

@@ -400,12 +400,15 @@ impl<H: History> Emergency<H> {
         self.update(bits, 0);
     }
 
-    /// A momentary fault without a bit in the status byte: queues the error, then the error reset.
+    /// A momentary fault without a bit in the status byte: queues the error, then the error reset. If there is no room for both, only the
+    /// history has it: it does not take the place of a lasting fault.
     pub fn momentary(&mut self, event: &FaultBit) {
-        self.queue_with(event.code, GENERIC | event.register);
         self.history
             .push(u32::from(self.active) << 16 | u32::from(event.code));
-        self.queue(0);
+        if self.waiting.len() + 2 <= WAITING {
+            self.queue_with(event.code, GENERIC | event.register);
+            self.queue(0);
+        }
     }
 
     /// Replaces the history by these errors, the oldest first.

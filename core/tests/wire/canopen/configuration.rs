@@ -251,11 +251,25 @@ fn refused_mapping_puts_the_fixed_mapping_in_force_again() {
         assert_eq!(t.read(0x1A01, 0), Ok(2), "{refused}");
         assert_eq!(t.exchange("080#"), [TPDO0, TPDO1], "{refused}");
     }
-    // Bit 31 is not a part of the mapping.
-    let mut t = tilted();
-    t.write(0x1801, 1, 4, OFF | 0x28A).unwrap();
-    assert_eq!(t.write(0x1A01, 1, 4, 0x6010_0010), Err(NOT_MAPPABLE));
-    assert_eq!(t.exchange("080#"), [TPDO0]);
+}
+
+/// A tool that switches the TPDO off before it maps, like python-canopen: bit 31 is not a part of the mapping.
+#[test]
+fn tpdo_switched_off_before_a_refused_mapping_has_its_mapping_when_it_is_switched_on() {
+    for zero in [false, true] {
+        let mut t = tilted();
+        t.write(0x1801, 1, 4, OFF | 0x28A).unwrap();
+        if zero {
+            t.write(0x1A01, 0, 1, 0).unwrap();
+        }
+        assert_eq!(t.write(0x1A01, 1, 4, 0x6010_0010), Err(NOT_MAPPABLE));
+        assert_eq!(t.exchange("080#"), [TPDO0]);
+        assert_eq!(t.read(0x1801, 1), Ok(OFF | 0x28A));
+        assert_eq!(t.read(0x1A01, 0), Ok(2));
+        assert_eq!(t.read(0x1A01, 1), Ok(0x6110_0020));
+        t.write(0x1801, 1, 4, 0x28A).unwrap();
+        assert_eq!(t.exchange("080#"), [TPDO0, TPDO1]);
+    }
 }
 
 #[test]

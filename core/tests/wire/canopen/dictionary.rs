@@ -183,6 +183,30 @@ fn sync_identifier_that_a_new_node_id_makes_its_own_is_sent_and_not_consumed() {
     }
 }
 
+/// The new node-ID is written before the other settings.
+#[test]
+fn sync_identifier_of_the_present_node_id_is_accepted_if_the_coming_one_leaves_it() {
+    for sync in [0x08A, 0x18A, 0x28A] {
+        let mut t = booted();
+        assert_eq!(t.write(0x1005, 0, 4, sync), Err(VALUE), "{sync:03X}h");
+        t.write(0x2000, 0, 1, 20).unwrap();
+        assert_eq!(t.write(0x1005, 0, 4, sync), Ok(()), "{sync:03X}h");
+        assert_eq!(t.read(0x1005, 0), Ok(sync));
+        // Until the reset the sensor sends it and does not consume it.
+        t.send("000#010A");
+        assert_eq!(t.exchange(&format!("{sync:03X}#")), [""; 0]);
+        t.store();
+        t.power_cycle();
+        t.node_id = 20;
+        t.send("000#0114");
+        t.sent_text();
+        let tpdos = ["194#00000000", "294#0000000000000000"];
+        assert_eq!(t.exchange(&format!("{sync:03X}#")), tpdos);
+        // An identifier of both is one of its own.
+        assert_eq!(t.write(0x1005, 0, 4, sync + 10), Err(VALUE));
+    }
+}
+
 /// 1003h:00 is u8; the manual prints u32.
 #[test]
 fn error_list_is_cleared_with_one_byte_and_with_four() {

@@ -297,6 +297,45 @@ fn inhibit_time_delays_emergencies() {
     );
 }
 
+/// Byte 3 of the message has a bit of each lasting fault; an overrun has none, so that the supply has one.
+#[test]
+fn overrun_leaves_its_place_in_the_status_to_the_lasting_faults() {
+    let mut t = operational();
+    t.temperature = 90_00;
+    t.wait_text(200);
+    t.write(0x100C, 0, 2, 100).unwrap();
+    t.write(0x100D, 0, 1, 1).unwrap();
+    t.exchange("70A#R1");
+    t.supply(6_000);
+    t.tilt(50.0, 0.0);
+    t.memory_works = Some(false);
+    t.exchange("60A#2310100173617665");
+    t.bus(state(BusState::Passive));
+    t.wait_without_samples(200);
+    t.bus(BusEvent::Overrun);
+    // All but 8140h, which is over at once.
+    let expected = ["08A#1081 1D 7F00000000", "08A#0000 1D 7F00000000"];
+    assert_eq!(t.sent_text(), expected.map(|text| text.replace(' ', "")));
+    assert_eq!(t.read(0x1003, 1), Ok(0x007F_8110));
+}
+
+/// The first message is sent, the others wait for the inhibit time.
+#[test]
+fn overruns_do_not_displace_the_waiting_message_of_a_lasting_fault() {
+    let mut t = booted();
+    t.write(0x1015, 0, 2, 500).unwrap();
+    t.bus(BusEvent::Overrun);
+    t.sent_text();
+    t.tilt(50.0, 0.0);
+    for _ in 0..20 {
+        t.bus(BusEvent::Overrun);
+    }
+    let sent = t.wait_text(2000);
+    let lasting = |(_, frame): &&(u64, String)| frame == "08A#0090010200000000";
+    assert_eq!(sent.iter().filter(lasting).count(), 1, "{sent:?}");
+    assert_eq!(t.read(0x1003, 0), Ok(22));
+}
+
 #[test]
 fn emergency_in_operational_is_sent_and_keeps_state() {
     let mut t = operational();

@@ -83,14 +83,19 @@ impl Tool {
     }
 
     /// A random permitted configuration.
-    fn random(&self, random: &mut Random) -> State {
+    ///
+    /// The COB-IDs of the JN2101 follow the node-ID. An identifier of the present node-ID can be that of the SYNC if the one after the
+    /// reset, `coming`, is another.
+    fn random(&self, random: &mut Random, [present, coming]: [u8; 2]) -> State {
+        let left = [0x080, 0x180, 0x280].map(|base| base + i64::from(present));
         let mut state = State::new();
         for one in &self.settings {
             let value = match one.address.0 {
                 0x1A00..0x1C00 => continue,
-                0x1005 => random.one(&[0x80, 0x81, 0xFF, 0x1C5, 0x45A, 0x580, 0x6DF]),
+                0x1005 if present != coming && random.below(2) == 0 => random.one(&left),
+                0x1005 => random.one(&[0x80, 0xFF, 0x1FF, 0x45A, 0x580, 0x6DF]),
                 0x1014 => random.one(&[0xB2, 0x8000_00B2, 0x0C5, 0x2000_0001, 0x3FFF_FFFF]),
-                0x1800..0x1A00 if one.address.1 == 1 => self.random_cob_id(random, one),
+                0x1800..0x1A00 if one.address.1 == 1 => self.random_cob_id(random, one, present),
                 _ => self.random_value(random, one),
             };
             state.insert(one.address, value);
@@ -112,11 +117,8 @@ impl Tool {
         state
     }
 
-    fn random_cob_id(&self, random: &mut Random, one: &Variable) -> i64 {
-        let own = one
-            .default_at(self.subject.node_id.into())
-            .expect("a default")
-            & 0x7FF;
+    fn random_cob_id(&self, random: &mut Random, one: &Variable, present: u8) -> i64 {
+        let own = one.default_at(present.into()).expect("a default") & 0x7FF;
         let flags = random.one(&[0, 0, OFF, NO_RTR, OFF | NO_RTR]);
         if self.subject.product == "jn2101" {
             return flags | own;
@@ -215,10 +217,11 @@ impl Tool {
     }
 }
 
-/// "save", reset node.
-fn store_and_restart(client: &mut Client) {
+/// "save", reset node, after which it has this node-ID.
+fn store_and_restart(client: &mut Client, coming: u8) {
     assert_eq!(client.write((0x1010, 1), b"save"), Ok(()));
     client.send(0x000, &[0x81, client.node_id]);
+    client.node_id = coming;
     client.wait(200);
 }
 
@@ -229,15 +232,19 @@ fn any_configuration_follows_any_other_in_the_order_of_configuration_tools() {
         let tool = Tool::new(sheet);
         let mut random = Random(0x9E37_79B9_7F4A_7C15);
         let mut client = Client::new(tool.subject);
+        let is_fixed = tool.subject.product == "jn2101";
         for step in 0..steps {
-            let target = tool.random(&mut random);
+            // A tool gives the sensor its node-ID first; it acts after the reset.
+            let coming = random.one(&[client.node_id, 1, 10, 50, 126]);
+            let node_id = if is_fixed { 0x2000 } else { 0x2002 };
+            assert_eq!(client.write((node_id, 0), &[coming]), Ok(()));
+            let target = tool.random(&mut random, [client.node_id, coming]);
             // The identifier of the target, or none: CODESYS, python-canopen, and masters that write 8000_0000h.
-            let is_fixed = tool.subject.product == "jn2101";
             let without = !is_fixed && step % 3 == 0;
             let off = |cob_id: i64| if without { OFF } else { cob_id | OFF };
             tool.write(&mut client, &tool.download(&target, off));
             tool.assert_reads(&mut client, &target);
-            store_and_restart(&mut client);
+            store_and_restart(&mut client, coming);
         }
     }
 }
@@ -248,7 +255,7 @@ fn configuration_that_is_downloaded_again_is_accepted_in_operational() {
     for sheet in SHEETS {
         let tool = Tool::new(sheet);
         let mut client = Client::new(tool.subject);
-        let target = tool.random(&mut Random(7));
+        let target = tool.random(&mut Random(7), [client.node_id; 2]);
         let writes = tool.download(&target, |cob_id| cob_id | OFF);
         tool.write(&mut client, &writes);
         client.send(0x000, &[0x01, 0]);
