@@ -113,7 +113,7 @@ impl Sensor {
         Self {
             product,
             node_type,
-            node: (node_type.start)(&node_type, now, &store.boot()),
+            node: node_type.start(now, &store.boot()),
             store: Some(store),
             now,
             node_id: devicenet::factory_mac_id(product)
@@ -308,7 +308,7 @@ impl Sensor {
         if let Some(loaded) = &loaded {
             assert!(self.written.contains(loaded), "never saved: {loaded:?}");
         }
-        self.node = (self.node_type.start)(&self.node_type, self.now, &boot);
+        self.node = self.node_type.start(self.now, &boot);
         self.j1939 = None;
         store.prepare();
         self.store = Some(store);

@@ -4,39 +4,21 @@
 //! product and does not link this module.
 //!
 //! ```
-//! use plumbline::model::catalog::{PRODUCTS, Settings, with};
+//! use plumbline::model::catalog::{PRODUCTS, Settings};
 //!
 //! for product in PRODUCTS {
-//!     let settings = Settings::default();
-//!     let deadline = with(product.name, &settings, |node| node.deadline());
-//!     assert!(deadline.is_some(), "{} was not started", product.name);
+//!     let node = product.start(&Settings::default());
+//!     assert!(node.is_some(), "{} was not started", product.name);
 //! }
 //! ```
 
 pub use super::listing::{
-    Adjustment, Article, Guide, Product, Protocol, Resolution, Settings, Start, Written,
+    Adjustment, Article, Guide, Product, Protocol, Resolution, Settings, Written,
 };
 use super::{gemac, ims360, jn2101, tiltix};
-use crate::node::Node;
 
-macro_rules! products {
-    ($($product:path),* $(,)?) => {
-        /// All products.
-        pub const PRODUCTS: &[Product] = &[$($product.product()),*];
-
-        /// Starts a node of the product with this name as after power-up. None if the product or article does not exist.
-        pub fn start<S: Start>(name: &str, settings: &Settings, start: S) -> Option<S::Output> {
-            $(
-                if name == $product.name {
-                    return $product.start(settings, start);
-                }
-            )*
-            None
-        }
-    };
-}
-
-products![
+/// All products.
+pub const PRODUCTS: &[Product] = &[
     gemac::is1::LISTING,
     gemac::is2::LISTING,
     gemac::is1d::LISTING,
@@ -54,21 +36,6 @@ products![
 /// The product with this name.
 pub fn find(name: &str) -> Option<&'static Product> {
     PRODUCTS.iter().find(|product| product.name == name)
-}
-
-/// Starts a node of the product with this name and passes it to `run`. None if the product or article does not exist.
-pub fn with<T>(name: &str, settings: &Settings, run: impl FnOnce(&mut dyn Node) -> T) -> Option<T> {
-    struct With<F>(F);
-
-    impl<T, F: FnOnce(&mut dyn Node) -> T> Start for With<F> {
-        type Output = T;
-
-        fn start<N: Node + 'static>(self, mut node: N) -> T {
-            self.0(&mut node)
-        }
-    }
-
-    start(name, settings, With(run))
 }
 
 #[cfg(test)]
@@ -94,7 +61,7 @@ mod tests {
                         article: Some(wanted),
                         ..Settings::default()
                     };
-                    let started = with(product.name, &settings, |node| node.deadline());
+                    let started = product.start(&settings);
                     assert!(started.is_some(), "{} {wanted}", product.name);
                 }
             }
@@ -102,13 +69,14 @@ mod tests {
     }
 
     #[test]
-    fn unknown_product_or_article_is_not_started() {
+    fn unknown_product_is_not_found_and_unknown_article_not_started() {
         assert!(find("is3").is_none());
-        assert_eq!(with("is3", &Settings::default(), |_| ()), None);
         let settings = Settings {
             article: Some("PR-00000-00"),
             ..Settings::default()
         };
-        assert_eq!(with("is2", &settings, |_| ()), None);
+        for product in PRODUCTS {
+            assert!(product.start(&settings).is_none(), "{}", product.name);
+        }
     }
 }

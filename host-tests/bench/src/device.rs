@@ -295,7 +295,7 @@ impl Sensor for Device {
             kept,
             ..self.store.boot()
         };
-        let node = (self.node_type.start)(&self.node_type, start, &boot);
+        let node = self.node_type.start(start, &boot);
         self.accelerometer.power_on();
         let hardware = Hardware::new(start);
         let registers = hardware.controller.registers().clone();

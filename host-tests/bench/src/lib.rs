@@ -36,6 +36,6 @@ pub use bit_rate::bit_rate;
 pub use bus::{AdapterId, Bus, BusRate, DeviceId, Logged, Source};
 pub use device::Device;
 pub use flash::{Flash, FlashError, Geometry, PAGE_SIZE};
-pub use node_type::{NodeType, STORE_BUFFER};
+pub use node_type::{NodeType, STORE_BUFFER, Starts};
 pub use receive_pin::ReceivePin;
 pub use sensor::Sensor;

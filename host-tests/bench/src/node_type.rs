@@ -1,21 +1,13 @@
 //! The type of a simulated sensor: its node and the owner of the records in its memory.
 
 use crate::thermal::Body;
-use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start};
+use plumbline::model::catalog::{self, Product, Settings};
 use plumbline::node::{Boot, Node};
 use plumbline::store::{ImageId, Owner};
 use plumbline::time::{Duration, Instant, millis};
 
-/// The size of the buffer of every simulated store.
-pub const STORE_BUFFER: usize = 512;
-
-const _: () = {
-    let mut place = 0;
-    while place < PRODUCTS.len() {
-        assert!(PRODUCTS[place].store_buffer <= STORE_BUFFER);
-        place += 1;
-    }
-};
+/// The size of the buffer of every simulated store: a record cannot be longer than a page of the Blue Pill.
+pub const STORE_BUFFER: usize = 1024;
 
 /// Thermal resistance of a heated measuring cell to its surroundings, in K/mW.
 const RESISTANCE: f64 = 0.0375;
@@ -43,8 +35,17 @@ pub struct NodeType {
     pub cell: Option<Body>,
     /// The time from power-up to its first reading.
     pub first_reading: Duration,
-    /// Starts a node of this type.
-    pub start: fn(&Self, Instant, &Boot) -> Box<dyn Node>,
+    /// What starts a node of this type.
+    pub starts: Starts,
+}
+
+/// What starts a node.
+#[derive(Clone, Copy, Debug)]
+pub enum Starts {
+    /// A product.
+    Product(&'static Product),
+    /// A function, for a node that is no product.
+    Function(fn(Instant, &Boot) -> Box<dyn Node>),
 }
 
 impl NodeType {
@@ -57,44 +58,53 @@ impl NodeType {
         }
     }
 
-    /// The product with this name, if there is one.
+    /// The product of the catalogue with this name, if there is one.
     pub fn find(name: &str) -> Option<Self> {
         catalog::find(name).map(Self::from)
     }
 
     /// The article with this type name or order number, if the product has it.
     pub fn with_article(self, wanted: &str) -> Option<Self> {
-        let mut articles = catalog::find(self.name)?.articles();
-        let article = articles.find(|article| article.is(wanted))?;
+        let Starts::Product(product) = self.starts else {
+            return None;
+        };
+        let article = product.articles().find(|article| article.is(wanted))?;
         Some(Self {
             article: Some(article.number),
             ..self
         })
     }
 
-    fn start_product(&self, now: Instant, boot: &Boot) -> Box<dyn Node> {
-        struct Boxed;
-
-        impl Start for Boxed {
-            type Output = Box<dyn Node>;
-
-            fn start<N: Node + 'static>(self, node: N) -> Self::Output {
-                Box::new(node)
+    /// Starts a node of this type.
+    ///
+    /// # Panics
+    /// The product does not have the article.
+    pub fn start(&self, now: Instant, boot: &Boot) -> Box<dyn Node> {
+        match self.starts {
+            Starts::Function(start) => start(now, boot),
+            Starts::Product(product) => {
+                let settings = Settings {
+                    article: self.article,
+                    now,
+                    boot: *boot,
+                };
+                product.start(&settings).expect("an article of the product")
             }
         }
-
-        let settings = Settings {
-            article: self.article,
-            now,
-            boot: *boot,
-        };
-        start(self.name, &settings, Boxed).expect("a product of the catalogue")
     }
 }
 
-impl From<&Product> for NodeType {
-    /// The first article of a product.
-    fn from(product: &Product) -> Self {
+impl From<&'static Product> for NodeType {
+    /// The first article of a product, of the catalogue or of another crate.
+    ///
+    /// # Panics
+    /// Its parameters do not fit into the memory.
+    fn from(product: &'static Product) -> Self {
+        assert!(
+            product.store_buffer <= STORE_BUFFER,
+            "the parameters of {} do not fit into a page",
+            product.name
+        );
         // The scene sets the temperature of the cell where clients can read it.
         let mut quantities = product.quantities.iter();
         let tells_temperature = quantities.any(|quantity| quantity.unit.ends_with("degC"));
@@ -113,7 +123,7 @@ impl From<&Product> for NodeType {
             } else {
                 FIRST_READING
             },
-            start: Self::start_product,
+            starts: Starts::Product(product),
         }
     }
 }

@@ -37,7 +37,7 @@ impl Axes {
     }
 
     fn after(node_type: &NodeType, boot: &Boot) -> Self {
-        let node = (node_type.start)(node_type, Instant::from_ticks(0), boot);
+        let node = node_type.start(Instant::from_ticks(0), boot);
         match node.readout().y {
             None => Self::One,
             Some(_) => Self::Two,

@@ -3,7 +3,7 @@
 //! With serial number n it boots at 250 kbit/s (or detects the rate), sends a boot-up frame `10n#` with the content of the
 //! memory, and answers commands on `20n`. A journal records all its inputs.
 
-use crate::{Device, Flash, NodeType};
+use crate::{Device, Flash, NodeType, Starts};
 use plumbline::can::{BitRate, Filter, Frame, standard};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 use plumbline::node::{Action, Boot, BusEvent, BusMode, BusState, Leds, Node, Readout};
@@ -89,24 +89,24 @@ pub const FIXED: NodeType = NodeType {
     layout: 1,
     cell: None,
     first_reading: millis(0),
-    start: |_, _, boot| Box::new(Script::new(boot, false)),
+    starts: Starts::Function(|_, boot| Box::new(Script::new(boot, false))),
 };
 
 /// The scripted node with automatic bit rate detection.
 pub const DETECTING: NodeType = NodeType {
     name: "detecting",
-    start: |_, _, boot| Box::new(Script::new(boot, true)),
+    starts: Starts::Function(|_, boot| Box::new(Script::new(boot, true))),
     ..FIXED
 };
 
 /// A node whose `poll` never returns None.
 pub const ENDLESS: NodeType = NodeType {
     name: "endless",
-    start: |_, _, boot| {
+    starts: Starts::Function(|_, boot| {
         let mut script = Script::new(boot, false);
         script.endless = true;
         Box::new(script)
-    },
+    }),
     ..FIXED
 };
 

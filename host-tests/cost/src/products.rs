@@ -8,10 +8,8 @@ use bench::BusRate;
 use ims360::IMS360;
 use messages::{CANOPEN, FSC};
 use plumbline::can::{Frame, extended, standard};
-use plumbline::model::catalog::{self, PRODUCTS, Product, Settings, Start, start};
-use plumbline::node::Node;
+use plumbline::model::catalog::{self, PRODUCTS, Product};
 use plumbline::time::Duration;
-use std::any::TypeId;
 use std::collections::HashSet;
 use stm32_sim::chip::Chip;
 use tiltix::DEVICENET;
@@ -146,8 +144,8 @@ pub struct MeasuredProduct {
     pub name: &'static str,
     /// Its protocol.
     pub protocol: &'static Protocol,
-    /// The times of its answers are measured also against saves and boot: a product of each protocol, and the IMS360, which has more
-    /// services of CANopen than the JN2101.
+    /// The times of its answers are measured also against saves and boot: products with CANopen, and one with FSC, which has two axes
+    /// and no heater.
     pub swept: bool,
     /// The set point of its heater in 0.01 degC; None if it has none.
     pub set_point: Option<i16>,
@@ -159,13 +157,19 @@ impl From<&Product> for MeasuredProduct {
             label: product.name,
             chip: Chip::F103,
             name: product.name,
-            swept: ["is2", "jn2101", "ims360"].contains(&product.name),
             set_point: product.heater.map(|heater| heater.set_point),
             protocol: match product.protocol {
                 catalog::Protocol::Fsc(_) => &FSC,
-                catalog::Protocol::Canopen(_) if product.name == "ims360" => &IMS360,
+                catalog::Protocol::Canopen(tables) if tables.j1939.is_some() => &IMS360,
                 catalog::Protocol::Canopen(_) => &CANOPEN,
                 catalog::Protocol::Devicenet(_) => &DEVICENET,
+            },
+            swept: match product.protocol {
+                catalog::Protocol::Fsc(_) => {
+                    product.heater.is_none() && product.quantities.len() == 2
+                }
+                catalog::Protocol::Canopen(_) => true,
+                catalog::Protocol::Devicenet(_) => false,
             },
         }
     }
@@ -193,26 +197,9 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
 /// products that are measured on the Nucleo follow.
 pub fn all() -> Vec<MeasuredProduct> {
     let mut nodes = HashSet::new();
-    let own = PRODUCTS
-        .iter()
-        .filter(|product| nodes.insert(node(product.name)));
+    let own = PRODUCTS.iter().filter(|product| nodes.insert(product.node));
     let on_nucleo = ON_NUCLEO.into_iter().filter_map(on_nucleo);
     own.map(MeasuredProduct::from).chain(on_nucleo).collect()
-}
-
-/// The type of the node of a product.
-fn node(name: &str) -> Option<TypeId> {
-    struct Type;
-
-    impl Start for Type {
-        type Output = TypeId;
-
-        fn start<N: Node + 'static>(self, _: N) -> TypeId {
-            TypeId::of::<N>()
-        }
-    }
-
-    start(name, &Settings::default(), Type)
 }
 
 /// The product of this name.

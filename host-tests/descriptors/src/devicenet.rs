@@ -4,6 +4,7 @@
 //! factory values of the other attributes.
 
 use crate::number::Number;
+use crate::{description, notice};
 use plumbline::devicenet::{Assembly, Attribute, Object, Source};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::devicenet::Tables;
@@ -150,21 +151,15 @@ pub fn eds(product: &Product, tables: &Tables) -> String {
 }
 
 fn comments(text: &mut String, product: &Product, tables: &Tables) {
-    let maker = product.maker;
-    let name = tables.article.name;
-    for line in [
-        format!("Plumbline, open firmware that is compatible with {maker} {name}."),
-        format!("Neither the firmware nor this file is made or endorsed by {maker}."),
-        "Written from the tables of the firmware. Do not edit.".to_owned(),
-    ] {
+    for line in notice(product, tables.article.name) {
         writeln!(text, "$ {line}").unwrap();
     }
+    text.push_str("$ Written from the tables of the firmware. Do not edit.\n");
 }
 
 fn file(text: &mut String, product: &Product, tables: &Tables) {
     section(text, "File");
-    let (maker, name) = (product.maker, tables.article.name);
-    let description = format!("Inclination sensor, compatible with {maker} {name}");
+    let description = description(product, tables.article.name);
     entry(text, "DescText", quoted(&description));
     for what in ["Create", "Mod"] {
         entry(text, &format!("{what}Date"), DATE);

@@ -6,6 +6,7 @@
 //! it.
 
 use crate::objects::Described;
+use crate::{description, notice};
 use plumbline::canopen::dictionary::{Access, Object, Target};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::canopen::Tables;
@@ -34,13 +35,13 @@ pub fn eds(name: &str, product: &Product, tables: &Tables, variant: Option<&Vari
     let objects: Vec<&[Described]> = described
         .chunk_by(|one, next| one.object.index == next.object.index)
         .collect();
-    let (name, maker) = (designation(tables.objects), product.maker);
+    let name = designation(tables);
     let mut text = String::new();
-    file_info(&mut text, &file, maker, name);
+    file_info(&mut text, &file, &description(product, name));
     let rates = bit_rates(product, tables);
-    device_info(&mut text, tables, name, &objects, &rates);
+    device_info(&mut text, product, tables, name, &objects, &rates);
     dummy_usage(&mut text);
-    comments(&mut text, maker, name);
+    comments(&mut text, product, name);
     let indices = || {
         objects
             .iter()
@@ -80,17 +81,13 @@ fn end(text: &mut String) {
     text.push('\n');
 }
 
-fn file_info(text: &mut String, file: &str, maker: &str, product: &str) {
+fn file_info(text: &mut String, file: &str, description: &str) {
     section(text, "FileInfo");
     entry(text, "FileName", file);
     entry(text, "FileVersion", 1);
     entry(text, "FileRevision", 0);
     entry(text, "EDSVersion", "4.0");
-    entry(
-        text,
-        "Description",
-        format!("Inclination sensor, compatible with {maker} {product}"),
-    );
+    entry(text, "Description", description);
     for what in ["Creation", "Modification"] {
         entry(text, &format!("{what}Time"), TIME);
         entry(text, &format!("{what}Date"), DATE);
@@ -102,8 +99,9 @@ fn file_info(text: &mut String, file: &str, maker: &str, product: &str) {
 
 fn device_info(
     text: &mut String,
+    product: &Product,
     tables: &Tables,
-    product: &str,
+    name: &str,
     objects: &[&[Described]],
     rates: &[u32],
 ) {
@@ -117,12 +115,12 @@ fn device_info(
     let mut maps = tables.objects.iter().filter(mapping);
     let is_fixed = maps.all(|row| !row.access.is_writable());
     section(text, "DeviceInfo");
-    entry(text, "VendorName", "Plumbline");
+    entry(text, "VendorName", product.vendor);
     entry(text, "VendorNumber", format!("0x{:08X}", identity(1)));
-    entry(text, "ProductName", product);
+    entry(text, "ProductName", name);
     entry(text, "ProductNumber", format!("0x{:X}", identity(2)));
     entry(text, "RevisionNumber", format!("0x{:X}", identity(3)));
-    entry(text, "OrderCode", product);
+    entry(text, "OrderCode", name);
     for kbits in BIT_RATES {
         let offered = rates.contains(&(1000 * kbits));
         entry(text, &format!("BaudRate_{kbits}"), u8::from(offered));
@@ -162,13 +160,13 @@ fn dummy_usage(text: &mut String) {
     end(text);
 }
 
-fn comments(text: &mut String, maker: &str, product: &str) {
-    let lines = [
-        format!("Plumbline, open firmware that is compatible with {maker} {product}."),
-        format!("Neither the firmware nor this file is made or endorsed by {maker}."),
-        "Vendor and product number are those that the compatible sensor shows.".to_owned(),
-        "Written from the object dictionary of the firmware. Do not edit.".to_owned(),
-    ];
+fn comments(text: &mut String, product: &Product, name: &str) {
+    let mut lines = notice(product, name);
+    if product.is_replacement() {
+        let numbers = "Vendor and product number are those that the compatible sensor shows.";
+        lines.push(numbers.to_owned());
+    }
+    lines.push("Written from the object dictionary of the firmware. Do not edit.".to_owned());
     section(text, "Comments");
     entry(text, "Lines", lines.len());
     for (number, line) in (1..).zip(lines) {
@@ -311,12 +309,12 @@ fn constant(objects: &[Object], index: u16, sub: u8) -> u32 {
     }
 }
 
-/// The name of the device in 1008h.
-fn designation(objects: &[Object]) -> &'static str {
-    let row = objects.iter().find(|row| row.index == 0x1008);
+/// The name of the device in 1008h, or that of the article.
+fn designation(tables: &Tables) -> &'static str {
+    let row = tables.objects.iter().find(|row| row.index == 0x1008);
     match row.map(|row| row.target) {
         Some(Target::Text(text)) => text,
-        _ => "",
+        _ => tables.article.name,
     }
 }
 

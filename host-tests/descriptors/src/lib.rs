@@ -64,3 +64,24 @@ fn data_sheet(product: &Product, tables: &Tables, variant: Option<&Variant>) -> 
         name: format!("{name}.eds"),
     }
 }
+
+/// What a product is, in a line.
+fn description(product: &Product, name: &str) -> String {
+    let maker = product.maker;
+    match product.is_replacement() {
+        true => format!("Inclination sensor, compatible with {maker} {name}"),
+        false => format!("Inclination sensor {name} of {maker}"),
+    }
+}
+
+/// The comment at the start of a description.
+fn notice(product: &Product, name: &str) -> Vec<String> {
+    let maker = product.maker;
+    if !product.is_replacement() {
+        return vec![format!("{maker} {name}, with Plumbline, open firmware.")];
+    }
+    vec![
+        format!("Plumbline, open firmware that is compatible with {maker} {name}."),
+        format!("Neither the firmware nor this file is made or endorsed by {maker}."),
+    ]
+}

@@ -2,10 +2,10 @@
 
 use clap::Parser;
 use std::process::ExitCode;
-use virtual_sensor::program::{Failure, Options, run};
+use virtual_sensor::program::{Failure, Program, run};
 
 fn main() -> ExitCode {
-    match run(&Options::parse()) {
+    match run(&Program::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             eprintln!("virtual-sensor: {failure}");

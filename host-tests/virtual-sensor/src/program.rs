@@ -29,11 +29,18 @@ const SERIAL: u32 = 1;
 /// A CAN inclination sensor on a simulated bus. Clients speak slcan (LAWICEL ASCII) and share the bus.
 #[derive(Clone, Debug, Parser)]
 #[command(name = "virtual-sensor", version)]
-pub struct Options {
+pub struct Program {
     /// The sensor to simulate
     #[arg(long, default_value = "is2", ignore_case = true, value_parser = PossibleValuesParser::new(PRODUCTS.iter().map(|product| product.name)))]
     model: String,
 
+    #[command(flatten)]
+    options: Options,
+}
+
+/// A CAN inclination sensor on a simulated bus. Clients speak slcan (LAWICEL ASCII) and share the bus.
+#[derive(Clone, Debug, Parser)]
+pub struct Options {
     /// The article of the sensor: its type name or order number [default: the first one]
     #[arg(long, value_name = "ARTICLE")]
     article: Option<String>,
@@ -105,9 +112,30 @@ fn cannot(what: impl std::fmt::Display) -> impl FnOnce(io::Error) -> Failure {
     move |error| Failure::Outside(format!("cannot {what}: {error}"))
 }
 
-/// Runs the virtual sensor until Ctrl-C.
-pub fn run(options: &Options) -> Result<(), Failure> {
-    let node_type = node_type(options)?;
+/// Runs a virtual sensor of the catalogue until Ctrl-C.
+///
+/// # Errors
+/// The options are invalid, or something outside of the program failed.
+pub fn run(program: &Program) -> Result<(), Failure> {
+    let unknown = || Failure::Usage(format!("there is no model {}", program.model));
+    let product = catalog::find(&program.model.to_lowercase()).ok_or_else(unknown)?;
+    run_with(product, &program.options)
+}
+
+/// Runs a virtual sensor of any product until Ctrl-C, for the program of a product in another crate:
+///
+/// ```no_run
+/// use clap::Parser;
+/// use virtual_sensor::{Options, run_with};
+/// # use plumbline::model::gemac::is2::LISTING;
+///
+/// run_with(&LISTING, &Options::parse()).unwrap();
+/// ```
+///
+/// # Errors
+/// The options are invalid, or something outside of the program failed.
+pub fn run_with(product: &'static Product, options: &Options) -> Result<(), Failure> {
+    let node_type = node_type(product, options)?;
     let image = match options.elf.as_deref() {
         Some(path) => Some(open_image(path, node_type.name)?),
         None => None,
@@ -186,9 +214,7 @@ pub fn run(options: &Options) -> Result<(), Failure> {
 }
 
 /// The sensor of the options.
-fn node_type(options: &Options) -> Result<NodeType, Failure> {
-    let unknown = || Failure::Usage(format!("there is no model {}", options.model));
-    let product = catalog::find(&options.model.to_lowercase()).ok_or_else(unknown)?;
+fn node_type(product: &'static Product, options: &Options) -> Result<NodeType, Failure> {
     let node_type = NodeType::from(product);
     let Some(wanted) = &options.article else {
         return Ok(node_type);

@@ -7,7 +7,7 @@ use crate::application::Faults;
 use crate::fsc::table::{Access, Function, LedTable, Roles};
 use crate::fsc::{self, Article, ArticleNumber, FscNode, StatusBit, Version};
 use crate::measure::{I32x3, definition, zero};
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::param::{Constraint, Parameter, Quantity, Table};
 use crate::store::ImageId;
 
@@ -105,6 +105,6 @@ pub const SP_BL: Article = article("IS1SP360-C-BL", "PR-23060-00");
 pub const SP_BL_10: Article = article("IS1SP360-C-BL-10", "PR-23060-10");
 
 /// The catalogue entry with all articles.
-pub const LISTING: Listing<OneAxis> =
-    Listing::new("is1", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10])
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<OneAxis>("is1", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10])
         .guided(&super::functions::GUIDE_ONE_AXIS);

@@ -1,7 +1,7 @@
 //! IS1D 00 P20 in the plastic housing: the older 1-axis type. Same as [IS1](super::is1), but the software version is coded as a number.
 
 use crate::fsc::{Article, Version};
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::store::ImageId;
 
 /// The sensor.
@@ -16,5 +16,6 @@ pub const PLASTIC: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<super::is1::OneAxis> =
-    Listing::new("is1d", super::MAKER, &[PLASTIC]).guided(&super::functions::GUIDE_ONE_AXIS);
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<super::is1::OneAxis>("is1d", super::MAKER, &[PLASTIC])
+        .guided(&super::functions::GUIDE_ONE_AXIS);

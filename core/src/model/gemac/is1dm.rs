@@ -3,7 +3,7 @@
 
 use super::is1tk::{Is1tk, OneAxisHeated};
 use crate::fsc::Article;
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::store::ImageId;
 
 /// The sensor.
@@ -17,5 +17,6 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<OneAxisHeated> =
-    Listing::new("is1dm", super::MAKER, &[METAL]).guided(&super::functions::GUIDE_ONE_AXIS);
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<OneAxisHeated>("is1dm", super::MAKER, &[METAL])
+        .guided(&super::functions::GUIDE_ONE_AXIS);

@@ -2,7 +2,7 @@
 //! measuring cell.
 
 use crate::fsc::{Article, ArticleNumber, FscNode};
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::store::ImageId;
 
 /// The product: tables and measurement of one axis, and the heater.
@@ -20,5 +20,6 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<OneAxisHeated> =
-    Listing::new("is1tk", super::MAKER, &[METAL]).guided(&super::functions::GUIDE_ONE_AXIS);
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<OneAxisHeated>("is1tk", super::MAKER, &[METAL])
+        .guided(&super::functions::GUIDE_ONE_AXIS);

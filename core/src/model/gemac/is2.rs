@@ -9,7 +9,7 @@ use crate::fsc::table::{Access, Function, LedTable, Roles};
 use crate::fsc::{self, Article, ArticleNumber, FscNode, StatusBit, Version};
 use crate::measure::definition::{self, Perpendicular};
 use crate::measure::{I32x3, zero};
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::param::{Constraint, Parameter, Quantity, Table};
 use crate::store::ImageId;
 
@@ -113,6 +113,6 @@ pub const SP_BL: Article = article("IS2SP090-C-BL", "PR-23064-00", LIMIT_BASIC);
 pub const SP_BL_10: Article = article("IS2SP090-C-BL-10", "PR-23064-10", LIMIT_BASIC);
 
 /// The catalogue entry with all articles.
-pub const LISTING: Listing<TwoAxes> =
-    Listing::new("is2", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10])
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<TwoAxes>("is2", super::MAKER, &[BP_CL, MA_BL, BP_BL, SP_BL, SP_BL_10])
         .guided(&super::functions::GUIDE_TWO_AXES);

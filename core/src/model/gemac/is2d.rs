@@ -1,7 +1,7 @@
 //! IS2D 90 P20 in the plastic housing: the older 2-axis type. Same as [IS2](super::is2), but the software version is coded as a number.
 
 use crate::fsc::{Article, Version};
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::store::ImageId;
 
 /// The sensor.
@@ -16,5 +16,6 @@ pub const PLASTIC: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<super::is2::TwoAxes> =
-    Listing::new("is2d", super::MAKER, &[PLASTIC]).guided(&super::functions::GUIDE_TWO_AXES);
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<super::is2::TwoAxes>("is2d", super::MAKER, &[PLASTIC])
+        .guided(&super::functions::GUIDE_TWO_AXES);

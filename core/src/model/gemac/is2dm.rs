@@ -3,7 +3,7 @@
 
 use super::is2tk::{Is2tk, TwoAxesHeated};
 use crate::fsc::Article;
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::store::ImageId;
 
 /// The sensor.
@@ -17,5 +17,6 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<TwoAxesHeated> =
-    Listing::new("is2dm", super::MAKER, &[METAL]).guided(&super::functions::GUIDE_TWO_AXES);
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<TwoAxesHeated>("is2dm", super::MAKER, &[METAL])
+        .guided(&super::functions::GUIDE_TWO_AXES);

@@ -2,7 +2,7 @@
 //! measuring cell.
 
 use crate::fsc::{Article, ArticleNumber, FscNode};
-use crate::model::listing::fsc::Listing;
+use crate::model::listing;
 use crate::store::ImageId;
 
 /// The product: tables and measurement of two axes, and the heater.
@@ -20,5 +20,6 @@ pub const METAL: Article = Article {
 };
 
 /// The catalogue entry.
-pub const LISTING: Listing<TwoAxesHeated> =
-    Listing::new("is2tk", super::MAKER, &[METAL]).guided(&super::functions::GUIDE_TWO_AXES);
+pub const LISTING: listing::Product =
+    listing::Product::fsc::<TwoAxesHeated>("is2tk", super::MAKER, &[METAL])
+        .guided(&super::functions::GUIDE_TWO_AXES);

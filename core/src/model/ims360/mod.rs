@@ -24,8 +24,7 @@ use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::nmt;
 use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers};
 use crate::j1939::DualNode;
-use crate::model::listing::canopen::Listing;
-use crate::model::listing::{Adjustment, Article, Guide, Written};
+use crate::model::listing::{self, Adjustment, Article, Guide, Written};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
 use crate::store::unit::NAME;
@@ -37,7 +36,7 @@ pub struct Ims360Product;
 pub type Ims360 = DualNode<Ims360Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Ims360Product, Ims360> = Listing::with_j1939(
+pub const LISTING: listing::Product = listing::Product::with_j1939::<Ims360Product>(
     "ims360",
     "SIKO",
     Article {

@@ -19,7 +19,7 @@ use crate::application::Faults;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::{self, CanopenNode, LedTable, TpdoArray};
-use crate::model::listing::canopen::Listing;
+use crate::model::listing;
 use crate::model::listing::{Adjustment, Article, Guide, Resolution, Written};
 use crate::node::Pattern;
 use crate::param::ParameterId;
@@ -33,7 +33,7 @@ pub struct Jn2101Product;
 pub type Jn2101 = CanopenNode<Jn2101Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Jn2101Product> = Listing::new(
+pub const LISTING: listing::Product = listing::Product::canopen::<Jn2101Product>(
     "jn2101",
     "ifm electronic",
     Article {

@@ -1,7 +1,6 @@
 //! The catalogue entry of a CANopen product.
 
-use super::{Article, Guide, Product, Protocol, Settings, Start};
-use crate::application::Application;
+use super::{Article, Product, Protocol};
 use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
@@ -9,10 +8,7 @@ use crate::canopen::{self, Canopen, CanopenNode, LedTable};
 use crate::j1939::diagnostics::Code;
 use crate::j1939::signal::Group;
 use crate::j1939::{self, DualNode, groups};
-use crate::node::{Boot, Node};
-use crate::param::{ParameterId, Table};
-use crate::time::Instant;
-use core::marker::PhantomData;
+use crate::param::ParameterId;
 
 /// The tables of a product with the CANopen protocol.
 #[derive(Clone, Copy, Debug)]
@@ -75,123 +71,77 @@ pub struct J1939Tables {
 }
 
 impl Tables {
+    const fn of<P: canopen::Product>(article: Article, j1939: Option<J1939Tables>) -> Self {
+        Self {
+            article,
+            objects: P::OBJECTS,
+            faults: P::FAULTS,
+            events: P::EVENTS,
+            leds: P::LEDS,
+            node_id: P::NODE_ID,
+            bit_rate: P::BIT_RATE,
+            bit_rates: P::BIT_RATES,
+            lss: Canopen::<P>::LSS,
+            variants: &[],
+            j1939,
+        }
+    }
+
     pub(super) fn article(&self, place: usize) -> Option<Article> {
         (place == 0).then_some(self.article)
     }
 }
 
-/// A catalogue entry: the tables of `P` with a single article, and its node `N`.
-pub struct Listing<P: canopen::Product, N = CanopenNode<P>> {
-    /// The short name.
-    pub name: &'static str,
-    maker: &'static str,
-    article: Article,
-    power_up: fn(Instant, &Boot) -> N,
-    store_buffer: usize,
-    j1939: Option<J1939Tables>,
-    variants: &'static [Variant],
-    guide: &'static Guide,
-    product: PhantomData<P>,
-}
-
-impl<P: canopen::Product> Listing<P> {
-    /// The catalogue entry of product `P`.
-    pub const fn new(name: &'static str, maker: &'static str, article: Article) -> Self {
+impl Product {
+    /// The product `P` with a single article, compatible with that of this maker.
+    pub const fn canopen<P: canopen::Product>(
+        name: &'static str,
+        maker: &'static str,
+        article: Article,
+    ) -> Self {
+        let protocol = Protocol::Canopen(Tables::of::<P>(article, None));
+        let size = CanopenNode::<P>::STORE_BUFFER;
         Self {
-            name,
-            maker,
-            article,
-            power_up: CanopenNode::<P>::new,
-            store_buffer: CanopenNode::<P>::STORE_BUFFER,
-            j1939: None,
-            variants: &[],
-            guide: &Guide::NONE,
-            product: PhantomData,
+            #[cfg(not(target_os = "none"))]
+            power_up: super::start::canopen::<P>,
+            ..Self::of::<P::Application, CanopenNode<P>>(name, maker, protocol, P::IMAGE, size)
         }
     }
-}
 
-impl<P: j1939::Product> Listing<P, DualNode<P>> {
-    /// The catalogue entry of product `P` with the protocols CANopen and J1939.
+    /// The product `P` with the protocols CANopen and J1939.
+    ///
     /// `selector`: the parameter that selects the protocol at a restart, and its value for CANopen.
-    pub const fn with_j1939(
+    pub const fn with_j1939<P: j1939::Product>(
         name: &'static str,
         maker: &'static str,
         article: Article,
         selector: (ParameterId, u32),
     ) -> Self {
+        let j1939 = J1939Tables {
+            selector: Some(selector),
+            groups: &groups::GROUPS,
+            rates: P::RATES,
+            priorities: P::PRIORITIES,
+            address: P::ADDRESS,
+            name: P::NAME,
+            troubles: P::TROUBLES,
+        };
+        let protocol = Protocol::Canopen(Tables::of::<P>(article, Some(j1939)));
+        let size = DualNode::<P>::STORE_BUFFER;
         Self {
-            name,
-            maker,
-            article,
-            power_up: DualNode::<P>::new,
-            store_buffer: DualNode::<P>::STORE_BUFFER,
-            j1939: Some(J1939Tables {
-                selector: Some(selector),
-                groups: &groups::GROUPS,
-                rates: P::RATES,
-                priorities: P::PRIORITIES,
-                address: P::ADDRESS,
-                name: P::NAME,
-                troubles: P::TROUBLES,
-            }),
-            variants: &[],
-            guide: &Guide::NONE,
-            product: PhantomData,
+            #[cfg(not(target_os = "none"))]
+            power_up: super::start::with_j1939::<P>,
+            ..Self::of::<P::Application, DualNode<P>>(name, maker, protocol, P::IMAGE, size)
         }
     }
-}
 
-impl<P: canopen::Product, N: Node + 'static> Listing<P, N> {
-    /// The same with these variants.
+    /// The same with these variants. A product without CANopen is a compile error.
+    #[allow(clippy::panic)] // evaluated at compile time only
     pub const fn with_variants(self, variants: &'static [Variant]) -> Self {
-        Self { variants, ..self }
-    }
-
-    /// The same with a guide for tools.
-    pub const fn guided(self, guide: &'static Guide) -> Self {
-        Self { guide, ..self }
-    }
-
-    /// The product as data.
-    pub const fn product(&self) -> Product {
-        Product {
-            name: self.name,
-            maker: self.maker,
-            protocol: Protocol::Canopen(Tables {
-                article: self.article,
-                objects: P::OBJECTS,
-                faults: P::FAULTS,
-                events: P::EVENTS,
-                leds: P::LEDS,
-                node_id: P::NODE_ID,
-                bit_rate: P::BIT_RATE,
-                bit_rates: P::BIT_RATES,
-                lss: Canopen::<P>::LSS,
-                variants: self.variants,
-                j1939: self.j1939,
-            }),
-            parameters: <P::Application as Application>::Table::PARAMETERS,
-            constraints: <P::Application as Application>::Table::CONSTRAINTS,
-            quantities: <P::Application as Application>::QUANTITIES,
-            heater: <P::Application as Application>::HEATER,
-            has_gyroscope: <P::Application as Application>::HAS_GYROSCOPE,
-            image: P::IMAGE,
-            layout: <P::Application as Application>::Table::LAYOUT,
-            store_buffer: self.store_buffer,
-            guide: self.guide,
-        }
-    }
-
-    /// Starts a node; None if the settings select another article.
-    pub fn start<S: Start>(&self, settings: &Settings, start: S) -> Option<S::Output> {
-        if settings
-            .article
-            .is_some_and(|wanted| !self.article.is(wanted))
-        {
-            return None;
-        }
-        let node = (self.power_up)(settings.now, &settings.boot);
-        Some(start.start(node))
+        let Protocol::Canopen(tables) = self.protocol else {
+            panic!("only a product with CANopen has variants");
+        };
+        let protocol = Protocol::Canopen(Tables { variants, ..tables });
+        Self { protocol, ..self }
     }
 }

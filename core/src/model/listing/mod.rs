@@ -1,19 +1,27 @@
 //! The data of a product for programs on a PC: names, tables and the start of a node.
 //!
-//! Each product has a constant `LISTING`. The [`catalog`](super::catalog) is the list of these constants.
+//! Each product has a constant `LISTING`. The [`catalog`](super::catalog) is the list of those in this crate; a program can use a
+//! product of another crate in the same way.
 
 pub mod canopen;
 pub mod devicenet;
 pub mod fsc;
 mod guide;
+#[cfg(not(target_os = "none"))]
+mod start;
+
+#[cfg(not(target_os = "none"))]
+pub use start::PowerUp;
 
 pub use guide::{Adjustment, Guide, Resolution, Written};
 
+use crate::application::Application;
 use crate::heater;
 use crate::node::{Boot, Node};
-use crate::param::{Constraint, Parameter, Quantity};
+use crate::param::{Constraint, Parameter, Quantity, Table};
 use crate::store::{ImageId, Owner};
 use crate::time::Instant;
+use core::any::TypeId;
 
 /// A product, as data.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +30,8 @@ pub struct Product {
     pub name: &'static str,
     /// The manufacturer of the original sensor.
     pub maker: &'static str,
+    /// The vendor of this sensor. It is a replacement of the original, unless the vendor is its manufacturer.
+    pub vendor: &'static str,
     /// Its protocol, with the tables.
     pub protocol: Protocol,
     /// Its parameters.
@@ -42,9 +52,73 @@ pub struct Product {
     pub store_buffer: usize,
     /// A guide for tools.
     pub guide: &'static Guide,
+    /// The type of its node. Products with the same type differ by constants only.
+    pub node: TypeId,
+    /// Starts a node: see [`start`](Self::start).
+    #[cfg(not(target_os = "none"))]
+    pub power_up: PowerUp,
 }
 
 impl Product {
+    /// A product of which only a description of its protocol is known. It cannot be started.
+    pub const fn described(name: &'static str, maker: &'static str, protocol: Protocol) -> Self {
+        Self {
+            name,
+            maker,
+            vendor: "Plumbline",
+            protocol,
+            parameters: &[],
+            constraints: &[],
+            quantities: &[],
+            heater: None,
+            has_gyroscope: false,
+            image: ImageId::new(0x7FFF),
+            layout: 0,
+            store_buffer: 0,
+            guide: &Guide::NONE,
+            node: TypeId::of::<()>(),
+            #[cfg(not(target_os = "none"))]
+            power_up: |_, _| None,
+        }
+    }
+
+    /// A product with application `A` and node `N`, which is not started.
+    const fn of<A: Application, N: Node + 'static>(
+        name: &'static str,
+        maker: &'static str,
+        protocol: Protocol,
+        image: ImageId,
+        store_buffer: usize,
+    ) -> Self {
+        Self {
+            parameters: A::Table::PARAMETERS,
+            constraints: A::Table::CONSTRAINTS,
+            quantities: A::QUANTITIES,
+            heater: A::HEATER,
+            has_gyroscope: A::HAS_GYROSCOPE,
+            image,
+            layout: A::Table::LAYOUT,
+            store_buffer,
+            node: TypeId::of::<N>(),
+            ..Self::described(name, maker, protocol)
+        }
+    }
+
+    /// The same with a guide for tools.
+    pub const fn guided(self, guide: &'static Guide) -> Self {
+        Self { guide, ..self }
+    }
+
+    /// The same with this vendor. An original has the name of its maker here.
+    pub const fn sold_by(self, vendor: &'static str) -> Self {
+        Self { vendor, ..self }
+    }
+
+    /// Whether it replaces the sensor of another manufacturer.
+    pub fn is_replacement(&self) -> bool {
+        self.vendor != self.maker
+    }
+
     /// Its articles. The first one is the default.
     pub fn articles(&self) -> impl Iterator<Item = Article> {
         (0..).map_while(|place| match &self.protocol {
@@ -112,13 +186,4 @@ impl Default for Settings<'_> {
             boot: Boot::default(),
         }
     }
-}
-
-/// A function that takes a started node of any type.
-pub trait Start {
-    /// The result of the function.
-    type Output;
-
-    /// Takes the started node.
-    fn start<N: Node + 'static>(self, node: N) -> Self::Output;
 }

@@ -7,7 +7,7 @@ use crate::angle::Angle;
 use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 use crate::measure::I32x3;
 use crate::measure::definition::{self, Perpendicular};
-use crate::model::listing::devicenet::Listing;
+use crate::model::listing;
 use crate::param::{Parameter, Parameters, Table};
 use crate::store::ImageId;
 
@@ -18,8 +18,9 @@ pub struct Tiltix080Product;
 pub type Tiltix080 = DevicenetNode<Tiltix080Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Tiltix080Product> =
-    Listing::new("tiltix080", "TILTIX080").guided(&objects::GUIDE_TWO_AXES);
+pub const LISTING: listing::Product =
+    listing::Product::devicenet::<Tiltix080Product>("tiltix080", "TILTIX080")
+        .guided(&objects::GUIDE_TWO_AXES);
 
 impl Table for Tiltix080Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);

@@ -7,7 +7,7 @@ use crate::angle::Angle;
 use crate::devicenet::{self, Assembly, DevicenetNode, Identity, Object, Roles};
 use crate::measure::I32x3;
 use crate::measure::definition;
-use crate::model::listing::devicenet::Listing;
+use crate::model::listing;
 use crate::param::{Parameter, Parameters, Table};
 use crate::store::ImageId;
 
@@ -18,8 +18,9 @@ pub struct Tiltix360Product;
 pub type Tiltix360 = DevicenetNode<Tiltix360Product>;
 
 /// The catalogue entry.
-pub const LISTING: Listing<Tiltix360Product> =
-    Listing::new("tiltix360", "TILTIX360").guided(&objects::GUIDE_ONE_AXIS);
+pub const LISTING: listing::Product =
+    listing::Product::devicenet::<Tiltix360Product>("tiltix360", "TILTIX360")
+        .guided(&objects::GUIDE_ONE_AXIS);
 
 impl Table for Tiltix360Product {
     const PARAMETERS: &'static [Parameter] = &parameters::parameters(Self::RANGE);

@@ -6,7 +6,7 @@
 use clap::Parser;
 use cost::limits;
 use cost::recorded::grew;
-use plumbline::model::catalog::PRODUCTS;
+use plumbline::model::catalog::{PRODUCTS, Product};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -46,7 +46,7 @@ struct Board {
     /// The compiler's target.
     target: &'static str,
     /// The largest program of a product in bytes, if it is not the linker script that limits it.
-    flash: Option<fn(&str) -> u64>,
+    flash: Option<fn(&Product) -> u64>,
 }
 
 const BOARDS: [Board; 2] = [
@@ -70,8 +70,20 @@ struct Bytes {
     ram: u64,
 }
 
+/// The first product that differs from this one by constants only, or this one: its size is recorded for both.
+fn same(product: &Product) -> &Product {
+    let mut products = PRODUCTS.iter();
+    let found = products.find(|other| other.node == product.node);
+    found.unwrap_or(product)
+}
+
 /// The error of a size, if any.
-fn complaint(board: &Board, product: &str, size: Bytes, recorded: Option<Bytes>) -> Option<String> {
+fn complaint(
+    board: &Board,
+    product: &Product,
+    size: Bytes,
+    recorded: Option<Bytes>,
+) -> Option<String> {
     if let Some(limit) = board.flash.map(|limit| limit(product))
         && size.flash > limit
     {
@@ -124,13 +136,13 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
             let size = Bytes { flash, ram };
             let known = recorded
                 .get(board.name)
-                .and_then(|sizes| sizes.get(product.name));
+                .and_then(|sizes| sizes.get(same(product).name));
             complaints.extend(
-                complaint(board, product.name, size, known.copied())
+                complaint(board, product, size, known.copied())
                     .map(|error| format!("{place}: {error}")),
             );
             let sizes = measured.entry(board.name.to_owned()).or_default();
-            sizes.insert(product.name.to_owned(), size);
+            sizes.entry(same(product).name.to_owned()).or_insert(size);
         }
     }
     if options.record {

@@ -19,9 +19,8 @@ use crate::output::Terminal;
 use crate::session::Session;
 use crate::sheet::rows::{Row, fact, named};
 use crate::sheet::{Address, Entry, Origin, Sheet, kebab};
-use plumbline::model::catalog::{Article, Guide, PRODUCTS, Product, Protocol};
+use plumbline::model::catalog::{Article, PRODUCTS, Product, Protocol};
 use plumbline::param::{DataType, ParameterId};
-use plumbline::store::ImageId;
 use std::collections::{HashMap, HashSet};
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -186,20 +185,10 @@ fn sheet(text: String, parts: Parts) -> Sheet {
     let mut entries = named(rows.collect(), |_| None);
     make_unique(&mut entries);
     let angles = angles(&entries);
-    let product: &'static Product = Box::leak(Box::new(Product {
-        name: owner.keep(&product_name(&parts.name)),
-        maker: owner.keep(&shown(&parts.maker)),
-        protocol: parts.protocol,
-        parameters: &[],
-        constraints: &[],
-        quantities: &[],
-        heater: None,
-        has_gyroscope: false,
-        image: ImageId::new(0x7FFF),
-        layout: 0,
-        store_buffer: 0,
-        guide: &Guide::NONE,
-    }));
+    let name = owner.keep(&product_name(&parts.name));
+    let maker = owner.keep(&shown(&parts.maker));
+    let described = Product::described(name, maker, parts.protocol);
+    let product: &'static Product = Box::leak(Box::new(described));
     Sheet {
         product,
         entries,

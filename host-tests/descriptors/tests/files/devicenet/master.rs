@@ -14,7 +14,7 @@ pub struct Master {
 }
 
 impl Master {
-    pub fn new(product: &Product) -> Self {
+    pub fn new(product: &'static Product) -> Self {
         let mut bus = Bus::new(BusRate::Follow);
         // At rest with Z up: all angles are 0.
         let motion = Box::new(Reading {

@@ -80,7 +80,7 @@ fn check_parameter(sheet: &Sheet, place: usize, master: &mut Master) -> (u8, u8)
 }
 
 /// Compares a data sheet with the sensor.
-fn check(text: &str, product: &Product) {
+fn check(text: &str, product: &'static Product) {
     let sheet = Sheet::parse(text);
     let names: Vec<&str> = sheet.0.iter().map(|(name, _)| name.as_str()).collect();
     assert_eq!(
