@@ -13,7 +13,8 @@
 //! - with LSS: the identity object has its four numbers, and the node-ID 255 is permitted;
 //! - with block transfer: the buffer for texts takes each number;
 //! - the default COB-ID of the SYNC is permitted, and those of the TPDOs and of the EMCY are above 080h with each node-ID;
-//! - the hidden parameters of a product with groups exist and are stored.
+//! - each sub-index of 1010h and 1011h has a group of parameters;
+//! - the hidden parameters of a product with a stored request exist and are stored.
 #![allow(clippy::indexing_slicing, clippy::panic)] // evaluated at compile time only
 
 mod identifiers;
@@ -27,6 +28,7 @@ use super::lss::UNCONFIGURED;
 use super::own::Read;
 use super::pdo::Tpdos;
 use super::product::{Product, TableOf, ValuesOf};
+use super::ranges::indices;
 use super::sdo::Buffer;
 use crate::application::{Application, Values};
 use crate::mistake::Mistake;
@@ -56,8 +58,9 @@ pub const fn check<P: Product>() {
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS);
     }
-    if let Some(kept) = P::KEPT {
-        check_kept(parameters, kept, P::History::CAPACITY);
+    match P::KEPT {
+        Some(kept) => check_kept(parameters, kept, P::History::CAPACITY),
+        None => check_groups(P::OBJECTS, P::GROUPS),
     }
 }
 
@@ -262,6 +265,36 @@ const fn check_lss(objects: &[Object]) {
             "a product with LSS needs all numbers of the identity object",
         );
         sub += 1;
+    }
+}
+
+/// Checks that each sub-index of 1010h and 1011h that stores or restores a group has one.
+#[track_caller]
+const fn check_groups(objects: &[Object], groups: &[(u16, u16)]) {
+    let mut row = 0;
+    while row < objects.len() {
+        let Object { index, sub, .. } = objects[row];
+        if let Target::Service(Service::StoreGroup | Service::RestoreGroup) = objects[row].target {
+            let is_group = sub == 1 || indices(groups, sub).is_some();
+            Mistake::in_object(index, sub).unless(
+                matches!(index, 0x1010 | 0x1011) && is_group,
+                "there is no group of parameters for this sub-index",
+            );
+            Mistake::in_object(index, 1).unless(
+                object_at(objects, index, 1).is_some(),
+                "an object with groups has sub-index 1, all parameters",
+            );
+        }
+        row += 1;
+    }
+    row = 0;
+    while row < groups.len() {
+        let (first, last) = groups[row];
+        Mistake::in_row("GROUPS", row).unless(
+            first <= last && first >= 0x2000 && last < 0x6000,
+            "the indices of the maker are 2000h to 5FFFh",
+        );
+        row += 1;
     }
 }
 

@@ -57,11 +57,11 @@ pub enum Service {
     RestoreCommunication,
     /// The serial number (1018h:04).
     SerialNumber,
-    /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4
-    /// manufacturer. The product has [`KEPT`](super::Product::KEPT).
+    /// "save" stores the group of parameters of the sub-index (1010h): 1 all, 2 communication profile, 3 device profile, 4 and following
+    /// those of the maker ([`GROUPS`](super::Product::GROUPS)).
     StoreGroup,
-    /// "load" requests the factory values of the group of parameters of the sub-index for the next start (1011h): as
-    /// [`StoreGroup`](Self::StoreGroup), but 1 without node-ID and bit rate, and 5 all.
+    /// "load" restores the factory values of the same group (1011h), which act after a reset. With [`KEPT`](super::Product::KEPT), the
+    /// next start takes them; sub-index 1 is without node-ID and bit rate, and 5 has all.
     RestoreGroup,
 }
 

@@ -254,7 +254,10 @@ impl<P: Product> Services<P> {
         if cx.is_saving() && service != Service::ErrorCount {
             return Err(Abort::DeviceState);
         }
+        let sub = row.address().sub;
         match (service, number(data)) {
+            (Service::StoreGroup, SAVE) if Self::HAS_RANGES => Ok(self.store_range(cx, sub)),
+            (Service::RestoreGroup, LOAD) if Self::HAS_RANGES => Ok(self.restore_range(cx, sub)),
             (Service::ErrorCount, 0) => {
                 self.emergency.clear_history();
                 Ok(Written::Done)

@@ -54,9 +54,11 @@ pub const fn join<T: Copy, const N: usize>(parts: &[&[T]], filler: T) -> [T; N] 
 }
 
 mod dynamic;
+mod standard;
 pub use dynamic::{
     dynamic_mapping, free_cob_id, free_tpdo, mapping_parameters, stored_tpdo_communication,
 };
+pub use standard::{STANDARD, Standard, merge, restore, standard, standard_parameters, store};
 
 // Parameters.
 
@@ -76,6 +78,20 @@ pub const fn lss_node_id(id: ParameterId, factory: u8) -> Parameter {
         ..node_id(id, factory)
     }
 }
+
+/// The same with all node-IDs of CiA 301: 1 to 127, or 255 for none.
+pub const fn lss_node_id_to_127(id: ParameterId, factory: u8) -> Parameter {
+    Parameter {
+        permitted: Permitted::Ranges(&LSS_NODE_IDS_TO_127),
+        ..node_id(id, factory)
+    }
+}
+
+const LSS_NODE_IDS_TO_127: Ranges = Ranges {
+    text: "1..127; 255 by LSS only",
+    ignored_bits: 0,
+    ranges: &[(1, 127), (UNCONFIGURED as u32, UNCONFIGURED as u32)],
+};
 
 const LSS_NODE_IDS: Ranges = Ranges {
     text: "1..126; 255 by LSS only",

@@ -39,6 +39,7 @@
 
 mod coding;
 mod description;
+pub mod ids;
 pub mod projection;
 mod row;
 mod set;

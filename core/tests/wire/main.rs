@@ -7,5 +7,6 @@ mod halves;
 mod j1939;
 mod one_application;
 mod starting;
+mod stranger;
 mod tester;
 mod unit;

@@ -11,7 +11,7 @@
 //!  04h       switch state global         1: 0 waiting, 1 configuration                       no answer
 //!  40h..43h  switch state selective      1..4: a number of the identity                      44h after a complete match
 //!  11h       configure node-ID           1: 1..127, or 255                                   11h, error
-//!  13h       configure bit timing        1: table 0, 2: index of the bit rate                13h, error
+//!  13h       configure bit timing        1: table, 2: index of the bit rate                  13h, error
 //!  15h       activate bit timing         1..2: delay in ms                                   no answer
 //!  17h       store configuration                                                             17h, error
 //!  46h..4Bh  identify remote slave       1..4: a number or a limit of the identity           4Fh after a complete match
@@ -35,12 +35,16 @@ mod slave;
 pub use slave::{BEGIN_SCAN, BIT_RATES, Device, Outcome, Slave, answer, command};
 
 use super::feature::Initial;
+use crate::can::BitRate;
 use crate::time::Deadline;
 use activation::Activation;
 use flicker::Flicker;
 
 /// The node-ID of a node without a valid node-ID.
 pub const UNCONFIGURED: u8 = 255;
+
+/// The bit rates of a table selector of configure bit timing, by their indices.
+pub type LssTable = (u8, &'static [Option<BitRate>]);
 
 /// The progress of store configuration.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]

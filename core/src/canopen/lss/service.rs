@@ -1,7 +1,7 @@
 //! The layer setting services in the node: identity, pending settings, store, activation and LEDs.
 
 use super::activation::Step;
-use super::slave::{Device, Outcome, Slave};
+use super::slave::{Device, Outcome, Slave, standard_bit_rate};
 use super::{Store, UNCONFIGURED};
 use crate::can::{BitRate, CanId, Frame};
 use crate::canopen::cob_id;
@@ -50,6 +50,14 @@ impl<P: Product> Device for Unit<'_, P> {
             self.cx.parameters.set(P::NODE_ID, node_id.into());
         }
         permitted
+    }
+
+    fn bit_rate(&self, table: u8, index: u8) -> Option<BitRate> {
+        let own = P::LSS_TABLES.iter().find(|(number, _)| *number == table);
+        match own {
+            Some((_, rates)) => rates.get(usize::from(index)).copied().flatten(),
+            None => standard_bit_rate(table, index),
+        }
     }
 
     fn set_bit_rate(&mut self, rate: BitRate) -> bool {

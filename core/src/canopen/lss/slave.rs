@@ -81,6 +81,11 @@ pub trait Device {
     /// Sets the pending node-ID. Returns false without a change if it is not permitted.
     fn set_node_id(&mut self, node_id: u8) -> bool;
 
+    /// The bit rate at an index of a table. Each device has table 0, the [standard one](BIT_RATES).
+    fn bit_rate(&self, table: u8, index: u8) -> Option<BitRate> {
+        standard_bit_rate(table, index)
+    }
+
     /// Sets the pending bit rate. Returns false without a change if the device does not have it.
     fn set_bit_rate(&mut self, rate: BitRate) -> bool;
 }
@@ -214,6 +219,12 @@ impl Slave {
     }
 }
 
+/// The bit rate at an index, if the table is the standard one.
+pub(super) fn standard_bit_rate(table: u8, index: u8) -> Option<BitRate> {
+    let rate = BIT_RATES.get(usize::from(index)).copied().flatten();
+    rate.filter(|_| table == 0)
+}
+
 /// Whether the node-ID in force and the pending one are not valid.
 fn is_unconfigured(device: &impl Device) -> bool {
     device.node_id() == UNCONFIGURED && device.pending_node_id() == UNCONFIGURED
@@ -239,9 +250,8 @@ fn configure(
     match command {
         command::NODE_ID => acknowledge(command, device.set_node_id(first)),
         command::BIT_TIMING => {
-            let rate = BIT_RATES.get(usize::from(second)).copied().flatten();
-            let known = rate.filter(|_| first == 0);
-            acknowledge(command, known.is_some_and(|rate| device.set_bit_rate(rate)))
+            let rate = device.bit_rate(first, second);
+            acknowledge(command, rate.is_some_and(|rate| device.set_bit_rate(rate)))
         }
         command::ACTIVATE => Outcome::Activate(millis(number & 0xFFFF)),
         command::STORE => Outcome::Store,

@@ -1,0 +1,17 @@
+//! A stranger's sensor, written with public items only: what the standard asks of each CANopen device.
+
+mod groups;
+mod product;
+mod services;
+
+use crate::tester::Tester;
+use plumbline::node::Boot;
+use product::Stranger;
+
+/// A sensor after power-up that has sent its boot-up message.
+fn booted() -> Tester<Stranger> {
+    let mut tester = Tester::power_up(Boot::default(), Stranger::new);
+    tester.node_id = 30;
+    assert_eq!(tester.sent_text(), ["71E#00"]);
+    tester
+}
