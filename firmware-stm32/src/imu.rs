@@ -50,9 +50,15 @@ const MISSES: u8 = 10;
 /// The number of consecutive samples without an angular rate after which the gyroscope has failed: 200 ms. It turns on within 35 ms.
 const SILENT_SAMPLES: u8 = 40;
 
+/// The time after a failed attempt until which the accelerometer can be in its boot of 10 ms, in ms. Then nothing is written to it.
+const BOOT_MS: u32 = 15;
+
 enum State {
-    /// Not found, or lost. The next attempt is at `retry`.
-    Absent { retry: Instant },
+    /// Not found, or lost. The next attempt is at `retry`. `failed` is the time of the first attempt that has failed.
+    Absent {
+        retry: Instant,
+        failed: Option<Instant>,
+    },
     /// Configured. `settling`: values still to skip; `misses`: consecutive readings of the FIFO without a value.
     Running { settling: u8, misses: u8 },
 }
@@ -120,6 +126,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
             wires,
             state: State::Absent {
                 retry: Instant::from_ticks(0),
+                failed: None,
             },
             step: Step::None,
             words: 0,
@@ -158,7 +165,7 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
             self.end_test(Working::default());
         }
         match self.state {
-            State::Absent { retry } if reached(now, retry) => self.find(now),
+            State::Absent { retry, failed } if reached(now, retry) => self.find(now, failed),
             State::Absent { .. } => {}
             State::Running { misses, .. } if misses >= MISSES => self.absent(now),
             State::Running { ref mut misses, .. } => {
@@ -346,12 +353,14 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
         };
         self.state = State::Absent {
             retry: after(now, millis(pause)),
+            failed: None,
         };
     }
 
     /// Tries to find the accelerometer and configures it.
-    fn find(&mut self, now: Instant) {
-        match self.set_up() {
+    fn find(&mut self, now: Instant, failed: Option<Instant>) {
+        let first = failed.unwrap_or(now);
+        match self.set_up(reached(now, after(first, millis(BOOT_MS)))) {
             Ok(true) => {
                 info!("accelerometer found");
                 self.reported = false;
@@ -360,20 +369,31 @@ impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
                     misses: 0,
                 };
             }
-            _ => self.absent(now),
+            _ => {
+                self.absent(now);
+                if let State::Absent { failed, .. } = &mut self.state {
+                    *failed = Some(first);
+                }
+            }
         }
     }
 
-    /// Resets the accelerometer and configures it. Returns false if it does not answer with its identifier.
+    /// Resets the accelerometer and configures it. Returns false if it does not answer with its identifier. `booted` is true if it is not
+    /// in its boot.
     ///
     /// The registers have their reset values, so each is written completely, with the register types of the driver crate. The
     /// functions of the crate would read, modify and write, and also handle the state machine and the machine learning core,
     /// which are off.
-    fn set_up(&mut self) -> Result<bool, SpiError> {
-        // After a disturbance another register bank can be selected, in which the identifier cannot be read.
-        self.write(Reg::FuncCfgAccess, 0)?;
+    fn set_up(&mut self, booted: bool) -> Result<bool, SpiError> {
         if self.read(Reg::WhoAmI)? != ISM330DHCX_ID {
-            return Ok(false);
+            if !booted {
+                return Ok(false);
+            }
+            // After a disturbance another register bank can be selected, in which the identifier cannot be read.
+            self.write(Reg::FuncCfgAccess, 0)?;
+            if self.read(Reg::WhoAmI)? != ISM330DHCX_ID {
+                return Ok(false);
+            }
         }
         let reset = Ctrl3C::new().with_sw_reset(1);
         self.write(Reg::Ctrl3C, reset.into_bits())?;

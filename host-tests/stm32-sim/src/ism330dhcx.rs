@@ -146,6 +146,8 @@ pub struct Ism330dhcx {
     /// The end of a reboot of the trimming.
     boot_until: Option<Picoseconds>,
     unmodelled: Vec<u8>,
+    /// A register was written during the boot.
+    disturbed: bool,
 }
 
 impl fmt::Debug for Ism330dhcx {
@@ -190,6 +192,7 @@ impl Ism330dhcx {
             reset_until: None,
             boot_until: None,
             unmodelled: Vec::new(),
+            disturbed: false,
         }
     }
 
@@ -249,6 +252,11 @@ impl Ism330dhcx {
     /// A register that was accessed since the last call, but is not modelled, or not for this access.
     pub fn take_unmodelled(&mut self) -> Option<u8> {
         self.unmodelled.pop()
+    }
+
+    /// True once after a register was written during the boot of the part.
+    pub fn take_disturbed(&mut self) -> bool {
+        std::mem::take(&mut self.disturbed)
     }
 
     fn answers(&self, now: Picoseconds) -> bool {
@@ -376,14 +384,17 @@ impl SpiPart for Ism330dhcx {
     }
 
     fn transfer(&mut self, now: Picoseconds, byte: u8) -> u8 {
-        if self.transfer == Transfer::Idle {
-            return NOTHING;
-        }
         if !self.answers(now) {
+            let begins = std::mem::replace(&mut self.transfer, Transfer::Idle) == Transfer::Address;
+            let boots = self.mounted && now < self.booted;
+            self.disturbed |= begins && boots && byte & 0x80 == 0;
             return match self.fault(now) {
                 Fault::Silent(byte) if self.mounted => byte,
                 _ => NOTHING,
             };
+        }
+        if self.transfer == Transfer::Idle {
+            return NOTHING;
         }
         self.settle(now);
         match self.transfer {

@@ -41,6 +41,9 @@ impl Peripherals {
             let name = format!("ISM330DHCX {register:02X}h");
             self.violations.add(name, "register not modelled");
         }
+        let disturbed = self.imu.take_disturbed();
+        self.violations
+            .check(disturbed, "ISM330DHCX", "written during its boot");
     }
 
     /// Changes the pins and reports the chip select, which has a pull-up, to the accelerometer.
