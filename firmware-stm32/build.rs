@@ -17,6 +17,10 @@ fn main() {
     if bluepill != nucleo {
         println!("cargo:rustc-cfg=board");
     }
+    println!("cargo:rerun-if-env-changed=CARGO_ENCODED_RUSTFLAGS");
+    if bluepill {
+        require_processor();
+    }
     // Before link.x, which includes memory.x.
     if nucleo {
         link("--defsym=NUCLEO_F446RE=1");
@@ -37,6 +41,17 @@ fn main() {
     if feature("DEFMT") {
         link("-Tdefmt.x");
     }
+}
+
+/// Fails without the compiler flag of `.cargo/config.toml`: RUSTFLAGS replaces the flags there, and cargo finds that file only from inside
+/// of the project.
+fn require_processor() {
+    let flags = var("CARGO_ENCODED_RUSTFLAGS").unwrap_or_default();
+    assert!(
+        flags.contains("target-cpu=cortex-m3"),
+        "the Blue Pill needs the flag -Ctarget-cpu=cortex-m3 (Arm erratum 602117). .cargo/config.toml has it, but RUSTFLAGS replaces it: \
+         add it there, and start cargo inside of the project"
+    );
 }
 
 fn feature(name: &str) -> bool {

@@ -286,8 +286,8 @@ impl Bus {
     pub fn measure(&mut self, mode: BusMode) {
         match mode {
             BusMode::Listen if self.is_listening() => {}
-            BusMode::Listen => pulses::start(),
-            BusMode::Normal => pulses::stop(),
+            BusMode::Listen => self.pulses.start(),
+            BusMode::Normal => self.pulses.stop(),
         }
     }
 

@@ -75,6 +75,7 @@ fn SysTick() {
     if due {
         sleep::wake();
     }
+    board::end_handler();
 }
 
 #[cfg(feature = "defmt")]

@@ -5,7 +5,7 @@
 //! contains the pins. A file in `src/bin` selects the product.
 //!
 //! The board is selected by a feature (`bluepill`, `nucleo-f446re`), and the feature `defmt` adds the log. On a PC, only the
-//! modules without hardware access are compiled, for their tests: [`bit_timing`], [`counts`] and [`self_test`].
+//! modules without hardware access are compiled, for their tests: [`bit_timing`], [`counts`], [`self_test`] and [`silicon`].
 #![cfg_attr(target_os = "none", no_std)]
 
 #[cfg(all(
@@ -26,6 +26,7 @@ use plumbline::store::ImageId;
 pub mod bit_timing;
 pub mod counts;
 pub mod self_test;
+pub mod silicon;
 
 #[macro_use]
 mod log;

@@ -32,12 +32,13 @@ mod vectors;
 pub use flash::Flash;
 
 use super::{
-    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, note_reset, start_oscillator,
-    supply_millivolts,
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, log_silicon, note_reset,
+    start_oscillator, supply_millivolts,
 };
 use crate::counts::Mounting;
 use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
+use crate::silicon;
 use cortex_m::peripheral::SYST;
 use plumbline::node::Leds;
 pub(super) use stm32f1::stm32f103 as pac;
@@ -75,6 +76,9 @@ pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_LP_CAN_RX0
 /// A transmit mailbox has become free.
 pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX;
 
+/// CPUID of a microcontroller of ST.
+pub(super) const GENUINE_CPUID: u32 = silicon::STM32F103;
+
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
 
@@ -108,13 +112,9 @@ impl Board {
         let (mut core, device) =
             unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
-        // While a debugger halts the core, the watchdog stops, and the timer of the heater, which also disables its output (RM0008,
-        // DBGMCU_CR).
-        device
-            .DBGMCU
-            .cr()
-            .modify(|_, w| w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit());
+        set_up_debugging(&device.DBGMCU);
         note_reset(&device.RCC);
+        log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
         start_watchdog(&device.IWDG);
         switch_on(&device.RCC);
         start_supply_monitor(&device.PWR);
@@ -123,7 +123,7 @@ impl Board {
         let mut leds = StatusLeds(());
         start_oscillator(&device.RCC, &mut core.SYST, &mut watchdog, &mut leds);
         start_pll(&device.RCC, &device.FLASH);
-        start_heater(&device.TIM3);
+        start_heater(&device.TIM3, &device.GPIOB);
         start_spi(&device.SPI1);
         Self {
             systick: core.SYST,
@@ -136,6 +136,19 @@ impl Board {
             serial: super::serial(unique_id()),
         }
     }
+}
+
+/// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog stops, and the timer of the
+/// heater, which also disables its output (RM0008, DBGMCU_CR).
+///
+/// The register is written whole. A program reads it as 0 (errata sheet ES0340), so a change of single bits would clear those that a
+/// debugger has set.
+fn set_up_debugging(debug: &pac::DBGMCU) {
+    debug.cr().write(|w| {
+        w.dbg_sleep().set_bit().dbg_stop().set_bit();
+        w.dbg_standby().set_bit();
+        w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit()
+    });
 }
 
 /// Starts the watchdog.
@@ -154,7 +167,12 @@ fn start_watchdog(watchdog: &pac::IWDG) {
 }
 
 /// Switches the clocks of the peripherals on.
+///
+/// With the clock of the DMA controller, which is not used, the bus and the RAM have a clock while the core sleeps. Without it a debugger
+/// cannot read the RAM then, and so has no log.
 fn switch_on(rcc: &pac::RCC) {
+    // The clocks of RAM and flash in sleep mode stay on: they are the reset value.
+    rcc.ahbenr().write(|w| w.dma1en().set_bit());
     rcc.apb2enr().write(|w| {
         w.afioen().set_bit().spi1en().set_bit();
         w.iopaen().set_bit().iopben().set_bit().iopcen().set_bit()
@@ -212,7 +230,8 @@ fn set_pins(device: &pac::Peripherals) {
         .write(|w| unsafe { w.can_remap().bits(2) });
     b.bsrr().write(|w| w.bs8().set_bit().bs9().set_bit());
     b.crl().write(|w| {
-        w.mode0().output50().cnf0().alt_push_pull();
+        // Low until the timer of the heater runs.
+        w.mode0().output50().cnf0().push_pull();
         w.mode1().output50().cnf1().push_pull()
     });
     b.crh().write(|w| {
@@ -227,8 +246,8 @@ fn set_pins(device: &pac::Peripherals) {
     c.crh().write(|w| w.mode13().output2().cnf13().push_pull());
 }
 
-/// Starts the PWM of the heater with duty 0.
-fn start_heater(timer: &pac::TIM3) {
+/// Starts the PWM of the heater with duty 0, then connects its pin.
+fn start_heater(timer: &pac::TIM3, port: &pac::GPIOB) {
     // SAFETY: all values of these registers are valid.
     unsafe {
         // Ticks of 1 us.
@@ -242,6 +261,7 @@ fn start_heater(timer: &pac::TIM3) {
     // The prescaler takes effect with an update.
     timer.egr().write(|w| w.ug().set_bit());
     timer.cr1().write(|w| w.arpe().set_bit().cen().set_bit());
+    port.crl().modify(|_, w| w.cnf0().alt_push_pull());
 }
 
 /// Starts the SPI as master in mode 0, with 8 bits.
@@ -352,6 +372,10 @@ fn unique_id() -> [u32; 3] {
     // SAFETY: system memory of all F103 devices, always readable, never written.
     unsafe { ADDRESS.read_volatile() }
 }
+
+/// The end of an interrupt handler: nothing, see the board with a Cortex-M4.
+#[inline(always)]
+pub fn end_handler() {}
 
 /// Connects TXD to the CAN controller; otherwise the pin is a recessive output.
 pub fn connect_transmitter(connected: bool) {

@@ -1,5 +1,6 @@
 //! The boards: clocks, pins and constants. One of them is compiled. The rest of the firmware uses only the names of this module.
 
+use crate::silicon;
 use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
@@ -59,6 +60,19 @@ fn note_reset(rcc: &pac::RCC) {
         causes >> 5 & 1 != 0,
         causes
     );
+}
+
+/// Logs which microcontroller it is.
+fn log_silicon(cpuid: u32, idcode: u32) {
+    info!(
+        "CPUID {=u32:#x}, DEV_ID {=u32:#x}, DBGMCU_IDCODE {=u32:#x}",
+        cpuid,
+        idcode & 0xFFF,
+        idcode
+    );
+    if let Some(_name) = silicon::substitute(GENUINE_CPUID, cpuid, idcode) {
+        warn!("the microcontroller is not one of ST, but {=str}", _name);
+    }
 }
 
 /// The supply of the sensor in mV, from a count of the converter: 3300 mV * (100 k + 6.8 k) / 6.8 k / 4096 = 12.7 mV per count. The

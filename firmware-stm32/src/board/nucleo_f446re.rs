@@ -25,12 +25,13 @@
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
 use super::{
-    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, note_reset, start_oscillator,
-    supply_is_low, supply_millivolts,
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, log_silicon, note_reset,
+    start_oscillator, supply_is_low, supply_millivolts,
 };
 use crate::counts::Mounting;
 use crate::flash::{ParameterFlash, Sectors};
 use crate::imu::{SpiError, Wires};
+use crate::silicon;
 use cortex_m::peripheral::SYST;
 use embedded_hal::spi::{MODE_0, SpiBus};
 use embedded_storage::nor_flash::NorFlashErrorKind;
@@ -76,6 +77,9 @@ pub const CAN_RECEIVE_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_RX0;
 
 /// A transmit mailbox has become free.
 pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
+
+/// CPUID of a microcontroller of ST.
+pub(super) const GENUINE_CPUID: u32 = silicon::STM32F446;
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
@@ -131,17 +135,16 @@ impl Board {
         let (mut core, device) =
             unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
 
+        set_up_debugging(&device.DBGMCU);
         note_reset(&device.RCC);
+        log_silicon(core.CPUID.base.read(), device.DBGMCU.idcode().read().bits());
         let mut watchdog = Watchdog::new(device.IWDG);
-        watchdog.stop_on_debug(&device.DBGMCU, true);
-        device
-            .DBGMCU
-            .apb1_fz()
-            .modify(|_, w| w.dbg_tim3_stop().set_bit());
         watchdog.start(WATCHDOG_PERIOD_MS.millis());
 
         let mut rcc = device.RCC.constrain();
         pac::PWR::enable(&mut rcc);
+        // With the clock of the DMA controller, which is not used, the bus and the RAM have a clock while the core sleeps, for a debugger.
+        rcc.ahb1enr().modify(|_, w| w.dma1en().set_bit());
         start_supply_monitor(&device.PWR);
         let gpioa = device.GPIOA.split(&mut rcc);
         let gpiob = device.GPIOB.split(&mut rcc);
@@ -209,6 +212,17 @@ impl Board {
             serial: super::serial(unique_id()),
         }
     }
+}
+
+/// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog stops, and the timer of the heater.
+fn set_up_debugging(debug: &pac::DBGMCU) {
+    debug.cr().write(|w| {
+        w.dbg_sleep().set_bit().dbg_stop().set_bit();
+        w.dbg_standby().set_bit()
+    });
+    debug
+        .apb1_fz()
+        .write(|w| w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit());
 }
 
 /// Starts the voltage detector at level 6: 2.85 to 2.99 V while the supply falls, at most 3.1 V while it rises (datasheet). The flash
@@ -423,6 +437,13 @@ pub fn supply() -> Option<u16> {
     result
 }
 
+/// The end of an interrupt handler. Arm erratum 838869: if a store is not complete at the return, and another interrupt comes, the
+/// Cortex-M4 can start the wrong handler.
+#[inline(always)]
+pub fn end_handler() {
+    cortex_m::asm::dsb();
+}
+
 unsafe extern "C" {
     /// The handlers of [`firmware`](crate::firmware).
     fn CAN_RECEIVE();
@@ -433,10 +454,12 @@ unsafe extern "C" {
 fn CAN1_RX0() {
     // SAFETY: this is the interrupt for which it is written.
     unsafe { CAN_RECEIVE() };
+    end_handler();
 }
 
 #[interrupt]
 fn CAN1_TX() {
     // SAFETY: this is the interrupt for which it is written.
     unsafe { CAN_TRANSMIT() };
+    end_handler();
 }

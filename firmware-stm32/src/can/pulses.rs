@@ -40,6 +40,8 @@ pub(super) struct Pulses {
     meter: PulseMeter,
     /// The number of pulses that the meter has received.
     taken: usize,
+    /// The timer runs.
+    runs: bool,
 }
 
 impl Pulses {
@@ -47,7 +49,45 @@ impl Pulses {
     pub(super) const NONE: Self = Self {
         meter: PulseMeter::EMPTY,
         taken: 0,
+        runs: false,
     };
+
+    /// Starts the measurement.
+    pub(super) fn start(&mut self) {
+        self.runs = true;
+        board::enable_pulse_timer();
+        let timer = timer();
+        // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
+        unsafe {
+            timer.psc().write(|w| w.bits(PRESCALER - 1));
+            // The reset value is 0 in the SVD, and FFFFh in some revisions of the manual. With 0 the counter does not count.
+            timer.arr().write(|w| w.bits(0xFFFF));
+            timer.egr().write(|w| w.bits(1));
+            timer.cnt().write(|w| w.bits(FIRST_COUNT));
+            timer.ccmr2_input().write(|w| w.bits(CHANNELS));
+            timer.ccer().write(|w| w.bits(EDGES));
+            timer.dier().write(|w| w.bits(1 << 3));
+            timer.cr1().write(|w| w.bits(1));
+        }
+        lower_others();
+        // SAFETY: the handler works in any state of the program.
+        unsafe { NVIC::unmask(board::PULSE_INTERRUPT) };
+    }
+
+    /// Stops the measurement. Channel 4 is off while the CAN controller drives its pin.
+    pub(super) fn stop(&mut self) {
+        if !core::mem::take(&mut self.runs) {
+            return;
+        }
+        NVIC::mask(board::PULSE_INTERRUPT);
+        let timer = timer();
+        timer.cr1().reset();
+        timer.dier().reset();
+        timer.ccer().reset();
+        // A read clears the flag of a pulse that is not stored.
+        timer.ccr3().read();
+        timer.ccr4().read();
+    }
 
     /// The bit time of the last frame, once.
     pub(super) fn poll(&mut self, now: Instant) -> Option<BitTime> {
@@ -72,27 +112,6 @@ impl Pulses {
     }
 }
 
-/// Starts the measurement. Called once after a reset.
-pub(super) fn start() {
-    board::enable_pulse_timer();
-    let timer = timer();
-    // SAFETY: these are valid values of the registers (RM0008, RM0390: general-purpose timers).
-    unsafe {
-        timer.psc().write(|w| w.bits(PRESCALER - 1));
-        // The reset value is 0 in the SVD, and FFFFh in some revisions of the manual. With 0 the counter does not count.
-        timer.arr().write(|w| w.bits(0xFFFF));
-        timer.egr().write(|w| w.bits(1));
-        timer.cnt().write(|w| w.bits(FIRST_COUNT));
-        timer.ccmr2_input().write(|w| w.bits(CHANNELS));
-        timer.ccer().write(|w| w.bits(EDGES));
-        timer.dier().write(|w| w.bits(1 << 3));
-        timer.cr1().write(|w| w.bits(1));
-    }
-    lower_others();
-    // SAFETY: the handler works in any state of the program.
-    unsafe { NVIC::unmask(board::PULSE_INTERRUPT) };
-}
-
 /// Gives the other interrupts a lower priority, the same for all: none of them interrupts another one.
 fn lower_others() {
     const LOWER: u8 = 0x10;
@@ -103,11 +122,6 @@ fn lower_others() {
         core.NVIC.set_priority(board::CAN_TRANSMIT_INTERRUPT, LOWER);
         core.SCB.set_priority(SystemHandler::SysTick, LOWER);
     }
-}
-
-/// Stops the measurement.
-pub(super) fn stop() {
-    NVIC::mask(board::PULSE_INTERRUPT);
 }
 
 /// The interrupt at the end of a pulse. At 1 Mbit/s, the next interrupt can follow after 2 us, so the handler only stores the captured
@@ -123,6 +137,7 @@ pub fn on_pulse() {
     }
     COUNT.store(count.wrapping_add(1), Ordering::Relaxed);
     sleep::wake();
+    board::end_handler();
 }
 
 fn timer() -> PulseTimer {

@@ -7,7 +7,7 @@ use super::timer::Timer;
 use plumbline::node::Leds;
 
 /// The channel of TIM3 at PB0 (RM0008, table 43; DS10693, alternate functions).
-const HEATER_CHANNEL: usize = 3;
+pub(super) const HEATER_CHANNEL: usize = 3;
 
 /// The pins of peripherals on the Nucleo with their alternate functions (DS10693, alternate functions).
 mod nucleo {

@@ -101,6 +101,12 @@ impl CaptureTimer {
         }
     }
 
+    /// True if channel 4 is enabled.
+    pub fn channel_4_is_on(&self) -> bool {
+        let [_, fourth] = &CHANNELS;
+        self.edges & fourth.enable != 0
+    }
+
     fn counter(&self, now: Picoseconds, clock: u32) -> u16 {
         let (counter, since) = self.counted;
         if self.control & ENABLE == 0 || self.period == 0 {

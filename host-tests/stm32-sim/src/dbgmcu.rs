@@ -50,6 +50,11 @@ impl Dbgmcu {
         (self.identity, self.reads) = (silicon.identity, silicon.debug_reads);
     }
 
+    /// True if the clocks of the debug port run in sleep mode.
+    pub fn runs_in_sleep(&self) -> bool {
+        self.registers[0] & 1 != 0
+    }
+
     /// True if the watchdog stops while the processor is halted.
     pub fn stops_watchdog(&self) -> bool {
         match self.chip {

@@ -1,5 +1,6 @@
 //! A firmware image: the segments of its ELF file, its symbols, and the size of each part of the project.
 
+pub mod scan;
 mod shares;
 #[cfg(test)]
 mod tests;

@@ -35,15 +35,39 @@ impl BuildError {
 /// # Errors
 /// There is no program of a name, the build fails, or the target is missing and there is no rustup.
 pub fn build(chip: Chip, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
-    let (target, feature) = board(chip);
+    let (_, feature) = board(chip);
+    build_with(chip, names, feature, None)
+}
+
+/// As [`build`], with the log. The files are in a folder of their own, so that they do not replace those without the log.
+///
+/// # Errors
+/// As [`build`].
+pub fn build_with_log(chip: Chip, names: &[&str]) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    let (_, feature) = board(chip);
+    let folder = workspace().join("target").join("with-log");
+    build_with(chip, names, &format!("{feature},defmt"), Some(&folder))
+}
+
+fn build_with(
+    chip: Chip,
+    names: &[&str],
+    features: &str,
+    folder: Option<&Path>,
+) -> Result<BTreeMap<String, PathBuf>, BuildError> {
+    let (target, _) = board(chip);
     add_target(target)?;
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let mut build = Command::new(cargo)
         .args(["build", "--locked", "--release", "--quiet"])
         .args(["--package", "firmware-stm32", "--target", target])
         .args(names.iter().flat_map(|name| ["--bin", name]))
-        .args(["--no-default-features", "--features", feature])
+        .args(["--no-default-features", "--features", features])
+        .args(folder.iter().flat_map(|it| [Path::new("--target-dir"), it]))
         .arg("--message-format=json-render-diagnostics")
+        // They are for the programs of the PC, and would replace those of the board.
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
         .current_dir(workspace())
         .stdout(Stdio::piped())
         .spawn()

@@ -5,6 +5,7 @@
 //! - [`cortex_m`]: the processor with its memories and interrupt controller; [`bxcan`]: the CAN controller
 //! - [`elf`]: the image: segments, symbols, and the part of the project that each byte belongs to
 //! - [`image`]: its size; [`firmware`]: builds the images
+//! - [`rtt`]: the log of a program, as a probe reads it
 //! - [`silicon`]: in what clones of a microcontroller differ
 //! - [`timebase`] and [`violation`]: shared types
 //! - [`io`]: the interface between the processor and the peripherals
@@ -46,6 +47,7 @@ pub mod microcontroller;
 pub mod peripherals;
 pub mod pwr;
 pub mod rcc;
+pub mod rtt;
 pub mod signature;
 pub mod silicon;
 pub mod spi;

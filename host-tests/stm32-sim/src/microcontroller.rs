@@ -7,6 +7,7 @@
 mod frozen;
 mod noted;
 mod on_the_bus;
+mod probe;
 
 use super::board;
 use super::bxcan::BxCan;
@@ -140,14 +141,20 @@ impl Microcontroller {
     /// The same with the behaviour of this silicon.
     pub fn with_silicon(mut self, silicon: &Silicon) -> Self {
         self.core.set_silicon(silicon.processor, silicon.flash);
+        self.core.set_restarts_loads(silicon.restarts_loads);
+        self.load_program();
+        self.io.set_silicon(silicon);
+        self.parameters_touched = true;
+        self
+    }
+
+    /// Writes the program into the flash.
+    fn load_program(&mut self) {
         for segment in self.image.segments() {
             let address = segment.load_address;
             let loaded = self.core.load(address, &segment.bytes);
             assert!(loaded, "parse has checked the segments: {address:#010x}");
         }
-        self.io.set_silicon(silicon);
-        self.parameters_touched = true;
-        self
     }
 
     /// The same with an accelerometer without noise ([`set_quiet`](crate::ism330dhcx::Ism330dhcx::set_quiet)).

@@ -32,6 +32,8 @@ pub struct Silicon {
     pub lock_reads: bool,
     /// CPUID.
     pub processor: u32,
+    /// The processor has Arm erratum 602117 also for code in flash.
+    pub restarts_loads: bool,
     /// DBGMCU_IDCODE.
     pub identity: u32,
     /// A program can read DBGMCU; otherwise it reads 0.
@@ -50,6 +52,7 @@ impl Silicon {
             can: bxcan::Silicon::default(),
             lock_reads: true,
             processor: facts.processor.cpuid(),
+            restarts_loads: false,
             identity: match chip {
                 Chip::F103 => STM32F103,
                 Chip::F446 => STM32F446,
@@ -87,6 +90,7 @@ impl Silicon {
                 Chip::F103 => M3_R2P1,
                 Chip::F446 => genuine.processor,
             },
+            restarts_loads: chip == Chip::F103,
             ..genuine
         }
     }

@@ -10,6 +10,8 @@ also! {
         sync_is_answered_with_both_tpdos;
     memory:
         saves_work_across_page_changes_with_any_times_of_the_flash;
+    probe:
+        probe_reads_the_log_halts_and_programs_a_sleeping_sensor_twice;
     timing:
         sync_is_answered_within_15_us;
 }

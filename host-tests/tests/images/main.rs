@@ -38,6 +38,7 @@ mod jn2101;
 mod joining;
 mod load;
 mod memory;
+mod probe;
 mod sensing;
 mod supply;
 mod tiltix;

@@ -34,6 +34,7 @@ also! {
         sensor_without_recovery_stays_bus_off_until_a_restart;
     faults:
         no_image_has_a_panic_path,
+        no_image_has_an_instruction_that_an_erratum_makes_unsafe,
         undefined_instruction_restarts_the_sensor,
         unexpected_interrupt_restarts_the_sensor,
         stack_overflow_restarts_the_sensor_without_overwriting_static_variables;
@@ -55,6 +56,8 @@ also! {
         saves_work_across_page_changes_with_any_times_of_the_flash,
         broken_flash_sets_cmd_param_error_and_eeprom_error,
         erase_of_a_page_loses_only_frames_beyond_the_fifo;
+    probe:
+        probe_reads_the_log_halts_and_programs_a_sleeping_sensor_twice;
     sensing:
         supply_is_measured_within_13_mv;
     supply:

@@ -103,8 +103,16 @@ impl Rig {
 
     /// A sensor with this memory, after power-up.
     pub fn with(name: &str, rate: BusRate, flash: Flash) -> Self {
-        let mut bus = Bus::new(rate);
-        let sensor = bus.attach(microcontroller(name, flash));
+        Self::attached(Bus::new(rate), microcontroller(name, flash))
+    }
+
+    /// This sensor on a bus at this rate, after power-up. The tester acknowledges.
+    pub fn of(sensor: Microcontroller, rate: BitRate) -> Self {
+        Self::attached(Bus::new(BusRate::Fixed(rate)), sensor)
+    }
+
+    fn attached(mut bus: Bus, sensor: Microcontroller) -> Self {
+        let sensor = bus.attach(sensor);
         let tester = bus.adapter();
         bus.open(tester, None, false);
         Self {

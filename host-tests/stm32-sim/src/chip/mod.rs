@@ -157,6 +157,14 @@ impl Chip {
         }
     }
 
+    /// The clock gate of the DMA controller DMA1.
+    pub(super) fn dma(self) -> Gate {
+        match self {
+            Self::F103 => Gate::Ahb1(0),
+            Self::F446 => Gate::Ahb1(21),
+        }
+    }
+
     /// The name of a peripheral.
     pub(super) fn name_of(self, module: Module) -> &'static str {
         match (module, self) {

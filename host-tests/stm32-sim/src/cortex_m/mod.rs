@@ -71,6 +71,8 @@ pub struct CortexM3 {
     model: Model,
     /// CPUID.
     identity: u32,
+    /// Arm erratum 602117: an interrupted LDRD starts again with a spoiled base.
+    restarts_loads: bool,
     registers: Registers,
     /// The address of the next instruction.
     next: u32,
@@ -139,6 +141,7 @@ impl CortexM3 {
         Self {
             model,
             identity: model.cpuid(),
+            restarts_loads: false,
             registers: Registers::new(0),
             next: 0,
             thumb: true,
@@ -180,6 +183,12 @@ impl CortexM3 {
         self.identity = identity;
         self.memory.set_flash(flash);
         self.cache = Cache::new(flash);
+    }
+
+    /// Selects whether the processor has Arm erratum 602117: each interrupt that comes at an LDRD with its base as the first destination
+    /// comes between the two loads, and the instruction starts again with the wrong base.
+    pub fn set_restarts_loads(&mut self, restarts: bool) {
+        self.restarts_loads = restarts;
     }
 
     /// Writes bytes to flash or RAM; false when they do not fit into one of them.
@@ -355,6 +364,9 @@ impl CortexM3 {
         match self.exceptions.next(&self.registers) {
             Some(number) => {
                 self.waiting.forget();
+                if self.restarts_loads {
+                    self.restart_load();
+                }
                 // A fault during entry belongs to the instruction that is not executed.
                 self.registers.set_read_pc(self.next.wrapping_add(4));
                 self.enter_exception(number)

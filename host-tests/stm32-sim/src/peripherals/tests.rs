@@ -3,6 +3,7 @@ use crate::flash::{Times, Work};
 use crate::io::{AccessError, Io, Width};
 use plumbline::measure::{I32x3, ONE_G, Reading};
 
+const TIM4: u32 = 0x4000_0800;
 const IWDG: u32 = 0x4000_3000;
 const CAN: u32 = 0x4000_6400;
 const AFIO: u32 = 0x4001_0000;
@@ -370,3 +371,33 @@ fn end_of_frame_is_event_when_interrupt_is_enabled() {
 }
 
 mod f446;
+
+#[test]
+fn two_outputs_at_pb9_are_a_violation() {
+    let mut bench = Bench::new();
+    bench.write(APB2ENR, 1 << 3 | 1);
+    bench.write(APB1ENR, 1 << 2);
+    bench.write(AFIO + 4, 2 << 13);
+    bench.write(TIM4 + 0x1C, 0x3231);
+    bench.write(TIM4 + 0x20, 0x3100);
+    bench.write(GPIOB + 4, 0x4444_4438);
+    assert_eq!(bench.reasons(), [""; 0]);
+    bench.write(GPIOB + 4, 0x4444_44B8);
+    assert_eq!(
+        bench.reasons(),
+        ["channel 4 and the CAN controller are both enabled at PB9"]
+    );
+}
+
+#[test]
+fn output_of_a_timer_that_does_not_run_is_a_violation() {
+    let mut bench = Bench::new();
+    bench.write(APB2ENR, 1 << 3 | 1);
+    bench.write(GPIOB, 0x4444_4443);
+    assert_eq!(bench.reasons(), [""; 0]);
+    bench.write(GPIOB, 0x4444_444B);
+    assert_eq!(
+        bench.reasons(),
+        ["PB0 is an output of TIM3, which does not run"]
+    );
+}

@@ -1,7 +1,7 @@
 //! Loads and stores of several words, and the exclusive ones: all of them must be aligned (ARM ARM A3.2.1).
 
 use super::super::CortexM3;
-use super::super::decode::instruction::{Index, Multiple, Register, Size};
+use super::super::decode::instruction::{Index, Instruction, Multiple, Register, Size};
 use super::super::fault::{FaultKind, Result};
 use crate::io::Io;
 
@@ -108,6 +108,25 @@ impl CortexM3 {
         self.registers.set(t, first);
         self.registers.set(t2, second);
         Ok(())
+    }
+
+    /// At an exception: if the next instruction is an LDRD with its base as the first destination, its first load is done.
+    pub(in super::super) fn restart_load(&mut self) {
+        let half_word = |address| self.memory.read(address).map_or(0, u16::from_le_bytes);
+        let next = self.next;
+        let decoded = self
+            .model
+            .decode(half_word(next), half_word(next.wrapping_add(2)));
+        let Instruction::LoadDual { t, n, offset, .. } = decoded.instruction else {
+            return;
+        };
+        let address = self.registers.get(n).wrapping_add_signed(offset.into());
+        // A peripheral does not matter here: its registers are not loaded in pairs.
+        if t == n
+            && let Some(first) = self.memory.word(address)
+        {
+            self.registers.set(t, first);
+        }
     }
 
     /// STRD.

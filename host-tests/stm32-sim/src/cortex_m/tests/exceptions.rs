@@ -342,3 +342,23 @@ fn masked_supervisor_call_escalates() {
     let mut processor = processor(&[CPSID_I, 0xDF00]);
     assert_eq!(fault(&mut processor).kind, FaultKind::Escalation);
 }
+
+/// Arm erratum 602117: the base of LDRD R0, R1, [R0, #8] is loaded before the interrupt.
+#[test]
+fn interrupted_load_pair_starts_again_with_spoiled_base() {
+    for (restarts, base) in [(false, DATA), (true, DATA + 0x20)] {
+        let mut processor = processor(&[NOP, 0xE9D0, 0x0102]);
+        processor.set_restarts_loads(restarts);
+        put_word(&mut processor, DATA + 8, DATA + 0x20);
+        put_word(&mut processor, base + 12, 7);
+        processor.set_register(0, DATA);
+        enable(&mut processor, 5, 0);
+        step(&mut processor, 1);
+        pulse(&mut processor, 5);
+        settle(&mut processor);
+        assert_eq!(processor.register(0), if restarts { base } else { DATA });
+        // The handler returns, and the instruction is executed.
+        step(&mut processor, 2);
+        assert_eq!(processor.register(1), 7);
+    }
+}
