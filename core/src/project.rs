@@ -79,6 +79,13 @@ macro_rules! project {
     (functions) => {
         const CODES: $crate::fsc::projection::Codes = $crate::fsc::projection::Codes::new(
             const {
+                $crate::fsc::projection::check_own(
+                    <Self as $crate::fsc::Product>::FUNCTIONS,
+                    &$crate::fsc::projection::own_codes::<
+                        <Self as $crate::fsc::Product>::Application,
+                        { <Self as $crate::fsc::Product>::OWN.len() },
+                    >(<Self as $crate::fsc::Product>::OWN),
+                );
                 &$crate::fsc::projection::groups(
                     <Self as $crate::fsc::Product>::ACCESS,
                     <Self as $crate::fsc::Product>::FUNCTIONS,
@@ -124,6 +131,7 @@ macro_rules! project {
                 <Self as $crate::devicenet::Product>::ASSEMBLIES,
                 <$crate::project!(@application devicenet) as $crate::param::Table>::PARAMETERS,
             );
+            $crate::devicenet::projection::check_own::<Self>();
             &$crate::devicenet::projection::objects::<
                 { <Self as $crate::devicenet::Product>::OBJECTS.len() },
             >(<Self as $crate::devicenet::Product>::OBJECTS)

@@ -1,5 +1,5 @@
-//! Access to the CANopen objects of a product while another protocol is on the bus. The other protocol transports the bytes of SDO requests
-//! and replies. The NMT state is pre-operational. No other CANopen service is active.
+//! Access to the CANopen objects of a product while another protocol is on the bus. The other protocol transports the bytes of SDO
+//! requests and replies. The NMT state is pre-operational. No other CANopen service is active.
 
 use super::Abort;
 use super::feature::Feature;

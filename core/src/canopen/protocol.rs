@@ -10,10 +10,10 @@ use super::product::{ParametersOf, Product};
 use super::row::Row;
 use super::saving::Saved;
 use super::sdo::Server;
-use super::setting::Setting;
 use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};
 use crate::node::{BusChange, BusState, Context, Patterns, Protocol};
+use crate::param::Setting;
 use crate::store::StoreError;
 use crate::time::{Deadline, Instant, Periodic};
 

@@ -1,16 +1,7 @@
 //! The objects that the protocol itself uses, found in the object dictionary of a product at compile time.
 
 use super::dictionary::{Object, Target, object_at};
-use crate::param::{ParameterId, Parameters, Table};
-
-/// The object at an address: a parameter or a constant.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub enum Setting {
-    /// A parameter.
-    Parameter(ParameterId),
-    /// A constant.
-    Constant(u32),
-}
+use crate::param::{ParameterId, Setting};
 
 impl Setting {
     /// The setting at an address; 0 if there is no object.
@@ -30,14 +21,6 @@ impl Setting {
                 Target::Constant(number) => Self::Constant(number),
                 _ => panic!("the protocol needs a parameter or a constant here"),
             },
-        }
-    }
-
-    /// The value of the setting.
-    pub(super) fn get<T: Table>(self, parameters: &Parameters<T>) -> u32 {
-        match self {
-            Self::Parameter(id) => parameters.get(id),
-            Self::Constant(number) => number,
         }
     }
 }

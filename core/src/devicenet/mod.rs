@@ -33,4 +33,4 @@ pub use allocation::choice;
 pub use explicit::{general, service};
 pub use node::DevicenetNode;
 pub use protocol::Devicenet;
-pub use table::{Assembly, Attribute, Identity, Object, Product, Roles, Source};
+pub use table::{Assembly, Attribute, Identity, Object, Own, Product, Roles, Source};

@@ -8,7 +8,7 @@
 //!
 //! All functions are evaluated at compile time. An inconsistent description is a compile error.
 
-use super::table::{Assembly, Object, Source};
+use super::table::{Assembly, Object, Product, Source};
 use crate::param::{Parameter, ParameterId, Quantity, ValueId};
 
 pub use super::consistency::check;
@@ -48,6 +48,7 @@ const KIND: u8 = 3 << 4;
 const PARAMETER: u8 = 0 << 4;
 const VALUE: u8 = 1 << 4;
 const CONSTANT: u8 = 2 << 4;
+const OWN: u8 = 3 << 4;
 
 /// The place of the number of an attribute.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -56,6 +57,8 @@ pub(super) enum Place {
     Value(ValueId),
     /// An index in the constants.
     Constant(u8),
+    /// An index in the own attributes.
+    Own(u8),
 }
 
 impl AttributeRow {
@@ -70,7 +73,8 @@ impl AttributeRow {
         match self.form & KIND {
             PARAMETER => Place::Parameter(ParameterId(self.source)),
             VALUE => Place::Value(ValueId(self.source)),
-            _ => Place::Constant(self.source),
+            CONSTANT => Place::Constant(self.source),
+            _ => Place::Own(self.source),
         }
     }
 
@@ -79,12 +83,9 @@ impl AttributeRow {
         1 << (self.form & 3)
     }
 
-    /// The parameter, if a master can set it.
-    pub(super) const fn settable(self) -> Option<ParameterId> {
-        if self.form & SETTABLE == 0 {
-            return None;
-        }
-        Some(ParameterId(self.source))
+    /// Whether a master can set it.
+    pub(super) const fn is_settable(self) -> bool {
+        self.form & SETTABLE != 0
     }
 }
 
@@ -219,7 +220,7 @@ pub const fn attributes<const N: usize>(
     quantities: &[Quantity],
 ) -> [AttributeRow; N] {
     let mut rows = [AttributeRow::EMPTY; N];
-    let (mut count, mut constant, mut place) = (0, 0, 0);
+    let (mut count, mut constant, mut own, mut place) = (0, 0, 0, 0);
     while place < objects.len() {
         let (mut row, mut last) = (0, 0);
         while row < objects[place].attributes.len() {
@@ -237,10 +238,14 @@ pub const fn attributes<const N: usize>(
                     constant += 1;
                     (CONSTANT, constant - 1)
                 }
+                Source::Own(_) => {
+                    own += 1;
+                    (OWN, own - 1)
+                }
             };
             assert!(
-                kind == PARAMETER || !attribute.settable,
-                "only a parameter is settable"
+                kind == PARAMETER || kind == OWN || !attribute.settable,
+                "only a parameter or an own attribute is settable"
             );
             rows[count] = AttributeRow {
                 number: attribute.number,
@@ -253,6 +258,34 @@ pub const fn attributes<const N: usize>(
         place += 1;
     }
     rows
+}
+
+/// Checks that each attribute with [`Source::Own`] has its functions.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn check_own<P: Product>() {
+    let (mut own, mut place) = (0, 0);
+    while place < P::OBJECTS.len() {
+        let object = &P::OBJECTS[place];
+        let mut row = 0;
+        while row < object.attributes.len() {
+            if let Source::Own(data_type) = object.attributes[row].source {
+                assert!(data_type.size() > 0, "an own attribute is a number");
+                assert!(
+                    own < P::OWN.len()
+                        && P::OWN[own].class == object.class
+                        && P::OWN[own].attribute == object.attributes[row].number,
+                    "an own attribute has no functions in OWN, or not in the order of the objects"
+                );
+                own += 1;
+            }
+            row += 1;
+        }
+        place += 1;
+    }
+    assert!(
+        own == P::OWN.len(),
+        "functions in OWN of an attribute that does not exist"
+    );
 }
 
 /// Projects the assemblies.

@@ -7,7 +7,8 @@
 use super::projection::{AssemblyRow, AttributeRow, ObjectRow};
 use crate::application::Application;
 use crate::can::BitRate;
-use crate::param::{DataType, Parameter, ParameterId, Parameters, Quantity, ValueId};
+use crate::node::Context;
+use crate::param::{DataType, Parameter, ParameterId, Parameters, Quantity, Refused, ValueId};
 use crate::store::ImageId;
 
 /// The source of the value of an attribute.
@@ -19,6 +20,32 @@ pub enum Source {
     Value(ValueId),
     /// A constant number of this type.
     Constant(DataType, u32),
+    /// A number of this type that a function of the product returns ([`Product::OWN`]).
+    Own(DataType),
+}
+
+/// The functions of an attribute with [`Source::Own`].
+pub struct Own<A: Application> {
+    /// The class.
+    pub class: u8,
+    /// The number of the attribute.
+    pub attribute: u8,
+    /// Returns the number. A signed number can have more bits than its type.
+    pub read: fn(&Context<A>) -> u32,
+    /// Sets the number, if the attribute is settable. If it is refused, nothing has changed. Changed parameters are applied and stored.
+    pub write: fn(&mut Context<A>, u32) -> Result<(), Refused>,
+}
+
+impl<A: Application> Own<A> {
+    /// An attribute that can only be read.
+    pub const fn read_only(class: u8, attribute: u8, read: fn(&Context<A>) -> u32) -> Self {
+        Self {
+            class,
+            attribute,
+            read,
+            write: |_, _| Err(Refused::NotPermitted),
+        }
+    }
 }
 
 impl Source {
@@ -28,7 +55,7 @@ impl Source {
         match self {
             Self::Parameter(id) => parameters[id.0 as usize].data_type,
             Self::Value(id) => quantities[id.0 as usize].data_type,
-            Self::Constant(data_type, _) => data_type,
+            Self::Constant(data_type, _) | Self::Own(data_type) => data_type,
         }
     }
 }
@@ -44,7 +71,7 @@ pub struct Attribute {
     pub help: &'static str,
     /// The source of its value.
     pub source: Source,
-    /// Whether a master can set it. Only a parameter is settable.
+    /// Whether a master can set it. Only a parameter or an own attribute is settable.
     pub settable: bool,
 }
 
@@ -138,6 +165,8 @@ pub trait Product: 'static {
     const ROLES: Roles;
     /// The objects of the vendor.
     const OBJECTS: &'static [Object];
+    /// The functions of the attributes with [`Source::Own`], in the order of the objects.
+    const OWN: &'static [Own<Self::Application>] = &[];
     /// The input assemblies.
     const ASSEMBLIES: &'static [Assembly];
     /// The identification of the stored parameters of this product.

@@ -22,4 +22,4 @@ pub mod wire;
 pub use node::FscNode;
 pub use protocol::Fsc;
 pub use status::{Condition, StatusBit};
-pub use table::{Article, ArticleNumber, Product, Version};
+pub use table::{Article, ArticleNumber, Own, Product, Version};

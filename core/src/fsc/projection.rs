@@ -9,7 +9,8 @@
 //! A group contains the codes with the same upper four bits. It has a row for each code from its first to its last one. Codes
 //! between them that the product does not have are filler rows.
 
-use super::table::{Access, Function, Operation, Roles, Source};
+use super::table::{Access, Function, Operation, Own, Roles, Source};
+use crate::application::Application;
 use crate::param::{Constraint, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 
 /// The function select codes of a product.
@@ -275,6 +276,41 @@ const fn code_at(
     let function = &functions[place - 2 * access.len()];
     assert!(!matches!(function.operation, Operation::Write));
     (function.code, function.operation, function.reply.len())
+}
+
+/// Checks that each code with [`Operation::Own`] has its function.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn check_own(functions: &[Function], codes: &[u8]) {
+    let (mut place, mut row) = (0, 0);
+    while row < functions.len() {
+        if let Operation::Own = functions[row].operation {
+            assert!(
+                place < codes.len() && codes[place] == functions[row].code,
+                "a code with an own operation has no function in OWN, or not in its order"
+            );
+            assert!(
+                functions[row].reply.is_empty(),
+                "the reply of an own operation comes from its function"
+            );
+            place += 1;
+        }
+        row += 1;
+    }
+    assert!(
+        place == codes.len(),
+        "a function in OWN has no code with an own operation"
+    );
+}
+
+/// The codes of own functions.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn own_codes<A: Application, const N: usize>(own: &[Own<A>]) -> [u8; N] {
+    let (mut codes, mut place) = ([0; N], 0);
+    while place < N {
+        codes[place] = own[place].code;
+        place += 1;
+    }
+    codes
 }
 
 /// Projects the groups.

@@ -155,6 +155,13 @@ impl<P: Product> Fsc<P> {
         self.queue(cx, Row::bare(code), false);
     }
 
+    /// Queues a reply with this data, at most six bytes.
+    pub(super) fn answer(&self, cx: &mut ContextOf<P>, code: u8, data: &[u8]) {
+        let mut reply = Reply::new(code, self.status(cx));
+        data.iter().for_each(|byte| reply.append((*byte).into(), 1));
+        cx.shell.send(reply.frame(self.in_force.reply));
+    }
+
     fn queue(&self, cx: &mut ContextOf<P>, row: Row, cyclic: bool) {
         let frame = self.reply(cx, row);
         if cyclic {

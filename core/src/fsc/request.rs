@@ -8,6 +8,7 @@ use super::table::{Operation, Product};
 use crate::application::Application;
 use crate::can::Frame;
 use crate::param::number;
+use crate::text::Text;
 use crate::time::Instant;
 
 impl<P: Product> Fsc<P> {
@@ -56,6 +57,10 @@ impl<P: Product> Fsc<P> {
                 cx.save(cx.parameters);
             }
             Operation::Load | Operation::Save => self.refuse(cx, code),
+            Operation::Own => match Self::serve_own(cx, code, data) {
+                Some(data) => self.answer(cx, code, &data),
+                None => self.refuse(cx, code),
+            },
             Operation::Alive if data.starts_with(Self::RESET_SIGNATURE) => self.restart(cx, now),
             Operation::Alive => {
                 // Other data is padding, except a signature that begins like the right one.
@@ -65,6 +70,12 @@ impl<P: Product> Fsc<P> {
                 self.send(cx, row);
             }
         }
+    }
+
+    /// Performs the function of an own code.
+    fn serve_own(cx: &mut ContextOf<P>, code: u8, data: &[u8]) -> Option<Text<6>> {
+        let own = P::OWN.iter().find(|own| own.code == code)?;
+        (own.serve)(cx, data)
     }
 
     fn refuse(&mut self, cx: &mut ContextOf<P>, code: u8) {

@@ -7,9 +7,10 @@ use super::projection::Codes;
 use super::status::StatusBit;
 use crate::application::Application;
 use crate::can::BitRate;
-use crate::node::{ErrorPatterns, Pattern};
+use crate::node::{Context, ErrorPatterns, Pattern};
 use crate::param::{DataType, Parameter, ParameterId, ParameterSet, Quantity, ValueId};
 use crate::store::ImageId;
+use crate::text::Text;
 
 /// The source of a number in the data bytes of a reply.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -79,6 +80,18 @@ pub enum Operation {
     Save,
     /// Restarts the sensor if the data is the signature; without data it replies. The same reply is the boot-up message.
     Alive,
+    /// A function of the product, in [`Product::OWN`].
+    Own,
+}
+
+/// The function of a code with [`Operation::Own`].
+pub struct Own<A: Application> {
+    /// Its function select code.
+    pub code: u8,
+    /// Handles the data of a request. Returns the data of the reply, or None: the request is refused and has changed nothing. The
+    /// function may write parameters ([`Context::write`], [`Context::apply`]), but begins no save: a master saves with
+    /// [`Operation::Save`].
+    pub serve: fn(&mut Context<A>, &[u8]) -> Option<Text<6>>,
 }
 
 /// Parameters that are read and written together: rows of tables 17 and 18.
@@ -256,7 +269,7 @@ pub struct Article {
 /// A product with the FSC protocol.
 ///
 /// [`project!(functions)`](crate::project) derives [`CODES`](Self::CODES) from the description.
-pub trait Product: 'static {
+pub trait Product: Sized + 'static {
     /// Its measurement and actions.
     type Application: Application;
 
@@ -266,6 +279,8 @@ pub trait Product: 'static {
     const ACCESS: &'static [Access];
     /// The other functions, in the order of their codes.
     const FUNCTIONS: &'static [Function];
+    /// The functions of the codes with [`Operation::Own`], in the order of their codes.
+    const OWN: &'static [Own<Self::Application>] = &[];
     /// The status byte, from bit 0 on.
     const STATUS: [StatusBit; 8];
     /// The LED patterns.

@@ -1,4 +1,4 @@
-//! The broadcast groups with process data: SSI2, SSI, ARI and ACCS.
+//! The groups with process data of an inclination sensor: SSI2, SSI, ARI and ACCS.
 //!
 //! ```text
 //!  byte           0                2    3            4            6       6           7         8
@@ -165,23 +165,29 @@ static SSI_FIELDS: [Field; SSI.len()] = fields(&SSI);
 static ARI_FIELDS: [Field; ARI.len()] = fields(&ARI);
 static ACCS_FIELDS: [Field; ACCS.len()] = fields(&ACCS);
 
-/// The groups in the form that the device uses, in the order of [`GROUPS`].
-static ROWS: [(Pgn, &[Field]); COUNT] = [
-    (GROUPS[0].pgn, &SSI2_FIELDS),
-    (GROUPS[1].pgn, &SSI_FIELDS),
-    (GROUPS[2].pgn, &ARI_FIELDS),
-    (GROUPS[3].pgn, &ACCS_FIELDS),
-];
-
 /// The place of a group in [`GROUPS`].
 pub fn place(pgn: Pgn) -> Option<usize> {
-    ROWS.iter().position(|(own, _)| *own == pgn)
+    GROUPS.iter().position(|group| group.pgn == pgn)
 }
 
-/// The PGN and the data of a group.
-pub fn frame(place: usize, motion: &Motion) -> Option<(Pgn, [u8; 8])> {
-    let (pgn, fields) = ROWS.get(place)?;
-    Some((*pgn, compose(fields, motion)))
+/// The data of SSI2.
+pub fn ssi2(motion: &Motion) -> [u8; 8] {
+    compose(&SSI2_FIELDS, motion)
+}
+
+/// The data of SSI.
+pub fn ssi(motion: &Motion) -> [u8; 8] {
+    compose(&SSI_FIELDS, motion)
+}
+
+/// The data of ARI.
+pub fn ari(motion: &Motion) -> [u8; 8] {
+    compose(&ARI_FIELDS, motion)
+}
+
+/// The data of ACCS.
+pub fn accs(motion: &Motion) -> [u8; 8] {
+    compose(&ACCS_FIELDS, motion)
 }
 
 #[cfg(test)]

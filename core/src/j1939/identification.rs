@@ -11,7 +11,7 @@
 use super::identifier::{
     COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, Pgn, SOFTWARE_IDENTIFICATION,
 };
-use super::product::{Product, model, version};
+use super::product::Product;
 use super::transport::Message;
 use crate::node::Shell;
 use crate::store::Name;
@@ -21,8 +21,8 @@ use crate::text::{Text, decimal};
 pub fn message<P: Product>(pgn: Pgn, shell: &Shell) -> Option<Message> {
     let serial: Text<10> = decimal(shell.serial());
     let make = P::MAKE.as_bytes();
-    let model = given(shell.unit().name.as_ref(), const { model::<P>() });
-    let version = given(shell.unit().software.as_ref(), const { version::<P>() });
+    let model = given(shell.unit().name.as_ref(), P::MODEL);
+    let version = given(shell.unit().software.as_ref(), P::VERSION);
     let fields: &[&[u8]] = match pgn {
         COMPONENT_IDENTIFICATION => &[make, model, &serial, b""],
         SOFTWARE_IDENTIFICATION => &[version],

@@ -8,9 +8,8 @@ use super::identifier::{
     ACTIVE_CODES, COMMANDED_ADDRESS, COMPONENT_IDENTIFICATION, ECU_IDENTIFICATION, GLOBAL,
     Identifier, Pgn, SOFTWARE_IDENTIFICATION,
 };
-use super::product::{Conditions, Product};
-use super::protocol::{ContextOf, J1939};
-use crate::canopen::Canopen;
+use super::product::{Conditions, ContextOf, Product};
+use super::protocol::J1939;
 use crate::time::Instant;
 
 /// The messages that can be too long for a frame.
@@ -29,23 +28,17 @@ fn bit(pgn: Pgn) -> u8 {
 
 impl<P: Product> J1939<P> {
     /// The active trouble codes.
-    pub(super) fn active(&self, cx: &ContextOf<P>, objects: &Canopen<P>) -> u16 {
-        let (memory, passive) = objects.own_faults();
+    pub(super) fn active(&self, cx: &ContextOf<P>) -> u16 {
         let conditions = Conditions {
-            memory,
-            network: passive || self.overrun,
+            memory: self.memory,
+            network: self.passive || self.overrun,
         };
-        P::active(&cx.values, &cx.parameters, conditions)
+        P::active(cx, conditions)
     }
 
     /// Sends DM1 when it is due and the one before has ended.
-    pub(super) fn tick_diagnostics(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        objects: &Canopen<P>,
-    ) {
-        self.diagnostics.set(self.active(cx, objects));
+    pub(super) fn tick_diagnostics(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+        self.diagnostics.set(self.active(cx));
         if self.diagnostics.is_due(now)
             && cx.shell.has_room()
             && self.claim.address().is_some()
@@ -54,18 +47,18 @@ impl<P: Product> J1939<P> {
             if self.diagnostics.reported().count_ones() > 1 {
                 self.broadcast(ACTIVE_CODES);
             } else {
-                self.report_codes(cx, now, objects);
+                self.report_codes(cx, now);
             }
         }
         self.consider(now, self.diagnostics.deadline());
     }
 
     /// Sends DM1 in one frame, or starts a BAM. If DM1 has more than one frame, no other BAM is in progress.
-    fn report_codes(&mut self, cx: &mut ContextOf<P>, now: Instant, objects: &Canopen<P>) {
+    fn report_codes(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         let Some(source) = self.claim.address() else {
             return;
         };
-        self.diagnostics.set(self.active(cx, objects));
+        self.diagnostics.set(self.active(cx));
         let reported = self.diagnostics.reported();
         let message = self.diagnostics.message(P::TROUBLES, reported);
         match <[u8; 8]>::try_from(&*message) {
@@ -80,7 +73,7 @@ impl<P: Product> J1939<P> {
         self.diagnostics.sent(now);
         // An event is active in one message.
         if core::mem::take(&mut self.overrun) {
-            self.diagnostics.set(self.active(cx, objects));
+            self.diagnostics.set(self.active(cx));
         }
     }
 
@@ -101,12 +94,7 @@ impl<P: Product> J1939<P> {
     }
 
     /// Sends a frame of a message when all other frames have left the queue, so that they do not wait for it.
-    pub(super) fn tick_transport(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        objects: &Canopen<P>,
-    ) {
+    pub(super) fn tick_transport(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         if !cx.shell.is_sending()
             && let Some(source) = self.claim.address()
         {
@@ -114,7 +102,7 @@ impl<P: Product> J1939<P> {
                 && let Some(pgn) = self.take_waiting()
             {
                 if pgn == ACTIVE_CODES {
-                    self.report_codes(cx, now, objects);
+                    self.report_codes(cx, now);
                 } else if let Some(message) = self.message(cx, pgn) {
                     self.broadcast.begin(GLOBAL, pgn, message);
                 }

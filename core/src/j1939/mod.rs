@@ -3,12 +3,11 @@
 //! - [`identifier`]: the 29-bit identifier; [`name`]: the NAME; [`claim`]: the address;
 //! - [`request`]: request and acknowledgement; [`transport`]: messages of more than eight bytes;
 //! - [`groups`]: the groups with process data, described by their [signals](signal); [`diagnostics`]: active trouble codes;
-//! - [`Product`]: the description of a product; [`J1939`]: the protocol, which consists of these services;
-//! - [`CanopenOrJ1939`]: both protocols in one node, a [`DualNode`].
+//! - [`Product`]: the description of a product; [`J1939`]: these services together, also for a node with another protocol besides;
+//! - [`Standalone`]: the protocol of a node that has only J1939, a [`J1939Node`].
 
 pub mod claim;
 pub mod diagnostics;
-mod dual;
 pub mod groups;
 mod identification;
 pub mod identifier;
@@ -20,8 +19,12 @@ mod receive;
 pub mod request;
 mod sending;
 pub mod signal;
+mod standalone;
+mod timers;
 pub mod transport;
 
-pub use dual::{CanopenOrJ1939, DualNode};
-pub use product::{Conditions, Product};
+pub use product::{Conditions, Product, Sent};
 pub use protocol::J1939;
+pub use receive::Proprietary;
+pub use standalone::{J1939Node, Standalone};
+pub use timers::{Timer, Timers};

@@ -1,19 +1,21 @@
 //! The description of a product with the J1939 protocol.
 
 use super::diagnostics::{CODES, Code};
-use super::groups::COUNT;
-use super::signal::Motion;
+use super::identifier::{PROPRIETARY_A, Pgn};
+use super::signal::Group;
+use super::timers::Timers;
 use crate::application::Application;
-use crate::canopen;
-use crate::param::{ParameterId, Parameters};
+use crate::can::BitRate;
+use crate::node::{Context, ErrorPatterns, Pattern};
+use crate::param::{ParameterId, Parameters, Setting};
+use crate::store::ImageId;
 use crate::store::unit::NAME;
 
-/// The published values of product `P`.
-pub(super) type ValuesOf<P> = <<P as canopen::Product>::Application as Application>::Values;
+/// The part of the node of product `P` that the protocol can access.
+pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
 
 /// The parameters of product `P`.
-pub(super) type ParametersOf<P> =
-    Parameters<<<P as canopen::Product>::Application as Application>::Table>;
+pub(super) type ParametersOf<P> = Parameters<<<P as Product>::Application as Application>::Table>;
 
 /// Faults of the node itself.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -24,42 +26,92 @@ pub struct Conditions {
     pub network: bool,
 }
 
-/// A product with the protocols CANopen and J1939, one of which is on the bus
-/// ([`HOSTED`](canopen::Product::HOSTED)).
-pub trait Product: canopen::Product {
-    /// The parameter with the preferred address, 0 to 253.
+/// A group of eight bytes that the node sends to all nodes: cyclically, and on request.
+pub struct Sent<A: Application> {
+    /// The parameter group number, F000h or more: such a group is sent to all nodes.
+    pub pgn: Pgn,
+    /// The transmission rate in ms; 0: only on request.
+    pub rate: Setting,
+    /// The priority, 0 (highest) to 7.
+    pub priority: Setting,
+    /// Its present data.
+    pub data: fn(&Context<A>) -> [u8; 8],
+}
+
+/// A product with the J1939 protocol.
+pub trait Product: Sized + 'static {
+    /// Its measurement and actions.
+    type Application: Application;
+    /// A timer for each of its groups, for example `[Timer; 4]`.
+    type Timers: Timers;
+
+    /// The groups that it sends.
+    const SENT: &'static [Sent<Self::Application>];
+    /// The description of these groups in the same order, for documents and databases. The device does not use it.
+    const GROUPS: &'static [Group];
+    /// The parameter with the preferred address, 0 to 253. Commanded Address writes it.
     const ADDRESS: ParameterId;
-    /// The parameters with the transmission rate of each of the [groups](super::groups::GROUPS) in ms; 0: only on request.
-    const RATES: [ParameterId; COUNT];
-    /// The parameters with the priority of each group.
-    const PRIORITIES: [ParameterId; COUNT];
-    /// The parameters with the fields of the NAME, as for [`Name::new`](super::name::Name::new).
-    const NAME: [ParameterId; 8];
+    /// The fields of the NAME, as for [`Name::new`](super::name::Name::new).
+    const NAME: [Setting; 8];
     /// The make in the identification.
     const MAKE: &'static str;
+    /// The model in the identification, unless the unit has a name.
+    const MODEL: &'static str;
+    /// The software version in the identification, unless the unit has another one.
+    const VERSION: &'static str;
     /// The type of the device in the identification.
     const TYPE: &'static str;
     /// The diagnostic trouble codes, at most [`CODES`].
-    const TROUBLES: &'static [Code];
+    const TROUBLES: &'static [Code] = &[];
+    /// The patterns of the error LED.
+    const ERROR_LED: ErrorPatterns = ErrorPatterns {
+        working: Pattern::Off,
+        warning: Pattern::SingleFlash,
+        bus_off: Pattern::On,
+    };
+    /// The identification of the stored parameters of this product.
+    const IMAGE: ImageId;
 
-    /// The values of the groups.
-    fn motion(values: &ValuesOf<Self>, parameters: &ParametersOf<Self>) -> Motion;
+    /// The bit rate after a start.
+    fn bit_rate(parameters: &ParametersOf<Self>) -> BitRate {
+        let _ = parameters;
+        BitRate::K250
+    }
+
+    /// Whether the node leaves bus-off automatically.
+    fn recovers(parameters: &ParametersOf<Self>) -> bool {
+        let _ = parameters;
+        true
+    }
 
     /// The active trouble codes, a bit for each.
-    fn active(
-        values: &ValuesOf<Self>,
-        parameters: &ParametersOf<Self>,
-        conditions: Conditions,
-    ) -> u16;
+    fn active(node: &ContextOf<Self>, conditions: Conditions) -> u16 {
+        let _ = (node, conditions);
+        0
+    }
+
+    /// Handles a message of Proprietary A to this node. Returns the answer, a message of the same group to the sender. The function may
+    /// write parameters ([`Context::write`], [`Context::apply`]) and begin a save ([`Context::save`]) while none is running.
+    fn proprietary(node: &mut ContextOf<Self>, message: [u8; 8]) -> Option<[u8; 8]> {
+        let _ = (node, message);
+        None
+    }
+
+    /// Handles the end of a save that [`proprietary`](Self::proprietary) has begun. Returns a message to the node that has caused it.
+    fn stored(node: &mut ContextOf<Self>, succeeded: bool) -> Option<[u8; 8]> {
+        let _ = (node, succeeded);
+        None
+    }
 }
 
-/// Checks that the description of a product is consistent. An error is a compile error.
+/// The identity number in the NAME and the groups are consistent. An error is a compile error.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
 pub(super) const fn check<P: Product>() {
     assert!(P::TROUBLES.len() <= CODES, "too many trouble codes");
-    assert!(P::HOSTED.is_some(), "no parameter selects the protocol");
+    assert!(P::MODEL.len() <= NAME, "the model is longer than a name");
     assert!(
-        model::<P>().len() <= NAME,
-        "the model is longer than a name"
+        P::VERSION.len() <= NAME,
+        "the software version is longer than a name"
     );
     let texts = P::MAKE.len() + P::TYPE.len() + NAME;
     // The separators, and a serial number of 32 bits.
@@ -67,19 +119,20 @@ pub(super) const fn check<P: Product>() {
         texts + 5 + 10 <= super::transport::MESSAGE,
         "the identification is longer than a message"
     );
-    // With the number of fields and the separator it fills a frame.
     assert!(
-        version::<P>().len() == 6,
-        "the software version must have 6 characters"
+        P::SENT.len() == P::GROUPS.len() && P::SENT.len() == P::Timers::COUNT,
+        "each group needs a row in SENT, a row in GROUPS and a timer"
     );
-}
-
-/// The name of the model: the manufacturer device name (1008h).
-pub(super) const fn model<P: canopen::Product>() -> &'static str {
-    canopen::dictionary::text_at(P::OBJECTS, 0x1008, 0)
-}
-
-/// The software version (100Ah).
-pub(super) const fn version<P: canopen::Product>() -> &'static str {
-    canopen::dictionary::text_at(P::OBJECTS, 0x100A, 0)
+    let mut place = 0;
+    while place < P::SENT.len() {
+        assert!(
+            P::SENT[place].pgn == P::GROUPS[place].pgn,
+            "the rows of SENT and of GROUPS are not in the same order"
+        );
+        assert!(
+            P::SENT[place].pgn & 0xFF00 > PROPRIETARY_A,
+            "a group with this number is not sent to all nodes"
+        );
+        place += 1;
+    }
 }

@@ -3,30 +3,24 @@
 
 use super::claim::{Claim, State};
 use super::diagnostics::Diagnostics;
-use super::groups::COUNT;
 use super::name::Name;
-use super::product::{Product, check};
+use super::product::{ContextOf, Product, check};
+use super::timers::{Timer, Timers};
 use super::transport::{Incoming, Outgoing};
 use crate::application::{Faults, Values};
 use crate::can::BitRate;
-use crate::canopen::{self, Canopen};
-use crate::node::{BusChange, BusState, Context, Protocol};
-use crate::time::{Deadline, Instant, Periodic};
+use crate::node::{BusChange, BusState};
+use crate::time::{Deadline, Instant};
 use core::marker::PhantomData;
-
-/// The part of the node of product `P` that the protocol can access.
-pub(super) type ContextOf<P> = Context<<P as canopen::Product>::Application>;
 
 /// The number of messages to different nodes at a time.
 const CONNECTIONS: usize = 2;
 
-/// The J1939 protocol for product `P`. The parameters are the parameters of its CANopen objects, which each method takes as `objects`.
+/// The services of J1939 for product `P`. The node that has them handles the messages of Proprietary A, and tells the faults of the node.
 pub struct J1939<P: Product> {
     pub(super) claim: Claim,
     pub(super) rate: BitRate,
-    timers: [Periodic; COUNT],
-    /// The transmission rates in force, in ms.
-    periods: [u32; COUNT],
+    timers: P::Timers,
     pub(super) diagnostics: Diagnostics,
     /// Received frames were lost since the last message with trouble codes.
     pub(super) overrun: bool,
@@ -36,10 +30,14 @@ pub struct J1939<P: Product> {
     pub(super) connections: [Outgoing; CONNECTIONS],
     /// Commanded Address: a NAME and an address.
     pub(super) commanded: Incoming<9>,
-    /// The address of the client with the SDO transfer.
-    pub(super) client: u8,
-    /// The address of the client whose write waits for the end of a save.
-    pub(super) storing: u8,
+    /// A reset of the node follows: it is silent, and does not change its address.
+    pub(super) resetting: bool,
+    /// The node has left its address since the last [`has_left`](Self::has_left).
+    left: bool,
+    /// An access to the nonvolatile memory failed.
+    pub(super) memory: bool,
+    /// The CAN controller is error passive.
+    pub(super) passive: bool,
     /// A frame waits for room in the queue.
     pub(super) pending: bool,
     earliest: Deadline,
@@ -48,19 +46,20 @@ pub struct J1939<P: Product> {
 
 impl<P: Product> J1939<P> {
     /// Not started. All bits are 0.
-    pub(super) const OFF: Self = Self {
+    pub const OFF: Self = Self {
         claim: Claim::OFF,
         rate: BitRate::K10,
-        timers: [Periodic::OFF; COUNT],
-        periods: [0; COUNT],
+        timers: P::Timers::OFF,
         diagnostics: Diagnostics::OFF,
         overrun: false,
         broadcast: Outgoing::IDLE,
         waiting: 0,
         connections: [Outgoing::IDLE; CONNECTIONS],
         commanded: Incoming::IDLE,
-        client: 0,
-        storing: 0,
+        resetting: false,
+        left: false,
+        memory: false,
+        passive: false,
         pending: false,
         earliest: Deadline::NEVER,
         product: PhantomData,
@@ -70,19 +69,19 @@ impl<P: Product> J1939<P> {
     const CHECKED: () = check::<P>();
 
     /// Whether it is on the bus.
-    pub(super) fn is_started(&self) -> bool {
+    pub fn is_started(&self) -> bool {
         self.claim.state() != State::Off
     }
 
     /// Starts with the parameters of a start: claims the preferred address.
-    pub(super) fn start(&mut self, cx: &mut ContextOf<P>, rate: BitRate) {
+    pub fn start(&mut self, cx: &mut ContextOf<P>, rate: BitRate) {
         let () = Self::CHECKED;
         self.stop();
         self.rate = rate;
         self.diagnostics = Diagnostics::OFF;
         self.overrun = false;
         let name = Name::new(
-            P::NAME.map(|field| cx.parameters.get(field)),
+            P::NAME.map(|field| field.get(&cx.parameters)),
             cx.shell.serial(),
         );
         let preferred = cx.parameters.get(P::ADDRESS) as u8;
@@ -91,20 +90,37 @@ impl<P: Product> J1939<P> {
     }
 
     /// Ends all activity.
-    pub(super) fn stop(&mut self) {
+    pub fn stop(&mut self) {
         self.claim.stop();
         self.be_silent();
+        self.resetting = false;
     }
 
-    /// Sends nothing more until it starts again.
-    pub(super) fn be_silent(&mut self) {
+    /// Sends nothing more until it starts again: a reset of the node follows.
+    pub fn prepare_reset(&mut self) {
+        self.be_silent();
+        self.resetting = true;
+    }
+
+    fn be_silent(&mut self) {
         self.end_traffic();
         self.commanded.end();
     }
 
+    /// Returns true once after the node has left its address. All transfers of Proprietary A have ended.
+    pub fn has_left(&mut self) -> bool {
+        core::mem::take(&mut self.left)
+    }
+
+    /// Takes over the present faults of the node itself: the nonvolatile memory, and error passive.
+    pub fn tell(&mut self, memory: bool, passive: bool) {
+        self.memory = memory;
+        self.passive = passive;
+    }
+
     /// Ends everything that needs an address.
     fn end_traffic(&mut self) {
-        self.timers = [Periodic::OFF; COUNT];
+        self.timers.as_mut().iter_mut().for_each(Timer::stop);
         self.diagnostics.stop();
         self.broadcast.end();
         self.connections.iter_mut().for_each(Outgoing::end);
@@ -112,10 +128,10 @@ impl<P: Product> J1939<P> {
     }
 
     /// The node has left the address, or claims it again: it sends nothing more from this address.
-    pub(super) fn leave(&mut self, cx: &mut ContextOf<P>, objects: &mut Canopen<P>) {
+    pub(super) fn leave(&mut self, cx: &mut ContextOf<P>) {
         self.end_traffic();
         self.commanded.end_addressed();
-        objects.end_transfers();
+        self.left = true;
         cx.shell.clear_queue();
     }
 
@@ -136,9 +152,8 @@ impl<P: Product> J1939<P> {
 
     /// The address is ours.
     fn begin_traffic(&mut self, cx: &mut ContextOf<P>, now: Instant) {
-        for ((timer, period), id) in self.timers.iter_mut().zip(&mut self.periods).zip(P::RATES) {
-            *period = cx.parameters.get(id);
-            timer.start(now, *period);
+        for (timer, sent) in self.timers.as_mut().iter_mut().zip(P::SENT) {
+            timer.start(now, sent.rate.get(&cx.parameters));
         }
         self.diagnostics.start(now);
         self.overrun = false;
@@ -146,7 +161,7 @@ impl<P: Product> J1939<P> {
     }
 
     /// All frames were sent: a claim, or a packet to all nodes. In bus-off they were discarded.
-    pub(super) fn sent(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+    pub fn sent(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         if self.claim.is_queued() && cx.shell.is_online() {
             self.claim.sent(now);
             cx.shell.wake_up();
@@ -160,11 +175,11 @@ impl<P: Product> J1939<P> {
     }
 
     /// The application has published new values.
-    pub(super) fn published(&mut self, cx: &mut ContextOf<P>, objects: &Canopen<P>) {
+    pub fn published(&mut self, cx: &mut ContextOf<P>) {
         let before = self.diagnostics.active();
         let faults = cx.values.faults();
         if before != 0 || faults != Faults::NONE {
-            let active = self.active(cx, objects);
+            let active = self.active(cx);
             if active != before {
                 self.diagnostics.set(active);
                 cx.shell.wake_up();
@@ -173,27 +188,21 @@ impl<P: Product> J1939<P> {
     }
 
     /// The bus state of the node has changed.
-    pub(super) fn bus_changed(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        change: BusChange,
-        objects: &mut Canopen<P>,
-    ) {
+    pub fn bus_changed(&mut self, cx: &mut ContextOf<P>, now: Instant, change: BusChange) {
         match change {
             BusChange::Overrun => self.overrun = true,
             BusChange::State if cx.shell.bus_state() == BusState::BusOff => {
                 self.claim.suspend();
-                self.leave(cx, objects);
-                if objects.recovers(&cx.parameters) {
+                self.leave(cx);
+                if P::recovers(&cx.parameters) {
                     // The recovery, without the frames in the mailboxes: the claim is the first frame after it.
                     cx.shell.go_online(self.rate);
                 }
             }
             BusChange::Recovered => {
-                self.leave(cx, objects);
+                self.leave(cx);
                 // Before a reset, the start that follows claims the address.
-                if !objects.is_resetting() && self.claim.resume(now) {
+                if !self.resetting && self.claim.resume(now) {
                     self.move_on(cx);
                 }
             }
@@ -204,31 +213,29 @@ impl<P: Product> J1939<P> {
         cx.shell.wake_up();
     }
 
-    /// Performs a step of the actions of expired timers. Returns true if there is another step.
-    pub(super) fn tick(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        step: u8,
-        objects: &mut Canopen<P>,
-    ) -> bool {
-        const GROUPS_END: u8 = 2 + COUNT as u8;
+    /// Performs a step of the actions of expired timers. Returns true if there is another step. Step 1 is for the messages of
+    /// Proprietary A, which the node that has these services sends.
+    pub fn tick(&mut self, cx: &mut ContextOf<P>, now: Instant, step: u8) -> bool {
         match step {
             0 => {
                 self.earliest = Deadline::NEVER;
                 self.pending = false;
-                if objects.is_resetting() {
-                    self.earliest.consider(objects.deadline_hosted());
+                if self.resetting {
                     return false;
                 }
                 self.tick_claim(cx, now);
             }
-            1 => self.tick_objects(cx, now, objects),
-            2..GROUPS_END => self.tick_group(cx, now, usize::from(step - 2)),
-            GROUPS_END => self.tick_diagnostics(cx, now, objects),
+            1 => {}
             _ => {
-                self.tick_transport(cx, now, objects);
-                return false;
+                let place = usize::from(step - 2);
+                if place < P::Timers::COUNT {
+                    self.tick_group(cx, now, place);
+                } else if place == P::Timers::COUNT {
+                    self.tick_diagnostics(cx, now);
+                } else {
+                    self.tick_transport(cx, now);
+                    return false;
+                }
             }
         }
         true
@@ -244,41 +251,19 @@ impl<P: Product> J1939<P> {
         self.earliest.consider(self.claim.deadline());
     }
 
-    fn tick_objects(&mut self, cx: &mut ContextOf<P>, now: Instant, objects: &mut Canopen<P>) {
-        let mut message = objects.tick_hosted(cx, now);
-        if message.is_none() && objects.is_streaming() {
-            // The segments of a block do not delay other frames.
-            if cx.shell.is_sending() {
-                self.pending = true;
-            } else {
-                message = objects.next_segment(now);
-                self.pending = objects.is_streaming();
-            }
-        }
-        self.reply(cx, self.client, message);
-        self.earliest.consider(objects.deadline_hosted());
-    }
-
     fn tick_group(&mut self, cx: &mut ContextOf<P>, now: Instant, place: usize) {
-        let (Some(timer), Some(period), Some(rate)) = (
-            self.timers.get_mut(place),
-            self.periods.get_mut(place),
-            P::RATES.get(place),
-        ) else {
+        let (Some(timer), Some(sent)) = (self.timers.as_mut().get_mut(place), P::SENT.get(place))
+        else {
             return;
         };
         if self.claim.address().is_some() {
-            let wanted = cx.parameters.get(*rate);
-            if *period != wanted {
-                *period = wanted;
-                timer.start(now, wanted);
-            }
+            timer.change(now, sent.rate.get(&cx.parameters));
         }
         let due = timer.poll(now);
         self.earliest.consider(timer.deadline());
         if due
             && cx.shell.is_online()
-            && let Some(frame) = self.group(cx, place)
+            && let Some(frame) = self.group(cx, sent)
         {
             cx.shell.send_cyclic(frame);
         }
@@ -294,12 +279,22 @@ impl<P: Product> J1939<P> {
     }
 
     /// Whether a frame waits for room in the queue.
-    pub(super) fn waits_for_room(&self) -> bool {
+    pub fn waits_for_room(&self) -> bool {
         self.pending
     }
 
     /// The next deadline.
-    pub(super) fn deadline(&self) -> Deadline {
+    pub fn deadline(&self) -> Deadline {
         self.earliest
+    }
+
+    /// Performs the next [`tick`](Self::tick) at this time at the latest.
+    pub fn wait_until(&mut self, deadline: Deadline) {
+        self.earliest.consider(deadline);
+    }
+
+    /// Performs the next [`tick`](Self::tick) when a frame has left the queue.
+    pub fn wait_for_room(&mut self) {
+        self.pending = true;
     }
 }

@@ -1,18 +1,16 @@
 //! The received frames: claims of other nodes, requests, transport protocol and parameters.
 
 use super::claim::{Outcome, State};
-use super::groups;
 use super::identifier::{
     ADDRESS_CLAIMED, COMMANDED_ADDRESS, EXTENDED_DATA_PAGE, GLOBAL, Identifier, NO_ADDRESS,
     PROPRIETARY_A, Pgn, REQUEST, TRANSPORT_CONTROL, TRANSPORT_DATA,
 };
 use super::name::Name;
-use super::product::Product;
-use super::protocol::{ContextOf, J1939};
+use super::product::{ContextOf, Product};
+use super::protocol::J1939;
 use super::request::{self, acknowledgement, requested};
 use super::transport::{Control, Outgoing, Reaction, Sender};
-use crate::can::{CanId, Filter, Frame};
-use crate::canopen::Canopen;
+use crate::can::{Filter, Frame};
 use crate::time::Instant;
 
 /// The largest address of a node.
@@ -22,19 +20,26 @@ const LAST_ADDRESS: u8 = 253;
 const FORMAT: u32 = EXTENDED_DATA_PAGE | 0x01FF_0000;
 const DESTINATION: u32 = 0xFF00;
 
+/// A message of the group Proprietary A to this node.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Proprietary {
+    /// The address of the sender.
+    pub source: u8,
+    /// The data.
+    pub data: [u8; 8],
+}
+
 impl<P: Product> J1939<P> {
     /// The maximum number of acceptance filters.
-    pub(super) const FILTERS: usize = 8;
+    pub const FILTERS: usize = 8;
 
-    /// Handles a received frame. If it is a parameter request, returns the identifier of the reply instead: [`Canopen::serve`] must
-    /// follow.
-    pub(super) fn receive(
+    /// Handles a received frame. Returns a message of Proprietary A, which is not handled here.
+    pub fn receive(
         &mut self,
         cx: &mut ContextOf<P>,
         now: Instant,
         frame: &Frame,
-        objects: &mut Canopen<P>,
-    ) -> Option<CanId> {
+    ) -> Option<Proprietary> {
         let id = Identifier::of(frame)?;
         let data = frame.bytes();
         let own = self.claim.address();
@@ -45,7 +50,7 @@ impl<P: Product> J1939<P> {
             addressed: to_us,
         };
         let message = <[u8; 8]>::try_from(data);
-        if objects.is_resetting() && id.pgn != ADDRESS_CLAIMED {
+        if self.resetting && id.pgn != ADDRESS_CLAIMED {
             return None;
         }
         match (id.pgn, message) {
@@ -56,7 +61,7 @@ impl<P: Product> J1939<P> {
             }
             (ADDRESS_CLAIMED, Ok(bytes)) if id.destination == GLOBAL => {
                 let name = Name::from_bytes(bytes);
-                self.contend(cx, now, (id.source, name), objects);
+                self.contend(cx, now, (id.source, name));
             }
             (TRANSPORT_CONTROL, Ok(bytes)) if to_us || to_all => {
                 if let Some(control) = Control::parse(bytes) {
@@ -70,10 +75,13 @@ impl<P: Product> J1939<P> {
                 if self.commanded.deadline() != before {
                     cx.shell.wake_up();
                 }
-                self.react(cx, reaction, objects);
+                self.react(cx, reaction);
             }
             (PROPRIETARY_A, Ok(bytes)) if to_us => {
-                return self.admit(cx, id.source, bytes, objects);
+                return Some(Proprietary {
+                    source: id.source,
+                    data: bytes,
+                });
             }
             _ => {}
         }
@@ -81,17 +89,11 @@ impl<P: Product> J1939<P> {
     }
 
     /// Handles Address Claimed of another node.
-    fn contend(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        now: Instant,
-        (source, name): (u8, Name),
-        objects: &mut Canopen<P>,
-    ) {
-        if objects.is_resetting() {
+    fn contend(&mut self, cx: &mut ContextOf<P>, now: Instant, (source, name): (u8, Name)) {
+        if self.resetting {
             // Only frames that wait must not be sent from a lost address.
             if self.claim.address() == Some(source) && name < self.claim.name() {
-                self.leave(cx, objects);
+                self.leave(cx);
                 cx.shell.go_online(self.rate);
             }
             return;
@@ -100,7 +102,7 @@ impl<P: Product> J1939<P> {
             Outcome::None => {}
             Outcome::Defended => self.announce(cx),
             Outcome::Left => {
-                self.leave(cx, objects);
+                self.leave(cx);
                 self.move_on(cx);
             }
         }
@@ -122,8 +124,8 @@ impl<P: Product> J1939<P> {
         let Some(source) = self.claim.address().filter(|_| id.source < NO_ADDRESS) else {
             return;
         };
-        if let Some(place) = groups::place(pgn) {
-            if let Some(frame) = self.group(cx, place) {
+        if let Some(sent) = P::SENT.iter().find(|sent| sent.pgn == pgn) {
+            if let Some(frame) = self.group(cx, sent) {
                 cx.shell.send(frame);
             }
             return;
@@ -188,7 +190,7 @@ impl<P: Product> J1939<P> {
     }
 
     /// Handles the reaction to a packet of Commanded Address.
-    fn react(&mut self, cx: &mut ContextOf<P>, reaction: Reaction, objects: &mut Canopen<P>) {
+    fn react(&mut self, cx: &mut ContextOf<P>, reaction: Reaction) {
         let (packet, message) = match reaction {
             Reaction::None => return,
             Reaction::Answer(packet) => (Some(packet), None),
@@ -201,7 +203,7 @@ impl<P: Product> J1939<P> {
             && Name::from_bytes(name) == self.claim.name()
             && address <= LAST_ADDRESS
         {
-            self.leave(cx, objects);
+            self.leave(cx);
             if let Some(frame) = answer {
                 cx.shell.send(frame);
             }
@@ -214,37 +216,8 @@ impl<P: Product> J1939<P> {
         }
     }
 
-    /// Admits the bytes of an SDO request. Returns the identifier of the reply, or None if there is nothing to serve.
-    fn admit(
-        &mut self,
-        cx: &mut ContextOf<P>,
-        client: u8,
-        bytes: [u8; 8],
-        objects: &mut Canopen<P>,
-    ) -> Option<CanId> {
-        if client != self.client {
-            if !Canopen::<P>::begins_transfer(bytes) {
-                self.reply(cx, client, Canopen::<P>::refusal(bytes));
-                return None;
-            }
-            objects.end_transfer();
-            self.client = client;
-        }
-        if cx.is_saving() && client != self.storing && Canopen::<P>::is_abort(bytes) {
-            // It does not end the write of the other client that waits for the save.
-            objects.end_transfer();
-            return None;
-        }
-        if !cx.is_saving() {
-            // This request may begin a save.
-            self.storing = client;
-        }
-        cx.shell.wake_up();
-        Some(Identifier::new(PROPRIETARY_A, client, self.claim.source()).can_id())
-    }
-
     /// Calls `accept` for each acceptance filter.
-    pub(super) fn filters(&self, accept: &mut dyn FnMut(Filter)) {
+    pub fn filters(&self, accept: &mut dyn FnMut(Filter)) {
         let mut add = |pgn: Pgn, destination: u8, mask: u32| {
             let id = Identifier::new(pgn, destination, 0).can_id();
             accept(Filter {

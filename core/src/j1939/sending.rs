@@ -1,24 +1,25 @@
 //! The frames and messages of the present values, and the LEDs.
 
 use super::claim::State;
-use super::groups;
 use super::identification;
 use super::identifier::{ACTIVE_CODES, GLOBAL, Identifier, PROPRIETARY_A, Pgn};
-use super::product::Product;
-use super::protocol::{ContextOf, J1939};
+use super::product::{ContextOf, Product, Sent};
+use super::protocol::J1939;
 use super::transport::Message;
-use crate::can::Frame;
+use crate::can::{CanId, Frame};
 use crate::node::{Pattern, Patterns};
 
 impl<P: Product> J1939<P> {
     /// The present frame of a group; None without an address.
-    pub(super) fn group(&self, cx: &ContextOf<P>, place: usize) -> Option<Frame> {
+    pub(super) fn group(
+        &self,
+        cx: &ContextOf<P>,
+        sent: &'static Sent<P::Application>,
+    ) -> Option<Frame> {
         let source = self.claim.address()?;
-        let motion = P::motion(&cx.values, &cx.parameters);
-        let (pgn, bytes) = groups::frame(place, &motion)?;
-        let priority = cx.parameters.get(*P::PRIORITIES.get(place)?) as u8;
-        let id = Identifier::new(pgn, GLOBAL, source).with_priority(priority);
-        Some(id.frame(bytes))
+        let priority = sent.priority.get(&cx.parameters) as u8;
+        let id = Identifier::new(sent.pgn, GLOBAL, source).with_priority(priority);
+        Some(id.frame((sent.data)(cx)))
     }
 
     /// The message of a group that is not process data; None if it is not supported.
@@ -30,14 +31,24 @@ impl<P: Product> J1939<P> {
         identification::message::<P>(pgn, &cx.shell)
     }
 
-    /// Queues the bytes of an SDO message for a client.
-    pub(super) fn reply(&self, cx: &mut ContextOf<P>, client: u8, message: Option<[u8; 8]>) {
+    /// Queues a message of Proprietary A to a node, if there is one.
+    pub fn reply(&self, cx: &mut ContextOf<P>, destination: u8, message: Option<[u8; 8]>) {
         if let Some(bytes) = message
             && let Some(source) = self.claim.address()
         {
             cx.shell
-                .send(Identifier::new(PROPRIETARY_A, client, source).frame(bytes));
+                .send(Identifier::new(PROPRIETARY_A, destination, source).frame(bytes));
         }
+    }
+
+    /// Whether the controller must not repeat the next frame after a bit error: it is a claim.
+    pub fn sends_once(&self) -> bool {
+        self.claim.is_queued()
+    }
+
+    /// The identifier of a message of Proprietary A to a node.
+    pub fn proprietary_id(&self, destination: u8) -> CanId {
+        Identifier::new(PROPRIETARY_A, destination, self.claim.source()).can_id()
     }
 
     /// Shows the LED patterns of the present state.
@@ -50,7 +61,7 @@ impl<P: Product> J1939<P> {
         };
         cx.shell.show(Patterns {
             run,
-            error: P::LEDS.error.of(cx.shell.bus_state()),
+            error: P::ERROR_LED.of(cx.shell.bus_state()),
             ..Patterns::default()
         });
     }

@@ -2,6 +2,7 @@
 //! [`catalog`] lists them all.
 
 pub mod catalog;
+pub mod dual;
 pub mod gemac;
 pub mod ims360;
 pub mod jn2101;

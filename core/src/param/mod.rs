@@ -43,6 +43,7 @@ pub mod ids;
 pub mod projection;
 mod row;
 mod set;
+mod setting;
 mod values;
 
 pub use coding::{Coding, decode, meaning};
@@ -52,4 +53,5 @@ pub use description::{
 };
 pub use row::{Limits, ParameterRow, Refused};
 pub use set::ParameterSet;
+pub use setting::Setting;
 pub use values::{Numbers, Parameters, Table, number};

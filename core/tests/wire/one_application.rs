@@ -9,7 +9,7 @@ use plumbline::canopen::{self, CanopenNode, ErrorHistory, Object, Text, TpdoArra
 use plumbline::fsc::table::{Access, Field, Function, LedTable, Operation, Roles, Source};
 use plumbline::fsc::{self, Article, Condition, FscNode, StatusBit};
 use plumbline::model::gemac::is2::BP_CL;
-use plumbline::node::Pattern;
+use plumbline::node::{Context, Pattern};
 use plumbline::param::{Constraint, Permitted};
 use plumbline::prelude::*;
 
@@ -153,8 +153,13 @@ impl fsc::Product for Both {
         ),
         function(0x40, Operation::Load, b"LOAD", &[]),
         function(0x50, Operation::Save, b"SAVE", &[]),
+        function(0x60, Operation::Own, b"", &[]),
         function(0xFF, Operation::Alive, b"RESET", &[]),
     ];
+    const OWN: &'static [fsc::Own<Level>] = &[fsc::Own {
+        code: 0x60,
+        serve: show,
+    }];
     const STATUS: [StatusBit; 8] = {
         const fn bit(name: &'static str, condition: Condition) -> StatusBit {
             StatusBit { name, condition }
@@ -210,6 +215,33 @@ impl canopen::Product for Both {
     const BIT_RATES: &'static [(u32, BitRate)] = &[(0, BitRate::K250), (1, BitRate::K250)];
     const IMAGE: ImageId = ImageId::new(0x7002);
     plumbline::project!(objects);
+}
+
+/// 60h: sets the zero offset so that the slope is the number in the request. Replies with the new and the previous offset.
+fn show(node: &mut Context<Level>, data: &[u8]) -> Option<Text<6>> {
+    let wanted = i16::from_le_bytes(*data.first_chunk()?);
+    let before = node.parameters.get(id::ZERO) as u16;
+    let shown = node.values.number(SLOPE) as u16;
+    let offset = before.wrapping_add(wanted as u16).wrapping_sub(shown);
+    node.write(id::ZERO, offset.into()).ok()?;
+    node.apply();
+    let [a, b] = offset.to_le_bytes();
+    let [c, d] = before.to_le_bytes();
+    Text::from_slice(&[a, b, c, d]).ok()
+}
+
+#[test]
+fn own_function_select_code_is_served_by_its_function() {
+    let start = |now, boot: &Boot| FscNode::<Both>::new(&BP_CL, now, boot);
+    let mut tester = Tester::power_up(Boot::default(), start);
+    tester.sent();
+    assert_eq!(tester.ask(&[0x60, 100, 0]), [0x60, 0x00, 100, 0, 0, 0]);
+    tester.sample();
+    assert_eq!(tester.ask(&[0x60, 50, 0]), [0x60, 0x00, 50, 0, 100, 0]);
+    assert_eq!(tester.ask(&[0x18])[2..], [50, 0]);
+    // Without a number it is refused: CmdParamError.
+    assert_eq!(tester.ask(&[0x60, 1]), [0x60, 0x08]);
+    assert_eq!(tester.ask(&[0x18])[2..], [50, 0]);
 }
 
 /// What one reading and a zero offset look like to a client: the angle in 0.01 deg, and whether the fault is active.

@@ -81,7 +81,9 @@ impl<'a> Described<'a> {
                 (Number::from(parameter), Some(parameter))
             }
             Source::Value(id) => (Number::from(&product.quantities[usize::from(id.0)]), None),
-            Source::Constant(data_type, _) => (Number::any(attribute.name, data_type), None),
+            Source::Constant(data_type, _) | Source::Own(data_type) => {
+                (Number::any(attribute.name, data_type), None)
+            }
         };
         Self {
             object,

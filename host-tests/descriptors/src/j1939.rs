@@ -13,7 +13,7 @@ use plumbline::j1939::identifier::{ACTIVE_CODES, GLOBAL, Identifier, Pgn};
 use plumbline::j1939::signal::{Contents, Group, Signal};
 use plumbline::model::catalog::Product;
 use plumbline::model::listing::canopen::J1939Tables;
-use plumbline::param::ParameterId;
+use plumbline::param::Setting;
 use std::fmt::Write;
 
 /// The only node.
@@ -69,15 +69,11 @@ struct Database {
 
 /// The database of a product.
 pub fn dbc(product: &Product, tables: &J1939Tables) -> String {
-    let factory = |id: ParameterId| product.parameters[usize::from(id.0)].factory;
-    let source = factory(tables.address) as u8;
+    let factory = |setting: Setting| setting.factory(product.parameters);
+    let source = factory(Setting::Parameter(tables.address)) as u8;
     let mut database = Database::default();
-    let rows = tables
-        .groups
-        .iter()
-        .zip(tables.priorities)
-        .zip(tables.rates);
-    for ((group, priority), rate) in rows {
+    let settings = (0..).map_while(tables.settings);
+    for (group, (rate, priority)) in tables.groups.iter().zip(settings) {
         let id = identifier(group.pgn, factory(priority) as u8, source);
         let cycle = factory(rate);
         database.group(id, group, cycle);

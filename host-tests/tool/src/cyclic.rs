@@ -23,7 +23,7 @@ use crate::sheet::Entry;
 use count::Count;
 use plumbline::can::{CanId, Frame};
 use plumbline::model::catalog::Protocol;
-use plumbline::param::{DataType, ParameterId, number};
+use plumbline::param::{DataType, ParameterId, Setting, number};
 use plumbline::time::{Duration, Instant, after, millis};
 
 /// The longest wait without a check for Ctrl-C.
@@ -93,7 +93,10 @@ impl Cyclic {
             }
             (Target::J1939(address), _) => {
                 let tables = j1939_of(session.sheet.product);
-                let rate = tables.map(|tables| (tables.rates[0], every));
+                let rate = tables.and_then(|tables| match (tables.settings)(0) {
+                    Some((Setting::Parameter(rate), _)) => Some((rate, every)),
+                    _ => None,
+                });
                 let sender = j1939::Sender::new(address);
                 (Kind::J1939(sender), period, rate.into_iter().collect())
             }

@@ -10,8 +10,8 @@ use crate::canopen::guarding::Guarding;
 use crate::canopen::nmt::State;
 use crate::canopen::product::{ParametersOf, Product};
 use crate::canopen::protocol::{Canopen, ContextOf, Services};
-use crate::canopen::setting::Setting;
 use crate::node::Patterns;
+use crate::param::Setting;
 use crate::time::{Duration, Instant};
 
 /// The settings of a node, for [`Slave`].

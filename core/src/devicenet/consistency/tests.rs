@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::can::BitRate;
+use crate::devicenet::projection::Place;
 use crate::devicenet::projection::{assemblies, attribute_count, attributes, constants, objects};
 use crate::devicenet::table::{Attribute, Object, Source};
 use crate::param::{Permitted, Quantity, ValueId};
@@ -196,7 +197,7 @@ fn unsorted_attributes_are_refused() {
 }
 
 #[test]
-#[should_panic(expected = "only a parameter is settable")]
+#[should_panic(expected = "only a parameter or an own attribute is settable")]
 fn settable_value_is_refused() {
     const SETTABLE: Object = object(0x65, &[attribute(1, Source::Value(X), true)]);
     attributes::<1>(&[SETTABLE], &PARAMETERS, &QUANTITIES);
@@ -246,7 +247,7 @@ fn attributes_of_two_objects_are_found_in_their_object() {
         [size(0, 1), size(0, 3), size(1, 2), size(1, 9)],
         [2, 1, 2, 4]
     );
-    let settable = rows[0].attribute(&ROWS, 3).unwrap().settable();
-    assert_eq!(settable, Some(ParameterId(2)));
-    assert_eq!(rows[0].attribute(&ROWS, 1).unwrap().settable(), None);
+    let [constant, parameter] = [1, 3].map(|number| rows[0].attribute(&ROWS, number).unwrap());
+    assert_eq!(parameter.place(), Place::Parameter(ParameterId(2)));
+    assert!(parameter.is_settable() && !constant.is_settable());
 }

@@ -4,7 +4,7 @@ use crate::application::Values;
 use crate::devicenet::explicit::{Data, Failure, Request, exactly, nothing, service};
 use crate::devicenet::projection::{AttributeRow, ObjectRow, Place};
 use crate::devicenet::protocol::{ContextOf, Devicenet, ParametersOf};
-use crate::devicenet::table::Product;
+use crate::devicenet::table::{Own, Product};
 use crate::param::{ParameterId, Refused};
 use crate::time::Instant;
 
@@ -39,6 +39,7 @@ pub(super) fn serve<P: Product>(
             let constant = P::CONSTANTS.get(usize::from(place));
             constant.copied().unwrap_or(0)
         }
+        Place::Own(place) => own::<P>(place).map_or(0, |own| (own.read)(cx)),
     };
     Ok(Data::number(number, row.size()))
 }
@@ -50,18 +51,40 @@ fn set<P: Product>(
     row: AttributeRow,
     data: &[u8],
 ) -> Result<Data, Failure> {
-    let Some(id) = row.settable() else {
+    if !row.is_settable() {
         return Err(Failure::NOT_SETTABLE);
-    };
+    }
     let value = exactly(data, row.size())?;
+    match row.place() {
+        Place::Parameter(id) => set_parameter(device, cx, id, value)?,
+        Place::Own(place) => {
+            let own = own::<P>(place).ok_or(Failure::NOT_SETTABLE)?;
+            (own.write)(cx, value).map_err(failure)?;
+        }
+        Place::Value(_) | Place::Constant(_) => return Err(Failure::NOT_SETTABLE),
+    }
+    device.saving.changed(now);
+    cx.apply();
+    Ok(Data::NONE)
+}
+
+/// The functions of the own attribute at this place.
+fn own<P: Product>(place: u8) -> Option<&'static Own<P::Application>> {
+    P::OWN.get(usize::from(place))
+}
+
+fn set_parameter<P: Product>(
+    device: &mut Devicenet<P>,
+    cx: &mut ContextOf<P>,
+    id: ParameterId,
+    value: u32,
+) -> Result<(), Failure> {
     ParametersOf::<P>::check(id, value).map_err(failure)?;
     if value != cx.parameters.get(id) && is_in_use(device, id) {
         return Err(Failure::STATE);
     }
     cx.write(id, value).map_err(failure)?;
-    device.saving.changed(now);
-    cx.apply();
-    Ok(Data::NONE)
+    Ok(())
 }
 
 /// Whether a parameter selects the assembly of a connection that exists.

@@ -38,7 +38,7 @@ fn with(changes: &[(Source, Measured)]) -> Motion {
 /// The data of a group as hexadecimal digits.
 fn data(name: &str, motion: &Motion) -> String {
     let place = NAMES.iter().position(|own| *own == name).unwrap();
-    let (_, bytes) = frame(place, motion).unwrap();
+    let bytes = [ssi2, ssi, ari, accs][place](motion);
     bytes
         .iter()
         .map(|byte| std::format!("{byte:02X}"))

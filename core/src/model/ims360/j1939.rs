@@ -4,18 +4,23 @@
 //! zero offsets. Signs are those of the objects.
 
 use super::Ims360Product;
-use super::application::{Inclination, SUPPLY, value};
-use super::parameters::{FILTER_KINDS, has_two_axes, id};
+use super::application::{Ims360Application, SUPPLY, value};
+use super::objects::OBJECTS;
+use super::parameters::{self, FILTER_KINDS, has_two_axes, id};
 use super::range::Beyond;
 use crate::angle::Angle;
 use crate::application::{Faults, Values};
+use crate::canopen;
+use crate::canopen::dictionary::text_at;
 use crate::j1939::diagnostics::Code;
-use crate::j1939::groups;
-use crate::j1939::signal::{Measured, Merit, Motion};
-use crate::j1939::{self, Conditions};
+use crate::j1939::groups::{self, GROUPS};
+use crate::j1939::signal::{Group, Measured, Merit, Motion};
+use crate::j1939::{self, Conditions, Sent, Timer};
 use crate::measure::low_pass::Kind;
 use crate::measure::{PATH_DELAY, fusion};
-use crate::param::{ParameterId, Parameters, ValueId, meaning};
+use crate::node::Context;
+use crate::param::{ParameterId, Parameters, Setting, ValueId, meaning};
+use crate::store::ImageId;
 
 /// One degree in the unit of [`Motion`].
 const DEGREE: i64 = 32_768;
@@ -68,55 +73,59 @@ const fn bit(spn: u32, fmi: u8) -> u16 {
     1 << place
 }
 
+type Node = Context<Ims360Application>;
+
+/// A group with this data, at the rate and with the priority of its parameters.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+const fn sent(place: usize, data: fn(&Node) -> [u8; 8]) -> Sent<Ims360Application> {
+    Sent {
+        pgn: GROUPS[place].pgn,
+        rate: Setting::Parameter(id::J1939_RATES[place]),
+        priority: Setting::Parameter(id::J1939_PRIORITIES[place]),
+        data,
+    }
+}
+
+const NAME: [Setting; 8] = {
+    let [a, b, c, d, e, f, g, h] = id::J1939_NAME;
+    [
+        Setting::Parameter(a),
+        Setting::Parameter(b),
+        Setting::Parameter(c),
+        Setting::Parameter(d),
+        Setting::Parameter(e),
+        Setting::Parameter(f),
+        Setting::Parameter(g),
+        Setting::Parameter(h),
+    ]
+};
+
 impl j1939::Product for Ims360Product {
+    type Application = Ims360Application;
+    type Timers = [Timer; 4];
+
+    const SENT: &'static [Sent<Ims360Application>] = &[
+        sent(0, |node| groups::ssi2(&motion(node))),
+        sent(1, |node| groups::ssi(&motion(node))),
+        sent(2, |node| groups::ari(&motion(node))),
+        sent(3, |node| groups::accs(&motion(node))),
+    ];
+    const GROUPS: &'static [Group] = &GROUPS;
     const ADDRESS: ParameterId = id::J1939_ADDRESS;
-    const RATES: [ParameterId; 4] = id::J1939_RATES;
-    const PRIORITIES: [ParameterId; 4] = id::J1939_PRIORITIES;
-    const NAME: [ParameterId; 8] = id::J1939_NAME;
+    const NAME: [Setting; 8] = NAME;
     const MAKE: &'static str = "Plumbline";
+    const MODEL: &'static str = text_at(OBJECTS, 0x1008, 0);
+    const VERSION: &'static str = text_at(OBJECTS, 0x100A, 0);
     const TYPE: &'static str = "Inclinometer";
     const TROUBLES: &'static [Code] = &TROUBLES;
+    const IMAGE: ImageId = <Self as canopen::Product>::IMAGE;
 
-    fn motion(values: &Inclination, parameters: &Parameters<Self>) -> Motion {
-        let faults = values.faults();
-        let two_axes = has_two_axes(parameters);
-        // Without a sample in the time in which one must come, no value is available, and no range can be exceeded.
-        let (fine, [range_x, range_y], usual) = match values.fine() {
-            Some(fine) => (fine, [Faults::X, Faults::Y], Merit::Good),
-            None => (Default::default(), [Faults::NONE; 2], Merit::Unavailable),
-        };
-        let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
-        let rest = merit(faults, Faults::NONE, defective, usual);
-        let value = |id: ValueId| Measured {
-            number: values.number(id) as i32,
-            merit: rest,
-        };
-        let [x, y, z] = value::RATE32.map(value);
-        // The pitch of one axis is the rotation about Z; the other two rates are those of the axes that are left.
-        let [pitch_rate, roll_rate, yaw_rate] = if two_axes { [y, x, z] } else { [z, x, y] };
-        let [force_x, force_y, force_z] = value::FORCE32.map(value);
-        let [pitch, roll] = angles(fine, parameters);
-        let pitch = Measured {
-            number: pitch,
-            merit: merit(faults, range_x, Faults::X_DEFECTIVE, usual),
-        };
-        let roll = if two_axes {
-            Measured {
-                number: roll,
-                merit: merit(faults, range_y, Faults::Y_DEFECTIVE, usual),
-            }
-        } else {
-            Measured::default()
-        };
-        Motion {
-            values: [
-                pitch, roll, pitch_rate, roll_rate, yaw_rate, force_x, force_y, force_z,
-            ],
-            latency: latency(parameters),
-        }
+    fn recovers(parameters: &Parameters<Self>) -> bool {
+        parameters::recovers(parameters)
     }
 
-    fn active(values: &Inclination, _: &Parameters<Self>, conditions: Conditions) -> u16 {
+    fn active(node: &Node, conditions: Conditions) -> u16 {
+        let values = &node.values;
         let faults = values.faults();
         let flag = |set: bool, bit: u16| if set { bit } else { 0 };
         let has = |fault: Faults| faults.intersects(fault);
@@ -142,6 +151,48 @@ impl j1939::Product for Ims360Product {
             | flag(has(Faults::SUPPLY), supply)
             | flag(conditions.memory, const { bit(MEMORY, DEFECTIVE) })
             | flag(conditions.network, const { bit(NETWORK, ERRATIC) })
+    }
+}
+
+/// The values of the groups.
+#[inline(never)] // once in the image, for four groups
+fn motion(node: &Node) -> Motion {
+    let (values, parameters) = (&node.values, &node.parameters);
+    let faults = values.faults();
+    let two_axes = has_two_axes(parameters);
+    // Without a sample in the time in which one must come, no value is available, and no range can be exceeded.
+    let (fine, [range_x, range_y], usual) = match values.fine() {
+        Some(fine) => (fine, [Faults::X, Faults::Y], Merit::Good),
+        None => (Default::default(), [Faults::NONE; 2], Merit::Unavailable),
+    };
+    let defective = Faults::X_DEFECTIVE.and(Faults::Y_DEFECTIVE);
+    let rest = merit(faults, Faults::NONE, defective, usual);
+    let value = |id: ValueId| Measured {
+        number: values.number(id) as i32,
+        merit: rest,
+    };
+    let [x, y, z] = value::RATE32.map(value);
+    // The pitch of one axis is the rotation about Z; the other two rates are those of the axes that are left.
+    let [pitch_rate, roll_rate, yaw_rate] = if two_axes { [y, x, z] } else { [z, x, y] };
+    let [force_x, force_y, force_z] = value::FORCE32.map(value);
+    let [pitch, roll] = angles(fine, parameters);
+    let pitch = Measured {
+        number: pitch,
+        merit: merit(faults, range_x, Faults::X_DEFECTIVE, usual),
+    };
+    let roll = if two_axes {
+        Measured {
+            number: roll,
+            merit: merit(faults, range_y, Faults::Y_DEFECTIVE, usual),
+        }
+    } else {
+        Measured::default()
+    };
+    Motion {
+        values: [
+            pitch, roll, pitch_rate, roll_rate, yaw_rate, force_x, force_y, force_z,
+        ],
+        latency: latency(parameters),
     }
 }
 

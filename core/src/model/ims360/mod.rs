@@ -23,7 +23,7 @@ use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::{self, Cause, FaultBit, fault};
 use crate::canopen::nmt;
 use crate::canopen::{self, Block, DynamicTpdos, Kept, Lss, Present, Triggers};
-use crate::j1939::DualNode;
+use crate::model::dual::DualNode;
 use crate::model::listing::{self, Adjustment, Article, Guide, Written};
 use crate::param::{ParameterId, Parameters};
 use crate::store::ImageId;
@@ -149,8 +149,7 @@ impl canopen::Product for Ims360Product {
         (800_000, BitRate::K800),
         (1_000_000, BitRate::M1),
     ];
-    const RECOVERS: Option<fn(&Parameters<Self>) -> bool> =
-        Some(|parameters| parameters.get(id::BUS_OFF_RECOVERY) != 0);
+    const RECOVERS: Option<fn(&Parameters<Self>) -> bool> = Some(parameters::recovers);
     const HOSTED: Option<fn(&Parameters<Self>) -> bool> =
         Some(|parameters| parameters.get(parameters::SELECTOR.0) != parameters::SELECTOR.1);
     const KEPT: Option<Kept> = Some(Kept {

@@ -135,6 +135,11 @@ pub(super) const SELECTOR: (ParameterId, u32) = (id::PROTOCOL, CANOPEN);
 /// 3100h:01: CANopen.
 const CANOPEN: u32 = 2;
 
+/// Whether the node leaves bus-off automatically (3100h:02).
+pub(super) fn recovers(parameters: &Parameters<Ims360Product>) -> bool {
+    parameters.get(id::BUS_OFF_RECOVERY) != 0
+}
+
 /// 3110h:01: critically damped.
 const CRITICALLY_DAMPED: u16 = 2;
 

@@ -5,10 +5,11 @@ use crate::can::BitRate;
 use crate::canopen::dictionary::Object;
 use crate::canopen::emcy::FaultBit;
 use crate::canopen::{self, Canopen, CanopenNode, LedTable};
+use crate::j1939;
 use crate::j1939::diagnostics::Code;
 use crate::j1939::signal::Group;
-use crate::j1939::{self, DualNode, groups};
-use crate::param::ParameterId;
+use crate::model::dual::{ApplicationOf, Both, DualNode};
+use crate::param::{ParameterId, Setting};
 
 /// The tables of a product with the CANopen protocol.
 #[derive(Clone, Copy, Debug)]
@@ -58,14 +59,12 @@ pub struct J1939Tables {
     pub selector: Option<(ParameterId, u32)>,
     /// The groups with process data.
     pub groups: &'static [Group],
-    /// The parameters with their transmission rates.
-    pub rates: [ParameterId; groups::COUNT],
-    /// The parameters with their priorities.
-    pub priorities: [ParameterId; groups::COUNT],
+    /// The transmission rate in ms and the priority of a group; None after the last one.
+    pub settings: fn(usize) -> Option<(Setting, Setting)>,
     /// The parameter with the preferred address.
     pub address: ParameterId,
-    /// The parameters with the fields of the NAME.
-    pub name: [ParameterId; 8],
+    /// The fields of the NAME.
+    pub name: [Setting; 8],
     /// The diagnostic trouble codes.
     pub troubles: &'static [Code],
 }
@@ -111,7 +110,7 @@ impl Product {
     /// The product `P` with the protocols CANopen and J1939.
     ///
     /// `selector`: the parameter that selects the protocol at a restart, and its value for CANopen.
-    pub const fn with_j1939<P: j1939::Product>(
+    pub const fn with_j1939<P: Both>(
         name: &'static str,
         maker: &'static str,
         article: Article,
@@ -119,19 +118,22 @@ impl Product {
     ) -> Self {
         let j1939 = J1939Tables {
             selector: Some(selector),
-            groups: &groups::GROUPS,
-            rates: P::RATES,
-            priorities: P::PRIORITIES,
+            groups: <P as j1939::Product>::GROUPS,
+            settings: |place| {
+                let sent = <P as j1939::Product>::SENT.get(place)?;
+                Some((sent.rate, sent.priority))
+            },
             address: P::ADDRESS,
             name: P::NAME,
             troubles: P::TROUBLES,
         };
         let protocol = Protocol::Canopen(Tables::of::<P>(article, Some(j1939)));
+        let image = <P as canopen::Product>::IMAGE;
         let size = DualNode::<P>::STORE_BUFFER;
         Self {
             #[cfg(not(target_os = "none"))]
             power_up: super::start::with_j1939::<P>,
-            ..Self::of::<P::Application, DualNode<P>>(name, maker, protocol, P::IMAGE, size)
+            ..Self::of::<ApplicationOf<P>, DualNode<P>>(name, maker, protocol, image, size)
         }
     }
 

@@ -6,7 +6,7 @@ use super::{Product, Protocol, Settings};
 use crate::canopen::{self, CanopenNode};
 use crate::devicenet::{self, DevicenetNode};
 use crate::fsc::{self, FscNode};
-use crate::j1939::{self, DualNode};
+use crate::model::dual::{Both, DualNode};
 use crate::node::Node;
 use alloc::boxed::Box;
 
@@ -54,10 +54,7 @@ pub(super) fn canopen<P: canopen::Product>(
         .then(|| Box::new(node()) as Box<dyn Node>)
 }
 
-pub(super) fn with_j1939<P: j1939::Product>(
-    product: &Product,
-    settings: &Settings,
-) -> Option<Box<dyn Node>> {
+pub(super) fn with_j1939<P: Both>(product: &Product, settings: &Settings) -> Option<Box<dyn Node>> {
     let node = || DualNode::<P>::new(settings.now, &settings.boot);
     product
         .has_article(settings)

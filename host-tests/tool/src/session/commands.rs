@@ -7,7 +7,7 @@ use crate::client::nmt::{self, Command};
 use crate::client::sdo::Server;
 use crate::failure::Failure;
 use crate::sheet::Entry;
-use plumbline::canopen::dictionary::{Object, Service, Starts, Target as ObjectTarget, Use};
+use plumbline::canopen::dictionary::{Service, Starts, Target as ObjectTarget, Use};
 use plumbline::devicenet::service;
 use plumbline::fsc::table::{Function, Operation};
 use plumbline::model::catalog::Protocol;

@@ -208,6 +208,10 @@ impl Builder {
                 let mut entry = match attribute.source {
                     AttributeSource::Parameter(id) => self.of_parameter(id, address),
                     AttributeSource::Value(id) => self.of_value(id, address),
+                    AttributeSource::Own(data_type) => Entry {
+                        writable: true,
+                        ..fact(attribute.name, address, data_type)
+                    },
                     AttributeSource::Constant(..) => continue,
                 };
                 entry.writable &= attribute.settable;
