@@ -247,13 +247,15 @@ fn canopen_sensor_without_readings_boots_with_emergency() {
     t.begin();
     assert_eq!(t.sent_text(), ["08A#0000000000000000"]);
     let mut t = ims360();
-    let sent = t.wait_text(1000);
-    assert_eq!(sent[0], (LIMIT, "732#00".to_string()));
-    assert!(
-        sent[1..]
-            .iter()
-            .all(|(at, text)| *at == LIMIT && text.starts_with("0B2#")),
-        "{sent:?}"
+    let expected = ["732#00", "0B2#01FF810000000000", "0B2#02FF810000000000"];
+    assert_eq!(
+        t.wait_text(1000),
+        expected.map(|text| (LIMIT, text.to_string()))
+    );
+    t.begin();
+    assert_eq!(
+        t.sent_text(),
+        ["0B2#0000810000000000", "0B2#0000000000000000"]
     );
 }
 
@@ -299,6 +301,40 @@ fn tiltix_without_readings_checks_its_mac_id_and_has_fault() {
     assert_eq!(t.exchange("5FC#0A0E010105"), ["5FB#0A8E0100"]);
 }
 
+/// Zero point, teach-in and preset need a measured angle. Until the first reading, there is none.
+#[test]
+fn position_is_not_taken_before_first_reading() {
+    const REFUSED: Result<(), u32> = Err(0x0800_0022);
+    let mut t = gemac::<TwoAxes>(&is2::BP_CL, &[FIXED]);
+    t.wait(LIMIT);
+    t.sent();
+    // Bit 3: CmdParamError.
+    assert_eq!(t.exchange("300#28"), ["301#2838"]);
+    assert_eq!(t.exchange("300#29"), ["301#2938"]);
+    let mut t = jn2101();
+    t.wait(LIMIT);
+    for object in [0x2042, 0x2046] {
+        assert_eq!(t.write(object, 0, 1, 1), REFUSED, "{object:04X}h");
+        assert_eq!(t.read(object, 0), Ok(2));
+    }
+    let mut t = ims360();
+    t.wait(LIMIT);
+    for axes in 1..=3 {
+        assert_eq!(t.write(0x3200, 0, 1, axes), REFUSED, "{axes}");
+    }
+    let mut t = j1939();
+    t.wait(LIMIT + 250);
+    t.sent();
+    assert_eq!(t.parameter("2F00320003000000"), "8000320022000008");
+    let mut t = tiltix();
+    t.wait(2500);
+    assert_eq!(t.exchange("5FE#0A4B0301030A"), ["5FB#0ACB00"]);
+    for enable in ["75", "7D"] {
+        let sent = t.exchange(&format!("5FC#0A106501{enable}01"));
+        assert_eq!(sent, ["5FB#0A940CFF"]);
+    }
+}
+
 #[test]
 fn reset_of_communication_does_not_wait_for_reading() {
     let mut t = canopen::booted();
@@ -306,5 +342,11 @@ fn reset_of_communication_does_not_wait_for_reading() {
     t.wait(50);
     for reset in ["000#820A", "000#810A"] {
         assert_eq!(t.exchange(reset), ["70A#00"]);
+    }
+    let mut t = ims360::booted();
+    t.sampled = false;
+    t.wait(50);
+    for reset in ["000#8232", "000#8132"] {
+        assert_eq!(t.exchange(reset), ["732#00"]);
     }
 }

@@ -260,7 +260,7 @@ fn step_response_has_no_overshoot_and_settles_exactly() {
 }
 
 #[test]
-fn input_beyond_four_g_is_limited() {
+fn input_beyond_16_g_is_limited() {
     for (cutoff, ..) in SETTINGS {
         let mut filter = tuned(cutoff);
         for input in [FULL, i32::MIN, i32::MAX, -2 * RANGE] {

@@ -137,6 +137,15 @@ fn range_of_45_degrees_does_not_depend_on_the_length_of_the_acceleration() {
         t.settle_at(at(70.0));
         assert_eq!(t.sent_text(), [""; 0], "{g} g");
     }
+    // Up to the range of the accelerometer: without a filter, a push of 50 ms is judged as it is.
+    for (degrees, exceeds) in [(44.0, false), (60.0, true)] {
+        let mut t = booted();
+        t.write(0x2043, 0, 1, 0).unwrap();
+        let (x, z) = f64::to_radians(degrees).sin_cos();
+        t.hold(in_g([7.5 * x, 0.0, 7.5 * z]), 10);
+        let sent = t.sent_text();
+        assert_eq!(sent.len(), usize::from(exceeds), "{degrees} {sent:?}");
+    }
     // Exactly 45 deg are within the range.
     let mut t = booted();
     t.settle_at([0.7, 0.0, 0.7]);

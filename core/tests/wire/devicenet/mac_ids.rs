@@ -55,6 +55,9 @@ fn every_mac_id_is_adopted_at_once_and_kept() {
         has_identifiers(&mut tester, mac);
         let read = send(&mut tester, mac, 4, "0A0E030101");
         assert_eq!(read, [format!("{:03X}#0A8E{mac:02X}", group_2(mac, 3))]);
+        // It is no configuration of the application (bit 2).
+        let status = send(&mut tester, mac, 4, "0A0E010105");
+        assert_eq!(status, [format!("{:03X}#0A8E0100", group_2(mac, 3))]);
         for id in 0..0x800 {
             let own = id >> 3 == 0x80 | mac && matches!(id & 7, 2 | 4..=7);
             assert_eq!(tester.accepts(standard(id)), own, "{id:03X}");

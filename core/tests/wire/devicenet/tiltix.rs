@@ -267,6 +267,17 @@ fn implausible_acceleration_is_in_the_status_and_on_the_module_led() {
     }
 }
 
+/// So that it never looks level.
+#[test]
+fn first_reading_of_a_dead_accelerometer_is_in_the_status() {
+    let mut tester = tiltix080(EXPLICIT);
+    tester.force = [0; 3];
+    tester.power_cycle();
+    assert_eq!(tester.wait_text(2001).len(), 2);
+    assert_eq!(tester.exchange("41E#0A4B0301010A"), ["41B#0ACB00"]);
+    assert_eq!(tester.request("0E010105"), "8E0104");
+}
+
 /// What happens before a request, with its name.
 type Case = (&'static str, fn(&mut Tester<Tiltix080>));
 
