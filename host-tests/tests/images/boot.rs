@@ -1,7 +1,7 @@
 //! From power-up to the first frame, restarts, and the watchdog.
 
 use crate::rig::*;
-use bench::BusRate;
+use bench::{Bus, BusRate, Device, Flash};
 use plumbline::can::BitRate;
 use stm32_sim::chip::Chip;
 use stm32_sim::rcc::ResetCause;
@@ -86,6 +86,35 @@ pub fn each_image_without_accelerometer_starts_within_100_ms() {
         let start = sent.first().expect("a frame").start / 1_000_000;
         println!("the first frame of the {name} starts {start} us after power-up");
         assert!((90_000..=100_000).contains(&start), "{name}: {start} us");
+    }
+}
+
+/// The accelerometer of a sensor built for the PC has its first reading when that of a board has it.
+#[test]
+fn image_and_sensor_built_for_the_pc_send_their_first_frame_at_the_same_time() {
+    let rate = BitRate::K125;
+    let fixed_rate = [fsc::WRITE_BAUD_RATE, baud_rate_code(rate)];
+    for name in ["is2", "jn2101", "ims360", "tiltix080"] {
+        let memories = if name == "is2" {
+            [fixed(name, rate), saved_on_pc(name, &[&fixed_rate])]
+        } else {
+            [blank(), Flash::default()]
+        };
+        let [image, model] = memories;
+        let mut rig = Rig::with(name, BusRate::Fixed(rate), image);
+        rig.run(100);
+        let mut bus = Bus::new(BusRate::Fixed(rate));
+        let motion = tilt(name, 10.0, 5.0);
+        bus.attach(Device::new(&node_type(name), SERIAL, model, motion));
+        let tester = bus.adapter();
+        bus.open(tester, None, false);
+        bus.run_until(rig.bus.now());
+        let starts = [rig.sent(), bus.take_log()].map(|log| {
+            let first = log.first().expect("a frame");
+            first.start / 1_000_000
+        });
+        println!("the first frame of the {name} starts at {starts:?} us");
+        assert!(starts[0].abs_diff(starts[1]) < 4_000, "{name}: {starts:?}");
     }
 }
 

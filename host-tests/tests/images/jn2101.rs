@@ -194,6 +194,11 @@ fn self_test_reports_the_working_axes() {
                 "18A#00000000",
                 "the angle is held"
             );
+            for object in ["4220", "4620"] {
+                let refused = format!("58A#80{object}0022000008");
+                let request = format!("60A#2F{object}0001000000");
+                assert_eq!(bench.exchange(&request), [refused]);
+            }
             bench.wait(200);
         }
         let emergencies = bench.wait(1000);
