@@ -1,12 +1,14 @@
 //! Hands the linker its scripts. A build script works wherever cargo is started and whatever RUSTFLAGS says, where linker
 //! arguments in a configuration file would be lost, and a changed memory layout links anew.
+//!
+//! Cargo gives linker arguments to the programs of this package only. The build script of a program in another package gets them in
+//! `DEP_FIRMWARE_STM32_ARGUMENTS`: see `host-tests/template/build.rs`.
 
 use std::env::{var, var_os};
-use std::fs::write;
-use std::path::Path;
+use std::fs::{copy, write};
+use std::path::{Path, PathBuf};
 
 fn main() {
-    println!("cargo:rerun-if-changed=../memory.x");
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rustc-check-cfg=cfg(board)");
     if var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") {
@@ -21,26 +23,37 @@ fn main() {
     if bluepill {
         require_processor();
     }
-    // Before link.x, which includes memory.x.
-    if nucleo {
-        link("--defsym=NUCLEO_F446RE=1");
-    }
-    // The proof has the code of several products, and is not flashed.
-    println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
+    // Where the linker finds the scripts that link.x includes, also for a program of another package.
+    let folder = PathBuf::from(var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
+    println!("cargo:rustc-link-search={}", folder.display());
+    // In the published package, the memory is beside this file.
+    let memory = ["memory.x", "../memory.x"].map(Path::new);
+    let memory = memory.iter().find(|path| path.exists());
+    let memory = memory.expect("the package contains memory.x");
+    println!("cargo:rerun-if-changed={}", memory.display());
+    copy(memory, folder.join("memory.x")).expect("the folder can be written");
     // The Blue Pill has a vector table of its own. cortex-m-rt expects the names of its handlers in this file: this one is only in
     // products that detect the bit rate.
-    if bluepill && let Some(folder) = var_os("OUT_DIR") {
-        let folder = Path::new(&folder);
+    if bluepill {
         let handlers = "PROVIDE(TIM4 = DefaultHandler);\n";
         write(folder.join("device.x"), handlers).expect("the folder can be written");
-        println!("cargo:rustc-link-search={}", folder.display());
     }
-    // Do not align the segments to pages of 64 KiB: there are none.
-    link("--nmagic");
-    link("-Tlink.x");
+    // Without pages of 64 KiB, to which segments would be aligned.
+    let mut arguments = vec!["--nmagic"];
+    // Before link.x, which includes memory.x.
+    if nucleo {
+        arguments.push("--defsym=NUCLEO_F446RE=1");
+    }
+    arguments.push("-Tlink.x");
     if feature("DEFMT") {
-        link("-Tdefmt.x");
+        arguments.push("-Tdefmt.x");
     }
+    for argument in &arguments {
+        println!("cargo:rustc-link-arg-bins={argument}");
+    }
+    println!("cargo:arguments={}", arguments.join(" "));
+    // The proof has the code of several products, and is not flashed.
+    println!("cargo:rustc-link-arg-bin=panic-free=--defsym=PANIC_FREE=1");
 }
 
 /// Fails without the compiler flag of `.cargo/config.toml`: RUSTFLAGS replaces the flags there, and cargo finds that file only from inside
@@ -56,8 +69,4 @@ fn require_processor() {
 
 fn feature(name: &str) -> bool {
     var_os(format!("CARGO_FEATURE_{name}")).is_some()
-}
-
-fn link(argument: &str) {
-    println!("cargo:rustc-link-arg-bins={argument}");
 }

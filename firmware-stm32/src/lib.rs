@@ -20,6 +20,11 @@ compile_error!("one board only: `nucleo-f446re` goes with --no-default-features"
 #[cfg(all(target_os = "none", target_abi = "eabihf", feature = "bluepill"))]
 compile_error!("the Blue Pill has no FPU: build it with --target thumbv7m-none-eabi");
 
+/// For the macros of this crate.
+#[doc(hidden)]
+#[cfg(target_os = "none")]
+pub use cortex_m_rt;
+
 use plumbline::model::catalog::PRODUCTS;
 use plumbline::store::ImageId;
 
@@ -83,8 +88,8 @@ macro_rules! pulse_interrupt {
     () => {
         #[cfg(target_os = "none")]
         mod pulse {
-            use cortex_m_rt::interrupt;
             use $crate::board::Interrupt as interrupt;
+            use $crate::cortex_m_rt::interrupt;
 
             #[interrupt]
             fn TIM4() {
@@ -142,8 +147,19 @@ macro_rules! firmware {
             unsafe { LINK.on_transmitted() };
         }
 
+        /// The linker starts here without the script `link.x`, and finds that this function does not exist. With the script, the
+        /// program does not contain `_start`.
         #[cfg(target_os = "none")]
-        #[cortex_m_rt::entry]
+        #[unsafe(no_mangle)]
+        extern "C" fn _start() {
+            unsafe extern "C" {
+                safe fn linker_script_link_x_is_missing__use_the_build_script_of_the_template();
+            }
+            linker_script_link_x_is_missing__use_the_build_script_of_the_template();
+        }
+
+        #[cfg(target_os = "none")]
+        #[$crate::cortex_m_rt::entry]
         fn main() -> ! {
             // In static memory, so that its size is part of the image and not of the stack. `entry` makes it safe to borrow.
             static mut NODE: $node = <$node>::INITIAL;

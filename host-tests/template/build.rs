@@ -1,0 +1,8 @@
+//! Hands the linker the arguments of the board, which `firmware-stm32` knows. Without them, the program does not link.
+
+fn main() {
+    let arguments = std::env::var("DEP_FIRMWARE_STM32_ARGUMENTS").unwrap_or_default();
+    for argument in arguments.split_whitespace() {
+        println!("cargo:rustc-link-arg-bins={argument}");
+    }
+}
