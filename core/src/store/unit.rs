@@ -332,7 +332,9 @@ mod tests {
     fn name_has_1_to_32_printable_characters() {
         let longest = "x".repeat(NAME);
         for text in ["x", " ~", &longest] {
-            assert_eq!(Name::new(text).unwrap().text(), text);
+            let name = Name::new(text).unwrap();
+            assert_eq!(name.text(), text);
+            assert_eq!(std::format!("{name:?}"), std::format!("{text:?}"));
         }
         for text in ["", "\u{7f}", "a\nb", "\u{e4}", &(longest.clone() + "x")] {
             assert_eq!(Name::new(text), None, "{text:?}");

@@ -7,6 +7,7 @@ use crate::measure::definition::{perpendicular, rotation};
 use crate::measure::{ONE_G, mean_rate};
 use core::f64::consts::{PI, TAU};
 
+mod gaps;
 mod stability;
 
 /// The sample period in s.
@@ -218,29 +219,6 @@ fn bias_of_the_gyroscope_has_no_effect_after_60_seconds() {
             }
         }
     }
-}
-
-#[test]
-fn direction_and_bias_go_on_after_a_gap() {
-    let motion = Motion {
-        bias: 2.0,
-        ..Motion::REST
-    };
-    let mut fusion = tuned::<DELAY>(Q[1], R);
-    motion.run(&mut fusion, 60.0);
-    fusion.skip();
-    assert!(largest(&motion.run(&mut fusion, 5.0)) < 1e-3);
-    fusion.skip();
-    // The acceleration after the gap is that of a shock.
-    let shock = I32x3 {
-        x: 6 * ONE_G,
-        y: 0,
-        z: ONE_G,
-    };
-    let still = integers([0.0, 2.0, 0.0], 65_536.0);
-    let angle = perpendicular(fusion.step(shock, still, true)).x;
-    // A weight of 2 in 102.
-    assert!(angle.millidegrees().abs() < 6_800, "{angle:?}");
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use crate::tester::devicenet::{LevelTester, MAC_3, allocated, online, online_with, power_up};
 use plumbline::can::{BitRate, extended, standard};
+use plumbline::node::Node;
 use plumbline::node::{Action, BusEvent, BusMode, BusState};
 
 const REQUEST: &str = "41F#00620101020304";
@@ -41,6 +42,10 @@ fn lone_node_stays_pending_and_counts_from_the_acknowledge() {
     let mut tester = power_up(Some(MAC_3));
     tester.acknowledged = false;
     assert_eq!(tester.wait_text(10_000), [(0, REQUEST.into())]);
+    assert!(
+        !tester.node.sends_once(),
+        "the controller repeats the request"
+    );
     // Another node appears and acknowledges the request.
     tester.acknowledged = true;
     tester.acknowledge();
