@@ -14,8 +14,9 @@
 //!
 //! At the start the gain is 2 / (n + 1) at the n-th sample until it meets K: the mean of all samples, in which sample n has the weight
 //! n. A start at the first sample alone would send its vibration as an inclination for many time constants. The bias is estimated only
-//! from then on, and not while the mean acceleration is not 1 g. A single sample is never weighted by its own length: this would
-//! rectify a vibration along gravity. After a gap, the filter goes on with the last direction.
+//! from then on, and not while the mean acceleration is not 1 g. What was estimated in the last 4 s before is discarded then, because
+//! an acceleration can begin before its mean leaves 1 g. A single sample is never weighted by its own length: this would rectify a
+//! vibration along gravity. After a gap, the filter goes on with the last direction.
 //!
 //! | Q, at R = 10 | K | time constant of the correction | vibration of 0.5 g at 3 Hz |
 //! |---|---|---|---|
@@ -59,6 +60,9 @@ const KEPT: usize = 3;
 /// The number of samples that a vector has which another filter gives, or which is older than a gap: 0.5 s.
 const GIVEN: u32 = 100;
 
+/// The number of samples of an estimate of the bias before a copy of it is kept: 4 s.
+const TRIAL: u16 = 800;
+
 /// The rotation in the delay of the acceleration is limited to 1/2 rad about each axis, Q31: 2300 deg/s for 12 ms.
 const FORWARD_LIMIT: i64 = 1 << 30;
 
@@ -91,6 +95,10 @@ pub struct Fusion<const DELAY: u32> {
     up: [i64; 3],
     /// The rotation in a sample period that the gyroscope measures at rest, in radians, Q71.
     bias: [i64; 3],
+    /// Earlier biases: by 4 to 8 s, and by 0 to 4 s of estimation.
+    earlier: [[i64; 3]; 2],
+    /// The number of samples of the estimate since the newest earlier bias.
+    estimated: u16,
     /// The last rotations without bias, the newest first, in radians, Q31.
     rotations: [Vector; KEPT],
 }
@@ -110,6 +118,8 @@ impl<const DELAY: u32> Fusion<DELAY> {
             samples: 0,
             up: [0; 3],
             bias: [0; 3],
+            earlier: [[0; 3]; 2],
+            estimated: 0,
             rotations: [[0; 3]; KEPT],
         }
     }
@@ -151,7 +161,7 @@ impl<const DELAY: u32> Fusion<DELAY> {
     /// - `acceleration`: calibrated, not filtered, 1 g = 2^26, limited to +-8 g, `DELAY` older than the angular rate;
     /// - `rate`: the mean angular rate in the sample period that ends now, 1 deg/s = 2^16, limited to +-4096 deg/s. A value at the
     ///   end of the period instead would give a lag of half a period;
-    /// - `is_one_g`: the mean acceleration is about 1 g, so the bias can be estimated.
+    /// - `is_one_g`: the mean acceleration is about 1 g, so the bias can be estimated. If not, the bias of 4 to 8 s ago is in force again.
     pub fn step(&mut self, acceleration: I32x3, rate: I32x3, is_one_g: bool) -> I32x3 {
         let acceleration = limited(acceleration);
         if self.samples == 0 {
@@ -174,12 +184,29 @@ impl<const DELAY: u32> Fusion<DELAY> {
             let change = change.clamp(-BIAS_LIMIT / 4, BIAS_LIMIT / 4) << 4;
             *bias = (*bias + change).clamp(-BIAS_LIMIT, BIAS_LIMIT);
         }
+        self.keep_bias(is_one_g, learns);
         for ((up, predicted), measured) in self.up.iter_mut().zip(predicted).zip(measured) {
             let difference = i64::from(measured) - i64::from(predicted);
             *up += (i64::from(gain) * difference) << 1;
         }
         let [x, y, z] = self.up.map(|component| (component >> 32) as i32);
         I32x3 { x, y, z }
+    }
+
+    /// Keeps the bias after each [`TRIAL`]. Away from 1 g, an earlier one is in force again.
+    fn keep_bias(&mut self, is_one_g: bool, learns: bool) {
+        let [oldest, newest] = self.earlier;
+        if !is_one_g {
+            self.bias = oldest;
+            self.earlier = [oldest; 2];
+            self.estimated = 0;
+        } else if learns {
+            self.estimated += 1;
+            if self.estimated >= TRIAL {
+                self.earlier = [newest, self.bias];
+                self.estimated = 0;
+            }
+        }
     }
 
     /// The gain of the next sample, which is counted, Q31.
