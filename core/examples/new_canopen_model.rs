@@ -50,6 +50,7 @@ impl Product for Mast {
     type History = ErrorHistory<4>;
     type Text = Text<0>;
     type Lss = plumbline::canopen::Absent;
+    type Consumers = plumbline::canopen::Absent;
     type Block = plumbline::canopen::Absent;
     type State = ();
     const OBJECTS: &'static [Object] = plumbline::objects![

@@ -126,6 +126,11 @@ pub trait Values: Copy {
     /// The value of a quantity. A signed number is sign-extended to 32 bits. 0 for a quantity that the product does not have.
     fn number(&self, id: ValueId) -> u32;
 
+    /// The value of a quantity of 64 bits; unless a product says otherwise, its [number](Self::number) with sign.
+    fn wide(&self, id: ValueId) -> u64 {
+        i64::from(self.number(id) as i32) as u64
+    }
+
     /// The active faults.
     fn faults(&self) -> Faults;
 

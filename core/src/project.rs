@@ -55,6 +55,8 @@ macro_rules! project {
         };
         const STORED_SIZE: usize =
             $crate::param::projection::stored_size(<Self as $crate::param::Table>::PARAMETERS);
+        const REALS: bool =
+            $crate::param::projection::has_reals(<Self as $crate::param::Table>::PARAMETERS);
     };
     (objects) => {
         const ROWS: &'static [$crate::canopen::row::Row] = const {

@@ -20,6 +20,7 @@
 mod identifiers;
 mod pdo;
 
+use super::consumer::Consumers;
 use super::dictionary::{Object, Service, Target, object_at};
 use super::emcy::History;
 use super::feature::Feature;
@@ -30,6 +31,7 @@ use super::pdo::Tpdos;
 use super::product::{Product, TableOf, ValuesOf};
 use super::ranges::indices;
 use super::sdo::Buffer;
+use super::wide::has_wide;
 use crate::application::{Application, Values};
 use crate::mistake::Mistake;
 use crate::param::{DataType, Parameter, ParameterId, Permitted, Persistence, Quantity, Table};
@@ -45,6 +47,7 @@ pub const fn check<P: Product>() {
     check_profile(P::OBJECTS, parameters, quantities);
     check_highest(P::OBJECTS);
     pdo::check_tpdos::<P::Tpdos>(P::OBJECTS, parameters, quantities);
+    check_consumers(P::OBJECTS, <P::Consumers as Consumers>::COUNT);
     check_texts(P::OBJECTS, P::Text::CAPACITY);
     check_history(P::OBJECTS, P::History::CAPACITY);
     identifiers::check(P::OBJECTS, parameters);
@@ -55,6 +58,10 @@ pub const fn check<P: Product>() {
         "block transfer needs a buffer for texts with at least 4 bytes",
     );
     check_own::<P>();
+    Mistake::in_item("Text").unless(
+        P::WRITABLE >= 8 || !has_wide(P::OBJECTS, parameters, quantities),
+        "an object of 64 bits needs a buffer for texts with at least 8 bytes",
+    );
     if P::Lss::PRESENT {
         check_lss(P::OBJECTS);
     }
@@ -217,6 +224,26 @@ const fn check_highest(objects: &[Object]) {
                 .fail();
         }
         row = last + 1;
+    }
+}
+
+/// Checks that each entry of the heartbeat consumer is a parameter, and that their number is that of the product.
+#[track_caller]
+const fn check_consumers(objects: &[Object], count: usize) {
+    let mut sub = 1;
+    while sub <= count + 1 && sub < 256 {
+        let entry = object_at(objects, 0x1016, sub as u8);
+        Mistake::in_object(0x1016, sub as u8).unless(
+            entry.is_some() == (sub <= count),
+            "the number of entries is not that of `Consumers`",
+        );
+        if let Some(entry) = entry {
+            Mistake::in_object(0x1016, sub as u8).unless(
+                matches!(entry.target, Target::Parameter(_)),
+                "an entry of the heartbeat consumer is a parameter",
+            );
+        }
+        sub += 1;
     }
 }
 

@@ -171,9 +171,11 @@ impl<P: Product> Services<P> {
             return false;
         }
         let id = |node_id: u8| CanId::standard(cob_id::ERROR_CONTROL + u16::from(node_id));
-        let heard = self.consumers.all().iter().find(|consumer| {
-            consumer.node_id != 0 && id(consumer.node_id) == frame.can_id()
-        });
+        let heard = self
+            .consumers
+            .all()
+            .iter()
+            .find(|consumer| consumer.node_id != 0 && id(consumer.node_id) == frame.can_id());
         let Some(node_id) = heard.map(|consumer| consumer.node_id) else {
             return false;
         };

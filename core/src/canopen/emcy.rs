@@ -29,7 +29,7 @@ pub enum Cause {
     Overrun,
     /// The CAN controller is error passive.
     Passive,
-    /// Life guarding timed out.
+    /// Life guarding timed out, or the heartbeat of a monitored node is lost.
     Guarding,
     /// The CAN controller has recovered from bus-off.
     BusOff,
@@ -69,7 +69,7 @@ pub const COMMUNICATION: u8 = 1 << 4;
 pub const OVERRUN: FaultBit = fault("CAN overrun", Cause::Overrun, 0x8110, COMMUNICATION);
 /// The CAN controller is error passive.
 pub const PASSIVE: FaultBit = fault("CAN error passive", Cause::Passive, 0x8120, COMMUNICATION);
-/// Life guarding timed out.
+/// Life guarding timed out, or the heartbeat of a monitored node is lost.
 pub const GUARDING: FaultBit = fault("life guarding", Cause::Guarding, 0x8130, COMMUNICATION);
 /// The CAN controller has recovered from bus-off.
 pub const BUS_OFF: FaultBit = fault(

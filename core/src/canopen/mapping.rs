@@ -140,7 +140,7 @@ fn resolve<P: Product>(entry: u32) -> Result<Entry, Abort> {
     let [bits, sub, low, high] = entry.to_le_bytes();
     let index = u16::from_le_bytes([low, high]);
     let row = lookup::<P>(Address { index, sub })?;
-    let mapped = row.mapped();
+    let mapped = row.mapped().map(|entry| Services::<P>::widened(row, entry));
     let fits = |entry: &Entry| u32::from(entry.size) * 8 == bits.into();
     mapped.filter(fits).ok_or(Abort::NotMappable)
 }
@@ -153,5 +153,5 @@ pub(super) fn fixed_entry<P: Product>(number: u16, sub: u8) -> Option<Entry> {
         _ => return None,
     };
     let row = find_row::<P>(u16::from_le_bytes([low, high]), sub)?;
-    Some(row.mapped_value())
+    Some(Services::<P>::widened(row, row.mapped_value()))
 }

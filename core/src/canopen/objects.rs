@@ -1,6 +1,7 @@
 //! Read and write access to objects: the function of each kind of row in the node.
 
 use super::Abort;
+use super::consumer::{self, Consumers};
 use super::dictionary::Service;
 use super::emcy::History;
 use super::feature::Feature;
@@ -14,8 +15,9 @@ use super::row::{Kind, Row, find};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
+use super::wide;
 use crate::application::{Effect, Values};
-use crate::param::{ParameterRow, number};
+use crate::param::{ParameterId, ParameterRow, number};
 use crate::store::{Name, Unit};
 use crate::time::Instant;
 
@@ -71,6 +73,14 @@ impl<P: Product> Objects for View<'_, P> {
         row.size()
     }
 
+    fn lengths(row: &'static Row) -> (u32, u32) {
+        match row.size() {
+            0 if Services::<P>::is_wide(row) => (wide::SIZE.into(), wide::SIZE.into()),
+            0 => (0, P::WRITABLE as u32),
+            size => (size.into(), size.into()),
+        }
+    }
+
     fn misfit(
         &mut self,
         now: Instant,
@@ -94,10 +104,14 @@ impl<P: Product> Objects for View<'_, P> {
         if let Some(place) = row.own() {
             return self.services.own_text(self.cx, place);
         }
-        let constant = P::TEXTS.get(row.number() as usize);
-        let constant = constant.map_or(&[][..], |constant| constant.as_bytes());
         let mut text = P::Text::EMPTY;
         // There is always room: the size of the buffer is checked at compile time.
+        if Services::<P>::is_wide(row) {
+            text.append(&Services::<P>::wide_number(self.cx, row).to_le_bytes());
+            return text;
+        }
+        let constant = P::TEXTS.get(row.number() as usize);
+        let constant = constant.map_or(&[][..], |constant| constant.as_bytes());
         text.append(given_text(self.cx.shell.unit(), row).map_or(constant, Name::bytes));
         text
     }
@@ -106,6 +120,7 @@ impl<P: Product> Objects for View<'_, P> {
         let Self { services, cx } = self;
         cx.shell.wake_up();
         match row.kind() {
+            Kind::Parameter if Services::<P>::is_wide(row) => services.write_wide(cx, row, data),
             Kind::Parameter | Kind::CobId | Kind::Command => {
                 let value = number(data);
                 services.write(cx, now, row, value)
@@ -177,6 +192,7 @@ impl<P: Product> Services<P> {
         }
         self.check_state(row.index())?;
         self.check_sync(cx, row.index(), value)?;
+        self.check_consumer(cx, row, value)?;
         let mut value = value;
         if row.kind() == Kind::CobId {
             let stored = cx.parameters.get(row.id());
@@ -227,7 +243,7 @@ impl<P: Product> Services<P> {
         tpdo.is_some_and(Tpdo::is_mapped)
     }
 
-    fn carry_out(&mut self, cx: &mut ContextOf<P>, effect: Effect) -> Written {
+    pub(super) fn carry_out(&mut self, cx: &mut ContextOf<P>, effect: Effect) -> Written {
         match effect {
             Effect::None => Written::Done,
             Effect::Store => self.save(cx, What::AtOnce),
@@ -336,6 +352,9 @@ impl<P: Product> Services<P> {
             0x1005 | 0x1014 => identifiers_changed = self.take_sync(cx),
             0x100C | 0x100D => self.configure_guarding(cx, now),
             0x1015 => self.configure_emergency(cx),
+            consumer::INDEX if P::Consumers::COUNT > 0 => {
+                identifiers_changed = self.configure_consumers(cx);
+            }
             0x1017 => {
                 self.configure_heartbeat(cx, now);
                 self.configure_guarding(cx, now);
@@ -350,6 +369,16 @@ impl<P: Product> Services<P> {
             self.readdress(cx);
         }
     }
+}
+
+/// Whether a running save refuses a change of this parameter.
+pub(super) fn is_busy<P: Product>(
+    services: &Services<P>,
+    cx: &ContextOf<P>,
+    id: ParameterId,
+) -> bool {
+    let at_once = ParametersOf::<P>::row(id).is_some_and(ParameterRow::is_stored_at_once);
+    cx.is_saving() && (at_once || services.saved.overwrites())
 }
 
 /// The number that the unit has in place of a constant; None: it has the constant.

@@ -3,6 +3,7 @@
 use super::pdo::{OPERATIONAL, Reaction, Source, Tpdo, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};
+use super::wide::{SIZE, wide_parameter};
 
 use crate::application::Values;
 use crate::can::{CanId, Frame};
@@ -107,6 +108,15 @@ impl<P: Product> Services<P> {
         let (mut data, mut length) = (0_u64, 0);
         // From the last object to the first, because 64-bit shifts by a constant are short.
         for entry in self.tpdos.mapping(number).iter().rev() {
+            // Such an object fills the frame.
+            if Self::WIDE && entry.size == SIZE {
+                data = match entry.source {
+                    Source::Parameter => wide_parameter::<P>(cx, ParameterId(entry.id)),
+                    _ => cx.values.wide(ValueId(entry.id)),
+                };
+                length = SIZE;
+                break;
+            }
             let value = u64::from(match entry.source {
                 Source::Parameter if P::Tpdos::DYNAMIC => cx.parameters.get(ParameterId(entry.id)),
                 Source::Own if P::Tpdos::DYNAMIC => self.own_number(cx, entry.id),

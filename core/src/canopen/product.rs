@@ -1,5 +1,6 @@
 //! The description of a product with the CANopen protocol.
 
+use super::consumer::Consumers;
 use super::dictionary::Object;
 use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::{Feature, Initial};
@@ -83,6 +84,10 @@ pub trait Product: Sized + 'static {
     /// SDO block transfer: [`Absent`](super::Absent) or `Present<Block>`. With block transfer, [`Text`](Self::Text) has at least 4
     /// bytes.
     type Block: Feature<Block>;
+
+    /// The nodes whose heartbeat it monitors (1016h): [`Absent`](super::Absent), or for example `Heartbeats<4>`. The number must be that of
+    /// the dictionary.
+    type Consumers: Consumers;
 
     /// The object dictionary, sorted by index and sub-index.
     const OBJECTS: &'static [Object];

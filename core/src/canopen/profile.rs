@@ -376,6 +376,33 @@ pub const fn identity(vendor: u32, product: u32, revision: u32) -> [Object; 5] {
     ]
 }
 
+/// The entries of the heartbeat consumer (1016h), with ids from `first` on. No node is monitored as delivered.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn consumer_parameters<const N: usize>(first: ParameterId) -> [Parameter; N] {
+    let mut rows = [Parameter::PLAIN; N];
+    let mut place = 0;
+    while place < N {
+        let id = ParameterId(first.0 + place as u8);
+        rows[place] =
+            Parameter::new(id, "Consumer heartbeat time", DataType::U32).within(0, 0x00FF_FFFF, 0);
+        place += 1;
+    }
+    rows
+}
+
+/// Consumer heartbeat time (1016h). `first` is the id of its first parameter, `N` the number of entries plus 1.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub const fn consumers<const N: usize>(first: ParameterId) -> [Object; N] {
+    let last = N as u8 - 1;
+    let mut rows = [highest(0x1016, "Consumer heartbeat time", DataType::U8, last); N];
+    let mut sub = 1;
+    while sub < N {
+        rows[sub] = Object::parameter(0x1016, sub as u8, ParameterId(first.0 + sub as u8 - 1));
+        sub += 1;
+    }
+    rows
+}
+
 /// Server SDO parameter (1200h).
 pub const SERVER_SDO: [Object; 3] = [
     highest(0x1200, "Server SDO parameter", DataType::U8, 2),

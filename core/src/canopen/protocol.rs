@@ -1,6 +1,7 @@
 //! The protocol: timers, saves and faults. The received frames are in `receive.rs`.
 
 use super::cob_id;
+use super::consumer::Consumers;
 use super::emcy::{self, Cause, Emergency, FaultBit};
 use super::feature::{Feature, Initial};
 use super::guarding::Guarding;
@@ -44,6 +45,7 @@ pub(super) struct Services<P: Product> {
     /// The faults of the application that were reported last.
     faults: Faults,
     pub(super) guarding: Guarding,
+    pub(super) consumers: P::Consumers,
     pub(super) lss: P::Lss,
     /// The state of the own objects of the product.
     pub(super) own: P::State,
@@ -111,8 +113,8 @@ impl<P: Product> Canopen<P> {
         }
     }
 
-    /// Handles the time-out of life guarding: sends an emergency message and performs the error behaviour (1029h).
-    fn lose_master(&mut self, cx: &mut ContextOf<P>, now: Instant) {
+    /// Handles the time-out of life guarding, or the loss of the heartbeat of a node: sends an emergency message and performs the error behaviour (1029h).
+    pub(super) fn lose_master(&mut self, cx: &mut ContextOf<P>, now: Instant) {
         /// Error behaviour (1029h): no change of the NMT state.
         const NO_CHANGE: u32 = 1;
         /// Error behaviour (1029h): stopped.
@@ -134,8 +136,8 @@ impl<P: Product> Canopen<P> {
 impl<P: Product> Protocol<P::Application> for Canopen<P> {
     // The heartbeat, the TPDOs, and one emergency message.
     const FRAMES: usize = 2 + P::Tpdos::COUNT;
-    // NMT, SYNC, SDO requests, guarding, remote frames for the TPDOs, and LSS requests.
-    const FILTERS: usize = 4 + P::Tpdos::COUNT + P::Lss::PRESENT as usize;
+    // NMT, SYNC, SDO requests, guarding, remote frames for the TPDOs, heartbeats, and LSS requests.
+    const FILTERS: usize = 4 + P::Tpdos::COUNT + P::Consumers::COUNT + P::Lss::PRESENT as usize;
 
     const INITIAL: Self = Self {
         sdo: Server::IDLE,
@@ -150,6 +152,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             emergency: Emergency::INITIAL,
             faults: Faults::NONE,
             guarding: Guarding::OFF,
+            consumers: P::Consumers::INITIAL,
             lss: P::Lss::INITIAL,
             own: P::State::INITIAL,
             unsynchronised: 0,
@@ -237,6 +240,7 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
                     self.lose_master(cx, now);
                 }
                 self.services.earliest = self.services.guarding.deadline();
+                self.tick_consumers(cx, now);
             }
             1 => {
                 if let Some(expired) = self.sdo.poll(now) {
@@ -293,6 +297,10 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
             .map(Filter::exact)
             .for_each(&mut *accept);
         let tpdos = services.tpdos.all().iter().map(Tpdo::id);
+        services
+            .heard_ids()
+            .map(Filter::exact)
+            .for_each(&mut *accept);
         for id in own.into_iter().chain(tpdos) {
             accept(Filter::exact(CanId::standard(id)));
         }
@@ -300,15 +308,16 @@ impl<P: Product> Protocol<P::Application> for Canopen<P> {
 }
 
 impl<P: Product> Services<P> {
-    /// Reports a life guarding time-out, or its end, as a fault.
+    /// Reports a life guarding time-out or the loss of a heartbeat, or its end, as a fault.
     pub(super) fn report_guarding(&mut self, cx: &mut ContextOf<P>) {
-        let fault = if self.guarding.failed() {
-            Self::GUARDING
-        } else {
-            0
-        };
+        let fault = if self.has_lost() { Self::GUARDING } else { 0 };
         self.emergency.update(Self::GUARDING, fault);
         self.show(cx);
+    }
+
+    /// Whether life guarding has timed out, or the heartbeat of a node is lost.
+    fn has_lost(&self) -> bool {
+        self.guarding.failed() || self.lost()
     }
 
     /// Takes over changed faults of the application.
@@ -372,7 +381,7 @@ impl<P: Product> Services<P> {
             State::Stopped | State::Initialising => leds.stopped,
         };
         let error = match cx.shell.bus_state() {
-            BusState::Active | BusState::Warning | BusState::Passive if self.guarding.failed() => {
+            BusState::Active | BusState::Warning | BusState::Passive if self.has_lost() => {
                 leds.guarding
             }
             state => leds.error.of(state),

@@ -37,6 +37,8 @@ impl<P: Product> Canopen<P> {
             && id == CanId::standard(cob_id::ERROR_CONTROL + node_id)
         {
             services.guard(cx, now, frame);
+        } else if services.hear(cx, now, frame) {
+            return None;
         } else if frame.is_remote() {
             services.request(cx, now, id);
         }

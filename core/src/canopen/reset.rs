@@ -1,6 +1,7 @@
 //! Reset node and reset communication (CiA 301, 7.3.2.2).
 
 use super::cob_id;
+use super::consumer::Consumers;
 use super::guarding::Guarding;
 use super::mapping::fixed_entry;
 use super::nmt::State;
@@ -112,6 +113,7 @@ impl<P: Product> Services<P> {
         self.configure_guarding(cx, now);
         self.configure_heartbeat(cx, now);
         self.configure_emergency(cx);
+        let mut changed = self.configure_consumers(cx);
         self.tpdos.all_mut().iter_mut().for_each(Tpdo::reset);
         if P::Tpdos::DYNAMIC {
             self.restore_mappings(cx, now);
@@ -120,7 +122,7 @@ impl<P: Product> Services<P> {
         }
         // Sent after the boot-up message.
         self.emergency.restart();
-        let mut changed = before != (self.node_id, self.rate);
+        changed |= before != (self.node_id, self.rate);
         for number in 0..P::Tpdos::COUNT {
             changed |= self.configure_tpdo(cx, now, number);
         }
@@ -139,6 +141,7 @@ impl<P: Product> Services<P> {
         self.heartbeat.stop();
         self.guarding = Guarding::OFF;
         self.emergency.silence();
+        self.consumers = P::Consumers::INITIAL;
     }
 
     /// Sets the parameters of the communication profile to their stored values, or to their factory values if they are not

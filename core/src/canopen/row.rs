@@ -10,7 +10,7 @@
 //!       |      2..4 type, 0 readable, 1 writable           | index of a text    |
 //!       +--------------------------------------------------+--------------------+
 //!
-//!  ids  bits 0..7 parameter, 8..15 value, 16 mappable
+//!  ids  bits 0..7 parameter, 8..15 value, 16 mappable, 18 real number of 64 bits
 //!  service  bits 0..7 service, or 0..7 place in the own objects and 17 own, 16 mappable
 //! ```
 
@@ -49,6 +49,9 @@ const MAPPABLE: u32 = 1 << 16;
 /// In the target of a service: it is an own object of the product.
 const OWN: u32 = 1 << 17;
 
+/// In the target of a parameter: a real number of 64 bits.
+const REAL_64: u32 = 1 << 18;
+
 impl Row {
     /// The index.
     pub const fn index(&self) -> u16 {
@@ -71,6 +74,16 @@ impl Row {
     /// The size of a number in bytes; 0 for a text.
     pub const fn size(&self) -> u8 {
         DataType::size_of((self.columns >> DATA_TYPE) as u8)
+    }
+
+    /// Whether it has 64 bits: the type is that of a text.
+    pub(super) const fn is_wide(&self) -> bool {
+        self.size() == 0 && matches!(self.kind(), Kind::Parameter | Kind::Value)
+    }
+
+    /// Whether it is a parameter with a real number of 64 bits.
+    pub(super) const fn is_real_64(&self) -> bool {
+        self.is_wide() && self.target & REAL_64 != 0
     }
 
     /// Whether it can be read.
@@ -262,7 +275,22 @@ pub const fn rows<const N: usize>(
             columns |= Access::Wo.bits();
         }
         columns |= (kind as u32) << KIND;
-        columns |= (object.data_type(parameters, quantities) as u32) << DATA_TYPE;
+        let data_type = object.data_type(parameters, quantities);
+        // Bits 0 to 2 are the form in which the device handles it.
+        columns |= (data_type as u32 & 7) << DATA_TYPE;
+        let is_real_64 = matches!(data_type, DataType::Real64);
+        mistake.unless(
+            !data_type.is_wide()
+                || matches!(object.target, Target::Parameter(_) | Target::Value(_)),
+            "only a parameter or a value has 64 bits",
+        );
+        let target = match object.target {
+            Target::Parameter(id) if data_type.is_wide() => {
+                mapped = mapped.with(ParameterId(id.0 + 1));
+                target | if is_real_64 { REAL_64 } else { 0 }
+            }
+            _ => target,
+        };
         rows[row] = Row { columns, target };
         row += 1;
     }
@@ -299,7 +327,7 @@ const fn check(object: &Object) {
     if let Target::Constant(number) = object.target {
         let size = object.data_type.size();
         mistake.unless(
-            size == 4 || size > 0 && number >> (8 * size) == 0,
+            size >= 4 || size > 0 && number >> (8 * size) == 0,
             "the constant must fit its type",
         );
     }

@@ -7,7 +7,8 @@ pub struct ParameterId(pub u8);
 
 /// The type of a number, or a text.
 ///
-/// Bits 0 and 1 of the discriminant are the base-2 logarithm of the size in bytes; bit 2 is set for signed types.
+/// Bits 0 and 1 of the discriminant are the base-2 logarithm of the size in bytes; bit 2 is set for signed types. Bits 0 to 2 of the types
+/// with bit 3 are those of the form in which the device handles them: 32 bits, or as a text of 8 bytes.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 #[repr(u8)]
 pub enum DataType {
@@ -25,6 +26,14 @@ pub enum DataType {
     I16 = 5,
     /// 32 bits, signed (two's complement).
     I32 = 6,
+    /// 64 bits, unsigned. A parameter of 64 bits has two rows ([`Parameter::wide`]).
+    U64 = 11,
+    /// 32 bits, a real number (IEEE 754). A parameter refuses what is no number.
+    Real32 = 14,
+    /// 64 bits, signed (two's complement).
+    I64 = 15,
+    /// 64 bits, a real number (IEEE 754).
+    Real64 = 31,
 }
 
 impl DataType {
@@ -55,6 +64,16 @@ impl DataType {
         }
     }
 
+    /// Whether numbers of this type have 64 bits.
+    pub const fn is_wide(self) -> bool {
+        self.size() == 8
+    }
+
+    /// Whether numbers of this type are real numbers.
+    pub const fn is_real(self) -> bool {
+        matches!(self, Self::Real32 | Self::Real64)
+    }
+
     /// Whether numbers of this type are signed.
     pub const fn is_signed(self) -> bool {
         self as u8 & 4 != 0
@@ -62,7 +81,7 @@ impl DataType {
 
     /// The value of the raw number `bytes`, for example -1 for FFFFh in an [`I16`](Self::I16).
     pub const fn value(self, bytes: u32) -> i64 {
-        let unused = 32 - 8 * self.size() as u32;
+        let unused = 32_u32.saturating_sub(8 * self.size() as u32);
         if self.is_signed() {
             (((bytes << unused) as i32) >> unused) as i64
         } else {
@@ -70,8 +89,13 @@ impl DataType {
         }
     }
 
-    /// The lowest and the highest value of a number of this type.
+    /// The lowest and the highest value of a number of this type, as far as `i64` has them. Those of real numbers are whole numbers.
     pub const fn range(self) -> (i64, i64) {
+        match self {
+            Self::U64 => return (0, i64::MAX),
+            Self::I64 | Self::Real32 | Self::Real64 => return (i64::MIN, i64::MAX),
+            _ => {}
+        }
         let bits = 8 * self.size() as u32;
         if self.is_signed() {
             (-(1 << (bits - 1)), (1 << (bits - 1)) - 1)
@@ -195,13 +219,36 @@ impl Parameter {
         }
     }
 
-    /// The same with a range of permitted numbers and a factory value, all as numbers without decimal point.
+    /// The same with a range of permitted numbers and a factory value, all as numbers without decimal point. Those of a real number are
+    /// whole numbers.
     pub const fn within(self, low: i64, high: i64, factory: i32) -> Self {
+        let unused = 32_u32.saturating_sub(8 * self.data_type.size() as u32);
         Self {
             permitted: Permitted::Range(low, high),
-            factory: factory as u32 & (u32::MAX >> (32 - 8 * self.data_type.size() as u32)),
+            factory: match self.data_type {
+                DataType::Real32 => (factory as f32).to_bits(),
+                _ => factory as u32 & (u32::MAX >> unused),
+            },
             ..self
         }
+    }
+
+    /// The two rows of a parameter of 64 bits with these bits as its factory value: the lower and the upper 32 bits, which has the next id
+    /// and no object.
+    pub const fn wide(self, factory: u64) -> [Self; 2] {
+        let lower = Self {
+            factory: factory as u32,
+            ..self
+        };
+        let upper = Self {
+            id: ParameterId(self.id.0 + 1),
+            name: "",
+            data_type: DataType::U32,
+            unit: "",
+            factory: (factory >> 32) as u32,
+            ..self
+        };
+        [lower, upper]
     }
 }
 
@@ -303,6 +350,30 @@ mod tests {
         }
         assert_eq!(DataType::of(DataType::Text as u8), DataType::Text);
         assert_eq!(DataType::size_of(DataType::Text as u8), 0);
+    }
+
+    #[test]
+    fn wide_and_real_types_have_the_form_of_the_device() {
+        for (data_type, size, form) in [
+            (DataType::Real32, 4, DataType::I32),
+            (DataType::U64, 8, DataType::Text),
+            (DataType::I64, 8, DataType::Text),
+            (DataType::Real64, 8, DataType::Text),
+        ] {
+            assert_eq!(data_type.size(), size);
+            assert_eq!(data_type.is_wide(), size == 8);
+            assert_eq!(DataType::of(data_type as u8 & 7), form);
+            assert_eq!(DataType::size_of(data_type as u8 & 7), form.size());
+        }
+    }
+
+    #[test]
+    fn parameter_of_64_bits_has_two_rows() {
+        let parameter = Parameter::new(ParameterId(3), "count", DataType::U64).in_unit("h", 0);
+        let [lower, upper] = parameter.wide(0x0000_0002_8000_0001);
+        assert_eq!((lower.id, lower.factory), (ParameterId(3), 0x8000_0001));
+        assert_eq!((upper.id, upper.factory), (ParameterId(4), 2));
+        assert_eq!((upper.data_type, upper.unit), (DataType::U32, ""));
     }
 
     #[test]

@@ -41,6 +41,7 @@ mod coding;
 mod description;
 pub mod ids;
 pub mod projection;
+mod real;
 mod row;
 mod set;
 mod setting;
@@ -51,6 +52,7 @@ pub use description::{
     Constraint, DataType, Meaning, Parameter, ParameterId, Permitted, Persistence, Quantity,
     Ranges, ValueId,
 };
+pub use real::{is_nan, is_nan_64, real32};
 pub use row::{Limits, ParameterRow, Refused};
 pub use set::ParameterSet;
 pub use setting::Setting;

@@ -46,6 +46,12 @@ pub const fn rows<const N: usize>(
             "the id of a parameter must be its index",
         );
         check(parameter);
+        if parameter.data_type.is_wide() {
+            Mistake::in_parameter(row, parameter.name).unless(
+                row + 1 < N && is_upper(parameter, &parameters[row + 1]),
+                "a parameter of 64 bits has two rows: `Parameter::wide`",
+            );
+        }
         let ignored_bits = match parameter.permitted {
             Permitted::Ranges(ranges) => ranges.ignored_bits,
             _ => 0,
@@ -60,6 +66,18 @@ pub const fn rows<const N: usize>(
     }
     check_constraints(parameters, constraints);
     rows
+}
+
+/// Whether a parameter is a real number of 32 bits.
+pub const fn has_reals(parameters: &[Parameter]) -> bool {
+    let mut row = 0;
+    while row < parameters.len() {
+        if let DataType::Real32 = parameters[row].data_type {
+            return true;
+        }
+        row += 1;
+    }
+    false
 }
 
 /// The number of ranges in the pool.
@@ -90,7 +108,9 @@ pub const fn stored_size(parameters: &[Parameter]) -> usize {
     let mut row = 0;
     while row < parameters.len() {
         if parameters[row].persistence as u8 != Persistence::Volatile as u8 {
-            size += parameters[row].data_type.size() as usize;
+            // A row of a parameter of 64 bits has 32.
+            let own = parameters[row].data_type.size() as usize;
+            size += if own > 4 { 4 } else { own };
         }
         row += 1;
     }
@@ -126,7 +146,10 @@ const fn count(parameter: &Parameter) -> usize {
 const fn limits(parameter: &Parameter, range: usize) -> Limits {
     let (low, high) = match parameter.permitted {
         Permitted::Any => (0, u32::MAX),
-        Permitted::Range(low, high) => (low as u32, high as u32),
+        Permitted::Range(low, high) => match parameter.data_type {
+            DataType::Real32 => ((low as f32).to_bits(), (high as f32).to_bits()),
+            _ => (low as u32, high as u32),
+        },
         Permitted::Named if is_sequence(parameter) => {
             let names = parameter.meanings;
             (names[0].0, names[names.len() - 1].0)
@@ -179,6 +202,14 @@ const fn is_alike(one: &Parameter, other: &Parameter) -> bool {
     true
 }
 
+/// Whether a row is that of the upper 32 bits of a parameter.
+const fn is_upper(parameter: &Parameter, upper: &Parameter) -> bool {
+    matches!(upper.data_type, DataType::U32)
+        && matches!(upper.permitted, Permitted::Any)
+        && upper.name.is_empty()
+        && upper.persistence as u8 == parameter.persistence as u8
+}
+
 /// Checks that a description is consistent.
 #[track_caller]
 const fn check(parameter: &Parameter) {
@@ -189,6 +220,10 @@ const fn check(parameter: &Parameter) {
     mistake.unless(
         fits(data_type, parameter.factory),
         "the factory value must fit the type",
+    );
+    mistake.unless(
+        !data_type.is_wide() || matches!(parameter.permitted, Permitted::Any),
+        "a parameter of 64 bits permits all numbers",
     );
     match parameter.permitted {
         Permitted::Range(low, high) => {
@@ -221,10 +256,13 @@ const fn check(parameter: &Parameter) {
 }
 
 const fn fits(data_type: DataType, number: u32) -> bool {
-    data_type.size() == 4 || number >> (8 * data_type.size()) == 0
+    data_type.size() >= 4 || number >> (8 * data_type.size()) == 0
 }
 
 pub(crate) const fn permits(parameter: &Parameter, value: u32) -> bool {
+    if matches!(parameter.data_type, DataType::Real32) && super::is_nan(value) {
+        return false;
+    }
     let value = match parameter.permitted {
         Permitted::Any => return true,
         Permitted::Ranges(ranges) => return ranges.contain(value),

@@ -12,7 +12,7 @@
 //! limits in the pool are ordered numbers: for signed types the sign bit is inverted, so that they can be compared as unsigned
 //! numbers.
 
-use super::{DataType, Persistence};
+use super::{DataType, Persistence, real};
 
 /// The lowest and the highest number of a range, as ordered numbers.
 pub type Limits = (u32, u32);
@@ -40,6 +40,17 @@ pub enum Refused {
 
 const PERSISTENCE: u32 = 3;
 const IGNORED_BITS: u32 = 5;
+/// In the form: a real number of 32 bits.
+const REAL: u16 = 1 << 7;
+
+/// The type in the form: a row of a parameter of 64 bits has 32 bits.
+const fn form_of(data_type: DataType) -> u16 {
+    match data_type {
+        DataType::Real32 => DataType::U32 as u16 | REAL,
+        DataType::U64 | DataType::I64 | DataType::Real64 => DataType::U32 as u16,
+        _ => data_type as u16,
+    }
+}
 
 impl ParameterRow {
     pub(super) const fn new(
@@ -50,7 +61,7 @@ impl ParameterRow {
     ) -> Self {
         assert!(ignored_bits < 4);
         assert!(first + count < 256, "too many permitted ranges");
-        let form = data_type as u16 | (persistence as u16) << PERSISTENCE;
+        let form = form_of(data_type) | (persistence as u16) << PERSISTENCE;
         Self {
             first: first as u8,
             count: count as u8,
@@ -68,6 +79,11 @@ impl ParameterRow {
         DataType::of((self.form & 7) as u8)
     }
 
+    /// Whether it is a real number of 32 bits.
+    pub(super) const fn is_real(self) -> bool {
+        self.form & REAL != 0
+    }
+
     /// Whether it is part of the stored image.
     pub const fn is_stored(self) -> bool {
         self.form >> PERSISTENCE & 3 != Persistence::Volatile as u16
@@ -80,7 +96,19 @@ impl ParameterRow {
 
     /// Whether `value` is permitted, independent of the other parameters.
     pub(super) fn check(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
-        let value = self.ordered(value);
+        self.check_ordered(self.ordered(value), pool)
+    }
+
+    /// The same for a real number, which must be a number.
+    pub(super) fn check_real(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
+        if real::is_nan(value) {
+            return Err(Refused::NotPermitted);
+        }
+        self.check_ordered(real::ordered(value), pool)
+    }
+
+    #[inline]
+    fn check_ordered(self, value: u32, pool: &'static [Limits]) -> Result<(), Refused> {
         let (first, count) = (usize::from(self.first), usize::from(self.count));
         let ranges = pool.get(first..first + count).unwrap_or(&[]);
         match ranges {
@@ -107,7 +135,9 @@ impl ParameterRow {
 
 /// The ordered number of `value`: unsigned, with the same order as the values of the type.
 pub(super) const fn ordered(data_type: DataType, value: u32) -> u32 {
-    if data_type.is_signed() {
+    if matches!(data_type, DataType::Real32) {
+        real::ordered(value)
+    } else if data_type.is_signed() {
         data_type.value(value) as u32 ^ 1 << 31
     } else {
         value
@@ -172,6 +202,36 @@ mod tests {
             assert_eq!(row.check(0x80 | flags, &POOL), Ok(()));
         }
         assert_eq!(row.check(0x80 | 1 << 29, &POOL), Err(Refused::NotPermitted));
+    }
+
+    #[test]
+    fn real_number_is_compared_as_such_and_nan_is_refused() {
+        static POOL: [Limits; 1] = [(
+            real::ordered((-90.0_f32).to_bits()),
+            real::ordered(90.0_f32.to_bits()),
+        )];
+        let limited = row(DataType::Real32, 0, 1);
+        for (value, expected) in [
+            (-90.0_f32, Ok(())),
+            (90.0, Ok(())),
+            (-0.0, Ok(())),
+            (90.00001, Err(Refused::TooHigh)),
+            (-90.00001, Err(Refused::TooLow)),
+            (f32::INFINITY, Err(Refused::TooHigh)),
+            (f32::NEG_INFINITY, Err(Refused::TooLow)),
+            (f32::NAN, Err(Refused::NotPermitted)),
+            (-f32::NAN, Err(Refused::NotPermitted)),
+        ] {
+            assert_eq!(
+                limited.check_real(value.to_bits(), &POOL),
+                expected,
+                "{value}"
+            );
+        }
+        let any = row(DataType::Real32, 0, 0);
+        assert_eq!(any.check_real(f32::INFINITY.to_bits(), &[]), Ok(()));
+        let refused = Err(Refused::NotPermitted);
+        assert_eq!(any.check_real(f32::NAN.to_bits(), &[]), refused);
     }
 
     #[test]

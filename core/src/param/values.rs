@@ -11,8 +11,8 @@ use core::marker::PhantomData;
 
 /// The parameters of a product: their description, and the form that the device uses.
 ///
-/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL` and `STORED_SIZE` from
-/// `PARAMETERS` and `CONSTRAINTS`, so that they always match.
+/// [`project!(parameters)`](crate::project) derives `Numbers`, `FACTORY`, `PARAMETER_ROWS`, `POOL`, `STORED_SIZE` and `REALS`
+/// from `PARAMETERS` and `CONSTRAINTS`, so that they always match.
 pub trait Table: 'static {
     /// The description; the id of each row is its index.
     const PARAMETERS: &'static [Parameter];
@@ -31,6 +31,8 @@ pub trait Table: 'static {
     const POOL: &'static [Limits];
     /// The size in bytes of the stored values.
     const STORED_SIZE: usize;
+    /// Whether a parameter is a real number.
+    const REALS: bool;
 }
 
 /// An array with a number for each parameter.
@@ -88,9 +90,16 @@ impl<T: Table> Parameters<T> {
     /// Whether `value` is permitted for a parameter, independent of the other parameters.
     pub fn check(id: ParameterId, value: u32) -> Result<(), Refused> {
         match Self::row(id) {
-            Some(row) => row.check(value, T::POOL),
+            Some(row) => Self::check_row(row, value),
             None => Err(Refused::NotPermitted),
         }
+    }
+
+    fn check_row(row: ParameterRow, value: u32) -> Result<(), Refused> {
+        if T::REALS && row.is_real() {
+            return row.check_real(value, T::POOL);
+        }
+        row.check(value, T::POOL)
     }
 
     /// Whether the values fulfil the constraints of the table.
@@ -179,7 +188,7 @@ impl<T: Table> Parameters<T> {
             }
             let (value, rest) = bytes.split_at_checked(row.size().into())?;
             let value = number(value);
-            row.check(value, T::POOL).ok()?;
+            Self::check_row(row, value).ok()?;
             self.set(id, value);
             bytes = rest;
         }

@@ -191,6 +191,7 @@ impl canopen::Product for Both {
     type History = ErrorHistory<4>;
     type Text = Text<0>;
     type Lss = canopen::Absent;
+    type Consumers = canopen::Absent;
     type Block = canopen::Absent;
     type State = ();
 

@@ -93,6 +93,7 @@ impl Product for Sensing {
     type History = ErrorHistory<4>;
     type Text = Text<0>;
     type Lss = Absent;
+    type Consumers = Absent;
     type Block = Absent;
     type State = ();
     const OBJECTS: &'static [Object] = plumbline::objects![

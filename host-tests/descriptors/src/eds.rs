@@ -244,7 +244,7 @@ fn variable(text: &mut String, name: &str, parameter: &str, described: &Describe
 /// ARRAY or RECORD: as defined for the objects of CiA 301 (7.5.2); all others are records.
 fn object_type(index: u16) -> &'static str {
     match index {
-        0x1003 | 0x1010 | 0x1011 | 0x1029 => "0x8",
+        0x1003 | 0x1010 | 0x1011 | 0x1016 | 0x1029 => "0x8",
         _ => "0x9",
     }
 }
@@ -257,7 +257,11 @@ fn data_type(data_type: DataType) -> &'static str {
         DataType::U8 => "0x0005",
         DataType::U16 => "0x0006",
         DataType::U32 => "0x0007",
+        DataType::Real32 => "0x0008",
         DataType::Text => "0x0009",
+        DataType::Real64 => "0x0011",
+        DataType::I64 => "0x0015",
+        DataType::U64 => "0x001B",
     }
 }
 
@@ -275,6 +279,14 @@ fn default(described: &Described) -> Option<String> {
         return Some(text.to_owned());
     }
     let data_type = described.data_type();
+    if let Some(bits) = described.bits() {
+        return Some(match data_type {
+            DataType::Real32 => format!("{:?}", f32::from_bits(bits as u32)),
+            DataType::Real64 => format!("{:?}", f64::from_bits(bits)),
+            DataType::I64 => (bits as i64).to_string(),
+            _ => format!("0x{bits:X}"),
+        });
+    }
     let factory = described.factory()?;
     if is_entry(described.object) {
         return Some(format!("0x{factory:08X}"));

@@ -122,6 +122,9 @@ impl<'a> Described<'a> {
             return None;
         }
         let (low, high) = Number::from(parameter).limits;
+        if parameter.data_type.is_real() {
+            return Some((low, high));
+        }
         let factory = parameter.data_type.value(parameter.factory);
         Some((low.min(factory), high.max(factory)))
     }
@@ -143,6 +146,20 @@ impl<'a> Described<'a> {
             values.find(|(id, _)| *id == parameter.id)
         });
         own.map_or(parameter.factory, |(_, value)| value)
+    }
+
+    /// The bits of the factory value of a parameter of 64 bits or with a real number; None for others.
+    pub fn bits(&self) -> Option<u64> {
+        let parameter = self.parameter()?;
+        let lower = u64::from(self.factory_of(parameter));
+        if !parameter.data_type.is_wide() {
+            return parameter.data_type.is_real().then_some(lower);
+        }
+        let upper = self
+            .product
+            .parameters
+            .get(usize::from(parameter.id.0) + 1)?;
+        Some(u64::from(self.factory_of(upper)) << 32 | lower)
     }
 
     /// The factory value, without the node-ID; None for texts, for measured or derived values and for values that differ between units.

@@ -46,6 +46,14 @@ pub trait Objects {
     /// The size of a number in bytes; 0 for a text.
     fn size(object: Self::Object) -> u8;
 
+    /// The least and the most bytes that can be written.
+    fn lengths(object: Self::Object) -> (u32, u32) {
+        match Self::size(object) {
+            0 => (0, Self::WRITABLE as u32),
+            size => (size.into(), size.into()),
+        }
+    }
+
     /// Whether data of a `length` other than the [size](Self::size) is written nevertheless. `abort` is the usual answer.
     fn misfit(
         &mut self,
@@ -428,10 +436,7 @@ pub(super) fn fits<T: Objects>(
     object: T::Object,
     size: u32,
 ) -> Result<(), Abort> {
-    let (least, most) = match T::size(object) {
-        0 => (0, T::WRITABLE as u32),
-        size => (size.into(), size.into()),
-    };
+    let (least, most) = T::lengths(object);
     if size > most {
         objects.misfit(now, object, size, Abort::TooLong)
     } else if size < least {

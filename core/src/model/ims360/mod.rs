@@ -85,6 +85,7 @@ impl canopen::Product for Ims360Product {
     type History = canopen::ErrorHistory<HISTORY>;
     type Text = canopen::Text<NAME>;
     type Lss = Present<Lss>;
+    type Consumers = canopen::Absent;
     type Block = Present<Block>;
 
     type State = variant::State;

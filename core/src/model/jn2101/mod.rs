@@ -78,6 +78,7 @@ impl canopen::Product for Jn2101Product {
     type History = canopen::ErrorHistory<HISTORY>;
     type Text = canopen::Text<NAME>;
     type Lss = canopen::Absent;
+    type Consumers = canopen::Absent;
     type Block = canopen::Absent;
 
     type State = own::State;

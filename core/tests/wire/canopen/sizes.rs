@@ -65,6 +65,7 @@ macro_rules! product {
             type History = ErrorHistory<1>;
             type Text = Text<0>;
             type Lss = Absent;
+            type Consumers = Absent;
             type Block = Absent;
             type State = ();
 

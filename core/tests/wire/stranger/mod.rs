@@ -1,8 +1,10 @@
 //! A stranger's sensor, written with public items only: what the standard asks of each CANopen device.
 
+mod consumers;
 mod groups;
 mod product;
 mod services;
+mod types;
 
 use crate::tester::Tester;
 use plumbline::node::Boot;

@@ -85,6 +85,7 @@ impl Product for GaugeProduct {
     type History = ErrorHistory<2>;
     type Text = canopen::Text<TEXT>;
     type Lss = Present<Lss>;
+    type Consumers = canopen::Absent;
     type Block = Present<Block>;
     type State = ();
 

@@ -107,6 +107,7 @@ impl Product for Mapped {
     type History = ErrorHistory<4>;
     type Text = Text<0>;
     type Lss = Absent;
+    type Consumers = Absent;
     type Block = Absent;
     type State = ();
     const TRIGGERS: Triggers = Triggers {

@@ -197,7 +197,7 @@ fn lists(sheet: &Sheet, found: &mut Vec<String>) {
 /// ARRAY (8) or RECORD (9) as defined by CiA 301 (7.5.2); None: a variable (7), or manufacturer-specific.
 fn object_code(index: u16) -> Option<i64> {
     match index {
-        0x1003 | 0x1010 | 0x1011 | 0x1029 => Some(8),
+        0x1003 | 0x1010 | 0x1011 | 0x1016 | 0x1029 => Some(8),
         0x1018 | 0x1200..=0x127F | 0x1800..=0x1BFF => Some(9),
         0x1000..=0x1FFF => Some(7),
         _ => None,
@@ -316,6 +316,13 @@ fn value(variable: &Variable, found: &mut Vec<String>) {
     }
     if variable.access == "const" && variable.default.is_none() {
         found.push(format!("[{section}] is constant without a value"));
+    }
+    if let DataType::Real(_) = variable.data_type {
+        let default = variable.default.as_deref().map(str::parse::<f64>);
+        if default.is_some_and(|number| number.is_err()) {
+            found.push(format!("[{section}] DefaultValue is no real number"));
+        }
+        return;
     }
     let outside = |value: i64| value < low || value > high;
     if variable.default.is_some()

@@ -29,6 +29,7 @@ pub struct Variable {
 pub enum DataType {
     Unsigned(u32),
     Signed(u32),
+    Real(u32),
     Text,
 }
 
@@ -42,7 +43,11 @@ impl DataType {
             0x0005 => Self::Unsigned(8),
             0x0006 => Self::Unsigned(16),
             0x0007 => Self::Unsigned(32),
+            0x0008 => Self::Real(32),
             0x0009 => Self::Text,
+            0x0011 => Self::Real(64),
+            0x0015 => Self::Signed(64),
+            0x001B => Self::Unsigned(64),
             _ => return None,
         })
     }
@@ -50,7 +55,7 @@ impl DataType {
     /// The length of a number; 0 for a text.
     pub fn bits(self) -> u32 {
         match self {
-            Self::Unsigned(bits) | Self::Signed(bits) => bits,
+            Self::Unsigned(bits) | Self::Signed(bits) | Self::Real(bits) => bits,
             Self::Text => 0,
         }
     }
@@ -63,6 +68,8 @@ impl DataType {
     /// The lowest and the highest number.
     pub fn limits(self) -> [i64; 2] {
         match self {
+            Self::Unsigned(64) => [0, i64::MAX],
+            Self::Signed(64) | Self::Real(_) => [i64::MIN, i64::MAX],
             Self::Unsigned(bits) => [0, (1 << bits) - 1],
             Self::Signed(bits) => [-(1 << (bits - 1)), (1 << (bits - 1)) - 1],
             Self::Text => [0, 0],

@@ -1,0 +1,109 @@
+//! Objects of 64 bits: the server transports them as a text of eight bytes. Parameters have two rows, the lower 32 bits first.
+
+use super::Abort;
+use super::dictionary::Object;
+use super::objects::is_busy;
+use super::pdo::Entry;
+use super::product::{Product, TableOf};
+use super::protocol::{ContextOf, Services};
+use super::row::{Kind, Row};
+use super::sdo::Written;
+use crate::application::{Application, Effect, Values};
+use crate::param::{Parameter, ParameterId, Quantity, Table, is_nan_64, number};
+
+/// The size in bytes.
+pub(super) const SIZE: u8 = 8;
+
+/// Whether an object has 64 bits.
+#[allow(clippy::indexing_slicing)] // evaluated at compile time only
+pub(super) const fn has_wide(
+    objects: &[Object],
+    parameters: &[Parameter],
+    quantities: &[Quantity],
+) -> bool {
+    let mut row = 0;
+    while row < objects.len() {
+        if objects[row].data_type(parameters, quantities).is_wide() {
+            return true;
+        }
+        row += 1;
+    }
+    false
+}
+
+impl<P: Product> Services<P> {
+    /// Whether the product has objects of 64 bits.
+    pub(super) const WIDE: bool = has_wide(
+        P::OBJECTS,
+        <TableOf<P> as Table>::PARAMETERS,
+        <P::Application as Application>::QUANTITIES,
+    );
+
+    /// Whether an object has 64 bits.
+    pub(super) fn is_wide(row: &Row) -> bool {
+        Self::WIDE && row.is_wide()
+    }
+
+    /// The mapped object with its size.
+    pub(super) fn widened(row: &Row, entry: Entry) -> Entry {
+        if Self::is_wide(row) {
+            return Entry {
+                size: SIZE,
+                ..entry
+            };
+        }
+        entry
+    }
+
+    /// The number in an object of 64 bits.
+    pub(super) fn wide_number(cx: &ContextOf<P>, row: &Row) -> u64 {
+        match row.kind() {
+            Kind::Parameter => wide_parameter::<P>(cx, row.id()),
+            _ => cx.values.wide(row.value_id()),
+        }
+    }
+
+    /// Writes a parameter of 64 bits.
+    pub(super) fn write_wide(
+        &mut self,
+        cx: &mut ContextOf<P>,
+        row: &Row,
+        data: &[u8],
+    ) -> Result<Written, Abort> {
+        let (lower, upper) = data.split_at_checked(4).ok_or(Abort::TooShort)?;
+        let (lower, upper) = (number(lower), number(upper));
+        let value = u64::from(upper) << 32 | u64::from(lower);
+        if row.is_real_64() && is_nan_64(value) {
+            return Err(Abort::Value);
+        }
+        let id = row.id();
+        // The value in force is accepted in each state.
+        if value == wide_parameter::<P>(cx, id) {
+            return Ok(Written::Done);
+        }
+        if is_busy::<P>(self, cx, id) {
+            return Err(Abort::DeviceState);
+        }
+        let before = cx.parameters;
+        let first = cx.write(id, lower)?;
+        let second = cx
+            .write(next(id), upper)
+            .inspect_err(|_| cx.parameters = before);
+        let effect = match second? {
+            Effect::None => first,
+            Effect::Store => Effect::Store,
+        };
+        cx.apply();
+        Ok(self.carry_out(cx, effect))
+    }
+}
+
+/// The number of a parameter of 64 bits.
+pub(super) fn wide_parameter<P: Product>(cx: &ContextOf<P>, id: ParameterId) -> u64 {
+    u64::from(cx.parameters.get(next(id))) << 32 | u64::from(cx.parameters.get(id))
+}
+
+/// The parameter with the upper 32 bits.
+fn next(ParameterId(id): ParameterId) -> ParameterId {
+    ParameterId(id.wrapping_add(1))
+}

@@ -1,0 +1,91 @@
+//! A product without mistakes. The tests replace one text of this file and compile it.
+
+use plumbline::canopen::dictionary::Service;
+use plumbline::canopen::{Absent, ErrorHistory, Kept, Object, Product, Text, TpdoArray, profile};
+use plumbline::prelude::*;
+
+plumbline::ids! { pub ParameterId: NODE_ID, BIT_RATE, LIMIT, TPDO(4), REQUEST, HISTORY[2] }
+plumbline::ids! { pub ValueId: SLOPE, RATE }
+
+pub struct Mast;
+
+impl Table for Mast {
+    const PARAMETERS: &'static [Parameter] = plumbline::parameters![
+        [
+            profile::node_id(NODE_ID, 20),
+            profile::bit_rate(BIT_RATE, 250),
+            Parameter::new(LIMIT, "Limit", DataType::U8).within(1, 100, 50),
+        ],
+        profile::tpdo_communication(TPDO, 0x180),
+        [
+            Parameter::new(REQUEST, "Request", DataType::U8),
+            Parameter::new(HISTORY[0], "Error 1", DataType::U16),
+            Parameter::new(HISTORY[1], "Error 2", DataType::U16),
+        ],
+    ];
+    plumbline::project!(parameters);
+}
+
+pub struct Slope;
+
+impl Application for Slope {
+    type Table = Mast;
+    type Values = Published<2>;
+    const QUANTITIES: &'static [Quantity] = &[
+        Quantity::new(SLOPE, "Slope", DataType::I16),
+        Quantity::new(RATE, "Rate", DataType::I32),
+    ];
+    const INITIAL: Self = Self;
+
+    fn start(&mut self, _: Calibration) {}
+
+    fn apply(&mut self, _: Instant, _: &Parameters<Mast>) -> Self::Values {
+        Self::Values::INITIAL
+    }
+
+    fn sample(&mut self, _: Instant, _: &Reading) -> Self::Values {
+        Self::Values::INITIAL
+    }
+
+    fn stale(&mut self) -> Self::Values {
+        Self::Values::INITIAL
+    }
+}
+
+impl Product for Mast {
+    type Application = Slope;
+    type Tpdos = TpdoArray<1, 1>;
+    type History = ErrorHistory<2>;
+    type Text = Text<0>;
+    type Lss = Absent;
+    type State = ();
+    type Consumers = Absent;
+    type Block = Absent;
+    const OBJECTS: &'static [Object] = plumbline::objects![
+        [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
+        profile::error_history(2),
+        profile::store(4),
+        profile::restore(4),
+        profile::identity(1, 2, 3),
+        profile::tpdo(0, "TPDO 1", TPDO),
+        profile::mapping::<2>(0, "Mapping 1", &[("Slope", 0x6010_0010)]),
+        [
+            Object::parameter(0x2000, 0, NODE_ID),
+            Object::parameter(0x2001, 0, BIT_RATE),
+            Object::parameter(0x2100, 0, LIMIT),
+            Object::value(0x6010, 0, SLOPE),
+            Object::value(0x6011, 0, RATE),
+        ],
+    ];
+    const KEPT: Option<Kept> = Some(Kept {
+        request: REQUEST,
+        history: HISTORY[0],
+    });
+    const NODE_ID: ParameterId = NODE_ID;
+    const BIT_RATE: ParameterId = BIT_RATE;
+    const IMAGE: ImageId = ImageId::new(0x7001);
+    plumbline::project!(objects);
+}
+
+/// For the changes of the tests.
+pub const SERVICE: Service = Service::StoreGroup;
