@@ -231,6 +231,7 @@ pub const fn attributes<const N: usize>(
             );
             last = attribute.number;
             let data_type = attribute.source.data_type(parameters, quantities);
+            assert!(!data_type.is_wide(), "an attribute has at most 32 bits");
             let (kind, source) = match attribute.source {
                 Source::Parameter(id) => (PARAMETER, id.0),
                 Source::Value(id) => (VALUE, id.0),
@@ -250,7 +251,7 @@ pub const fn attributes<const N: usize>(
             rows[count] = AttributeRow {
                 number: attribute.number,
                 source,
-                form: data_type as u8 | kind | if attribute.settable { SETTABLE } else { 0 },
+                form: data_type as u8 & 7 | kind | if attribute.settable { SETTABLE } else { 0 },
             };
             count += 1;
             row += 1;

@@ -256,6 +256,10 @@ fn param(text: &mut String, place: usize, described: &Described) {
 fn data_type(data_type: DataType) -> u8 {
     match data_type {
         DataType::I8 => 0xC2,
+        DataType::I64 => 0xC5,
+        DataType::U64 => 0xC9,
+        DataType::Real32 => 0xCA,
+        DataType::Real64 => 0xCB,
         DataType::I16 => 0xC3,
         DataType::I32 => 0xC4,
         DataType::U8 => 0xC6,

@@ -175,6 +175,10 @@ fn data_type(data_type: DataType) -> &'static str {
         DataType::I8 => "i8",
         DataType::I16 => "i16",
         DataType::I32 => "i32",
+        DataType::U64 => "u64",
+        DataType::I64 => "i64",
+        DataType::Real32 => "f32",
+        DataType::Real64 => "f64",
         DataType::Text => "text",
     }
 }

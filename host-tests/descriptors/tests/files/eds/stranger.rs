@@ -15,7 +15,10 @@ fn text() -> String {
         name: "TILT-1",
         number: "4711",
     };
-    describe(&Product::canopen::<StrangerProduct>("stranger", "Stranger", article)).text
+    describe(&Product::canopen::<StrangerProduct>(
+        "stranger", "Stranger", article,
+    ))
+    .text
 }
 
 #[test]
