@@ -5,7 +5,6 @@ mod planted;
 mod rules;
 mod sdo;
 mod sheet;
-mod stranger;
 
 use descriptors::{describe, describe_all};
 use plumbline::model::catalog::find;
