@@ -92,6 +92,7 @@ pub unsafe fn run<
         reading: None,
     };
     loop {
+        clock::restore();
         watchdog.feed();
         if !app.turn() {
             sleep::sleep(app.wake());
@@ -343,6 +344,7 @@ impl<
             // The flash was busy. The FIFO of the accelerometer has the values.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
+        self.bus.inspect(now);
         self.imu.start(now);
         self.measure_supply();
         true

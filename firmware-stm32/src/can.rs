@@ -17,18 +17,19 @@
 //!   not overtake an earlier one.
 
 mod filters;
+mod inspection;
 mod pulses;
 pub mod receive;
 pub mod transmit;
 
 pub use pulses::on_pulse;
 
+use filters::Banks;
 use pulses::Pulses;
 
 use crate::bit_timing::btr;
-use crate::board::{self, CanPeripheral};
+use crate::board::{self, CanPeripheral, Configuration};
 use crate::clock;
-use bxcan::Interrupts;
 use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
@@ -131,11 +132,28 @@ fn set_phase(phase: Phase) {
     PHASE.store(phase as u8, Ordering::Relaxed);
 }
 
+/// Unmasks the interrupts of the controller.
+fn unmask_interrupts() {
+    // SAFETY: the handlers work in any state of the controller, and code that needs these interrupts masked uses critical sections.
+    unsafe {
+        NVIC::unmask(board::CAN_RECEIVE_INTERRUPT);
+        NVIC::unmask(board::CAN_TRANSMIT_INTERRUPT);
+    }
+}
+
 /// The mode and bit rate of the bus.
 #[derive(Clone, Copy)]
 struct Settings {
     mode: BusMode,
     rate: BitRate,
+}
+
+impl Settings {
+    /// CAN_BTR.
+    fn timing(self) -> u32 {
+        let silent = u32::from(self.mode == BusMode::Listen) << 31;
+        btr(self.rate) | silent
+    }
 }
 
 /// The part of the CAN controller that the main loop uses: all except the receive FIFO and the mailboxes.
@@ -149,6 +167,11 @@ pub struct Bus {
     /// The number of overruns.
     overruns: u32,
     pulses: Pulses,
+    /// The filters of the controller.
+    banks: Banks,
+    /// The registers of the board, and the time of the next comparison.
+    configuration: Configuration,
+    inspection: Instant,
 }
 
 impl Bus {
@@ -156,12 +179,7 @@ impl Bus {
     pub fn new(peripheral: CanPeripheral) -> Option<&'static mut Self> {
         // The change from sleep to initialization mode and back is independent of the bus, so the wait always ends.
         let can = bxcan::Can::builder(Controller(peripheral)).leave_disabled();
-        // SAFETY: the handlers work in any state of the controller, and code that needs these interrupts masked uses critical
-        // sections.
-        unsafe {
-            NVIC::unmask(board::CAN_RECEIVE_INTERRUPT);
-            NVIC::unmask(board::CAN_TRANSMIT_INTERRUPT);
-        }
+        unmask_interrupts();
         singleton!(: Bus = Bus {
             can,
             settings: None,
@@ -169,6 +187,9 @@ impl Bus {
             state: BusState::Active,
             overruns: 0,
             pulses: Pulses::NONE,
+            banks: Banks::NONE,
+            configuration: Configuration::read(),
+            inspection: clock::now(),
         })
     }
 
@@ -200,7 +221,7 @@ impl Bus {
     /// a gap.
     pub fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
         transmit::abort_all();
-        filters::change(self.registers(), filters);
+        self.banks = filters::change(self.registers(), filters);
         set_phase(Phase::Normal);
     }
 
@@ -337,18 +358,19 @@ impl Bus {
         let Some(settings) = self.settings else {
             return;
         };
-        let silent = u32::from(settings.mode == BusMode::Listen) << 31;
-        let timing = btr(settings.rate) | silent;
-        filters::set(self.registers(), settings.mode, filters);
+        let timing = settings.timing();
+        self.banks = filters::set(self.registers(), settings.mode, filters);
         // SAFETY: timing fields from the tested table, and the silent bit. Loop back stays off.
         self.registers().btr().write(|w| unsafe { w.bits(timing) });
-        self.can.enable_interrupts(
-            Interrupts::FIFO0_MESSAGE_PENDING | Interrupts::TRANSMIT_MAILBOX_EMPTY,
-        );
+        // Written whole: a disturbance can have enabled others.
+        self.registers()
+            .ier()
+            .write(|w| w.fmpie0().set_bit().tmeie().set_bit());
         // In initialization mode the output of the controller is recessive (RM0008, 24.4.1).
         board::connect_transmitter(settings.mode == BusMode::Normal);
         self.registers().mcr().modify(|_, w| {
             w.txfp().set_bit();
+            w.nart().bit(transmit::is_single_attempt());
             w.abom().clear_bit();
             w.sleep().clear_bit();
             w.inrq().clear_bit()

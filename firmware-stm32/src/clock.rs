@@ -20,15 +20,25 @@ static TICKED: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 /// The time to wake the main loop, in microseconds.
 static ALARM: Mutex<Cell<u64>> = Mutex::new(Cell::new(0));
 
+/// SYST_CSR: the core clock, the interrupt and the counter are enabled.
+const ENABLED: u32 = 0b111;
+
 /// Starts the clock. The core must already run at [`CORE_CLOCK`](board::CORE_CLOCK).
 pub fn start(systick: SYST) {
-    /// SYST_CSR: the core clock, the interrupt and the counter are enabled.
-    const ENABLED: u32 = 0b111;
     // SAFETY: all values of these registers are valid, and the handler is ready.
     unsafe {
         systick.rvr.write(TICKS_PER_MS - 1);
         systick.cvr.write(0);
         systick.csr.write(ENABLED);
+    }
+}
+
+/// Starts the clock again if a disturbance has changed it.
+pub fn restore() {
+    // SAFETY: the main loop owns the timer after the boot.
+    let systick = unsafe { cortex_m::Peripherals::steal() }.SYST;
+    if systick.csr.read() & ENABLED != ENABLED || systick.rvr.read() != TICKS_PER_MS - 1 {
+        start(systick);
     }
 }
 

@@ -31,6 +31,7 @@ mod vectors;
 
 pub use flash::Flash;
 
+use super::registers::Register;
 use super::{
     HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, log_silicon, note_reset,
     start_oscillator, supply_millivolts,
@@ -78,6 +79,41 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX
 
 /// CPUID of a microcontroller of ST.
 pub(super) const GENUINE_CPUID: u32 = silicon::STM32F103;
+
+/// The registers of the [`Configuration`](super::Configuration).
+pub(super) const REGISTERS: [Register; 23] = [
+    // RCC: the resets of APB2 and APB1, the enables, the oscillators without their ready flags, the clock tree without SWS. The main loop
+    // switches TIM4 on.
+    Register::new(0x4002_100C, !0),
+    Register::new(0x4002_1010, !0),
+    Register::new(0x4002_1014, !0),
+    Register::new(0x4002_1018, !0),
+    Register::new(0x4002_101C, !(1 << 2)),
+    Register::new(0x4002_1000, 0x010D_00F9),
+    Register::new(0x4002_1004, !0b1100),
+    // FLASH_ACR without PRFTBS.
+    Register::new(0x4002_2000, 0x1F),
+    // PWR_CR: the voltage detector.
+    Register::new(0x4000_7000, 0xF0),
+    // AFIO_MAPR without SWJ_CFG, which cannot be read.
+    Register::new(0x4001_0004, 0x00FF_FFFF),
+    // GPIO A, B, C: modes without that of TXD; chip select, pull-up of RXD, level of TXD.
+    Register::new(0x4001_0800, !0),
+    Register::new(0x4001_0804, !0),
+    Register::new(0x4001_0C00, !0),
+    Register::new(0x4001_0C04, !0xF0),
+    Register::new(0x4001_0C0C, 0b11 << 8),
+    Register::new(0x4001_1004, !0),
+    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
+    Register::new(0x4000_041C, 0xFFFF),
+    Register::new(0x4000_0420, 0xFFFF),
+    Register::new(0x4000_0428, 0xFFFF),
+    Register::new(0x4000_042C, 0xFFFF),
+    Register::new(0x4000_0400, 0xFFFF),
+    // SPI1: CR1, CR2.
+    Register::new(0x4001_3000, 0xFFFF),
+    Register::new(0x4001_3004, 0xFFFF),
+];
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
@@ -190,6 +226,9 @@ fn start_supply_monitor(pwr: &pac::PWR) {
     pwr.cr()
         .write(|w| unsafe { w.pls().bits(0b111).pvde().set_bit() });
 }
+
+/// The oscillator of the next attempt: always the crystal.
+pub(super) fn change_oscillator(_: &pac::RCC) {}
 
 /// Starts the PLL from the crystal: 64 MHz for core, APB2 and timers, 32 MHz for APB1. From now on, a crystal that stops causes
 /// an NMI.
@@ -382,6 +421,7 @@ pub fn connect_transmitter(connected: bool) {
     // SAFETY: after the boot, this is the only code that changes this register.
     let port_b = unsafe { pac::GPIOB::steal() };
     port_b.crh().modify(|_, w| {
+        w.mode9().output50();
         if connected {
             w.cnf9().alt_push_pull()
         } else {

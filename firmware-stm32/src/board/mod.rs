@@ -7,6 +7,10 @@ use cortex_m::peripheral::syst::SystClkSource;
 use plumbline::node::Leds;
 use plumbline::store::crc32;
 
+mod registers;
+
+pub use registers::Configuration;
+
 #[cfg(feature = "bluepill")]
 mod bluepill;
 #[cfg(feature = "bluepill")]
@@ -95,7 +99,8 @@ const ATTEMPT: u32 = INTERNAL_CLOCK / 2;
 /// Starts HSE and waits for it, and for the supply. After the first attempt without success the error LED is on. Until an attempt
 /// succeeds the board stays off the bus: the internal oscillator is too inaccurate for CAN, and at a low supply the transceiver
 /// works outside of its limits and the flash cannot be erased in advance. The watchdog is fed, because a reset would not help. Each
-/// attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later.
+/// attempt switches the oscillator on again: a crystal can start by this, and an external clock can appear later. On the Nucleo, attempts with
+/// an external clock and with a crystal take turns.
 fn start_oscillator(
     rcc: &pac::RCC,
     systick: &mut SYST,
@@ -105,6 +110,7 @@ fn start_oscillator(
     systick.set_clock_source(SystClkSource::Core);
     systick.set_reload(ATTEMPT - 1);
     loop {
+        change_oscillator(rcc);
         rcc.cr().modify(|_, w| w.hseon().set_bit());
         systick.clear_current();
         systick.enable_counter();

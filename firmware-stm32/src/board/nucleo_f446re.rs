@@ -24,6 +24,7 @@
 //! that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 128 MHz, so that APB1 runs at a quarter of it, 32
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
+use super::registers::Register;
 use super::{
     HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, log_silicon, note_reset,
     start_oscillator, supply_is_low, supply_millivolts,
@@ -80,6 +81,47 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 
 /// CPUID of a microcontroller of ST.
 pub(super) const GENUINE_CPUID: u32 = silicon::STM32F446;
+
+/// The registers of the [`Configuration`](super::Configuration).
+pub(super) const REGISTERS: [Register; 29] = [
+    // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
+    // loop switches TIM4 on.
+    Register::new(0x4002_3810, !0),
+    Register::new(0x4002_3820, !0),
+    Register::new(0x4002_3824, !0),
+    Register::new(0x4002_3830, !0),
+    Register::new(0x4002_3840, !(1 << 2)),
+    Register::new(0x4002_3844, !0),
+    Register::new(0x4002_3800, 0x010D_00F9),
+    Register::new(0x4002_3808, !0b1100),
+    // FLASH_ACR.
+    Register::new(0x4002_3C00, 0x70F),
+    // PWR_CR: the voltage detector.
+    Register::new(0x4000_7000, 0xF0),
+    // GPIO A, B, C: modes without that of TXD, speeds, pulls, alternate functions.
+    Register::new(0x4002_0000, !(0b11 << 24)),
+    Register::new(0x4002_0008, !0),
+    Register::new(0x4002_000C, !0),
+    Register::new(0x4002_0024, !0),
+    Register::new(0x4002_0400, !0),
+    Register::new(0x4002_0408, !0),
+    Register::new(0x4002_040C, !0),
+    Register::new(0x4002_0420, !0),
+    Register::new(0x4002_0424, !0),
+    Register::new(0x4002_0800, !0),
+    Register::new(0x4002_080C, !0),
+    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
+    Register::new(0x4000_041C, 0xFFFF),
+    Register::new(0x4000_0420, 0xFFFF),
+    Register::new(0x4000_0428, 0xFFFF),
+    Register::new(0x4000_042C, 0xFFFF),
+    Register::new(0x4000_0400, 0xFFFF),
+    // SPI2: CR1, CR2.
+    Register::new(0x4000_3800, 0xFFFF),
+    Register::new(0x4000_3804, 0xFFFF),
+    // GPIOA_OTYPER: TXD is push-pull.
+    Register::new(0x4002_0004, 0xFFFF),
+];
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
@@ -158,13 +200,16 @@ impl Board {
         };
 
         // A Nucleo without its ST-LINK has no clock. The HAL would wait for it without end.
-        rcc.cr().modify(|_, w| w.hsebyp().set_bit());
         start_oscillator(&rcc, &mut core.SYST, &mut watchdog, &mut leds);
         let clocks = rcc::Config::hse(8.MHz())
-            .bypass_hse_oscillator()
             .sysclk(128.MHz())
             .pclk1(32.MHz())
             .pclk2(64.MHz());
+        let clocks = if rcc.cr().read().hsebyp().bit_is_set() {
+            clocks.bypass_hse_oscillator()
+        } else {
+            clocks
+        };
         let mut rcc = rcc.freeze(clocks);
         // From now on, a clock that stops causes an NMI.
         rcc.cr().modify(|_, w| w.csson().set_bit());
@@ -223,6 +268,12 @@ fn set_up_debugging(debug: &pac::DBGMCU) {
     debug
         .apb1_fz()
         .write(|w| w.dbg_iwdg_stop().set_bit().dbg_tim3_stop().set_bit());
+}
+
+/// The oscillator of the next attempt: the clock from the ST-LINK (HSEBYP) first, then the crystal X3, in turn. HSE is off.
+pub(super) fn change_oscillator(rcc: &pac::RCC) {
+    rcc.cr()
+        .modify(|rcc, w| w.hsebyp().bit(rcc.hsebyp().bit_is_clear()));
 }
 
 /// Starts the voltage detector at level 6: 2.85 to 2.99 V while the supply falls, at most 3.1 V while it rises (datasheet). The flash

@@ -21,13 +21,53 @@ const INITIALIZATION: u32 = 1 << 0;
 /// IDE: 29-bit identifier.
 const EXTENDED: u32 = 1 << 2;
 
+/// The banks as they were set.
+pub(super) struct Banks {
+    words: [(u32, u32); board::FILTER_BANKS as usize],
+    active: u8,
+}
+
+impl Banks {
+    /// No filter.
+    pub(super) const NONE: Self = Self {
+        words: [(0, 0); board::FILTER_BANKS as usize],
+        active: 0,
+    };
+
+    /// Adds an active bank.
+    fn push(&mut self, words: (u32, u32)) {
+        if let Some(place) = self.words.get_mut(usize::from(self.active)) {
+            *place = words;
+            self.active += 1;
+        }
+    }
+
+    /// True if the registers of the controller still have this content.
+    pub(super) fn are_set(&self, registers: &CanPeripheral) -> bool {
+        const ALL: u32 = (1 << board::FILTER_BANKS) - 1;
+        let master = registers.fmr().read().bits();
+        let mut banks = registers
+            .fb_iter()
+            .zip(&self.words)
+            .take(self.active.into());
+        banks.all(|(bank, words)| (bank.fr1().read().bits(), bank.fr2().read().bits()) == *words)
+            && master & INITIALIZATION == 0
+            && board::own_filters(master) == master
+            && registers.fm1r().read().bits() & ALL == 0
+            && registers.fs1r().read().bits() & ALL == ALL
+            && registers.ffa1r().read().bits() & ALL == 0
+            && registers.fa1r().read().bits() & ALL == (1 << self.active) - 1
+    }
+}
+
 /// Sets the filters while the controller is off the bus: in listen mode one that accepts all frames, otherwise those that
 /// `filters` passes to its argument.
 pub(super) fn set(
     registers: &CanPeripheral,
     mode: BusMode,
     filters: impl FnOnce(&mut dyn FnMut(Filter)),
-) {
+) -> Banks {
+    let mut set = Banks::NONE;
     // SAFETY: all bits of these registers are filters of this controller, or reserved bits that keep their value.
     unsafe {
         registers
@@ -41,7 +81,6 @@ pub(super) fn set(
             .write(|w| w.bits((1 << board::FILTER_BANKS) - 1));
     }
     let mut banks = registers.fb_iter().take(board::FILTER_BANKS.into());
-    let mut active = 0;
     let mut add = |bits: u32, mask: u32| {
         // There is a bank for each filter: this is checked at compile time.
         if let Some(bank) = banks.next() {
@@ -50,7 +89,7 @@ pub(super) fn set(
                 bank.fr1().write(|w| w.bits(bits));
                 bank.fr2().write(|w| w.bits(mask));
             }
-            active = active << 1 | 1;
+            set.push((bits, mask));
         }
     };
     match mode {
@@ -62,16 +101,21 @@ pub(super) fn set(
     }
     // SAFETY: as above.
     unsafe {
-        registers.fa1r().write(|w| w.bits(active));
+        registers.fa1r().write(|w| w.bits((1 << set.active) - 1));
         registers
             .fmr()
             .modify(|fmr, w| w.bits(fmr.bits() & !INITIALIZATION));
     }
+    set
 }
 
 /// Changes the filters on the bus to those that `filters` passes to its argument. A filter that stays in its place receives without a
 /// gap: FMR.FINIT would stop the reception of all, so only the banks that change are deactivated.
-pub(super) fn change(registers: &CanPeripheral, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+pub(super) fn change(
+    registers: &CanPeripheral,
+    filters: impl FnOnce(&mut dyn FnMut(Filter)),
+) -> Banks {
+    let mut set = Banks::NONE;
     let mut banks = registers.fb_iter().take(board::FILTER_BANKS.into());
     let mut number = 0;
     filters(&mut |filter| {
@@ -87,12 +131,14 @@ pub(super) fn change(registers: &CanPeripheral, filters: impl FnOnce(&mut dyn Fn
                 }
             }
             activate(registers, number, true);
+            set.push((bits, mask));
             number += 1;
         }
     });
     for rest in number..board::FILTER_BANKS {
         activate(registers, rest, false);
     }
+    set
 }
 
 /// Sets FA1R.FACT of a bank.

@@ -74,6 +74,20 @@ impl Pulses {
         unsafe { NVIC::unmask(board::PULSE_INTERRUPT) };
     }
 
+    /// Starts the measurement again if a disturbance has changed the timer.
+    pub(super) fn restore(&mut self) {
+        let timer = timer();
+        let is_set = || {
+            let control = timer.cr1().read().bits() == 1 && timer.dier().read().bits() == 1 << 3;
+            let input = timer.ccmr2_input().read().bits() == CHANNELS;
+            control && input && timer.ccer().read().bits() == EDGES
+        };
+        if self.runs && !(is_set() && timer.psc().read().bits() == PRESCALER - 1) {
+            self.stop();
+            self.start();
+        }
+    }
+
     /// Stops the measurement. Channel 4 is off while the CAN controller drives its pin.
     pub(super) fn stop(&mut self) {
         if !core::mem::take(&mut self.runs) {

@@ -5,6 +5,7 @@
 //! in the queue that does not wait in a mailbox yet.
 
 use crate::board::CanPeripheral;
+use core::sync::atomic::{AtomicBool, Ordering};
 use embedded_can::Id;
 use plumbline::can::Frame;
 
@@ -35,8 +36,17 @@ pub enum End {
     Failed,
 }
 
+/// The controller makes a single attempt.
+static SINGLE: AtomicBool = AtomicBool::new(false);
+
+/// Whether the controller makes a single attempt to send a frame.
+pub(super) fn is_single_attempt() -> bool {
+    SINGLE.load(Ordering::Relaxed)
+}
+
 /// Sets whether the controller makes a single attempt to send a frame (MCR.NART).
 pub fn set_single_attempt(single: bool) {
+    SINGLE.store(single, Ordering::Relaxed);
     registers().mcr().modify(|_, w| w.nart().bit(single));
 }
 

@@ -135,6 +135,8 @@ pub struct Rcc {
     reset_flags: u32,
     lsi_on: bool,
     crystal_broken: bool,
+    /// The board has a crystal in place of its clock.
+    has_crystal: bool,
     /// When the crystal stops.
     crystal_stops: Option<Picoseconds>,
     /// CSSF: the clock security system has detected a failure of HSE.
@@ -170,6 +172,7 @@ impl Rcc {
             reset_flags: layout.power_on_flags,
             lsi_on: false,
             crystal_broken: false,
+            has_crystal: false,
             crystal_stops: None,
             failure: false,
             stopped: false,
@@ -191,6 +194,7 @@ impl Rcc {
             timebase,
             reset_flags: flags,
             crystal_broken: self.crystal_broken,
+            has_crystal: self.has_crystal,
             crystal_stops: self.crystal_stops,
             ..Self::new(self.chip)
         };
@@ -347,7 +351,7 @@ impl Rcc {
         );
         let now = self.timebase.time_at(cycle);
         let bypassed = self.cr & HSE_BYPASS != 0;
-        let missing = self.crystal_broken || bypassed != self.layout.bypass;
+        let missing = self.crystal_broken || bypassed != (self.layout.bypass && !self.has_crystal);
         let hse_startup = match (missing, self.hse) {
             (true, None) => Picoseconds::MAX - now,
             _ => self.layout.hse_startup,

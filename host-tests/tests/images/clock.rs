@@ -108,3 +108,18 @@ pub fn crystal_that_starts_after_a_second_is_used() {
     assert_eq!(rig.poll()[1], 0);
     assert!(!rig.device().leds().error);
 }
+
+/// A Nucleo whose ST-LINK has no supply has no clock from there. If X3 is mounted, the second attempt starts it.
+#[test]
+fn nucleo_without_usb_starts_with_its_crystal() {
+    on_the_nucleo(|| {
+        let mut rig = Rig::with("is2", BusRate::Fixed(RATE), fixed("is2", RATE));
+        rig.io().0.rcc.mount_crystal();
+        rig.run(400);
+        assert!(rig.log.is_empty());
+        rig.boot_up();
+        rig.run(60);
+        assert_eq!(rig.poll()[1], 0);
+        assert!(!rig.device().leds().error);
+    });
+}

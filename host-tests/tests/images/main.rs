@@ -25,6 +25,7 @@ mod can_faults;
 mod clock;
 mod delay;
 mod detection;
+mod disturbed;
 mod errors;
 mod faults;
 mod fusion;

@@ -29,6 +29,8 @@ also! {
         crystal_that_starts_after_a_second_is_used;
     detection:
         each_of_the_ten_rates_is_detected_without_disturbing_the_bus;
+    disturbed:
+        each_bit_of_clocks_pins_and_timers_is_set_again;
     errors:
         run_led_flickers_during_detection_and_is_on_afterwards,
         sensor_without_recovery_stays_bus_off_until_a_restart;

@@ -114,6 +114,27 @@ impl BxCan {
         Ok(())
     }
 
+    /// A disturbance inverts bits of a configuration register: CAN_MCR, CAN_IER, CAN_BTR, and those of the filters. False if this model
+    /// does not have the new value.
+    pub fn disturb(&mut self, now: Picoseconds, offset: u32, bits: u32) -> bool {
+        let Some(register) = Register::at(offset) else {
+            return false;
+        };
+        let Ok(value) = self.read(now, offset).map(|value| value ^ bits) else {
+            return false;
+        };
+        match register {
+            Register::MasterControl => return self.write_control(now, value).is_ok(),
+            Register::InterruptEnable => self.state.status.enable(value),
+            Register::BitTiming if value & timing::LOOP_BACK != 0 => return false,
+            Register::BitTiming => self.state.timing = Timing::new(value),
+            _ => self.state.filters.disturb(register, bits),
+        }
+        self.changed = true;
+        self.settle(now);
+        true
+    }
+
     fn master_status(&self) -> u32 {
         let state = &self.state;
         let receiving = self.protocol.is_busy() && !self.protocol.is_transmitting();

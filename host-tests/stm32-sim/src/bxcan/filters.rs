@@ -190,6 +190,19 @@ impl Filters {
         }
     }
 
+    /// Inverts bits of a register, whatever the manual permits.
+    pub(super) fn disturb(&mut self, register: Register, bits: u32) {
+        match register {
+            Register::FilterMaster => self.write_master(self.read(register) ^ bits),
+            Register::FilterMode => self.list ^= bits & self.all_banks(),
+            Register::FilterScale => self.wide ^= bits & self.all_banks(),
+            Register::FilterFifo => self.fifo ^= bits & self.all_banks(),
+            Register::FilterActivation => self.active ^= bits & self.all_banks(),
+            Register::FilterBank { bank, half } => self.banks[bank][half] ^= bits,
+            _ => {}
+        }
+    }
+
     /// The filter that accepts a frame. If several do: a 32-bit one before a 16-bit one, a list before a mask, the lower number
     /// before the higher. During initialization no frame is received.
     pub(super) fn accept(&self, frame: &Frame) -> Option<Match> {

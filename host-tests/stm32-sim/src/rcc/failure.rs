@@ -13,6 +13,11 @@ const ENABLES: u32 = 0x1F << 8;
 const CLEAR_FAILURE: u32 = 1 << 23;
 
 impl Rcc {
+    /// Mounts a crystal in place of the clock from the ST-LINK, which has no supply.
+    pub fn mount_crystal(&mut self) {
+        self.has_crystal = true;
+    }
+
     /// Breaks the crystal (it no longer starts; if running, it continues) or repairs it.
     pub fn break_crystal(&mut self, broken: bool) {
         self.crystal_broken = broken;

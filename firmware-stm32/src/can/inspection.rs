@@ -1,0 +1,71 @@
+//! A disturbance can change a register: then the sensor could be mute although its program runs. So ten times a second the configuration is
+//! compared with what was set, and set again.
+
+use super::{Bus, Change, Phase, set_phase, transmit, unmask_interrupts};
+use crate::board;
+use plumbline::node::BusMode;
+use plumbline::time::{Duration, Instant, after, millis, reached};
+
+/// The time between comparisons. If the disturbance has selected the internal oscillator, it is up to eight times as long.
+const PERIOD: Duration = millis(100);
+
+/// CAN_MCR: NART, and the other bits that select a mode or function: INRQ, SLEEP, TXFP, RFLM, AWUM, ABOM, TTCM, RESET.
+const NART: u32 = 1 << 4;
+const OTHERS: u32 = 0x80EF;
+/// CAN_MCR: TXFP.
+const TXFP: u32 = 1 << 2;
+/// CAN_MSR: INAK and SLAK.
+const OFF_THE_BUS: u32 = 0b11;
+/// CAN_IER: TMEIE and FMPIE0.
+const INTERRUPTS: u32 = 0b11;
+
+impl Bus {
+    /// Compares the configuration of board and controller with what was set, and sets it again if it has changed. Call it often, while the
+    /// SPI is idle.
+    pub fn inspect(&mut self, now: Instant) {
+        if !reached(now, self.inspection) {
+            return;
+        }
+        self.inspection = after(now, PERIOD);
+        let restored = self.configuration.restore();
+        unmask_interrupts();
+        let Some(settings) = self.settings else {
+            return;
+        };
+        if !matches!(self.change, Change::Done) {
+            return;
+        }
+        board::connect_transmitter(settings.mode == BusMode::Normal);
+        self.pulses.restore();
+        if self.is_as_set(settings.timing()) {
+            if restored {
+                warn!("a register was disturbed and is set again");
+            }
+            return;
+        }
+        warn!("the CAN controller was disturbed and is set again");
+        set_phase(Phase::Leaving);
+        transmit::abort_all();
+        // With the reset by RCC: in silent mode by a disturbance, the transmit output can have locked at the dominant level.
+        self.reset(true);
+    }
+
+    /// Whether the controller is as it was set, or in bus-off, from which only the node lets it return.
+    fn is_as_set(&mut self, timing: u32) -> bool {
+        let banks = &self.banks;
+        let registers = &self.can.instance().0;
+        // An interrupt can change NART.
+        let (single, control) = critical_section::with(|_| {
+            let control = registers.mcr().read().bits() & (OTHERS | NART);
+            (transmit::is_single_attempt(), control)
+        });
+        let nart = if single { NART } else { 0 };
+        let status = registers.msr().read().bits();
+        registers.esr().read().boff().bit_is_set()
+            || control == TXFP | nart
+                && status & OFF_THE_BUS == 0
+                && registers.btr().read().bits() == timing
+                && registers.ier().read().bits() == INTERRUPTS
+                && banks.are_set(registers)
+    }
+}
