@@ -35,8 +35,8 @@ pub trait Exchange {
     /// Whether the controller must not repeat the next frame of [`transmit`](Self::transmit) after a bit error.
     fn sends_once(&self) -> bool;
 
-    /// The next frame to send. Call it only when a mailbox is free.
-    fn transmit(&mut self, now: Instant) -> Option<Frame>;
+    /// The next frame to send. Call it only when a mailbox is free. `now` returns the present time, for a node that needs it.
+    fn transmit(&mut self, now: impl FnOnce() -> Instant) -> Option<Frame>;
 
     /// Handles that all mailboxes are empty, because their frames were sent.
     fn sent(&mut self, now: Instant);
@@ -85,7 +85,7 @@ impl<A: Application, P: Protocol<A>> Exchange for Communication<A, P> {
     }
 
     #[inline(always)]
-    fn transmit(&mut self, _now: Instant) -> Option<Frame> {
+    fn transmit(&mut self, _now: impl FnOnce() -> Instant) -> Option<Frame> {
         self.transmit()
     }
 
@@ -137,8 +137,8 @@ impl<N: Node + ?Sized> Exchange for N {
         Node::sends_once(self)
     }
 
-    fn transmit(&mut self, now: Instant) -> Option<Frame> {
-        Node::transmit(self, now)
+    fn transmit(&mut self, now: impl FnOnce() -> Instant) -> Option<Frame> {
+        Node::transmit(self, now())
     }
 
     fn sent(&mut self, now: Instant) {
@@ -293,11 +293,11 @@ impl<'a, H: Exchange + ?Sized, C: Controller> Link<'a, H, C> {
             && self.line.controller.has_room()
         {
             let once = self.node.sends_once();
-            let now = self.now();
-            let Some(frame) = self.node.transmit(now) else {
+            let controller = &mut self.line.controller;
+            let Some(frame) = self.node.transmit(|| controller.now()) else {
                 break;
             };
-            self.line.controller.put(&frame, once);
+            controller.put(&frame, once);
             moves = true;
         }
         moves

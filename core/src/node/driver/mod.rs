@@ -280,14 +280,14 @@ impl<S: Side> Driver<S> {
 
     /// Restarts the device if a restart is requested and the last frame is sent.
     fn leave(&mut self, platform: &mut impl Platform) {
-        let now = self.side.now();
         let limit = match self.restart {
             Restart::No => return,
             Restart::Requested if self.is_saving => return,
-            Restart::Requested => after(now, RESTART_LIMIT),
+            Restart::Requested => after(self.side.now(), RESTART_LIMIT),
             Restart::Until(limit) => limit,
         };
         self.restart = Restart::Until(limit);
+        let now = self.side.now();
         // If all mailboxes are empty now, the node has no more frames.
         if self.side.link(|link| link.is_idle()) || reached(now, limit) {
             self.restart = Restart::No;
