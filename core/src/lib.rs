@@ -9,7 +9,7 @@
 //! the angles and adds the zero offset ([`measure::zero`]). [`heater`] controls the temperature of a heated measuring cell.
 //!
 //! **The path of a frame**: the driver passes a [`can::Frame`] to the [`node::Node`]. The protocol ([`fsc`], [`canopen`],
-//! [`devicenet`]) finds the request in the table of the product ([`model`]) and replies on reception. Bit rate detection, fault
+//! [`devicenet`], [`j1939`]) finds the request in the table of the product ([`model`]) and replies on reception. Bit rate detection, fault
 //! confinement, LEDs and the transmit queue are independent of the protocol; they are in [`node`]. [`store`] keeps the parameters
 //! and the calibration in nonvolatile memory.
 //!

@@ -14,7 +14,7 @@
 use super::Abort;
 use super::cob_id;
 use super::feature::Absent;
-use super::objects::find_row;
+use super::lookup::find_row;
 use super::product::Product;
 use super::protocol::{Canopen, ContextOf, Services};
 use super::row::Row;

@@ -12,20 +12,11 @@
 use super::Abort;
 use super::dictionary::Service;
 use super::emcy::History;
-use super::objects::{LOAD, SAVE};
-use super::product::{ParametersOf, Product};
+use super::product::{Kept, ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
+use super::saved::{LOAD, SAVE};
 use super::sdo::Written;
 use crate::param::{ParameterId, Parameters};
-
-/// The hidden stored parameters of a product with groups. Their factory values are 0.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub struct Kept {
-    /// The request of a restore, 8 bits.
-    pub request: ParameterId,
-    /// The first of the errors of the history, 16 bits each, the newest first. Their number is that of the history.
-    pub history: ParameterId,
-}
 
 /// Request: the parameters of the communication profile, and the history.
 const COMMUNICATION: u8 = 1 << 0;
@@ -33,43 +24,6 @@ const COMMUNICATION: u8 = 1 << 0;
 const APPLICATION: u8 = 1 << 1;
 /// Request: node-ID and bit rate.
 const CONNECTION: u8 = 1 << 2;
-
-/// The state of a restart.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Start {
-    /// The bits of the request that were used and must be cleared in memory.
-    used: u8,
-    /// The parameters in RAM are those of a start: the following reset of the communication does not restore them again.
-    begun: bool,
-    /// The reset in progress acts as power-up.
-    cold: bool,
-}
-
-impl Start {
-    /// Before the start.
-    pub const INITIAL: Self = Self {
-        used: 0,
-        begun: false,
-        cold: false,
-    };
-}
-
-impl<P: Product> super::saving::Saved<P> {
-    /// The next reset of the node acts as power-up.
-    pub(super) fn restart(&mut self) {
-        self.start.cold = true;
-    }
-
-    /// Returns true once if the reset of the node acts as power-up.
-    pub fn restarts(&mut self) -> bool {
-        core::mem::take(&mut self.start.cold)
-    }
-
-    /// Returns true once after a start.
-    pub fn has_begun(&mut self) -> bool {
-        core::mem::take(&mut self.start.begun)
-    }
-}
 
 impl<P: Product> Services<P> {
     /// Writes a service of a product with groups; None if `service` is another one.

@@ -11,7 +11,7 @@
 
 use super::Abort;
 use super::cob_id;
-use super::objects::{find_row, lookup};
+use super::lookup::{find_row, lookup};
 use super::pdo::{Entries, Entry, MAPPED, Tpdos};
 use super::product::Product;
 use super::protocol::{ContextOf, Services};

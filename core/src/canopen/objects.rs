@@ -3,15 +3,16 @@
 use super::Abort;
 use super::consumer::{self, Consumers};
 use super::dictionary::Service;
-use super::emcy::History;
 use super::feature::Feature;
+use super::lookup::lookup;
 use super::lss::UNCONFIGURED;
 use super::mapping::is_mapping;
 use super::own::{Own, Read, Scope, Then};
 use super::pdo::{MAPPED, Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
-use super::row::{Kind, Row, find};
+use super::row::{Kind, Row};
+use super::saved::{LOAD, SAVE};
 use super::saving::What;
 use super::sdo::message::Address;
 use super::sdo::{Buffer, Objects, Written};
@@ -21,24 +22,10 @@ use crate::param::{ParameterId, ParameterRow, number};
 use crate::store::{Name, Unit};
 use crate::time::Instant;
 
-/// The signature "save" (1010h) as a little-endian number.
-pub(super) const SAVE: u32 = u32::from_le_bytes(*b"save");
-/// The signature "load" (1011h) as a little-endian number.
-pub(super) const LOAD: u32 = u32::from_le_bytes(*b"load");
-
 /// The objects of a node, for the SDO server.
 pub(super) struct View<'a, P: Product> {
     pub services: &'a mut Services<P>,
     pub cx: &'a mut ContextOf<P>,
-}
-
-/// The row at an address.
-pub(super) fn find_row<P: Product>(index: u16, sub: u8) -> Option<&'static Row> {
-    lookup::<P>(Address { index, sub }).ok()
-}
-
-pub(super) fn lookup<P: Product>(address: Address) -> Result<&'static Row, Abort> {
-    find(P::ROWS, P::History::CAPACITY, address)
 }
 
 impl<P: Product> Objects for View<'_, P> {

@@ -4,7 +4,6 @@ use super::consumer::Consumers;
 use super::dictionary::Object;
 use super::emcy::{CIA_301, FaultBit, History};
 use super::feature::{Feature, Initial};
-use super::groups::Kept;
 use super::lss::{Lss, LssTable};
 use super::nmt::State;
 use super::own::Own;
@@ -47,6 +46,15 @@ impl LedTable {
         },
         guarding: Pattern::DoubleFlash,
     };
+}
+
+/// The hidden stored parameters of a product with groups. Their factory values are 0.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct Kept {
+    /// The request of a restore, 8 bits.
+    pub request: ParameterId,
+    /// The first of the errors of the history, 16 bits each, the newest first. Their number is that of the history.
+    pub history: ParameterId,
 }
 
 /// A history of up to `N` errors.

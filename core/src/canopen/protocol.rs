@@ -9,7 +9,7 @@ use super::nmt::State;
 use super::pdo::{Tpdo, Tpdos};
 use super::product::{ParametersOf, Product};
 use super::row::Row;
-use super::saving::Saved;
+use super::saved::Saved;
 use super::sdo::Server;
 use crate::application::{Application, Faults, Values};
 use crate::can::{BitRate, CanId, Filter, Frame};

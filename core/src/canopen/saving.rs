@@ -1,9 +1,9 @@
 //! Stored parameters: saves all parameters, or some of them together with the values that are already stored.
 
 use super::dictionary::communication;
-use super::groups::Start;
 use super::product::{ParametersOf, Product};
 use super::protocol::{ContextOf, Services};
+use super::saved::End;
 use super::sdo::Written;
 use crate::param::{ParameterId, ParameterSet, Parameters};
 
@@ -16,40 +16,6 @@ pub(super) enum What {
     AtOnce,
     /// The parameters of the communication profile get their factory values, which act after a reset.
     FactoryCommunication,
-}
-
-/// What the end of a save changes in RAM.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum End {
-    /// Nothing.
-    Nothing,
-    /// If it has failed, the parameters that are stored when they are written have their previous values again.
-    AtOnce,
-    /// What the own object at this place of the product does.
-    Own(u8),
-}
-
-/// The contents of the nonvolatile memory.
-pub(super) struct Saved<P: Product> {
-    pub parameters: ParametersOf<P>,
-    /// The end of the running save, or of the last one.
-    end: End,
-    /// The restart and the request of a restore, for a product with groups.
-    pub(super) start: Start,
-}
-
-impl<P: Product> Saved<P> {
-    /// Whether the end of the running save overwrites parameters that were written during it.
-    pub fn overwrites(&self) -> bool {
-        matches!(self.end, End::Own(_))
-    }
-
-    /// The state before the memory is read.
-    pub const INITIAL: Self = Self {
-        parameters: ParametersOf::<P>::INITIAL,
-        end: End::Nothing,
-        start: Start::INITIAL,
-    };
 }
 
 impl<P: Product> Services<P> {

@@ -4,24 +4,13 @@ use super::allocation::ConnectionSet;
 use super::duplicate_check::{self, Step};
 use super::identifiers::group_2;
 use super::objects::identity::vendor;
-use super::protocol::{ContextOf, Devicenet};
+use super::protocol::{ContextOf, Devicenet, Leaving};
 use super::table::Product;
 use crate::can::Frame;
 use crate::time::{Deadline, Duration, Instant, millis};
 
 /// The longest time that a change of the MAC ID waits until its answer is sent.
 const READDRESS_LIMIT: Duration = millis(250);
-
-/// What follows when the answer to a request is sent.
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Leaving {
-    /// Nothing.
-    None,
-    /// The node checks its new MAC ID.
-    Readdress,
-    /// The node restarts when its parameters are stored.
-    Restart,
-}
 
 impl<P: Product> Devicenet<P> {
     /// Leaves the network after the answer to the present request: all connections are released at once.

@@ -1,6 +1,5 @@
 //! The protocol: its state, received frames, timers and LEDs.
 
-use super::access::Leaving;
 use super::allocation::ConnectionSet;
 use super::duplicate_check::{DuplicateCheck, Step};
 use super::fragment::{Receiver, Sender};
@@ -26,6 +25,17 @@ pub(super) type ValuesOf<P> = <<P as Product>::Application as Application>::Valu
 
 /// The part of the node of product `P` that the protocol can access.
 pub(super) type ContextOf<P> = Context<<P as Product>::Application>;
+
+/// What follows when the answer to a request is sent.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Leaving {
+    /// Nothing.
+    None,
+    /// The node checks its new MAC ID.
+    Readdress,
+    /// The node restarts when its parameters are stored.
+    Restart,
+}
 
 /// The DeviceNet protocol for product `P`.
 pub struct Devicenet<P: Product> {

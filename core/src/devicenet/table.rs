@@ -88,6 +88,16 @@ pub struct Object {
     pub attributes: &'static [Attribute],
 }
 
+/// The class of the assembly object.
+pub(super) const ASSEMBLY: u8 = 4;
+/// The attribute of an assembly with its data.
+pub(super) const DATA: u8 = 3;
+
+/// The path of the data of an assembly: class, instance, attribute.
+pub(super) const fn path(instance: u8) -> [u8; 6] {
+    [0x20, ASSEMBLY, 0x24, instance, 0x30, DATA]
+}
+
 /// An input assembly: the data of an I/O message, and attribute 3 of an instance of class 4.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct Assembly {
@@ -107,7 +117,7 @@ impl Assembly {
 
     /// The path of the data (EPATH): class 4, the instance, attribute 3.
     pub const fn path(&self) -> [u8; 6] {
-        super::objects::assembly::path(self.instance)
+        path(self.instance)
     }
 }
 

@@ -1,21 +1,12 @@
 //! The assembly object (class 4): the data of the I/O messages.
 
-use super::class;
 use crate::devicenet::exchange::{pack, words};
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
 use crate::devicenet::protocol::ContextOf;
-use crate::devicenet::table::Product;
+use crate::devicenet::table::{DATA, Product};
 
 /// The revision of the class.
 const REVISION: u8 = 2;
-
-/// The attribute with the data.
-const DATA: u8 = 3;
-
-/// The path of the data of an instance: class, instance, attribute.
-pub(in crate::devicenet) const fn path(instance: u8) -> [u8; 6] {
-    [0x20, class::ASSEMBLY, 0x24, instance, 0x30, DATA]
-}
 
 pub(super) fn serve<P: Product>(cx: &ContextOf<P>, request: &Request) -> Result<Data, Failure> {
     if request.instance == 0 {

@@ -7,7 +7,7 @@ use crate::devicenet::explicit::{Data, Failure, Request, exactly, nothing, servi
 use crate::devicenet::fragment::{CONSUMED, PRODUCED};
 use crate::devicenet::identifiers::{Group1, group_2, group_2_id};
 use crate::devicenet::protocol::{ContextOf, Devicenet};
-use crate::devicenet::table::Product;
+use crate::devicenet::table::{Product, path};
 use crate::time::Instant;
 
 /// The revision of the class.
@@ -129,7 +129,7 @@ fn get<P: Product>(
         WATCHDOG_ACTION => Data::byte(AUTO_DELETE),
         13 if is_io => Data::word(6),
         14 if is_io => {
-            let [a, b, c, d, e, f] = super::assembly::path(assembly);
+            let [a, b, c, d, e, f] = path(assembly);
             Data::Bytes {
                 bytes: u64::from_le_bytes([a, b, c, d, e, f, 0, 0]),
                 length: 6,

@@ -1,8 +1,7 @@
 //! The DeviceNet object (class 3): MAC ID, bit rate, bus-off, and the allocation of the connection set.
 
-use crate::devicenet::access::Leaving;
 use crate::devicenet::explicit::{Data, Failure, Request, exactly, nothing, service};
-use crate::devicenet::protocol::{ContextOf, Devicenet, ParametersOf};
+use crate::devicenet::protocol::{ContextOf, Devicenet, Leaving, ParametersOf};
 use crate::devicenet::table::Product;
 use crate::param::ParameterId;
 use crate::time::Instant;

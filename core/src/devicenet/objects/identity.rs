@@ -1,9 +1,8 @@
 //! The identity object (class 1).
 
 use crate::application::{Faults, Values};
-use crate::devicenet::access::Leaving;
 use crate::devicenet::explicit::{Data, Failure, Request, nothing, service};
-use crate::devicenet::protocol::{ContextOf, Devicenet, ParametersOf};
+use crate::devicenet::protocol::{ContextOf, Devicenet, Leaving, ParametersOf};
 use crate::devicenet::table::Product;
 use crate::param::Parameters;
 use crate::store::{Name, Unit};

@@ -11,7 +11,7 @@
 //! | 64h to C7h | the objects of the vendor, as the product describes them |
 
 mod acknowledge_handler;
-pub(super) mod assembly;
+mod assembly;
 mod connection;
 pub(super) mod devicenet;
 pub(super) mod identity;
@@ -27,7 +27,7 @@ mod class {
     pub const IDENTITY: u8 = 0x01;
     pub const MESSAGE_ROUTER: u8 = 0x02;
     pub const DEVICENET: u8 = 0x03;
-    pub const ASSEMBLY: u8 = 0x04;
+    pub const ASSEMBLY: u8 = crate::devicenet::table::ASSEMBLY;
     pub const CONNECTION: u8 = 0x05;
     pub const ACKNOWLEDGE_HANDLER: u8 = 0x2B;
 }

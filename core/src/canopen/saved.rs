@@ -1,0 +1,77 @@
+//! The contents of the nonvolatile memory, and what follows a running save.
+
+use super::product::{ParametersOf, Product};
+
+/// The signature "save" (1010h) as a little-endian number.
+pub(super) const SAVE: u32 = u32::from_le_bytes(*b"save");
+/// The signature "load" (1011h) as a little-endian number.
+pub(super) const LOAD: u32 = u32::from_le_bytes(*b"load");
+
+/// The state of a restart, for a product with groups.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Start {
+    /// The bits of the request that were used and must be cleared in memory.
+    pub used: u8,
+    /// The parameters in RAM are those of a start: the following reset of the communication does not restore them again.
+    pub begun: bool,
+    /// The reset in progress acts as power-up.
+    pub cold: bool,
+}
+
+impl Start {
+    /// Before the start.
+    pub const INITIAL: Self = Self {
+        used: 0,
+        begun: false,
+        cold: false,
+    };
+}
+
+/// What the end of a save changes in RAM.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum End {
+    /// Nothing.
+    Nothing,
+    /// If it has failed, the parameters that are stored when they are written have their previous values again.
+    AtOnce,
+    /// What the own object at this place of the product does.
+    Own(u8),
+}
+
+/// The contents of the nonvolatile memory.
+pub(super) struct Saved<P: Product> {
+    pub parameters: ParametersOf<P>,
+    /// The end of the running save, or of the last one.
+    pub end: End,
+    /// The restart and the request of a restore, for a product with groups.
+    pub start: Start,
+}
+
+impl<P: Product> Saved<P> {
+    /// Whether the end of the running save overwrites parameters that were written during it.
+    pub fn overwrites(&self) -> bool {
+        matches!(self.end, End::Own(_))
+    }
+
+    /// The state before the memory is read.
+    pub const INITIAL: Self = Self {
+        parameters: ParametersOf::<P>::INITIAL,
+        end: End::Nothing,
+        start: Start::INITIAL,
+    };
+
+    /// The next reset of the node acts as power-up.
+    pub fn restart(&mut self) {
+        self.start.cold = true;
+    }
+
+    /// Returns true once if the reset of the node acts as power-up.
+    pub fn restarts(&mut self) -> bool {
+        core::mem::take(&mut self.start.cold)
+    }
+
+    /// Returns true once after a start.
+    pub fn has_begun(&mut self) -> bool {
+        core::mem::take(&mut self.start.begun)
+    }
+}
