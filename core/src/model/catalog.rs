@@ -15,27 +15,37 @@
 pub use super::listing::{
     Adjustment, Article, Guide, Product, Protocol, Resolution, Settings, Written,
 };
-use super::{gemac, ims360, jn2101, tiltix};
 
 /// All products.
 pub const PRODUCTS: &[Product] = &[
-    gemac::is1::LISTING,
-    gemac::is2::LISTING,
-    gemac::is1d::LISTING,
-    gemac::is2d::LISTING,
-    gemac::is1dm::LISTING,
-    gemac::is2dm::LISTING,
-    gemac::is1tk::LISTING,
-    gemac::is2tk::LISTING,
-    jn2101::LISTING,
-    ims360::LISTING,
-    tiltix::tiltix080::LISTING,
-    tiltix::tiltix360::LISTING,
+    super::gemac::is1::LISTING,
+    super::gemac::is2::LISTING,
+    super::gemac::is1d::LISTING,
+    super::gemac::is2d::LISTING,
+    super::gemac::is1dm::LISTING,
+    super::gemac::is2dm::LISTING,
+    super::gemac::is1tk::LISTING,
+    super::gemac::is2tk::LISTING,
+    super::jn2101::LISTING,
+    super::ims360::LISTING,
+    super::tiltix::tiltix080::LISTING,
+    super::tiltix::tiltix360::LISTING,
 ];
 
 /// The product with this name.
 pub fn find(name: &str) -> Option<&'static Product> {
     PRODUCTS.iter().find(|product| product.name == name)
+}
+
+/// The first product whose node has the same type. The others differ from it by constants only.
+pub fn base(product: &Product) -> Option<&'static Product> {
+    PRODUCTS.iter().find(|other| other.node == product.node)
+}
+
+/// The products that do not differ from an earlier one by constants only.
+pub fn bases() -> impl Iterator<Item = &'static Product> {
+    let is_base = |product: &&Product| base(product).is_some_and(|base| base.name == product.name);
+    PRODUCTS.iter().filter(is_base)
 }
 
 #[cfg(test)]
@@ -50,6 +60,16 @@ mod tests {
                 assert_ne!(one.image, other.image, "{} and {}", one.name, other.name);
             }
         }
+    }
+
+    #[test]
+    fn products_that_differ_by_constants_have_the_same_base() {
+        for (name, expected) in [("is1d", "is1"), ("is2tk", "is2dm"), ("ims360", "ims360")] {
+            let found = find(name).and_then(base).map(|base| base.name);
+            assert_eq!(found, Some(expected));
+        }
+        let names = ["is1", "is2", "is1dm", "is2dm", "jn2101"];
+        assert!(bases().map(|base| base.name).take(5).eq(names));
     }
 
     #[test]

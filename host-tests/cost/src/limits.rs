@@ -57,11 +57,12 @@ pub fn exceeded(report: &Report) -> Vec<String> {
         report,
         complaints: Vec::new(),
     };
-    if let Some(product) = find(report.model) {
+    let product = find(report.model);
+    if let Some((product, measured)) = product.zip(product.and_then(MeasuredProduct::of)) {
         check.size(product);
         check.starts();
-        check.answers(product);
-        check.saves(&MeasuredProduct::from(product));
+        check.answers(product, &measured);
+        check.saves(&measured);
     }
     check.complaints
 }
@@ -104,15 +105,14 @@ impl Check<'_> {
         self.at_most("boot_time", BOOT);
     }
 
-    fn answers(&mut self, product: &'static Product) {
+    fn answers(&mut self, product: &Product, measured: &MeasuredProduct) {
         let (messages, limit) = answers(product);
-        let product = MeasuredProduct::from(product);
         let mut rows = vec![("sync_worst", "read_worst")];
         if self.report.sweep == Phases::All {
-            if product.set_point.is_some() {
+            if measured.set_point.is_some() {
                 rows.push(("heater_worst", "heater_read_worst"));
             }
-            if product.swept {
+            if measured.swept {
                 rows.push(("led_worst", "led_read_worst"));
             }
         }

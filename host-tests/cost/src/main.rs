@@ -74,9 +74,10 @@ fn main() -> ExitCode {
 fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
     let recorded = Recorded::of_the_project()?;
     let products: Vec<MeasuredProduct> = match &options.model {
-        Some(model) => products::of_model(model, options.nucleo)
-            .into_iter()
-            .collect(),
+        Some(model) => {
+            let product = products::of_model(model, options.nucleo);
+            vec![product.ok_or_else(|| format!("there are no messages to measure {model}"))?]
+        }
         None => products::all(),
     };
     let reports = reports(&products, options)?;

@@ -8,9 +8,9 @@ use bench::BusRate;
 use ims360::IMS360;
 use messages::{CANOPEN, FSC};
 use plumbline::can::{Frame, extended, standard};
-use plumbline::model::catalog::{self, PRODUCTS, Product};
+use plumbline::canopen::dictionary::Object;
+use plumbline::model::catalog::{self, Product, bases};
 use plumbline::time::Duration;
-use std::collections::HashSet;
 use stm32_sim::chip::Chip;
 use tiltix::DEVICENET;
 
@@ -29,6 +29,16 @@ impl Message {
             _ => Frame::data(extended(self.0), self.1),
         };
         frame.expect("at most eight bytes")
+    }
+
+    /// Whether these objects have the one of an SDO request.
+    fn names(self, objects: &[Object]) -> bool {
+        let [_, low, high, sub, ..] = *self.1 else {
+            return false;
+        };
+        let address = (u16::from_le_bytes([low, high]), sub);
+        let mut objects = objects.iter();
+        objects.any(|object| (object.index, object.sub) == address)
     }
 }
 
@@ -151,19 +161,14 @@ pub struct MeasuredProduct {
     pub set_point: Option<i16>,
 }
 
-impl From<&Product> for MeasuredProduct {
-    fn from(product: &Product) -> Self {
+impl MeasuredProduct {
+    /// A product that is measured with these messages, on the Blue Pill.
+    pub fn with(product: &Product, protocol: &'static Protocol) -> Self {
         Self {
             label: product.name,
             chip: Chip::F103,
             name: product.name,
-            set_point: product.heater.map(|heater| heater.set_point),
-            protocol: match product.protocol {
-                catalog::Protocol::Fsc(_) => &FSC,
-                catalog::Protocol::Canopen(tables) if tables.j1939.is_some() => &IMS360,
-                catalog::Protocol::Canopen(_) => &CANOPEN,
-                catalog::Protocol::Devicenet(_) => &DEVICENET,
-            },
+            protocol,
             swept: match product.protocol {
                 catalog::Protocol::Fsc(_) => {
                     product.heater.is_none() && product.quantities.len() == 2
@@ -171,7 +176,23 @@ impl From<&Product> for MeasuredProduct {
                 catalog::Protocol::Canopen(_) => true,
                 catalog::Protocol::Devicenet(_) => false,
             },
+            set_point: product.heater.map(|heater| heater.set_point),
         }
+    }
+
+    /// A product that understands the messages of one of the protocols here; None if there are none for it.
+    pub fn of(product: &Product) -> Option<Self> {
+        let protocol = match &product.protocol {
+            catalog::Protocol::Fsc(_) => &FSC,
+            catalog::Protocol::Devicenet(_) => &DEVICENET,
+            catalog::Protocol::Canopen(tables) => [&CANOPEN, &IMS360].into_iter().find(|own| {
+                let node_id = product.parameters[usize::from(tables.node_id.0)].factory;
+                let Message(id, _) = own.write;
+                let both = own.j1939.is_some() == tables.j1939.is_some();
+                both && id == 0x600 + node_id && own.slowest_filter.names(tables.objects)
+            })?,
+        };
+        Some(Self::with(product, protocol))
     }
 }
 
@@ -184,7 +205,7 @@ const ON_NUCLEO: [(&str, &str); 3] = [
 
 /// The product whose figures on the Nucleo have this label.
 fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProduct> {
-    let product = MeasuredProduct::from(catalog::find(name)?);
+    let product = find(name)?;
     Some(MeasuredProduct {
         label,
         chip: Chip::F446,
@@ -196,15 +217,16 @@ fn on_nucleo((label, name): (&'static str, &'static str)) -> Option<MeasuredProd
 /// Every product that has figures of its own: not those that differ from an earlier one of the catalogue only by constants. The
 /// products that are measured on the Nucleo follow.
 pub fn all() -> Vec<MeasuredProduct> {
-    let mut nodes = HashSet::new();
-    let own = PRODUCTS.iter().filter(|product| nodes.insert(product.node));
     let on_nucleo = ON_NUCLEO.into_iter().filter_map(on_nucleo);
-    own.map(MeasuredProduct::from).chain(on_nucleo).collect()
+    bases()
+        .filter_map(MeasuredProduct::of)
+        .chain(on_nucleo)
+        .collect()
 }
 
-/// The product of this name.
+/// The product of this name, if it is measured.
 pub fn find(name: &str) -> Option<MeasuredProduct> {
-    catalog::find(name).map(MeasuredProduct::from)
+    catalog::find(name).and_then(MeasuredProduct::of)
 }
 
 /// The product of this name on the Blue Pill, or on the Nucleo if it is measured there.

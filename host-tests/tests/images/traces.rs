@@ -1,5 +1,7 @@
 //! Replays each recorded trace in `host-tests/traces`: the core and the images of both boards send the same bytes.
 //!
+//! The traces of a product can also be beside it, in its folder in `core/src/model`.
+//!
 //! `UPDATE=1 cargo test -p host-tests --test images traces` writes the frames of the core into the traces. A new trace has only the frames
 //! of the tester, the `T` lines.
 
@@ -9,7 +11,7 @@ use bench::scene::{Axes, Scene, SceneArgument};
 use bench::{Bus, BusRate, Device, Flash, NodeType, Sensor};
 use host_tests::effort;
 use host_tests::trace::{Failure, Trace};
-use plumbline::model::catalog::PRODUCTS;
+use plumbline::model::catalog::{PRODUCTS, bases};
 use plumbline::time::{Duration, Instant};
 use std::path::{Path, PathBuf};
 use std::sync::Once;
@@ -31,18 +33,22 @@ fn traces(product: &str) -> Vec<PathBuf> {
         let name = path.file_name().unwrap_or_default();
         name.to_string_lossy().starts_with(&start)
     };
-    let traces: Vec<_> = all_traces().into_iter().filter(named).collect();
-    assert!(!traces.is_empty(), "{product} has no trace");
-    traces
+    all_traces().into_iter().filter(named).collect()
 }
 
 fn all_traces() -> Vec<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("traces");
-    let entries = folder.read_dir().expect("the folder of the traces");
-    let paths = entries.map(|entry| entry.expect("an entry of the folder").path());
-    let mut traces: Vec<_> = paths
-        .filter(|path| path.extension().is_some_and(|extension| extension == "log"))
-        .collect();
+    let host_tests = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut folders = vec![host_tests.join("traces")];
+    let mut traces = Vec::new();
+    let models = host_tests.join("../core/src/model").read_dir();
+    let models = models.expect("the folder of the products");
+    folders.extend(models.map(|entry| entry.expect("an entry of the folder").path()));
+    for folder in folders.into_iter().filter(|path| path.is_dir()) {
+        let entries = folder.read_dir().expect("a folder of traces");
+        let paths = entries.map(|entry| entry.expect("an entry of the folder").path());
+        let is_trace = |path: &PathBuf| path.extension().is_some_and(|end| end == "log");
+        traces.extend(paths.filter(is_trace));
+    }
     traces.sort();
     traces
 }
@@ -87,6 +93,13 @@ fn check(product: &'static str, replay: impl Fn(Trace) -> Result<(), Failure>) {
 
 #[test]
 fn core_passes_the_traces_of_each_product() {
+    for product in bases() {
+        assert!(
+            !traces(product.name).is_empty(),
+            "{} has no trace",
+            product.name
+        );
+    }
     for product in PRODUCTS {
         let node_type = node_type(product.name);
         check(product.name, |trace| trace.replay(&node_type, &scene));

@@ -6,7 +6,7 @@
 use clap::Parser;
 use cost::limits;
 use cost::recorded::grew;
-use plumbline::model::catalog::{PRODUCTS, Product};
+use plumbline::model::catalog::{PRODUCTS, Product, base};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::error::Error;
@@ -71,13 +71,6 @@ struct Bytes {
     ram: u64,
 }
 
-/// The first product that differs from this one by constants only, or this one: its size is recorded for both.
-fn same(product: &Product) -> &Product {
-    let mut products = PRODUCTS.iter();
-    let found = products.find(|other| other.node == product.node);
-    found.unwrap_or(product)
-}
-
 /// The error of a size, if any.
 fn complaint(
     board: &Board,
@@ -93,9 +86,8 @@ fn complaint(
             size.flash
         ));
     }
-    let Some(recorded) = recorded else {
-        return Some("its size is not recorded".to_owned());
-    };
+    // A new product has no recorded size yet.
+    let recorded = recorded?;
     let (flash, ram) = (recorded.flash, recorded.ram);
     (grew(size.flash, flash, FEW) || grew(size.ram, ram, FEW))
         .then(|| format!("grew by more than 10 % over the recorded {flash} B flash, {ram} B RAM"))
@@ -137,17 +129,17 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
             complaints.extend(
                 unsafe_instructions.map(|at| format!("{place}: unsafe instruction at {at}")),
             );
+            // The size of products that differ by constants only is recorded once.
+            let name = base(product).unwrap_or(product).name;
             let Size { flash, ram } = size;
             let size = Bytes { flash, ram };
-            let known = recorded
-                .get(board.name)
-                .and_then(|sizes| sizes.get(same(product).name));
+            let known = recorded.get(board.name).and_then(|sizes| sizes.get(name));
             complaints.extend(
                 complaint(board, product, size, known.copied())
                     .map(|error| format!("{place}: {error}")),
             );
             let sizes = measured.entry(board.name.to_owned()).or_default();
-            sizes.entry(same(product).name.to_owned()).or_insert(size);
+            sizes.entry(name.to_owned()).or_insert(size);
         }
     }
     if options.record {

@@ -21,7 +21,7 @@ use std::io::{self, Write};
 use std::path::PathBuf;
 use std::rc::Rc;
 
-/// All products, one of each family with one axis and with two.
+/// The products with a setting of their own in these tests.
 pub const PRODUCTS: [&str; 12] = [
     "is1",
     "is2",

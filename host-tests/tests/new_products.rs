@@ -1,0 +1,157 @@
+//! A new product is its file or folder, a line of the catalogue and a program for the boards, and everything works with it: a patch
+//! of each kind in `host-tests/new-products` is applied to a copy of the tree.
+//!
+//! It builds the copy, so it runs only on request: `cargo test -p host-tests --test new_products`. With `PLUMBLINE_LONG=1` it runs all
+//! tests on the copy.
+
+use host_tests::effort;
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+use std::{fs, io};
+
+const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+
+/// What a patch may touch besides new files.
+const LISTS: [&str; 3] = [
+    "core/src/model/catalog.rs",
+    "core/src/model/mod.rs",
+    "core/src/model/gemac/mod.rs",
+];
+
+/// Each new product: its patch, its name, its description.
+const PRODUCTS: [[&str; 3]; 2] = [
+    // It differs from another one by constants only.
+    ["constants.patch", "is2lean", "is2lean.dbc"],
+    ["canopen.patch", "mast", "mast.eds"],
+];
+
+/// One build of the other packages for all runs.
+const TARGET: &str = concat!(env!("CARGO_TARGET_TMPDIR"), "/new-products-target");
+
+/// The target of the Blue Pill.
+const BOARD: &str = "thumbv7m-none-eabi";
+
+/// A copy of the tree with the new products.
+struct Copied {
+    root: PathBuf,
+}
+
+impl Copied {
+    fn new() -> Self {
+        let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("new-products");
+        let _ = fs::remove_dir_all(&root);
+        copy(Path::new(ROOT), &root).expect("the tree can be copied");
+        let copied = Self { root };
+        // In a repository of its own; otherwise the patch would be for the one around it.
+        copied.run("git", &["init", "--quiet"]);
+        for [patch, ..] in PRODUCTS {
+            let patch = Path::new(ROOT).join("host-tests/new-products").join(patch);
+            let text = fs::read_to_string(&patch).expect("a patch");
+            for path in text.lines().filter_map(|line| line.strip_prefix("--- a/")) {
+                assert!(LISTS.contains(&path), "a new product touches {path}");
+            }
+            copied.run("git", &["apply", &patch.display().to_string()]);
+        }
+        copied
+    }
+
+    fn command(&self, program: &str, arguments: &[&str]) -> Command {
+        let mut command = Command::new(program);
+        command
+            .args(arguments)
+            .current_dir(&self.root)
+            .env("CARGO_TARGET_DIR", TARGET);
+        command
+    }
+
+    #[track_caller]
+    fn run(&self, program: &str, arguments: &[&str]) -> String {
+        let output = self.command(program, arguments).output();
+        let output = output.unwrap_or_else(|error| panic!("{program}: {error}"));
+        let [text, errors] = [output.stdout, output.stderr].map(|bytes| {
+            let text = String::from_utf8_lossy(&bytes);
+            text.into_owned()
+        });
+        assert!(
+            output.status.success(),
+            "{program} {arguments:?}\n{text}\n{errors}"
+        );
+        text
+    }
+
+    #[track_caller]
+    fn cargo(&self, arguments: &[&str]) -> String {
+        self.run(env!("CARGO"), arguments)
+    }
+
+    /// The virtual sensor of a product is on its bus.
+    fn starts(&self, name: &str, more: &[&str]) {
+        let program = Path::new(TARGET).join("debug/virtual-sensor");
+        let options = ["--model", name, "--listen", "127.0.0.1:0"];
+        let mut sensor = Command::new(program)
+            .args([&options, more].concat())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("the virtual sensor runs");
+        let mut line = String::new();
+        if let Some(output) = sensor.stdout.take() {
+            BufReader::new(output).read_line(&mut line).expect("a line");
+        }
+        sensor.kill().expect("it runs");
+        sensor.wait().expect("it ends");
+        assert!(line.starts_with("slcan socket://"), "{name}: {line}");
+    }
+}
+
+/// Copies the files of a folder, except what is built and the repository.
+fn copy(from: &Path, to: &Path) -> io::Result<()> {
+    fs::create_dir_all(to)?;
+    for entry in from.read_dir()? {
+        let entry = entry?;
+        let (name, path) = (entry.file_name(), entry.path());
+        if ["target", ".git"].iter().any(|own| name == *own) {
+            continue;
+        }
+        if path.is_dir() {
+            copy(&path, &to.join(name))?;
+        } else {
+            fs::copy(&path, to.join(name))?;
+        }
+    }
+    Ok(())
+}
+
+#[test]
+fn new_product_is_a_file_or_folder_a_line_and_a_program() {
+    let copied = Copied::new();
+    // Tables, documents and traces; in a long run all tests.
+    if effort::choose(false, true) {
+        copied.cargo(&["test", "--quiet", "--no-fail-fast"]);
+    } else {
+        copied.cargo(&["test", "-q", "-p", "core", "--lib", "catalog"]);
+        for (test, filter) in [("sensor", "documents"), ("images", "core_passes")] {
+            copied.cargo(&["test", "-q", "-p", "host-tests", "--test", test, filter]);
+        }
+    }
+    copied.cargo(&["build", "-q", "--bin", "virtual-sensor"]);
+    let out = copied.root.join("descriptions").display().to_string();
+    copied.cargo(&["run", "-q", "--bin", "descriptors", "--", "--out", &out]);
+    let programs = PRODUCTS.iter().flat_map(|[_, name, _]| ["--bin", name]);
+    let board = [
+        "build",
+        "-q",
+        "--release",
+        "-p",
+        "firmware-stm32",
+        "--target",
+        BOARD,
+    ];
+    copied.cargo(&board.into_iter().chain(programs).collect::<Vec<_>>());
+    for [_, name, description] in PRODUCTS {
+        assert!(Path::new(&out).join(description).exists(), "{description}");
+        copied.starts(name, &[]);
+        let image = Path::new(TARGET).join(BOARD).join("release").join(name);
+        copied.starts(name, &["--elf", &image.display().to_string()]);
+    }
+}
