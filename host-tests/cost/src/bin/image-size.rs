@@ -121,10 +121,6 @@ fn run(options: &Options) -> Result<Vec<String>, Box<dyn Error>> {
             let elf = std::fs::read(&path).map_err(|error| format!("{place}: {error}"))?;
             let size = Size::of(&elf).map_err(|error| format!("{place}: {error}"))?;
             println!("{size}  {place}");
-            // A linker script that was not found results in an image without code.
-            if size.flash < 1024 {
-                return Err(format!("{place}: no image").into());
-            }
             let unsafe_instructions = scan::unsafe_instructions(&elf)?.into_iter();
             complaints.extend(
                 unsafe_instructions.map(|at| format!("{place}: unsafe instruction at {at}")),
