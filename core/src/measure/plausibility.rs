@@ -54,11 +54,12 @@ impl Plausibility {
             .to_array()
             .map(|component| i64::from(component) << FRACTION);
         let settled = self.samples >= SMOOTHING;
+        let weight = i64::from(self.samples.min(SMOOTHING - 1)) + 1;
+        for (mean, input) in self.mean.iter_mut().zip(input) {
+            *mean += (input - *mean) / weight;
+        }
         if !settled {
             self.samples += 1;
-        }
-        for (mean, input) in self.mean.iter_mut().zip(input) {
-            *mean += (input - *mean) / i64::from(self.samples);
         }
         let outside = self.is_outside();
         if outside == self.fault {
