@@ -140,13 +140,27 @@ fn missing_samples_are_defective_sensors() {
     assert_eq!(tester.read(0x3000, 1), Ok(5));
 }
 
-#[test]
-fn one_axis_sensor_has_no_lateral_fault() {
+/// A sensor whose variant in force has one axis.
+fn one_axis() -> Ims360Tester {
     let mut tester = booted();
     tester.write(0x3120, 1, 1, 0).unwrap();
     tester.store();
     tester.power_cycle();
     assert_eq!(tester.sent_text(), ["732#00"]);
+    tester
+}
+
+#[test]
+fn one_axis_sensor_that_clips_has_both_codes() {
+    let mut tester = one_axis();
+    tester.clip(21);
+    let both = ["0B2#1050810000000000", "0B2#2050810000000000"];
+    assert_eq!(tester.sent_text(), both);
+}
+
+#[test]
+fn one_axis_sensor_has_no_lateral_fault() {
+    let mut tester = one_axis();
     tester.write(0x3210, 0, 4, 20_000).unwrap();
     assert_eq!(tester.sent_text(), [""; 0], "360 deg have no limit");
     let sent = tester.wait_without_samples(150);
