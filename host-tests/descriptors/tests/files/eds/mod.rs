@@ -5,6 +5,7 @@ mod planted;
 mod rules;
 mod sdo;
 mod sheet;
+mod stranger;
 
 use descriptors::{describe, describe_all};
 use plumbline::model::catalog::find;
