@@ -7,30 +7,30 @@ use crate::param::{Coding, Constraint, DataType, Parameter, ParameterId, Permitt
 
 /// The ids of the parameters: their indices in the tables. They also define the order in the stored image.
 pub mod id {
-    use crate::param::ParameterId;
-
-    /// Set-Parameter-ID.
-    pub const SET_ID: ParameterId = ParameterId(0);
-    /// Reply-Parameter-ID.
-    pub const REPLY_ID: ParameterId = ParameterId(1);
-    /// Sync-ID.
-    pub const SYNC_ID: ParameterId = ParameterId(2);
-    /// Baud rate.
-    pub const BAUD_RATE: ParameterId = ParameterId(3);
-    /// Automatic bus-off recovery.
-    pub const BUS_OFF_RECOVERY: ParameterId = ParameterId(4);
-    /// Cyclic time.
-    pub const CYCLIC_TIME: ParameterId = ParameterId(5);
-    /// Cyclic mode.
-    pub const CYCLIC_MODE: ParameterId = ParameterId(6);
-    /// Cut-off frequency.
-    pub const CUT_OFF: ParameterId = ParameterId(7);
-    /// Filter type.
-    pub const FILTER_TYPE: ParameterId = ParameterId(8);
-    /// Zero offset, or zero offset X.
-    pub const ZERO_X: ParameterId = ParameterId(9);
-    /// Zero offset Y; 2-axis sensors only.
-    pub const ZERO_Y: ParameterId = ParameterId(10);
+    crate::ids! { pub ParameterId:
+        /// Set-Parameter-ID.
+        SET_ID,
+        /// Reply-Parameter-ID.
+        REPLY_ID,
+        /// Sync-ID.
+        SYNC_ID,
+        /// Baud rate.
+        BAUD_RATE,
+        /// Automatic bus-off recovery.
+        BUS_OFF_RECOVERY,
+        /// Cyclic time.
+        CYCLIC_TIME,
+        /// Cyclic mode.
+        CYCLIC_MODE,
+        /// Cut-off frequency.
+        CUT_OFF,
+        /// Filter type.
+        FILTER_TYPE,
+        /// Zero offset, or zero offset X.
+        ZERO_X,
+        /// Zero offset Y; 2-axis sensors only.
+        ZERO_Y,
+    }
 }
 
 /// The codes of the baud rate (section 9.10.3); None: automatic detection.

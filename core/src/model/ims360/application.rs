@@ -13,24 +13,24 @@ use crate::time::Instant;
 
 /// The ids of the published values.
 pub mod value {
-    use crate::param::ValueId;
-
-    /// Longitudinal in 0.01 deg (6110h).
-    pub const X: ValueId = ValueId(0);
-    /// Lateral in 0.01 deg (6120h).
-    pub const Y: ValueId = ValueId(1);
-    /// Specific force X, Y, Z in 0.001 g (3011h to 3013h).
-    pub const FORCE32: [ValueId; 3] = [ValueId(2), ValueId(3), ValueId(4)];
-    /// The same, limited to the range of 16 bits (3010h).
-    pub const FORCE16: [ValueId; 3] = [ValueId(5), ValueId(6), ValueId(7)];
-    /// Angular rate X, Y, Z in 0.001 deg/s (3021h to 3023h).
-    pub const RATE32: [ValueId; 3] = [ValueId(8), ValueId(9), ValueId(10)];
-    /// Angular rate X, Y, Z in 0.1 deg/s, limited to the range of 16 bits (3020h).
-    pub const RATE16: [ValueId; 3] = [ValueId(11), ValueId(12), ValueId(13)];
-    /// Temperature in degC (6511h).
-    pub const TEMPERATURE: ValueId = ValueId(14);
-    /// Supply voltage in mV; 0: not measured (2020h:01).
-    pub const SUPPLY: ValueId = ValueId(15);
+    crate::ids! { pub ValueId:
+        /// Longitudinal in 0.01 deg (6110h).
+        X,
+        /// Lateral in 0.01 deg (6120h).
+        Y,
+        /// Specific force X, Y, Z in 0.001 g (3011h to 3013h).
+        FORCE32[3],
+        /// The same, limited to the range of 16 bits (3010h).
+        FORCE16[3],
+        /// Angular rate X, Y, Z in 0.001 deg/s (3021h to 3023h).
+        RATE32[3],
+        /// Angular rate X, Y, Z in 0.1 deg/s, limited to the range of 16 bits (3020h).
+        RATE16[3],
+        /// Temperature in degC (6511h).
+        TEMPERATURE,
+        /// Supply voltage in mV; 0: not measured (2020h:01).
+        SUPPLY,
+    }
 }
 
 /// The number of published values.

@@ -10,87 +10,58 @@ use crate::param::{
 
 /// The ids of the parameters: their indices in the table. They also define the order in the stored image.
 pub mod id {
-    use crate::param::ParameterId;
-
-    /// Device type (1000h): that of the variant in force.
-    pub const DEVICE_TYPE: ParameterId = ParameterId(0);
-    /// COB-ID of the SYNC (1005h).
-    pub const SYNC_COB_ID: ParameterId = ParameterId(1);
-    /// COB-ID of the EMCY (1014h).
-    pub const EMCY_COB_ID: ParameterId = ParameterId(2);
-    /// Heartbeat time (1017h).
-    pub const HEARTBEAT_TIME: ParameterId = ParameterId(3);
-    /// The first of four parameters of each TPDO (1800h to 1803h).
-    pub const TPDO: [ParameterId; 4] = [
-        ParameterId(4),
-        ParameterId(8),
-        ParameterId(12),
-        ParameterId(16),
-    ];
-    /// The first of nine parameters of each mapping (1A00h to 1A03h).
-    pub const MAPPING: [ParameterId; 4] = [
-        ParameterId(20),
-        ParameterId(29),
-        ParameterId(38),
-        ParameterId(47),
-    ];
-    /// Baud rate (2001h).
-    pub const BIT_RATE: ParameterId = ParameterId(56);
-    /// Node-ID (2002h).
-    pub const NODE_ID: ParameterId = ParameterId(57);
-    /// CAN protocol (3100h:01).
-    pub const PROTOCOL: ParameterId = ParameterId(58);
-    /// Automatic bus-off recovery (3100h:02).
-    pub const BUS_OFF_RECOVERY: ParameterId = ParameterId(59);
-    /// Type of the low-pass filter (3110h:01).
-    pub const FILTER_TYPE: ParameterId = ParameterId(60);
-    /// Sensor fusion filter (3110h:02).
-    pub const FUSION: ParameterId = ParameterId(61);
-    /// Cut-off frequency of the low-pass filter (3111h).
-    pub const CUT_OFF: ParameterId = ParameterId(62);
-    /// Kalman filter (3112h): mantissa and exponent of Q.
-    pub const Q: [ParameterId; 2] = [ParameterId(63), ParameterId(64)];
-    /// Kalman filter (3112h): mantissa and exponent of R.
-    pub const R: [ParameterId; 2] = [ParameterId(65), ParameterId(66)];
-    /// Sensor configuration (3120h:01): the variant after the next restart.
-    pub const VARIANT: ParameterId = ParameterId(67);
-    /// Auto zero (3200h): a command.
-    pub const AUTO_ZERO: ParameterId = ParameterId(68);
-    /// Longitudinal zero offset (3210h).
-    pub const ZERO_X: ParameterId = ParameterId(69);
-    /// Lateral zero offset (3220h).
-    pub const ZERO_Y: ParameterId = ParameterId(70);
-    /// The requested restore (1011h); not an object.
-    pub const RESTORE_REQUEST: ParameterId = ParameterId(71);
-    /// The first of the stored errors (1003h); not objects.
-    pub const HISTORY: ParameterId = ParameterId(72);
-    /// J1939: preferred address (2102h).
-    pub const J1939_ADDRESS: ParameterId = ParameterId(80);
-    /// J1939: transmission rates (2104h) of SSI2, SSI, ARI and ACCS.
-    pub const J1939_RATES: [ParameterId; 4] = [
-        ParameterId(81),
-        ParameterId(82),
-        ParameterId(83),
-        ParameterId(84),
-    ];
-    /// J1939: priorities (2105h) of SSI2, SSI, ARI and ACCS.
-    pub const J1939_PRIORITIES: [ParameterId; 4] = [
-        ParameterId(85),
-        ParameterId(86),
-        ParameterId(87),
-        ParameterId(88),
-    ];
-    /// J1939: the fields of the NAME (2106h), except the identity number.
-    pub const J1939_NAME: [ParameterId; 8] = [
-        ParameterId(89),
-        ParameterId(90),
-        ParameterId(91),
-        ParameterId(92),
-        ParameterId(93),
-        ParameterId(94),
-        ParameterId(95),
-        ParameterId(96),
-    ];
+    crate::ids! { pub ParameterId:
+        /// Device type (1000h): that of the variant in force.
+        DEVICE_TYPE,
+        /// COB-ID of the SYNC (1005h).
+        SYNC_COB_ID,
+        /// COB-ID of the EMCY (1014h).
+        EMCY_COB_ID,
+        /// Heartbeat time (1017h).
+        HEARTBEAT_TIME,
+        /// The first of four parameters of each TPDO (1800h to 1803h).
+        TPDO[4](4),
+        /// The first of nine parameters of each mapping (1A00h to 1A03h).
+        MAPPING[4](9),
+        /// Baud rate (2001h).
+        BIT_RATE,
+        /// Node-ID (2002h).
+        NODE_ID,
+        /// CAN protocol (3100h:01).
+        PROTOCOL,
+        /// Automatic bus-off recovery (3100h:02).
+        BUS_OFF_RECOVERY,
+        /// Type of the low-pass filter (3110h:01).
+        FILTER_TYPE,
+        /// Sensor fusion filter (3110h:02).
+        FUSION,
+        /// Cut-off frequency of the low-pass filter (3111h).
+        CUT_OFF,
+        /// Kalman filter (3112h): mantissa and exponent of Q.
+        Q[2],
+        /// Kalman filter (3112h): mantissa and exponent of R.
+        R[2],
+        /// Sensor configuration (3120h:01): the variant after the next restart.
+        VARIANT,
+        /// Auto zero (3200h): a command.
+        AUTO_ZERO,
+        /// Longitudinal zero offset (3210h).
+        ZERO_X,
+        /// Lateral zero offset (3220h).
+        ZERO_Y,
+        /// The requested restore (1011h); not an object.
+        RESTORE_REQUEST,
+        /// The first of the stored errors (1003h); not objects.
+        HISTORY(8),
+        /// J1939: preferred address (2102h).
+        J1939_ADDRESS,
+        /// J1939: transmission rates (2104h) of SSI2, SSI, ARI and ACCS.
+        J1939_RATES[4],
+        /// J1939: priorities (2105h) of SSI2, SSI, ARI and ACCS.
+        J1939_PRIORITIES[4],
+        /// J1939: the fields of the NAME (2106h), except the identity number.
+        J1939_NAME[8],
+    }
 }
 
 /// The device type (1000h) with one axis.

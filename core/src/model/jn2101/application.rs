@@ -15,24 +15,24 @@ use crate::time::{Deadline, Instant};
 
 /// The ids of the published values.
 pub mod value {
-    use crate::param::ValueId;
-
-    /// Longitudinal in 16 bits (6010h), limited to the range of 16 bits.
-    pub const X16: ValueId = ValueId(0);
-    /// Lateral in 16 bits (6020h), limited to the range of 16 bits.
-    pub const Y16: ValueId = ValueId(1);
-    /// Longitudinal in 32 bits (6110h).
-    pub const X32: ValueId = ValueId(2);
-    /// Lateral in 32 bits (6120h).
-    pub const Y32: ValueId = ValueId(3);
-    /// Temperature of the measuring cell in 0.1 degC (4080h).
-    pub const TEMPERATURE: ValueId = ValueId(4);
-    /// Heating power in mW (4081h).
-    pub const HEATING_POWER: ValueId = ValueId(5);
-    /// 1 while a self-test is running, otherwise 0 (4004h:01).
-    pub const SELF_TEST_ACTIVE: ValueId = ValueId(6);
-    /// The result of the last self-test (4004h:02): bit 2, the X axis works; bit 1, the Y axis works.
-    pub const SELF_TEST_RESULT: ValueId = ValueId(7);
+    crate::ids! { pub ValueId:
+        /// Longitudinal in 16 bits (6010h), limited to the range of 16 bits.
+        X16,
+        /// Lateral in 16 bits (6020h), limited to the range of 16 bits.
+        Y16,
+        /// Longitudinal in 32 bits (6110h).
+        X32,
+        /// Lateral in 32 bits (6120h).
+        Y32,
+        /// Temperature of the measuring cell in 0.1 degC (4080h).
+        TEMPERATURE,
+        /// Heating power in mW (4081h).
+        HEATING_POWER,
+        /// 1 while a self-test is running, otherwise 0 (4004h:01).
+        SELF_TEST_ACTIVE,
+        /// The result of the last self-test (4004h:02): bit 2, the X axis works; bit 1, the Y axis works.
+        SELF_TEST_RESULT,
+    }
 }
 
 /// The heater of the measuring cell.

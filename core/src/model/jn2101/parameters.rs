@@ -7,61 +7,56 @@ use crate::param::{Coding, DataType, Parameter, ParameterId, Permitted, Persiste
 
 /// The ids of the parameters: their indices in the table. They also define the order in the stored image.
 pub mod id {
-    use crate::param::ParameterId;
-
-    /// COB-ID of the SYNC (1005h).
-    pub const SYNC_COB_ID: ParameterId = ParameterId(0);
-    /// Guard time (100Ch).
-    pub const GUARD_TIME: ParameterId = ParameterId(1);
-    /// Life time factor (100Dh).
-    pub const LIFE_TIME_FACTOR: ParameterId = ParameterId(2);
-    /// COB-ID of the EMCY (1014h).
-    pub const EMCY_COB_ID: ParameterId = ParameterId(3);
-    /// Inhibit time of the EMCY (1015h).
-    pub const EMCY_INHIBIT_TIME: ParameterId = ParameterId(4);
-    /// Heartbeat time (1017h).
-    pub const HEARTBEAT_TIME: ParameterId = ParameterId(5);
-    /// Error behaviour (1029h:01).
-    pub const ERROR_BEHAVIOUR: ParameterId = ParameterId(6);
-    /// The first of four parameters of the first TPDO (1800h).
-    pub const TPDO0: ParameterId = ParameterId(7);
-    /// The first of four parameters of the second TPDO (1801h).
-    pub const TPDO1: ParameterId = ParameterId(11);
-    /// NMT start-up (1F80h).
-    pub const START_UP: ParameterId = ParameterId(15);
-    /// Node-ID (2000h).
-    pub const NODE_ID: ParameterId = ParameterId(16);
-    /// Baud rate (2001h).
-    pub const BAUD_RATE: ParameterId = ParameterId(17);
-    /// Quadrant correction (2040h).
-    pub const QUADRANT: ParameterId = ParameterId(18);
-    /// Heating (2041h).
-    pub const HEATING: ParameterId = ParameterId(19);
-    /// Teach index (2042h).
-    pub const TEACH: ParameterId = ParameterId(20);
-    /// FIR filter (2043h).
-    pub const FILTER: ParameterId = ParameterId(21);
-    /// Angle calculation (2044h).
-    pub const DEFINITION: ParameterId = ParameterId(22);
-    /// Terminating resistor (2045h).
-    pub const TERMINATION: ParameterId = ParameterId(23);
-    /// Zero point (2046h).
-    pub const ZERO: ParameterId = ParameterId(24);
-    /// Resolution (6000h).
-    pub const RESOLUTION: ParameterId = ParameterId(25);
-    /// The longitudinal angle of the zero point, as a binary angle; not an object.
-    pub const ZERO_X: ParameterId = ParameterId(26);
-    /// The lateral angle of the zero point, as a binary angle; not an object.
-    pub const ZERO_Y: ParameterId = ParameterId(27);
-    /// The four numbers of the reference frame; not objects.
-    pub const REFERENCE_FRAME: [ParameterId; 4] = [
-        ParameterId(28),
-        ParameterId(29),
-        ParameterId(30),
-        ParameterId(31),
-    ];
-    /// Self-test (4004h:01): counts the requests.
-    pub const SELF_TEST: ParameterId = ParameterId(32);
+    crate::ids! { pub ParameterId:
+        /// COB-ID of the SYNC (1005h).
+        SYNC_COB_ID,
+        /// Guard time (100Ch).
+        GUARD_TIME,
+        /// Life time factor (100Dh).
+        LIFE_TIME_FACTOR,
+        /// COB-ID of the EMCY (1014h).
+        EMCY_COB_ID,
+        /// Inhibit time of the EMCY (1015h).
+        EMCY_INHIBIT_TIME,
+        /// Heartbeat time (1017h).
+        HEARTBEAT_TIME,
+        /// Error behaviour (1029h:01).
+        ERROR_BEHAVIOUR,
+        /// The first of four parameters of the first TPDO (1800h).
+        TPDO0(4),
+        /// The first of four parameters of the second TPDO (1801h).
+        TPDO1(4),
+        /// NMT start-up (1F80h).
+        START_UP,
+        /// Node-ID (2000h).
+        NODE_ID,
+        /// Baud rate (2001h).
+        BAUD_RATE,
+        /// Quadrant correction (2040h).
+        QUADRANT,
+        /// Heating (2041h).
+        HEATING,
+        /// Teach index (2042h).
+        TEACH,
+        /// FIR filter (2043h).
+        FILTER,
+        /// Angle calculation (2044h).
+        DEFINITION,
+        /// Terminating resistor (2045h).
+        TERMINATION,
+        /// Zero point (2046h).
+        ZERO,
+        /// Resolution (6000h).
+        RESOLUTION,
+        /// The longitudinal angle of the zero point, as a binary angle; not an object.
+        ZERO_X,
+        /// The lateral angle of the zero point, as a binary angle; not an object.
+        ZERO_Y,
+        /// The four numbers of the reference frame; not objects.
+        REFERENCE_FRAME[4],
+        /// Self-test (4004h:01): counts the requests.
+        SELF_TEST,
+    }
 }
 
 /// The angle definition (2044h).

@@ -15,12 +15,12 @@ use core::marker::PhantomData;
 
 /// The ids of the published values.
 pub mod value {
-    use crate::param::ValueId;
-
-    /// Slope long16 and slope lateral16 (72h, 7Ah), in units of the resolution.
-    pub const SLOPE: [ValueId; 2] = [ValueId(0), ValueId(1)];
-    /// Diagnostic slope long and lateral (78h, 80h), in 0.01 deg.
-    pub const DIAGNOSTIC: [ValueId; 2] = [ValueId(2), ValueId(3)];
+    crate::ids! { pub ValueId:
+        /// Slope long16 and slope lateral16 (72h, 7Ah), in units of the resolution.
+        SLOPE[2],
+        /// Diagnostic slope long and lateral (78h, 80h), in 0.01 deg.
+        DIAGNOSTIC[2],
+    }
 }
 
 /// The part of the measurement that depends on the number of axes.
