@@ -72,6 +72,7 @@ impl Product for Mast {
     type Lss = Absent;
     type Block = Absent;
     type State = ();
+    type Consumers = Absent;
     const OBJECTS: &'static [Object] = plumbline::objects![
         [profile::device_type(0x0001_019A), profile::ERROR_REGISTER],
         profile::error_history(4),
