@@ -23,9 +23,11 @@ fn save_is_answered_at_its_end_and_other_requests_at_once() {
     assert_eq!(t.exchange("70A#R1"), ["70A#05"]);
     assert_eq!(t.exchange("60A#4000100000000000"), ["58A#430010009A010400"]);
     assert_eq!(t.exchange("60A#4008100000000000").len(), 1);
-    assert_eq!(t.write(0x1017, 0, 2, 0), Ok(()));
     assert_eq!(t.exchange("000#800A"), [""; 0]);
     assert_eq!(t.exchange("70A#R1"), ["70A#FF"]);
+    // A value that is not in force.
+    assert_eq!(t.write(0x1017, 0, 2, 60_000), Ok(()));
+    assert_eq!(t.read(0x1017, 0), Ok(60_000));
     assert!(t.node.ready());
     t.finish_save(Ok(()));
     assert_eq!(t.sent_text(), ["58A#6010100100000000"]);
