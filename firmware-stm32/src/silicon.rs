@@ -1,7 +1,7 @@
 //! Which microcontroller it is: many that are sold as an STM32F103 are of other makers.
 //!
 //! An STM32F103 has a Cortex-M3 r1p1, the others have a later one. Their identifier in DBGMCU_IDCODE can be read by a program. That of an
-//! STM32F103 reads 0 unless a debugger is connected (errata sheet ES0340).
+//! STM32F103 reads 0 unless a debugger is connected (errata sheet ES096).
 
 /// CPUID of the STM32F103: Cortex-M3 r1p1.
 pub const STM32F103: u32 = 0x411F_C231;

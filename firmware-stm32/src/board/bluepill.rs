@@ -177,7 +177,7 @@ impl Board {
 /// The clocks of the debug port run in sleep and stop mode. While a debugger halts the core, the watchdog stops, and the timer of the
 /// heater, which also disables its output (RM0008, DBGMCU_CR).
 ///
-/// The register is written whole. A program reads it as 0 (errata sheet ES0340), so a change of single bits would clear those that a
+/// The register is written whole. A program reads it as 0 (errata sheet ES096), so a change of single bits would clear those that a
 /// debugger has set.
 fn set_up_debugging(debug: &pac::DBGMCU) {
     debug.cr().write(|w| {

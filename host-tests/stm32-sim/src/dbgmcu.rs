@@ -1,7 +1,7 @@
 //! Debug support (RM0008, section 31.16; RM0390, section 33.16): the selection of the peripherals that stop while a debugger halts the
 //! processor.
 //!
-//! On the STM32F103 only the debugger can read DBGMCU_IDCODE and DBGMCU_CR; a program reads 0 (errata ES0340, "Debug registers
+//! On the STM32F103 only the debugger can read DBGMCU_IDCODE and DBGMCU_CR; a program reads 0 (errata ES096, "Debug registers
 //! cannot be read by user software"). A power-on reset clears the registers, a system reset does not.
 
 use super::chip::Chip;

@@ -8,7 +8,7 @@
 //!
 //! A program that works on the worst one works on the others. Sources: katapult, issue 11 (GD32F103, CODE); STM32_CAN, issue 54 (CS32F103,
 //! CODE); stlink, issues 756 and 805 (debug port of a Cortex-M3 r2p1, flash of 128 KiB); rusefi-hardware, issue 127 (revisions in
-//! DBGMCU_IDCODE); ES0340 (DBGMCU of the STM32F103); data sheet of the GD32F103 (no wait states).
+//! DBGMCU_IDCODE); ES096 (DBGMCU of the STM32F103); data sheet of the GD32F103 (no wait states).
 
 use super::bxcan;
 use super::chip::Chip;
