@@ -2,6 +2,7 @@
 
 mod canopen;
 mod devicenet;
+mod driver;
 mod fsc;
 mod halves;
 mod j1939;

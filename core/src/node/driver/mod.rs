@@ -40,6 +40,7 @@
 //! - The answer to a frame does not overtake an earlier frame of the node, and a newer frame does not overtake the answer.
 //! - At a change of the bit rate, no frame of the old one is taken or sent. At a change of the filters only, received frames wait
 //!   and none is lost, and no frame with an old address is sent.
+//! - A bit rate is changed before the next event is read: an error at the old bit rate does not count at the new one.
 //! - Parameters are applied before the next reading, and not during a save.
 //! - A restart waits for the end of a save, then for the frames in the mailboxes, but not longer than 100 ms: another node may be
 //!   missing that acknowledges them.
@@ -222,21 +223,31 @@ impl<S: Side> Driver<S> {
     /// and sends its frames. Call it after each input and at the deadline. Returns true if there can be more to do at once.
     pub fn turn(&mut self, platform: &mut impl Platform) -> bool {
         self.step(platform);
-        while let Some(event) = platform.event() {
-            self.side.link(|link| link.bus(event));
-            self.side.settle();
-        }
+        let has_measured = self.pass_events(platform);
         for _ in 0..ROUNDS {
             match self.side.round() {
                 Round::Idle => {
                     self.leave(platform);
-                    return false;
+                    return has_measured;
                 }
                 Round::Again => {}
                 Round::Perform(action) => self.perform(platform, action),
             }
         }
         true
+    }
+
+    /// Passes the events of the controller to the node, up to a measured bit time. It can end the bit rate, and a later error would
+    /// count at the new one. Returns true if there can be more events.
+    fn pass_events(&mut self, platform: &mut impl Platform) -> bool {
+        while let Some(event) = platform.event() {
+            self.side.link(|link| link.bus(event));
+            self.side.settle();
+            if matches!(event, BusEvent::BitTime(_)) {
+                return true;
+            }
+        }
+        false
     }
 
     /// The latest time for the next [turn](Self::turn); None: no turn is necessary before the next input.
