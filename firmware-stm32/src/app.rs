@@ -8,24 +8,22 @@
 //! the node if it is earlier. SysTick triggers the alarm, so the resolution of deadlines is one millisecond.
 
 use crate::board::{self, Board, CanPeripheral, ImuWires, StatusLeds, Switches, Watchdog};
-use crate::can::{self, Bus, transmit};
+use crate::can::Bus;
+use crate::can::mailboxes::Mailboxes;
 use crate::flash::ParameterFlash;
 use crate::imu::Imu;
-use crate::link::{Frames, Link, Shared};
+use crate::link::Shared;
 use crate::{clock, kept, sleep};
 use core::mem::MaybeUninit;
 use cortex_m::peripheral::SCB;
 use cortex_m::singleton;
 use plumbline::application::Application;
-use plumbline::can::BitRate;
+use plumbline::can::Filter;
 use plumbline::measure::{I32x3, ONE_G, Reading, SAMPLE_PERIOD};
-use plumbline::node::{Acquisition, Action, Boot, BusEvent, BusMode, Divided, Indicator, Protocol};
+use plumbline::node::driver::{Driver, Line, Platform, TwoPriorities};
+use plumbline::node::{Action, BitTime, Boot, BusEvent, Divided};
 use plumbline::store::{Owner, Store};
-use plumbline::time::{Deadline, Duration, Instant, after, millis, reached};
-
-/// The longest time that a restart waits for the last frames: four frames, one of them waiting for a mailbox, of 16 ms each at 10
-/// kbit/s.
-const RESTART_LIMIT: Duration = millis(100);
+use plumbline::time::{Instant, after, earlier, reached};
 
 /// Runs a node without end. `owner` returns the owner of the stored records for a serial number. `store` and `imu` are memory for
 /// the [`Store`], with a `BUFFER` of the [`STORE_BUFFER`](plumbline::node::CanNode::STORE_BUFFER) of the node, and for the driver of the
@@ -71,23 +69,27 @@ pub unsafe fn run<
     }
     start_node(node, now, &boot);
     let (communication, acquisition) = node.halves();
-    let Some(frames) = singleton!(: Frames = Frames::EMPTY) else {
+    let Some(line) = singleton!(: Line<Mailboxes> = Line::new(Mailboxes::EMPTY)) else {
         SCB::sys_reset()
     };
-    link.start(communication, frames);
+    link.start(communication, line);
     // None only on a second call.
     let Some(bus) = Bus::new(can) else {
         SCB::sys_reset()
     };
     let mut app = App::<N, _, _, _, DETECTS> {
-        acquisition,
-        link,
-        bus,
-        imu,
-        store,
-        leds,
-        indicator: Indicator::DARK,
-        switches,
+        driver: Driver::new(TwoPriorities::new(acquisition, link)),
+        hardware: Hardware {
+            bus,
+            imu,
+            store,
+            leds,
+            switches,
+            has_events: false,
+            bit_time: None,
+            ends_frame: false,
+            keeps: N::Application::HEATER.is_some(),
+        },
         sample_due: now,
         reading: None,
     };
@@ -99,10 +101,6 @@ pub unsafe fn run<
         }
     }
 }
-
-/// The maximum number of rounds of actions in one iteration of the main loop. The limit ensures that the watchdog is fed even if each frame
-/// causes an action.
-const ROUNDS: u8 = 8;
 
 /// All parts except the node, ready to run. Large parts are in static memory, so that their size is part of the image and they
 /// are not moved over the stack.
@@ -163,6 +161,93 @@ fn create_imu<const TESTS: usize, const GYROSCOPES: usize>(
     place.write(Imu::new(wires))
 }
 
+/// The hardware that the main loop uses.
+struct Hardware<
+    const BUFFER: usize,
+    const TESTS: usize,
+    const GYROSCOPES: usize,
+    const DETECTS: bool,
+> {
+    bus: &'static mut Bus,
+    imu: &'static mut Imu<TESTS, GYROSCOPES>,
+    store: &'static mut ParameterStore<BUFFER>,
+    leds: StatusLeds,
+    switches: Switches,
+    /// The events of the controller are not read yet in this turn.
+    has_events: bool,
+    /// The measured bit time of the last frame, for the node.
+    bit_time: Option<BitTime>,
+    /// It is not checked yet whether the controller has missed this frame.
+    ends_frame: bool,
+    /// A word is kept over a restart.
+    keeps: bool,
+}
+
+impl<const BUFFER: usize, const TESTS: usize, const GYROSCOPES: usize, const DETECTS: bool> Platform
+    for Hardware<BUFFER, TESTS, GYROSCOPES, DETECTS>
+{
+    fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
+        self.bus.step(filters)
+    }
+
+    fn event(&mut self) -> Option<BusEvent> {
+        if self.has_events {
+            let event = self.bus.event();
+            // At a wrong bit rate, errors follow without end: one in a turn is sufficient, so that the bit time does not wait.
+            self.has_events = !matches!(event, None | Some(BusEvent::Error));
+            if event.is_some() {
+                return event;
+            }
+        }
+        if !DETECTS {
+            return None;
+        }
+        if core::mem::take(&mut self.ends_frame) && self.bus.misses_frame() {
+            return Some(BusEvent::Error);
+        }
+        self.bit_time.take().map(BusEvent::BitTime)
+    }
+
+    fn refilter(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
+        self.bus.refilter(filters);
+    }
+
+    fn perform(&mut self, action: Action) {
+        match action {
+            Action::Bus(mode, rate) => {
+                info!("{} at {}", mode, rate);
+                if DETECTS {
+                    self.bus.measure(mode);
+                }
+                self.bus.configure(mode, rate);
+            }
+            Action::Recover => {
+                info!("recover from bus-off");
+                self.bus.recover();
+            }
+            Action::Leds(leds) => self.leds.show(leds),
+            Action::Termination(on) => self.switches.terminate(on),
+            Action::Heater(permille) => self.switches.heat(permille),
+            Action::SelfTest => self.imu.test(),
+            // The driver calls the methods below.
+            Action::Save | Action::Restart => {}
+        }
+    }
+
+    fn save(&mut self, image: impl FnOnce(&mut [u8]) -> Option<usize>) {
+        self.store.save(image);
+    }
+
+    fn restart(&mut self, kept: u32) {
+        self.switches.heat(0);
+        if self.keeps {
+            kept::put(kept);
+        }
+        info!("restart");
+        SCB::sys_reset();
+    }
+}
+
 /// The state of the main loop.
 struct App<
     N: Divided + 'static,
@@ -171,14 +256,8 @@ struct App<
     const GYROSCOPES: usize,
     const DETECTS: bool,
 > {
-    acquisition: &'static mut Acquisition<N::Application>,
-    link: &'static Shared<N>,
-    bus: &'static mut Bus,
-    imu: &'static mut Imu<TESTS, GYROSCOPES>,
-    store: &'static mut ParameterStore<BUFFER>,
-    leds: StatusLeds,
-    indicator: Indicator,
-    switches: Switches,
+    driver: Driver<TwoPriorities<'static, &'static Shared<N>>>,
+    hardware: Hardware<BUFFER, TESTS, GYROSCOPES, DETECTS>,
     sample_due: Instant,
     /// A reading for the measuring half.
     reading: Option<Reading>,
@@ -194,136 +273,47 @@ impl<
 {
     /// One iteration of the loop: a small step of each task. Returns true if there can be more to do at once.
     fn turn(&mut self) -> bool {
-        self.measure();
-        let link = self.link;
-        // Reads the bit time before the step: if the controller can join the bus at the end of this frame, the step completes the join.
-        let time = if DETECTS { self.bus.bit_time() } else { None };
-        self.step();
-        while let Some(event) = self.bus.event() {
-            link.call(|node, now| node.bus(now, event));
+        // During the calculation, which takes long, the interrupts answer frames.
+        if let Some(reading) = &self.reading {
+            self.driver.sample(reading);
+            self.reading = None;
         }
-        if let Some(time) = time {
-            if self.bus.misses_frame() {
-                link.call(|node, now| node.bus(now, BusEvent::Error));
-            }
-            link.call(|node, now| node.bus(now, BusEvent::BitTime(time)));
+        let hardware = &mut self.hardware;
+        hardware.has_events = true;
+        if DETECTS && hardware.bit_time.is_none() {
+            // Before the step of the bus: if the controller can join the bus at the end of this frame, the step completes the join.
+            hardware.bit_time = hardware.bus.bit_time();
+            hardware.ends_frame = hardware.bit_time.is_some();
         }
-        let settling = self.settle();
+        let settling = self.driver.turn(hardware);
         let reading = self.read();
         let saving = self.save();
-        settling || reading || saving || DETECTS && self.bus.is_urgent()
-    }
-
-    /// Performs a step of a change of the bus mode.
-    fn step(&mut self) {
-        let link = self.link;
-        let restless = self.bus.restless();
-        self.bus
-            .step(|accept| link.with(|link| link.node.filters(accept)));
-        if restless && !self.bus.restless() {
-            // Handles the frames that waited for the change.
-            link.settle();
-        }
+        settling || reading || saving || DETECTS && self.hardware.bus.is_urgent()
     }
 
     /// The time of the next iteration if no interrupt comes before.
     fn wake(&self) -> Instant {
-        if self.bus.restless() || DETECTS && self.bus.measures() {
+        let bus = &self.hardware.bus;
+        if bus.restless() || DETECTS && bus.measures() {
             // At the next tick.
             return clock::now();
         }
-        let mut earliest = Deadline::at(self.sample_due);
-        earliest.consider(self.link.with(|link| link.node.deadline()));
-        earliest.consider(self.acquisition.deadline());
-        self.indicator.consider(&mut earliest);
-        earliest.time().unwrap_or(self.sample_due)
-    }
-
-    /// Performs the tasks of the measuring half.
-    fn obey(&mut self) {
-        loop {
-            let now = clock::now();
-            let task = self.link.with(|link| link.node.task(now));
-            // Passed by reference, so that the parameters are not copied again.
-            let Some(task) = &task else {
-                return;
-            };
-            let values = self.acquisition.perform(now, task);
-            self.link.call(|node, now| node.finish(now, task, values));
-        }
-    }
-
-    /// Processes a reading. During the calculation, which takes long, the interrupts answer frames.
-    fn measure(&mut self) {
-        if let Some(values) = self.acquisition.tick(clock::now()) {
-            self.link.call(|node, now| node.publish(now, values));
-        }
-        if self.reading.is_some() {
-            self.obey();
-        }
-        if let Some(reading) = &self.reading {
-            let now = clock::now();
-            let values = self.acquisition.sample(now, reading);
-            self.link.with(|link| link.node.sampled(now, values));
-            self.reading = None;
-        }
-    }
-
-    /// Performs the actions of the node. The interrupts are masked only during each call of the node. Returns true if more actions can be
-    /// pending.
-    fn settle(&mut self) -> bool {
-        let link = self.link;
-        for _ in 0..ROUNDS {
-            let now = clock::now();
-            if let Some(leds) = self.indicator.poll(now) {
-                self.leds.show(leds);
-            }
-            link.settle();
-            if link.with(|link| link.node.is_idle(now)) {
-                return false;
-            }
-            loop {
-                self.obey();
-                if !link.with(|link| link.node.tick(now)) {
-                    break;
-                }
-            }
-            if let Some(patterns) = link.with(|link| link.node.patterns()) {
-                self.indicator.show(now, patterns);
-            }
-            let action = link.with(|link| {
-                let action = link.node.action(now);
-                if let Some(Action::Bus(mode, rate)) = action {
-                    // In the same critical section, so that no frame is put into a mailbox that the change of the mode aborts.
-                    if self.stays(mode, rate) {
-                        can::hold();
-                    } else {
-                        can::stop();
-                    }
-                }
-                action
-            });
-            if let Some(action) = action {
-                self.perform(action);
-            }
-        }
-        true
+        earlier(Some(self.sample_due), self.driver.deadline()).unwrap_or(self.sample_due)
     }
 
     /// Reads the accelerometer step by step when a sample is due. Returns true if there is more to do at once.
     fn read(&mut self) -> bool {
         let now = clock::now();
-        if let Some(working) = self.imu.tested() {
-            if let Some(values) = self.acquisition.tested(working) {
-                self.link.call(|node, now| node.publish(now, values));
-            }
+        let imu = &mut *self.hardware.imu;
+        if let Some(working) = imu.tested() {
+            self.driver.tested(working);
             return true;
         }
-        if self.imu.busy() {
-            self.reading = self.imu.step(now);
+        if imu.busy() {
+            self.reading = imu.step(now);
             if let Some(reading) = &self.reading {
-                if self.imu.lost() {
-                    self.acquisition.interrupt();
+                if imu.lost() {
+                    self.driver.interrupt();
                 }
                 // The input for a calibration.
                 let [x, y, z] = micro_g(reading);
@@ -344,8 +334,8 @@ impl<
             // The flash was busy. The FIFO of the accelerometer has the values.
             self.sample_due = after(now, SAMPLE_PERIOD);
         }
-        self.bus.inspect(now);
-        self.imu.start(now);
+        self.hardware.bus.inspect(now);
+        imu.start(now);
         self.measure_supply();
         true
     }
@@ -354,88 +344,21 @@ impl<
     fn measure_supply(&mut self) {
         if N::Application::MEASURES_SUPPLY
             && let Some(millivolts) = board::supply()
-            && let Some(values) = self.acquisition.supply(millivolts)
         {
-            self.link.call(|node, now| node.publish(now, values));
+            self.driver.supply(millivolts);
         }
     }
 
     /// Performs one step of a save. Returns true if there is more to do at once.
     fn save(&mut self) -> bool {
-        let Some(result) = self.store.step() else {
-            return self.store.busy();
+        let Some(result) = self.hardware.store.step() else {
+            return self.hardware.store.busy();
         };
         if result.is_err() {
             error!("parameters could not be saved");
         }
-        self.link.call(|node, now| node.stored(now, result));
-        // The frames that waited for the end of the save.
-        loop {
-            self.obey();
-            if !self.link.call(|node, now| node.resume(now)) {
-                return true;
-            }
-        }
-    }
-
-    /// Whether this action only changes the filters.
-    fn stays(&mut self, mode: BusMode, rate: BitRate) -> bool {
-        N::Protocol::CHANGES_FILTERS && mode == BusMode::Normal && self.bus.is_at(mode, rate)
-    }
-
-    fn perform(&mut self, action: Action) {
-        match action {
-            Action::Bus(mode, rate) if self.stays(mode, rate) => {
-                let link = self.link;
-                self.bus
-                    .refilter(|accept| link.with(|link| link.node.filters(accept)));
-                link.settle();
-            }
-            Action::Bus(mode, rate) => {
-                info!("{} at {}", mode, rate);
-                if DETECTS {
-                    self.bus.measure(mode);
-                }
-                self.bus.configure(mode, rate);
-                self.link.with(Link::discard);
-                // Immediately, so that the controller can join the bus at the end of the current frame.
-                self.step();
-            }
-            Action::Recover => {
-                info!("recover from bus-off");
-                self.bus.recover();
-            }
-            // Not an action of the communicating half.
-            Action::Leds(_) => {}
-            Action::Save => {
-                let image = self.link.with(|link| *link.node.image());
-                self.store.save(|buffer| image.encode(buffer));
-            }
-            Action::Restart => self.restart(),
-            Action::Termination(on) => self.switches.terminate(on),
-            Action::Heater(permille) => self.switches.heat(permille),
-            Action::SelfTest => self.imu.test(),
-        }
-    }
-
-    /// Resets the board when all frames are sent, at the latest after [`RESTART_LIMIT`].
-    fn restart(&mut self) -> ! {
-        self.switches.heat(0);
-        if N::Application::HEATER.is_some() {
-            kept::put(self.acquisition.kept());
-        }
-        while self.store.busy() {
-            self.store.step();
-        }
-        let limit = after(clock::now(), RESTART_LIMIT);
-        loop {
-            self.link.settle();
-            // If all mailboxes are empty now, the node has no more frames.
-            if transmit::is_idle() || reached(clock::now(), limit) {
-                info!("restart");
-                SCB::sys_reset();
-            }
-        }
+        self.driver.stored(result);
+        true
     }
 }
 

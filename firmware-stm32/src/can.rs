@@ -18,6 +18,7 @@
 
 mod filters;
 mod inspection;
+pub mod mailboxes;
 mod pulses;
 pub mod receive;
 pub mod transmit;
@@ -34,6 +35,7 @@ use core::sync::atomic::{AtomicU8, Ordering};
 use cortex_m::peripheral::NVIC;
 use cortex_m::singleton;
 use plumbline::can::{BitRate, Filter};
+use plumbline::node::driver::Phase;
 use plumbline::node::{BitTime, BusEvent, BusMode, BusState};
 use plumbline::time::{Duration, Instant, after, millis, reached};
 
@@ -83,49 +85,19 @@ enum Change {
     },
 }
 
+static PHASE: AtomicU8 = AtomicU8::new(Phase::Off as u8);
+
 /// What the interrupts may do with received frames and mailboxes.
-#[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
-    /// The controller leaves the bus: received frames are discarded.
-    Leaving,
-    /// The controller joins the bus: received frames wait.
-    Joining,
-    /// Listen-only.
-    Listening,
-    /// Frames are received and sent.
-    Normal,
-}
-
-impl Phase {
-    /// Whether received frames are passed to the node.
-    pub fn receives(self) -> bool {
-        matches!(self, Self::Listening | Self::Normal)
-    }
-}
-
-static PHASE: AtomicU8 = AtomicU8::new(Phase::Leaving as u8);
-
-/// The present phase.
-pub fn phase() -> Phase {
-    const JOINING: u8 = Phase::Joining as u8;
+fn phase() -> Phase {
+    const WAITING: u8 = Phase::Waiting as u8;
     const LISTENING: u8 = Phase::Listening as u8;
     const NORMAL: u8 = Phase::Normal as u8;
     match PHASE.load(Ordering::Relaxed) {
         NORMAL => Phase::Normal,
         LISTENING => Phase::Listening,
-        JOINING => Phase::Joining,
-        _ => Phase::Leaving,
+        WAITING => Phase::Waiting,
+        _ => Phase::Off,
     }
-}
-
-/// Stops reception and transmission of the node until the next mode change is complete.
-pub fn stop() {
-    set_phase(Phase::Leaving);
-}
-
-/// Stops transmission of the node until the next mode change is complete. Received frames wait.
-pub fn hold() {
-    set_phase(Phase::Joining);
 }
 
 fn set_phase(phase: Phase) {
@@ -199,7 +171,7 @@ impl Bus {
         // A reset that still runs is begun again, so that its effect is not lost.
         let listening = self.is_listening() || matches!(self.change, Change::Resetting { .. });
         self.settings = Some(Settings { mode, rate });
-        set_phase(Phase::Leaving);
+        set_phase(Phase::Off);
         transmit::abort_all();
         if listening {
             // At a wrong bit rate the controller may never detect the end of a frame, and there is none of its own. Errors of
@@ -208,13 +180,6 @@ impl Bus {
         } else {
             self.leave();
         }
-    }
-
-    /// Whether the controller is on the bus with this mode and bit rate, and not in bus-off.
-    pub fn is_at(&mut self, mode: BusMode, rate: BitRate) -> bool {
-        matches!(self.change, Change::Done)
-            && matches!(&self.settings, Some(present) if present.mode == mode && present.rate == rate)
-            && self.registers().esr().read().boff().bit_is_clear()
     }
 
     /// Changes the filters without a change of the mode. Discards the frames that are not sent yet. Filters that stay receive without
@@ -243,7 +208,7 @@ impl Bus {
 
     /// Begins to enter initialization mode.
     fn leave(&mut self) {
-        set_phase(Phase::Leaving);
+        set_phase(Phase::Off);
         // The other bits get their reset values, until `join`: bus-off recovery is not automatic.
         self.registers()
             .mcr()
@@ -252,12 +217,14 @@ impl Bus {
         self.change = Change::Leaving { limit };
     }
 
-    /// Performs a step of a change of mode. Call it at least every millisecond. In listen mode all frames are accepted, otherwise
-    /// those that pass the filters that `filters` passes to its argument.
-    pub fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) {
-        if self.restless() {
-            self.proceed(filters);
+    /// Performs a step of a change of mode. Returns true if the change has ended with it. Call it at least every millisecond. In listen
+    /// mode all frames are accepted, otherwise those that pass the filters that `filters` passes to its argument.
+    pub fn step(&mut self, filters: impl FnOnce(&mut dyn FnMut(Filter))) -> bool {
+        if !self.restless() {
+            return false;
         }
+        self.proceed(filters);
+        !self.restless()
     }
 
     /// Performs a step of a running change of mode.
@@ -375,7 +342,7 @@ impl Bus {
             w.sleep().clear_bit();
             w.inrq().clear_bit()
         });
-        set_phase(Phase::Joining);
+        set_phase(Phase::Waiting);
         self.change = Change::Joining { frames: 0 };
     }
 

@@ -44,7 +44,7 @@ impl Bus {
             return;
         }
         warn!("the CAN controller was disturbed and is set again");
-        set_phase(Phase::Leaving);
+        set_phase(Phase::Off);
         transmit::abort_all();
         // With the reset by RCC: in silent mode by a disturbance, the transmit output can have locked at the dominant level.
         self.reset(true);
