@@ -1,7 +1,7 @@
 //! The heartbeat consumer (1016h): the monitoring of nodes 5, 6 and 7.
 
+use super::Stranger;
 use super::booted;
-use super::product::Stranger;
 use crate::tester::Tester;
 
 /// Node 5 within 100 ms.
@@ -130,7 +130,7 @@ fn remote_frame_and_empty_frame_are_no_heartbeat() {
 #[test]
 fn filters_pass_the_heartbeats_of_monitored_nodes_only() {
     let mut t = booted();
-    let id = |number| plumbline::can::standard(number).into();
+    let id = |number| plumbline::can::standard(number);
     assert!(!t.accepts(id(0x705)));
     t.write(0x1016, 2, 4, NODE_5).unwrap();
     assert!(t.accepts(id(0x705)) && !t.accepts(id(0x706)));

@@ -1,7 +1,7 @@
 //! 1010h and 1011h: the groups of CiA 301, and two of the maker.
 
+use super::Stranger;
 use super::booted;
-use super::product::Stranger;
 use crate::tester::Tester;
 
 const SAVE: u32 = 0x6576_6173;

@@ -7,8 +7,10 @@ mod services;
 mod types;
 
 use crate::tester::Tester;
+use plumbline::canopen::CanopenNode;
 use plumbline::node::Boot;
-use product::Stranger;
+
+type Stranger = CanopenNode<product::StrangerProduct>;
 
 /// A sensor after power-up that has sent its boot-up message.
 fn booted() -> Tester<Stranger> {

@@ -25,8 +25,7 @@ use plumbline::can::BitRate;
 use plumbline::canopen::dictionary::{Access, Service};
 use plumbline::canopen::profile::{self, Standard, entry};
 use plumbline::canopen::{
-    Absent, CanopenNode, ErrorHistory, Heartbeats, Lss, LssTable, Object, Present, Product, Text,
-    TpdoArray,
+    Absent, ErrorHistory, Heartbeats, Lss, LssTable, Object, Present, Product, Text, TpdoArray,
 };
 use plumbline::param::Refused;
 use plumbline::prelude::*;
@@ -56,9 +55,6 @@ plumbline::ids! { ValueId: SLOPE, REAL_SLOPE, SAMPLES, MEAN }
 
 /// The tables of the product.
 pub struct StrangerProduct;
-
-/// The sensor.
-pub type Stranger = CanopenNode<StrangerProduct>;
 
 impl Table for StrangerProduct {
     const PARAMETERS: &'static [Parameter] = plumbline::parameters![

@@ -1,7 +1,7 @@
 //! Numbers of 64 bits and real numbers: SDO, process data, range checks and the memory.
 
+use super::Stranger;
 use super::booted;
-use super::product::Stranger;
 use crate::tester::Tester;
 
 /// Reads eight bytes with a segmented transfer.
