@@ -4,15 +4,14 @@
 use plumbline::canopen::{CanopenNode, ErrorHistory, Object, Product, Text, TpdoArray, profile};
 use plumbline::prelude::*;
 
-const MOUNTING: ParameterId = ParameterId(2);
-const TPDO: ParameterId = ParameterId(3); // and the three that follow
-const SLOPE: ValueId = ValueId(0);
+plumbline::ids! { ParameterId: NODE_ID, BIT_RATE, MOUNTING, TPDO(4) }
+plumbline::ids! { ValueId: SLOPE }
 
 struct Mast;
 impl Table for Mast {
     const PARAMETERS: &'static [Parameter] = plumbline::parameters![
-        [profile::node_id(Self::NODE_ID, 20)],
-        [profile::bit_rate(Self::BIT_RATE, 250)],
+        [profile::node_id(NODE_ID, 20)],
+        [profile::bit_rate(BIT_RATE, 250)],
         [Parameter::new(MOUNTING, "Mounting angle", DataType::I16).in_unit("deg", 2)],
         profile::tpdo_communication(TPDO, 0x180),
     ];
@@ -59,12 +58,12 @@ impl Product for Mast {
         profile::identity(0, 0, 0),
         profile::tpdo(0, "Slope", TPDO),
         profile::mapping::<2>(0, "Mapping", &[("Slope", 0x6010_0010)]),
-        [Object::parameter(0x2000, 0, Self::NODE_ID)],
+        [Object::parameter(0x2000, 0, NODE_ID)],
         [Object::parameter(0x2100, 0, MOUNTING)],
         [Object::value(0x6010, 0, SLOPE)],
     ];
-    const NODE_ID: ParameterId = ParameterId(0);
-    const BIT_RATE: ParameterId = ParameterId(1);
+    const NODE_ID: ParameterId = NODE_ID;
+    const BIT_RATE: ParameterId = BIT_RATE;
     const IMAGE: ImageId = ImageId::new(0x7001);
     plumbline::project!(objects);
 }
