@@ -35,7 +35,8 @@ const ERRORS_TO_BUS_OFF: u32 = 32;
 pub enum Phases {
     /// All: steps of 2 us.
     All,
-    /// Steps of 10 us against the sampling period, and nothing else: no saves, boot, heater and LEDs.
+    /// Steps of 10 us against the sampling period (2 us for a product with two protocols), and nothing else: no saves, boot, heater
+    /// and LEDs.
     Few,
 }
 
