@@ -26,15 +26,17 @@
 //! The registers are set directly, because the code of the HAL for the same pins and clocks is three times as large. All of them
 //! must have their reset values at the start: start the program by a reset, not from a bootloader.
 
+mod adc;
+mod configuration;
 mod flash;
 mod vectors;
 
+pub use adc::{start_adc, supply};
+pub(super) use configuration::REGISTERS;
 pub use flash::Flash;
 
-use super::registers::Register;
 use super::{
-    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, log_silicon, note_reset,
-    start_oscillator, supply_millivolts,
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, log_silicon, note_reset, start_oscillator,
 };
 use crate::counts::Mounting;
 use crate::flash::ParameterFlash;
@@ -79,41 +81,6 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::USB_HP_CAN_TX
 
 /// CPUID of a microcontroller of ST.
 pub(super) const GENUINE_CPUID: u32 = silicon::STM32F103;
-
-/// The registers of the [`Configuration`](super::Configuration).
-pub(super) const REGISTERS: [Register; 23] = [
-    // RCC: the resets of APB2 and APB1, the enables, the oscillators without their ready flags, the clock tree without SWS. The main loop
-    // switches TIM4 on.
-    Register::new(0x4002_100C, !0),
-    Register::new(0x4002_1010, !0),
-    Register::new(0x4002_1014, !0),
-    Register::new(0x4002_1018, !0),
-    Register::new(0x4002_101C, !(1 << 2)),
-    Register::new(0x4002_1000, 0x010D_00F9),
-    Register::new(0x4002_1004, !0b1100),
-    // FLASH_ACR without PRFTBS.
-    Register::new(0x4002_2000, 0x1F),
-    // PWR_CR: the voltage detector.
-    Register::new(0x4000_7000, 0xF0),
-    // AFIO_MAPR without SWJ_CFG, which cannot be read.
-    Register::new(0x4001_0004, 0x00FF_FFFF),
-    // GPIO A, B, C: modes without that of TXD; chip select, pull-up of RXD, level of TXD.
-    Register::new(0x4001_0800, !0),
-    Register::new(0x4001_0804, !0),
-    Register::new(0x4001_0C00, !0),
-    Register::new(0x4001_0C04, !0xF0),
-    Register::new(0x4001_0C0C, 0b11 << 8),
-    Register::new(0x4001_1004, !0),
-    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
-    Register::new(0x4000_041C, 0xFFFF),
-    Register::new(0x4000_0420, 0xFFFF),
-    Register::new(0x4000_0428, 0xFFFF),
-    Register::new(0x4000_042C, 0xFFFF),
-    Register::new(0x4000_0400, 0xFFFF),
-    // SPI1: CR1, CR2.
-    Register::new(0x4001_3000, 0xFFFF),
-    Register::new(0x4001_3004, 0xFFFF),
-];
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
@@ -445,38 +412,4 @@ pub fn enable_pulse_timer() {
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
-}
-
-/// Starts the converter at the divider of the supply: 10.7 MHz (14 MHz at most), calibrated, with a sampling time of 22 us for PA0.
-pub fn start_adc() {
-    // SAFETY: the main loop is the only code that uses these registers.
-    let (rcc, adc, port_a) =
-        unsafe { (pac::RCC::steal(), pac::ADC1::steal(), pac::GPIOA::steal()) };
-    rcc.cfgr().modify(|_, w| w.adcpre().div6());
-    rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
-    // The clock runs after this write.
-    cortex_m::asm::dsb();
-    // For an input, 00 is analog.
-    port_a
-        .crl()
-        .modify(|_, w| w.mode0().input().cnf0().push_pull());
-    adc.smpr2().write(|w| w.smp0().cycles239_5());
-    adc.cr2().write(|w| w.adon().set_bit());
-    // The converter is stable after 1 us (DS5319, tSTAB).
-    delay(2);
-    adc.cr2().write(|w| w.adon().set_bit().rstcal().set_bit());
-    while adc.cr2().read().rstcal().bit_is_set() {}
-    adc.cr2().write(|w| w.adon().set_bit().cal().set_bit());
-    while adc.cr2().read().cal().bit_is_set() {}
-}
-
-/// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 24 us.
-pub fn supply() -> Option<u16> {
-    // SAFETY: the main loop is the only code that uses this register.
-    let adc = unsafe { pac::ADC1::steal() };
-    let ended = adc.sr().read().eoc().bit_is_set();
-    let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
-    // Writing the value that the register has starts a conversion (RM0008, ADC_CR2.ADON).
-    adc.cr2().write(|w| w.adon().set_bit());
-    result
 }

@@ -24,18 +24,23 @@
 //! that is too short for 10 kbit/s; for example SN65HVD230. The core runs at 128 MHz, so that APB1 runs at a quarter of it, 32
 //! MHz ([`bit_timing`](crate::bit_timing)).
 
-use super::registers::Register;
+mod adc;
+mod configuration;
+mod flash;
+
+pub use adc::{start_adc, supply};
+pub(super) use configuration::REGISTERS;
+pub use flash::Flash;
+
 use super::{
-    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, delay, log_silicon, note_reset,
-    start_oscillator, supply_is_low, supply_millivolts,
+    HEATER_PERIOD_US, SPI_CLOCK_HZ, WATCHDOG_PERIOD_MS, log_silicon, note_reset, start_oscillator,
 };
 use crate::counts::Mounting;
-use crate::flash::{ParameterFlash, Sectors};
+use crate::flash::ParameterFlash;
 use crate::imu::{SpiError, Wires};
 use crate::silicon;
 use cortex_m::peripheral::SYST;
 use embedded_hal::spi::{MODE_0, SpiBus};
-use embedded_storage::nor_flash::NorFlashErrorKind;
 use plumbline::node::Leds;
 use stm32f4xx_hal::gpio::{Output, PA5, PB1, PB10, PB12, PC6, PC7, PinState, Speed};
 pub(super) use stm32f4xx_hal::pac;
@@ -81,47 +86,6 @@ pub const CAN_TRANSMIT_INTERRUPT: pac::Interrupt = pac::Interrupt::CAN1_TX;
 
 /// CPUID of a microcontroller of ST.
 pub(super) const GENUINE_CPUID: u32 = silicon::STM32F446;
-
-/// The registers of the [`Configuration`](super::Configuration).
-pub(super) const REGISTERS: [Register; 29] = [
-    // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
-    // loop switches TIM4 on.
-    Register::new(0x4002_3810, !0),
-    Register::new(0x4002_3820, !0),
-    Register::new(0x4002_3824, !0),
-    Register::new(0x4002_3830, !0),
-    Register::new(0x4002_3840, !(1 << 2)),
-    Register::new(0x4002_3844, !0),
-    Register::new(0x4002_3800, 0x010D_00F9),
-    Register::new(0x4002_3808, !0b1100),
-    // FLASH_ACR.
-    Register::new(0x4002_3C00, 0x70F),
-    // PWR_CR: the voltage detector.
-    Register::new(0x4000_7000, 0xF0),
-    // GPIO A, B, C: modes without that of TXD, speeds, pulls, alternate functions.
-    Register::new(0x4002_0000, !(0b11 << 24)),
-    Register::new(0x4002_0008, !0),
-    Register::new(0x4002_000C, !0),
-    Register::new(0x4002_0024, !0),
-    Register::new(0x4002_0400, !0),
-    Register::new(0x4002_0408, !0),
-    Register::new(0x4002_040C, !0),
-    Register::new(0x4002_0420, !0),
-    Register::new(0x4002_0424, !0),
-    Register::new(0x4002_0800, !0),
-    Register::new(0x4002_080C, !0),
-    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
-    Register::new(0x4000_041C, 0xFFFF),
-    Register::new(0x4000_0420, 0xFFFF),
-    Register::new(0x4000_0428, 0xFFFF),
-    Register::new(0x4000_042C, 0xFFFF),
-    Register::new(0x4000_0400, 0xFFFF),
-    // SPI2: CR1, CR2.
-    Register::new(0x4000_3800, 0xFFFF),
-    Register::new(0x4000_3804, 0xFFFF),
-    // GPIOA_OTYPER: TXD is push-pull.
-    Register::new(0x4002_0004, 0xFFFF),
-];
 
 /// The mounting of the accelerometer.
 pub const MOUNTING: Mounting = Mounting::ALIGNED;
@@ -253,7 +217,7 @@ impl Board {
             switches,
             can: device.CAN1,
             imu: ImuWires { spi, select },
-            flash: ParameterFlash(Flash(device.FLASH)),
+            flash: ParameterFlash(Flash::new(device.FLASH)),
             serial: super::serial(unique_id()),
         }
     }
@@ -329,94 +293,6 @@ impl Switches {
     }
 }
 
-/// Sectors 2 and 3 of the flash. memory.x excludes them from the program memory.
-///
-/// It uses the registers directly, because the HAL erases 128 KiB at a time, programs single bytes and does not reset the data
-/// cache.
-pub struct Flash(pac::FLASH);
-
-/// The number of the first sector.
-const FIRST_SECTOR: u8 = 2;
-
-impl Sectors for Flash {
-    const START: usize = 0x0800_8000;
-    const SIZE: usize = 16 * 1024;
-    const COUNT: usize = 2;
-    const WRITE_SIZE: usize = 4;
-
-    fn erase(&mut self, sector: usize) -> Result<(), NorFlashErrorKind> {
-        if supply_is_low() {
-            return Err(NorFlashErrorKind::Other);
-        }
-        self.unlock();
-        // `write` starts from the reset value, in which the register is locked.
-        self.0.cr().write(|w| {
-            w.lock().clear_bit();
-            w.psize().psize32();
-            w.ser().set_bit();
-            // SAFETY: sectors 0 to 7 exist, and this is 2 or 3.
-            unsafe { w.snb().bits(FIRST_SECTOR + sector as u8) }
-        });
-        self.0.cr().modify(|_, w| w.strt().set_bit());
-        let result = self.finish();
-        // The data cache still contains the old data. It can be reset only while it is disabled (RM0390, FLASH_ACR).
-        self.0.acr().modify(|_, w| w.dcen().clear_bit());
-        self.0.acr().modify(|_, w| w.dcrst().set_bit());
-        self.0.acr().modify(|_, w| w.dcrst().clear_bit());
-        self.0.acr().modify(|_, w| w.dcen().set_bit());
-        result
-    }
-
-    fn program(&mut self, offset: usize, bytes: &[u8]) -> Result<(), NorFlashErrorKind> {
-        let (words, _) = bytes.as_chunks::<4>();
-        for (index, word) in words.iter().enumerate() {
-            if supply_is_low() {
-                return Err(NorFlashErrorKind::Other);
-            }
-            self.unlock();
-            self.0.cr().write(|w| {
-                w.lock().clear_bit();
-                w.psize().psize32();
-                w.pg().set_bit()
-            });
-            let address = (Self::START + offset + 4 * index) as *mut u32;
-            // SAFETY: the caller has checked that the word is aligned and inside the parameter area, which contains no other
-            // data. With PG set, a store there programs the flash.
-            unsafe { address.write_volatile(u32::from_ne_bytes(*word)) };
-            self.finish()?;
-        }
-        Ok(())
-    }
-}
-
-impl Flash {
-    /// Unlocks the control register and clears earlier errors, which would otherwise be reported for this operation.
-    fn unlock(&mut self) {
-        // Each operation has locked it, so LOCK, which reads 0 in some clones, is not read.
-        // SAFETY: the two unlock keys of RM0390 in their order.
-        self.0.keyr().write(|w| unsafe { w.bits(0x4567_0123) });
-        // SAFETY: as above.
-        self.0.keyr().write(|w| unsafe { w.bits(0xCDEF_89AB) });
-        // SAFETY: the error flags (bits 1 and 4 to 7) are cleared by writing 1.
-        self.0.sr().write(|w| unsafe { w.bits(ERRORS) });
-    }
-
-    /// Waits for the end of the operation and locks the control register.
-    fn finish(&mut self) -> Result<(), NorFlashErrorKind> {
-        cortex_m::asm::dsb();
-        while self.0.sr().read().bsy().bit_is_set() {}
-        self.0.cr().write(|w| w.lock().set_bit());
-        if self.0.sr().read().bits() & ERRORS == 0 {
-            Ok(())
-        } else {
-            Err(NorFlashErrorKind::Other)
-        }
-    }
-}
-
-/// FLASH_SR: OPERR, WRPERR, PGAERR, PGPERR and PGSERR.
-const ERRORS: u32 = 0xF2;
-
 /// The 96-bit unique device identifier (RM0390, device electronic signature).
 fn unique_id() -> [u32; 3] {
     const ADDRESS: *const [u32; 3] = 0x1FFF_7A10 as *const _;
@@ -452,40 +328,6 @@ pub fn enable_pulse_timer() {
     rcc.apb1enr().modify(|_, w| w.tim4en().set_bit());
     // The clock runs after this write.
     cortex_m::asm::dsb();
-}
-
-/// Starts the converter at the divider of the supply: 16 MHz (36 MHz at most), with a sampling time of 30 us for PC0.
-pub fn start_adc() {
-    // SAFETY: the main loop is the only code that uses these registers.
-    let (rcc, adc, common, port_c) = unsafe {
-        (
-            pac::RCC::steal(),
-            pac::ADC1::steal(),
-            pac::ADC_COMMON::steal(),
-            pac::GPIOC::steal(),
-        )
-    };
-    rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
-    // The clock runs after this write.
-    cortex_m::asm::dsb();
-    port_c.moder().modify(|_, w| w.moder0().analog());
-    common.ccr().write(|w| w.adcpre().div4());
-    adc.smpr1().write(|w| w.smp10().cycles480());
-    // SAFETY: channel 10 is PC0.
-    adc.sqr3().write(|w| unsafe { w.sq1().bits(10) });
-    adc.cr2().write(|w| w.adon().set_bit());
-    // The converter is stable after 3 us (DS10693, tSTAB).
-    delay(4);
-}
-
-/// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 31 us.
-pub fn supply() -> Option<u16> {
-    // SAFETY: the main loop is the only code that uses this register.
-    let adc = unsafe { pac::ADC1::steal() };
-    let ended = adc.sr().read().eoc().bit_is_set();
-    let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
-    adc.cr2().write(|w| w.adon().set_bit().swstart().set_bit());
-    result
 }
 
 /// The end of an interrupt handler. Arm erratum 838869: if a store is not complete at the return, and another interrupt comes, the

@@ -1,0 +1,37 @@
+//! The converter that measures the supply.
+
+use crate::board::{delay, pac, supply_millivolts};
+
+/// Starts the converter at the divider of the supply: 10.7 MHz (14 MHz at most), calibrated, with a sampling time of 22 us for PA0.
+pub fn start_adc() {
+    // SAFETY: the main loop is the only code that uses these registers.
+    let (rcc, adc, port_a) =
+        unsafe { (pac::RCC::steal(), pac::ADC1::steal(), pac::GPIOA::steal()) };
+    rcc.cfgr().modify(|_, w| w.adcpre().div6());
+    rcc.apb2enr().modify(|_, w| w.adc1en().set_bit());
+    // The clock runs after this write.
+    cortex_m::asm::dsb();
+    // For an input, 00 is analog.
+    port_a
+        .crl()
+        .modify(|_, w| w.mode0().input().cnf0().push_pull());
+    adc.smpr2().write(|w| w.smp0().cycles239_5());
+    adc.cr2().write(|w| w.adon().set_bit());
+    // The converter is stable after 1 us (DS5319, tSTAB).
+    delay(2);
+    adc.cr2().write(|w| w.adon().set_bit().rstcal().set_bit());
+    while adc.cr2().read().rstcal().bit_is_set() {}
+    adc.cr2().write(|w| w.adon().set_bit().cal().set_bit());
+    while adc.cr2().read().cal().bit_is_set() {}
+}
+
+/// The result of the conversion that the last call has started, in mV at the supply; starts the next one, which takes 24 us.
+pub fn supply() -> Option<u16> {
+    // SAFETY: the main loop is the only code that uses this register.
+    let adc = unsafe { pac::ADC1::steal() };
+    let ended = adc.sr().read().eoc().bit_is_set();
+    let result = ended.then(|| supply_millivolts(adc.dr().read().data().bits()));
+    // Writing the value that the register has starts a conversion (RM0008, ADC_CR2.ADON).
+    adc.cr2().write(|w| w.adon().set_bit());
+    result
+}

@@ -1,0 +1,38 @@
+//! The registers that only the boot changes.
+
+use crate::board::registers::Register;
+
+/// The registers of the [`Configuration`](crate::board::Configuration).
+pub(in crate::board) const REGISTERS: [Register; 23] = [
+    // RCC: the resets of APB2 and APB1, the enables, the oscillators without their ready flags, the clock tree without SWS. The main loop
+    // switches TIM4 on.
+    Register::new(0x4002_100C, !0),
+    Register::new(0x4002_1010, !0),
+    Register::new(0x4002_1014, !0),
+    Register::new(0x4002_1018, !0),
+    Register::new(0x4002_101C, !(1 << 2)),
+    Register::new(0x4002_1000, 0x010D_00F9),
+    Register::new(0x4002_1004, !0b1100),
+    // FLASH_ACR without PRFTBS.
+    Register::new(0x4002_2000, 0x1F),
+    // PWR_CR: the voltage detector.
+    Register::new(0x4000_7000, 0xF0),
+    // AFIO_MAPR without SWJ_CFG, which cannot be read.
+    Register::new(0x4001_0004, 0x00FF_FFFF),
+    // GPIO A, B, C: modes without that of TXD; chip select, pull-up of RXD, level of TXD.
+    Register::new(0x4001_0800, !0),
+    Register::new(0x4001_0804, !0),
+    Register::new(0x4001_0C00, !0),
+    Register::new(0x4001_0C04, !0xF0),
+    Register::new(0x4001_0C0C, 0b11 << 8),
+    Register::new(0x4001_1004, !0),
+    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
+    Register::new(0x4000_041C, 0xFFFF),
+    Register::new(0x4000_0420, 0xFFFF),
+    Register::new(0x4000_0428, 0xFFFF),
+    Register::new(0x4000_042C, 0xFFFF),
+    Register::new(0x4000_0400, 0xFFFF),
+    // SPI1: CR1, CR2.
+    Register::new(0x4001_3000, 0xFFFF),
+    Register::new(0x4001_3004, 0xFFFF),
+];

@@ -1,0 +1,44 @@
+//! The registers that only the boot changes.
+
+use crate::board::registers::Register;
+
+/// The registers of the [`Configuration`](crate::board::Configuration).
+pub(in crate::board) const REGISTERS: [Register; 29] = [
+    // RCC: the resets of AHB1, APB1 and APB2, the enables, the oscillators without their ready flags, the clock tree without SWS. The main
+    // loop switches TIM4 on.
+    Register::new(0x4002_3810, !0),
+    Register::new(0x4002_3820, !0),
+    Register::new(0x4002_3824, !0),
+    Register::new(0x4002_3830, !0),
+    Register::new(0x4002_3840, !(1 << 2)),
+    Register::new(0x4002_3844, !0),
+    Register::new(0x4002_3800, 0x010D_00F9),
+    Register::new(0x4002_3808, !0b1100),
+    // FLASH_ACR.
+    Register::new(0x4002_3C00, 0x70F),
+    // PWR_CR: the voltage detector.
+    Register::new(0x4000_7000, 0xF0),
+    // GPIO A, B, C: modes without that of TXD, speeds, pulls, alternate functions.
+    Register::new(0x4002_0000, !(0b11 << 24)),
+    Register::new(0x4002_0008, !0),
+    Register::new(0x4002_000C, !0),
+    Register::new(0x4002_0024, !0),
+    Register::new(0x4002_0400, !0),
+    Register::new(0x4002_0408, !0),
+    Register::new(0x4002_040C, !0),
+    Register::new(0x4002_0420, !0),
+    Register::new(0x4002_0424, !0),
+    Register::new(0x4002_0800, !0),
+    Register::new(0x4002_080C, !0),
+    // TIM3: CCMR2, CCER, PSC, ARR, CR1.
+    Register::new(0x4000_041C, 0xFFFF),
+    Register::new(0x4000_0420, 0xFFFF),
+    Register::new(0x4000_0428, 0xFFFF),
+    Register::new(0x4000_042C, 0xFFFF),
+    Register::new(0x4000_0400, 0xFFFF),
+    // SPI2: CR1, CR2.
+    Register::new(0x4000_3800, 0xFFFF),
+    Register::new(0x4000_3804, 0xFFFF),
+    // GPIOA_OTYPER: TXD is push-pull.
+    Register::new(0x4002_0004, 0xFFFF),
+];

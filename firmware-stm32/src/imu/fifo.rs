@@ -1,0 +1,167 @@
+//! The FIFO: its steps, the words in it and the readings of them.
+
+use super::registers::READ;
+use super::{Gyroscope, Imu, State, Wires};
+use crate::board::MOUNTING;
+use crate::counts::{self, WORD, Word};
+use ism330dhcx_rs::blocking::prelude::Reg;
+use plumbline::measure::{I32x3, Reading};
+use plumbline::time::Instant;
+
+/// The number of consecutive samples without an angular rate after which the gyroscope has failed: 200 ms. It turns on within 35 ms.
+const SILENT_SAMPLES: u8 = 40;
+
+/// The next step of reading the FIFO.
+#[derive(Clone, Copy)]
+pub(super) enum Step {
+    /// Nothing: the FIFO is not read.
+    None,
+    /// Read the number of words.
+    Level,
+    /// Exchange the first half of a word: 4 us.
+    FirstHalf,
+    /// Exchange the second half.
+    SecondHalf,
+    /// Evaluate the word.
+    Evaluate,
+}
+
+impl<const TESTS: usize, const GYROSCOPES: usize> Imu<TESTS, GYROSCOPES> {
+    /// True while the FIFO is read.
+    pub fn busy(&self) -> bool {
+        !matches!(self.step, Step::None)
+    }
+
+    /// Performs one step of reading the FIFO. Returns a reading if one is complete, unless the accelerometer is missing or
+    /// settling.
+    pub fn step(&mut self, now: Instant) -> Option<Reading> {
+        let (first, second) = self.bytes.split_at_mut(WORD / 2);
+        match self.step {
+            Step::None => return None,
+            Step::Level => self.words = self.level(),
+            Step::FirstHalf => {
+                self.wires.select(true);
+                let sent = self.wires.exchange(first);
+                self.step = Step::SecondHalf;
+                return self.skip(sent.is_err());
+            }
+            Step::SecondHalf => {
+                let sent = self.wires.exchange(second);
+                self.wires.select(false);
+                self.step = Step::Evaluate;
+                return self.skip(sent.is_err());
+            }
+            Step::Evaluate => self.words -= 1,
+        }
+        let bytes = self.bytes;
+        let evaluates = matches!(self.step, Step::Evaluate);
+        self.bytes = [0; WORD];
+        self.bytes[0] = Reg::FifoDataOutTag as u8 | READ;
+        self.step = match self.words {
+            0 => Step::None,
+            _ => Step::FirstHalf,
+        };
+        if evaluates {
+            self.take(now, &bytes)
+        } else {
+            None
+        }
+    }
+
+    /// After a failure of the SPI: ends the transfer and the reading of the FIFO.
+    fn skip(&mut self, failed: bool) -> Option<Reading> {
+        if failed {
+            self.wires.select(false);
+            self.step = Step::None;
+        }
+        None
+    }
+
+    /// The number of words in the FIFO.
+    fn level(&mut self) -> u16 {
+        let mut bytes = [Reg::FifoStatus1 as u8 | READ, 0, 0];
+        match self.transfer(&mut bytes) {
+            Ok(()) => {
+                let status = [bytes[1], bytes[2]];
+                self.check_loss(status);
+                counts::level(status)
+            }
+            Err(_) => 0,
+        }
+    }
+
+    /// The rotation in lost values is not known, and a reading must not have values from before and after the gap.
+    fn check_loss(&mut self, status: [u8; 2]) {
+        if let Some(gyroscope) = self.gyroscope.first_mut()
+            && counts::has_lost(status)
+        {
+            *gyroscope = Gyroscope {
+                lost: true,
+                ..Gyroscope::INITIAL
+            };
+            self.resampler.restart();
+        }
+    }
+
+    /// Returns true once if values were lost before the last reading.
+    pub fn lost(&mut self) -> bool {
+        let gyroscope = self.gyroscope.first_mut();
+        gyroscope.is_some_and(|gyroscope| core::mem::take(&mut gyroscope.lost))
+    }
+
+    /// Processes a word. Returns a reading if one is complete.
+    fn take(&mut self, now: Instant, bytes: &[u8; WORD]) -> Option<Reading> {
+        if let Some(gyroscope) = self.gyroscope.first_mut()
+            && let Some(counts) = counts::rate_word(bytes)
+        {
+            gyroscope.rate.push(counts);
+            return None;
+        }
+        let counts = match counts::word(bytes) {
+            Word::Acceleration(counts) => counts,
+            Word::Temperature(temperature) => {
+                self.temperature = Some(temperature);
+                return None;
+            }
+            Word::Other => return None,
+        };
+        let State::Running { settling, misses } = &mut self.state else {
+            return None;
+        };
+        *misses = 0;
+        if *settling > 0 {
+            *settling -= 1;
+            return None;
+        }
+        self.clipped |= counts::is_clipped(counts);
+        let output = self.resampler.push(counts)?;
+        let rate = self.angular_rate(now);
+        let mut reading = Reading {
+            acceleration: counts::acceleration(output, MOUNTING),
+            temperature: self.temperature?,
+            clipped: core::mem::take(&mut self.clipped),
+            ..Reading::default()
+        };
+        if GYROSCOPES > 0 {
+            reading.angular_rate = rate?;
+        }
+        if self.running_test().is_some() {
+            return self.carry_test_on(now, reading);
+        }
+        Some(reading)
+    }
+
+    /// The mean angular rate up to the last output of the resampler. None if there is none yet, or no gyroscope.
+    fn angular_rate(&mut self, now: Instant) -> Option<I32x3> {
+        let gyroscope = self.gyroscope.first_mut()?;
+        let Some(mean) = gyroscope.rate.take(&self.resampler) else {
+            gyroscope.silent += 1;
+            if gyroscope.silent >= SILENT_SAMPLES {
+                self.absent(now);
+            }
+            return None;
+        };
+        gyroscope.silent = 0;
+        Some(counts::angular_rate(mean, MOUNTING))
+    }
+}
